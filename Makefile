@@ -1,0 +1,81 @@
+# SPDX-License-Identifier: BSD-3-Clause
+# One target per thing one does with allanite. `make` alone lists them.
+# Needs python3 (3.11 or newer) with venv and headers, make, and a C++ compiler; everything else is put in $(VENV).
+
+PYTHON ?= python3
+VENV   ?= .venv
+JOBS   ?= 2
+
+BIN := $(VENV)/bin
+# Python sources are live in an editable install; only these call for a rebuild.
+BUILD_INPUTS := pyproject.toml CMakeLists.txt $(wildcard kernels/*.cpp kernels/include/allanite/*.hpp)
+
+.DEFAULT_GOAL := help
+.DELETE_ON_ERROR:
+.PHONY: help demo test verify bench docs lint kernels-test dev-build clean prerequisites
+
+help: ## list the targets
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-13s %s\n", $$1, $$2}' Makefile
+
+demo: $(VENV)/.run ## simulate a week of the gyro of the seed paper, characterise it, leave the report in demo/
+	$(BIN)/python examples/demo.py --out demo
+
+test: $(VENV)/.dev ## run the tests (a few minutes)
+	$(BIN)/python -m pytest -n $(JOBS) -q
+
+verify: $(VENV)/.dev ## long statistical runs: coverage and efficiency (hours); results go to verification/
+	$(BIN)/python -m verification
+
+bench: $(VENV)/.bench ## speed and memory beside allantools and plain NumPy
+	$(BIN)/python -m benchmarks
+
+docs: $(VENV)/.dev ## run every command and every Python block of README.md and docs/
+	$(BIN)/python -m pytest -q tests/test_docs.py
+
+lint: $(VENV)/.dev ## style, types and the import contract
+	$(BIN)/ruff check .
+	$(BIN)/ruff format --check .
+	$(BIN)/mypy --strict src
+	$(BIN)/lint-imports --no-cache
+
+kernels-test: ## the C++ kernels alone, with sanitizers, without Python
+	$(MAKE) -C kernels test
+
+dev-build: ## rebuild the compiled module for the Python on PATH (in an active environment)
+	python -m pip install --quiet --no-build-isolation --no-deps -Cbuild-dir=build/{wheel_tag} \
+		-Ccmake.define.ALLANITE_WERROR=ON -e .
+
+clean: ## remove everything that was built, the local environment included
+	rm -rf build dist demo $(VENV) .mypy_cache .pytest_cache .ruff_cache .import_linter_cache .hypothesis
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +
+
+# ---- the local environment ------------------------------------------------------------------------------------------
+
+$(BIN)/python: | prerequisites
+	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --upgrade pip
+
+$(VENV)/.run: $(BUILD_INPUTS) | $(BIN)/python
+	$(BIN)/python -m pip install --quiet -e .
+	@touch $@
+
+$(VENV)/.dev: $(BUILD_INPUTS) | $(BIN)/python
+	$(BIN)/python -m pip install --quiet -e ".[dev]"
+	@touch $(VENV)/.run $@
+
+$(VENV)/.bench: $(VENV)/.dev
+	$(BIN)/python -m pip install --quiet "allantools>=2024.6"
+	@touch $@
+
+# Says what is missing, and the command that brings it, before anything starts.
+prerequisites:
+	@command -v $(PYTHON) >/dev/null \
+		|| { echo "make: $(PYTHON) is missing: sudo apt-get install python3" >&2; exit 1; }
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' \
+		|| { echo "make: $(PYTHON) is older than 3.11: sudo apt-get install python3, or make PYTHON=python3.12 ..." >&2; exit 1; }
+	@$(PYTHON) -c 'import ensurepip, venv' 2>/dev/null \
+		|| { echo "make: Python's venv is missing: sudo apt-get install python3-venv" >&2; exit 1; }
+	@$(PYTHON) -c 'import os, sys, sysconfig; sys.exit(not os.path.exists(os.path.join(sysconfig.get_path("include"), "Python.h")))' \
+		|| { echo "make: Python's headers are missing: sudo apt-get install python3-dev" >&2; exit 1; }
+	@command -v $(CXX) >/dev/null \
+		|| { echo "make: the C++ compiler '$(CXX)' is missing: sudo apt-get install g++" >&2; exit 1; }

@@ -1,0 +1,232 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The seam: check shapes, release the interpreter lock, call the kernel. Nothing else.
+// Arrays are taken as they are (never converted, never copied): float64 or int64, C-contiguous, on the CPU.
+#include <nanobind/nanobind.h>
+#include <nanobind/ndarray.h>
+#include <nanobind/stl/pair.h>
+
+#include <utility>
+
+#include "allanite/allan.hpp"
+#include "allanite/noise.hpp"
+#include "allanite/online_allan.hpp"
+
+namespace nb = nanobind;
+using namespace nb::literals;
+using allanite::Index;
+using allanite::Slice;
+
+namespace {
+
+using Vector = nb::ndarray<const double, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+using Matrix = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
+using VectorOut = nb::ndarray<double, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+using Integers = nb::ndarray<const int64_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+using Runs = nb::ndarray<const int64_t, nb::shape<-1, 2>, nb::c_contig, nb::device::cpu>;
+using IntegersOut = nb::ndarray<int64_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
+using NewVector = nb::ndarray<nb::numpy, double, nb::ndim<1>, nb::c_contig>;
+using NewIntegers = nb::ndarray<nb::numpy, int64_t, nb::ndim<1>, nb::c_contig>;
+using NewMatrix = nb::ndarray<nb::numpy, double, nb::ndim<2>, nb::c_contig>;
+using NewRuns = nb::ndarray<nb::numpy, int64_t, nb::shape<-1, 2>, nb::c_contig>;
+
+template <class Array>
+auto slice(const Array& array) {
+    return Slice<std::remove_pointer_t<decltype(array.data())>>{array.data(), Index(array.size())};
+}
+
+/// A NumPy array of this shape, and the slice that fills it.
+template <class Array>
+auto new_array(std::initializer_list<size_t> shape) {
+    size_t size = 1;
+    for (size_t extent : shape) size *= extent;
+    using T = typename Array::Scalar;
+    T* data = new T[size > 0 ? size : 1];
+    nb::capsule owner(data, [](void* p) noexcept { delete[] static_cast<T*>(p); });
+    return std::pair{Array(data, shape, owner), Slice<T>{data, Index(size)}};
+}
+
+void require(bool condition, const char* message) {
+    if (!condition) throw nb::value_error(message);
+}
+
+/// Sorted, disjoint, half-open, and inside [0, starts).
+void require_runs(Slice<const int64_t> runs, Index starts) {
+    int64_t end = 0;
+    for (Index r = 0; r < runs.size / 2; ++r) {
+        require(end <= runs[2 * r] && runs[2 * r] < runs[2 * r + 1] && runs[2 * r + 1] <= starts,
+                "runs: each must be half-open and not empty, sorted, and end before the window leaves the phase");
+        end = runs[2 * r + 1];
+    }
+}
+
+double integrate(const Vector& block, double offset, double start, const VectorOut& out) {
+    require(block.size() > 0, "block: no samples");
+    require(out.size() == block.size(), "out: must be as long as block");
+    nb::gil_scoped_release unlocked;
+    return allanite::integrate(slice(block), offset, start, slice(out));
+}
+
+NewRuns missing_runs(const Vector& block, int64_t start) {
+    require(block.size() > 0, "block: no samples");
+    Index count = 0;
+    {
+        nb::gil_scoped_release unlocked;
+        count = allanite::missing_runs(slice(block), start, {nullptr, 0});
+    }
+    auto [runs, out] = new_array<NewRuns>({size_t(count), 2});
+    if (count > 0) allanite::missing_runs(slice(block), start, out);
+    return runs;
+}
+
+NewMatrix difference_squares(const Vector& phase, int order, const Integers& lags, const Runs& runs,
+                             const Integers& run_offsets, Index first_block, Index last_block, Index block) {
+    require(order == 2 || order == 3, "order: must be 2 (Allan) or 3 (Hadamard)");
+    require(lags.size() > 0, "lags: none");
+    require(run_offsets.size() == lags.size() + 1, "run_offsets: must be one longer than lags");
+    require(run_offsets(0) == 0 && run_offsets(lags.size()) == int64_t(runs.shape(0)),
+            "run_offsets: must begin at 0 and end at the number of runs");
+    require(
+        block >= 1 && 0 <= first_block && first_block <= last_block && last_block <= Index(phase.size()) / block + 1,
+        "blocks: need block >= 1 and 0 <= first_block <= last_block, within the phase");
+    for (size_t l = 0; l < lags.size(); ++l) {
+        require(1 <= lags(l) && lags(l) <= int64_t(phase.size()),
+                "lags: each must be between 1 and the record's length");
+        require(run_offsets(l) <= run_offsets(l + 1) && run_offsets(l + 1) <= int64_t(runs.shape(0)),
+                "run_offsets: must not fall, nor pass the number of runs");
+        require_runs(slice(runs).part(2 * run_offsets(l), 2 * (run_offsets(l + 1) - run_offsets(l))),
+                     Index(phase.size()) - order * lags(l));
+    }
+    auto [sums, out] = new_array<NewMatrix>({size_t(last_block - first_block), lags.size()});
+    nb::gil_scoped_release unlocked;
+    const auto sum_up = order == 2 ? allanite::difference_squares<2> : allanite::difference_squares<3>;
+    sum_up(slice(phase), slice(lags), slice(runs), slice(run_offsets), first_block, block, out);
+    return sums;
+}
+
+double modified_squares(const Vector& phase, Index lag, const Runs& runs) {
+    require(1 <= lag && lag <= Index(phase.size()), "lag: must be between 1 and the record's length");
+    require_runs(slice(runs), Index(phase.size()) - 3 * lag + 1);
+    nb::gil_scoped_release unlocked;
+    return allanite::modified_squares(slice(phase), lag, slice(runs));
+}
+
+double total_squares(const Vector& phase, Index lag) {
+    require(phase.size() >= 3, "phase: needs at least 3 points");
+    require(1 <= lag && lag < Index(phase.size()), "lag: must be between 1 and the record's length");
+    nb::gil_scoped_release unlocked;
+    return allanite::total_squares(slice(phase), lag);
+}
+
+void markov_noise(const Matrix& normals, const Vector& phi, const Vector& step_sd, const Vector& weight_now,
+                  const Vector& weight_next, const VectorOut& state, const VectorOut& out) {
+    require(out.size() > 0 && state.size() > 0, "out, state: must not be empty");
+    require(normals.shape(0) == out.size() && normals.shape(1) == state.size(),
+            "normals: must have shape (len(out), len(state))");
+    require(phi.size() == state.size() && step_sd.size() == state.size() && weight_now.size() == state.size() &&
+                weight_next.size() == state.size(),
+            "phi, step_sd, weight_now, weight_next: must be as long as state");
+    nb::gil_scoped_release unlocked;
+    allanite::markov_noise(slice(normals), slice(phi), slice(step_sd), slice(weight_now), slice(weight_next),
+                           slice(state), slice(out));
+}
+
+allanite::OnlinePlan online_plan(const Integers& lags, int order, Index positions, Index block) {
+    require(order == 2 || order == 3, "order: must be 2 (Allan) or 3 (Hadamard)");
+    require(positions >= 1 && positions <= 1 << 20, "positions: must be between 1 and 2**20");
+    require(block >= 2 && block % 2 == 0 && block <= 1 << 20, "block: must be even, between 2 and 2**20");
+    require(lags.size() > 0, "lags: none");
+    for (size_t l = 0; l < lags.size(); ++l) {
+        require(lags(l) < int64_t(1) << 62 && allanite::online_lag_fits(lags(l), positions),
+                "lags: each must be below 2 positions, or q 2**k with q from positions to 2 positions - 1");
+        require(l == 0 || lags(l - 1) < lags(l), "lags: must rise");
+    }
+    return {slice(lags), order, positions, block};
+}
+
+std::pair<Index, Index> online_size(const allanite::OnlinePlan& plan) {
+    const Index levels = allanite::online_levels(plan.lags[plan.lags.size - 1], plan.positions);
+    return {allanite::online_numbers(plan.lags.size, levels, plan.order, plan.positions, plan.block),
+            allanite::online_counters(plan.lags.size, levels)};
+}
+
+std::pair<Index, Index> online_allan_size(const Integers& lags, int order, Index positions, Index block) {
+    return online_size(online_plan(lags, order, positions, block));
+}
+
+/// The state, once its arrays are known to have the size that the plan asks for.
+allanite::OnlineState<double> online_state(const allanite::OnlinePlan& plan, const VectorOut& numbers,
+                                           const IntegersOut& counters) {
+    const auto [n_numbers, n_counters] = online_size(plan);
+    require(Index(numbers.size()) == n_numbers && Index(counters.size()) == n_counters,
+            "numbers, counters: must have the sizes that online_allan_size() gives");
+    const auto state = allanite::online_state(plan, slice(numbers), slice(counters));
+    for (Index level = 0; level < state.filled.size; ++level) {  // each level fills at half the pace of the one above
+        const int64_t filled = state.filled[level], above = level > 0 ? state.filled[level - 1] / 2 : filled;
+        require(0 <= filled && filled < plan.block && (filled == above || filled == above + plan.block / 2),
+                "counters: not a state of this plan");
+    }
+    return state;
+}
+
+void online_allan_feed(const VectorOut& numbers, const IntegersOut& counters, const Integers& lags, int order,
+                       Index positions, Index block, const Vector& samples, double offset) {
+    require(samples.size() > 0, "samples: none");
+    const auto plan = online_plan(lags, order, positions, block);
+    const auto state = online_state(plan, numbers, counters);
+    nb::gil_scoped_release unlocked;
+    allanite::online_feed(plan, state, slice(samples), offset);
+}
+
+std::pair<NewVector, NewIntegers> online_allan_read(const VectorOut& numbers, const IntegersOut& counters,
+                                                    const Integers& lags, int order, Index positions, Index block) {
+    const auto plan = online_plan(lags, order, positions, block);
+    const auto state = online_state(plan, numbers, counters);
+    auto [sums, sums_out] = new_array<NewVector>({lags.size()});
+    auto [counts, counts_out] = new_array<NewIntegers>({lags.size()});
+    allanite::online_read(plan, state, sums_out, counts_out);
+    return {sums, counts};
+}
+
+}  // namespace
+
+NB_MODULE(_kernels, m) {
+    m.doc() = "Compiled kernels. Arrays are float64 or int64, C-contiguous, and never converted here.";
+
+    m.def("integrate", &integrate, "block"_a.noconvert(), "offset"_a, "start"_a, "out"_a.noconvert(),
+          "Phase of one block of rate samples: out[i] = start + sum of (block[k] - offset), k <= i.\n\n"
+          "A missing sample (NaN, infinite, or 9.9e37 and beyond) adds nothing. Returns the last value: the start\n"
+          "of the next block. Cutting the record into other blocks gives the same digits.");
+    m.def("missing_runs", &missing_runs, "block"_a.noconvert(), "start"_a,
+          "Half-open runs of missing samples, shape (k, 2); `start` is the index of block[0] in the record.");
+    m.def("difference_squares", &difference_squares, "phase"_a.noconvert(), "order"_a, "lags"_a.noconvert(),
+          "runs"_a.noconvert(), "run_offsets"_a.noconvert(), "first_block"_a, "last_block"_a, "block"_a,
+          "Sums of squared differences, shape (last_block - first_block, n_lags).\n\n"
+          "order 2: second differences (Allan), window 2m samples; order 3: third differences (Hadamard), 3m.\n"
+          "runs[run_offsets[l]:run_offsets[l + 1]] are the half-open, sorted runs of starts whose window is complete\n"
+          "at lag l; block b holds the starts [b * block, (b + 1) * block). A sum depends on its block and lag alone.");
+    m.def("modified_squares", &modified_squares, "phase"_a.noconvert(), "lag"_a, "runs"_a.noconvert(),
+          "Sum over the starts of `runs` of (mean of `lag` adjacent second differences)**2.\n\n"
+          "The window of a start holds 3 lag - 1 samples.");
+    m.def("total_squares", &total_squares, "phase"_a.noconvert(), "lag"_a,
+          "Sum of squared second differences of the reflected phase over the centres 1..n-1. No gaps.");
+    m.def("online_allan_size", &online_allan_size, "lags"_a.noconvert(), "order"_a = 2, "positions"_a = 64,
+          "block"_a = 1024,
+          "Lengths of the two arrays of a state: `numbers` (float64) and `counters` (int64). Begin with zeros.\n\n"
+          "lags: rising; each below 2 * positions, or q * 2**k with q in [positions, 2 * positions). A lag is never\n"
+          "rounded: one that does not fit is refused. order as in difference_squares().");
+    m.def("online_allan_feed", &online_allan_feed, "numbers"_a.noconvert(), "counters"_a.noconvert(),
+          "lags"_a.noconvert(), "order"_a, "positions"_a, "block"_a, "samples"_a.noconvert(), "offset"_a,
+          "Take in the next rate samples, missing ones included: one pass, fixed memory, any chunking, same digits.\n\n"
+          "`offset` is removed from each sample; it must stay the same for the whole record.");
+    m.def("online_allan_read", &online_allan_read, "numbers"_a.noconvert(), "counters"_a.noconvert(),
+          "lags"_a.noconvert(), "order"_a, "positions"_a, "block"_a,
+          "Sums of squared differences so far and how many there are, per lag. Changes nothing.\n\n"
+          "A lag of level k = max(0, floor(log2(lag / positions))) has one start per 2**k samples. Sums and counts of\n"
+          "separate pieces of a record, or of several records, simply add.");
+    m.def("markov_noise", &markov_noise, "normals"_a.noconvert(), "phi"_a.noconvert(), "step_sd"_a.noconvert(),
+          "weight_now"_a.noconvert(), "weight_next"_a.noconvert(), "state"_a.noconvert(), "out"_a.noconvert(),
+          "Add a weighted sum of first-order Markov states to `out`, in place.\n\n"
+          "s_j(k+1) = phi[j] * s_j(k) + step_sd[j] * normals[k, j];\n"
+          "out[k] += sum over j of weight_now[j] * s_j(k) + weight_next[j] * s_j(k+1).\n"
+          "phi = 1 is a random walk. `state` holds s(0) before and s(n) after the call.");
+}

@@ -1,0 +1,231 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The kernels without Python, under address and undefined-behaviour sanitizers and with every slice access checked.
+// It walks each kernel to the edges of its windows; the values themselves are checked against NumPy elsewhere.
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <vector>
+
+#include "allanite/allan.hpp"
+#include "allanite/noise.hpp"
+#include "allanite/online_allan.hpp"
+
+using namespace allanite;
+using Reals = std::vector<double>;
+using Integers = std::vector<int64_t>;
+
+namespace {
+
+int passed = 0, failed = 0;
+
+void check(bool condition, const char* what) {
+    ++(condition ? passed : failed);
+    if (!condition) std::printf("FAILED: %s\n", what);
+}
+
+bool near(double a, double b, double relative) { return std::fabs(a - b) <= relative * std::fabs(b); }
+
+template <class T>
+Slice<T> whole(std::vector<T>& v) {
+    return {v.data(), Index(v.size())};
+}
+
+template <class T>
+Slice<const T> fixed(const std::vector<T>& v) {
+    return {v.data(), Index(v.size())};
+}
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+
+/// Small integers, the same in every run.
+Reals noise(Index n) {
+    Reals y;
+    unsigned state = 1;
+    for (Index i = 0; i < n; ++i) {
+        state = 1664525u * state + 1013904223u;
+        y.push_back(double(state >> 24) - 128.0);
+    }
+    return y;
+}
+
+Reals phase_of(const Reals& y) {
+    Reals x(y.size() + 1);
+    if (!y.empty()) integrate(fixed(y), 0.0, 0.0, whole(x).part(1, Index(y.size())));
+    return x;
+}
+
+/// Sum of squared differences at one lag of a record without gaps, block by block.
+template <int order>
+double squares(const Reals& y, Index lag, Index block) {
+    const Reals x = phase_of(y);
+    const Index starts = Index(y.size()) - order * lag + 1;
+    const Integers lags{lag}, runs{0, starts}, offsets{0, 1};
+    Reals sums(size_t((starts + block - 1) / block));
+    difference_squares<order>(fixed(x), fixed(lags), fixed(runs), fixed(offsets), 0, block, whole(sums));
+    double total = 0.0;
+    for (double sum : sums) total += sum;
+    return total;
+}
+
+/// An online accumulator with its memory.
+template <class Scalar>
+struct Online {
+    Integers lags;
+    OnlinePlan plan;
+    std::vector<Scalar> numbers;
+    Integers counters;
+
+    Online(Integers wanted, int order, Index positions, Index block)
+        : lags(wanted), plan{fixed(lags), order, positions, block} {
+        const Index levels = online_levels(lags.back(), positions);
+        numbers.resize(size_t(online_numbers(Index(lags.size()), levels, order, positions, block)));
+        counters.resize(size_t(online_counters(Index(lags.size()), levels)));
+    }
+    Online(const Online&) = delete;
+    Online& operator=(const Online&) = delete;
+
+    void feed(const Reals& y, Index chunk) {
+        const std::vector<Scalar> samples(y.begin(), y.end());
+        const auto state = online_state(plan, whole(numbers), whole(counters));
+        for (Index i = 0; i < Index(y.size()); i += chunk) {
+            const Index length = i + chunk < Index(y.size()) ? chunk : Index(y.size()) - i;
+            online_feed(plan, state, fixed(samples).part(i, length), Scalar(0));
+        }
+    }
+    std::vector<Scalar> read(Integers& counts) {
+        std::vector<Scalar> sums(lags.size());
+        counts.assign(lags.size(), 0);
+        online_read(plan, online_state(plan, whole(numbers), whole(counters)), whole(sums), whole(counts));
+        return sums;
+    }
+};
+
+Integers fitting_lags(int64_t longest, Index positions) {
+    Integers lags;
+    for (int64_t lag = 1; lag <= longest; ++lag) {
+        if (online_lag_fits(lag, positions)) lags.push_back(lag);
+    }
+    return lags;
+}
+
+void ten_points() {
+    const Reals y{892, 809, 823, 798, 671, 644, 883, 903, 677}, x = phase_of(y);
+    check(near(std::sqrt(squares<2>(y, 1, 4) / (2 * 8)), 91.22944974, 1e-9), "ten points: OADEV, m = 1");
+    check(near(std::sqrt(squares<2>(y, 2, 4) / (8 * 6)), 85.95286984, 1e-9), "ten points: OADEV, m = 2");
+    check(near(std::sqrt(squares<3>(y, 2, 4) / (24 * 4)), 85.61487166, 1e-9), "ten points: OHDEV, m = 2");
+    check(near(std::sqrt(total_squares(fixed(x), 2) / (8 * 8)), 93.90379053, 1e-9), "ten points: TOTDEV, m = 2");
+    const Integers runs{0, 5};
+    check(near(std::sqrt(modified_squares(fixed(x), 2, fixed(runs)) / (8 * 5)), 74.78849343, 1e-9),
+          "ten points: MDEV, m = 2");
+}
+
+void every_short_record_and_lag() {
+    for (Index n = 1; n <= 40; ++n) {
+        const Reals y = noise(n), x = phase_of(y);
+        for (Index lag = 1; lag <= n; ++lag) {
+            check(std::isfinite(total_squares(fixed(x), lag)), "total: any lag");
+            if (2 * lag <= n) check(squares<2>(y, lag, n) == squares<2>(y, lag, 3), "blocks of integers add exactly");
+            if (3 * lag <= n) check(squares<3>(y, lag, n) == squares<3>(y, lag, 3), "order 3: the same");
+            if (3 * lag - 1 > n) continue;
+            const Integers runs{0, n - 3 * lag + 2};
+            check(std::isfinite(modified_squares(fixed(x), lag, fixed(runs))), "modified: up to the last window");
+        }
+    }
+}
+
+void modified_begins_anew_without_a_seam() {
+    const Reals y = noise(10000), x = phase_of(y);
+    const Integers one{0, 9998}, two{0, 5000, 5000, 9998};
+    check(near(modified_squares(fixed(x), 1, fixed(one)), squares<2>(y, 1, 10000) - std::pow(y[9999] - y[9998], 2),
+               1e-13),
+          "modified, m = 1: the second difference");
+    check(near(modified_squares(fixed(x), 1, fixed(two)), modified_squares(fixed(x), 1, fixed(one)), 1e-13),
+          "modified: runs add");
+}
+
+void missing_samples() {
+    const Reals y{nan, 1, 2, nan, nan, 3, 9.9e37, -HUGE_VAL};
+    Integers runs(6);
+    check(missing_runs(fixed(y), 10, {nullptr, 0}) == 3, "missing runs are counted");
+    check(missing_runs(fixed(y), 10, whole(runs)) == 3 && runs == Integers{10, 11, 13, 15, 16, 18}, "and listed");
+    Integers short_of_room(2);
+    check(missing_runs(fixed(y), 10, whole(short_of_room)) == 3, "missing runs: no write beyond the room given");
+    check(phase_of(y) == Reals{0, 0, 1, 3, 3, 3, 6, 6, 6}, "a missing sample adds nothing to the phase");
+    const Integers starts{2, 5, 7, 9};
+    for (Index i = 0; i < 12; ++i) {
+        const Index expected = i < 5 ? 0 : i < 9 ? 1 : 2;
+        check(first_run_after(fixed(starts), i) == expected, "first run after a start");
+    }
+}
+
+void online_equals_exact() {
+    for (int order = 2; order <= 3; ++order) {
+        for (Index n : {1, 2, 3, 7, 64, 129, 1000, 1001}) {
+            const Reals y = noise(n);
+            Online<double> online(fitting_lags(15, 8), order, 8, 32);  // level 0 alone: every start
+            online.feed(y, 5);
+            Integers counts;
+            const Reals sums = online.read(counts);
+            for (size_t l = 0; l < sums.size(); ++l) {
+                const Index lag = online.lags[l], starts = n - order * lag + 1;
+                check(counts[l] == (starts > 0 ? starts : 0), "online: number of differences");
+                if (starts <= 0) continue;
+                const double exact = order == 2 ? squares<2>(y, lag, n) : squares<3>(y, lag, n);
+                check(near(sums[l], exact, 1e-13), "online: sum of squares");
+            }
+        }
+    }
+}
+
+void online_chunks_and_gaps() {
+    Reals y = noise(5000);
+    for (Index i : {0, 1, 700, 701, 2048, 4999}) y[size_t(i)] = nan;
+    for (Index positions : {1, 2, 16}) {
+        for (Index block : {2, 64, 1000}) {
+            Online<double> by_one(fitting_lags(1000, positions), 2, positions, block),
+                at_once(fitting_lags(1000, positions), 2, positions, block);
+            by_one.feed(y, 1);
+            at_once.feed(y, 5000);
+            Integers counts_by_one, counts_at_once;
+            check(by_one.read(counts_by_one) == at_once.read(counts_at_once), "online: any chunking, same digits");
+            check(counts_by_one == counts_at_once, "online: any chunking, same counts");
+            check(by_one.read(counts_by_one) == at_once.read(counts_at_once), "online: reading changes nothing");
+        }
+    }
+}
+
+void online_in_float() {
+    const Reals y = noise(300000);
+    Online<double> reference(fitting_lags(60000, 4), 2, 4, 16);
+    Online<float> single(fitting_lags(60000, 4), 2, 4, 16);
+    reference.feed(y, 1000);
+    single.feed(y, 1000);
+    Integers counts, counts_single;
+    const Reals expected = reference.read(counts);
+    const std::vector<float> found = single.read(counts_single);
+    check(counts == counts_single, "float: counts");
+    for (size_t l = 0; l < found.size(); ++l) check(near(double(found[l]), expected[l], 1e-4), "float: sum of squares");
+}
+
+void markov_states() {
+    const Reals normals{1, -1, 2, 0.5, -3, 0}, phi{1, 0.5}, step{1, 2}, now{1, 0.25}, next{0, 0.75};
+    Reals state{0, 8}, out(3);
+    markov_noise(fixed(normals), fixed(phi), fixed(step), fixed(now), fixed(next), whole(state), whole(out));
+    check(state == Reals{0, 1}, "markov: last state");
+    check(out == Reals{0 + 2 + 1.5, 1 + 0.5 + 1.5, 3 + 0.5 + 0.75}, "markov: output");
+}
+
+}  // namespace
+
+int main() {
+    ten_points();
+    every_short_record_and_lag();
+    modified_begins_anew_without_a_seam();
+    missing_samples();
+    online_equals_exact();
+    online_chunks_and_gaps();
+    online_in_float();
+    markov_states();
+    std::printf("%d passed, %d failed\n", passed, failed);
+    return failed == 0 ? 0 : 1;
+}

@@ -1,0 +1,144 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""allanite: from a log of a sensor at rest to a noise model you can trust.
+
+Flow
+----
+Data go one way::
+
+    file --read--> Recording --check--> findings
+                   Recording --allan_curve--> AllanCurve --fit--> NoiseModel --simulate--> Recording
+                   Recording --characterize--> Study --render, plot, export--> report, figures, files
+
+`Study` is the only thing that crosses from the science to the presentation. It is a plain, versioned
+JSON document; reports, figures and exporters read it and hold no formula.
+
+Data types
+----------
+Recording
+    Evenly sampled channels of one sensor, with one rate. A recording is at most as long as its samples say:
+    rate, length and span cannot disagree.
+Channel
+    Name, kind (rate, angle, acceleration, velocity, voltage, counts, unknown), unit, scale factor, and the
+    sampling convention: ``"mean"`` where a sample is the mean over its interval (integrating converters, angle
+    increments), ``"point"`` where it is the value at an instant.
+AllanCurve
+    Deviations with their intervals, equivalent degrees of freedom and counts, per lag and channel.
+NoiseModel
+    A sum of noise terms. Each term answers ``psd(f)``, ``avar(tau)`` and ``state_space(dt)``.
+Study
+    All of the above for one recording, serialisable.
+
+Conventions
+-----------
+Axis order
+    Samples run along axis 0 and channels along axis 1: ``(n_samples, n_channels)``; curves are
+    ``(n_lags, n_channels)``. Arrays held by results are read-only.
+Units
+    SI inside, always: rad, rad/s, m/s², m/s, V, s, Hz. Other units exist in names and texts at the edge only
+    (`allanite.units`). Samples are never copied to change their unit: results are scaled.
+Missing samples
+    NaN, in every function. A gap is never closed up and never filled.
+Spectra
+    Power spectral densities are two-sided, ``S(f)`` over ``-inf < f < inf``, in (SI unit)²/Hz, as in
+    IEEE Std 952, so that
+
+    ``AVAR(tau) = 4 * integral from 0 to inf of S(f) * sin(pi f tau)**4 / (pi f tau)**2 df``.
+
+    For a one-sided density, twice as large, the factor is 2.
+Symbols
+    IEEE Std 952 letters. The units are those of a rate gyro; an accelerometer has m/s² in place of rad/s.
+
+    ===== ========================================= ============== ===========================
+    name  term                                      unit           AVAR(tau)
+    ===== ========================================= ============== ===========================
+    Q     quantisation                              rad            3 Q² / tau²
+    N     white noise (angle random walk)           rad/s/√Hz      N² / tau
+    B     flicker (bias instability)                rad/s          (2 ln 2 / pi) B²
+    K     random walk of the rate                   rad/s/√s       K² tau / 3
+    R     ramp                                      rad/s²         R² tau² / 2
+    q, T  Gauss-Markov: driving noise and           rad/s/√s, s    see `allanite.noise`
+          correlation time, T is the seed's T_b
+    ===== ========================================= ============== ===========================
+Uncertainty
+    No estimate without its interval, or the words "upper limit" or "not resolved". Intervals are at 95 % unless
+    said otherwise.
+Errors
+    Everything raised on purpose derives from `AllaniteError`. The library neither prints nor exits.
+
+Names
+-----
+The public names below load on first use: ``import allanite`` costs the standard library only.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+__version__ = "0.1.0"
+
+if TYPE_CHECKING:
+    from .allan import AllanCurve, allan_curve
+    from .errors import AllaniteError
+    from .exporters import export
+    from .figures import plot
+    from .fitting import fit
+    from .health import check
+    from .noise import NoiseModel
+    from .readers import read
+    from .recording import Channel, Recording
+    from .report import render
+    from .simulation import simulate
+    from .study import Study, characterize
+
+__all__ = [
+    "AllanCurve",
+    "AllaniteError",
+    "Channel",
+    "NoiseModel",
+    "Recording",
+    "Study",
+    "__version__",
+    "allan_curve",
+    "characterize",
+    "check",
+    "export",
+    "fit",
+    "plot",
+    "read",
+    "render",
+    "simulate",
+]
+
+_HOMES = {
+    "AllanCurve": "allan",
+    "AllaniteError": "errors",
+    "Channel": "recording",
+    "NoiseModel": "noise",
+    "Recording": "recording",
+    "Study": "study",
+    "allan_curve": "allan",
+    "characterize": "study",
+    "check": "health",
+    "export": "exporters",
+    "fit": "fitting",
+    "plot": "figures",
+    "read": "readers",
+    "render": "report",
+    "simulate": "simulation",
+}
+"""Public name -> the module it lives in."""
+
+
+def __getattr__(name: str) -> object:
+    """Import a public name from its module on first use (PEP 562)."""
+    if name not in _HOMES:
+        raise AttributeError(f"module 'allanite' has no attribute {name!r}")
+    from importlib import import_module
+
+    value = getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
+    globals()[name] = value
+    return value
+
+
+def __dir__() -> list[str]:
+    return sorted(__all__)

@@ -1,0 +1,423 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""AllanCurve: deviations with intervals, and allan_curve(recording), which makes one."""
+
+from __future__ import annotations
+
+import json
+import warnings
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from allanite.allan import covariance, degrees
+from allanite.allan.lags import choose_lags
+from allanite.allan.online import decimable, decimated_sums
+from allanite.allan.statistics import STATISTICS, Statistic, longest_lag, phase_of, sums_of_squares
+from allanite.errors import DataQualityError, DataQualityWarning, FormatError, InputError, StorageError
+from allanite.noise import Flicker, NoiseModel, Quantisation, RandomWalk, White
+from allanite.recording import Channel, Recording
+
+__all__ = ["AllanCurve", "allan_curve"]
+
+Array = NDArray[np.float64]
+Spans = NDArray[np.int64]
+Engine = Literal["auto", "exact", "decimated"]
+
+LOCAL = "local power law at each lag; curve.with_model(model) gives the exact one"
+#: Local slope of AVAR -> power of frequency of the rate density, and the term that has it.
+_ALPHA = {-2: 2, -1: 0, 0: -1, 1: -2}
+_TERM = {-2: Quantisation(Q=1.0), -1: White(N=1.0), 0: Flicker(B=1.0), 1: RandomWalk(K=1.0)}
+#: A full-length phase above this many bytes makes "auto" take the decimated engine.
+_EXACT_BYTES = 2 << 30
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AllanCurve:
+    """Deviations of one or several channels over lag, with intervals.
+
+    Attributes
+    ----------
+    statistic : str
+        adev, oadev, hdev, ohdev, mdev, tdev or totdev.
+    lags : ndarray of int64, shape (n_lags,)
+        In samples.
+    tau : ndarray, shape (n_lags,) [s]
+        lags * dt: what was computed, never what was asked for.
+    deviation, lower, upper : ndarray, shape (n_lags, n_channels) [SI unit of the rate or acceleration]
+        Estimate and its equal-tailed chi-square interval; NaN where no term is complete.
+    edf : ndarray, shape (n_lags, n_channels)
+        Equivalent degrees of freedom of the variance.
+    count : ndarray of int64, shape (n_lags, n_channels)
+        Terms in the sum.
+    confidence : float
+    channels : tuple of Channel
+    dt : float [s]
+        Sample interval Ts.
+    n_samples : int
+        Samples of the record, missing ones included (N).
+    missing : tuple of ndarray of int64, shape (n_runs, 2)
+        Runs of missing samples of each channel.
+    engine : str
+        "exact" (every window) or "decimated" (every 2^k-th window at long lags, fixed memory).
+    interval_basis : str
+        Which noise the degrees of freedom assume.
+
+    Notes
+    -----
+    The mean of a deviation with few degrees of freedom lies below the truth (0.798 of it at edf = 1), while the
+    variance is unbiased: the interval is the answer, not the dot.
+    """
+
+    statistic: str
+    lags: NDArray[np.int64]
+    tau: Array
+    deviation: Array
+    lower: Array = field(repr=False)
+    upper: Array = field(repr=False)
+    edf: Array = field(repr=False)
+    count: NDArray[np.int64] = field(repr=False)
+    confidence: float
+    channels: tuple[Channel, ...]
+    dt: float
+    n_samples: int
+    missing: tuple[Spans, ...] = field(repr=False)
+    engine: str = "exact"
+    interval_basis: str = LOCAL
+
+    def __post_init__(self) -> None:
+        for name in ("lags", "tau", "deviation", "lower", "upper", "edf", "count"):
+            view = np.asarray(getattr(self, name)).view()
+            view.flags.writeable = False
+            object.__setattr__(self, name, view)
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the channels."""
+        return tuple(c.name for c in self.channels)
+
+    @property
+    def variance(self) -> Array:
+        """deviation squared, shape (n_lags, n_channels)."""
+        return self.deviation**2
+
+    def __getitem__(self, name: str) -> AllanCurve:
+        """The curve of one channel.
+
+        Raises
+        ------
+        InputError
+            No such channel.
+        """
+        if name not in self.names:
+            raise InputError(f"no channel {name!r} in the curve; there are: {', '.join(self.names)}")
+        i = self.names.index(name)
+        part = {k: getattr(self, k)[:, [i]] for k in ("deviation", "lower", "upper", "edf", "count")}
+        return replace(self, channels=(self.channels[i],), missing=(self.missing[i],), **part)
+
+    def starts(self, i: int = 0) -> list[Spans] | None:
+        """Runs of complete windows at each lag of channel i; None where nothing is missing."""
+        missing = self.missing[i]
+        if len(missing) == 0:
+            return None
+        statistic = STATISTICS[self.statistic]
+        if self.channels[i].kind.integrated:
+            return [covariance.touching_starts(missing, self.n_samples + 1, int(m), statistic.order) for m in self.lags]
+        return [covariance.complete_starts(missing, self.n_samples, statistic.window(int(m))) for m in self.lags]
+
+    def with_model(self, model: NoiseModel) -> AllanCurve:
+        """The same deviations with degrees of freedom and intervals exact under a model (one channel, oadev).
+
+        Raises
+        ------
+        InputError
+            Several channels, or a statistic without an exact covariance.
+        """
+        if len(self.channels) != 1 or self.statistic != "oadev":
+            raise InputError("with_model needs the oadev curve of one channel: curve['x'].with_model(model)")
+        edf = covariance.edf(model, self.lags, self.n_samples, self.dt, self.channels[0].sampling, self.starts())
+        return _with_edf(self, edf[:, None], f"exact under {model}")
+
+    # -- files ------------------------------------------------------------------------------------------------
+
+    def to_json(self) -> dict[str, Any]:
+        """Plain data of a one-channel curve, as it stands in a study."""
+        if len(self.channels) != 1:
+            raise InputError("to_json takes the curve of one channel: curve['x'].to_json()")
+        columns = {k: _plain(getattr(self, k)[:, 0]) for k in ("deviation", "lower", "upper", "edf", "count")}
+        facts = {k: getattr(self, k) for k in ("statistic", "engine", "confidence", "dt", "n_samples", "interval_basis")}
+        return {
+            **facts,
+            "sampling": self.channels[0].sampling,
+            "missing": self.missing[0].tolist(),
+            "lags": self.lags.tolist(),
+            "tau": self.tau.tolist(),
+            **columns,
+        }
+
+    def to_csv(self, path: str | Path, *, force: bool = False) -> Path:
+        """Write the curve with everything a later fit needs: N, Ts, sampling convention, missing runs.
+
+        Raises
+        ------
+        StorageError
+            The file exists and `force` is not set.
+        """
+        path = Path(path)
+        if path.exists() and not force:
+            raise StorageError(f"{path} exists; choose another name, or say --force (force=True)")
+        header = {
+            "format": "allanite-curve 1",
+            "statistic": self.statistic,
+            "engine": self.engine,
+            "confidence": self.confidence,
+            "N": self.n_samples,
+            "Ts": self.dt,
+            "interval basis": self.interval_basis,
+            "channels": json.dumps([c.to_json() for c in self.channels], ensure_ascii=False),
+            "missing": json.dumps([runs.tolist() for runs in self.missing]),
+            "units": "m in samples, tau in s, deviations in SI (or the channel's own unit where it has none)",
+        }
+        fields = ("deviation", "lower", "upper", "edf", "count")
+        names = ["m", "tau", *(f"{c.name}.{k}" for c in self.channels for k in fields)]
+        lines = [f"# {key}: {value}" for key, value in header.items()]
+        lines.append(",".join(_cell(n) for n in names))
+        for i, m in enumerate(self.lags):
+            row = [str(int(m)), repr(float(self.tau[i]))]
+            for j in range(len(self.channels)):
+                row += [repr(float(getattr(self, k)[i, j])) for k in fields[:4]] + [str(int(self.count[i, j]))]
+            lines.append(",".join(row))
+        path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+        return path
+
+    @classmethod
+    def from_csv(cls, path: str | Path) -> AllanCurve:
+        """Read what `to_csv` wrote.
+
+        Raises
+        ------
+        FormatError
+            Not such a file, or one that was cut.
+        """
+        text = Path(path).read_text(encoding="utf-8")
+        head: dict[str, str] = {}
+        for line in text.splitlines():
+            if line.startswith("# ") and ": " in line:
+                key, value = line[2:].split(": ", 1)
+                head[key] = value
+        if head.get("format") != "allanite-curve 1":
+            raise FormatError(f"{path} is not a curve written by allanite (no '# format: allanite-curve 1' line)")
+        try:
+            channels = tuple(Channel.from_json(c) for c in json.loads(head["channels"]))
+            missing = tuple(np.array(r, dtype=np.int64).reshape(-1, 2) for r in json.loads(head["missing"]))
+            rows = [r for r in text.splitlines() if r and not r.startswith("#")][1:]
+            table = np.array([[float(c) for c in r.split(",")] for r in rows])
+            grid = table[:, 2:].reshape(len(table), len(channels), 5)
+        except (KeyError, ValueError) as error:
+            raise FormatError(f"{path}: damaged curve file: {error}") from None
+        lags = table[:, 0].astype(np.int64)
+        return cls(
+            statistic=head["statistic"],
+            engine=head["engine"],
+            confidence=float(head["confidence"]),
+            n_samples=int(head["N"]),
+            dt=float(head["Ts"]),
+            interval_basis=head["interval basis"],
+            channels=channels,
+            missing=missing,
+            lags=lags,
+            tau=table[:, 1],
+            deviation=grid[:, :, 0],
+            lower=grid[:, :, 1],
+            upper=grid[:, :, 2],
+            edf=grid[:, :, 3],
+            count=grid[:, :, 4].astype(np.int64),
+        )
+
+
+def _plain(values: NDArray[Any]) -> list[float | int | None]:
+    return [v if v == v and abs(v) != np.inf else None for v in values.tolist()]
+
+
+def _cell(text: str) -> str:
+    return '"' + text.replace('"', '""') + '"' if any(c in text for c in ',"\n') else text
+
+
+def allan_curve(
+    recording: Recording,
+    *,
+    statistic: str = "oadev",
+    taus: str | int | ArrayLike = "octave",
+    engine: Engine = "auto",
+    confidence: float = 0.95,
+    threads: int | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> AllanCurve:
+    """The Allan curve of every noise-bearing channel of a recording.
+
+    Parameters
+    ----------
+    recording : Recording
+    statistic : str
+        "oadev" (overlapping Allan deviation) unless there is a reason; adev, hdev, ohdev, mdev, tdev, totdev.
+    taus : "octave", "decade", "all", int or array_like [s]
+        See `allanite.allan.lags.choose_lags`. Lags the record does not support are refused, never rounded.
+    engine : "auto", "exact" or "decimated"
+        "decimated" needs fixed memory and one pass (oadev, octave and per-decade grids); "auto" takes it when the phase
+        would not fit in 2 GiB.
+    confidence : float
+        Level of the intervals.
+    threads : int, optional
+        The digits do not depend on it.
+    progress : callable, optional
+        Called with the fraction done.
+
+    Raises
+    ------
+    InputError
+        An unknown statistic, grid or engine; a lag the record does not support; a confidence outside (0, 1).
+    DataQualityError
+        Fewer than three samples, or none present.
+    """
+    chosen = _chosen(statistic)
+    degrees.chi_square_factors(np.array([1.0]), confidence)
+    names = [c.name for c in recording.channels if c.kind.noise_bearing]
+    if not names:
+        raise InputError("no channel of the recording carries sensor noise (only temperature or other companions)")
+    n = recording.n_samples - int(recording[names[0]].kind.integrated)
+    if n < 3:
+        raise DataQualityError(f"the recording has {n} samples; an Allan variance needs at least 3")
+    lags = choose_lags(taus, n, recording.dt, longest_lag(chosen, n))
+    way = _engine(engine, chosen, recording, taus)
+    lags = decimable(lags) if way == "decimated" else lags
+    columns, missing = [], []
+    for i, name in enumerate(names):
+        step = None if progress is None else _scaled(progress, i, len(names))
+        variance, count, gaps = _channel(recording, name, chosen, lags, way, threads, step)
+        columns.append((variance, count))
+        missing.append(gaps)
+    channels = tuple(recording[n] for n in names)
+    scale = np.array([abs(c.scale) for c in channels])
+    variance = np.stack([v for v, _ in columns], axis=1)
+    deviation = np.sqrt(variance) * scale
+    tau = lags * recording.dt
+    if chosen.time:
+        deviation = deviation * tau[:, None] / np.sqrt(3.0)
+    bare = AllanCurve(
+        statistic=statistic,
+        lags=lags,
+        tau=tau,
+        deviation=deviation,
+        lower=np.full_like(deviation, np.nan),
+        upper=np.full_like(deviation, np.nan),
+        edf=np.full_like(deviation, np.nan),
+        count=np.stack([c for _, c in columns], axis=1),
+        confidence=confidence,
+        channels=channels,
+        dt=recording.dt,
+        n_samples=n,
+        missing=tuple(missing),
+        engine=way,
+    )
+    return _with_edf(bare, np.stack([_local_edf(bare, chosen, variance, i) for i in range(len(names))], axis=1), LOCAL)
+
+
+def _chosen(statistic: str) -> Statistic:
+    try:
+        return STATISTICS[statistic]
+    except (KeyError, TypeError):
+        raise InputError(f"unknown statistic {statistic!r}; there are: {', '.join(STATISTICS)}") from None
+
+
+def _engine(engine: str, statistic: Statistic, recording: Recording, taus: object) -> str:
+    if engine not in ("auto", "exact", "decimated"):
+        raise InputError(f"engine must be 'auto', 'exact' or 'decimated', not {engine!r}")
+    able = statistic.name == "oadev" and (isinstance(taus, int) or (isinstance(taus, str) and taus != "all"))
+    able = able and not any(c.kind.integrated for c in recording.channels)
+    if engine == "decimated" and not able:
+        raise InputError(
+            "the decimated engine computes oadev of rates on the grids 'octave', 'decade' or a count per decade"
+        )
+    if engine == "auto":
+        return "decimated" if able and 8 * recording.n_samples > _EXACT_BYTES else "exact"
+    return engine
+
+
+def _scaled(progress: Callable[[float], None], i: int, of: int) -> Callable[[float], None]:
+    return lambda fraction: progress((i + fraction) / of)
+
+
+def _channel(
+    recording: Recording,
+    name: str,
+    statistic: Statistic,
+    lags: NDArray[np.int64],
+    engine: str,
+    threads: int | None,
+    progress: Callable[[float], None] | None,
+) -> tuple[Array, NDArray[np.int64], Spans]:
+    if engine == "decimated":
+        return decimated_sums(recording, name, lags, progress)
+    halves = (None, None) if progress is None else (_scaled(progress, 0, 2), _scaled(progress, 1, 2))
+    phase = phase_of(recording, name, halves[0])
+    variance, count = sums_of_squares(phase, statistic, lags, threads, halves[1])
+    return variance, count, phase.missing
+
+
+def _local_edf(curve: AllanCurve, statistic: Statistic, variance: Array, i: int) -> Array:
+    """Degrees of freedom from the power law that the curve follows at each lag."""
+    law = degrees.local_power_law(curve.lags, variance[:, i], curve.count[:, i])
+    starts = curve.starts(i)
+    out = np.full(len(curve.lags), np.nan)
+    grid = _thinned(len(curve.lags))
+    for mu in np.unique(law):
+        part = np.array([_one_edf(curve, statistic, int(mu), int(j), i, starts) for j in grid])
+        ok = np.isfinite(part) & (part > 0)
+        if ok.any():
+            here = law == mu
+            x = np.log(curve.lags.astype(np.float64))
+            out[here] = np.exp(np.interp(x[here], x[grid[ok]], np.log(part[ok])))
+    return np.where(curve.count[:, i] > 0, out, np.nan)
+
+
+def _thinned(n: int, most: int = 150) -> NDArray[np.int64]:
+    """Positions at which degrees of freedom are computed; a smooth function of lag is interpolated between."""
+    if n <= most:
+        return np.arange(n)
+    return np.unique(np.concatenate((np.round(np.geomspace(1, n, most)) - 1, np.arange(n - 10, n)))).astype(np.int64)
+
+
+def _one_edf(curve: AllanCurve, statistic: Statistic, mu: int, j: int, i: int, starts: list[Spans] | None) -> float:
+    m, n = int(curve.lags[j]), curve.n_samples
+    if curve.count[j, i] == 0:
+        return float("nan")
+    if statistic.name == "oadev":
+        model = NoiseModel.of(_TERM[mu])
+        here = None if starts is None else [starts[j]]
+        return float(covariance.edf(model, [m], n, 1.0, curve.channels[i].sampling, here)[0])
+    if statistic.total:
+        return degrees.edf_total(_ALPHA[mu], n, m)
+    full = degrees.edf_greenhall(
+        _ALPHA[mu], statistic.order, m, n + 1, overlapping=statistic.overlapping, modified=statistic.modified
+    )
+    whole = (n + 1 - statistic.order * m) / (1 if statistic.overlapping else m)
+    return full * min(1.0, curve.count[j, i] / max(whole, 1)) if starts is not None else full
+
+
+def _with_edf(curve: AllanCurve, edf: Array, basis: str) -> AllanCurve:
+    low, high = degrees.chi_square_factors(edf, curve.confidence)
+    zero = np.any(curve.deviation == 0)
+    if zero:
+        warnings.warn(
+            "the deviation is exactly zero at some lags: the record does not resolve any noise there",
+            DataQualityWarning,
+            stacklevel=3,
+        )
+    return replace(
+        curve, edf=edf, lower=curve.deviation * low, upper=curve.deviation * high, interval_basis=basis
+    )
+
+

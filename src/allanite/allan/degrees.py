@@ -1,0 +1,165 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Degrees of freedom and intervals of a curve on its own, from the power law it follows locally.
+
+A curve alone does not know its noise; its local slope tells the power law nearest to it. For the overlapping
+Allan deviation the degrees of freedom of that law are exact for sampled noise (`covariance.edf`); the other
+statistics use the combined algorithm of Greenhall and Riley [1], as Stable32 does. `AllanCurve.with_model`
+replaces all this by the fitted model.
+
+References
+----------
+.. [1] C. Greenhall, W. Riley, "Uncertainty of stability variances based on finite differences", PTTI 2003.
+.. [2] W. Riley, NIST SP 1065 (2008), section 5.4 and table 5.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.errors import DataQualityError, InputError
+
+__all__ = ["chi_square_factors", "edf_greenhall", "edf_total", "local_power_law"]
+
+Array = NDArray[np.float64]
+
+_DIRECT = 4096  # terms of a sum taken one by one; longer sums are those of a coarser grid
+
+
+def chi_square_factors(edf: Array, confidence: float) -> tuple[Array, Array]:
+    """Factors on the deviation that give its equal-tailed interval: sqrt(edf/quantile).
+
+    Parameters
+    ----------
+    edf : ndarray
+        Positive; NaN gives NaN.
+    confidence : float
+        Between 0 and 1.
+
+    Raises
+    ------
+    InputError
+        A confidence outside (0, 1).
+    DataQualityError
+        Degrees of freedom that are zero or negative.
+    """
+    from scipy.special import gammaincinv
+
+    if isinstance(confidence, bool) or not (isinstance(confidence, (int, float)) and 0 < confidence < 1):
+        raise InputError(f"confidence must lie between 0 and 1 (0.95 for 95 %), not {confidence!r}")
+    edf = np.asarray(edf, dtype=np.float64)
+    if np.any(edf <= 0):
+        raise DataQualityError(
+            f"an estimate has {edf[edf <= 0].ravel()[0]:g} degrees of freedom: the lag is too long for the record; shorten it"
+        )
+    tail = (1 - confidence) / 2
+    with np.errstate(invalid="ignore"):
+        low = np.sqrt(edf / 2 / gammaincinv(edf / 2, 1 - tail))
+        high = np.sqrt(edf / 2 / gammaincinv(edf / 2, tail))
+    return low, high
+
+
+def local_power_law(lags: NDArray[np.int64], variance: Array, count: NDArray[np.int64]) -> NDArray[np.int64]:
+    """The exponent mu in {-2, -1, 0, 1} of AVAR ~ tau^mu nearest to the curve at each lag.
+
+    The slope is taken over a factor of about four in lag, where at least 30 independent windows stand behind it;
+    longer lags keep the last trusted value, because their own slope is noise.
+    """
+    ok = np.isfinite(variance) & (variance > 0)
+    if ok.sum() < 2:
+        return np.full(len(lags), -1)
+    x, y = np.log(lags[ok].astype(np.float64)), np.log(variance[ok])
+    slope = np.empty(ok.sum())
+    for i in range(len(x)):
+        near = np.abs(x - x[i]) <= math.log(2.0) + 1e-9
+        if near.sum() < 2:
+            near = np.argsort(np.abs(x - x[i]))[:2]
+        slope[i] = np.polyfit(x[near], y[near], 1)[0]
+    windows = count[ok] / lags[ok] / 2
+    trusted = windows >= 15
+    if not trusted.any():
+        trusted[0] = True
+    keep = np.maximum.accumulate(np.where(trusted, np.arange(len(x)), 0))
+    out = np.full(len(lags), -1)
+    out[ok] = np.clip(np.round(slope[keep]), -2, 1).astype(np.int64)
+    return out
+
+
+def edf_total(alpha: int, n_samples: int, m: int) -> float:
+    """Degrees of freedom of the total deviation: b n/m - c [2, table 7], alpha = 0, -1, -2."""
+    b, c = {0: (1.50, 0.0), -1: (1.17, 0.22), -2: (0.93, 0.36)}[max(min(alpha, 0), -2)]
+    return b * n_samples / m - c
+
+
+def edf_greenhall(alpha: int, order: int, m: int, n_points: int, *, overlapping: bool, modified: bool) -> float:
+    """Degrees of freedom by the combined algorithm of [1].
+
+    Parameters
+    ----------
+    alpha : int
+        Power of frequency in the rate density: 2 (quantisation), 1, 0 (white), -1 (flicker), -2 (random walk).
+    order : int
+        2 for Allan, 3 for Hadamard.
+    m : int
+        Lag in samples.
+    n_points : int
+        Phase points: samples + 1.
+    overlapping, modified : bool
+
+    Raises
+    ------
+    DataQualityError
+        The lag leaves no term.
+    """
+    filter_ = 1 if modified else m
+    stride = m if overlapping else 1
+    length = m // filter_ + m * order
+    if n_points < length:
+        raise DataQualityError(f"lag of {m} samples: the record of {n_points - 1} samples holds no complete window")
+    terms = 1 + stride * (n_points - length) // m
+    reach = min(terms, (order + 1) * stride)
+    ratio = terms / stride
+    F: float = filter_
+    if not modified and alpha <= 0 and m * (order + 1) > _DIRECT:
+        F = math.inf
+    if reach <= _DIRECT:
+        return _sz(0.0, F, alpha, order) ** 2 * terms / _basic_sum(reach, terms, stride, F, alpha, order)
+    # a grid of _DIRECT positions over the same span stands for the finer one
+    coarse = _DIRECT / min(ratio, order + 1)
+    count = ratio * coarse
+    F = coarse if not modified and alpha > 0 else (math.inf if not modified else 1.0)
+    if modified:
+        F = 1.0
+    return _sz(0.0, F, alpha, order) ** 2 * count / _basic_sum(_DIRECT, count, coarse, F, alpha, order)
+
+
+def _sw(t: Array, alpha: int) -> Array:
+    """Generalised autocovariance of the phase's generating process, up to a constant factor [1, table]."""
+    t = np.abs(t)
+    log = np.log(np.where(t == 0, 1.0, t))
+    return {2: -t, 1: t**2 * log, 0: t**3, -1: -(t**4) * log, -2: -(t**5), -3: t**6 * log, -4: t**7}[alpha]
+
+
+def _sx(t: Array, F: float, alpha: int) -> Array:
+    if math.isinf(F):
+        return _sw(t, alpha + 2)
+    return F**2 * (2 * _sw(t, alpha) - _sw(t - 1 / F, alpha) - _sw(t + 1 / F, alpha))
+
+
+def _sz(t: Array | float, F: float, alpha: int, order: int) -> Array:
+    t = np.asarray(t, dtype=np.float64)
+    total = np.zeros_like(t)
+    for k in range(-order, order + 1):
+        total = total + (-1) ** k * math.comb(2 * order, order + k) * _sx(t + k, F, alpha)
+    return total
+
+
+def _basic_sum(reach: int, terms: float, stride: float, F: float, alpha: int, order: int) -> float:
+    j = np.arange(reach + 1)
+    z2 = _sz(j / stride, F, alpha, order) ** 2
+    weight = 2 * (1 - j / terms)
+    weight[0] = 1.0
+    weight[-1] = 1 - reach / terms
+    return float(np.dot(weight, z2))

@@ -1,0 +1,313 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The Allan family as sums of squares over the phase of one channel.
+
+With the phase x (running sum of the samples, in units of sample times rate), n samples and lag m:
+
+========  =============================================  ===============  =======================
+name      term                                           window           variance
+========  =============================================  ===============  =======================
+adev      x[i] - 2x[i+m] + x[i+2m], i = 0, m, 2m, ...     2m samples       sum/(2 m^2 M)
+oadev     the same, every i                              2m               sum/(2 m^2 M)
+hdev      x[i+3m] - 3x[i+2m] + 3x[i+m] - x[i], i = 0, m.. 3m               sum/(6 m^2 M)
+ohdev     the same, every i                              3m               sum/(6 m^2 M)
+mdev      mean of m adjacent second differences          3m - 1           sum/(2 m^2 M)
+tdev      tau/sqrt(3) times mdev                         3m - 1
+totdev    second difference of the reflected phase       the record       sum/(2 m^2 (n - 1))
+========  =============================================  ===============  =======================
+
+A term counts only if its whole window is present; M counts the terms.
+
+References
+----------
+.. [1] W. Riley, "Handbook of Frequency Stability Analysis", NIST SP 1065 (2008), eqs 10-25.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite import _kernels
+from allanite.allan.covariance import complete_starts, touching_starts
+from allanite.errors import DataQualityError, InputError
+from allanite.recording import OVERLOAD, Recording, merge_spans
+
+__all__ = ["STATISTICS", "Phase", "Statistic", "first_level", "longest_lag", "merge_touching", "phase_of", "sums_of_squares"]
+
+Array = NDArray[np.float64]
+Spans = NDArray[np.int64]
+Progress = Callable[[float], None]
+
+_BLOCK = 1 << 15  # starts summed as one partial sum: fixed, so that any number of threads gives the same digits
+_TASK = 64  # blocks per task
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Statistic:
+    """One member of the family.
+
+    Attributes
+    ----------
+    order : int
+        Order of the phase difference: 2 (Allan) or 3 (Hadamard).
+    overlapping, modified, total, time : bool
+    """
+
+    name: str
+    order: int
+    overlapping: bool = True
+    modified: bool = False
+    total: bool = False
+    time: bool = False
+
+    def window(self, m: int) -> int:
+        """Samples that one term covers."""
+        return 3 * m - 1 if self.modified else self.order * m
+
+    @property
+    def norm(self) -> int:
+        """Variance = sum/(norm m^2 M)."""
+        return 2 if self.order == 2 else 6
+
+
+STATISTICS = {
+    s.name: s
+    for s in (
+        Statistic(name="adev", order=2, overlapping=False),
+        Statistic(name="oadev", order=2),
+        Statistic(name="hdev", order=3, overlapping=False),
+        Statistic(name="ohdev", order=3),
+        Statistic(name="mdev", order=2, modified=True),
+        Statistic(name="tdev", order=2, modified=True, time=True),
+        Statistic(name="totdev", order=2, total=True),
+    )
+}
+
+
+def longest_lag(statistic: Statistic, n_samples: int) -> int:
+    """The longest lag with one term [samples]; a total deviation ends at half the record too."""
+    return (n_samples + 1) // 3 if statistic.modified else n_samples // statistic.order
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Phase:
+    """Running sum of one channel, less a constant rate.
+
+    Attributes
+    ----------
+    x : ndarray, shape (n_samples + 1,)
+        In the channel's own unit times samples; finite everywhere.
+    missing : ndarray of int64, shape (n_runs, 2)
+        Runs of missing samples; of missing phase points when `pointwise`.
+    pointwise : bool
+        The samples were angles: a missing one spoils only the terms that touch it.
+    """
+
+    x: Array
+    missing: Spans
+    pointwise: bool = False
+
+    @property
+    def n_samples(self) -> int:
+        return len(self.x) - 1
+
+    def starts(self, statistic: Statistic, m: int) -> Spans:
+        """Runs of positions at which a term of the statistic is complete."""
+        if self.pointwise and not statistic.modified:
+            return touching_starts(self.missing, len(self.x), m, statistic.order)
+        return complete_starts(self._missing_samples(), self.n_samples, statistic.window(m))
+
+    def _missing_samples(self) -> Spans:
+        if not self.pointwise:
+            return self.missing
+        return merge_spans(np.clip(self.missing + [-1, 0], 0, self.n_samples))
+
+
+def phase_of(recording: Recording, name: str, progress: Progress | None = None) -> Phase:
+    """The phase of one channel, streamed block by block: the only full-length array that is made.
+
+    The first block's mean is taken off before summing: 2.5 V with 1 uV of noise would otherwise be 1 % wrong
+    after 1e9 samples.
+
+    Raises
+    ------
+    DataQualityError
+        Fewer than three samples, or none present.
+    """
+    n = recording.n_samples
+    if n < 3:
+        raise DataQualityError(f"channel {name!r} has {n} samples; an Allan variance needs at least 3")
+    if recording[name].kind.integrated:
+        return _recorded_phase(recording, name)
+    x = np.zeros(n + 1)
+    runs, offset, level = [], first_level(recording, name), 0.0
+    for start, block in recording.blocks(name):
+        block = np.ascontiguousarray(block)
+        runs.append(_kernels.missing_runs(block, start))
+        level = _kernels.integrate(block, offset, level, x[1 + start : 1 + start + len(block)])
+        if progress is not None:
+            progress((start + len(block)) / n)
+    missing = merge_touching(np.concatenate(runs))
+    if len(missing) and int((missing[:, 1] - missing[:, 0]).sum()) == n:
+        raise DataQualityError(f"channel {name!r}: all {n} samples are missing")
+    return Phase(x=x, missing=missing)
+
+
+def first_level(recording: Recording, name: str) -> float:
+    """Mean of the first block that holds a sample; 0 where none does."""
+    for _, block in recording.blocks(name):
+        present = block[np.abs(block) < OVERLOAD]
+        if len(present):
+            return float(present.mean())
+    return 0.0
+
+
+def _recorded_phase(recording: Recording, name: str) -> Phase:
+    """Angles as phase: theta/Ts, with the missing points bridged by a line (they enter no term)."""
+    theta = recording.values(name) * recording.rate
+    bad = ~np.isfinite(theta)
+    if bad.all():
+        raise DataQualityError(f"channel {name!r}: all {len(theta)} samples are missing")
+    position = np.arange(len(theta))
+    missing = np.zeros((0, 2), dtype=np.int64)
+    if bad.any():
+        missing = _kernels.missing_runs(np.ascontiguousarray(theta), 0)
+        theta = np.interp(position, position[~bad], theta[~bad])
+    slope = (theta[-1] - theta[0]) / (len(theta) - 1)
+    return Phase(x=theta - theta[0] - slope * position, missing=missing, pointwise=True)
+
+
+def merge_touching(runs: Spans) -> Spans:
+    """Runs that a block border has cut in two, joined."""
+    if len(runs) < 2:
+        return runs
+    new = np.concatenate(([True], runs[1:, 0] > runs[:-1, 1]))
+    last = np.concatenate((np.flatnonzero(new)[1:] - 1, [len(runs) - 1]))
+    return np.ascontiguousarray(np.stack([runs[new, 0], runs[last, 1]], axis=1))
+
+
+def sums_of_squares(
+    phase: Phase,
+    statistic: Statistic,
+    lags: NDArray[np.int64],
+    threads: int | None = None,
+    progress: Progress | None = None,
+) -> tuple[Array, NDArray[np.int64]]:
+    """Variance of the statistic at each lag, in the channel's own unit squared, and the number of terms.
+
+    Parameters
+    ----------
+    lags : ndarray of int64, shape (n_lags,)
+    threads : int, optional
+        Default: the processors this process may use. The digits do not depend on it.
+
+    Returns
+    -------
+    variance : ndarray, shape (n_lags,)
+        NaN where no term is complete.
+    count : ndarray of int64, shape (n_lags,)
+    """
+    workers = threads or _processors()
+    if statistic.total:
+        sums, count = _total(phase, lags, workers)
+    elif statistic.modified:
+        sums, count = _modified(phase, statistic, lags, workers)
+    elif not statistic.overlapping:
+        sums, count = _strided(phase, statistic, lags)
+    else:
+        sums, count = _overlapping(phase, statistic, lags, workers, progress)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        variance = sums / (statistic.norm * lags.astype(np.float64) ** 2 * count)
+    return np.where(count > 0, variance, np.nan), count
+
+
+def _processors() -> int:
+    affinity = getattr(os, "sched_getaffinity", None)
+    return len(affinity(0)) if affinity is not None else os.cpu_count() or 1
+
+
+def _overlapping(
+    phase: Phase, statistic: Statistic, lags: NDArray[np.int64], workers: int, progress: Progress | None
+) -> tuple[Array, NDArray[np.int64]]:
+    runs = [phase.starts(statistic, int(m)) for m in lags]
+    offsets = np.concatenate(([0], np.cumsum([len(r) for r in runs]))).astype(np.int64)
+    flat = np.ascontiguousarray(np.concatenate(runs))
+    blocks = -(-phase.n_samples // _BLOCK)
+    partial = np.empty((blocks, len(lags)))
+    done = 0
+
+    def task(first: int) -> None:
+        nonlocal done
+        last = min(first + _TASK, blocks)
+        partial[first:last] = _kernels.difference_squares(
+            phase.x, statistic.order, lags, flat, offsets, first, last, _BLOCK
+        )
+        done += last - first
+        if progress is not None:
+            progress(done / blocks)
+
+    _in_threads(task, range(0, blocks, _TASK), workers)
+    return partial.sum(axis=0), np.array([_total_length(r) for r in runs], dtype=np.int64)
+
+
+def _modified(
+    phase: Phase, statistic: Statistic, lags: NDArray[np.int64], workers: int
+) -> tuple[Array, NDArray[np.int64]]:
+    runs = [phase.starts(statistic, int(m)) for m in lags]
+    sums = np.empty(len(lags))
+
+    def task(i: int) -> None:
+        sums[i] = _kernels.modified_squares(phase.x, int(lags[i]), runs[i])
+
+    _in_threads(task, range(len(lags)), workers)
+    return sums, np.array([_total_length(r) for r in runs], dtype=np.int64)
+
+
+def _total(phase: Phase, lags: NDArray[np.int64], workers: int) -> tuple[Array, NDArray[np.int64]]:
+    if len(phase.missing):
+        raise InputError("the total deviation reflects the whole record and cannot leave out missing samples; use oadev")
+    sums = np.empty(len(lags))
+
+    def task(i: int) -> None:
+        sums[i] = _kernels.total_squares(phase.x, int(lags[i]))
+
+    _in_threads(task, range(len(lags)), workers)
+    return sums, np.full(len(lags), phase.n_samples - 1, dtype=np.int64)
+
+
+def _strided(phase: Phase, statistic: Statistic, lags: NDArray[np.int64]) -> tuple[Array, NDArray[np.int64]]:
+    """Adjacent, not overlapping: every m-th start. Cheap, so plain NumPy."""
+    sums, count = np.empty(len(lags)), np.empty(len(lags), dtype=np.int64)
+    for i, m in enumerate(lags):
+        difference = np.diff(phase.x[:: int(m)], n=statistic.order)
+        if len(phase.missing):
+            starts = np.arange(len(difference)) * int(m)
+            difference = difference[_inside(starts, phase.starts(statistic, int(m)))]
+        sums[i], count[i] = np.dot(difference, difference), len(difference)
+    return sums, count
+
+
+def _inside(positions: NDArray[np.int64], runs: Spans) -> NDArray[np.bool_]:
+    if len(runs) == 0:
+        return np.zeros(len(positions), dtype=bool)
+    run = np.searchsorted(runs[:, 0], positions, side="right") - 1
+    return (run >= 0) & (positions < runs[np.maximum(run, 0), 1])
+
+
+def _total_length(runs: Spans) -> int:
+    return int((runs[:, 1] - runs[:, 0]).sum())
+
+
+def _in_threads(task: Callable[[int], None], items: Sequence[int], workers: int) -> None:
+    if workers == 1 or len(items) < 2:
+        for item in items:
+            task(item)
+        return
+    with ThreadPoolExecutor(workers) as pool:
+        for future in [pool.submit(task, item) for item in items]:
+            future.result()

@@ -1,0 +1,78 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Files that are either written whole or not at all, and that never replace another by accident."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from allanite.errors import StorageError
+
+__all__ = ["fresh", "refuse_existing"]
+
+
+@contextmanager
+def fresh(path: str | os.PathLike[str], *, force: bool = False) -> Iterator[Path]:
+    """Give a place to write to; when the block ends without an error, the file stands at `path`.
+
+    Parameters
+    ----------
+    path : path
+        Its folder must exist.
+    force : bool
+        Replace a file that is there.
+
+    Raises
+    ------
+    StorageError
+        The file exists, the folder does not, or the disk refuses.
+
+    Examples
+    --------
+    >>> import pathlib, tempfile
+    >>> folder = pathlib.Path(tempfile.mkdtemp())
+    >>> with fresh(folder / "note.txt") as place:
+    ...     _ = place.write_text("whole")
+    >>> (folder / "note.txt").read_text()
+    'whole'
+    """
+    target = Path(path)
+    refuse_existing(target, force=force)
+    try:
+        handle, name = tempfile.mkstemp(prefix=f".{target.name}.", suffix=target.suffix, dir=target.parent)
+        os.close(handle)
+    except OSError as error:
+        raise StorageError(f"cannot write {target}: {error.strerror or error}") from None
+    place = Path(name)
+    try:
+        yield place
+        place.chmod(0o666 & ~_umask())
+        place.replace(target)
+    except OSError as error:
+        raise StorageError(f"cannot write {target}: {error.strerror or error}") from error
+    finally:
+        place.unlink(missing_ok=True)
+
+
+def refuse_existing(*paths: str | os.PathLike[str], force: bool) -> None:
+    """Raise unless none of the files exists, or `force` is given.
+
+    Raises
+    ------
+    StorageError
+        Names the files that exist.
+    """
+    there = [str(p) for p in paths if Path(p).exists()]
+    if there and not force:
+        raise StorageError(
+            f"{', '.join(there)} exists; use --force (force=True) to replace it, or choose another place"
+        )
+
+
+def _umask() -> int:
+    mask = os.umask(0)
+    os.umask(mask)
+    return mask

@@ -1,0 +1,145 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""How long must one record? Predicted from the fitted model and the covariance of the curve, before recording."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from allanite.allan.lags import octave_lags
+from allanite.errors import InputError
+from allanite.fitting.design import design_of
+from allanite.fitting.objective import Curve, Solution, solve
+from allanite.fitting.sets import fisher_sd
+from allanite.noise import Estimate, GaussMarkov, NoiseModel
+
+__all__ = ["Advice", "advise", "predicted_sd"]
+
+_GOAL = 0.10  # relative standard deviation worth recording for
+_SEEN = 1 / 6  # relative standard deviation of an amplitude that stands three sigma from zero
+_LONGEST = 4096  # times the present record: beyond that nobody records
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Advice:
+    """One line of advice.
+
+    Attributes
+    ----------
+    symbol : str
+    target : float
+        Relative standard deviation aimed at.
+    duration : float [s]
+        Length of record that reaches it; infinite where none does.
+    reached : bool
+        The present record reaches it.
+    text : str
+    """
+
+    symbol: str
+    target: float
+    duration: float
+    reached: bool
+    text: str
+
+
+def predicted_sd(model: NoiseModel, *, n_samples: int, dt: float, sampling: str = "mean") -> dict[str, float]:
+    """Relative standard deviation of each amplitude (and of T) that a record of this length gives.
+
+    Parameters
+    ----------
+    model : NoiseModel
+        Of Q, N, B or Gauss-Markov, K, R.
+
+    Raises
+    ------
+    InputError
+        A model with another term, or two of one kind.
+    """
+    symbols, c, T = _coefficients(model, dt)
+    design = design_of(octave_lags(n_samples), n_samples, sampling)
+    curve = Curve(design.columns(symbols, T) @ c, design)
+    at = solve(curve, symbols, T=T, fixed=dict(zip(symbols, c, strict=True)))
+    return {("sigma" if s == "G" else s): v if s == "T" else v / 2 for s, v in fisher_sd(curve, at).items()}
+
+
+def _coefficients(model: NoiseModel, dt: float) -> tuple[tuple[str, ...], np.ndarray, float | None]:
+    names = {"quantisation": "Q", "white": "N", "flicker": "B", "random_walk": "K", "ramp": "R", "gauss_markov": "G"}
+    power = {"Q": -1.0, "N": -0.5, "B": 0.0, "G": 0.0, "K": 0.5, "R": 1.0}
+    values: dict[str, float] = {}
+    T = None
+    for term in model.terms:
+        symbol = names.get(term.type)
+        if symbol is None or symbol in values:
+            raise InputError(f"prediction takes one term each of {', '.join(names)}; got {model}")
+        if isinstance(term, GaussMarkov):
+            amplitude, T = term.sigma, term.T / dt
+        else:
+            amplitude = getattr(term, symbol)
+        values[symbol] = (amplitude * dt ** power[symbol]) ** 2
+    symbols = tuple(values)
+    scale = max(values.values(), default=1.0)
+    return symbols, np.array([values[s] for s in symbols]) / scale, T
+
+
+def advise(model: NoiseModel, *, n_samples: int, dt: float, sampling: str = "mean") -> tuple[Advice, ...]:
+    """Advice for every parameter of a fitted model that is worth a longer record."""
+    out = []
+    for e in model.estimates:
+        if e.symbol in ("B", "K", "T", "sigma") and (e.supported or e.symbol in ("B", "K")):
+            out.append(_one(model, e, n_samples, dt, sampling))
+    return tuple(a for a in out if a is not None)
+
+
+def _one(model: NoiseModel, e: Estimate, n_samples: int, dt: float, sampling: str) -> Advice | None:
+    supposed = model if e.supported else _with_half_limit(model, e)
+    if supposed is None:
+        return None
+    target = _GOAL if e.supported else _SEEN
+    duration = _duration(supposed, e.symbol, target, n_samples, dt, sampling)
+    now = n_samples * dt
+    name = "T_b" if e.symbol == "T" else e.symbol
+    if e.supported:
+        aim = f"{name} to {target:.0%}"
+        text = f"this record gives {aim}" if duration <= now else f"{aim} needs about {span(duration)}"
+    else:
+        text = f"{name} at half its limit would stand out after about {span(duration)}"
+    if not math.isfinite(duration):
+        text = f"{name}: no record of reasonable length decides it"
+    return Advice(symbol=e.symbol, target=target, duration=duration, reached=duration <= now, text=text)
+
+
+def _with_half_limit(model: NoiseModel, e: Estimate) -> NoiseModel | None:
+    from allanite.noise import Flicker, RandomWalk
+
+    if not (math.isfinite(e.upper) and e.upper > 0) or (e.symbol == "B" and model.family != "flicker"):
+        return None
+    return model + (Flicker(B=e.upper / 2) if e.symbol == "B" else RandomWalk(K=e.upper / 2))
+
+
+def _duration(model: NoiseModel, symbol: str, target: float, n_samples: int, dt: float, sampling: str) -> float:
+    """Doubling until the target is met, then interpolation in log: sd falls at least as the root of the length."""
+    factor, previous = 1, math.inf
+    while factor <= _LONGEST:
+        sd = predicted_sd(model, n_samples=n_samples * factor, dt=dt, sampling=sampling).get(symbol, math.inf)
+        if sd <= target:
+            if factor == 1 or not math.isfinite(previous):
+                return n_samples * dt * factor * min(1.0, max((sd / target) ** 2, 1e-3))
+            slope = math.log(previous / sd) / math.log(_STEP)
+            return n_samples * dt * factor * (sd / target) ** (1 / max(slope, 0.5))
+        previous = sd
+        factor *= _STEP
+    return math.inf
+
+
+_STEP = 4
+
+
+def span(seconds: float) -> str:
+    """A duration in the unit people would use."""
+    for unit, size in (("days", 86400.0), ("h", 3600.0), ("min", 60.0)):
+        if seconds >= 1.5 * size:
+            return f"{seconds / size:.2g} {unit}" if seconds / size < 100 else f"{seconds / size:.0f} {unit}"
+    return f"{seconds:.2g} s"

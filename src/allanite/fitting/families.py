@@ -1,0 +1,145 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The two candidate families: flicker or one Gauss-Markov term between the white noise and the random walk."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.fitting.objective import Curve, Solution, distance, solve
+from allanite.fitting.sets import coefficient_set, critical_value, time_set
+
+__all__ = ["FLICKER", "GAUSS_MARKOV", "Family", "FamilyFit", "fit_family"]
+
+Array = NDArray[np.float64]
+
+FLICKER = ("Q", "N", "B", "K", "R")
+GAUSS_MARKOV = ("Q", "N", "G", "K", "R")
+_SCAN = 4.0  # ratio of the correlation times tried first
+_FLAT = 1e-3
+
+
+@dataclass(frozen=True, slots=True)
+class Family:
+    """A curve seen through one family: answers "the best fit with these coefficients fixed"."""
+
+    curve: Curve
+    symbols: tuple[str, ...]
+
+    @property
+    def times(self) -> tuple[float, float]:
+        """Shortest and longest correlation time considered [samples]: a record cannot tell beyond them."""
+        lags = self.curve.design.lags
+        return float(max(lags[0], 1)), float(self.curve.design.n_samples / 2)
+
+    def __call__(
+        self, fixed: Mapping[str, float], near: Solution | None = None, T: float | None = None
+    ) -> Solution:
+        start = None if near is None else near.c
+        if "G" not in self.symbols:
+            return solve(self.curve, self.symbols, fixed=fixed, start=start)
+        if T is not None or fixed.get("G") == 0.0:
+            return solve(self.curve, self.symbols, T=T or _time_of(near, self.times), fixed=fixed, start=start)
+        if near is not None and near.T is not None:
+            return self._refine(fixed, near, 0.15)
+        return self._scan(fixed)
+
+    def _scan(self, fixed: Mapping[str, float]) -> Solution:
+        shortest, longest = self.times
+        grid = np.geomspace(shortest, longest, int(np.log(longest / shortest) / np.log(_SCAN)) + 2)
+        found = [solve(self.curve, self.symbols, T=float(t), fixed=fixed) for t in grid]
+        best = min(found, key=lambda s: s.value)
+        return self._refine(fixed, best, float(np.log(_SCAN)) / 2)
+
+    def _refine(self, fixed: Mapping[str, float], near: Solution, step: float) -> Solution:
+        """Minimum over log T: walk downhill in steps, then the vertex of a parabola, twice."""
+        shortest, longest = (float(np.log(t)) for t in self.times)
+        known: dict[float, Solution] = {}
+
+        def at(x: float) -> float:
+            x = min(max(x, shortest), longest)
+            if x not in known:
+                start = min(known.values(), key=lambda s: s.value).c if known else near.c
+                known[x] = solve(self.curve, self.symbols, T=float(np.exp(x)), fixed=fixed, start=start)
+            return known[x].value
+
+        x = float(np.log(near.T or 1.0))
+        for _ in range(20):
+            left, here, right = at(x - step), at(x), at(x + step)
+            if here <= min(left, right):
+                bend = left - 2 * here + right
+                if bend <= 0 or step < 0.03:
+                    break
+                vertex = x + step * (left - right) / (2 * bend)
+                x = vertex if at(vertex) < here else x
+                step /= 4
+            elif min(left, right) > here - _FLAT or not shortest < x < longest:
+                step /= 2
+                if step < 0.03:
+                    break
+                x = x - step if left < right else x + step
+            else:
+                x = max(x - step, shortest) if left < right else min(x + step, longest)
+        return min(known.values(), key=lambda s: s.value)
+
+
+def _time_of(near: Solution | None, times: tuple[float, float]) -> float:
+    return near.T if near is not None and near.T is not None else (times[0] * times[1]) ** 0.5
+
+
+@dataclass(frozen=True, slots=True)
+class FamilyFit:
+    """One family's fit: best solution, what is supported, and every parameter's set.
+
+    Attributes
+    ----------
+    best : Solution
+        Of the full family.
+    selected : Solution
+        Of the supported terms alone: the point estimates.
+    supported : frozenset of str
+    sets : dict of str to (float, float)
+        Variance coefficients; "T" in samples.
+    empty : float
+        Distance of the family without its slot (B or G) from the full one.
+    """
+
+    family: Family
+    best: Solution
+    selected: Solution
+    supported: frozenset[str]
+    sets: dict[str, tuple[float, float]]
+
+
+def fit_family(family: Family, best: Solution, confidence: float) -> FamilyFit:
+    """Support, sets and point estimates of a family whose best fit is known."""
+    symbols = family.symbols
+    rough = frozenset(
+        s for s in symbols if best.coefficient(s) > 0 and _excludes_zero(family, best, s, 3.84)
+    )
+    sets: dict[str, tuple[float, float]] = {}
+    for s in symbols:
+        critical = critical_value(family.curve, best, s, rough, confidence)
+        sets[s] = coefficient_set(family.curve, family, best, s, critical)
+    supported = frozenset(s for s in symbols if sets[s][0] > 0)
+    if "G" in supported and best.T is not None:
+        critical = critical_value(family.curve, best, "T", supported, confidence)
+        sets["T"] = time_set(family.curve, family, best, critical, *family.times)
+    return FamilyFit(family, best, _selected(family, best, supported), supported, sets)
+
+
+def _excludes_zero(family: Family, best: Solution, symbol: str, critical: float) -> bool:
+    null = family({symbol: 0.0}, best if symbol == "G" else None)
+    return distance(family.curve, null, best.T) > critical
+
+
+def _selected(family: Family, best: Solution, supported: frozenset[str]) -> Solution:
+    absent = {s: 0.0 for s in family.symbols if s not in supported}
+    if len(absent) == len(family.symbols):
+        return best
+    if "G" in family.symbols and "G" in supported:
+        return family(absent, best)
+    return solve(family.curve, family.symbols, T=best.T, fixed=absent)

@@ -1,0 +1,263 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""How well does a sum of terms explain a curve? The objective of the moment fit, and its minimum.
+
+An Allan variance v with e degrees of freedom is nearly a chi-square variable: skewed, with a spread proportional
+to its mean. Its cube root is normal to high accuracy even at e = 2 (Wilson and Hilferty 1931):
+
+    z_i = (v_i/mu_i)^(1/3) - (1 - 2/(9 e_i)),     cov(z_i, z_j) = rho_ij 2/(9 sqrt(e_i e_j)),
+
+with rho and e from the exact covariance of the curve. Minus twice the log-likelihood of the whole curve is then
+
+    L(p) = z' C^-1 z + log det C + (2/3) sum log mu_i,
+
+whose differences behave as chi-square in short records too, where the plain quadratic form in v does not.
+
+References
+----------
+.. [1] E. Wilson, M. Hilferty, "The distribution of chi-square", PNAS 17 (1931) 684.
+.. [2] L. Hansen, "Large sample properties of generalized method of moments estimators", Econometrica 50 (1982) 1029.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.fitting.design import Design
+
+__all__ = ["Curve", "Solution", "distance", "sensitivity", "solve"]
+
+Array = NDArray[np.float64]
+
+_ROUNDS = 12
+_STEPS = 30
+_SETTLED = 1e-5  # a gain of the objective that no longer matters: 0.003 standard deviations
+_EDF_MIN = 0.5
+
+
+@dataclass(frozen=True, slots=True)
+class Curve:
+    """What is fitted: Allan variances in sample units, scaled to order one, with their design."""
+
+    variance: Array
+    design: Design
+
+
+@dataclass(frozen=True, slots=True)
+class Solution:
+    """A minimum of L.
+
+    Attributes
+    ----------
+    symbols : tuple of str
+    c : ndarray, shape (n_symbols,)
+        Variance coefficients, not negative.
+    T : float or None
+        Correlation time [samples].
+    value : float
+        L at the minimum.
+    chi2 : float
+        z' C^-1 z there.
+    """
+
+    symbols: tuple[str, ...]
+    c: Array
+    T: float | None
+    value: float
+    chi2: float
+    weight: _Weight | None
+
+    def coefficient(self, symbol: str) -> float:
+        """The variance coefficient of a symbol, 0 where it is not a candidate."""
+        return float(self.c[self.symbols.index(symbol)]) if symbol in self.symbols else 0.0
+
+
+def solve(
+    curve: Curve,
+    symbols: tuple[str, ...],
+    *,
+    T: float | None = None,
+    fixed: Mapping[str, float] | None = None,
+    start: Array | None = None,
+) -> Solution:
+    """Minimise L over the coefficients that are not fixed, all of them >= 0.
+
+    The weights (C) are those of the current model and are renewed until they no longer matter; within a round
+    the minimum is found by Gauss-Newton steps, each a non-negative least-squares problem.
+    """
+    fixed = dict(fixed or {})
+    if start is not None:
+        return _descend(curve, symbols, T, fixed, np.maximum(start, 0.0))
+    direct = _descend(curve, symbols, T, fixed, None)
+    if "R" not in symbols or "R" in fixed:
+        return direct
+    # a large first guess of the ramp claims long lags without spread, and the weights then never let go of it
+    calm = _descend(curve, symbols, T, {**fixed, "R": 0.0}, None)
+    again = _descend(curve, symbols, T, fixed, calm.c)
+    return min((direct, again, calm), key=lambda s: s.value)
+
+
+def _descend(
+    curve: Curve, symbols: tuple[str, ...], T: float | None, fixed: Mapping[str, float], start: Array | None
+) -> Solution:
+    A = curve.design.columns(symbols, T)
+    free = np.array([s not in fixed for s in symbols])
+    c = _start(curve.variance, A, symbols, fixed, free) if start is None else start.copy()
+    for s, value in fixed.items():
+        c[symbols.index(s)] = value
+    weight = None
+    for _ in range(_ROUNDS):
+        fresh = _Weight.of(curve, symbols, c, A @ c, T)
+        if fresh is None:
+            break
+        weight = fresh
+        before = weight.objective(curve.variance, A @ c)[0]
+        c = _minimise(curve.variance, A, c, free, weight)
+        if before - weight.objective(curve.variance, A @ c)[0] < 1e-3:
+            break
+    if weight is None:
+        return Solution(symbols, c, T, np.inf, np.inf, None)
+    value, chi2 = weight.objective(curve.variance, A @ c)
+    return Solution(symbols, c, T, value + weight.log_det, chi2, weight)
+
+
+def distance(curve: Curve, null: Solution, time: float | None = None) -> float:
+    """How much better the full family does than a constrained solution, judged with the weights of the latter.
+
+    Under the constraint this is chi-square with one degree of freedom (half of the time zero on the border of the
+    parameter space), because the weights are then the right ones. `time` is another correlation time at which the
+    full family is tried, that of its own best fit.
+    """
+    if null.weight is None:
+        return np.inf
+    A = curve.design.columns(null.symbols, null.T)
+    free = np.ones(len(null.symbols), dtype=bool)
+    at_null = null.weight.objective(curve.variance, A @ null.c)[0]
+    best = null.weight.objective(curve.variance, A @ _minimise(curve.variance, A, null.c, free, null.weight))[0]
+    if time is not None and null.T is not None and time != null.T:
+        A = curve.design.columns(null.symbols, time)
+        other = _minimise(curve.variance, A, null.c, free, null.weight)
+        best = min(best, null.weight.objective(curve.variance, A @ other)[0])
+    return at_null - best
+
+
+def sensitivity(curve: Curve, at: Solution) -> Array:
+    """Expected change of the whitened residuals with log(c_t), shape (n_lags, n_symbols); last column: log T."""
+    A = curve.design.columns(at.symbols, at.T)
+    mu = A @ at.c
+    slope = A * at.c / mu[:, None]
+    if at.T is not None:
+        step = 1.02
+        G = at.symbols.index("G")
+        up = curve.design.column("G", at.T * step)
+        down = curve.design.column("G", at.T / step)
+        along = at.c[G] * (up - down) / (2 * np.log(step)) / mu
+        slope = np.concatenate([slope, along[:, None]], axis=1)
+    if at.weight is None:
+        return np.full_like(slope, np.nan)
+    return -(at.weight.whiten @ slope) / 3
+
+
+def _start(v: Array, A: Array, symbols: tuple[str, ...], fixed: Mapping[str, float], free: NDArray[np.bool_]) -> Array:
+    """Relative least squares with non-negative coefficients: a safe first guess."""
+    from scipy.optimize import nnls
+
+    c = np.array([fixed.get(s, 0.0) for s in symbols])
+    rest = np.maximum(v - A @ c, 0.05 * v) / v
+    weight = 1 / np.sqrt(1 + np.arange(len(v)))
+    if free.any():
+        columns = A[:, free] / v[:, None] * weight[:, None]
+        norm = np.linalg.norm(columns, axis=0)
+        c[free] = nnls(columns / norm, rest * weight)[0] / norm
+    if not np.all(A @ c > 0):
+        anchor = int(np.flatnonzero(free)[np.argmax(A[0, free])]) if free.any() else 0
+        c[anchor] += v[0] / A[0, anchor]
+    return c
+
+
+@dataclass(frozen=True, slots=True)
+class _Weight:
+    """Weights of one round: inverse factor of C, means of the cube roots, log det C."""
+
+    whiten: Array
+    centre: Array
+    log_det: float
+
+    @classmethod
+    def of(cls, curve: Curve, symbols: tuple[str, ...], c: Array, mu: Array, T: float | None) -> _Weight | None:
+        V = curve.design.covariance(list(symbols), c, T)
+        variance = np.maximum(np.diag(V), 1e-14 * mu**2)
+        edf = np.maximum(2 * mu**2 / variance, _EDF_MIN)
+        rho = V / np.sqrt(np.outer(variance, variance))
+        rho[np.diag_indices_from(rho)] = 1.0 + 1e-9
+        sd = np.sqrt(2 / (9 * edf))
+        try:
+            factor = np.linalg.cholesky(rho)
+        except np.linalg.LinAlgError:
+            return None
+        whiten = np.linalg.inv(factor) / sd
+        log_det = 2 * float(np.log(np.diag(factor)).sum() + np.log(sd).sum())
+        return cls(whiten, 1 - 2 / (9 * edf), log_det)
+
+    def residuals(self, v: Array, mu: Array) -> Array:
+        return self.whiten @ (np.cbrt(v / mu) - self.centre)
+
+    def objective(self, v: Array, mu: Array) -> tuple[float, float]:
+        r = self.residuals(v, mu)
+        chi2 = float(r @ r)
+        return chi2 + 2 / 3 * float(np.log(mu).sum()), chi2
+
+
+def _minimise(v: Array, A: Array, c: Array, free: NDArray[np.bool_], weight: _Weight) -> Array:
+    """Projected Gauss-Newton for fixed weights, with step halving."""
+    if not free.any():
+        return c
+    B = A[:, free]
+    rest = A[:, ~free] @ c[~free]
+    x = c[free]
+    mu = rest + B @ x
+    value = weight.objective(v, mu)[0]
+    for _ in range(_STEPS):
+        step = _step(v, B, x, mu, weight)
+        size, new = 1.0, np.inf
+        while size > 1e-7:
+            trial = np.maximum(x + size * step, 0.0)
+            mu_trial = rest + B @ trial
+            if mu_trial.min() > 0:
+                new = weight.objective(v, mu_trial)[0]
+                if new <= value + 1e-12:
+                    break
+            size /= 2
+        if not new <= value + 1e-12:
+            break
+        gain, x, mu, value = value - new, trial, mu_trial, new
+        if gain < _SETTLED:
+            break
+    out = c.copy()
+    out[free] = x
+    return out
+
+
+def _step(v: Array, B: Array, x: Array, mu: Array, weight: _Weight) -> Array:
+    """Gauss-Newton step to the non-negative minimum of the local quadratic."""
+    root = np.cbrt(v / mu)
+    slope = B / mu[:, None]
+    gradient = slope.T @ (2 / 3 - 2 / 3 * root * (weight.whiten.T @ weight.residuals(v, mu)))
+    # where the model lies far above the data the slope vanishes; the expected one still shows the way down
+    safe = weight.whiten @ (np.maximum(root, 0.6)[:, None] * slope)
+    H = 2 / 9 * (safe.T @ safe)
+    scale = np.sqrt(np.maximum(np.diag(H), 1e-300))
+    H = H / np.outer(scale, scale)
+    H[np.diag_indices_from(H)] += 1e-9
+    y = x * scale
+    target = H @ y - gradient / scale
+    wanted = np.linalg.solve(H, target)
+    if wanted.min() < 0:
+        from scipy.optimize import nnls
+
+        U = np.linalg.cholesky(H).T
+        wanted = nnls(U, np.linalg.solve(U.T, target))[0]
+    return np.asarray((wanted - y) / scale)

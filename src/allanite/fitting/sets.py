@@ -1,0 +1,216 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Confidence sets by inverting a test in the full candidate family.
+
+The set of a parameter holds every value that the curve does not contradict, whatever the other terms of the family
+are (all of them >= 0). A term is *supported* when its set excludes zero; otherwise the upper end is its limit.
+Choosing terms first and quoting Wald intervals afterwards covers K in 29 % of short records; this covers 95 %.
+
+Coefficients live on a cone (none is negative), so the distance of two fits is not exactly chi-square: with
+several terms near zero its 95 % point lies between 3.84 and about 5.5. The point is computed by drawing from the
+linearised problem itself [1].
+
+References
+----------
+.. [1] S. Self, K.-Y. Liang, "Asymptotic properties of maximum likelihood estimators and likelihood ratio tests under
+   nonstandard conditions", JASA 82 (1987) 605.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.fitting.objective import Curve, Solution, distance, sensitivity, solve
+
+__all__ = ["coefficient_set", "critical_value", "fisher_sd", "time_set"]
+
+Array = NDArray[np.float64]
+
+_DRAWS = 8000
+_TOLERANCE = 0.02  # in units of the square root of the distance
+_WIDEST = 1e6
+
+
+@lru_cache(maxsize=8)
+def _normals(k: int) -> Array:
+    view = np.random.default_rng(952).standard_normal((_DRAWS, k))
+    view.flags.writeable = False
+    return view
+
+
+def critical_value(curve: Curve, at: Solution, symbol: str, supported: frozenset[str], confidence: float) -> float:
+    """The distance that a true value of `symbol` exceeds with probability 1 - confidence.
+
+    Terms of the family that are not supported are taken to sit at zero, where they may only grow: the least favourable
+    case. Supported ones move freely.
+    """
+    from scipy.special import chdtri
+
+    plain = float(chdtri(1, 1 - confidence))
+    columns, kinds = _directions(curve, at, symbol, supported)
+    if not columns or not np.all(np.isfinite(np.stack(columns))):
+        return plain
+    U = np.linalg.qr(np.stack(columns, axis=1), mode="r")
+    y = _normals(U.shape[1])
+    gain = _explained(U, y, kinds, None) - _explained(U, y, kinds, 0)
+    return max(plain, float(np.quantile(gain, confidence)))
+
+
+def _directions(
+    curve: Curve, at: Solution, symbol: str, supported: frozenset[str]
+) -> tuple[list[Array], tuple[str, ...]]:
+    """Whitened directions of the tested symbol (first), of free and of one-sided nuisances."""
+    if at.weight is None:
+        return [], ()
+    A = curve.design.columns(at.symbols, at.T)
+    whitened = at.weight.whiten @ (A / (A @ at.c)[:, None])
+    named = {s: whitened[:, i] for i, s in enumerate(at.symbols)}
+    if at.T is not None and at.coefficient("G") > 0:
+        named["T"] = sensitivity(curve, at)[:, -1]
+    if symbol not in named:
+        return [], ()
+    others = [s for s in named if s != symbol]
+    columns = [named[symbol], *(named[s] for s in others)]
+    kinds = ["free", *("free" if s in supported or s == "T" else "one-sided" for s in others)]
+    norms = [float(np.linalg.norm(c)) for c in columns]
+    kept = [i for i, n in enumerate(norms) if n > 1e-12 or i == 0]
+    return [columns[i] / max(norms[i], 1e-300) for i in kept], tuple(kinds[i] for i in kept)
+
+
+def _explained(U: Array, y: Array, kinds: tuple[str, ...], without: int | None) -> Array:
+    """Squared length of the projection of each draw on the cone, shape (n_draws,)."""
+    free = [i for i, k in enumerate(kinds) if k == "free" and i != without]
+    sided = [i for i, k in enumerate(kinds) if k == "one-sided"]
+    best = np.zeros(len(y))
+    for size in range(len(sided) + 1):
+        for chosen in itertools.combinations(sided, size):
+            index = free + list(chosen)
+            if not index:
+                continue
+            Q, R = np.linalg.qr(U[:, index])
+            part = y @ Q
+            length = (part**2).sum(axis=1)
+            if chosen:
+                x = np.linalg.lstsq(R, part.T, rcond=1e-10)[0]
+                length = np.where(np.all(x[len(free) :] >= 0, axis=0), length, 0.0)
+            best = np.maximum(best, length)
+    return best
+
+
+def fisher_sd(curve: Curve, at: Solution) -> dict[str, float]:
+    """Relative standard deviation of each positive coefficient (and of T) from the expected information."""
+    J = sensitivity(curve, at)
+    names = [*at.symbols, "T"] if at.T is not None else list(at.symbols)
+    active = [i for i, n in enumerate(names) if (n == "T" and at.coefficient("G") > 0) or at.coefficient(n) > 0]
+    if not active:
+        return {}
+    inverse = np.linalg.pinv(J[:, active].T @ J[:, active], rcond=1e-12)
+    return {names[i]: math.sqrt(max(inverse[k, k], 0.0)) for k, i in enumerate(active)}
+
+
+Profile = Callable[[float], float]
+
+
+def coefficient_set(
+    curve: Curve,
+    family: Callable[..., Solution],
+    best: Solution,
+    symbol: str,
+    critical: float,
+) -> tuple[float, float]:
+    """Lower and upper end of a coefficient's set, as variance coefficients.
+
+    Parameters
+    ----------
+    family : callable
+        family(fixed, near) -> Solution: the best fit of the family with these coefficients fixed.
+    best : Solution
+        The unconstrained fit.
+    critical : float
+        From `critical_value`.
+    """
+    near = best
+
+    def profile(value: float, cold: bool = False) -> float:
+        nonlocal near
+        null = family({symbol: value}, None if cold else near)
+        if not cold:
+            near = null
+        return math.sqrt(max(distance(curve, null, best.T), 0.0)) - math.sqrt(critical)
+
+    estimate = best.coefficient(symbol)
+    sd = fisher_sd(curve, best).get(symbol, 1.0)
+    lower = 0.0
+    if estimate > 0 and profile(0.0, cold=True) > 0:
+        lower = _edge(profile, estimate, -1, sd)
+        near = best
+    upper = _edge(profile, estimate if estimate > 0 else _first_guess(curve, best, symbol), +1, sd)
+    return lower, upper
+
+
+def time_set(
+    curve: Curve, family: Callable[..., Solution], best: Solution, critical: float, shortest: float, longest: float
+) -> tuple[float, float]:
+    """Ends of the set of the correlation time [samples]; `shortest` or `longest` where the record sets no end."""
+    ends = []
+    for limit in (shortest, longest):
+        near = best
+
+        def profile(T: float) -> float:
+            nonlocal near
+            near = family({}, near, T)
+            return math.sqrt(max(distance(curve, near, best.T), 0.0)) - math.sqrt(critical)
+
+        inside, outside = math.log(best.T or 1.0), None
+        step = math.copysign(0.25, math.log(limit) - inside)
+        while outside is None and inside != math.log(limit):
+            trial = inside + step
+            trial = math.log(limit) if (trial - math.log(limit)) * step > 0 else trial
+            if profile(math.exp(trial)) > 0:
+                outside = trial
+            else:
+                inside, step = trial, step * 1.6
+        if outside is None:
+            ends.append(limit)
+            continue
+        for _ in range(5):
+            middle = (inside + outside) / 2
+            inside, outside = (inside, middle) if profile(math.exp(middle)) > 0 else (middle, outside)
+        ends.append(math.exp((inside + outside) / 2))
+    return ends[0], ends[1]
+
+
+def _first_guess(curve: Curve, best: Solution, symbol: str) -> float:
+    """A value of an absent coefficient that would be seen for certain: as large as the curve where it is smallest."""
+    column = curve.design.column(symbol, best.T)
+    return float(np.min(curve.variance / column)) * 1e-3
+
+
+def _edge(profile: Profile, centre: float, direction: int, sd: float) -> float:
+    """Where the profile crosses zero on one side of `centre`, to 2 % of its slope. Works in log of the coefficient."""
+    step = direction * min(max(2.0 * sd, 1e-6), 1.5)
+    a, fa = 0.0, -1.0
+    b = step
+    fb = profile(centre * math.exp(b))
+    while fb < 0:
+        a, fa = b, fb
+        step *= 1.8
+        b += step
+        if abs(b) > math.log(_WIDEST) * 4:
+            return math.inf if direction > 0 else 0.0
+        fb = profile(centre * math.exp(b))
+    for _ in range(40):
+        t = a + (b - a) * min(max(-fa / (fb - fa), 0.1), 0.9) if math.isfinite(fb) else (a + b) / 2
+        ft = profile(centre * math.exp(t))
+        if abs(ft) < _TOLERANCE or abs(b - a) < 1e-9:
+            return centre * math.exp(t)
+        if ft < 0:
+            a, fa = t, ft
+        else:
+            b, fb = t, ft
+    return centre * math.exp(b)

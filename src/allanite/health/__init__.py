@@ -1,0 +1,204 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What is wrong with a recording: findings with a severity, a place and a count; never a silent repair.
+
+`check` looks, `prepare` acts: it refuses what is fatal and was not accepted, and leaves out the samples that a
+finding excludes. Left-out samples become gaps; each exclusion is a finding and a step of the history.
+
+A channel is read once, block by block (`survey`); the detectors are small functions of what that pass counted:
+
+=============== ==========================================================================
+`values`        missing samples, overload words, saturation, clipping, nonsense
+`resolution`    the step of the values against the noise
+`repeats`       frozen readings, zeros, held samples, interleaved sensors, twin channels
+`disturbance`   impulses; stretches that move more, or less, than the rest
+`meaning`       units, gravity, removed bias, aperture
+`log`           time stamps and text, from the readers' notes
+=============== ==========================================================================
+
+`CATALOGUE` says of each code what it means and what accepting it risks. Lines in the spectrum and the sensor's
+low-pass filter are found by `allanite.spectrum`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Collection, Iterator, Sequence
+from dataclasses import replace
+from itertools import groupby
+
+from allanite.errors import DataQualityError, InputError
+from allanite.health import disturbance, log, meaning, repeats, resolution, values
+from allanite.health.catalogue import CATALOGUE, Entry
+from allanite.health.finding import Finding, Severity
+from allanite.health.survey import Survey, survey
+from allanite.recording import Recording
+
+__all__ = [
+    "CATALOGUE",
+    "CHANNEL_DETECTORS",
+    "LOG_DETECTORS",
+    "RECORD_DETECTORS",
+    "Entry",
+    "Finding",
+    "Severity",
+    "check",
+    "prepare",
+]
+
+Progress = Callable[[float], None]
+
+#: Functions of one channel's survey. A new detector is one line here and one entry in the catalogue.
+CHANNEL_DETECTORS: tuple[Callable[[Survey], Iterator[Finding]], ...] = (
+    values.no_samples,
+    values.too_short,
+    values.missing,
+    values.overload,
+    values.saturated,
+    values.clipping,
+    values.implausible_exponents,
+    resolution.no_noise_resolved,
+    resolution.quantisation,
+    resolution.quantisation_not_white,
+    resolution.float_step,
+    repeats.stuck,
+    repeats.zero_filled,
+    repeats.held_samples,
+    repeats.interleaved,
+    disturbance.impulses,
+    disturbance.rest,
+    disturbance.amplitude_drop,
+    disturbance.half_before_gap,
+    meaning.unit,
+    meaning.unit_trap,
+    meaning.aliasing,
+)
+#: Functions of all channels' surveys together.
+RECORD_DETECTORS: tuple[Callable[[Sequence[Survey]], Iterator[Finding]], ...] = (
+    repeats.duplicate_channels,
+    meaning.gravity,
+    meaning.bias_removed,
+)
+#: Functions of the recording's notes.
+LOG_DETECTORS: tuple[Callable[[Recording], Iterator[Finding]], ...] = (
+    log.stamps,
+    log.jitter,
+    log.clock,
+    log.text,
+)
+
+
+def check(recording: Recording, *, progress: Progress | None = None) -> tuple[Finding, ...]:
+    """Everything that is wrong with a recording, the gravest first.
+
+    One pass over each channel that can bear a noise model, in blocks: the recording may be larger than memory.
+
+    Parameters
+    ----------
+    progress : callable, optional
+        Called with the fraction done, 0 to 1.
+    """
+    total = max(recording.n_samples * len(recording.channels), 1)
+    done = 0
+
+    def advance(count: int) -> None:
+        nonlocal done
+        done += count
+        if progress is not None:
+            progress(done / total)
+
+    surveys = []
+    for channel in recording.channels:
+        if channel.kind.noise_bearing:
+            surveys.append(survey(recording, channel.name, advance))
+        else:
+            advance(recording.n_samples)
+    found = [f for look in LOG_DETECTORS for f in look(recording)]
+    found += log.words(recording, surveys)
+    found += _joined([f for s in surveys for look in CHANNEL_DETECTORS for f in look(s)], len(surveys))
+    found += [f for look in RECORD_DETECTORS for f in look(surveys)]
+    order = list(CATALOGUE)
+    return tuple(sorted(found, key=lambda f: (f.severity.rank, order.index(f.code))))
+
+
+def _joined(found: list[Finding], n_channels: int) -> list[Finding]:
+    """What every channel says in the same words is said once, of the recording."""
+
+    def words(f: Finding) -> tuple[object, ...]:
+        return f.code, f.message, f.count, f.places
+
+    joined: list[Finding] = []
+    for _, group in groupby(sorted(found, key=lambda f: tuple(map(str, words(f)))), key=words):
+        same = list(group)
+        joined += [replace(same[0], channel=None)] if len(same) == n_channels > 1 else same
+    return joined
+
+
+def prepare(
+    recording: Recording, findings: Sequence[Finding], *, accept: Collection[str] = ()
+) -> tuple[Recording, tuple[Finding, ...]]:
+    """The recording as it may be analysed: refused, or with the samples that findings exclude left out.
+
+    Parameters
+    ----------
+    findings : sequence of Finding
+        What `check` said about this recording.
+    accept : collection of str
+        Codes of fatal findings to go on in spite of.
+
+    Returns
+    -------
+    recording : Recording
+        Excluded samples read as missing; the history says why. Channels without any sample are left out.
+    findings : tuple of Finding
+        The same findings; the accepted ones say so.
+
+    Raises
+    ------
+    InputError
+        `accept` names something that is not a code.
+    DataQualityError
+        A fatal finding was not accepted, or no channel is left. Its `findings` are the ones to blame.
+    """
+    accept = {accept} if isinstance(accept, str) else set(accept)
+    unknown = sorted(accept - set(CATALOGUE))
+    if unknown:
+        raise InputError(f"no finding is called {', '.join(map(repr, unknown))}; there are: {', '.join(CATALOGUE)}")
+    fatal = [f for f in findings if f.severity is Severity.FATAL and f.code not in accept]
+    if fatal:
+        raise DataQualityError(_refusal(recording, fatal), tuple(fatal))
+    said = tuple(f.accept() if f.severity is Severity.FATAL else f for f in findings)
+    recording = _without_empty(recording, said)
+    for code, group in groupby((f for f in said if f.excludes), key=lambda f: f.code):
+        spans = {name: f.spans for f in group for name in _channels(recording, f)}
+        if spans:
+            recording = recording.excluding(spans, code)
+    return recording, said
+
+
+def _channels(recording: Recording, found: Finding) -> list[str]:
+    if found.channel is None:
+        return [c.name for c in recording.channels if c.kind.noise_bearing]
+    return [found.channel] if found.channel in recording.names else []
+
+
+def _without_empty(recording: Recording, findings: Sequence[Finding]) -> Recording:
+    empty = [f for f in findings if f.code == "no_samples"]
+    gone = {name for f in empty for name in _channels(recording, f)}
+    left = [name for name in recording.names if name not in gone]
+    if not any(recording[name].kind.noise_bearing for name in left):
+        raise DataQualityError("no channel holds a sample: there is nothing to analyse", tuple(empty))
+    if not gone:
+        return recording
+    step = {"step": "select", "reason": "no_samples", "left_out": sorted(gone)}
+    selected = recording.select(*left)
+    return replace(selected, history=(*selected.history, step))
+
+
+def _refusal(recording: Recording, fatal: Sequence[Finding]) -> str:
+    name = f" {recording.source!r}" if recording.source else ""
+    lines = [f"the recording{name} is not fit for analysis:"]
+    for f in fatal:
+        places = ", ".join(f"{a / recording.rate:.6g} s (sample {a})" for a, _ in f.places)
+        lines.append(f"  {f.code}{'' if f.channel is None else f' [{f.channel}]'}: {f.message} (count {f.count})")
+        lines += [f"    at {places}"] if places else []
+        lines += [f"    what to do: {f.advice}", f"    to go on in spite of it: --accept {f.code}; risk: {f.risk}"]
+    return "\n".join(lines)

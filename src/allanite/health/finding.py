@@ -1,0 +1,212 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A Finding: one thing that is wrong, or worth knowing, about a recording."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from enum import StrEnum
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from allanite.errors import InputError
+from allanite.health.catalogue import CATALOGUE
+from allanite.recording import merge_spans
+
+__all__ = ["PLACES", "Finding", "Severity", "finding", "percent", "plural", "short"]
+
+Spans = NDArray[np.int64]
+
+#: Places that a finding names; the rest is counted.
+PLACES = 5
+
+
+class Severity(StrEnum):
+    """How far a finding reaches.
+
+    INFO
+        Worth knowing; no number suffers.
+    WARNING
+        A number suffers, by an amount that is stated or small.
+    FATAL
+        Numbers would be wrong by much and nobody would see it: refused unless accepted by name.
+    """
+
+    INFO = "info"
+    WARNING = "warning"
+    FATAL = "fatal"
+
+    @property
+    def rank(self) -> int:
+        """0 for the gravest, so that findings sort by it."""
+        return ("fatal", "warning", "info").index(self.value)
+
+
+def _no_spans() -> Spans:
+    return np.zeros((0, 2), dtype=np.int64)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Finding:
+    """One finding.
+
+    Attributes
+    ----------
+    code : str
+        A key of `allanite.health.CATALOGUE`; what ``--accept`` takes.
+    severity : Severity
+    channel : str or None
+        None when the whole recording is meant.
+    message : str
+        What was found, with its numbers.
+    advice : str
+        What to do about it.
+    risk : str
+        What going on in spite of it would risk; "" when nothing.
+    count : int
+        Samples (rows, for the text of a file) that are affected.
+    places : tuple of (start, stop), at most five [samples]
+        Where to look first.
+    excludes : bool
+        True when `prepare` takes the samples of `spans` out of the analysis.
+    accepted : bool
+        True when the user went on in spite of it.
+    spans : ndarray of int64, shape (n_spans, 2) [samples]
+        All places, sorted and disjoint; not serialised.
+    """
+
+    code: str
+    severity: Severity
+    channel: str | None
+    message: str
+    advice: str
+    risk: str
+    count: int
+    places: tuple[tuple[int, int], ...] = ()
+    excludes: bool = False
+    accepted: bool = False
+    spans: Spans = field(default_factory=_no_spans, repr=False, compare=False)
+
+    def __str__(self) -> str:
+        return f"{self.severity.value} {self.code}{_of(self.channel)}: {self.message}"
+
+    def accept(self) -> Finding:
+        """The same finding, accepted."""
+        return replace(self, accepted=True)
+
+    def to_json(self) -> dict[str, Any]:
+        """Plain data for a study."""
+        return {
+            "code": self.code,
+            "severity": self.severity.value,
+            "channel": self.channel,
+            "message": self.message,
+            "advice": self.advice,
+            "risk": self.risk,
+            "count": self.count,
+            "places": [list(place) for place in self.places],
+            "excludes": self.excludes,
+            "accepted": self.accepted,
+        }
+
+    @classmethod
+    def from_json(cls, data: Mapping[str, Any]) -> Finding:
+        """Inverse of `to_json`; `spans` holds the places that were kept.
+
+        Raises
+        ------
+        InputError
+            A field is missing or of the wrong form.
+        """
+        try:
+            places = tuple((int(a), int(b)) for a, b in data["places"])
+            return cls(
+                code=str(data["code"]),
+                severity=Severity(data["severity"]),
+                channel=data["channel"],
+                message=str(data["message"]),
+                advice=str(data["advice"]),
+                risk=str(data["risk"]),
+                count=int(data["count"]),
+                places=places,
+                excludes=bool(data.get("excludes", False)),
+                accepted=bool(data["accepted"]),
+                spans=_frozen(places),
+            )
+        except (KeyError, TypeError, ValueError) as error:
+            raise InputError(f"not a finding: {error!r} in {dict(data)!r}") from None
+
+
+def finding(
+    code: str,
+    message: str,
+    *,
+    severity: Severity,
+    channel: str | None = None,
+    spans: ArrayLike = (),
+    count: int | None = None,
+    excludes: bool = False,
+    advice: str | None = None,
+    shown: ArrayLike | None = None,
+    weight: ArrayLike | None = None,
+) -> Finding:
+    """A finding whose risk and advice come from the catalogue.
+
+    Parameters
+    ----------
+    spans : array_like, shape (n_spans, 2) [samples]
+    count : int, optional
+        Default: the samples in `spans`.
+    advice : str, optional
+        In place of the catalogue's.
+    shown : array_like, shape (n_shown, 2), optional
+        The spans among which the places are chosen; default: `spans`.
+    weight : array_like, shape (n_shown,), optional
+        How bad each of these is; the worst become the places. Default: the first ones.
+    """
+    entry = CATALOGUE[code]
+    places = np.asarray(spans if shown is None else shown, dtype=np.int64).reshape(-1, 2)
+    if weight is not None:
+        places = places[np.argsort(np.asarray(weight), kind="stable")[::-1]]
+    places = _frozen(places[:PLACES])
+    merged = _frozen(spans)
+    return Finding(
+        code=code,
+        severity=severity,
+        channel=channel,
+        message=message,
+        advice=entry.advice if advice is None else advice,
+        risk=entry.risk,
+        count=int(np.diff(merged, axis=1).sum()) if count is None else int(count),
+        places=tuple((int(a), int(b)) for a, b in places),
+        excludes=excludes,
+        spans=merged,
+    )
+
+
+def percent(share: float) -> str:
+    """A share as people write it: "0.12 %"."""
+    return f"{100.0 * share:.{2 if share < 0.1 else 3}g} %"
+
+
+def plural(count: int, noun: str) -> str:
+    """A number with its noun: "1 stretch", "2 stretches"."""
+    ending = "es" if noun.endswith(("ch", "sh", "s")) else "s"
+    return f"{count} {noun}{'' if count == 1 else ending}"
+
+
+def short(value: float) -> str:
+    """A number to three digits, without an exponent where people would write none."""
+    return f"{value:.3g}" if not 999.5 <= abs(value) < 1e7 else f"{value:.0f}"
+
+
+def _frozen(spans: ArrayLike) -> Spans:
+    merged = merge_spans(np.asarray(spans, dtype=np.int64).reshape(-1, 2))
+    merged.flags.writeable = False
+    return merged
+
+
+def _of(channel: str | None) -> str:
+    return "" if channel is None else f" [{channel}]"

@@ -1,0 +1,188 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Findings that the readers made possible: what stood in the time stamps and in the text of a log.
+
+The readers count and judge nothing; their notes are in `Recording.notes`. Rows are counted from 0 at the first
+row of samples.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from allanite.health.finding import PLACES, Finding, Severity, finding, percent, plural
+from allanite.health.survey import Survey
+from allanite.health.values import TOLERATED
+from allanite.recording import Recording
+
+__all__ = ["clock", "jitter", "stamps", "text", "words"]
+
+Notes = Mapping[str, Any]
+
+#: Clock error worth a warning [ppm]: that of a poor crystal.
+POOR_CLOCK = 100.0
+
+
+def _notes(recording: Recording, part: str) -> Notes:
+    notes = recording.notes.get(part)
+    return notes if isinstance(notes, Mapping) else {}
+
+
+def _number(notes: Notes, key: str) -> float:
+    value = notes.get(key)
+    return float(value) if isinstance(value, (int, float)) and math.isfinite(value) else 0.0
+
+
+def _rows(notes: Notes, *keys: str) -> list[int]:
+    rows = [int(row) for key in keys for row in notes.get(key) or ()]
+    return sorted(set(rows))[:PLACES]
+
+
+def _spans(rows: Sequence[int]) -> list[tuple[int, int]]:
+    return [(row, row + 1) for row in rows]
+
+
+# -- time -------------------------------------------------------------------------------------------------
+
+
+def stamps(recording: Recording) -> Iterator[Finding]:
+    """Stamps that contradict each other (battery B12)."""
+    notes = _notes(recording, "timebase")
+    backward, duplicates = int(_number(notes, "backward")), int(_number(notes, "duplicates"))
+    share = duplicates / max(recording.n_samples - int(_number(notes, "missing")), 1)
+    rows = _rows(notes, "backward_rows", "duplicate_rows")
+    parts = [plural(backward, "step") + " back"] if backward else []
+    parts += [f"{plural(duplicates, 'stamp')} equal to the one before ({percent(share)})"] if duplicates else []
+    if not parts:
+        return
+    fatal = backward > 0 or share > TOLERATED
+    yield finding(
+        "time_stamps" if fatal else "duplicate_stamps",
+        f"time stamps: {' and '.join(parts)}; first rows: {', '.join(map(str, rows))}",
+        severity=Severity.FATAL if fatal else Severity.WARNING,
+        spans=_spans(rows),
+        count=backward + duplicates,
+    )
+
+
+def jitter(recording: Recording) -> Iterator[Finding]:
+    """Stamps that scatter, or are coarse, or whose median tells another rate (battery B13; class 1)."""
+    notes = _notes(recording, "timebase")
+    rate, dt = recording.rate, recording.dt
+    resolution, rms = _number(notes, "resolution_s"), _number(notes, "jitter_rms_s")
+    if resolution > 1.5 * dt:
+        yield finding(
+            "coarse_stamps",
+            f"time stamps come in steps of {resolution:.3g} s, samples every {dt:.3g} s",
+            severity=Severity.INFO,
+            count=recording.n_samples,
+        )
+    elif rms > 0.01 * dt:
+        yield _scatter(recording, rms)
+    median = _number(notes, "median_rate")
+    if median > 0.0 and abs(median / rate - 1.0) > 0.01:
+        yield finding(
+            "rate_not_median",
+            f"the median interval says {median:.5g} Hz, the samples over the span say {rate:.6g} Hz; the latter is used",
+            severity=Severity.INFO,
+            count=recording.n_samples,
+        )
+
+
+def _scatter(recording: Recording, rms: float) -> Finding:
+    """Jitter of the stamps. A steady rate does not see it; a moving angle does, as noise of rate times jitter."""
+    share = rms / recording.dt
+    moving = any(c.kind.integrated for c in recording.channels)
+    message = f"time stamps scatter by {rms:.3g} s rms, {percent(share)} of the interval; samples are taken as even"
+    if moving:
+        message += "; an angle that moves on at a rate w shows it as noise of w times that"
+    return finding(
+        "rate_jitter",
+        message,
+        severity=Severity.WARNING if share > 0.5 or (moving and share > 0.05) else Severity.INFO,
+        count=recording.n_samples,
+    )
+
+
+def clock(recording: Recording) -> Iterator[Finding]:
+    """The rate against what the file claims; and no clock at all (battery B14; class 2)."""
+    notes = _notes(recording, "timebase")
+    nominal = notes.get("rate_nominal")
+    if not notes.get("unit") and notes:
+        yield finding(
+            "no_time_stamps",
+            f"no time stamps: {recording.rate:.6g} Hz is taken from {notes.get('source') or 'the caller'}",
+            severity=Severity.INFO,
+            count=recording.n_samples,
+        )
+        return
+    if not isinstance(nominal, (int, float)) or not nominal > 0.0:
+        return
+    ratio = nominal / recording.rate
+    every = round(ratio)
+    if every >= 2 and abs(ratio / every - 1.0) < 0.01:
+        yield finding(
+            "decimated",
+            f"the header says {nominal:.6g} Hz, the stamps say {recording.rate:.6g} Hz: one sample of {every} was logged",
+            severity=Severity.WARNING,
+            count=recording.n_samples,
+        )
+        return
+    ppm = (recording.rate / nominal - 1.0) * 1e6
+    unsure = 1e6 * 5.0 * _number(notes, "jitter_rms_s") * math.sqrt(12.0 / recording.n_samples) / recording.duration
+    if abs(ppm) > max(POOR_CLOCK, unsure):
+        yield finding(
+            "clock_rate",
+            f"the stamps say {recording.rate:.8g} Hz, the header {nominal:.8g} Hz: {ppm:+.4g} ppm; the stamps are used",
+            severity=Severity.WARNING,
+            count=recording.n_samples,
+        )
+
+
+# -- text -------------------------------------------------------------------------------------------------
+
+
+def text(recording: Recording) -> Iterator[Finding]:
+    """What was odd in the text of a log (battery F6; class 5)."""
+    notes = _notes(recording, "text")
+    ragged = int(_number(notes, "ragged"))
+    if ragged:
+        rows = _rows(notes, "ragged_rows")
+        yield finding(
+            "ragged_rows",
+            f"{plural(ragged, 'row')} with too few or too many cells; first: {', '.join(map(str, rows))}",
+            severity=Severity.WARNING,
+            spans=_spans(rows),
+            count=ragged,
+        )
+    empty = int(_number(notes, "missing_cells"))
+    if empty:
+        yield finding("cells_missing", f"{plural(empty, 'cell')} without a number", severity=Severity.INFO, count=empty)
+    if notes.get("unterminated_last_line"):
+        yield finding(
+            "unterminated_last_line",
+            "the last line has no end and was dropped: its last number may be cut",
+            severity=Severity.WARNING,
+            count=1,
+        )
+    nul = int(_number(notes, "nul_bytes"))
+    if nul:
+        yield finding("nul_bytes", f"{plural(nul, 'NUL byte')} in the text", severity=Severity.WARNING, count=nul)
+    guesses = [str(guess) for guess in notes.get("guesses") or ()]
+    if guesses:
+        yield finding("dialect_guessed", "; ".join(guesses), severity=Severity.INFO, count=len(guesses))
+
+
+def words(recording: Recording, surveys: Sequence[Survey]) -> Iterator[Finding]:
+    """Overload words of a text log that came in as missing samples (battery B2)."""
+    count = int(_number(_notes(recording, "text"), "overload_words"))
+    seen = sum(s.overload for s in surveys)
+    if count > seen:
+        share = (count - seen) / max(recording.n_samples * max(len(surveys), 1), 1)
+        yield finding(
+            "overload",
+            f"{plural(count - seen, 'overload word')} in the text ({percent(share)} of the cells), read as missing",
+            severity=Severity.FATAL if share > TOLERATED else Severity.WARNING,
+            count=count - seen,
+        )

@@ -1,0 +1,287 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Findings about samples that repeat: frozen readings, zeros in place of samples, two sensors in one column."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.health.finding import Finding, Severity, finding, percent, plural
+from allanite.health.survey import Survey
+from allanite.health.values import MINIMUM, spans_equal
+
+__all__ = ["duplicate_channels", "held_samples", "interleaved", "stuck", "zero_filled"]
+
+Samples = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+#: Chance that one record of noise has a run as long as those called stuck.
+ALARM = 1e-4
+#: Share left out beyond which the rest is not trusted either.
+MOSTLY = 0.5
+
+
+# -- frozen readings --------------------------------------------------------------------------------------
+
+
+def stuck(survey: Survey) -> Iterator[Finding]:
+    """A value that repeats longer than chance allows (battery B16; class 4)."""
+    if survey.constant or survey.present < MINIMUM:
+        return
+    longest = longest_by_chance(survey)
+    spans = survey.equal_spans
+    spans = spans[spans[:, 1] - spans[:, 0] > longest]
+    zeros = _zero_spans(survey)
+    if len(zeros):
+        spans = spans[~np.isin(spans[:, 0], zeros[:, 0])]
+    if len(spans) == 0:
+        return
+    count = int(np.diff(spans, axis=1).sum())
+    first, last = spans[0], spans[-1]
+    end = "; the readings are frozen to the end" if last[1] == survey.n_samples else ""
+    share = count / survey.present
+    yield finding(
+        "stuck",
+        f"{plural(len(spans), 'stretch')} of one repeated value, {count} samples ({percent(share)}); the first holds "
+        f"{survey.at(int(first[0])):.6g}{survey.unit} for {first[1] - first[0]} samples at {survey.seconds(int(first[0]))}"
+        f" (chance makes at most {longest}){end}",
+        severity=Severity.FATAL if share > MOSTLY else Severity.WARNING,
+        channel=survey.name,
+        spans=spans,
+        weight=np.diff(spans, axis=1)[:, 0],
+        excludes=True,
+    )
+
+
+def longest_by_chance(survey: Survey) -> int:
+    """Length of equal runs that noise on these steps exceeds in one record of 10 000.
+
+    The number of runs of at least L falls geometrically. The chance of going on by one more is measured at the
+    longest length that still has 100 runs, three standard errors are added, and the fall is extrapolated; half
+    as much again covers a level that drifts between the steps.
+    """
+    histogram = survey.equal_histogram.astype(np.float64)
+    lengths = np.arange(len(histogram))
+    histogram[1] = max(survey.present - float(lengths @ histogram), 0.0)
+    survivors = np.cumsum(histogram[::-1])[::-1]  # [L]: runs of at least L
+    common = np.flatnonzero(survivors[1:-1] >= 100) + 1
+    last = int(common[-1]) if len(common) else 1
+    runs = max(float(survivors[last]), 1.0)
+    hazard = float(survivors[last + 1]) / runs
+    hazard = min(hazard + 3.0 * math.sqrt(hazard * (1.0 - hazard) / runs) + 3.0 / runs, 0.98)
+    held = max(hold_factor(survey), 1)
+    more = 1.5 * held * math.log(runs / ALARM) / -math.log(hazard)
+    return max(4, 2 * last, last + math.ceil(more), survey.equal_shortest - 1)
+
+
+# -- zeros ------------------------------------------------------------------------------------------------
+
+
+def zero_filled(survey: Survey) -> Iterator[Finding]:
+    """Exact zeros far from the level: one sample, a stretch, the beginning, the tail (battery B16; class 4)."""
+    spans = _zero_spans(survey)
+    if len(spans) == 0:
+        return
+    count = int(np.diff(spans, axis=1).sum())
+    share = count / survey.present
+    where = []
+    if spans[0, 0] == 0:
+        where.append(f"the first {plural(int(spans[0, 1]), 'sample')}" if spans[0, 1] > 1 else "the first sample")
+    if spans[-1, 1] == survey.n_samples:
+        where.append(f"the last {plural(int(spans[-1, 1] - spans[-1, 0]), 'sample')}")
+    inner = len(spans) - len(where)
+    if inner:
+        where.append(plural(inner, "stretch") + " within")
+    yield finding(
+        "zero_filled",
+        f"{plural(count, 'sample')} ({percent(share)}) are exactly 0 while the level is {survey.mean:.4g}{survey.unit}, "
+        f"{_distance_of_zero(survey):.2g} sigma away: {', '.join(where)}",
+        severity=Severity.FATAL if share > MOSTLY else Severity.WARNING,
+        channel=survey.name,
+        spans=spans,
+        weight=np.diff(spans, axis=1)[:, 0],
+        excludes=True,
+    )
+
+
+def _zero_spans(survey: Survey) -> Index:
+    """Runs of exact zeros, if zero is not among the values that the noise reaches."""
+    none = np.zeros((0, 2), dtype=np.int64)
+    if survey.channel.kind.integrated or survey.constant or survey.sigma == 0.0:
+        return none
+    outer = np.concatenate([survey.high.values, survey.low.values]) + survey.origin
+    if 0.0 not in outer or _distance_of_zero(survey) < 8.0:
+        return none
+    return spans_equal(survey, [-survey.origin])
+
+
+def _distance_of_zero(survey: Survey) -> float:
+    """Distance of 0 from the level, in units of the noise about it."""
+    values = np.concatenate([values for _, values in survey.probes]) + survey.origin
+    values = values[(values != 0.0) & np.isfinite(values)]
+    if len(values) < MINIMUM:
+        return 0.0
+    low, middle, high = np.quantile(values, [0.16, 0.5, 0.84])
+    spread = max(0.5 * (high - low), survey.sigma)
+    return abs(float(middle)) / float(spread)
+
+
+# -- samples held -----------------------------------------------------------------------------------------
+
+
+def held_samples(survey: Survey) -> Iterator[Finding]:
+    """Each value logged several times, evenly or now and then (battery B7; class 1)."""
+    if survey.constant or survey.channel.kind.integrated:
+        return
+    rate = survey.recording.rate
+    factor = hold_factor(survey)
+    if factor > 1:
+        yield finding(
+            "held_samples",
+            f"every value stands {factor} times: the true rate is rate/{factor} = {rate / factor:.6g} Hz",
+            severity=Severity.WARNING,
+            channel=survey.name,
+            count=survey.present,
+            advice=f"keep one row in {factor} and give the rate {rate / factor:.6g} Hz",
+        )
+        return
+    share = _repeated(survey)
+    if share > 0.01:
+        yield finding(
+            "held_samples",
+            f"{percent(share)} of the samples repeat the one before, beyond what the step of the values explains: the "
+            f"sensor delivers some {rate * (1.0 - share):.3g} values per second, or they were rounded and resampled",
+            severity=Severity.WARNING,
+            channel=survey.name,
+            count=round(share * survey.present),
+        )
+
+
+def hold_factor(survey: Survey) -> int:
+    """How many times each value stands in a row, the same all along; 1 if it does not."""
+    equal = [np.diff(values) == 0.0 for _, values in survey.probes]
+    equal = [e for e in equal if len(e) >= 256 and 0.4 < e.mean() < 0.995]
+    if not equal or len(equal) < 0.5 * len(survey.probes):
+        return 1
+    for factor in range(32, 1, -1):
+        if np.mean([_is_held(e, factor) for e in equal]) >= 0.9:
+            return factor
+    return 1
+
+
+def _is_held(equal: NDArray[np.bool_], factor: int) -> bool:
+    """Changes come in one phase of the period only."""
+    share = np.sort(equal[: len(equal) // factor * factor].reshape(-1, factor).mean(axis=0))
+    return bool(share[0] < 0.9 and share[1] > 0.99)
+
+
+def _repeated(survey: Survey) -> float:
+    """Share of repeats beyond what the steps of the values allow.
+
+    Differences of rounded Gaussian samples have log-concave chances, so those of 0, 1 and 2 steps obey
+    p(0) <= p(1)^2/p(2); and p(0) <= 1.1 p(1) for steps below 0.3 sigma, also when sigma changes. What exceeds the
+    larger bound by four standard errors is repetition. Only for such steps are few repeats expected at all.
+    """
+    step = survey.lattice.step
+    if step > 0.3 * _quietest(survey) or survey.sigma == 0.0:
+        return 0.0
+    shares = []
+    for _, values in survey.probes:
+        jump = np.abs(np.diff(values))
+        jump = jump[np.isfinite(jump)]
+        if len(jump) >= 256:
+            allowed = 0.0
+            if step > 0.0:
+                one, two = (0.5 * np.mean(np.abs(jump - k * step) < 0.5 * step) for k in (1, 2))
+                allowed = max(one * one / two, 1.1 * one) + 4.0 * math.sqrt(one / len(jump)) if two > 0 else 1.0
+            shares.append(float(np.mean(jump == 0.0)) - allowed)
+    return max(float(np.median(shares)), 0.0) if shares else 0.0
+
+
+def _quietest(survey: Survey) -> float:
+    """Noise from sample to sample in the quietest twentieth of the record."""
+    energy = survey.scales[0].energy if survey.scales else np.zeros(0)
+    energy = energy[~np.isnan(energy)]
+    return math.sqrt(0.5 * float(np.quantile(energy, 0.05))) if len(energy) else survey.sigma
+
+
+# -- two sensors in one column ----------------------------------------------------------------------------
+
+
+def interleaved(survey: Survey) -> Iterator[Finding]:
+    """Levels or noises that alternate from row to row (class 3)."""
+    if survey.channel.kind.integrated or survey.constant:
+        return
+    for period in (2, 3, 4):
+        apart = [a for _, values in survey.probes if (a := _phases(values, period)) is not None]
+        if len(apart) < max(1, 0.5 * len(survey.probes)):
+            continue
+        level, noise = np.quantile(np.array(apart), 0.1, axis=0)
+        if level > (1.0 if period == 2 else 3.0) or noise > 3.0:
+            what = f"levels {level:.2g} sigma apart" if level > 1.0 else f"noises in the ratio {math.sqrt(noise):.2g}"
+            yield finding(
+                "interleaved",
+                f"rows alternate with period {period}: {what}",
+                severity=Severity.FATAL if level > 3.0 else Severity.WARNING,
+                channel=survey.name,
+                count=survey.present,
+                advice=f"split the rows into {period} channels at {survey.recording.rate / period:.6g} Hz",
+            )
+            return
+
+
+def _phases(values: Samples, period: int) -> tuple[float, float] | None:
+    """How far the phases of a period lie apart: level (in sigma within a phase) and ratio of noise powers."""
+    rows = values[: len(values) // period * period].reshape(-1, period)
+    rows = rows[np.isfinite(rows).all(axis=1)]
+    if len(rows) < 256:
+        return None
+    power = 0.5 * np.mean(np.diff(rows, axis=0) ** 2, axis=0)
+    sigma = float(np.sqrt(np.median(power)))
+    if sigma == 0.0 or power.min() == 0.0:
+        return None
+    level = rows.mean(axis=0)
+    noise = 8.0 * sigma / math.sqrt(len(rows))  # what chance makes of the levels, generously
+    return max(float(np.ptp(level)) - noise, 0.0) / sigma, float(power.max() / power.min())
+
+
+# -- two names for one sensor -----------------------------------------------------------------------------
+
+
+def duplicate_channels(surveys: Sequence[Survey]) -> Iterator[Finding]:
+    """Two channels with the same samples, or one a fixed multiple of the other."""
+    for i, one in enumerate(surveys):
+        for other in surveys[:i]:
+            ratio = _ratio(one, other)
+            if ratio is not None:
+                same = "the same samples as" if ratio == 1.0 else f"{ratio:.6g} times the samples of"
+                yield finding(
+                    "duplicate_channels",
+                    f"holds {same} {other.name!r}",
+                    severity=Severity.WARNING,
+                    channel=one.name,
+                    count=one.present,
+                )
+
+
+def _ratio(one: Survey, other: Survey) -> float | None:
+    """The constant ratio of two channels; None if there is none."""
+    if one.constant or other.constant or not one.probes:
+        return None
+    ratio: float | None = None
+    for (_, a), (_, b) in zip(one.probes, other.probes, strict=True):
+        ok = np.isfinite(a) & np.isfinite(b)
+        if not np.array_equal(np.isnan(a), np.isnan(b)) or not ok.any():
+            return None
+        if ratio is None:
+            size = np.abs(b[ok])
+            k = int(np.argmax(size))
+            if size[k] == 0.0:
+                continue
+            ratio = float(a[ok][k] / b[ok][k])
+        if not np.allclose(a[ok], ratio * b[ok], rtol=1e-9, atol=0.0):
+            return None
+    return ratio if ratio else None

@@ -1,0 +1,444 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What one pass over a channel counts: each tally takes block after block and needs little memory.
+
+A tally holds facts only. What the facts mean is decided by the detectors.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from statistics import NormalDist
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = [
+    "DETAILS",
+    "Energies",
+    "EqualRuns",
+    "Extreme",
+    "Extremes",
+    "MissingRuns",
+    "Runs",
+    "Scale",
+    "Spikes",
+    "trimmed_sd",
+]
+
+Samples = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+Index = NDArray[np.int64]
+
+_NONE = np.zeros(0, dtype=np.int64)
+
+
+# -- runs of True -----------------------------------------------------------------------------------------
+
+
+class Runs:
+    """Runs of True in a stream of masks; a run may cross blocks."""
+
+    __slots__ = ("_since",)
+
+    def __init__(self) -> None:
+        self._since: int | None = None
+
+    def add(self, mask: Mask | None, start: int) -> tuple[Index, Index]:
+        """Starts and stops of the runs that end in this block; None means all False."""
+        if mask is None:
+            return self.close(start)
+        flips = np.flatnonzero(mask[1:] != mask[:-1]) + (start + 1)
+        if mask[0] != (self._since is not None):
+            flips = np.concatenate(([start], flips))
+        if self._since is not None:
+            flips = np.concatenate(([self._since], flips))
+        self._since = int(flips[-1]) if len(flips) % 2 else None
+        pairs = flips[: len(flips) // 2 * 2].reshape(-1, 2).astype(np.int64)
+        return pairs[:, 0], pairs[:, 1]
+
+    def close(self, stop: int) -> tuple[Index, Index]:
+        """End a run that is still open at `stop`."""
+        if self._since is None:
+            return _NONE, _NONE
+        since, self._since = self._since, None
+        return np.array([since], dtype=np.int64), np.array([stop], dtype=np.int64)
+
+
+class MissingRuns:
+    """Stretches without samples: how many samples, which stretches, and the longest one unbroken by them."""
+
+    __slots__ = ("_keep", "_kept", "_last", "_runs", "count", "longest", "n_runs")
+
+    def __init__(self, keep: int) -> None:
+        self._runs, self._kept, self._keep = Runs(), [np.zeros((0, 2), dtype=np.int64)], keep
+        self._last = 0
+        self.count = self.n_runs = self.longest = 0
+
+    def add(self, mask: Mask | None, start: int) -> None:
+        """Take the next mask (True: missing); None means none is."""
+        self._take(*self._runs.add(mask, start))
+
+    def close(self, stop: int) -> None:
+        """The record ends at `stop`."""
+        self._take(*self._runs.close(stop))
+        self.longest = max(self.longest, stop - self._last)
+
+    def _take(self, starts: Index, stops: Index) -> None:
+        if len(starts) == 0:
+            return
+        before = np.concatenate(([self._last], stops[:-1]))
+        self.longest = max(self.longest, int((starts - before).max()))
+        self._last = int(stops[-1])
+        self.count += int((stops - starts).sum())
+        room = self._keep - min(self.n_runs, self._keep)
+        self._kept.append(np.stack([starts, stops], axis=1)[:room])
+        self.n_runs += len(starts)
+
+    @property
+    def spans(self) -> Index:
+        """The first stretches, at most as many as were to be kept, shape (n, 2)."""
+        return np.concatenate(self._kept)
+
+
+# -- extreme values ---------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Extreme:
+    """The outermost distinct values of one side, outermost first.
+
+    Attributes
+    ----------
+    values : ndarray, shape (k,), k <= 8
+    samples, runs : ndarray of int, shape (k,)
+        How many samples have this value, and in how many runs of equal samples they come.
+    """
+
+    values: Samples
+    samples: Index
+    runs: Index
+
+
+class Extremes:
+    """The eight outermost distinct values of a stream on one side (+1: largest, -1: smallest)."""
+
+    __slots__ = ("_runs", "_samples", "_side", "_values")
+
+    KEPT = 8
+
+    def __init__(self, side: int) -> None:
+        self._side = float(side)
+        self._values = np.zeros(0)  # times the side: descending
+        self._samples = self._runs = _NONE
+
+    def add(self, block: Samples, fresh: Mask) -> None:
+        """Take the next block; `fresh` marks samples that differ from the one before."""
+        if len(self._values) < self.KEPT:  # a first bar, so that few samples pass it
+            self._merge(block[:4096], fresh[:4096])
+            block, fresh = block[4096:], fresh[4096:]
+        bar = self._values[-1] if len(self._values) == self.KEPT else -np.inf
+        hits = np.flatnonzero(block >= bar if self._side > 0 else block <= -bar)
+        if len(hits):
+            self._merge(block[hits], fresh[hits])
+
+    def _merge(self, block: Samples, fresh: Mask) -> None:
+        block = block * self._side
+        if len(block) > 4096:  # coarse samples: mostly values that are known already, and few of them
+            block, fresh = self._count_known(block, fresh)
+        ok = ~np.isnan(block)
+        values = np.concatenate([self._values, block[ok]])
+        samples = np.concatenate([self._samples, np.ones(len(values) - len(self._values), dtype=np.int64)])
+        runs = np.concatenate([self._runs, fresh[ok].astype(np.int64)])
+        distinct, place = np.unique(values, return_inverse=True)
+        order = slice(None, -self.KEPT - 1, -1)
+        self._samples = np.bincount(place, samples, len(distinct)).astype(np.int64)[order]
+        self._runs = np.bincount(place, runs, len(distinct)).astype(np.int64)[order]
+        self._values = distinct[order]
+
+    def _count_known(self, block: Samples, fresh: Mask) -> tuple[Samples, Mask]:
+        """Count the values already known; what is left of the block."""
+        left = np.ones(len(block), dtype=np.bool_)
+        for i, value in enumerate(self._values):
+            same = block == value
+            self._samples[i] += np.count_nonzero(same)
+            self._runs[i] += np.count_nonzero(same & fresh)
+            left ^= same
+        return (block[left], fresh[left]) if left.any() else (block[:0], fresh[:0])
+
+    def result(self) -> Extreme:
+        """What was counted."""
+        return Extreme(values=self._values * self._side, samples=self._samples, runs=self._runs)
+
+
+# -- equal neighbours -------------------------------------------------------------------------------------
+
+
+class EqualRuns:
+    """Runs of equal consecutive samples: a histogram of their lengths, and the long ones by place."""
+
+    __slots__ = ("_kept", "_runs", "histogram", "shortest")
+
+    LONGEST = 1024  # lengths from here on share one bin
+    KEEP = 20_000
+
+    def __init__(self) -> None:
+        self._runs = Runs()
+        self._kept = [np.zeros((0, 2), dtype=np.int64)]
+        #: Runs of length L in bin L, L >= 2.
+        self.histogram = np.zeros(self.LONGEST + 1, dtype=np.int64)
+        #: Runs of at least this length are all kept.
+        self.shortest = 4
+
+    def add(self, equal: Mask, start: int) -> None:
+        """Take the next mask (True: equal to the sample before)."""
+        self._take(*self._runs.add(equal if equal.any() else None, start))
+
+    def close(self, stop: int) -> None:
+        """The record ends at `stop`."""
+        self._take(*self._runs.close(stop))
+
+    def _take(self, starts: Index, stops: Index) -> None:
+        if len(starts) == 0:
+            return
+        starts = starts - 1  # the sample that the others equal
+        length = stops - starts
+        self.histogram += np.bincount(np.minimum(length, self.LONGEST), minlength=self.LONGEST + 1)
+        long = length >= self.shortest
+        self._kept.append(np.stack([starts[long], stops[long]], axis=1))
+        while sum(map(len, self._kept)) > self.KEEP:
+            self.shortest *= 2
+            every = np.concatenate(self._kept)
+            self._kept = [every[every[:, 1] - every[:, 0] >= self.shortest]]
+
+    @property
+    def spans(self) -> Index:
+        """Runs of at least `shortest` samples, shape (n, 2)."""
+        return np.concatenate(self._kept)
+
+
+# -- outliers ---------------------------------------------------------------------------------------------
+
+
+class Spikes:
+    """Samples far from the median of the 49 around them.
+
+    Candidates are next to a step of more than 3.5 robust standard deviations of the steps; the decision compares
+    the distance from the local median with the spread of such distances in the block and around the sample. A
+    level shift or a noisy stretch is no spike.
+    """
+
+    __slots__ = ("_deviation", "_factor", "_integrated", "_position", "_sigma", "crowded")
+
+    REACH = 24
+    STEPS = 3.5
+    #: More candidates than this share of a block: no impulses but another distribution.
+    CROWD = 0.02
+    #: False alarms per record of Gaussian noise.
+    ALARM = 1e-3
+    #: The spread is itself estimated, to some 3 %: the Gaussian bound is raised by this.
+    MARGIN = 1.1
+
+    def __init__(self, n_samples: int, integrated: bool) -> None:
+        self._integrated = integrated
+        self._factor = self.MARGIN * NormalDist().inv_cdf(1.0 - self.ALARM / (2.0 * max(n_samples, 2)))
+        self._position: list[Index] = []
+        self._deviation: list[Samples] = []
+        self._sigma: list[Samples] = []
+        #: Samples in blocks with too many candidates.
+        self.crowded = 0
+
+    def add(self, block: Samples, step: Samples, start: int) -> Index:
+        """Take the next block (NaN: missing) and its first differences; positions of spikes within the block."""
+        if len(block) < 2 * self.REACH + 1:
+            return _NONE
+        centre, sd = _centre_and_sd(step)
+        if not sd > 0.0:
+            return _NONE
+        size = np.subtract(step, centre)
+        hits = np.flatnonzero(np.abs(size, out=size) > self.STEPS * sd)
+        if len(hits) > self.CROWD * len(block) + 8:
+            self.crowded += len(block)
+            return _NONE
+        spots = np.unique(np.concatenate([hits - 1, hits]))
+        spots = spots[spots >= 0]
+        sigma = self._spread(block)
+        far = spots[self._is_far(block, spots, sigma)]
+        if len(far):
+            spots = np.unique(far[:, None] + np.arange(-12, 13))
+            spots = spots[(spots >= 0) & (spots < len(block))]
+            far = spots[self._is_far(block, spots, sigma)]
+            self._position.append(far + start)
+            self._deviation.append(self._windows(block, far)[0])
+            self._sigma.append(np.full(len(far), sigma))
+        return far
+
+    def _spread(self, block: Samples) -> float:
+        spots = np.linspace(0, len(block) - 1, min(1024, len(block)), dtype=np.int64)
+        return trimmed_sd(self._windows(block, spots)[0])
+
+    def _is_far(self, block: Samples, spots: Index, sigma: float) -> Mask:
+        if len(spots) == 0:
+            return np.zeros(0, dtype=np.bool_)
+        deviation, spread = self._windows(block, spots)
+        return np.abs(deviation) > self._factor * np.maximum(spread, sigma)
+
+    def _windows(self, block: Samples, spots: Index) -> tuple[Samples, Samples]:
+        """Distance of each spot from its window's median, and the window's own robust spread."""
+        reach = self.REACH
+        centre = np.clip(spots, reach, len(block) - reach - 1)
+        window = block[centre[:, None] + np.arange(-reach, reach + 1)]
+        here = block[spots]
+        if self._integrated:  # take the slope out: an angle is not level
+            third = (2 * reach + 1) // 3
+            slope = (_median(window[:, -third:]) - _median(window[:, :third])) / (2 * reach + 1 - third)
+            window = window - slope[:, None] * np.arange(-reach, reach + 1)
+            here = here - slope * (spots - centre)
+        middle = _median(window)
+        return here - middle, 1.4826 * _median(np.abs(window - middle[:, None]))
+
+    def result(self) -> tuple[Index, Samples, Samples]:
+        """Position, distance from the local median, and the spread it was compared with."""
+        if not self._position:
+            return _NONE, np.zeros(0), np.zeros(0)
+        return np.concatenate(self._position), np.concatenate(self._deviation), np.concatenate(self._sigma)
+
+
+def _centre_and_sd(step: Samples) -> tuple[float, float]:
+    part = step[:: max(1, len(step) // 8192)]
+    part = part[~np.isnan(part)]
+    if len(part) == 0:
+        return 0.0, 0.0
+    centre = float(np.median(part))
+    return centre, trimmed_sd(part - centre)
+
+
+def trimmed_sd(deviation: Samples) -> float:
+    """Standard deviation from the 95 % smallest deviations; right for a Gaussian, deaf to 5 % outliers.
+
+    Coarse samples may leave nothing but zeros there; then all deviations count.
+    """
+    size = np.sort(np.abs(deviation[~np.isnan(deviation)]))
+    if len(size) == 0:
+        return 0.0
+    kept = size[: max(1, int(0.95 * len(size)))]
+    # E[x^2; |x| < z]/0.95 = 1 - 2 z phi(z)/0.95 at z = 1.96
+    sd = float(np.sqrt(np.mean(kept * kept) / 0.7588))
+    return sd if sd > 0.0 else float(np.sqrt(np.mean(size * size)))
+
+
+def _median(rows: Samples) -> Samples:
+    """Median of each row without its NaN; NaN where nothing is left."""
+    ordered = np.sort(rows, axis=1)  # NaN go last
+    count = rows.shape[1] - np.isnan(ordered).sum(axis=1)
+    row = np.arange(len(rows))
+    median: Samples = 0.5 * (ordered[row, np.maximum(count - 1, 0) // 2] + ordered[row, count // 2])
+    return median
+
+
+# -- energy of differences, scale by scale ----------------------------------------------------------------
+
+#: Differences per window at the least.
+DETAILS = 16
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Scale:
+    """Mean square difference of adjacent block means, window by window.
+
+    Attributes
+    ----------
+    lag : int
+        Samples per block mean.
+    window : int
+        Samples per window.
+    energy : ndarray, shape (n_windows,)
+        Mean of the squared differences in each window; NaN where too little is present. Half of its mean is the
+        (non-overlapping) Allan variance at this lag.
+    """
+
+    lag: int
+    window: int
+    energy: Samples
+
+    @property
+    def details(self) -> int:
+        """Differences per window: degrees of freedom of each energy."""
+        return self.window // (2 * self.lag)
+
+
+class Energies:
+    """Energy of differences at lags 1, 4, 16, ... in windows: where a record is livelier than elsewhere.
+
+    White noise, flicker and a random walk of the rate all have stationary differences, so drift alone does not
+    make a window stand out; a disturbance, a turn or a change of amplitude does.
+    """
+
+    __slots__ = ("_energy", "_lags", "_means", "_top", "_windows")
+
+    #: Windows per scale at the most, and at the least.
+    MOST, LEAST = 65_536, 16
+    #: Lags above this are made from stored means.
+    IN_BLOCK = 1024
+
+    def __init__(self, n_samples: int, block: int) -> None:
+        largest = n_samples // (2 * DETAILS * self.LEAST)
+        self._lags = [4**j for j in range(32) if 4**j <= largest]
+        coarse = 1 << max(0, (n_samples // self.MOST - 1).bit_length()) if n_samples > self.MOST else 1
+        self._windows = {m: min(max(2 * DETAILS * m, coarse), block) for m in self._lags if m <= self.IN_BLOCK}
+        self._energy: dict[int, list[Samples]] = {m: [] for m in self._windows}
+        self._top = max(self._windows, default=0)
+        self._means: list[Samples] = []
+
+    def add(self, block: Samples, complete: bool) -> None:
+        """Take the next block; `complete` promises that it holds no NaN."""
+        means, present = block, None if complete else (~np.isnan(block)).astype(np.float64)
+        if present is not None:
+            means = np.where(present > 0, block, 0.0)
+        lag = 1
+        while lag <= self._top:
+            shown = means if present is None else np.where(present >= 0.9 * lag, means, np.nan)
+            self._energy[lag].append(_energy(shown, self._windows[lag] // (2 * lag)))
+            if lag == self._top:
+                self._means.append(shown)
+            means, present = _mean_of_four(means, present)
+            lag *= 4
+
+    def result(self) -> tuple[Scale, ...]:
+        """The scales, smallest lag first."""
+        scales = [Scale(lag=m, window=self._windows[m], energy=_joined(self._energy[m])) for m in self._windows]
+        means, lag = _joined(self._means), self._top
+        while lag and lag * 4 in self._lags:
+            lag *= 4
+            rows = means[: len(means) // 4 * 4].reshape(-1, 4)
+            enough = (~np.isnan(rows)).sum(axis=1) >= 3
+            means = np.full(len(rows), np.nan)
+            means[enough] = np.nanmean(rows[enough], axis=1)
+            scales.append(Scale(lag=lag, window=2 * DETAILS * lag, energy=_energy(means, DETAILS)))
+        return tuple(scales)
+
+
+def _mean_of_four(means: Samples, present: Samples | None) -> tuple[Samples, Samples | None]:
+    n = len(means) // 4 * 4
+    if present is None:
+        return 0.25 * ((means[0:n:4] + means[1:n:4]) + (means[2:n:4] + means[3:n:4])), None
+    total = (means * present)[:n].reshape(-1, 4).sum(axis=1)
+    count = present[:n].reshape(-1, 4).sum(axis=1)
+    return np.divide(total, count, out=np.zeros(len(total)), where=count > 0), count
+
+
+def _energy(means: Samples, details: int) -> Samples:
+    n = len(means) // (2 * details) * 2 * details
+    rows = (means[1:n:2] - means[0:n:2]).reshape(-1, details)
+    energy: Samples = np.einsum("ij,ij->i", rows, rows) / details
+    torn = np.isnan(energy)
+    if torn.any():
+        rows = rows[torn]
+        there = ~np.isnan(rows)
+        count = there.sum(axis=1)
+        total = np.where(there, rows * rows, 0.0).sum(axis=1)
+        energy[torn] = np.where(2 * count >= details, total / np.maximum(count, 1), np.nan)
+    return energy
+
+
+def _joined(parts: list[Samples]) -> Samples:
+    return np.concatenate(parts) if parts else np.zeros(0)

@@ -1,0 +1,184 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Files in, a Recording out: `read` finds out by the content which reader a file belongs to.
+
+One module per format: `numpy_file` (the example to imitate), `parquet`, `matlab`, `rosbag`, `text`. They share
+`assembly` (columns to a Recording), `headings` (what a column name says), `stamps` (which column is time),
+`timebase` (stamps to an even grid), `spool` (unpacking within limits) and `sandbox` (parsing in a child
+process); `text` has `dialect`, `dates` and `cells` of its own.
+
+To add a format: one module, one word in `READERS`, one folder in ``tests/samples``.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import fields
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final, Protocol, cast
+
+from allanite.errors import FormatError, InputError
+from allanite.recording import Recording, Sampling
+
+if TYPE_CHECKING:
+    from allanite.readers.assembly import Options, Table
+
+__all__ = ["READERS", "read"]
+
+#: Modules of this package that read a format, in the order in which they are asked.
+READERS: Final = ("numpy_file", "parquet", "matlab", "rosbag", "text")
+
+_HEAD = 4096
+
+# Beginnings of files that are recognised only to say what to do with them.
+_OTHERS: Final = (
+    (b"\x89HDF\r\n\x1a\n", "an HDF5 file; export the samples to Parquet, .npy or CSV"),
+    (b"\x80\x02", "a Python pickle, which can run code and is never opened; save the samples with np.save"),
+    (b"\x80\x03", "a Python pickle, which can run code and is never opened; save the samples with np.save"),
+    (b"\x80\x04", "a Python pickle, which can run code and is never opened; save the samples with np.save"),
+    (b"\x80\x05", "a Python pickle, which can run code and is never opened; save the samples with np.save"),
+    (b"TDSm", "a LabVIEW TDMS file; export the samples to CSV"),
+    (b"ULog\x01\x12\x35", "a PX4 ULog; convert it to CSV (ulog2csv) and read that"),
+    (b"\xa3\x95\x80", "an ArduPilot dataflash log; convert the IMU messages to CSV and read that"),
+    (b"PK\x03\x04", "a zip archive without NumPy arrays; unpack it and read the file inside"),
+    (b"\x28\xb5\x2f\xfd", "compressed with zstd; unpack it and read the result"),
+)
+
+
+class Reader(Protocol):
+    """What a reader module has; see `allanite.readers.numpy_file`."""
+
+    NAME: str
+    OPTIONS: frozenset[str]
+
+    def sniff(self, head: bytes, path: Path) -> bool:
+        """True if the file is of this format, judged by its content."""
+        ...
+
+    def read(self, path: Path, options: Options) -> Table:
+        """The columns of the file and what it says about them."""
+        ...
+
+
+def read(
+    path: str | os.PathLike[str],
+    *,
+    unit: str | Mapping[str, str] | None = None,
+    rate: float | None = None,
+    channels: Sequence[str] | None = None,
+    sampling: Sampling = "mean",
+    scale_factor: str | Mapping[str, str] | None = None,
+    delimiter: str | None = None,
+    decimal: str | None = None,
+    topic: str | None = None,
+    variable: str | None = None,
+) -> Recording:
+    """Read a log of a sensor.
+
+    Parameters
+    ----------
+    path : path
+        Text of any dialect (also .gz, .xz, .bz2), NumPy .npy and .npz, Parquet, Arrow and Feather, MATLAB .mat
+        (version 5), ROS 1 bags and ROS 2 folders, .db3 and .mcap files. The content decides, not the suffix.
+    unit : str or mapping, optional
+        Unit of the samples where the file does not hold it: "deg/s", or by channel name or group,
+        {"gyro": "deg/s", "acc": "g"}. A unit that nobody gives stays unknown; it is never assumed.
+    rate : float, optional [Hz]
+        Samples per second where the file has no time. It sets time stamps aside if there are any.
+    channels : sequence of str, optional
+        Names or groups (gyro, acc) to keep; all if absent.
+    sampling : "mean" or "point"
+        Whether a sample is the mean over its interval or an instantaneous value; see `Channel`.
+    scale_factor : str or mapping, optional
+        For samples in volts or counts, e.g. "24.0 mV/(deg/s)", {"gyro": "131 LSB/(deg/s)"}.
+    delimiter, decimal : str, optional
+        For text whose dialect cannot be told: "," ";" "tab" "blank" "|", and "." or ",".
+    topic : str, optional
+        For ROS logs with several IMU topics.
+    variable : str, optional
+        For files with several tables: name of the array (.npz, .mat), or the record type or sensor identity
+        (text).
+
+    Returns
+    -------
+    Recording
+        What was understood stands in its `notes` and in the first step of its `history`.
+
+    Raises
+    ------
+    InputError
+        Something is missing or does not fit: no rate, a wrong unit, several tables.
+    FormatError
+        The file breaks its format, or its format is not known.
+    LimitError
+        The file asks for more memory or time than it may.
+    DataQualityError
+        No samples, or time stamps from which no even grid can be built.
+
+    Examples
+    --------
+    >>> recording = read("gyro.csv", unit="deg/s")  # doctest: +SKIP
+    """
+    from allanite.readers.assembly import Options, assemble
+
+    options = Options(
+        unit=unit,
+        rate=rate,
+        channels=channels,
+        sampling=sampling,
+        scale_factor=scale_factor,
+        delimiter=delimiter,
+        decimal=decimal,
+        topic=topic,
+        variable=variable,
+    )
+    place = Path(path)
+    reader = _reader_for(place)
+    _refuse_meaningless(options, reader)
+    return assemble(reader.read(place, options), options, place.name)
+
+
+def _reader_for(path: Path) -> Reader:
+    head = _head(path)
+    for name in READERS:
+        reader = cast(Reader, import_module(f"{__name__}.{name}"))
+        if reader.sniff(head, path):
+            return reader
+    for magic, what in _OTHERS:
+        if head.startswith(magic):
+            raise FormatError(f"{path.name} is {what}")
+    if path.is_dir():
+        raise FormatError(
+            f"{path.name} is a folder without a ROS 2 recording (metadata.yaml, .db3 or .mcap files)"
+        )
+    raise FormatError(
+        f"{path.name} is binary and of no known format. Samples without a header are read with "
+        "np.fromfile(path, dtype) and Recording.from_rate, where type and byte order must be known"
+    )
+
+
+def _head(path: Path) -> bytes:
+    try:
+        if path.is_dir():
+            return b""
+        with path.open("rb") as file:
+            head = file.read(_HEAD)
+    except FileNotFoundError:
+        raise InputError(f"no such file: {path}") from None
+    except (OSError, ValueError) as error:
+        raise InputError(f"{path} cannot be opened: {error}") from None
+    if not head:
+        raise FormatError(f"{path.name} is empty")
+    return head
+
+
+def _refuse_meaningless(options: Options, reader: Reader) -> None:
+    special: dict[str, Any] = {
+        f.name: getattr(options, f.name)
+        for f in fields(options)
+        if f.name in ("delimiter", "decimal", "topic", "variable")
+    }
+    for name, value in special.items():
+        if value is not None and name not in reader.OPTIONS:
+            raise InputError(f"option {name}={value!r} has no meaning for a {reader.NAME} file")

@@ -1,0 +1,170 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""From named arrays (.npz, .mat) to a Table: which arrays hold the samples, and what the small ones say.
+
+The samples are all tables of the greatest length; scalars such as ``fs`` or ``dt`` state the rate, and lists of
+words such as ``columns`` or ``units`` describe the columns.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.errors import InputError
+from allanite.readers.assembly import Table
+from allanite.readers.headings import read_heading
+from allanite.recording import ArrayColumn, checked_samples
+
+__all__ = ["Shape", "left_out", "samples_among", "table_of"]
+
+Shape = tuple[np.dtype[Any], tuple[int, ...]]
+
+_AXES = ("x", "y", "z")
+_RATE_NAMES = frozenset(
+    {"fs", "rate", "sample_rate", "sampling_rate", "samplerate", "frequency", "freq", "sfreq"}
+)
+_INTERVAL_NAMES = frozenset({"dt", "ts", "sample_interval", "sampling_interval", "period"})
+_LABEL_NAMES = frozenset({"columns", "names", "channels", "labels", "header", "fields", "channel_names"})
+_UNIT_NAMES = frozenset({"unit", "units"})
+
+
+def samples_among(shapes: Mapping[str, Shape], variable: str | None, file: str) -> list[str]:
+    """Names of the arrays that hold the samples: the one asked for with its time, or all of the greatest length.
+
+    Raises
+    ------
+    InputError
+        No such array, or none of numbers; the message lists what there is.
+    """
+    tables = {k: s for k, s in shapes.items() if s[0].kind in "iufMV" and len(s[1]) in (1, 2)}
+    if variable is not None:
+        if variable not in shapes:
+            raise InputError(f"{file}: no array {variable!r}; there are: {_listed(shapes)}")
+        length = shapes[variable][1][:1]
+        times = [k for k, s in tables.items() if read_heading(k).group == "time" and s[1][:1] == length]
+        return [*(k for k in times if k != variable), variable]
+    if not tables:
+        raise InputError(f"{file}: no array of samples; there are: {_listed(shapes) or 'none'}")
+    longest = max(s[1][0] for s in tables.values())
+    return [k for k, s in tables.items() if s[1][0] == longest]
+
+
+def left_out(shapes: Mapping[str, Shape], wanted: Sequence[str]) -> tuple[str, ...]:
+    """A sentence about tables that were not taken, if there are any."""
+    others = {k: s for k, s in shapes.items() if k not in wanted and len(s[1]) == 2 and max(s[1]) > 16}
+    if not others:
+        return ()
+    return (f"arrays of another length left out (variable= takes one of them): {_listed(others)}",)
+
+
+def _listed(shapes: Mapping[str, Shape]) -> str:
+    return ", ".join(f"{k} {dtype} {shape}" for k, (dtype, shape) in list(shapes.items())[:20])
+
+
+def table_of(
+    arrays: Mapping[str, NDArray[Any]],
+    small: Mapping[str, NDArray[Any]],
+    path: Path,
+    file_format: str,
+    guesses: tuple[str, ...] = (),
+) -> Table:
+    """The table of arrays of equal length.
+
+    Parameters
+    ----------
+    arrays : mapping of name to ndarray, shape (n_samples,) or (n_samples, k)
+        Or one-dimensional structured arrays. The name of a single unnamed array is "".
+    small : mapping of name to ndarray
+        Everything else in the file that is small: rate, labels, units.
+
+    Raises
+    ------
+    InputError
+        An array that is no table of real numbers.
+    """
+    labels = _words(small, _LABEL_NAMES)
+    headings: list[str] = []
+    columns: list[ArrayColumn] = []
+    time_units: dict[int, str] = {}
+    for name, array in arrays.items():
+        for heading, column in _split(name, array, labels, len(arrays) == 1, path.name):
+            if column.dtype.kind == "M":
+                time_units[len(columns)] = "iso8601"
+                column = column.astype("datetime64[ns]").view(np.int64)
+            headings.append(heading)
+            columns.append(ArrayColumn(column))
+    rate, rate_from = _rate(small)
+    units = _words(small, _UNIT_NAMES)
+    if len(units) == 1:
+        units = units * len(columns)
+    return Table(
+        format=file_format,
+        headings=tuple(headings),
+        columns=tuple(columns),
+        units=tuple(units) if len(units) == len(columns) else (),
+        units_from="metadata" if units and len(units) == len(columns) else "none",
+        time_units=time_units,
+        rate=rate,
+        rate_from=rate_from,
+        source={"size_bytes": path.stat().st_size, "variables": [k for k in arrays if k]},
+        guesses=guesses,
+    )
+
+
+def _split(
+    name: str, array: NDArray[Any], labels: list[str], alone: bool, file: str
+) -> Iterator[tuple[str, NDArray[Any]]]:
+    """Pairs of heading and column: fields of a structured array, columns of a table."""
+    if array.dtype.kind == "M" and array.ndim == 1:
+        yield name or "time", array
+        return
+    try:
+        if array.dtype.names:
+            yield from ((field, checked_samples(array[field])[:, 0]) for field in array.dtype.names)
+            return
+        table = checked_samples(array)
+    except (InputError, IndexError) as error:
+        raise InputError(f"{file}{':' if name else ''}{name}: {error}") from None
+    yield from zip(_headings(name, table.shape[1], labels, alone), table.T, strict=True)
+
+
+def _headings(name: str, count: int, labels: list[str], alone: bool) -> Sequence[str]:
+    """Headings of the columns of one array: its labels, x y z of a triad, or numbers."""
+    heading = read_heading(name)
+    if len(labels) == count and (alone or count > 1):
+        return labels
+    if count == 1:
+        return [name]
+    if alone and heading.group == "":  # a table of anything: its name is not that of a quantity
+        return [""] * count
+    unit = f" ({heading.unit})" if heading.unit else ""
+    ends = _AXES if count == 3 else tuple(map(str, range(count)))
+    return [f"{heading.name}_{end}{unit}" for end in ends]
+
+
+def _words(small: Mapping[str, NDArray[Any]], names: frozenset[str]) -> list[str]:
+    for key, array in small.items():
+        if key.lower() in names and array.dtype.kind in "US" and array.ndim <= 1:
+            return [
+                w.decode("utf-8", "replace") if isinstance(w, bytes) else str(w) for w in np.atleast_1d(array)
+            ]
+    return []
+
+
+def _rate(small: Mapping[str, NDArray[Any]]) -> tuple[float | None, str]:
+    for key, array in small.items():
+        if array.size != 1 or array.dtype.kind not in "iuf":
+            continue
+        value = float(array.reshape(()))
+        if not (math.isfinite(value) and value > 0):
+            continue
+        if key.lower() in _RATE_NAMES:
+            return value, f"array {key!r}"
+        if key.lower() in _INTERVAL_NAMES:
+            return 1.0 / value, f"array {key!r}"
+    return None, ""

@@ -1,0 +1,396 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""From the columns of a file to a Recording: one place for all formats.
+
+A reader returns a `Table`: columns as they stand in the file, and what the file says about them. Here the
+columns become time, channels and companions, units are settled, and the samples are put on an even grid.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+from allanite.errors import DataQualityError, InputError
+from allanite.readers.headings import Heading, canonical_group, read_heading
+from allanite.readers.stamps import TimeChoice, choose_time, is_counter
+from allanite.readers.timebase import Stamps, Timebase, even_grid, fit_grid
+from allanite.recording import Channel, Column, Kind, Recording, Sampling, Spliced, checked_rate
+from allanite.units import Quantity, parse_scale_factor, parse_unit
+
+__all__ = ["Options", "Table", "assemble"]
+
+_FITTING = {
+    "gyro": {Quantity.ANGLE_RATE, Quantity.ANGLE, Quantity.VOLTAGE, Quantity.COUNTS},
+    "acc": {Quantity.ACCELERATION, Quantity.VELOCITY, Quantity.VOLTAGE, Quantity.COUNTS},
+}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Options:
+    """What the caller says about a file; see `allanite.readers.read`."""
+
+    unit: str | Mapping[str, str] | None = None
+    rate: float | None = None
+    channels: Sequence[str] | None = None
+    sampling: Sampling = "mean"
+    scale_factor: str | Mapping[str, str] | None = None
+    delimiter: str | None = None
+    decimal: str | None = None
+    topic: str | None = None
+    variable: str | None = None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Table:
+    """Columns of a file, before anybody has said which is what.
+
+    Attributes
+    ----------
+    format : str
+        Name of the format, for messages and notes.
+    headings : tuple of str
+        As they stand in the file; "" where there is none.
+    columns : tuple of Column
+        One per heading, equally long.
+    units : tuple of str
+        Units that the file gives apart from the headings (a units row, metadata); "" where there is none.
+    units_from : str
+        Where `units` come from: "units row", "preamble", "metadata", "none".
+    time_units : dict of column number to unit
+        Columns that hold dates, already in ns since 1970 UTC.
+    stamps : TimeChoice or None
+        Time that the reader knows for sure (message stamps).
+    rate : float or None [Hz]
+        Rate that the file states.
+    rate_from : str
+        Where it states it.
+    text : dict or None
+        Facts about a text file.
+    source : dict
+        Facts about the file.
+    guesses : tuple of str
+        What had to be guessed, in words.
+    channels : tuple of Channel or None
+        Channels in full, where the file is one of our own.
+    """
+
+    format: str
+    headings: tuple[str, ...]
+    columns: tuple[Column, ...]
+    units: tuple[str, ...] = ()
+    units_from: str = "none"
+    time_units: dict[int, str] = field(default_factory=dict)
+    stamps: TimeChoice | None = None
+    rate: float | None = None
+    rate_from: str = ""
+    start: int | None = None
+    text: dict[str, Any] | None = None
+    source: dict[str, Any] = field(default_factory=dict)
+    guesses: tuple[str, ...] = ()
+    channels: tuple[Channel, ...] | None = None
+    history: tuple[Mapping[str, Any], ...] = ()
+
+
+def assemble(table: Table, options: Options, name: str) -> Recording:
+    """The recording in a table.
+
+    Parameters
+    ----------
+    name : str
+        File name without folder, for messages.
+
+    Raises
+    ------
+    InputError
+        No rate, an unknown or unfitting unit, a channel that is not there.
+    DataQualityError
+        No samples, or stamps from which no grid can be built.
+    """
+    if not table.columns or len(table.columns[0]) == 0:
+        raise DataQualityError(f"{name}: there are no samples in this {table.format} file")
+    headings = [_with_unit(read_heading(h), u) for h, u in zip(table.headings, _padded(table), strict=True)]
+    time = table.stamps or choose_time(headings, table.columns, table.time_units, table.rate)
+    guesses = [*table.guesses, *(time.guesses if time else ())]
+    used = set(time.used) if time else set()
+    counters = [i for i, h in enumerate(headings) if h.group == "counter" and is_counter(table.columns[i])]
+    if not time and len(table.columns) > 1 and not headings[0].name and is_counter(table.columns[0]):
+        counters.insert(0, 0)
+        guesses.append("column 0 counts rows: it is neither time nor a channel")
+    places = [i for i in range(len(headings)) if i not in used and i not in counters]
+    named = _named(headings, places)
+    base = _grid(table, options, time, [table.columns[i] for i in counters], name, guesses)
+    chosen = _selected(options.channels, named, table)
+    channels = _channels(table, options, named, chosen, guesses)
+    columns = tuple(_placed(table.columns[i], base) for i in chosen)
+    units_from = _units_from(table, options, named)
+    step = {
+        "step": "read",
+        "file": name,
+        "format": table.format,
+        "rate": base.rate,
+        "rate_from": base.facts["source"],
+        "units_from": units_from,
+    }
+    if options.rate is not None and time is not None:
+        step["stamps_set_aside"] = time.source
+    return Recording(
+        channels=tuple(channels[i] for i in chosen),
+        columns=columns,
+        rate=base.rate,
+        start=table.start if table.start is not None else (time.start if time else None),
+        history=(*table.history, step),
+        source=name,
+        notes=_notes(table, base, units_from, guesses),
+    )
+
+
+def _padded(table: Table) -> tuple[str, ...]:
+    return table.units or ("",) * len(table.headings)
+
+
+def _with_unit(heading: Heading, unit: str) -> Heading:
+    return replace(heading, unit=unit) if unit and not heading.standard else heading
+
+
+def _named(headings: Sequence[Heading], places: Sequence[int]) -> dict[int, Heading]:
+    """Channel columns with names that differ: ch0, ch1, ... where the file has none."""
+    seen: dict[str, int] = {}
+    result = {}
+    for number, i in enumerate(places):
+        name = headings[i].name or f"ch{number}"
+        seen[name] = seen.get(name, 0) + 1
+        result[i] = replace(headings[i], name=name if seen[name] == 1 else f"{name}_{seen[name]}")
+    return result
+
+
+def _placed(column: Column, base: Timebase) -> Column:
+    if len(base.grid) == 1 and base.length == len(column):
+        return column
+    return Spliced(column, base.source, base.grid, base.length)
+
+
+# -- rate --------------------------------------------------------------------------------------------------
+
+
+def _grid(
+    table: Table,
+    options: Options,
+    time: TimeChoice | None,
+    counters: Sequence[Column],
+    name: str,
+    guesses: list[str],
+) -> Timebase:
+    n = len(table.columns[0])
+    if options.rate is not None:
+        rate = checked_rate(options.rate)
+        if counters and time is None:
+            return _counted(counters[0], rate, "rate argument", table.rate, guesses)
+        return even_grid(n, rate, source="rate argument", nominal=table.rate)
+    if time is not None:
+        return fit_grid(
+            time.stamps, source=time.source, unit=time.unit, nominal=table.rate, resolution=time.resolution
+        )
+    if table.rate is not None:
+        rate = checked_rate(table.rate)
+        if counters:
+            return _counted(counters[0], rate, table.rate_from, table.rate, guesses)
+        return even_grid(n, rate, source=table.rate_from, nominal=table.rate)
+    more = " (a column of row numbers is not taken for time)" if counters else ""
+    raise InputError(
+        f"{name}: no time column and no sample rate in the file{more}. Give the rate: --rate 100 on the command "
+        "line, rate=100 in Python [samples per second]"
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class _Counted:
+    """A column of sample numbers, as stamps."""
+
+    column: Column
+    rate: float
+    first: float
+
+    def __len__(self) -> int:
+        return len(self.column)
+
+    def read(self, start: int, stop: int) -> Any:
+        return (self.column.read(start, stop) - self.first) / self.rate
+
+
+def _counted(
+    counter: Column, rate: float, source: str, nominal: float | None, guesses: list[str]
+) -> Timebase:
+    """The grid of samples that are numbered: jumps of the number are missing samples."""
+    plain = even_grid(len(counter), rate, source=source, nominal=nominal)
+    if len(counter) < 2:
+        return plain
+    stamps: Stamps = _Counted(counter, rate, float(counter.read(0, 1)[0]))
+    try:
+        fitted = fit_grid(stamps, source=source, unit="samples", nominal=nominal)
+    except DataQualityError:
+        guesses.append("the sample numbers are not in order: gaps cannot be told from them")
+        return plain
+    if abs(fitted.rate / rate - 1.0) > 1e-6:
+        return plain
+    keep = ("gaps", "missing", "gap_places", "duplicates", "duplicate_rows", "backward", "backward_rows")
+    facts = plain.facts | {key: fitted.facts[key] for key in keep}
+    return replace(fitted, rate=rate, facts=facts)
+
+
+# -- channels ----------------------------------------------------------------------------------------------
+
+
+def _channels(
+    table: Table,
+    options: Options,
+    named: Mapping[int, Heading],
+    chosen: Sequence[int],
+    guesses: list[str],
+) -> dict[int, Channel]:
+    if table.channels is not None:
+        ours = {c.name: c for c in table.channels}
+        known = {i: ours[table.headings[i]] for i in named if table.headings[i] in ours}
+        if len(known) == len(named) and options.unit is None and options.scale_factor is None:
+            return known
+    units = _per_channel(options.unit, named, "unit")
+    factors = _per_channel(options.scale_factor, named, "scale factor")
+    _refuse_unfitting(options.unit, units, named)
+    result = {}
+    for i in chosen:
+        heading, given, factor = named[i], units.get(i), factors.get(i)
+        if given is not None and isinstance(options.unit, str) and not _fits(given, heading):
+            guesses.append(f"unit {given!r} cannot be that of {heading.name}: left as the file has it")
+            given = None
+        if isinstance(options.scale_factor, str) and factor is not None and not _factor_fits(factor, heading):
+            factor = None
+        result[i] = _channel(heading, given, factor, options.sampling, guesses)
+    return result
+
+
+def _channel(
+    heading: Heading, given: str | None, factor: str | None, sampling: Sampling, guesses: list[str]
+) -> Channel:
+    unit = heading.unit if given is None else given
+    if factor is not None and not unit and parse_scale_factor(factor).sample is Quantity.COUNTS:
+        unit = "LSB"
+    if given is None and unit and not _known(unit):
+        guesses.append(f"unit {unit!r} of {heading.name} is not known: read as unknown")
+        unit = ""
+    if given is None and factor is None and heading.group in ("other", "counter", "identity", "time"):
+        return Channel(name=heading.name, kind=Kind.OTHER, unit=unit, scale=1.0, sampling=sampling)
+    if given is None and not unit and heading.group == "temperature":
+        return Channel(name=heading.name, kind=Kind.TEMPERATURE, unit="", scale=1.0, sampling=sampling)
+    try:
+        return Channel.of(heading.name, unit, sampling=sampling, scale_factor=factor)
+    except InputError as error:
+        raise InputError(f"channel {heading.name}: {error}") from None
+
+
+def _known(unit: str) -> bool:
+    try:
+        parse_unit(unit)
+    except InputError:
+        return False
+    return True
+
+
+def _fits(unit: str, heading: Heading) -> bool:
+    if unit in ("", "unknown"):
+        return True
+    if heading.group in _FITTING:
+        return parse_unit(unit).quantity in _FITTING[heading.group]
+    return heading.group == ""
+
+
+def _factor_fits(factor: str, heading: Heading) -> bool:
+    if heading.group in _FITTING:
+        return parse_scale_factor(factor).physical in _FITTING[heading.group]
+    return heading.group == ""
+
+
+def _refuse_unfitting(
+    option: str | Mapping[str, str] | None, units: Mapping[int, str], named: Mapping[int, Heading]
+) -> None:
+    if isinstance(option, str) and units and not any(_fits(u, named[i]) for i, u in units.items()):
+        raise InputError(
+            f"unit {option!r} fits none of the channels {', '.join(h.name for h in named.values())}; name the "
+            "channels it is meant for: unit={'name': 'unit'} (--unit name=unit)"
+        )
+
+
+def _per_channel(
+    option: str | Mapping[str, str] | None, named: Mapping[int, Heading], what: str
+) -> dict[int, str]:
+    """Column number -> text, from one text for all or a mapping by channel, group or beginning of the name."""
+    if option is None:
+        return {}
+    if isinstance(option, str):
+        return {i: option for i, h in named.items() if h.group not in ("other", "temperature", "counter")}
+    if not isinstance(option, Mapping):
+        raise InputError(f"{what} must be a text or a mapping of channel or group to text, not {option!r}")
+    result: dict[int, str] = {}
+    for rank in (_is_prefix, _is_group, _is_name):  # the closest match is written last
+        for key, text in option.items():
+            result.update({i: str(text) for i, h in named.items() if rank(str(key), h)})
+    for key in option:
+        if not any(rank(str(key), h) for rank in (_is_prefix, _is_group, _is_name) for h in named.values()):
+            raise InputError(
+                f"{what} for {key!r}: there is no such channel or group; channels: "
+                f"{', '.join(h.name for h in named.values())}; groups: gyro, acc"
+            )
+    return result
+
+
+def _is_name(key: str, heading: Heading) -> bool:
+    return key.lower() == heading.name.lower()
+
+
+def _is_group(key: str, heading: Heading) -> bool:
+    if key.lower() in {k.value for k in Kind} and heading.unit and _known(heading.unit):
+        return Channel.of("x", heading.unit).kind.value == key.lower()
+    return heading.group != "" and canonical_group(key) == heading.group
+
+
+def _is_prefix(key: str, heading: Heading) -> bool:
+    return heading.name.lower().startswith(key.lower()) and heading.group not in ("other", "temperature")
+
+
+def _selected(wanted: Sequence[str] | None, named: Mapping[int, Heading], table: Table) -> list[int]:
+    if not named:
+        raise InputError(f"this {table.format} file holds a time column and nothing else")
+    if wanted is None:
+        return list(named)
+    if isinstance(wanted, str):
+        wanted = [wanted]
+    chosen: list[int] = []
+    for word in wanted:
+        found = [i for i, h in named.items() if _is_name(word, h) or table.headings[i].strip() == word]
+        found = found or [i for i, h in named.items() if _is_group(word, h)]
+        if not found:
+            raise InputError(
+                f"no channel {word!r}; there are: {', '.join(h.name for h in named.values())} (or a group: gyro, acc)"
+            )
+        chosen += [i for i in found if i not in chosen]
+    return chosen
+
+
+# -- notes -------------------------------------------------------------------------------------------------
+
+
+def _units_from(table: Table, options: Options, named: Mapping[int, Heading]) -> str:
+    if options.unit is not None or options.scale_factor is not None:
+        return "argument"
+    if table.units_from != "none":
+        return table.units_from
+    return "header" if any(h.unit for h in named.values()) else "none"
+
+
+def _notes(table: Table, base: Timebase, units_from: str, guesses: Sequence[str]) -> dict[str, Any]:
+    source = {"format": table.format, **table.source}
+    notes: dict[str, Any] = {"timebase": base.facts, "source": source}
+    if table.text is not None:
+        notes["text"] = {**table.text, "units_from": units_from, "guesses": list(guesses)}
+    else:
+        source |= {"units_from": units_from, "guesses": list(guesses)}
+    return notes

@@ -1,0 +1,226 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What a column heading says: its name without the unit, its unit, and what kind of column it is.
+
+Names come before positions: columns may stand in any order, and a unit may follow the name in brackets
+(``Gyroscope X (deg/s)``), after an underscore (``gyro_x_dps``), or not at all.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from typing import Final, Literal
+
+from allanite.errors import InputError
+from allanite.units import Quantity, parse_unit
+
+__all__ = ["GROUPS", "Group", "Heading", "canonical_group", "is_unit", "read_heading"]
+
+Group = Literal["gyro", "acc", "temperature", "other", "time", "counter", "identity", ""]
+
+#: Groups whose columns are companions of the sensor, never unknown sensor output.
+GROUPS: Final = ("gyro", "acc", "temperature", "other", "time", "counter", "identity")
+
+
+@dataclass(frozen=True, slots=True)
+class Heading:
+    """A column heading that was understood.
+
+    Attributes
+    ----------
+    name : str
+        Cleaned, without the unit; "" where the column has no heading.
+    unit : str
+        As written; "" where the heading holds none.
+    group : str
+        gyro, acc, temperature, time, counter, identity, other, or "" where the name says nothing.
+    standard : bool
+        The unit follows from the name of a message field (ROS, PX4), not from a unit text.
+    """
+
+    name: str
+    unit: str
+    group: Group
+    standard: bool = False
+
+
+# First match wins. Names are compared in lower case, with every run of other signs as one underscore.
+_GROUP_PATTERNS: tuple[tuple[Group, str], ...] = (
+    (
+        "other",
+        r"""(^|_)(cov|covariance\d*|std|stdev|var|variance|ecc|err|error|status|flags?|valid|clip\w*|crc|range)(_|\d|$)
+        |(^|_)(quat|quaternion|orientation|roll|pitch|yaw|heading|azimuth|euler|attitude)|^q_?[0-3wxyz]$
+        |(^|_)(mag|magn|magnet\w*|compass|baro\w*|pres|press|pressure|humidity|battery|vbat)(_|$)|^m_?[xyz]$|^mag
+        |(^|_)(lat|latitude|lon|longitude|alt|altitude)(_|$)|integral_dt""",
+    ),
+    ("temperature", r"(^|_|gyro?|acc|imu)(temp|tmp|temperature)\d*(_|$)|temperatur"),
+    (
+        "gyro",
+        r"gyr|omega|ang(ular)?_?(vel|rate)|dreh|turn_?rate|^[wg]_?[xyz]$|^rate(_?[xyz])?$|^[xyz]_?rate$",
+    ),
+    ("acc", r"acc|specific_force|beschleunigung|^[af]_?[xyz]$"),
+    (
+        "time",
+        r"""^(t|time|tm|zeit|temps|tempo|tiempo|date|datetime|utc|epoch|clock|secs?|seconds|elapsed|stamp)$
+        |^(millis|micros|tow|sow|week)$|^(time|timestamp|t|stamp|zeit)_?(s|sec|ms|us|ns|utc|gps|tow)$
+        |timestamp|time_?stamp|(^|_)(date_?time|stamp|time|tow)$|^time_
+        |(^|_)(secs|nsecs?|nanosec|gps_?(week|sec\w*|time|tow))$""",
+    ),
+    (
+        "counter",
+        r"""^(index|index_level_0|idx|counter|count|cnt|seq|sequence|frame|packet\w*|nr?|no|row|line|header_seq)$
+        |^sample(_?(no|nr|number|index|count\w*))?$""",
+    ),
+    (
+        "identity",
+        r"""^(id|sensor(_?id)?|device(_?id)?|instance|i|imu(_?id)?|mac|serial(_?(no|number))?|sn|source|node)$
+        |^(type|msg|message|record|topic)$""",
+    ),
+)
+_GROUP_REGEX = tuple((group, re.compile(pattern, re.VERBOSE)) for group, pattern in _GROUP_PATTERNS)
+
+#: Names of fields whose unit their message definition fixes (sensor_msgs/Imu; PX4 sensor_combined).
+_STANDARD_UNITS = (
+    (re.compile(r"(^|_)angular_velocity_[xyz]$"), "rad/s"),
+    (re.compile(r"(^|_)linear_acceleration_[xyz]$"), "m/s²"),
+    (re.compile(r"^gyro_rad(_?\d)?$"), "rad/s"),
+    (re.compile(r"^accelerometer_m_s2(_?\d)?$"), "m/s²"),
+)
+
+# suffix of a name -> unit, for any group
+_SUFFIX_UNITS = {
+    "rad_s": "rad/s",
+    "rads": "rad/s",
+    "radps": "rad/s",
+    "rad_per_s": "rad/s",
+    "rad_per_sec": "rad/s",
+    "deg_s": "deg/s",
+    "degs": "deg/s",
+    "degps": "deg/s",
+    "deg_per_s": "deg/s",
+    "deg_per_sec": "deg/s",
+    "deg_h": "deg/h",
+    "deg_hr": "deg/h",
+    "deg_per_h": "deg/h",
+    "dps": "deg/s",
+    "mdps": "mdps",
+    "dph": "deg/h",
+    "m_s2": "m/s²",
+    "m_s_2": "m/s²",
+    "mps2": "m/s²",
+    "ms2": "m/s²",
+    "m_per_s2": "m/s²",
+    "mg": "mg",
+    "ug": "µg",
+    "lsb": "LSB",
+    "counts": "LSB",
+    "mv": "mV",
+    "uv": "µV",
+    "volt": "V",
+    "volts": "V",
+    "degc": "°C",
+    "celsius": "°C",
+}
+# suffixes of one or two letters mean a unit only where the group agrees
+_SUFFIX_BY_GROUP = {
+    "acc": {"g": "g"},
+    "temperature": {"c": "°C"},
+    "time": {"s": "s", "sec": "s", "secs": "s", "seconds": "s", "ms": "ms", "us": "µs", "ns": "ns", "nsec": "ns",
+             "nsecs": "ns", "nanosec": "ns", "millis": "ms", "micros": "µs"},
+}  # fmt: skip
+_BRACKETED = re.compile(r"\s*[,:]?\s*[\[({<]\s*([^\[\](){}<>]*(?:\([^()]*\)[^\[\](){}<>]*)?)\s*[\])}>]\s*$")
+_INDEXED = re.compile(r"\[(\d+)\]$")
+_TIME_TAIL = re.compile(r"^(?:time|t|timestamp|stamp)(s|sec|ms|us|ns)$")
+
+
+def read_heading(text: str) -> Heading:
+    """Read one heading.
+
+    Parameters
+    ----------
+    text : str
+        E.g. "Gyroscope X (deg/s)", "timestamp_us", "angular_velocity.x", "" .
+    """
+    text = text.strip().strip("\"'").strip().lstrip("#%").strip()
+    if not text:
+        return Heading("", "", "")
+    indexed = _INDEXED.sub(r"_\1", text)
+    plain = _plain(indexed)
+    for pattern, unit in _STANDARD_UNITS:
+        if pattern.search(plain):
+            return Heading(_clean(indexed), unit, _group(plain), standard=True)
+    name, unit = _bracketed(indexed)
+    group = _group(_plain(name))
+    if not unit:
+        name, unit = _suffixed(name, group)
+        group = group or _group(_plain(name))
+    if group == "acc" and unit in ("G", "mG"):  # gauss or gravity: the name decides
+        unit = unit.replace("G", "g")
+    return Heading(_clean(name), unit, group)
+
+
+def is_unit(text: str) -> bool:
+    """True if a cell of a units row is a unit, with or without brackets ("G" counts)."""
+    try:
+        parse_unit(text.strip().strip("[](){}<> "), tuple(Quantity))
+    except InputError:
+        return False
+    return True
+
+
+def canonical_group(word: str) -> Group:
+    """The group that a user's word for it means: "gyr", "w", "accelerometer", ...; "" if none."""
+    word = word.strip().lower()
+    if word in ("gyro", "gyr", "gyroscope", "gyros", "g", "w", "omega", "rate"):
+        return "gyro"
+    if word in ("acc", "accel", "accelerometer", "accelerometers", "a", "f", "acceleration"):
+        return "acc"
+    return "temperature" if word in ("temp", "temperature") else ""
+
+
+def _plain(text: str) -> str:
+    text = re.sub(r"(?<=[a-z])(?=[A-Z][a-z])", "_", text)  # GyroX stays, AngularVelocity is split
+    return re.sub(r"[^0-9a-zµ°]+", "_", text.lower()).strip("_")
+
+
+def _clean(text: str) -> str:
+    return re.sub(r"\s+", "_", text.strip(" \t.,:;_")) or "unnamed"
+
+
+def _group(plain: str) -> Group:
+    for group, pattern in _GROUP_REGEX:
+        if pattern.search(plain):
+            return group
+    return "time" if _TIME_TAIL.match(plain) else ""
+
+
+def _bracketed(text: str) -> tuple[str, str]:
+    match = _BRACKETED.search(text)
+    if match and match.start() > 0:
+        inside = match[1].strip()
+        if inside and (is_unit(inside) or "/" in inside):
+            return text[: match.start()], inside
+        if inside.lower() in ("raw", "-", ""):
+            return text[: match.start()], ""
+    head, comma, tail = text.rpartition(",")
+    if comma and head and is_unit(tail):
+        return head, tail.strip()
+    return text, ""
+
+
+def _suffixed(text: str, group: Group) -> tuple[str, str]:
+    parts = re.split(r"[_\s.]+", text)
+    for count in (3, 2, 1):
+        if len(parts) <= count:
+            continue
+        tail = "_".join(parts[-count:]).lower()
+        head = text[: -len(tail)].rstrip("_ .")
+        unit = _SUFFIX_UNITS.get(tail) or _SUFFIX_BY_GROUP.get(_group(_plain(head)), {}).get(tail)
+        if unit:
+            return head, unit
+    whole = text.lower()
+    if group == "time":
+        tail_match = _TIME_TAIL.match(_plain(text))
+        unit = _SUFFIX_BY_GROUP["time"].get(tail_match[1] if tail_match else whole, "")
+        return text, unit if whole != "s" else ""
+    return text, ""

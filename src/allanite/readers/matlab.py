@@ -1,0 +1,148 @@
+# Specification: MathWorks, "MAT-File Format", chapter 1: version 5 (level 5) MAT-files.
+# SPDX-License-Identifier: BSD-3-Clause
+"""MATLAB .mat files of version 5 to 7, read in a child process: a damaged one can kill its parser.
+
+The sizes that the file declares, and what its compressed elements unpack to, are checked before the child
+starts. Version 7.3 is HDF5 and is not read. A text table that is only called .mat is text, and goes there.
+"""
+
+from __future__ import annotations
+
+import zlib
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import IO, Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.errors import FormatError
+from allanite.readers.arrays import left_out, samples_among, table_of
+from allanite.readers.assembly import Options, Table
+from allanite.readers.sandbox import run
+from allanite.readers.spool import refuse_bomb
+
+NAME: Final = "MATLAB"
+OPTIONS: Final = frozenset({"variable"})
+
+_HEADER = 128
+_COMPRESSED = 15
+_PIECE = 1 << 16
+_SMALL = 4096  # elements; smaller arrays may describe the large ones
+_SPARE_MEMORY = 256 << 20
+
+
+def sniff(head: bytes, path: Path) -> bool:
+    """True for the header of version 5 and later (text, version, endian indicator)."""
+    return len(head) >= _HEADER and head[126:128] in (b"IM", b"MI") and head[:6] == b"MATLAB"
+
+
+def read(path: Path, options: Options) -> Table:
+    """Read the numeric arrays of the greatest length, or the variable asked for.
+
+    Raises
+    ------
+    FormatError
+        Version 7.3, a damaged file, or one that holds only objects.
+    InputError
+        No such variable, or none of numbers.
+    LimitError
+        It would unpack to far more than its size, or take too long.
+    """
+    with path.open("rb") as file:
+        unpacked = _unpacked_size(file, path)
+    memory = _SPARE_MEMORY + 4 * unpacked
+    _, arrays = run(
+        f"{__name__}:arrays_in",
+        [str(path)],
+        imports=["scipy.io", "numpy"],
+        memory=memory,
+        seconds=30 + unpacked / 1e7,
+        name=path.name,
+    )
+    if not arrays:
+        raise FormatError(
+            f"{path.name}: no plain numeric array in it (objects and tables of MATLAB cannot be read); in MATLAB, "
+            "save the samples as matrices: t = data.Time; x = data.Variables; save('log.mat', 't', 'x', '-v7')"
+        )
+    shapes = {k: (a.dtype, a.shape) for k, a in arrays.items()}
+    wanted = samples_among(shapes, options.variable, path.name)
+    small = {k: a for k, a in arrays.items() if k not in wanted and a.size <= _SMALL}
+    return table_of({k: arrays[k] for k in wanted}, _plain_names(small), path, NAME, left_out(shapes, wanted))
+
+
+def _plain_names(arrays: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
+    """Fields of a structure under their own name: imu.fs states the rate as fs does."""
+    return {k.rpartition(".")[2]: a for k, a in arrays.items()}
+
+
+def _unpacked_size(file: IO[bytes], path: Path) -> int:
+    """Bytes that the elements of the file unpack to; refuses what cannot be read before a parser sees it."""
+    header = file.read(_HEADER)
+    if header.startswith(b"MATLAB 7.3"):
+        raise FormatError(
+            f"{path.name} is a MATLAB file of version 7.3 (HDF5). In MATLAB: load it, then save('log.mat', ..., '-v7'), "
+            "and read that; or export the samples to Parquet or CSV"
+        )
+    order = "little" if header[126:128] == b"IM" else "big"
+    size, total, at = path.stat().st_size, 0, _HEADER
+    while at < size:
+        file.seek(at)
+        tag = file.read(8)
+        kind, length = int.from_bytes(tag[:4], order), int.from_bytes(tag[4:], order)  # type: ignore[arg-type]
+        if len(tag) < 8 or at + 8 + length > size:
+            raise FormatError(
+                f"{path.name}: an element at byte {at} promises {length} bytes, the file ends before: it is cut or damaged"
+            )
+        total += length
+        if kind == _COMPRESSED:
+            total += _inflated(file, length, path.name)
+        at += 8 + length
+    return total
+
+
+def _inflated(file: IO[bytes], length: int, name: str) -> int:
+    """Size of a compressed element; nothing of it is kept."""
+    inflate, read, written = zlib.decompressobj(), 0, 0
+    try:
+        while read < length and not inflate.eof:
+            piece = inflate.unconsumed_tail or file.read(min(_PIECE, length - read))
+            if not piece:
+                break
+            out = inflate.decompress(piece, 1 << 20)
+            read += len(piece) - len(inflate.unconsumed_tail)
+            written += len(out)
+            refuse_bomb(length, written, name)
+    except zlib.error as error:
+        raise FormatError(f"{name}: a compressed element is damaged ({error})") from None
+    return written
+
+
+# -- in the child ------------------------------------------------------------------------------------------
+
+
+def arrays_in(path: str) -> tuple[None, dict[str, NDArray[Any]]]:
+    """Every real numeric or text array of a file; fields of structures as "structure.field"."""
+    from scipy.io import loadmat
+
+    content = loadmat(path, struct_as_record=True, chars_as_strings=True)
+    return None, dict(_flat(content, 0))
+
+
+def _flat(content: Mapping[str, Any], depth: int) -> Iterator[tuple[str, NDArray[Any]]]:
+    for name, value in content.items():
+        if name.startswith("__") or not isinstance(value, np.ndarray):
+            continue
+        if value.dtype.names and value.size == 1 and depth < 3:
+            record = value.reshape(-1)[0]
+            inner = {f: record[f] for f in value.dtype.names}
+            yield from ((f"{name}.{k}", v) for k, v in _flat(inner, depth + 1))
+        elif value.dtype.kind in "iuf" and value.size:
+            # MATLAB has no vectors: 1 x n and n x 1 are both lists of samples.
+            yield name, value.reshape(-1) if value.ndim == 2 and 1 in value.shape else value
+        elif value.dtype.kind in "SU":
+            yield name, np.char.strip(value.reshape(-1))
+        elif value.dtype.kind == "O" and value.size and depth < 3:  # a cell of words
+            words = [str(c.reshape(-1)[0]) for c in value.reshape(-1) if getattr(c, "size", 0) == 1]
+            if len(words) == value.size:
+                yield name, np.array(words)

@@ -1,0 +1,6 @@
+NAME = "x"
+OPTIONS = frozenset()
+
+
+def sniff(h, p):
+    return False

@@ -1,0 +1,568 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""From time stamps to an even time grid: the rate of the stamps as a whole, and where samples are missing.
+
+The rate is the slope of the stamps against the sample number, never the median difference: stamps that a
+host gives in bursts have a median far from the mean. Missing samples keep their place: the stamps say how
+many fit into a gap, and the samples after it are placed behind it.
+
+Two regimes:
+
+* *regular* stamps (most differences within a quarter of their median): each difference is judged alone;
+  a late stamp is forgiven when the next ones make up for it.
+* *irregular* stamps (bursts, jitter, a resolution coarser than the sample interval): a gap is a jump beyond
+  the regular ones that the stamps around it do not make up for, measured by medians on both sides.
+
+Nothing is repaired here. Duplicates, backward steps and the jitter are counted, and `allanite.health` judges
+them; only stamps from which no grid can be built are refused.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.errors import DataQualityError
+
+__all__ = ["ArrayStamps", "Stamps", "Timebase", "even_grid", "fit_grid", "resolution_of"]
+
+_Floats = NDArray[np.float64]
+_Ints = NDArray[np.int64]
+
+_BLOCK = 1 << 20
+_LISTED_ROWS = 5
+_LISTED_GAPS = 100
+_MAKE_UP = 4  # a late stamp is forgiven if one of the next so many is in time again
+_ENDLESS = 1e15  # more missing samples than that are not counted
+_LONGEST_GRID = 50  # positions per sample; beyond it the clock was set, or two records stand in one file
+
+
+class Stamps(Protocol):
+    """Time stamps read by position: seconds since the first one, NaN where a stamp is missing."""
+
+    def __len__(self) -> int: ...
+
+    def read(self, start: int, stop: int) -> _Floats:
+        """Stamps [start, stop) in seconds since the first stamp."""
+        ...
+
+
+@dataclass(frozen=True, slots=True)
+class ArrayStamps:
+    """Stamps over an array of seconds."""
+
+    seconds: _Floats
+
+    def __len__(self) -> int:
+        return len(self.seconds)
+
+    def read(self, start: int, stop: int) -> _Floats:
+        return np.asarray(self.seconds[start:stop] - self.seconds[0])
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Timebase:
+    """An even grid and where the samples lie on it.
+
+    Attributes
+    ----------
+    rate : float [Hz]
+    length : int
+        Positions on the grid.
+    source, grid : ndarray of int64, shape (n_runs + 1,), (n_runs,)
+        Run r holds samples source[r]..source[r+1] and begins at position grid[r]; one run if nothing is
+        missing.
+    facts : dict
+        What was found, for `allanite.health`.
+    """
+
+    rate: float
+    length: int
+    source: _Ints
+    grid: _Ints
+    facts: dict[str, Any]
+
+
+@dataclass(frozen=True, slots=True)
+class _Marks:
+    """What one pass over the stamps has found, at interval numbers (interval k lies between k and k + 1)."""
+
+    gaps: _Ints  # intervals that hold missing samples
+    missing: _Ints  # how many
+    shifts: _Ints  # intervals where the clock fell back for good
+    offsets: _Floats  # by how much [s], negative
+
+
+def even_grid(n: int, rate: float, *, source: str, nominal: float | None = None) -> Timebase:
+    """The grid of samples without stamps (or whose stamps are set aside): even, nothing missing."""
+    facts = _facts(source=source, unit="", rate=rate, nominal=nominal, interval=1.0 / rate)
+    return Timebase(
+        rate=rate,
+        length=n,
+        source=np.array([0, n], dtype=np.int64),
+        grid=np.zeros(1, dtype=np.int64),
+        facts=facts,
+    )
+
+
+def fit_grid(
+    stamps: Stamps, *, source: str, unit: str, nominal: float | None = None, resolution: float | None = None
+) -> Timebase:
+    """The even grid behind time stamps.
+
+    Parameters
+    ----------
+    stamps : Stamps, at least 2
+    source, unit : str
+        Name of the time column and the unit its stamps were written in, for the facts.
+    nominal : float, optional [Hz]
+        Rate that the file claims elsewhere; compared, not used.
+    resolution : float, optional [s]
+        Step in which the stamps are written; estimated from them if absent.
+
+    Raises
+    ------
+    DataQualityError
+        No grid can be built: fewer than two stamps, all equal, not in order, or a jump far longer than the
+        record. The first five rows are listed.
+    """
+    n = len(stamps)
+    if n < 2:
+        raise DataQualityError(
+            f"time column {source!r} has {n} stamp(s): at least 2 are needed to tell the rate"
+        )
+    filled = _Filled(stamps)
+    probe = _probe(filled, source)
+    if resolution is None:
+        resolution = resolution_of(probe.stamps)
+    interval = probe.interval
+    marks, tally = _find(filled, probe, interval)
+    for _ in range(3):
+        _refuse(marks, tally, n, source, interval)
+        interval = _fit_interval(filled, marks, interval, resolution > 1.5 * interval)
+        if not (len(marks.missing) and marks.missing.max() > 50):  # the first interval was good enough
+            break
+        again, tally = _find(filled, probe, interval)
+        settled = np.array_equal(again.gaps, marks.gaps) and np.array_equal(again.missing, marks.missing)
+        marks = again
+        if settled:
+            break
+    span = interval * max(n - 1, 1)
+    rate = _plain(1.0 / interval, 1e-3 * resolution / span + 1e-12)
+    coarse = resolution > 1.5 * interval
+    facts = _facts(source=source, unit=unit, rate=rate, nominal=nominal, interval=probe.median)
+    facts |= {
+        "jitter_rms_s": _jitter(filled, marks, interval, probe.threshold),
+        "duplicates": 0 if coarse else tally.duplicates,
+        "duplicate_rows": [] if coarse else tally.duplicate_rows,
+        "backward": tally.backward,
+        "backward_rows": tally.backward_rows,
+        "gaps": len(marks.gaps),
+        "missing": int(marks.missing.sum()),
+        "resolution_s": float(resolution),
+    }
+    begins = np.concatenate(([0], marks.gaps + 1))
+    grid = begins + np.concatenate(([0], np.cumsum(marks.missing)))
+    facts["gap_places"] = [
+        [int(g - m), int(g)]
+        for g, m in zip(grid[1 : _LISTED_GAPS + 1], marks.missing[:_LISTED_GAPS], strict=True)
+    ]
+    if filled.missing:
+        facts["missing_stamps"] = filled.missing
+    length = int(grid[-1] + n - begins[-1])
+    return Timebase(rate=rate, length=length, source=np.append(begins, n), grid=grid, facts=facts)
+
+
+def _facts(*, source: str, unit: str, rate: float, nominal: float | None, interval: float) -> dict[str, Any]:
+    return {
+        "source": source,
+        "unit": unit,
+        "rate": rate,
+        "rate_nominal": nominal,
+        "median_rate": 1.0 / interval,
+        "jitter_rms_s": 0.0,
+        "duplicates": 0,
+        "duplicate_rows": [],
+        "backward": 0,
+        "backward_rows": [],
+        "gaps": 0,
+        "missing": 0,
+        "gap_places": [],
+        "drift_ppm": None if nominal is None else (rate / nominal - 1.0) * 1e6,
+        "resolution_s": 0.0,
+    }
+
+
+def resolution_of(stamps: _Floats) -> float:
+    """Step in which stamps were written: the largest power of ten of seconds that divides all differences.
+
+    Parameters
+    ----------
+    stamps : ndarray [s]
+        Seconds since the first stamp (at most a few thousand of them are looked at).
+
+    Returns
+    -------
+    float [s]
+        At least the spacing of the floating-point numbers used; 0.0 if the differences share no step.
+    """
+    part = stamps[np.isfinite(stamps)][:4096]
+    if len(part) < 2:
+        return 0.0
+    floor = float(np.spacing(np.abs(part).max()))
+    rising = np.diff(part)
+    rising = rising[rising > 0]
+    if len(rising) and rising.min() > 1.5 * (part[-1] - part[0]) / (len(part) - 1):
+        return float(rising.min())  # coarser than the samples: the step shows itself
+    for power in range(1, -10, -1):
+        step = 10.0**power
+        if step < 4 * floor:
+            break
+        multiples = (part - part[0]) / step
+        if np.abs(multiples - np.round(multiples)).max() < 1e-3 + floor / step:
+            return step
+    return floor
+
+
+# -- a first look ------------------------------------------------------------------------------------------
+
+
+class _Filled:
+    """Stamps whose missing ones are interpolated, so that one empty cell does not end the analysis."""
+
+    def __init__(self, stamps: Stamps) -> None:
+        self.stamps = stamps
+        self.missing = 0
+
+    def __len__(self) -> int:
+        return len(self.stamps)
+
+    def read(self, start: int, stop: int) -> _Floats:
+        start, stop = max(start, 0), min(stop, len(self.stamps))
+        block = np.asarray(self.stamps.read(start, stop), dtype=np.float64)
+        bad = ~np.isfinite(block)
+        if not bad.any():
+            return block
+        good = np.flatnonzero(~bad)
+        if len(good) < 2:
+            raise DataQualityError(
+                f"rows {start} to {stop}: the time column is empty; give the rate instead (--rate)"
+            )
+        block = block.copy()
+        at = np.flatnonzero(bad)
+        block[at] = np.interp(at, good, block[good])
+        # Ends: extrapolate with the mean interval of the block.
+        mean = (block[good[-1]] - block[good[0]]) / (good[-1] - good[0])
+        block[: good[0]] = block[good[0]] - mean * np.arange(good[0], 0, -1)
+        block[good[-1] + 1 :] = block[good[-1]] + mean * np.arange(1, len(block) - good[-1])
+        return block
+
+    def blocks(self, before: int, after: int) -> Iterator[tuple[int, int, _Floats]]:
+        """Pieces of the stamps: (first interval, number of intervals, stamps from first - before on)."""
+        for start in range(0, len(self) - 1, _BLOCK):
+            count = min(_BLOCK, len(self) - 1 - start)
+            yield start, count, self.read(start - before, start + count + 1 + after)
+
+
+@dataclass(frozen=True, slots=True)
+class _Probe:
+    """A first look at stretches of the stamps."""
+
+    stamps: _Floats
+    median: float  # of the differences that are not zero, unless most are not
+    interval: float  # first estimate of the sample interval
+    regular: bool
+    threshold: float  # a longer difference may be a gap
+    window: int  # stamps on either side that judge it
+
+
+def _probe(stamps: _Filled, source: str) -> _Probe:
+    n = len(stamps)
+    length = min(n, 4096)
+    starts = np.unique(np.linspace(0, n - length, min(64, max(1, n // length))).astype(np.int64))
+    stretches = [stamps.read(int(a), int(a) + length) for a in starts]
+    differences = np.concatenate([np.diff(s) for s in stretches])
+    rising = differences[differences > 0]
+    if not differences.any():
+        raise _no_grid(stamps, source, "all are equal")
+    if len(rising) < 0.5 * np.count_nonzero(differences):
+        raise _no_grid(stamps, source, "they do not rise")
+    if len(rising) < 2 and n > 8:  # one step in the whole record tells no rate
+        raise _no_grid(stamps, source, "all but one are equal")
+    median = float(np.median(differences))
+    if median <= 0:
+        median = float(np.median(rising))
+    near = np.abs(differences - median) <= 0.25 * median
+    short = (differences > 0) & (differences < 0.5 * median)
+    regular = bool(near.mean() >= 0.7 and short.mean() < 0.02) and not _bursts(differences, median)
+    if regular:
+        interval = _regular_interval(stretches, differences, median)
+        return _Probe(stretches[0], median, interval, True, 1.5 * interval, _MAKE_UP)
+    interval = _block_interval(stamps, source)
+    longest = float(np.quantile(rising, 0.995))
+    jumps = int(np.count_nonzero(differences > 1.5 * interval))
+    burst = len(differences) / max(jumps, 1)
+    window = int(np.clip(10 * burst, 20, 4096))
+    return _Probe(
+        stretches[0], median, interval, False, max(1.5 * interval, 1.5 * longest + 0.5 * interval), window
+    )
+
+
+def _bursts(differences: _Floats, median: float) -> bool:
+    """True if long differences are frequent and even, or hold most of the time: a buffer, not lost samples."""
+    long = np.flatnonzero(differences > 1.5 * median)
+    if len(long) < max(0.01 * len(differences), 3):
+        return False
+    if differences[long].sum() > 0.75 * differences.sum():
+        return True
+    apart = np.diff(long)
+    return bool(np.median(differences[long]) > 2.5 * median and apart.std() < 0.3 * apart.mean())
+
+
+def _regular_interval(stretches: list[_Floats], differences: _Floats, median: float) -> float:
+    """Median slope of the stretches that hold no odd difference; else the mean of the ordinary differences."""
+    slopes = []
+    for stretch in stretches:
+        steps = np.diff(stretch)
+        if len(steps) > 1 and np.all(np.abs(steps - median) < 0.5 * median):
+            slopes.append(_slope(np.arange(len(stretch), dtype=np.float64), stretch))
+    if slopes:
+        return float(np.median(slopes))
+    return float(differences[np.abs(differences - median) < 0.5 * median].mean())
+
+
+def _block_interval(stamps: _Filled, source: str) -> float:
+    """Median slope between stamps of like phase, some 64 of them: a gap bends only its own stretch.
+
+    The stamp after the longest difference of a stretch is the first of a burst, or the first after a tick of a
+    coarse clock: there the phase is known to a sample.
+    """
+    n = len(stamps)
+    reach = min(n // 8 + 2, 1 << 16)
+    places, times = [], []
+    for start in np.unique(np.linspace(0, max(n - reach, 0), min(65, max(2, n // 16))).astype(np.int64)):
+        stretch = stamps.read(int(start), int(start) + reach)
+        first = int(np.argmax(np.diff(stretch))) + 1
+        places.append(int(start) + first)
+        times.append(float(stretch[first]))
+    place, at = np.unique(places, return_index=True)
+    if len(place) > 1:
+        interval = float(np.median(np.diff(np.array(times)[at]) / np.diff(place)))
+    else:
+        interval = float(stamps.read(n - 1, n)[0]) / (n - 1)
+    if not interval > 0:
+        raise _no_grid(stamps, source, "they do not rise")
+    return interval
+
+
+def _slope(x: _Floats, y: _Floats) -> float:
+    x = x - x.mean()
+    return float(x @ (y - y.mean()) / (x @ x))
+
+
+def _no_grid(stamps: _Filled, source: str, why: str) -> DataQualityError:
+    first = ", ".join(f"row {k}: {t:.9g} s" for k, t in enumerate(stamps.read(0, _LISTED_ROWS)))
+    return DataQualityError(
+        f"no time grid can be built from the time column {source!r}: {why} (since the first stamp, {first}); "
+        "if the samples are evenly spaced, give their rate (--rate), which sets the stamps aside"
+    )
+
+
+# -- gaps and steps ----------------------------------------------------------------------------------------
+
+
+class _Tally:
+    """Counts of odd differences, with the first rows of each."""
+
+    def __init__(self) -> None:
+        self.duplicates = 0
+        self.duplicate_rows: list[int] = []
+        self.backward = 0
+        self.backward_rows: list[int] = []
+
+    def add(self, first: int, differences: _Floats) -> None:
+        for name, odd in (("duplicate", differences == 0), ("backward", differences < 0)):
+            rows = getattr(self, f"{name}_rows")
+            where = np.flatnonzero(odd)
+            if len(rows) < _LISTED_ROWS:
+                rows.extend(int(first + k + 1) for k in where[: _LISTED_ROWS - len(rows)])
+            total = name if name == "backward" else "duplicates"
+            setattr(self, total, getattr(self, total) + len(where))
+
+
+def _find(stamps: _Filled, probe: _Probe, interval: float) -> tuple[_Marks, _Tally]:
+    """One pass over the stamps: where samples are missing, where the clock fell back, and the odd rows."""
+    tally = _Tally()
+    before, after = (_MAKE_UP, _MAKE_UP) if probe.regular else (probe.window, probe.window)
+    judge = _judge_regular if probe.regular else _judge_irregular
+    gaps: list[_Ints] = []
+    steps: list[_Floats] = []
+    for first, count, block in stamps.blocks(before, after):
+        lead = min(before, first)
+        tally.add(first, np.diff(block[lead : lead + count + 1]))
+        at, step = judge(block, lead, count, interval, probe)
+        gaps.append(at - lead + first)
+        steps.append(step)
+    at, step = np.concatenate(gaps), np.concatenate(steps)
+    missing = np.clip(np.round(step / interval), -_ENDLESS, _ENDLESS).astype(np.int64)
+    up, down = missing >= 1, step < -0.5 * interval
+    return _Marks(at[up], missing[up], at[down], step[down]), tally
+
+
+def _judge_regular(
+    block: _Floats, lead: int, count: int, interval: float, probe: _Probe
+) -> tuple[_Ints, _Floats]:
+    """Odd differences that the next stamps do not make up for: their places and their excess [s]."""
+    differences = np.diff(block)
+    odd = np.flatnonzero(np.abs(differences - interval) > 0.5 * interval)
+    forgiven = np.zeros(len(differences), dtype=bool)
+    for j in range(1, _MAKE_UP + 1):
+        k = odd[odd + 1 + j < len(block)]
+        k = k[np.abs(block[k + 1 + j] - block[k] - (1 + j) * interval) < 0.5 * interval]
+        for i in range(j + 1):
+            forgiven[k + i] = True
+    at = odd[~forgiven[odd] & (odd >= lead) & (odd < lead + count)]
+    return at, differences[at] - interval
+
+
+def _judge_irregular(
+    block: _Floats, lead: int, count: int, interval: float, probe: _Probe
+) -> tuple[_Ints, _Floats]:
+    """Jumps beyond the regular ones that stay: their places and their lasting size [s]."""
+    differences = np.diff(block)
+    own = slice(lead, lead + count)
+    odd = np.flatnonzero((differences[own] > probe.threshold) | (differences[own] < -0.5 * interval)) + lead
+    at, steps = [], []
+    w = probe.window
+    level = block - interval * np.arange(len(block))
+    i = 0
+    while i < len(odd):
+        j = i
+        while j + 1 < len(odd) and odd[j + 1] - odd[j] <= w:  # judge a cluster of jumps as one
+            j += 1
+        first, last = odd[i], odd[j]
+        step = float(
+            np.median(level[last + 1 : last + 1 + w]) - np.median(level[max(first + 1 - w, 0) : first + 1])
+        )
+        largest = odd[i : j + 1][np.argmax(np.abs(differences[odd[i : j + 1]]))]
+        if step > 0.5 * probe.threshold or step < -0.5 * interval - 0.25 * probe.threshold:
+            at.append(int(largest))
+            steps.append(step)
+        i = j + 1
+    return np.array(at, dtype=np.int64), np.array(steps, dtype=np.float64)
+
+
+def _refuse(marks: _Marks, tally: _Tally, n: int, source: str, interval: float) -> None:
+    if tally.backward > 0.1 * n:
+        raise DataQualityError(
+            f"time column {source!r} runs backward at {tally.backward} of {n} rows (first: rows "
+            f"{', '.join(map(str, tally.backward_rows))}): the rows are not in order of time; sort them, or give "
+            "the rate (--rate), which sets the stamps aside"
+        )
+    if len(marks.missing) and int(marks.missing.sum()) + n > _LONGEST_GRID * n + 1000:
+        longest = np.argsort(marks.missing)[::-1][:_LISTED_ROWS]
+        rows = ", ".join(
+            f"row {marks.gaps[k] + 1} by {(marks.missing[k] + 1) * interval:.6g} s" for k in sorted(longest)
+        )
+        raise DataQualityError(
+            f"time column {source!r} jumps far beyond the length of the record ({rows}): the clock was set, or "
+            "several records stand in one file; cut it there, or give the rate (--rate), which sets the stamps aside"
+        )
+
+
+# -- the slope ---------------------------------------------------------------------------------------------
+
+
+def _placed(
+    stamps: _Filled, marks: _Marks, interval: float, ticks: bool
+) -> Iterator[tuple[_Floats, _Floats]]:
+    """Blocks of (position on the grid, stamp - interval * position), steps of the clock taken out.
+
+    Of stamps coarser than the samples only those count at which the clock has just ticked.
+    """
+    gained = np.cumsum(marks.missing)
+    fallen = np.cumsum(marks.offsets)
+    for first, count, block in stamps.blocks(0, 0):
+        block = block if first + count + 1 == len(stamps) else block[:-1]
+        k = np.arange(first, first + len(block))
+        if ticks:
+            ticked = np.flatnonzero(np.diff(block)) + 1
+            k, block = k[ticked], block[ticked]
+        position = k.astype(np.float64)
+        if len(gained):
+            at = np.searchsorted(marks.gaps, k)
+            position += np.where(at > 0, gained[at - 1], 0)
+        if len(fallen):
+            at = np.searchsorted(marks.shifts, k)
+            block = block - np.where(at > 0, fallen[at - 1], 0.0)
+        yield position, block - interval * position
+
+
+def _fit_interval(stamps: _Filled, marks: _Marks, interval: float, ticks: bool) -> float:
+    """Least-squares slope of the stamps against their positions, wild stamps left out."""
+    size = max(len(stamps) // 256, 16)
+    x, y = [], []
+    for position, residual in _placed(stamps, marks, interval, ticks):
+        step = max(len(position) * size // _BLOCK, 1) if ticks else size
+        for a in range(0, len(position), step):
+            x.append(float(np.median(position[a : a + step])))
+            y.append(float(np.median(residual[a : a + step])))
+    if len(x) < 2:
+        x, y = x * 2, y * 2
+    intercept, slope, spread = _robust_line(np.array(x), np.array(y))
+    centre = x[len(x) // 2]
+    sums = np.zeros(5)
+    for position, residual in _placed(stamps, marks, interval, ticks):
+        e = residual - (intercept + slope * position)
+        reach = 8.0 * spread + 2.0 * interval + (8.0 * float(np.median(np.abs(e))) if len(e) else 0.0)
+        good = np.abs(e) <= reach
+        u, e = (position - centre)[good], e[good]
+        sums += np.array([len(u), u.sum(), u @ u, e.sum(), u @ e])
+    count, su, suu, se, sue = sums
+    denominator = count * suu - su * su
+    return interval + slope + (float((count * sue - su * se) / denominator) if denominator > 0 else 0.0)
+
+
+def _robust_line(x: _Floats, y: _Floats) -> tuple[float, float, float]:
+    """Intercept, slope and median deviation through block medians, blocks far off left out (three rounds)."""
+    keep = np.ones(len(x), dtype=bool)
+    slope, intercept, spread = 0.0, float(np.median(y)), 0.0
+    for _ in range(3):
+        if np.ptp(x[keep]) == 0:
+            break
+        slope = _slope(x[keep], y[keep])
+        intercept = float(y[keep].mean() - slope * x[keep].mean())
+        e = np.abs(y - intercept - slope * x)
+        spread = float(np.median(e))
+        keep = e <= 6.0 * spread + 1e-12
+    return intercept, slope, spread
+
+
+def _jitter(stamps: _Filled, marks: _Marks, interval: float, threshold: float) -> float:
+    """Rms deviation of a stamp, from the differences: slow drifts of the clock do not count [s].
+
+    Gaps, steps of the clock and wild stamps are counted elsewhere and left out here.
+    """
+    total, count = 0.0, 0
+    odd = np.concatenate((marks.gaps, marks.shifts))
+    for first, intervals, block in stamps.blocks(0, 0):
+        e = np.diff(block) - interval
+        wild = np.abs(e) > 20.0 * interval + 2.0 * threshold
+        wild[odd[(odd >= first) & (odd < first + intervals)] - first] = True
+        e = e[~wild]
+        total += float(e @ e)
+        count += len(e)
+    return math.sqrt(total / (2 * count)) if count else 0.0
+
+
+def _plain(value: float, tolerance: float) -> float:
+    """The value with the fewest digits that differs by less than the relative tolerance."""
+    for digits in range(1, 16):
+        short = float(f"{value:.{digits}g}")
+        if abs(short / value - 1.0) <= tolerance:
+            return short
+    return value

@@ -1,0 +1,142 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Is the sensor filtered below half its sample rate?
+
+A sum of noise terms with power-law densities is log-convex: the logarithm of its density against the logarithm of
+the frequency lies above each of its tangents. Only a low-pass bends it below. So: where the spectrum has a plateau,
+and its end at the Nyquist frequency lies clearly below the tangent of the plateau, the sensor is band limited.
+
+A Gauss-Markov term whose correlation time is no longer than two or three samples looks the same, and is the same thing
+to the Allan variance of short lags: it is called a band limit too. One pole of less than 0.4 samples goes unseen: it
+takes less than a tenth of the density at the Nyquist frequency.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+__all__ = ["BandLimit", "find_band_limit", "short_lag_bend"]
+
+Array = NDArray[np.float64]
+
+#: A plateau is flat over half a decade, between these shares of the Nyquist frequency.
+LOWEST, HIGHEST, DECADES = 1 / 60, 1 / 2, 0.5
+#: Slopes in log-log that count as a plateau, and how well the slope must be known.
+FLATTEST, STEEPEST, SLOPE_SD = 0.1, -0.35, 0.1
+#: Points of a plateau lie within so many standard deviations, or this share, of its line.
+SIGMAS, SHARE = 4.0, 0.08
+#: The end of the spectrum, over the Nyquist frequency.
+TOP = 0.85
+#: It lies below the tangent by this factor at least (folding at the Nyquist frequency alone takes 0.95 from a plateau
+#: with as much flicker as `STEEPEST` lets pass), and by so many standard deviations.
+DROP, CERTAINTY = 0.9, 5.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BandLimit:
+    """A spectrum that falls toward the Nyquist frequency from a plateau.
+
+    Attributes
+    ----------
+    plateau : float
+        Density of the plateau: N^2 of the white noise before the filter.
+    begins : float [Hz]
+        Middle of the plateau.
+    corner : float [Hz]
+        Where the density is half the plateau's; beyond the Nyquist frequency that of a one-pole filter.
+    """
+
+    plateau: float
+    begins: float
+    corner: float
+
+
+def find_band_limit(frequency: Array, density: Array, edf: Array, nyquist: float) -> BandLimit | None:
+    """The band limit of a spectrum without lines, or None.
+
+    Parameters
+    ----------
+    frequency, density, edf : ndarray, shape (n,)
+        Log-binned spectrum up to the Nyquist frequency.
+    nyquist : float [Hz]
+    """
+    good = (density > 0) & (frequency > LOWEST * nyquist)
+    x, y = np.log(frequency[good]), np.log(density[good])
+    sd = np.sqrt(2 / edf[good])
+    top = x > math.log(TOP * nyquist)
+    if not top.any():
+        return None
+    end = _mean(x[top], y[top], sd[top])
+    span = DECADES * math.log(10)
+    starts = x[x <= math.log(HIGHEST * nyquist) - span]
+    windows = ((x >= start) & (x <= start + span) for start in starts)
+    tangents = [t for w in windows if (t := _Tangent.through(x[w], y[w], sd[w])) and t.above(end)]
+    if not tangents:
+        return None
+    tangent = min(tangents, key=lambda t: abs(t.slope))
+    plateau, begins = math.exp(tangent.level), math.exp(tangent.middle)
+    return BandLimit(plateau=plateau, begins=begins, corner=_corner(x, y, tangent, end))
+
+
+@dataclass(frozen=True, slots=True)
+class _Tangent:
+    middle: float
+    level: float
+    slope: float
+    level_sd: float
+    slope_sd: float
+
+    @classmethod
+    def through(cls, x: Array, y: Array, sd: Array) -> _Tangent | None:
+        """The line through a plateau; None where the points are no plateau."""
+        if len(x) < 4:
+            return None
+        middle, level, level_sd = _mean(x, y, sd)
+        weight = (x - middle) / sd**2
+        size = float(weight @ (x - middle))
+        slope, slope_sd = float(weight @ y) / size, 1 / math.sqrt(size)
+        rest = np.abs(y - level - slope * (x - middle))
+        known = slope_sd <= SLOPE_SD and STEEPEST <= slope <= FLATTEST
+        flat = known and np.all(rest < np.maximum(SIGMAS * sd, SHARE))
+        return cls(middle, level, slope, level_sd, slope_sd) if flat else None
+
+    def above(self, end: tuple[float, float, float]) -> bool:
+        """The point `end` (x, y, sd of y) lies clearly below the line."""
+        x, y, sd = end
+        drop = self.level + self.slope * (x - self.middle) - y
+        drop_sd = math.hypot(sd, self.level_sd, self.slope_sd * (x - self.middle))
+        return drop > -math.log(DROP) + CERTAINTY * drop_sd
+
+
+def _mean(x: Array, y: Array, sd: Array) -> tuple[float, float, float]:
+    weight = 1 / sd**2
+    total = float(weight.sum())
+    return float(weight @ x) / total, float(weight @ y) / total, 1 / math.sqrt(total)
+
+
+def _corner(x: Array, y: Array, tangent: _Tangent, end: tuple[float, float, float]) -> float:
+    half = tangent.level - math.log(2)
+    above = np.flatnonzero((y > half) & (x > tangent.middle))
+    last = int(above[-1]) if len(above) else 0
+    if end[1] < half and len(above) and last + 1 < len(x):
+        share = (y[last] - half) / (y[last] - y[last + 1])
+        return math.exp(x[last] + share * (x[last + 1] - x[last]))
+    return math.exp(end[0]) / math.sqrt(math.expm1(tangent.level - end[1]))
+
+
+def short_lag_bend(limit: BandLimit, frequency: Array, density: Array, m: Array, dt: float) -> Array:
+    """AVAR that the filter takes from samples averaged over m of them: what a white plateau would give, less what is.
+
+    Above the plateau the density differs from it by d(f), and AVAR by 4 * integral of
+    d(f) [sin^2(pi f m dt)/(m sin(pi f dt))]^2 df up to the Nyquist frequency, humps included (with their sign).
+    """
+    f = np.linspace(limit.begins, 0.5 / dt, 4097)
+    lost = limit.plateau - np.exp(
+        np.interp(np.log(f), np.log(frequency), np.log(np.maximum(density, 1e-300)))
+    )
+    x = np.pi * f * dt
+    shape = (np.sin(np.outer(m, x)) ** 2 / (np.asarray(m)[:, None] * np.sin(x))) ** 2
+    return np.asarray(4 * np.trapezoid(lost * shape, f, axis=1))

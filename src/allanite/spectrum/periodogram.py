@@ -1,0 +1,348 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Averaged periodograms of a stream of samples: one pass, bounded memory, high and low frequencies alike.
+
+The record is cut into half-overlapping segments under a Hann window (Welch 1967). For the low frequencies it is
+decimated by eight, again and again, and each decimated stream gets segments of its own: so every frequency is seen
+by long segments while no transform is longer than 16 384 points.
+
+A missing sample has weight zero; nothing is put in its place. Segments (and decimated samples) that miss more than a
+small part of their weight are skipped and counted.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.recording import Recording
+
+__all__ = ["Periodogram", "equivalent_dof", "periodograms"]
+
+Array = NDArray[np.float64]
+
+#: Samples per segment of a long record.
+SEGMENT = 1 << 14
+#: A stream has at least so many segments, overlaps not counted.
+FEWEST_SEGMENTS = 4
+#: Shortest segment that is worth a transform.
+SHORTEST_SEGMENT = 16
+#: Bins 0 to 2 hold the mean and its leakage through the Hann window.
+FIRST_BIN = 3
+#: A segment may miss this share of its samples.
+SEGMENT_MISSING = 0.02
+
+DECIMATION = 8
+#: Usable band of a decimated stream over its rate: aliases are 80 dB down there.
+USABLE = 0.25
+#: A decimated sample may miss this share of its weight.
+FILTER_MISSING = 0.12
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Periodogram:
+    """Averaged periodogram of one stream.
+
+    Attributes
+    ----------
+    frequency, density : ndarray, shape (segment // 2 + 1,) [Hz], [unit^2/Hz]
+        All bins; two-sided density, the decimation filter taken out.
+    first, last : int
+        Bins [first, last) are this stream's share of the spectrum.
+    segment : int
+        Samples per segment.
+    segments, pairs, skipped : int
+        Segments averaged, pairs of them that overlap, segments skipped for missing samples.
+    merged : int
+        Bins of the transform in each bin.
+    """
+
+    frequency: Array
+    density: Array
+    first: int
+    last: int
+    segment: int
+    segments: int
+    pairs: int
+    skipped: int
+    merged: int = 1
+
+    @property
+    def resolution(self) -> float:
+        """Distance of two bins [Hz]."""
+        return float(self.frequency[1] - self.frequency[0])
+
+    def merge(self, bins: int) -> Periodogram:
+        """The same at a resolution coarser by a factor: means over adjacent bins."""
+        whole = len(self.frequency) // bins * bins
+        return replace(
+            self,
+            frequency=self.frequency[:whole].reshape(-1, bins).mean(axis=1),
+            density=self.density[:whole].reshape(-1, bins).mean(axis=1),
+            first=-(-self.first // bins),
+            last=self.last // bins,
+            merged=self.merged * bins,
+        )
+
+
+def periodograms(
+    recording: Recording, name: str, progress: Callable[[float], None] | None = None
+) -> list[Periodogram]:
+    """Periodograms of a channel in its own unit, the full rate first, that share the frequencies among them.
+
+    Parameters
+    ----------
+    recording : Recording
+    name : str
+        A channel; angles and velocities are differenced to rates.
+    progress : callable, optional
+        Called with the fraction done.
+
+    Returns
+    -------
+    list of Periodogram
+        Empty where no segment is complete enough. Segments are shortened when gaps leave no room for long ones.
+    """
+    longest = SEGMENT
+    found: list[Periodogram] = []
+    while longest >= SHORTEST_SEGMENT and not found:
+        found = _run(recording, name, longest, progress)
+        longest //= 8
+    return found
+
+
+def _run(
+    recording: Recording, name: str, longest: int, progress: Callable[[float], None] | None
+) -> list[Periodogram]:
+    streams = _plan(recording.n_samples, 1 / recording.rate, longest)
+    if not streams:
+        return []
+    for done, block in _rates(recording, name):
+        _feed(streams, block)
+        if progress is not None:
+            progress(done / recording.n_samples)
+    kept = [s for s in streams if s.welch.segments >= FEWEST_SEGMENTS]
+    return _shares(kept) if kept else []
+
+
+def _plan(n_samples: int, dt: float, longest: int) -> list[_Stream]:
+    """A stream for each decade or so; the last one's segments are a quarter of it."""
+    streams: list[_Stream] = []
+    gain: tuple[float, ...] = ()
+    while (room := n_samples // FEWEST_SEGMENTS) >= SHORTEST_SEGMENT:
+        power = 1 << (room.bit_length() - 1)
+        length = min(longest, power + power // 2 if power + power // 2 <= room else power)
+        streams.append(_Stream(welch=_Welch(length), decimator=_Decimator(), dt=dt, stages=gain))
+        if length < longest:
+            break
+        gain, n_samples, dt = (*gain, dt), n_samples // DECIMATION, dt * DECIMATION
+    return streams
+
+
+def _rates(recording: Recording, name: str) -> Iterator[tuple[int, Array]]:
+    """Blocks of the channel as rates less a constant, with the number of samples read."""
+    integrated = recording[name].kind.integrated
+    origin, last = math.nan, np.full(1, np.nan)
+    for start, samples in recording.blocks(name):
+        done, block = start + len(samples), samples
+        if integrated:
+            block = np.diff(samples, prepend=last) * recording.rate
+            last = samples[-1:]
+        if math.isnan(origin) and not np.isnan(block).all():
+            origin = float(np.nanmean(block))
+        yield done, block if math.isnan(origin) else block - origin
+
+
+def _feed(streams: list[_Stream], block: Array) -> None:
+    for stream in streams:
+        stream.welch.feed(block)
+        if stream is not streams[-1]:
+            block = stream.decimator.feed(block)
+
+
+def _shares(streams: list[_Stream]) -> list[Periodogram]:
+    found: list[Periodogram] = []
+    for stream, slower in zip(streams, [*streams[1:], None], strict=True):
+        frequency = np.arange(stream.welch.length // 2 + 1) / (stream.welch.length * stream.dt)
+        gain = np.ones_like(frequency)
+        for dt in stream.stages:
+            gain *= _response(frequency * dt)
+        below = USABLE / slower.dt if slower else 0.0
+        top = int(USABLE * stream.welch.length) if stream.stages else len(frequency)
+        found.append(
+            Periodogram(
+                frequency=frequency,
+                density=stream.welch.density() * stream.dt / gain,
+                first=max(FIRST_BIN, int(np.searchsorted(frequency, below))),
+                last=top,
+                segment=stream.welch.length,
+                segments=stream.welch.segments,
+                pairs=stream.welch.pairs,
+                skipped=stream.welch.skipped,
+            )
+        )
+    return found
+
+
+# -- segments ---------------------------------------------------------------------------------------------
+
+
+def _hann(length: int) -> Array:
+    window: Array = np.sin(np.pi / length * np.arange(length)) ** 2
+    return window
+
+
+class _Welch:
+    """Sum of |Hann-windowed transform|^2 over half-overlapping segments of a stream fed in blocks."""
+
+    __slots__ = ("_last_used", "_rest", "_sum", "_window", "length", "pairs", "segments", "skipped")
+
+    def __init__(self, length: int) -> None:
+        self.length = length
+        self.segments = self.pairs = self.skipped = 0
+        self._window = _hann(length)
+        self._sum = np.zeros(length // 2 + 1)
+        self._rest = np.zeros(0)
+        self._last_used = False
+
+    def feed(self, block: Array) -> None:
+        stream = np.concatenate([self._rest, block])
+        hop = self.length // 2
+        count = max((len(stream) - self.length) // hop + 1, 0)
+        if count:
+            segments = np.lib.stride_tricks.sliding_window_view(stream, self.length)[::hop]
+            batch = max((1 << 17) // self.length, 1)
+            for first in range(0, count, batch):
+                self._add(segments[first : first + batch])
+        self._rest = stream[count * hop :]
+
+    def _add(self, segments: Array) -> None:
+        if math.isnan(float(segments.sum())):
+            used, weighted = _weighted(segments, self._window)
+        else:
+            used, weighted = np.ones(len(segments), dtype=bool), segments * self._window
+        before = np.concatenate([[self._last_used], used[:-1]])
+        self.pairs += int(np.sum(before & used))
+        self.segments += int(used.sum())
+        self.skipped += int(np.sum(~used))
+        self._last_used = bool(used[-1])
+        self._sum += _power(weighted)
+
+    def density(self) -> Array:
+        """Mean |transform|^2 over the energy of the window: the two-sided density at dt = 1."""
+        return self._sum / (max(self.segments, 1) * float(np.sum(self._window**2)))
+
+
+def _power(segments: Array) -> Array:
+    from scipy.fft import rfft
+
+    transform = rfft(segments, axis=1)
+    power: Array = np.einsum("ij,ij->j", transform.real, transform.real)
+    power += np.einsum("ij,ij->j", transform.imag, transform.imag)
+    return power
+
+
+def _weighted(segments: Array, window: Array) -> tuple[NDArray[np.bool_], Array]:
+    """Segments with missing samples: those used, and their windowed values, missing samples at weight zero."""
+    missing = np.isnan(segments)
+    used = missing.sum(axis=1) <= SEGMENT_MISSING * segments.shape[1]
+    segments, present = segments[used], ~missing[used]
+    mean = np.nanmean(segments, axis=1, keepdims=True) if len(segments) else segments
+    energy = np.sum(window**2) / np.maximum(present @ window**2, 1e-300)
+    return used, np.where(present, segments - mean, 0.0) * window * np.sqrt(energy)[:, None]
+
+
+def equivalent_dof(bins: int, segments: int, pairs: int) -> float:
+    """Equivalent degrees of freedom of the mean of adjacent bins of an averaged Hann periodogram.
+
+    Counts the correlation of neighbouring bins (4/9, 1/36) and of overlapping segments (1/36, ...), exactly so for
+    white noise (Welch 1967, eq. 6, extended to bands of bins).
+    """
+    same, overlapping = _hann_correlations()
+    taper = np.maximum(1 - np.arange(len(same)) / bins, 0)
+    within = taper[0] * same[0] + 2 * float(taper[1:] @ same[1:])
+    between = taper[0] * overlapping[0] + 2 * float(taper[1:] @ overlapping[1:])
+    return float(2 * bins * segments / (within + 2 * pairs / segments * between))
+
+
+@lru_cache(maxsize=1)
+def _hann_correlations() -> tuple[Array, Array]:
+    """Correlation of the powers of bins d apart, d = 0...7: in one segment, and in two that overlap by half."""
+    length = 64
+    window = _hann(length)
+    energy = np.sum(window**2)
+    same = np.abs(np.fft.rfft(window**2)) / energy
+    overlapping = np.abs(np.fft.rfft(window[: length // 2] * window[length // 2 :], length)) / energy
+    return same[:8] ** 2, overlapping[:8] ** 2
+
+
+# -- decimation -------------------------------------------------------------------------------------------
+
+
+@lru_cache(maxsize=1)
+def _filter() -> Array:
+    """Low-pass of 80 taps: flat to a quarter of the new rate, 80 dB down from three quarters of it on."""
+    taps = 10 * DECIMATION
+    time = np.arange(taps) - (taps - 1) / 2
+    kernel = np.sinc(time / DECIMATION) * np.kaiser(taps, 7.86)
+    return np.asarray(kernel / kernel.sum(), dtype=np.float64)
+
+
+def _response(frequency: Array) -> Array:
+    """Power gain of the filter at `frequency`, in cycles per input sample."""
+    taps = _filter()
+    time = np.arange(len(taps)) - (len(taps) - 1) / 2
+    half = len(taps) // 2
+    return np.asarray((2 * np.cos(2 * np.pi * np.outer(frequency, time[half:])) @ taps[half:]) ** 2)
+
+
+class _Decimator:
+    """Low-pass and decimation by eight of a stream fed in blocks: one matrix product for each block."""
+
+    __slots__ = ("_rest",)
+
+    def __init__(self) -> None:
+        self._rest = np.zeros(0)
+
+    def feed(self, block: Array) -> Array:
+        stream = np.concatenate([self._rest, block])
+        rows = len(stream) // DECIMATION
+        outputs = max(rows - len(_filter()) // DECIMATION + 1, 0)
+        self._rest = stream[outputs * DECIMATION :]
+        table = stream[: rows * DECIMATION].reshape(rows, DECIMATION)
+        if not outputs or not math.isnan(float(table.sum())):
+            return _filtered(table, _filter(), outputs)
+        present = ~np.isnan(table)
+        weight = _filtered(present.astype(np.float64), _filter(), outputs)
+        lost = _filtered((~present).astype(np.float64), np.abs(_filter()), outputs) / np.abs(_filter()).sum()
+        kept = lost <= FILTER_MISSING
+        return np.where(
+            kept,
+            _filtered(np.where(present, table, 0.0), _filter(), outputs) / np.where(kept, weight, 1.0),
+            np.nan,
+        )
+
+
+def _filtered(table: Array, taps: Array, outputs: int) -> Array:
+    columns = taps.reshape(-1, DECIMATION).T
+    parts = np.empty((len(table), columns.shape[1]))
+    for first in range(0, len(table), 3072):  # so small that no linear algebra library starts threads for it
+        np.matmul(table[first : first + 3072], columns, out=parts[first : first + 3072])
+    out = np.zeros(outputs)
+    for j in range(parts.shape[1]):
+        out += parts[j : j + outputs, j]
+    return out
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Stream:
+    """One rate of the cascade; `stages` are the sample intervals of the decimators before it."""
+
+    welch: _Welch
+    decimator: _Decimator
+    dt: float
+    stages: tuple[float, ...]

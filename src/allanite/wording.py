@@ -1,0 +1,411 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A study in people's words: numbers with the digits their interval allows, in the units people use.
+
+Terminal, report and figures say the same thing because they all say it through this module. It reads the plain
+document of a `Study` and holds no formula: it rounds, chooses units and makes sentences.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from allanite.units import display_unit
+
+__all__ = [
+    "COLUMNS",
+    "GUARANTEE",
+    "Group",
+    "Reading",
+    "duration",
+    "groups",
+    "headings",
+    "interval",
+    "number",
+    "people_unit",
+    "probability",
+    "reading",
+    "readings",
+    "severity_order",
+    "si_unit",
+    "slope_reading",
+    "verdict",
+    "worst",
+]
+
+Json = Mapping[str, Any]
+
+COLUMNS = ("N", "B", "T", "K", "R", "Q")
+"""Columns of every parameter table, in the order in which a curve shows them. B stands for B_equiv too."""
+
+GUARANTEE = "95 % intervals; '<' is a 95 % upper limit: the record does not show the term."
+
+_FAMILIES = {
+    "rate": "gyroscope",
+    "angle": "gyroscope",
+    "acceleration": "accelerometer",
+    "velocity": "accelerometer",
+    "voltage": "voltage",
+    "counts": "counts",
+}
+_SI_BASES = {"gyroscope": "rad/s", "accelerometer": "m/s²", "voltage": "V"}
+_SI_PATTERNS = {
+    "N": "{}/√Hz",
+    "K": "{}/√s",
+    "q": "{}/√s",
+    "R": "{}/s",
+    "T": "s",
+    "Q": "{}·s",
+}  # all others: the unit of the samples
+_NAMES = {
+    "gyroscope": {
+        "N": "angle random walk",
+        "K": "rate random walk",
+        "R": "rate ramp",
+        "Q": "angle quantisation",
+    },
+    "accelerometer": {
+        "N": "velocity random walk",
+        "K": "acceleration random walk",
+        "R": "acceleration ramp",
+        "Q": "velocity quantisation",
+    },
+}
+_PLAIN_NAMES = {"N": "white noise", "K": "random walk", "R": "ramp", "Q": "quantisation"}
+_SHARED_NAMES = {"B": "bias instability", "T": "correlation time"}
+_SEVERITIES = ("fatal", "warning", "info")
+
+
+# -- numbers ----------------------------------------------------------------------------------------------
+
+
+def number(value: float | None, digits: int = 3) -> str:
+    """A number to so many significant digits; an exponent only where zeros would hide the digits.
+
+    >>> number(0.01234), number(1.234e-7), number(86400.0), number(None)
+    ('0.0123', '1.23e-07', '86400', '–')
+    """
+    if value is None or math.isnan(value):
+        return "–"
+    if math.isinf(value):
+        return "∞" if value > 0 else "−∞"
+    return _Layout.of(abs(value), abs(value), digits).write(value)
+
+
+def interval(value: float, lower: float | None, upper: float | None) -> tuple[str, str, str]:
+    """A value and the ends of its interval, all to the same decimal: the second digit of the half width.
+
+    >>> interval(0.30012, 0.2994, 0.3009)
+    ('0.30012', '0.29940', '0.30090')
+    """
+    ends = [e for e in (lower, upper) if e is not None and math.isfinite(e)]
+    size = max((abs(v) for v in (value, *ends)), default=0.0)
+    width = max((abs(e - value) for e in ends), default=0.0)
+    digits = (
+        3
+        if not (width > 0 and size > 0)
+        else 2 + math.floor(math.log10(size)) - math.floor(math.log10(width))
+    )
+    layout = _Layout.of(size, abs(value), min(max(digits, 2), 7))
+    low, high = (layout.write(e) if e is not None and math.isfinite(e) else number(e) for e in (lower, upper))
+    return layout.write(value), low, high
+
+
+@dataclass(frozen=True, slots=True)
+class _Layout:
+    """Decimals and, where one is needed, the power of ten before which they stand."""
+
+    decimals: int
+    power: int | None
+
+    @classmethod
+    def of(cls, size: float, lead: float, digits: int) -> _Layout:
+        """So many significant digits of `size`; an exponent that leaves `lead` one digit before the point."""
+        if size == 0.0:
+            return cls(0, None)
+        power = _power(size, digits)
+        if -3 <= power < 6:
+            return cls(max(digits - 1 - power, 0), None)
+        own = _power(lead, digits) if lead else power
+        return cls(max(digits - 1 - power + own, 0), own)
+
+    def write(self, value: float) -> str:
+        if self.power is None:
+            return f"{value:.{self.decimals}f}"
+        return f"{value / 10.0**self.power:.{self.decimals}f}e{self.power:+03d}"
+
+
+def _power(size: float, digits: int) -> int:
+    """Power of ten of a number as it will be printed: 9.996 to three digits is 10.0."""
+    return math.floor(math.log10(float(f"{size:.{digits - 1}e}")))
+
+
+def probability(p: float | None) -> str:
+    """The p value of a test.
+
+    >>> probability(0.0004), probability(0.583)
+    ('p < 0.001', 'p = 0.58')
+    """
+    if p is None or math.isnan(p):
+        return "p unknown"
+    return "p < 0.001" if p < 0.001 else f"p = {number(p, 2)}"
+
+
+def duration(seconds: float) -> str:
+    """A time span in the largest unit that leaves a number people can picture.
+
+    >>> duration(604800.0), duration(5400.0), duration(0.032)
+    ('7 d', '1.5 h', '0.032 s')
+    """
+    for unit, size, least in (("d", 86400.0, 2.0), ("h", 3600.0, 1.0), ("min", 60.0, 2.0)):
+        if seconds >= least * size:
+            return f"{float(f'{seconds / size:.3g}'):g} {unit}"
+    return f"{float(f'{seconds:.3g}'):g} s"
+
+
+# -- units and names --------------------------------------------------------------------------------------
+
+
+def si_unit(kind: str, symbol: str, unit: str = "") -> str:
+    """Text of the SI unit of a coefficient; the channel's own unit where that has no SI meaning."""
+    base = _SI_BASES.get(_FAMILIES.get(kind, ""))
+    if symbol == "Q" and base in ("rad/s", "m/s²"):
+        return {"rad/s": "rad", "m/s²": "m/s"}[base]
+    own = unit or "units"
+    return _SI_PATTERNS.get(symbol, "{}").format(base or (f"({own})" if "/" in own else own))
+
+
+def people_unit(kind: str, symbol: str, unit: str = "") -> tuple[str, float]:
+    """`display_unit`, for B_equiv too."""
+    return display_unit(kind, "B" if symbol == "B_equiv" else symbol, unit)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Group:
+    """Channels of a study that share their units: the axes of one triad.
+
+    Attributes
+    ----------
+    title : str
+        "Gyroscope", "Accelerometer", ...
+    kind, unit : str
+        What `display_unit` needs.
+    channels : tuple of dict
+        Entries of the study's "channels".
+    """
+
+    title: str
+    kind: str
+    unit: str
+    channels: tuple[Json, ...]
+
+    def name_of(self, symbol: str) -> str:
+        """What the coefficient is called for this kind of sensor: "angle random walk"."""
+        names = _NAMES.get(self.title.lower(), _PLAIN_NAMES)
+        return _SHARED_NAMES.get(symbol) or names.get(symbol, symbol)
+
+
+def groups(channels: Iterable[Json]) -> tuple[Group, ...]:
+    """Channels sorted into groups of equal units, in the order of their first appearance."""
+    found: dict[tuple[str, str], list[Json]] = {}
+    for channel in channels:
+        family = _FAMILIES.get(channel["kind"], "unknown")
+        own = "" if family in _SI_BASES else channel.get("unit") or ""
+        found.setdefault((family, own), []).append(channel)
+    return tuple(
+        Group(title=_title(family, own), kind=members[0]["kind"], unit=own, channels=tuple(members))
+        for (family, own), members in found.items()
+    )
+
+
+def _title(family: str, unit: str) -> str:
+    if family in ("gyroscope", "accelerometer", "voltage"):
+        return family.capitalize()
+    return f"Channels in {unit}" if unit else "Channels of unknown unit"
+
+
+def headings(group: Group) -> dict[str, tuple[str, str]]:
+    """Columns that at least one channel of the group has something to say about: symbol -> (head, people's unit)."""
+    present = {symbol for channel in group.channels for symbol in readings(channel)}
+    heads = {s: ("T_b" if s == "T" else s, people_unit(group.kind, s, group.unit)[0]) for s in COLUMNS}
+    return {s: heads[s] for s in COLUMNS if s in present}
+
+
+# -- coefficients -----------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Reading:
+    """One coefficient as people read it.
+
+    Attributes
+    ----------
+    symbol, unit, si_unit : str
+    supported : bool
+        False: `value` is the text of an upper limit, or "not bounded".
+    value, range : str
+        In people's unit; `range` is empty for a limit.
+    si, si_range : str
+        The same in SI.
+    note : str
+    amount : float or None
+        Value, or upper limit, in people's unit.
+    """
+
+    symbol: str
+    unit: str
+    si_unit: str
+    supported: bool
+    value: str
+    range: str
+    si: str
+    si_range: str
+    note: str
+    amount: float | None
+
+    @property
+    def text(self) -> str:
+        """Value, interval and unit in one line."""
+        return " ".join(part for part in (self.value, self.range, self.unit) if part)
+
+
+def reading(kind: str, unit: str, estimate: Json) -> Reading:
+    """An entry of a model's "estimates" as people read it."""
+    symbol = estimate["symbol"]
+    text, factor = people_unit(kind, symbol, unit)
+    shown = _scaled(estimate, factor)
+    si = _scaled(estimate, 1.0)
+    limit = estimate["upper"]
+    amount = estimate["value"] if estimate["supported"] else limit
+    return Reading(
+        symbol=symbol,
+        unit=text,
+        si_unit=si_unit(kind, "B" if symbol == "B_equiv" else symbol, unit),
+        supported=bool(estimate["supported"]),
+        value=shown[0],
+        range=shown[1],
+        si=si[0],
+        si_range=si[1],
+        note=_note(symbol, estimate),
+        amount=None if amount is None else amount / factor,
+    )
+
+
+def _note(symbol: str, estimate: Json) -> str:
+    own = estimate.get("note") or ""
+    if symbol == "B_equiv" and not own:
+        return "from the Gauss-Markov term: the B with the same peak"
+    return own
+
+
+def _scaled(estimate: Json, factor: float) -> tuple[str, str]:
+    value, lower, upper = (
+        None if v is None else v / factor for v in (estimate[k] for k in ("value", "lower", "upper"))
+    )
+    if estimate["supported"] and value is not None:
+        middle, low, high = interval(value, lower, upper)
+        return middle, f"[{low}, {high}]"
+    if upper is None or math.isinf(upper):
+        return "not bounded", ""
+    return f"< {number(upper)}", ""
+
+
+def readings(channel: Json, model: Json | None = None) -> dict[str, Reading]:
+    """Coefficients of a channel's first model (or of the one given), keyed by the columns of `COLUMNS`.
+
+    B_equiv of a Gauss-Markov model stands in column B. T appears where it is supported only: elsewhere it is not a
+    limit that anybody can use.
+    """
+    if model is None:
+        model = channel["models"][0] if channel["models"] else {"estimates": ()}
+    found: dict[str, Reading] = {}
+    for estimate in model["estimates"]:
+        column = "B" if estimate["symbol"] == "B_equiv" else estimate["symbol"]
+        if column in COLUMNS and (column != "T" or estimate["supported"]):
+            found[column] = reading(channel["kind"], channel.get("unit") or "", estimate)
+    return found
+
+
+def slope_reading(channel: Json, symbol: str) -> str:
+    """The seed's reading of a coefficient off the curve, as text; its note where the curve has no such slope."""
+    found = channel["slopes"][symbol]
+    note = found.get("note") or ""
+    if found.get("value") is None:
+        return note or "no such slope"
+    unit, factor = people_unit(channel["kind"], symbol, channel.get("unit") or "")
+    return f"{number(found['value'] / factor)} {unit}" + (f", {note}" if note else "")
+
+
+# -- sentences --------------------------------------------------------------------------------------------
+
+
+def severity_order(finding: Json) -> int:
+    """Sort key: the worst first, and an accepted one after those that are open."""
+    place = _SEVERITIES.index(finding["severity"]) if finding["severity"] in _SEVERITIES else len(_SEVERITIES)
+    return 2 * place + bool(finding.get("accepted"))
+
+
+def worst(findings: Sequence[Json]) -> Json | None:
+    """The worst finding, or None; mere information is not a worst finding."""
+    serious = [f for f in findings if f["severity"] != "info"]
+    return min(serious, key=severity_order, default=None)
+
+
+def verdict(group: Group) -> list[str]:
+    """What the record says about a group of channels: one plain sentence per statement."""
+    sentences = [s for symbol in COLUMNS if (s := _statement(group, symbol))]
+    undecided = [c["name"] for c in group.channels if len(c["models"]) > 1]
+    if undecided:
+        sentences.append(
+            f"On {_listed(undecided)} the record cannot decide between the model families; each is given below."
+        )
+    poor = [c for c in group.channels if _is_poor(c)]
+    if poor:
+        values = _listed([f"{c['name']} ({probability(c['models'][0]['goodness']['p'])})" for c in poor])
+        sentences.append(
+            f"The model does not explain the curve of {values}: take these numbers with caution."
+        )
+    bare = [c["name"] for c in group.channels if not c["models"]]
+    if bare:
+        sentences.append(f"No model was fitted to {_listed(bare)}; the findings say why.")
+    return sentences
+
+
+def _is_poor(channel: Json) -> bool:
+    p = (channel["models"][0].get("goodness") or {}).get("p") if channel["models"] else None
+    return p is not None and p < 0.01
+
+
+def _statement(group: Group, symbol: str) -> str:
+    by_channel = {c["name"]: r for c in group.channels if (r := readings(c).get(symbol))}
+    seen = {n: r for n, r in by_channel.items() if r.supported}
+    limits = {n: r for n, r in by_channel.items() if not r.supported and r.amount is not None}
+    head = f"{group.name_of(symbol).capitalize()} {'T_b' if symbol == 'T' else symbol}"
+    parts = []
+    if seen:
+        parts.append(f"is resolved{_where(seen, group)}: {_spread(seen.values())}")
+    if limits:
+        parts.append(f"is only bounded{_where(limits, group)}: {_spread(limits.values(), limit=True)}")
+    return f"{head} {'; it '.join(parts)}." if parts else ""
+
+
+def _where(some: Mapping[str, Reading], group: Group) -> str:
+    if len(group.channels) == 1:
+        return ""
+    if len(some) == len(group.channels):
+        return f" on all {len(some)} channels"
+    return f" on {_listed(list(some))}"
+
+
+def _spread(found: Iterable[Reading], limit: bool = False) -> str:
+    some = sorted((r for r in found if r.amount is not None), key=lambda r: r.amount or 0.0)
+    low, high = (r.value.removeprefix("< ") for r in (some[0], some[-1]))
+    if limit:
+        return f"below {high} {some[0].unit}"
+    return f"{low} {some[0].unit}" if low == high else f"{low} to {high} {some[0].unit}"
+
+
+def _listed(names: Sequence[str]) -> str:
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"

@@ -1,0 +1,37 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Fixtures that every test may use."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+ROOT = Path(__file__).resolve().parent.parent
+
+
+@pytest.fixture
+def rng() -> np.random.Generator:
+    """A generator with a fixed seed: a test that fails once fails always."""
+    return np.random.default_rng(20261121)
+
+
+@pytest.fixture
+def real_data() -> Callable[[str], Path]:
+    """Path of a file or folder of the real recordings; the test skips where they are absent.
+
+    They are not part of the repository. They are looked for in the folder that the environment variable
+    ALLANITE_TEST_DATA names, else in ``shared/data`` beside the repository.
+    """
+    folder = Path(os.environ.get("ALLANITE_TEST_DATA") or ROOT.parent / "shared" / "data")
+
+    def locate(name: str) -> Path:
+        path = folder / name
+        if not path.exists():
+            pytest.skip(f"no real recording {name!r}: set ALLANITE_TEST_DATA to the folder that holds it")
+        return path
+
+    return locate

@@ -1,0 +1,323 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Manners: what the code base promises about itself. Each check reads the sources or starts a fresh process."""
+
+from __future__ import annotations
+
+import ast
+import doctest
+import importlib
+import re
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+import allanite
+
+ROOT = Path(__file__).resolve().parent.parent
+PACKAGE = ROOT / "src" / "allanite"
+MODULES = sorted(PACKAGE.rglob("*.py"))
+TESTS = sorted((ROOT / "tests").rglob("*.py"))
+SOURCES = [
+    path
+    for folder in ("src", "tests", "kernels", "examples", "benchmarks", "verification", "firmware")
+    for pattern in ("*.py", "*.pyi", "*.cpp", "*.hpp")
+    for path in sorted((ROOT / folder).rglob(pattern))
+]
+BANNED_NAMES = re.compile("base|common|core|data|helpers?|manager|misc|tools?|utils?")
+KERNEL_OWNERS = {"allan", "kalman", "regression", "simulation"}
+PUBLIC_NAMES = [
+    "AllanCurve",
+    "AllaniteError",
+    "Channel",
+    "NoiseModel",
+    "Recording",
+    "Study",
+    "__version__",
+    "allan_curve",
+    "characterize",
+    "check",
+    "export",
+    "fit",
+    "plot",
+    "read",
+    "render",
+    "simulate",
+]
+
+
+def short(path: Path) -> str:
+    return path.relative_to(ROOT).as_posix()
+
+
+def tree(path: Path) -> ast.Module:
+    return ast.parse(path.read_text(encoding="utf-8"), filename=str(path))
+
+
+def calls(node: ast.AST) -> Iterator[tuple[str, ast.Call]]:
+    """Every call below `node` with its dotted name."""
+    for inner in ast.walk(node):
+        if isinstance(inner, ast.Call):
+            yield ast.unparse(inner.func), inner
+
+
+def fresh(*arguments: str) -> str:
+    """Standard output of a fresh interpreter."""
+    done = subprocess.run(
+        [sys.executable, *arguments], capture_output=True, text=True, timeout=60, cwd=ROOT, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    return done.stdout
+
+
+# -- the public surface --------------------------------------------------------------------------------------
+
+
+def test_public_names_are_these() -> None:
+    assert sorted(allanite.__all__) == sorted(PUBLIC_NAMES)
+    assert set(dir(allanite)) >= set(PUBLIC_NAMES)
+
+
+@pytest.mark.parametrize("name", PUBLIC_NAMES)
+def test_public_name_resolves_and_is_documented(name: str) -> None:
+    value = getattr(allanite, name)
+    if name != "__version__":
+        assert (value.__doc__ or "").strip(), f"allanite.{name} has no docstring"
+        assert value.__module__.startswith("allanite.")
+
+
+def test_lazy_names_match_the_type_checking_block() -> None:
+    block = next(node for node in tree(PACKAGE / "__init__.py").body if isinstance(node, ast.If))
+    typed = {
+        alias.name: node.module
+        for node in block.body
+        if isinstance(node, ast.ImportFrom)
+        for alias in node.names
+    }
+    assert typed == allanite._HOMES
+
+
+def test_unknown_name_is_an_attribute_error() -> None:
+    with pytest.raises(AttributeError, match="no attribute 'utils'"):
+        _ = allanite.utils
+
+
+def test_one_version() -> None:
+    kernels = importlib.import_module("allanite._kernels")
+    compiled = getattr(kernels, "__version__", allanite.__version__)
+    assert compiled == allanite.__version__, "the compiled module is older than the package: make dev-build"
+    cited = re.search(r"^version: (\S+)$", (ROOT / "CITATION.cff").read_text(encoding="utf-8"), re.M)
+    assert cited is not None
+    assert cited[1] == allanite.__version__
+
+
+# -- the cost of starting ------------------------------------------------------------------------------------
+
+
+def test_import_loads_only_the_standard_library_and_numpy() -> None:
+    code = "import sys; before = set(sys.modules); import allanite; print(*(set(sys.modules) - before))"
+    loaded = {name.partition(".")[0] for name in fresh("-c", code).split()}
+    assert loaded - set(sys.stdlib_module_names) <= {"allanite", "numpy"}
+
+
+def test_public_types_load_only_the_standard_library_and_numpy() -> None:
+    code = (
+        "import sys; before = set(sys.modules); from allanite import *; print(*(set(sys.modules) - before))"
+    )
+    loaded = {name.partition(".")[0] for name in fresh("-c", code).split()}
+    assert loaded - set(sys.stdlib_module_names) <= {"allanite", "numpy"}
+
+
+def test_import_takes_under_a_quarter_second() -> None:
+    code = (
+        "import time; start = time.perf_counter(); import allanite; allanite.Recording;"
+        "print(time.perf_counter() - start)"
+    )
+    assert min(float(fresh("-c", code)) for _ in range(5)) < 0.25
+
+
+def test_help_takes_under_a_fifth_of_a_second() -> None:
+    # Timed from inside a parent that does nothing else; the best of five says what the program costs.
+    code = (
+        "import subprocess, sys, time; start = time.perf_counter();"
+        "subprocess.run([sys.executable, '-m', 'allanite', '--help'], check=True, stdout=subprocess.DEVNULL);"
+        "print(time.perf_counter() - start)"
+    )
+    assert min(float(fresh("-c", code)) for _ in range(5)) < 0.2
+
+
+# -- the library's conduct -----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("path", MODULES, ids=short)
+def test_library_neither_prints_nor_exits(path: Path) -> None:
+    forbidden = {"print", "pprint", "exit", "quit", "os._exit", "sys.stdout.write", "sys.stderr.write"}
+    if path.name not in ("cli.py", "__main__.py") and "cli" not in path.parts:
+        forbidden |= {"sys.exit"}
+    found = [f"{name} in line {call.lineno}" for name, call in calls(tree(path)) if name in forbidden]
+    assert not found, f"{short(path)}: {found}; raise an AllaniteError or return a value instead"
+
+
+@pytest.mark.parametrize("path", [*MODULES, *TESTS], ids=short)
+def test_no_bare_or_swallowing_except(path: Path) -> None:
+    for node in ast.walk(tree(path)):
+        if isinstance(node, ast.ExceptHandler):
+            assert node.type is not None, f"{short(path)}:{node.lineno}: bare except"
+            broad = ast.unparse(node.type) in ("Exception", "BaseException")
+            silent = all(isinstance(step, ast.Pass) for step in node.body)
+            assert not (broad and silent), f"{short(path)}:{node.lineno}: swallows every error"
+
+
+@pytest.mark.parametrize("path", MODULES, ids=short)
+def test_no_pickle(path: Path) -> None:
+    for name, call in calls(tree(path)):
+        assert name.partition(".")[0] not in ("pickle", "dill", "marshal", "shelve"), f"{short(path)}: {name}"
+        for keyword in call.keywords:
+            if keyword.arg == "allow_pickle":
+                assert isinstance(keyword.value, ast.Constant), f"{short(path)}:{call.lineno}"
+                assert keyword.value.value is False, f"{short(path)}:{call.lineno}: allow_pickle"
+
+
+def imported(path: Path) -> set[str]:
+    """Last parts of every module name that a file imports, inside functions too."""
+    names: set[str] = set()
+    for node in ast.walk(tree(path)):
+        if isinstance(node, ast.Import):
+            names |= {alias.name.rpartition(".")[2] for alias in node.names}
+        elif isinstance(node, ast.ImportFrom):
+            names |= {alias.name for alias in node.names}
+            names.add((node.module or "").rpartition(".")[2])
+    return names
+
+
+@pytest.mark.parametrize("path", MODULES, ids=short)
+def test_only_the_owners_import_the_kernels(path: Path) -> None:
+    # The import contract does not see a compiled module, so this rule is checked here.
+    owner = path.relative_to(PACKAGE).parts[0].removesuffix(".py")
+    assert owner in KERNEL_OWNERS or "_kernels" not in imported(path)
+
+
+@pytest.mark.parametrize("path", [path for path in MODULES if ">>>" in path.read_text("utf-8")], ids=short)
+def test_examples_in_docstrings_are_true(path: Path) -> None:
+    parts = path.relative_to(PACKAGE.parent).with_suffix("").parts
+    module = importlib.import_module(".".join(parts).removesuffix(".__init__"))
+    failed, tried = doctest.testmod(module)
+    assert tried
+    assert not failed
+
+
+# -- files ---------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("path", SOURCES, ids=short)
+def test_source_file_says_its_licence_and_has_a_good_name(path: Path) -> None:
+    head = path.read_text(encoding="utf-8").splitlines()[:2]
+    generated = path.suffix == ".pyi"
+    assert generated or any("SPDX-License-Identifier: BSD-3-Clause" in line for line in head), (
+        f"{short(path)}: no SPDX line"
+    )
+    for part in path.relative_to(ROOT).parts:
+        assert not BANNED_NAMES.fullmatch(part.removesuffix(path.suffix)), f"{short(path)} says nothing"
+
+
+@pytest.mark.parametrize("path", MODULES, ids=short)
+def test_module_is_short_enough_to_read(path: Path) -> None:
+    lines = len(path.read_text(encoding="utf-8").splitlines())
+    assert lines < 650, f"{short(path)} has {lines} lines: make it a folder of the same name"
+
+
+def test_vision_is_five_lines() -> None:
+    assert len((ROOT / "VISION.md").read_text(encoding="utf-8").strip().splitlines()) == 5
+
+
+# -- S7: tests can fail --------------------------------------------------------------------------------------
+
+
+def asserts_something(function: ast.FunctionDef) -> bool:
+    for node in ast.walk(function):
+        if isinstance(node, ast.Assert) and not isinstance(node.test, ast.Constant):
+            return True
+    checks = ("assert_", "pytest.raises", "pytest.warns", "pytest.fail", "must_", "expect_")
+    return any(
+        name.startswith(checks) or name.rpartition(".")[2].startswith(checks) for name, _ in calls(function)
+    )
+
+
+@pytest.mark.parametrize("path", [path for path in TESTS if path.name.startswith("test_")], ids=short)
+def test_s7_every_test_asserts(path: Path) -> None:
+    idle = [
+        node.name
+        for node in ast.walk(tree(path))
+        if isinstance(node, ast.FunctionDef) and node.name.startswith("test_") and not asserts_something(node)
+    ]
+    assert not idle, f"{short(path)}: {idle} cannot fail"
+
+
+# -- plug-ins ------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("package", "registry"), [("readers", "READERS"), ("exporters", "EXPORTERS")])
+def test_every_plugin_imports_and_every_file_is_in_use(package: str, registry: str) -> None:
+    folder = importlib.import_module(f"allanite.{package}")
+    plugins = list(getattr(folder, registry))
+    assert plugins
+    for name in plugins:  # registries name modules by strings, which no import checker sees
+        assert (importlib.import_module(f"allanite.{package}.{name}").__doc__ or "").strip()
+    files = {path.stem: imported(path) for path in sorted((PACKAGE / package).glob("*.py"))}
+    for name in files.keys() - set(plugins) - {"__init__"}:
+        used = any(name in names for other, names in files.items() if other != name)
+        assert used, f"{package}/{name}.py is not in {registry} and nothing in its folder imports it"
+
+
+# -- the command line and the documents ----------------------------------------------------------------------
+
+
+def commands() -> list[str]:
+    source = (PACKAGE / "cli.py").read_text(encoding="utf-8") if (PACKAGE / "cli.py").exists() else ""
+    if not source:
+        return []
+    return sorted(importlib.import_module("allanite.cli").cli.commands)
+
+
+@pytest.mark.parametrize("name", commands())
+def test_command_help_ends_with_an_example_and_is_in_the_reference(name: str) -> None:
+    from click.testing import CliRunner
+
+    from allanite.cli import cli
+
+    shown = CliRunner().invoke(cli, [name, "--help"], prog_name="allanite")
+    assert shown.exit_code == 0
+    last = [line.strip() for line in shown.output.splitlines() if line.strip()][-1]
+    assert last.removeprefix("$ ").startswith(f"allanite {name}"), f"help of {name!r} ends with {last!r}"
+    reference = (ROOT / "docs" / "reference" / "cli.md").read_text(encoding="utf-8")
+    assert f"## {name}\n" in reference, f"docs/reference/cli.md has no section {name!r}"
+
+
+def test_make_targets_of_the_documents_exist() -> None:
+    makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
+    targets = set(re.findall(r"^([a-z-]+):.*## ", makefile, re.M))
+    for page in (ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))):
+        wanted = set(re.findall(r"(?:^\$ |`)make ([a-z-]+)", page.read_text(encoding="utf-8"), re.M))
+        assert wanted <= targets, f"{short(page)} names {sorted(wanted - targets)}"
+    assert {"demo", "test"} <= set(
+        re.findall(r"make ([a-z-]+)", (ROOT / "README.md").read_text(encoding="utf-8"))
+    )
+
+
+def test_make_alone_lists_every_target() -> None:
+    makefile = (ROOT / "Makefile").read_text(encoding="utf-8")
+    done = subprocess.run(
+        ["make", "-s", "-C", str(ROOT)], capture_output=True, text=True, timeout=30, check=True
+    )
+    for target in re.findall(r"^\.PHONY: (.*)$", makefile, re.M)[0].split():
+        assert target == "prerequisites" or f"make {target} " in done.stdout
+
+
+def test_links_between_documents_lead_somewhere() -> None:
+    pages = [*sorted(ROOT.glob("*.md")), *sorted((ROOT / "docs").rglob("*.md"))]
+    for page in pages:
+        for target in re.findall(r"\]\(([^)#\s]+)", page.read_text(encoding="utf-8")):
+            if not re.match(r"[a-z]+:", target):
+                assert (page.parent / target).exists(), f"{short(page)} links to {target}"

@@ -1,0 +1,150 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Coverage of the 95 % sets, false declarations and efficiency, over many simulated records.
+
+Every record counts, supported or not. Where the truth is zero, or smaller than three of the bounds of its record, a set
+is one-sided and only its lower gate applies. Gates are 99.9 % binomial bounds for 95 %.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import time
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import allanite as al
+from verification.scenarios import SCENARIOS, Scenario
+
+__all__ = ["evaluate", "gates", "run"]
+
+Json = dict[str, Any]
+ROOT_SEED = 20261121
+
+
+def gates(runs: int) -> tuple[float, float]:
+    """99.9 % bounds of the share of 95 % sets that cover, for this many records."""
+    from scipy.stats import binom
+
+    return float(binom.ppf(0.0005, runs, 0.95) / runs), float(binom.ppf(0.9995, runs, 0.95) / runs)
+
+
+def one(scenario: int, index: int) -> Json:
+    """Simulate one record of a scenario and fit it."""
+    chosen = SCENARIOS[scenario]
+    seed = int(np.random.SeedSequence([ROOT_SEED, scenario, index]).generate_state(1, np.uint64)[0])
+    record = al.simulate(chosen.model, rate=chosen.rate, duration=chosen.duration, seed=seed)
+    model = al.fit(al.allan_curve(record, threads=1))
+    printed = [model] if model.alternative is None else [model, model.alternative]
+    return {
+        "index": index,
+        "printed": [
+            {
+                "family": m.family,
+                "p": m.goodness["p"],
+                "estimates": {e.symbol: [e.value, e.lower, e.upper, e.supported] for e in m.estimates},
+            }
+            for m in printed
+        ],
+    }
+
+
+def _worker(task: tuple[int, int]) -> Json:
+    return one(*task)
+
+
+def run(name: str, runs: int, workers: int, folder: Path) -> list[Json]:
+    """All records of one scenario; those already in `folder` are not simulated again."""
+    index = next(i for i, s in enumerate(SCENARIOS) if s.name == name)
+    path = folder / f"scenario-{index}.jsonl"
+    done = [json.loads(line) for line in path.read_text().splitlines()] if path.exists() else []
+    todo = [(index, i) for i in range(runs) if i not in {d["index"] for d in done}]
+    begun = time.monotonic()
+    with ProcessPoolExecutor(workers) as pool, path.open("a") as out:
+        for i, result in enumerate(pool.map(_worker, todo, chunksize=1), 1):
+            out.write(json.dumps(result) + "\n")
+            out.flush()
+            done.append(result)
+            if i % 50 == 0:
+                left = (time.monotonic() - begun) / i * (len(todo) - i)
+                print(f"{name}: {len(done)}/{runs}, {left:.0f} s left", flush=True)
+    return sorted(done, key=lambda d: d["index"])[:runs]
+
+
+def evaluate(scenario: Scenario, results: list[Json]) -> Json:
+    """Coverage of every parameter, declarations of absent terms, and efficiency."""
+    truth, bounds = scenario.truth(), scenario.bounds()
+    low, high = gates(len(results))
+    rows = []
+    for symbol, value in truth.items():
+        sets = [_estimate(r, scenario.family, symbol) for r in results]
+        covered = [e is not None and e[1] <= value <= (math.inf if e[2] is None else e[2]) for e in sets]
+        weak = value == 0 or 3 * bounds.get(symbol, math.inf) > 1
+        share = float(np.mean(covered))
+        rows.append(
+            {
+                "symbol": symbol,
+                "truth": value,
+                "bound": bounds.get(symbol),
+                "coverage": share,
+                "one_sided": weak,
+                "passes": share >= low and (weak or share <= high),
+                "supported": float(np.mean([e is not None and e[3] for e in sets])),
+                "rms": _rms(sets, value),
+            }
+        )
+    return {
+        "name": scenario.name,
+        "rate": scenario.rate,
+        "duration": scenario.duration,
+        "records": len(results),
+        "gate": [low, high],
+        "parameters": rows,
+        "false": _false(scenario, results, truth),
+        "undecided": float(np.mean([len(r["printed"]) == 2 for r in results])),
+        "goodness_below_0.01": float(np.mean([r["printed"][0]["p"] < 0.01 for r in results])),
+    }
+
+
+def _estimate(result: Json, family: str, symbol: str) -> list[Any] | None:
+    """The printed set of a parameter: that of the true family where it is printed, else of the first."""
+    models = {m["family"]: m for m in result["printed"]}
+    chosen = models.get(family, result["printed"][0])
+    return chosen["estimates"].get(symbol)  # type: ignore[no-any-return]
+
+
+def _rms(sets: list[list[Any] | None], truth: float) -> float | None:
+    """Relative root-mean-square error on a linear scale; an unsupported parameter counts as zero."""
+    if truth == 0:
+        return None
+    values = np.array([0.0 if e is None or e[0] is None else e[0] for e in sets])
+    return float(np.sqrt(np.mean((values / truth - 1) ** 2)))
+
+
+def _false(scenario: Scenario, results: list[Json], truth: dict[str, float]) -> dict[str, float]:
+    """Share of records in which an absent term is declared."""
+    absent = [s for s in ("Q", "K", "R") if truth[s] == 0]
+    out = {s: float(np.mean([bool(_primary(r, s)) for r in results])) for s in absent}
+    slot = truth.get("B", truth.get("B_equiv", 0.0))
+    if slot == 0:
+        out["B"] = float(np.mean([bool(_primary(r, "B") or _primary(r, "B_equiv")) for r in results]))
+    else:
+        wrong = "flicker" if scenario.family == "gauss-markov" else "gauss-markov"
+        out[f"{wrong} instead"] = float(np.mean([_only(r, wrong) for r in results]))
+    return out
+
+
+def _primary(result: Json, symbol: str) -> bool:
+    estimate = result["printed"][0]["estimates"].get(symbol)
+    return bool(estimate is not None and estimate[3])
+
+
+def _only(result: Json, family: str) -> bool:
+    printed = result["printed"]
+    if len(printed) != 1 or printed[0]["family"] != family:
+        return False
+    slot = "B" if family == "flicker" else "B_equiv"
+    return bool(printed[0]["estimates"][slot][3])
