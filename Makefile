@@ -29,8 +29,8 @@ verify: $(VENV)/.dev ## long statistical runs: coverage and efficiency (hours); 
 bench: $(VENV)/.bench ## speed and memory beside allantools and plain NumPy
 	$(BIN)/python -m benchmarks
 
-docs: $(VENV)/.dev ## run every command and every Python block of README.md and docs/
-	$(BIN)/python -m pytest -q tests/test_docs.py
+docs: $(VENV)/.dev ## bring the generated reference pages up to date, run every example of the documents
+	ALLANITE_WRITE_DOCS=1 $(BIN)/python -m pytest -q tests/test_docs.py
 
 lint: $(VENV)/.dev ## style, types and the import contract
 	$(BIN)/ruff check .

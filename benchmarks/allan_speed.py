@@ -50,8 +50,10 @@ def log_lags(n: int, count: int = N_LAGS) -> Lags:
 
 
 def decimated_lags(n: int) -> Lags:
-    """The same grid on the lags that the decimated engine serves: at most 1/64 shorter."""
-    return np.unique([m >> k << k for m in log_lags(n).tolist() for k in [max(m.bit_length() - 7, 0)]])
+    """The same grid on the nearest lags that the decimated engine serves."""
+    from allanite.allan.online import decimable
+
+    return decimable(log_lags(n))
 
 
 # ---- contenders: samples and lags in, deviation out -----------------------------------------------------------------
@@ -82,16 +84,11 @@ def exact(y: Array, lags: Lags, threads: int = 1) -> Array:
 
 
 def decimated(y: Array, lags: Lags) -> Array:
-    from allanite import _kernels
+    from allanite import Recording
+    from allanite.allan.online import decimated_sums
 
-    plan = (lags, 2, 64, 1024)
-    sizes = _kernels.online_allan_size(*plan)
-    state = (np.zeros(sizes[0]), np.zeros(sizes[1], np.int64))
-    offset = float(y[: 1 << 16].mean())
-    for start in range(0, len(y), 1 << 16):
-        _kernels.online_allan_feed(*state, *plan, y[start : start + (1 << 16)], offset)
-    sums, counts = _kernels.online_allan_read(*state, *plan)
-    return np.sqrt(sums / (2.0 * lags**2.0 * counts))
+    variance, _, _ = decimated_sums(Recording.from_rate(y, rate=1.0, unit="V", names="y"), "y", lags)
+    return np.sqrt(variance)
 
 
 CONTENDERS: dict[str, Callable[[Array, Lags], Array]] = {

@@ -48,17 +48,20 @@ def octaves(n: int) -> Lags:
 def engine(path: Path, dtype: str, n: int) -> dict[str, Any]:
     """Sums of squares from the online kernel, saved and loaded half-way."""
     plan = (octaves(n), 2, 64, 1024)
-    numbers, counters = _kernels.online_allan_size(*plan)
-    state = (np.zeros(numbers), np.zeros(counters, np.int64))
+    n_numbers, n_counters = _kernels.online_allan_size(*plan)
+    numbers, counters = np.zeros(n_numbers), np.zeros(n_counters, np.int64)
     offset = float(np.fromfile(path, dtype, 50_000).astype(np.float64).mean())
     start_time = time.perf_counter()
     for start in range(0, n, CHUNK):
         if start == n // CHUNK // 2 * CHUNK:
-            saved = [array.tobytes() for array in state]
-            state = (np.frombuffer(bytearray(saved[0])), np.frombuffer(bytearray(saved[1]), np.int64))
+            saved = numbers.tobytes(), counters.tobytes()
+            numbers, counters = (
+                np.frombuffer(bytearray(saved[0])),
+                np.frombuffer(bytearray(saved[1]), np.int64),
+            )
         piece = np.fromfile(path, dtype, CHUNK, offset=4 * start)
-        _kernels.online_allan_feed(*state, *plan, piece.astype(np.float64), offset)
-    sums, counts = _kernels.online_allan_read(*state, *plan)
+        _kernels.online_allan_feed(numbers, counters, *plan, piece.astype(np.float64), offset)
+    sums, counts = _kernels.online_allan_read(numbers, counters, *plan)
     return {
         "seconds": time.perf_counter() - start_time,
         "sums": sums.tolist(),

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Simulated samples per second on one core, the normal numbers included.
 
-    python -m benchmarks.simulation_speed
+python -m benchmarks.simulation_speed
 """
 
 from __future__ import annotations
@@ -50,11 +50,19 @@ def main() -> None:
         "normals_per_second": normals,
         "notes": [
             f"one process, one thread, {n} samples, best of three",
-            f"NumPy alone draws {normals / 1e6:.0f} million normal numbers per second here; white + walk needs two a sample",
+            f"NumPy alone draws {normals / 1e6:.0f} million normal numbers per second; white + walk needs two a sample",
         ],
     }
     rows = [[name, f"{value / 1e6:.0f}"] for name, value in speed.items()]
-    print(save("simulation_speed", "Simulation of a week at 32 Hz", result, ["model", "million samples per second"], rows))
+    print(
+        save(
+            "simulation_speed",
+            "Simulation of a week at 32 Hz",
+            result,
+            ["model", "million samples per second"],
+            rows,
+        )
+    )
 
 
 if __name__ == "__main__":

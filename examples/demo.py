@@ -59,7 +59,9 @@ def comparison(study: al.Study) -> str:
 
 
 def main() -> None:
-    parser = argparse.ArgumentParser(description="Simulate and characterise a week of the gyro of the seed paper.")
+    parser = argparse.ArgumentParser(
+        description="Simulate and characterise a week of the gyro of the seed paper."
+    )
     parser.add_argument("--out", type=Path, default=Path("demo"), help="folder for the results")
     parser.add_argument("--duration", type=float, default=WEEK, help="seconds to simulate")
     parser.add_argument("--seed", type=int, default=1)
@@ -73,10 +75,10 @@ def main() -> None:
     say(f"characterising {record.n_samples} samples", start)
     study = al.characterize(record)
     say(f"writing {out}/", start)
-    study.save(out / "study.json")
-    al.render(study, out / "report.html")
-    al.export(study, "csv", out / "allan.csv")
-    al.export(study, "kalibr", out / "imu.yaml")
+    study.save(out / "study.json", force=True)
+    al.render(study, out / "report.html", force=True)
+    al.allan_curve(record).to_csv(out / "allan.csv", force=True)
+    al.export("kalibr", study, out / "imu.yaml", force=True)
     al.plot(study).savefig(out / "curve.png", dpi=150)
     say("done", start)
 

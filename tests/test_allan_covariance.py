@@ -33,7 +33,9 @@ def plain_covariance(term: TermType, sampling: str, n: int, m1: int, m2: int) ->
     k = np.arange(-(M1 - 1), M2)
     pairs = np.minimum(M1, M2 - k) - np.maximum(0, -k)
     r = sum(
-        W[i] * W[j] * term.phase_covariance(k + j * m2 - i * m1 + 0.0, 1.0, sampling) for i in range(3) for j in range(3)
+        W[i] * W[j] * term.phase_covariance(k + j * m2 - i * m1 + 0.0, 1.0, sampling)
+        for i in range(3)
+        for j in range(3)
     ) / (2 * m1 * m2)
     return float(2 * np.sum(pairs * r * r) / (M1 * M2))
 
@@ -43,7 +45,9 @@ def plain_covariance(term: TermType, sampling: str, n: int, m1: int, m2: int) ->
 def test_quadrature_equals_the_plain_sum(name: str, sampling: str) -> None:
     n, lags = 3000, [1, 2, 5, 32, 200, 1000, 1500]
     V = covariance(NoiseModel.of(TERMS[name]), lag_pairs(lags, n), 1.0, sampling)
-    plain = np.array([[plain_covariance(TERMS[name], sampling, n, *sorted((a, b))) for b in lags] for a in lags])
+    plain = np.array(
+        [[plain_covariance(TERMS[name], sampling, n, *sorted((a, b))) for b in lags] for a in lags]
+    )
     scale = np.sqrt(np.outer(np.diag(plain), np.diag(plain)))
     assert np.max(np.abs(V - plain) / scale) < 1e-6
 
@@ -61,7 +65,18 @@ EDF = {
         "flicker": [901.1390, 579.5705, 296.6046, 147.8298, 73.0424, 35.6277, 16.9262, 7.5948, 3.0032, 1],
         "walk": [1023.0, 525.3503, 243.6242, 118.2231, 57.9792, 28.1779, 13.3204, 5.9056, 2.2390, 1],
         "walk i": [909.4321, 472.9274, 236.0201, 117.2514, 57.8588, 28.1632, 13.3187, 5.9054, 2.2390, 1],
-        "quantisation": [526.3789, 525.6152, 524.0887, 521.0389, 514.9529, 502.8397, 478.8864, 432.5098, 354.9144, 1],
+        "quantisation": [
+            526.3789,
+            525.6152,
+            524.0887,
+            521.0389,
+            514.9529,
+            502.8397,
+            478.8864,
+            432.5098,
+            354.9144,
+            1,
+        ],
     },
 }
 
@@ -84,7 +99,11 @@ def test_u2_gauss_markov_degrees_of_freedom() -> None:
 
 
 def test_u6_correlation_between_lags() -> None:
-    published = {"white": (0.50771, 0.47876, 0.15974), "flicker": (0.65947, 0.61862, 0.25865), "walk": (0.85372, 0.81082, 0.56782)}
+    published = {
+        "white": (0.50771, 0.47876, 0.15974),
+        "flicker": (0.65947, 0.61862, 0.25865),
+        "walk": (0.85372, 0.81082, 0.56782),
+    }
     for name, values in published.items():
         V = covariance(NoiseModel.of(TERMS[name]), lag_pairs([64, 128, 256], 1024), 1.0, "point")
         rho = V / np.sqrt(np.outer(np.diag(V), np.diag(V)))
@@ -128,7 +147,10 @@ def test_gaps_count_the_pairs_of_windows_that_are_left() -> None:
             inside[a:b] = True
         np.testing.assert_array_equal(inside, mask)
     k = np.arange(-50, 60)
-    expected = [sum(masks[0][i] and masks[1][i + d] for i in range(len(masks[0])) if 0 <= i + d < len(masks[1])) for d in k]
+    expected = [
+        sum(masks[0][i] and masks[1][i + d] for i in range(len(masks[0])) if 0 <= i + d < len(masks[1]))
+        for d in k
+    ]
     np.testing.assert_allclose(count_pairs(starts[0], starts[1], k.astype(float)), expected)
 
 
@@ -149,7 +171,9 @@ def test_gappy_covariance_against_matrices() -> None:
         forms.append(D.T @ D / len(D))
     expected = np.array([[2 * np.trace(A @ S @ B @ S) for B in forms] for A in forms])
     model = NoiseModel.of(White(N=1.0), RandomWalk(K=np.sqrt(0.2)))
-    np.testing.assert_allclose(covariance(model, lag_pairs(lags, n, starts), 1.0, "point"), expected, rtol=1e-9)
+    np.testing.assert_allclose(
+        covariance(model, lag_pairs(lags, n, starts), 1.0, "point"), expected, rtol=1e-9
+    )
 
 
 def test_touching_starts_leave_out_only_terms_that_touch() -> None:

@@ -6,40 +6,50 @@ come out of the command (runs of blanks count as one; a line with an ellipsis ma
 ``python`` blocks of one page share their names. Comments that a reader does not see steer the test::
 
     <!-- run: allanite simulate ... -->     prepares a file that the page uses
+    <!-- write: sensor.json {...} -->       writes a file that the page uses
     <!-- skip: reason -->                   the next block is not run
     <!-- exit: 1 -->                        the commands of the next block end with this code
+    <!-- file: sensor.json -->              the next block, of any language, is the content of this file
+
+The pages in `GENERATED` are written by this file: ``make docs`` brings them up to date.
 """
 
 from __future__ import annotations
 
+import inspect
 import os
 import re
 import shlex
 import subprocess
 import sys
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
 import pytest
+
+from allanite.health.catalogue import findings_page
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 PIECES = re.compile(
-    r"<!-- (?P<verb>run|skip|exit): (?P<text>.*?) -->|^```(?P<language>console|python)\n(?P<body>.*?)^```$",
+    r"<!-- (?P<verb>run|write|skip|exit|file): (?P<text>.*?) -->|^```(?P<language>[a-z]*)\n(?P<body>.*?)^```$",
     re.M | re.S,
 )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Step:
-    """One thing to run: a command with the output shown below it, or a Python block."""
+    """One thing to do: a command with the output shown below it, a Python block, or a file to write."""
 
     line: int
     command: str = ""
     code: int = 0
     output: tuple[str, ...] = ()
     python: str = ""
+    file: str = ""
+    content: str = ""
 
 
 def commands(body: str, line: int, code: int) -> Iterator[Step]:
@@ -55,22 +65,24 @@ def steps(page: Path) -> list[Step]:
     """What to run on a page, in its order."""
     text = page.read_text(encoding="utf-8")
     found: list[Step] = []
-    skip, code = False, 0
+    said: dict[str, str] = {}
     for piece in PIECES.finditer(text):
         line = text.count("\n", 0, piece.start()) + 1
-        if piece["verb"] == "skip":
-            skip = True
-        elif piece["verb"] == "exit":
-            code = int(piece["text"])
-        elif piece["verb"] == "run":
+        if piece["verb"] == "run":
             found.append(Step(line=line, command=" ".join(piece["text"].split())))
-        elif skip:
-            skip = False
-        elif piece["language"] == "console":
-            found += commands(piece["body"], line, code)
-            code = 0
+        elif piece["verb"] == "write":
+            name, content = piece["text"].split(None, 1)
+            found.append(Step(line=line, file=name, content=content))
+        elif piece["verb"]:
+            said[piece["verb"]] = piece["text"]
         else:
-            found.append(Step(line=line, python=piece["body"]))
+            if "file" in said:
+                found.append(Step(line=line, file=said["file"], content=piece["body"]))
+            elif "skip" not in said and piece["language"] == "console":
+                found += commands(piece["body"], line, int(said.get("exit", 0)))
+            elif "skip" not in said and piece["language"] == "python":
+                found.append(Step(line=line, python=piece["body"]))
+            said = {}
     return found
 
 
@@ -110,7 +122,9 @@ def test_page_runs(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) 
     monkeypatch.chdir(tmp_path)
     names: dict[str, object] = {"__name__": "__main__"}
     for step in steps(page):
-        if step.command:
+        if step.file:
+            Path(step.file).write_text(step.content, encoding="utf-8")
+        elif step.command:
             assert_command_runs(step, f"{page.name}:{step.line}")
         else:
             assert_python_runs(step, page, names)
@@ -121,10 +135,12 @@ def test_the_reader_of_pages_sees_commands_output_and_comments(tmp_path: Path) -
     page.write_text(
         "<!-- run: allanite a -->\n```console\n$ allanite b \\\n    --c\nout … 1\n$ allanite d\n```\n"
         "<!-- skip: slow -->\n```console\n$ make demo\n```\n```python\nx = 1\n```\n"
-        "<!-- exit: 1 -->\n```console\n$ allanite e\n```\n",
+        "<!-- exit: 1 -->\n```console\n$ allanite e\n```\n<!-- file: f.csv -->\n```text\n1,2\n```\n",
         encoding="utf-8",
     )
-    found = [(step.command.split(), step.output, step.python, step.code) for step in steps(page)]
+    *found, file = [(step.command.split(), step.output, step.python, step.code) for step in steps(page)]
+    assert file == ([], (), "", 0)
+    assert (steps(page)[-1].file, steps(page)[-1].content) == ("f.csv", "1,2\n")
     assert found == [
         (["allanite", "a"], (), "", 0),
         (["allanite", "b", "--c"], ("out … 1",), "", 0),
@@ -134,6 +150,81 @@ def test_the_reader_of_pages_sees_commands_output_and_comments(tmp_path: Path) -
     ]
     assert shown("out … 1", "a\nout  put   1\n")
     assert not shown("out … 1", "out\n1\n")
+
+
+def command_reference() -> str:
+    """docs/reference/cli.md: the help of every command, as it is shown."""
+    from click.testing import CliRunner
+
+    from allanite.cli import cli
+
+    def shown_help(*arguments: str) -> str:
+        shown = CliRunner().invoke(cli, [*arguments, "--help"], prog_name="allanite", terminal_width=100)
+        return f"```text\n{shown.output.rstrip()}\n```\n"
+
+    head = """# Commands
+
+Made from the program's own help by `make docs`. Results go to stdout, everything else to stderr; `-` stands for stdin
+or stdout. Exit codes: 0 done, 1 failed, 2 wrong usage, 3 finished with loss (gaps, overloads, dropped rows).
+"""
+    parts = [head, shown_help(), *(f"## {name}\n\n{shown_help(name)}" for name in cli.commands)]
+    return "\n".join(parts)
+
+
+def signature(function: Callable[..., object]) -> str:
+    """One parameter a line."""
+    found = inspect.signature(function)
+    first = next((i for i, p in enumerate(found.parameters.values()) if p.kind is p.KEYWORD_ONLY), None)
+    parts = [re.sub(r": '(.*?)'(?= =|$)", r": \1", str(p)) for p in found.parameters.values()]
+    if first is not None:
+        parts.insert(first, "*")
+    listed = "".join(f"    {part},\n" for part in parts)
+    return f"{function.__name__}(\n{listed}) -> {found.return_annotation}"
+
+
+def python_reference() -> str:
+    """docs/reference/python.md: the public names with signature and first sentence."""
+    import allanite
+
+    lines = [
+        "# Python",
+        "",
+        "The public names of `import allanite as al`, made from their docstrings by `make docs`; `help(al.fit)` shows",
+        "all of one. Everything else is reached through its module. [Conventions](../explanation/conventions.md).",
+    ]
+    for name in sorted(set(allanite.__all__) - {"__version__"}, key=str.lower):
+        thing = getattr(allanite, name)
+        document = inspect.getdoc(thing) or ""
+        lines += ["", f"## {name}", "", " ".join(document.split("\n\n")[0].split()), ""]
+        if inspect.isfunction(thing):
+            lines += ["```text", signature(thing), "```"]
+            continue
+        members = [
+            (key, member)
+            for key, member in vars(thing).items()
+            if not key.startswith("_") and callable(getattr(thing, key)) and inspect.getdoc(member)
+        ]
+        for key, member in members:
+            function = getattr(member, "__func__", member)
+            first = (inspect.getdoc(function) or "").split("\n\n")[0]
+            lines += [f"* `{key}`: {' '.join(first.split())}"]
+    return "\n".join(lines) + "\n"
+
+
+GENERATED = {
+    "docs/reference/cli.md": command_reference,
+    "docs/reference/findings.md": findings_page,
+    "docs/reference/python.md": python_reference,
+}
+
+
+@pytest.mark.parametrize("page", GENERATED)
+def test_generated_page_is_up_to_date(page: str) -> None:
+    wanted = GENERATED[page]()
+    if os.environ.get("ALLANITE_WRITE_DOCS"):
+        (ROOT / page).write_text(wanted, encoding="utf-8")
+    # Blanks are left out: they differ between versions of the library that wraps the help.
+    assert (ROOT / page).read_text(encoding="utf-8").split() == wanted.split(), "out of date: make docs"
 
 
 def test_units_of_the_reference_are_understood_and_alike() -> None:
@@ -148,3 +239,26 @@ def test_units_of_the_reference_are_understood_and_alike() -> None:
         assert canonical.factor == 1.0, si
         for text in others.split(","):
             assert parse_unit(text.strip()).quantity is canonical.quantity, f"{text} is not a unit of {name}"
+
+
+def keys(value: object) -> Iterator[str]:
+    """Every key of a document, those of free-form parts left out."""
+    if isinstance(value, dict):
+        for key, inner in value.items():
+            yield key
+            if key not in ("history", "slopes", "terms"):
+                yield from keys(inner)
+    elif isinstance(value, list):
+        for inner in value:
+            yield from keys(inner)
+
+
+def test_study_format_names_every_key(rng: np.random.Generator) -> None:
+    import allanite as al
+
+    y = rng.standard_normal(6000) + 3 * np.sin(2 * np.pi * 0.1 * np.arange(6000))
+    y[2000:2100] = np.nan
+    study = al.characterize(al.Recording.from_rate(y, rate=1.0, unit="deg/h", names=["gyro"]))
+    page = (ROOT / "docs" / "reference" / "study-format.md").read_text(encoding="utf-8")
+    unnamed = sorted({key for key in keys(study.to_json()) if f"`{key}`" not in page})
+    assert not unnamed, f"docs/reference/study-format.md does not say what {unnamed} are"

@@ -50,7 +50,9 @@ def test_avar_is_the_integral_of_the_density(name: str) -> None:
     """AVAR = 4 int S sin^4/(pi f tau)^2: two-sided density, factor 4."""
     term = EXAMPLES[name]
     for tau in (0.7, 30.0, 500.0):
-        end = 40 * np.pi  # beyond it sin^4 turns fast and has its mean 3/8; at whole turns the remainder is of order x^-3
+        end = (
+            40 * np.pi
+        )  # beyond it sin^4 turns fast and has its mean 3/8; at whole turns the remainder is of order x^-3
         low, high = np.linspace(1e-6, end, 800_001), np.geomspace(end, 1e8, 200_001)
         shape = np.concatenate([np.sin(low) ** 4, np.full(len(high), 3 / 8)])
         x = np.concatenate([low, high])
@@ -96,8 +98,22 @@ def test_c2_random_walk_of_point_samples() -> None:
 def test_c3_gauss_markov_both_samplings_and_its_peak() -> None:
     term = GaussMarkov(q=1.0, T=100.0)
     m = np.array([1, 10, 100, 189, 500, 2000])
-    means = [0.3308449584560374, 3.09459532928217, 16.80912407245783, 19.05692091375368, 14.05381277613316, 4.625000001030577]
-    points = [0.4975083125415973, 3.11123615222801, 16.8106506582354, 19.05764393814916, 14.05402899383449, 4.625044792612166]
+    means = [
+        0.3308449584560374,
+        3.09459532928217,
+        16.80912407245783,
+        19.05692091375368,
+        14.05381277613316,
+        4.625000001030577,
+    ]
+    points = [
+        0.4975083125415973,
+        3.11123615222801,
+        16.8106506582354,
+        19.05764393814916,
+        14.05402899383449,
+        4.625044792612166,
+    ]
     np.testing.assert_allclose(term.avar_sampled(m, 1.0, "mean"), means, rtol=1e-13)
     np.testing.assert_allclose(term.avar_sampled(m, 1.0, "point"), points, rtol=1e-13)
     peak = 0.436542471073806 * term.q * math.sqrt(term.T)

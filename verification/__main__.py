@@ -3,9 +3,12 @@
 
 from __future__ import annotations
 
+import os
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before NumPy: one record per process, one thread each
+
 import argparse
 import json
-import os
 from datetime import UTC, datetime
 from pathlib import Path
 
@@ -24,7 +27,6 @@ def main() -> None:
     parser.add_argument("--only", action="append", help="name of a scenario; may be repeated")
     parser.add_argument("--cache", type=Path, default=HERE / "cache", help="records already done are kept here")
     given = parser.parse_args()
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     given.cache.mkdir(exist_ok=True)
     chosen = [s for s in SCENARIOS if not given.only or s.name in given.only]
     rows = []

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from allanite.errors import StorageError
 
-__all__ = ["fresh", "refuse_existing"]
+__all__ = ["fresh", "make_folder", "refuse_existing"]
 
 
 @contextmanager
@@ -70,6 +70,21 @@ def refuse_existing(*paths: str | os.PathLike[str], force: bool) -> None:
         raise StorageError(
             f"{', '.join(there)} exists; use --force (force=True) to replace it, or choose another place"
         )
+
+
+def make_folder(path: str | os.PathLike[str]) -> Path:
+    """Make a folder, and those above it, if it is not there.
+
+    Raises
+    ------
+    StorageError
+        A file stands in its place, or the disk refuses.
+    """
+    try:
+        Path(path).mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise StorageError(f"cannot make the folder {path}: {error.strerror or error}") from None
+    return Path(path)
 
 
 def _umask() -> int:

@@ -125,7 +125,7 @@ def simulate(
     """
     rate = checked_rate(rate)
     n_samples = _sample_count(rate, duration)
-    models = model if isinstance(model, Mapping) else {name or _NAMES.get(model.kind, "sensor"): model}
+    models = model if isinstance(model, Mapping) else {name or _name(model): model}
     channels = tuple(_channel(key, value, unit, sampling) for key, value in models.items())
     advance = _counter(progress, n_samples * len(channels))
     columns = []
@@ -150,6 +150,10 @@ def _sample_count(rate: float, duration: float) -> int:
     if not (math.isfinite(duration) and duration * rate >= 0.5):
         raise InputError(f"duration must hold at least one sample; {duration!r} s at {rate:g} Hz does not")
     return round(duration * rate)
+
+
+def _name(model: NoiseModel) -> str:
+    return _NAMES.get(model.kind, "sensor") if isinstance(model, NoiseModel) else "sensor"
 
 
 def _channel(

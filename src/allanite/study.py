@@ -25,7 +25,8 @@ from numpy.typing import ArrayLike
 from allanite import __version__
 from allanite.allan import AllanCurve, allan_curve
 from allanite.errors import AllaniteError, DataQualityError, FormatError, InputError, StorageError
-from allanite.health import Finding, Severity, check, finding, prepare
+from allanite.health import Finding, Severity, check, prepare
+from allanite.health.finding import finding
 from allanite.noise import NoiseModel
 from allanite.recording import Channel, Kind, Recording
 
@@ -257,10 +258,15 @@ def _channel(
     from allanite.fitting import fit
     from allanite.fitting.advice import advise
     from allanite.fitting.moments import lags_used
-    from allanite.spectrum import lags_to_exclude, power_spectrum
+    from allanite.spectrum import lags_to_exclude, power_spectrum, quiet_lags
 
     channel = recording[name]
     spectrum = power_spectrum(recording, name)
+    if spectrum.lines:  # lags of whole periods do not see a line: they are added to the curve
+        more = np.union1d(fitted.lags, quiet_lags(spectrum, fitted.lags)) * fitted.dt
+        same = curve is fitted
+        fitted = allan_curve(recording.select(name), taus=more, confidence=confidence)
+        curve = fitted if same else curve
     bent = lags_to_exclude(spectrum, fitted.tau, avar=fitted.variance[:, 0], edf=fitted.edf[:, 0])
     findings = _spectral_findings(spectrum, bent.reasons, name)
     models: list[NoiseModel] = []

@@ -7,7 +7,7 @@ never grams. Densities are roots of *two-sided* power spectral densities, so ``N
 
 >>> parse_unit("deg/√h").quantity is Quantity.GYRO_N
 True
->>> parse_scale_factor("131 LSB/(deg/s)").factor * 131 == parse_unit("deg/s").factor
+>>> math.isclose(parse_scale_factor("131 LSB/(deg/s)").factor * 131, parse_unit("deg/s").factor)
 True
 """
 

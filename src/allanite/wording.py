@@ -8,6 +8,7 @@ document of a `Study` and holds no formula: it rounds, chooses units and makes s
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -16,10 +17,12 @@ from allanite.units import display_unit
 
 __all__ = [
     "COLUMNS",
+    "EQUIVALENT",
     "GUARANTEE",
     "Group",
     "Reading",
     "duration",
+    "finding_kinds",
     "groups",
     "headings",
     "interval",
@@ -41,6 +44,7 @@ COLUMNS = ("N", "B", "T", "K", "R", "Q")
 """Columns of every parameter table, in the order in which a curve shows them. B stands for B_equiv too."""
 
 GUARANTEE = "95 % intervals; '<' is a 95 % upper limit: the record does not show the term."
+EQUIVALENT = "* the B whose floor is the peak of the Gauss-Markov term with this T_b."
 
 _FAMILIES = {
     "rate": "gyroscope",
@@ -51,6 +55,12 @@ _FAMILIES = {
     "counts": "counts",
 }
 _SI_BASES = {"gyroscope": "rad/s", "accelerometer": "m/s²", "voltage": "V"}
+_SI_SHORT = {
+    ("rad/s", "Q"): "rad",
+    ("rad/s", "R"): "rad/s²",
+    ("m/s²", "Q"): "m/s",
+    ("m/s²", "R"): "m/s³",
+}
 _SI_PATTERNS = {
     "N": "{}/√Hz",
     "K": "{}/√s",
@@ -75,6 +85,8 @@ _NAMES = {
 }
 _PLAIN_NAMES = {"N": "white noise", "K": "random walk", "R": "ramp", "Q": "quantisation"}
 _SHARED_NAMES = {"B": "bias instability", "T": "correlation time"}
+_SHOWN = {"T": "T_b"}
+_COUNTS = {3: "three", 4: "four", 5: "five", 6: "six"}
 _SEVERITIES = ("fatal", "warning", "info")
 
 
@@ -170,9 +182,9 @@ def duration(seconds: float) -> str:
 
 def si_unit(kind: str, symbol: str, unit: str = "") -> str:
     """Text of the SI unit of a coefficient; the channel's own unit where that has no SI meaning."""
-    base = _SI_BASES.get(_FAMILIES.get(kind, ""))
-    if symbol == "Q" and base in ("rad/s", "m/s²"):
-        return {"rad/s": "rad", "m/s²": "m/s"}[base]
+    base = _SI_BASES.get(_FAMILIES.get(kind, ""), "")
+    if (base, symbol) in _SI_SHORT:
+        return _SI_SHORT[base, symbol]
     own = unit or "units"
     return _SI_PATTERNS.get(symbol, "{}").format(base or (f"({own})" if "/" in own else own))
 
@@ -201,6 +213,11 @@ class Group:
     unit: str
     channels: tuple[Json, ...]
 
+    @property
+    def has_si(self) -> bool:
+        """False where results stay in the channel's own unit."""
+        return self.title.lower() in _SI_BASES
+
     def name_of(self, symbol: str) -> str:
         """What the coefficient is called for this kind of sensor: "angle random walk"."""
         names = _NAMES.get(self.title.lower(), _PLAIN_NAMES)
@@ -208,22 +225,32 @@ class Group:
 
 
 def groups(channels: Iterable[Json]) -> tuple[Group, ...]:
-    """Channels sorted into groups of equal units, in the order of their first appearance."""
-    found: dict[tuple[str, str], list[Json]] = {}
+    """Channels sorted into groups of equal units, in the order of their first appearance.
+
+    Channels without a known unit are grouped by their names: gx, gy, gz apart from ax, ay, az.
+    """
+    found: dict[tuple[str, str, str], list[Json]] = {}
     for channel in channels:
         family = _FAMILIES.get(channel["kind"], "unknown")
-        own = "" if family in _SI_BASES else channel.get("unit") or ""
-        found.setdefault((family, own), []).append(channel)
+        known = family in _SI_BASES
+        key = (family, "", "") if known else (family, channel.get("unit") or "", _stem(channel["name"]))
+        found.setdefault(key, []).append(channel)
     return tuple(
-        Group(title=_title(family, own), kind=members[0]["kind"], unit=own, channels=tuple(members))
-        for (family, own), members in found.items()
+        Group(title=_title(family, own, members), kind=members[0]["kind"], unit=own, channels=tuple(members))
+        for (family, own, _), members in found.items()
     )
 
 
-def _title(family: str, unit: str) -> str:
-    if family in ("gyroscope", "accelerometer", "voltage"):
+def _stem(name: str) -> str:
+    """A channel's name without its axis: gx and gyro_x are axes, temperature is not."""
+    return re.sub(r"[ _.\[]*(?:[xyzXYZ]|\d+)\]?$", "", name)
+
+
+def _title(family: str, unit: str, members: Sequence[Json]) -> str:
+    if family in _SI_BASES:
         return family.capitalize()
-    return f"Channels in {unit}" if unit else "Channels of unknown unit"
+    names = ", ".join(c["name"] for c in members[:6])
+    return f"{names} ({unit or 'unknown unit'})"
 
 
 def headings(group: Group) -> dict[str, tuple[str, str]]:
@@ -266,6 +293,11 @@ class Reading:
     amount: float | None
 
     @property
+    def equivalent(self) -> bool:
+        """True for the B that stands for a Gauss-Markov term."""
+        return self.symbol == "B_equiv"
+
+    @property
     def text(self) -> str:
         """Value, interval and unit in one line."""
         return " ".join(part for part in (self.value, self.range, self.unit) if part)
@@ -295,6 +327,8 @@ def reading(kind: str, unit: str, estimate: Json) -> Reading:
 
 def _note(symbol: str, estimate: Json) -> str:
     own = estimate.get("note") or ""
+    if own == "upper limit":  # the "<" says so
+        return ""
     if symbol == "B_equiv" and not own:
         return "from the Gauss-Markov term: the B with the same peak"
     return own
@@ -325,7 +359,7 @@ def readings(channel: Json, model: Json | None = None) -> dict[str, Reading]:
         column = "B" if estimate["symbol"] == "B_equiv" else estimate["symbol"]
         if column in COLUMNS and (column != "T" or estimate["supported"]):
             found[column] = reading(channel["kind"], channel.get("unit") or "", estimate)
-    return found
+    return {symbol: found[symbol] for symbol in COLUMNS if symbol in found}
 
 
 def slope_reading(channel: Json, symbol: str) -> str:
@@ -333,7 +367,7 @@ def slope_reading(channel: Json, symbol: str) -> str:
     found = channel["slopes"][symbol]
     note = found.get("note") or ""
     if found.get("value") is None:
-        return note or "no such slope"
+        return "the curve has no such slope"
     unit, factor = people_unit(channel["kind"], symbol, channel.get("unit") or "")
     return f"{number(found['value'] / factor)} {unit}" + (f", {note}" if note else "")
 
@@ -347,6 +381,16 @@ def severity_order(finding: Json) -> int:
     return 2 * place + bool(finding.get("accepted"))
 
 
+def finding_kinds(findings: Iterable[Json]) -> list[list[Json]]:
+    """Findings of one code, severity and acceptance together, the worst first."""
+    kinds: dict[tuple[str, str, bool], list[Json]] = {}
+    for finding in sorted(findings, key=severity_order):
+        kinds.setdefault((finding["severity"], finding["code"], bool(finding.get("accepted"))), []).append(
+            finding
+        )
+    return list(kinds.values())
+
+
 def worst(findings: Sequence[Json]) -> Json | None:
     """The worst finding, or None; mere information is not a worst finding."""
     serious = [f for f in findings if f["severity"] != "info"]
@@ -356,10 +400,13 @@ def worst(findings: Sequence[Json]) -> Json | None:
 def verdict(group: Group) -> list[str]:
     """What the record says about a group of channels: one plain sentence per statement."""
     sentences = [s for symbol in COLUMNS if (s := _statement(group, symbol))]
+    absent = [a for symbol in COLUMNS if (a := _absent(group, symbol))]
+    if absent:
+        sentences.append(f"The record does not show, but bounds: {', '.join(absent)}.")
     undecided = [c["name"] for c in group.channels if len(c["models"]) > 1]
     if undecided:
         sentences.append(
-            f"On {_listed(undecided)} the record cannot decide between the model families; each is given below."
+            f"On {_listed(undecided)} the record cannot decide between flicker and Gauss-Markov; both are given below."
         )
     poor = [c for c in group.channels if _is_poor(c)]
     if poor:
@@ -379,31 +426,44 @@ def _is_poor(channel: Json) -> bool:
 
 
 def _statement(group: Group, symbol: str) -> str:
-    by_channel = {c["name"]: r for c in group.channels if (r := readings(c).get(symbol))}
-    seen = {n: r for n, r in by_channel.items() if r.supported}
-    limits = {n: r for n, r in by_channel.items() if not r.supported and r.amount is not None}
-    head = f"{group.name_of(symbol).capitalize()} {'T_b' if symbol == 'T' else symbol}"
-    parts = []
-    if seen:
-        parts.append(f"is resolved{_where(seen, group)}: {_spread(seen.values())}")
-    if limits:
-        parts.append(f"is only bounded{_where(limits, group)}: {_spread(limits.values(), limit=True)}")
-    return f"{head} {'; it '.join(parts)}." if parts else ""
+    """Where a term is resolved, and where it is only bounded; "" where no channel resolves it."""
+    seen, limits = _seen_and_limits(group, symbol)
+    if not seen:
+        return ""
+    head = f"{group.name_of(symbol).capitalize()} {_SHOWN.get(symbol, symbol)}"
+    text = f"{head} is resolved{_where(seen, group)}: {_spread(seen.values())}"
+    return text + (
+        f"; it is only bounded{_where(limits, group)}: {_spread(limits.values())}." if limits else "."
+    )
+
+
+def _absent(group: Group, symbol: str) -> str:
+    """A term that no channel resolves, with the largest of its limits."""
+    seen, limits = _seen_and_limits(group, symbol)
+    return "" if seen or not limits else f"{_SHOWN.get(symbol, symbol)} {_spread(limits.values())}"
+
+
+def _seen_and_limits(group: Group, symbol: str) -> tuple[dict[str, Reading], dict[str, Reading]]:
+    found = {c["name"]: r for c in group.channels if (r := readings(c).get(symbol)) and r.amount is not None}
+    seen = {name: r for name, r in found.items() if r.supported}
+    return seen, {name: r for name, r in found.items() if not r.supported}
 
 
 def _where(some: Mapping[str, Reading], group: Group) -> str:
-    if len(group.channels) == 1:
+    count = len(group.channels)
+    if count == 1:
         return ""
-    if len(some) == len(group.channels):
-        return f" on all {len(some)} channels"
+    if len(some) == count:
+        return " on both channels" if count == 2 else f" on all {_COUNTS.get(count, count)} channels"
     return f" on {_listed(list(some))}"
 
 
-def _spread(found: Iterable[Reading], limit: bool = False) -> str:
+def _spread(found: Iterable[Reading]) -> str:
+    """Smallest to largest value; of limits the largest, which holds for all."""
     some = sorted((r for r in found if r.amount is not None), key=lambda r: r.amount or 0.0)
     low, high = (r.value.removeprefix("< ") for r in (some[0], some[-1]))
-    if limit:
-        return f"below {high} {some[0].unit}"
+    if not some[-1].supported:
+        return f"below {high} {some[-1].unit}"
     return f"{low} {some[0].unit}" if low == high else f"{low} to {high} {some[0].unit}"
 
 

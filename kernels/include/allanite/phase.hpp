@@ -9,7 +9,7 @@
 // The one loop that nearly all time is spent in is compiled twice where the compiler can do so: for any x86-64 and for
 // AVX2, chosen when the program loads. A quarter faster, and the same digits: see `lanes`.
 #if defined(__x86_64__) && defined(__GLIBC__) && defined(__GNUC__) && !defined(__clang__) && \
-    !defined(__SANITIZE_ADDRESS__)
+    !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 #define ALLANITE_WIDE __attribute__((target_clones("default", "avx2"), noinline))
 #else
 #define ALLANITE_WIDE

@@ -15,6 +15,7 @@ References
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -25,7 +26,7 @@ __all__ = ["chi_square_factors", "edf_greenhall", "edf_total", "local_power_law"
 
 Array = NDArray[np.float64]
 
-_DIRECT = 4096  # terms of a sum taken one by one; longer sums are those of a coarser grid
+_DIRECT = 100  # terms of a sum taken one by one [1, J_max]; longer sums become integrals
 
 
 def chi_square_factors(edf: Array, confidence: float) -> tuple[Array, Array]:
@@ -124,15 +125,25 @@ def edf_greenhall(alpha: int, order: int, m: int, n_points: int, *, overlapping:
     F: float = filter_
     if not modified and alpha <= 0 and m * (order + 1) > _DIRECT:
         F = math.inf
-    if reach <= _DIRECT:
+    if reach <= _DIRECT or alpha > 0:
         return _sz(0.0, F, alpha, order) ** 2 * terms / _basic_sum(reach, terms, stride, F, alpha, order)
-    # a grid of _DIRECT positions over the same span stands for the finer one
-    coarse = _DIRECT / min(ratio, order + 1)
-    count = ratio * coarse
-    F = coarse if not modified and alpha > 0 else (math.inf if not modified else 1.0)
-    if modified:
-        F = 1.0
-    return _sz(0.0, F, alpha, order) ** 2 * count / _basic_sum(_DIRECT, count, coarse, F, alpha, order)
+    if ratio >= order + 1:  # the sums become integrals over the span of the covariance
+        a0, a1 = _integrals(F, alpha, order)
+        return ratio / (a0 - a1 / ratio)
+    coarse = _DIRECT / ratio  # a grid of _DIRECT positions over the same span stands for the finer one
+    F = 1.0 if modified else math.inf
+    return _sz(0.0, F, alpha, order) ** 2 * _DIRECT / _basic_sum(_DIRECT, _DIRECT, coarse, F, alpha, order)
+
+
+@lru_cache(maxsize=64)
+def _integrals(F: float, alpha: int, order: int) -> tuple[float, float]:
+    """2 int rho^2 dt and 2 int t rho^2 dt over 0 to order + 1, rho = sz(t)/sz(0): a0 and a1 of [1, eq. 8]."""
+    nodes, weights = np.polynomial.legendre.leggauss(12)
+    edges = np.linspace(0, order + 1, 64 * (order + 1) + 1)  # the function breaks at whole numbers
+    half = np.diff(edges)[:, None] / 2
+    t = edges[:-1, None] + half * (1 + nodes)
+    rho2 = (_sz(t, F, alpha, order) / _sz(0.0, F, alpha, order)) ** 2
+    return float(2 * np.sum(half * weights * rho2)), float(2 * np.sum(half * weights * t * rho2))
 
 
 def _sw(t: Array, alpha: int) -> Array:

@@ -180,7 +180,7 @@ def _parameter(channel: str, model: Json, symbol: str) -> _Number:
         raise InputError(
             f"channel {channel!r}: {symbol} has neither a value nor an upper limit for imu.yaml; record longer"
         )
-    return _Number(found["upper"], f"< {found['upper']:.4e} (95 % upper limit, used as the value)")
+    return _Number(found["upper"], f"< {found['upper']:.4e} (95 % upper limit, used)")
 
 
 def _text(value: float | None) -> str:
@@ -219,7 +219,7 @@ def _walk_rule(walk: str, correlation_time: float | None) -> _Choice:
         return _Choice(alone, _k_only)
     if walk == "upper-bound":
         lines = (
-            "walk = sqrt(K^2 + q_c^2) (upper-bound): not less than the drift of random walk and bias instability",
+            "walk = sqrt(K^2 + q_c^2) (upper-bound): random walk and bias instability together",
             "q_c of a Gauss-Markov term: its driving density",
             f"q_c of flicker: 1.5217 B/sqrt(T), T = {correlation_time:g} s as given"
             if correlation_time
@@ -286,7 +286,7 @@ def _combination(axes: str) -> Callable[[list[float]], float]:
 
 def _header(document: Json, walk: tuple[str, ...], axes: str, inflate: float) -> list[str]:
     provenance, recording = document.get("provenance") or {}, document["recording"]
-    source = provenance.get("source") or "noise models without a file"
+    source = provenance.get("source") or "samples or models in memory"
     digest = f", SHA-256 {provenance['sha256']}" if provenance.get("sha256") else ""
     span = f", {recording['duration']:g} s at" if "duration" in recording else ", for"
     rule = "the worst axis of each parameter" if axes == "worst" else "the root mean square of the axes"

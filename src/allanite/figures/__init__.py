@@ -92,7 +92,7 @@ def _channel(channel: Json, *, view: str = "channels") -> Sheet:
     from allanite.wording import groups
 
     recording: Json = {"rate": 1.0, "gaps": [], "duration": max(channel["overview"]["t"], default=1.0)}
-    document = {"recording": recording, "findings": []}
+    document = {"recording": recording, "findings": [], "channels": [channel]}
     return Sheet(rows=tuple(_view(view)(groups([channel])[0], document)))
 
 
@@ -126,9 +126,9 @@ def _chosen(channels: Sequence[Json], names: Sequence[str] | None) -> list[Json]
 
 
 def _curve(curve: Any, *, model: Any = None) -> Sheet:
-    from allanite.figures.curves import curve_panel
+    from allanite.figures.curves import curve_panels
 
-    return Sheet(rows=((curve_panel(curve, model),),))
+    return Sheet(rows=tuple((panel,) for panel in curve_panels(curve, model)))
 
 
 def _model(model: Any, *, tau: tuple[float, float] = (1e-2, 1e5)) -> Sheet:

@@ -40,7 +40,7 @@ from allanite.noise import (
 )
 from allanite.wording import Group, number, people_unit, reading
 
-__all__ = ["STATISTICS", "channel_panels", "curve_panel", "group_panel", "model_panel", "series_colours"]
+__all__ = ["STATISTICS", "channel_panels", "curve_panels", "group_panel", "model_panel", "series_colours"]
 
 Json = Mapping[str, Any]
 Limits = tuple[float, float]
@@ -64,7 +64,8 @@ _READ_AT = {"Q": math.sqrt(3), "N": 1.0, "K": 3.0, "R": math.sqrt(2)}
 _SIDE = {"Q": "below left", "N": "above right", "B": "below", "K": "below right", "R": "below right"}
 _LANDMARKS = ((60.0, "1 min"), (3600.0, "1 h"), (86400.0, "1 d"))
 _ROOM_BELOW = 1.6  # decades that a reading point may lie below the lowest value of the curve
-_ROOM_ARROW = 0.5  # decades between the arrow of a limit and the lower edge
+_ROOM_LIMITS = 1.0  # decades below the curve where there are limits to show
+_ROOM_ARROW = 0.4  # decades between the arrow of a limit and the lower edge
 _ROOM_BESIDE = 1.0  # decades that it may lie outside the lags
 _LETTERS = {"x": "x", "y": "y", "z": "z", "0": "x", "1": "y", "2": "z"}
 
@@ -107,7 +108,9 @@ class _ChannelParts:
 
     @property
     def frame(self) -> Frame:
-        return _frame([self.data], [m.point for m in self.marks if m.point])
+        x, y = _frame([self.data], [m.point for m in self.marks if m.point])
+        lowest = _minimum(self.data)[1]
+        return (x, (min(y[0], lowest / 10**_ROOM_LIMITS), y[1])) if self.bounds else (x, y)
 
     def panel(self, frame: Frame) -> Panel:
         return Panel(
@@ -117,7 +120,7 @@ class _ChannelParts:
             curves=(self.data, *self.lines, *(m.curve(frame) for m in self.marks if m.slope is None)),
             guides=_made(m.guide(frame) for m in self.marks),
             labels=_made(m.label(frame) for m in self.marks),
-            limits=_made(b.limit(frame) for b in self.bounds),
+            limits=_apart(self.bounds, frame),
             square=True,
         )
 
@@ -150,30 +153,37 @@ def group_panel(group: Group) -> Panel:
     )
 
 
-def curve_panel(curve: Any, model: NoiseModel | None = None) -> Panel:
-    """An `AllanCurve` alone: all its channels, and a key of the five slopes; or with a model, as in a study."""
-    channels = curve.channels
-    units = [_unit(curve.statistic, c.kind, c.unit) for c in channels]
-    looks = series_colours([c.name for c in channels])
-    data = []
-    for i, (channel, (_, factor), look) in enumerate(zip(channels, units, looks, strict=True)):
+def curve_panels(curve: Any, model: NoiseModel | None = None) -> list[Panel]:
+    """An `AllanCurve` alone: a panel for the channels of each unit, with a key of the five slopes.
+
+    A model is drawn over the channels of the first panel.
+    """
+    members: dict[tuple[str, float], list[int]] = {}
+    for i, channel in enumerate(curve.channels):
+        members.setdefault(_unit(curve.statistic, channel.kind, channel.unit), []).append(i)
+    panels = [_curve_panel(curve, which, unit, factor) for (unit, factor), which in members.items()]
+    if model is not None:
+        factor = next(iter(members))[1]
+        facts = {"lags": curve.lags, "tau": curve.tau, "dt": curve.dt, "sampling": curve.channels[0].sampling}
+        line = _model_line(facts, model.to_json(), factor, 0)
+        panels[0] = replace(panels[0], curves=(*panels[0].curves, line))
+    return panels
+
+
+def _curve_panel(curve: Any, which: Sequence[int], unit: str, factor: float) -> Panel:
+    names = [curve.channels[i].name for i in which]
+    data: list[Curve] = []
+    for i, name, look in zip(which, names, series_colours(names), strict=True):
         facts = {"tau": curve.tau, **{k: getattr(curve, k)[:, i] for k in ("deviation", "lower", "upper")}}
         data.append(
-            _measured(facts, channel.name, factor, look, _confidence(curve.confidence) if i == 0 else "")
+            _measured(facts, name, factor, look, "" if data else f"{100 * curve.confidence:g} % interval")
         )
-    lines = []
-    if model is not None:
-        facts = {"lags": curve.lags, "tau": curve.tau, "dt": curve.dt, "sampling": channels[0].sampling}
-        lines = [_model_line(facts, model.to_json(), units[0][1], 0)]
     frame = _frame(data, [])
-    labels = {u for u, _ in units}
     return Panel(
-        title=", ".join(c.name for c in channels) if len(channels) < 7 else f"{len(channels)} channels",
+        title=", ".join(names),
         x=_tau_axis(frame[0]),
-        y=_deviation_axis(
-            curve.statistic, units[0][0] if len(labels) == 1 else "unit of each channel", frame[1]
-        ),
-        curves=(*data, *lines),
+        y=_deviation_axis(curve.statistic, unit, frame[1]),
+        curves=tuple(data),
         guides=_slope_key(frame),
         square=True,
     )
@@ -204,10 +214,6 @@ def model_panel(model: NoiseModel, tau: tuple[float, float] = (1e-2, 1e5)) -> Pa
 def _unit(statistic: str, kind: str, own: str) -> tuple[str, float]:
     """Unit of a deviation; the time deviation has that of the integrated quantity."""
     return people_unit(kind, "Q" if statistic == "tdev" else "adev", own)
-
-
-def _confidence(level: float) -> str:
-    return f"{100 * level:g} % interval"
 
 
 def _measured(
@@ -263,12 +269,15 @@ def _mean_terms(terms: Iterable[TermType]) -> list[TermType]:
 
 
 def _estimate_text(model: Json, term: TermType, kind: str, own: str) -> str:
+    """The coefficient of a term as it was estimated; "" where the record only bounds it."""
     symbol = "B_equiv" if isinstance(term, GaussMarkov) else term.symbols[0]
-    for estimate in model["estimates"]:
-        if estimate["symbol"] == symbol:
-            found = reading(kind, own, estimate)
-            return f"{symbol} = {found.value} {found.unit}" if found.supported else ""
-    return _coefficient_text(term, kind, own)
+    known = {e["symbol"]: reading(kind, own, e) for e in model["estimates"]}
+    if symbol not in known:
+        return _coefficient_text(term, kind, own)
+    text = f"{symbol} = {known[symbol].value} {known[symbol].unit}" if known[symbol].supported else ""
+    if isinstance(term, GaussMarkov) and text and "T" in known and known["T"].supported:
+        text += f", T_b = {known['T'].value} s"
+    return text
 
 
 def _coefficient_text(term: TermType, kind: str, own: str) -> str:
@@ -347,12 +356,14 @@ class _Mark:
         side = _turned(_SIDE.get(self.symbol, "above"), _share(self.point[0], frame[0]))
         return Label(x=self.point[0], y=self.point[1], text=self.text, colour="ink", side=side)
 
-    def limit(self, frame: Frame) -> Limit | None:
-        """The line as an upper limit; its arrow stands at the reading point, or as near to it as the frame lets it."""
+    def limit(self, frame: Frame, lift: float = 0.0) -> Limit | None:
+        """The line as an upper limit; its arrow stands at the reading point, or as near to it as the frame lets it.
+
+        `lift` keeps the arrow so many decades further from the lower edge.
+        """
         part = self._inside(frame)
-        roomy = self._inside(
-            ((frame[0][0] * 1.6, frame[0][1] / 1.6), (frame[1][0] * 10**_ROOM_ARROW, frame[1][1] / 2))
-        )
+        floor = frame[1][0] * 10 ** (_ROOM_ARROW + lift)
+        roomy = self._inside(((frame[0][0] * 1.6, frame[0][1] / 1.6), (floor, frame[1][1] / 2)))
         if part is None or roomy is None:
             return None
         at = min(max(self.read_at, roomy[0]), roomy[1])
@@ -371,6 +382,24 @@ class _Mark:
         elif not _within(at_one, frame[1]):
             return None
         return (start, stop) if start * 1.5 < stop else None
+
+
+def _apart(bounds: Iterable[_Mark], frame: Frame) -> tuple[Limit, ...]:
+    """Limits whose arrows and words do not cover one another: a later one moves up its line."""
+    placed: list[Limit] = []
+    for bound in sorted(bounds, key=lambda b: b.read_at):
+        for step in range(4):
+            limit = bound.limit(frame, lift=0.36 * step)
+            if limit is None or not any(_close(limit.at, other.at, frame) for other in placed):
+                break
+        if limit is not None:
+            placed.append(limit)
+    return tuple(placed)
+
+
+def _close(a: tuple[float, float], b: tuple[float, float], frame: Frame) -> bool:
+    across = abs(math.log10(a[0] / b[0])) / decades(frame[0])
+    return across < 0.3 and abs(math.log10(a[1] / b[1])) < 0.3
 
 
 def _within(value: float, limits: Limits) -> bool:

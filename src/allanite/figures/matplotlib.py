@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import io
 import math
-import re
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -24,6 +23,7 @@ from allanite.figures.panel import (
     decades,
     thinned,
 )
+from allanite.figures.slim_svg import slim
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -34,7 +34,7 @@ __all__ = ["figure", "svg"]
 # Sizes in inches. The layout is computed here rather than found by drawing twice: figures take half the time, and
 # equal decades are square because the axes are made so.
 _WIDTH = 6.9  # the text width of A4 and letter paper
-_LEAST = 4.3  # a panel in a row of several
+_LEAST = 4.9  # a panel in a row of several
 _LEFT, _RIGHT, _BOTTOM = 0.74, 0.14, 0.46
 _LANDMARKS, _TITLE, _TIGHT = 0.2, 0.2, 0.1
 _FOOT = 0.36  # a legend for all panels
@@ -73,7 +73,8 @@ def figure(sheet: Sheet) -> Figure:
     with mpl.rc_context(_RC):
         size, boxes = _layout(sheet)
         made = Figure(figsize=size, facecolor=LIGHT["paper"])
-        crowded, common = sheet.columns > 1, {}
+        crowded = sheet.columns > 1
+        common: dict[str, Any] = {}
         for panel, (left, bottom, width, height) in zip(sheet.panels, boxes, strict=True):
             axes = made.add_axes((left / size[0], bottom / size[1], width / size[0], height / size[1]))
             _draw(axes, panel, crowded=crowded, titled=len(sheet.panels) > 1)
@@ -88,21 +89,14 @@ def figure(sheet: Sheet) -> Figure:
 
 
 def svg(sheet: Sheet) -> str:
-    """A sheet as SVG text, without a date, so that equal studies give equal files; coordinates to 1/100 point."""
+    """A sheet as SVG text, without a date, so that equal studies give equal files."""
     import matplotlib as mpl
 
     made = figure(sheet)
     target = io.StringIO()
     with mpl.rc_context(_RC):
         made.savefig(target, format="svg", metadata={"Date": None, "Creator": "allanite"})
-    short = _PATHS.sub(lambda path: _DIGITS.sub(r"\1", path[0]), target.getvalue())
-    return _INDENT.sub("\n", _COUNTERS.sub("", short))
-
-
-_COUNTERS = re.compile(r' id="[A-Za-z0-9.]+_\d+"')  # "xtick_3": nothing refers to them
-_INDENT = re.compile(r"\n\s+")
-_PATHS = re.compile(r' d="[^"]*"')
-_DIGITS = re.compile(r"(\.\d\d)\d+")
+    return slim(target.getvalue())
 
 
 def _layout(sheet: Sheet) -> tuple[tuple[float, float], list[tuple[float, float, float, float]]]:

@@ -213,7 +213,7 @@ class Panel:
         """Height over width of the axes."""
         if self.square and self.x.limits and self.y.limits:
             return decades(self.y.limits) / decades(self.x.limits)
-        return 0.62 if self.x.log else 0.22
+        return 0.52 if self.x.log else 0.22
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

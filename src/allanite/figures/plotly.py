@@ -203,9 +203,9 @@ class _Parts:
             "mode": "markers",
             "showlegend": False,
         }
-        look: Json = {"color": "white", "size": 8, "line": {"color": LIGHT[label.colour], "width": 1.5}}
+        dot: Json = {"color": "white", "size": 8, "line": {"color": LIGHT[label.colour], "width": 1.5}}
         words = {**_words(label.text, label.colour), **_beside(label.side), **ref}
-        self.data.append({**point, "marker": look, "meta": label.colour, "hoverinfo": "skip", **where})
+        self.data.append({**point, "marker": dot, "meta": label.colour, "hoverinfo": "skip", **where})
         self.layout["annotations"].append(
             {**words, "x": _place(label.x, log[0]), "y": _place(label.y, log[1])},
         )

@@ -19,23 +19,26 @@ __all__ = ["channel_record_panel", "group_record_panels", "recording_panels"]
 Json = Mapping[str, Any]
 Spans = NDArray[np.int64]
 _BLOCKS = 1500
+_THINNED = 800  # blocks of an overview out of a study: no screen and no paper shows more
 _MOST_SPANS = 60
 
 
 def group_record_panels(group: Group, study: Json) -> list[Panel]:
     """One panel per channel of a group, on a common time axis."""
     looks = series_colours([c["name"] for c in group.channels])
+    most = min(_THINNED, 6 * _THINNED // len(study["channels"]))
     return [
-        channel_record_panel(channel, study["recording"], study["findings"], look[0])
+        channel_record_panel(channel, study["recording"], study["findings"], look[0], most)
         for channel, look in zip(group.channels, looks, strict=True)
     ]
 
 
 def channel_record_panel(
-    channel: Json, recording: Json, findings: Iterable[Json], colour: str = "z"
+    channel: Json, recording: Json, findings: Iterable[Json], colour: str = "z", most: int = _THINNED
 ) -> Panel:
     """The overview of one channel of a study."""
-    t, low, high = _thinned(*(array(channel["overview"][key]) for key in ("t", "low", "high")))
+    overview = channel["overview"]
+    t, low, high = _thinned(array(overview["t"]), array(overview["low"]), array(overview["high"]), most)
     dt = 1.0 / recording["rate"]
     gaps = [(a * dt, b * dt) for a, b in recording["gaps"]]
     places = [
@@ -49,8 +52,8 @@ def channel_record_panel(
     return _panel(facts, t, low, high, recording["duration"], gaps, places, colour)
 
 
-def _thinned(t: Array, low: Array, high: Array, most: int = 800) -> tuple[Array, Array, Array]:
-    """Neighbouring blocks joined: no screen and no paper shows more, and a report holds every block twice."""
+def _thinned(t: Array, low: Array, high: Array, most: int) -> tuple[Array, Array, Array]:
+    """Neighbouring blocks joined until there are at most so many."""
     join = -(-t.size // most)
     if join < 2:
         return t, low, high

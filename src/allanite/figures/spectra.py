@@ -19,6 +19,7 @@ from allanite.wording import Group, people_unit
 __all__ = ["channel_spectrum_panel", "group_spectrum_panel", "spectrum_panel"]
 
 Json = Mapping[str, Any]
+_MOST_LINES = 5
 
 
 def channel_spectrum_panel(channel: Json) -> Panel:
@@ -44,7 +45,7 @@ def group_spectrum_panel(group: Group) -> Panel:
             named = "" if lines else "model"
             lines.append(_model_line(model, curve, factor, named))
         labels += _labels(channel["spectrum"], curve, colour)
-    return _panel(group.title, unit, (*curves, *lines), tuple(_first_corner(labels)))
+    return _panel(group.title, unit, (*curves, *lines), tuple(_merged(labels)))
 
 
 def spectrum_panel(spectrum: Any, kind: str, own: str) -> Panel:
@@ -82,7 +83,7 @@ def _model_line(model: NoiseModel, curve: Curve, factor: float, label: str) -> C
 
 def _labels(spectrum: Json, curve: Curve, colour: str) -> list[Label]:
     labels = []
-    for line in sorted(spectrum["lines"], key=lambda line: -line["amplitude"])[:5]:
+    for line in sorted(spectrum["lines"], key=lambda line: -line["amplitude"])[:_MOST_LINES]:
         nearest = int(np.argmin(np.abs(np.log(curve.x / line["frequency"]))))
         text = f"line {line['frequency']:.3g} Hz"
         labels.append(
@@ -94,19 +95,26 @@ def _labels(spectrum: Json, curve: Curve, colour: str) -> list[Label]:
     return labels
 
 
-def _first_corner(labels: list[Label]) -> list[Label]:
-    """Axes of one sensor share their filter: one line says it."""
-    corners = {label.text: label for label in labels if label.place == "line"}
-    return [label for label in labels if label.place == "point"] + list(corners.values())
+def _merged(labels: list[Label]) -> list[Label]:
+    """Axes of one sensor share their lines and their filter: what lies within a few percent is said once."""
+    kept: list[Label] = []
+    for label in sorted(labels, key=lambda label: -label.y):
+        apart = 1.3 if label.place == "line" else 1.12
+        if all(o.place != label.place or not 1 / apart < label.x / o.x < apart for o in kept):
+            kept.append(label)
+    points = [label for label in kept if label.place == "point"]
+    return points[:_MOST_LINES] + [label for label in kept if label.place == "line"]
 
 
 def _panel(title: str, unit: str, curves: tuple[Curve, ...], labels: tuple[Label, ...]) -> Panel:
     x = positive_range(*(c.x for c in curves))
-    y = positive_range(*(c.y for c in curves))
+    y = positive_range(
+        *(c.y for c in curves if c.lower is not None)
+    )  # what was measured, not where models go
     return Panel(
         title=title,
         x=Axis(label="Frequency f [Hz]", log=True, limits=(x[0] / 1.2, x[1] * 1.2)),
-        y=Axis(label=f"Root density √S(f), two-sided [{unit}]", log=True, limits=(y[0] / 2, y[1] * 2.5)),
+        y=Axis(label=f"Root density √S(f), two-sided [{unit}]", log=True, limits=(y[0] / 1.6, y[1] * 1.8)),
         curves=curves,
         labels=labels,
     )

@@ -116,7 +116,8 @@ def _with_half_limit(model: NoiseModel, e: Estimate) -> NoiseModel | None:
 
     if not (math.isfinite(e.upper) and e.upper > 0) or (e.symbol == "B" and model.family != "flicker"):
         return None
-    return model + (Flicker(B=e.upper / 2) if e.symbol == "B" else RandomWalk(K=e.upper / 2))
+    term = Flicker(B=e.upper / 2) if e.symbol == "B" else RandomWalk(K=e.upper / 2)
+    return NoiseModel(terms=(*(t for t in model.terms if t.type != term.type), term), kind=model.kind)
 
 
 def _duration(model: NoiseModel, symbol: str, target: float, n_samples: int, dt: float, sampling: str) -> float:

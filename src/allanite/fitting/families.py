@@ -4,13 +4,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.fitting.objective import Curve, Solution, distance, solve
-from allanite.fitting.sets import coefficient_set, critical_value, time_set
+from allanite.fitting.sets import CERTAIN, coefficient_set, critical_value, fisher_sd, time_set
 
 __all__ = ["FLICKER", "GAUSS_MARKOV", "Family", "FamilyFit", "fit_family"]
 
@@ -19,7 +19,9 @@ Array = NDArray[np.float64]
 FLICKER = ("Q", "N", "B", "K", "R")
 GAUSS_MARKOV = ("Q", "N", "G", "K", "R")
 _SCAN = 4.0  # ratio of the correlation times tried first
+_FIRST = 16  # shortest correlation time, in lags
 _FLAT = 1e-3
+_NEEDED = 6.0  # loss by leaving out all unsupported terms (95 % point for two) that calls one of them back
 
 
 @dataclass(frozen=True, slots=True)
@@ -31,9 +33,12 @@ class Family:
 
     @property
     def times(self) -> tuple[float, float]:
-        """Shortest and longest correlation time considered [samples]: a record cannot tell beyond them."""
-        lags = self.curve.design.lags
-        return float(max(lags[0], 1)), float(self.curve.design.n_samples / 2)
+        """Shortest and longest correlation time considered [samples].
+
+        A bias that forgets itself within some samples is a matter of the sensor's bandwidth, and one that outlasts
+        the record is a random walk.
+        """
+        return _FIRST * float(self.curve.design.lags[0]), float(self.curve.design.n_samples / 2)
 
     def __call__(
         self, fixed: Mapping[str, float], near: Solution | None = None, T: float | None = None
@@ -48,11 +53,16 @@ class Family:
         return self._scan(fixed)
 
     def _scan(self, fixed: Mapping[str, float]) -> Solution:
+        """Every correlation time of a coarse grid, each fit beginning where its neighbour ended, then the best refined."""
         shortest, longest = self.times
         grid = np.geomspace(shortest, longest, int(np.log(longest / shortest) / np.log(_SCAN)) + 2)
-        found = [solve(self.curve, self.symbols, T=float(t), fixed=fixed) for t in grid]
+        found: list[Solution] = []
+        for t in grid:
+            start = found[-1].c if found else None
+            found.append(solve(self.curve, self.symbols, T=float(t), fixed=fixed, start=start))
         best = min(found, key=lambda s: s.value)
-        return self._refine(fixed, best, float(np.log(_SCAN)) / 2)
+        fresh = solve(self.curve, self.symbols, T=best.T, fixed=fixed)
+        return self._refine(fixed, min((best, fresh), key=lambda s: s.value), float(np.log(_SCAN)) / 2)
 
     def _refine(self, fixed: Mapping[str, float], near: Solution, step: float) -> Solution:
         """Minimum over log T: walk downhill in steps, then the vertex of a parabola, twice."""
@@ -117,8 +127,11 @@ class FamilyFit:
 def fit_family(family: Family, best: Solution, confidence: float) -> FamilyFit:
     """Support, sets and point estimates of a family whose best fit is known."""
     symbols = family.symbols
+    sd = fisher_sd(family.curve, best)
     rough = frozenset(
-        s for s in symbols if best.coefficient(s) > 0 and _excludes_zero(family, best, s, 3.84)
+        s
+        for s in symbols
+        if best.coefficient(s) > 0 and (sd.get(s, 1.0) < CERTAIN or _excludes_zero(family, best, s, 3.84))
     )
     sets: dict[str, tuple[float, float]] = {}
     for s in symbols:
@@ -137,9 +150,22 @@ def _excludes_zero(family: Family, best: Solution, symbol: str, critical: float)
 
 
 def _selected(family: Family, best: Solution, supported: frozenset[str]) -> Solution:
-    absent = {s: 0.0 for s in family.symbols if s not in supported}
+    """The supported terms, and as many more as the curve needs though none of them is resolved by itself."""
+    chosen = set(supported)
+    fit = _only(family, best, chosen)
+    while fit.value - best.value > _NEEDED:
+        rest = [s for s in family.symbols if s not in chosen and best.coefficient(s) > 0]
+        if not rest:
+            break
+        tried = {s: _only(family, best, chosen | {s}) for s in rest}
+        symbol = min(rest, key=lambda s: tried[s].value)
+        chosen.add(symbol)
+        fit = tried[symbol]
+    return fit
+
+
+def _only(family: Family, best: Solution, chosen: set[str]) -> Solution:
+    absent = {s: 0.0 for s in family.symbols if s not in chosen}
     if len(absent) == len(family.symbols):
-        return best
-    if "G" in family.symbols and "G" in supported:
-        return family(absent, best)
-    return solve(family.curve, family.symbols, T=best.T, fixed=absent)
+        return replace(best, value=np.inf)
+    return family(absent, best) if "G" in chosen else solve(family.curve, family.symbols, T=best.T, fixed=absent)

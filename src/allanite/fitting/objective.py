@@ -28,7 +28,7 @@ from numpy.typing import NDArray
 
 from allanite.fitting.design import Design
 
-__all__ = ["Curve", "Solution", "distance", "sensitivity", "solve"]
+__all__ = ["Curve", "Solution", "advantage", "distance", "sensitivity", "solve"]
 
 Array = NDArray[np.float64]
 
@@ -88,29 +88,15 @@ def solve(
     The weights (C) are those of the current model and are renewed until they no longer matter; within a round
     the minimum is found by Gauss-Newton steps, each a non-negative least-squares problem.
     """
-    fixed = dict(fixed or {})
-    if start is not None:
-        return _descend(curve, symbols, T, fixed, np.maximum(start, 0.0))
-    direct = _descend(curve, symbols, T, fixed, None)
-    if "R" not in symbols or "R" in fixed:
-        return direct
-    # a large first guess of the ramp claims long lags without spread, and the weights then never let go of it
-    calm = _descend(curve, symbols, T, {**fixed, "R": 0.0}, None)
-    again = _descend(curve, symbols, T, fixed, calm.c)
-    return min((direct, again, calm), key=lambda s: s.value)
-
-
-def _descend(
-    curve: Curve, symbols: tuple[str, ...], T: float | None, fixed: Mapping[str, float], start: Array | None
-) -> Solution:
+    fixed = fixed or {}
     A = curve.design.columns(symbols, T)
     free = np.array([s not in fixed for s in symbols])
-    c = _start(curve.variance, A, symbols, fixed, free) if start is None else start.copy()
+    c = _start(curve.variance, A, symbols, fixed, free) if start is None else np.maximum(start, 0.0)
     for s, value in fixed.items():
         c[symbols.index(s)] = value
     weight = None
     for _ in range(_ROUNDS):
-        fresh = _Weight.of(curve, symbols, c, A @ c, T)
+        fresh = _Weight.of(curve, symbols, c, A, T)
         if fresh is None:
             break
         weight = fresh
@@ -144,6 +130,17 @@ def distance(curve: Curve, null: Solution, time: float | None = None) -> float:
     return at_null - best
 
 
+def advantage(curve: Curve, rival: Solution, null: Solution) -> float:
+    """How much better a rival family does than `null`, judged with the weights that are right if `null` is true."""
+    if null.weight is None:
+        return np.inf
+    A = curve.design.columns(null.symbols, null.T)
+    at_null = null.weight.objective(curve.variance, A @ null.c)[0]
+    A = curve.design.columns(rival.symbols, rival.T)
+    c = _minimise(curve.variance, A, rival.c, np.ones(len(rival.c), dtype=bool), null.weight)
+    return at_null - null.weight.objective(curve.variance, A @ c)[0]
+
+
 def sensitivity(curve: Curve, at: Solution) -> Array:
     """Expected change of the whitened residuals with log(c_t), shape (n_lags, n_symbols); last column: log T."""
     A = curve.design.columns(at.symbols, at.T)
@@ -172,9 +169,12 @@ def _start(v: Array, A: Array, symbols: tuple[str, ...], fixed: Mapping[str, flo
         columns = A[:, free] / v[:, None] * weight[:, None]
         norm = np.linalg.norm(columns, axis=0)
         c[free] = nnls(columns / norm, rest * weight)[0] / norm
-    if not np.all(A @ c > 0):
-        anchor = int(np.flatnonzero(free)[np.argmax(A[0, free])]) if free.any() else 0
-        c[anchor] += v[0] / A[0, anchor]
+    noise = [i for i, s in enumerate(symbols) if s != "R"]
+    if not np.all(A[:, noise] @ c[noise] > 0):
+        able = [i for i in noise if free[i]]
+        if able:
+            anchor = able[int(np.argmax(A[0, able]))]
+            c[anchor] += v[0] / A[0, anchor]
     return c
 
 
@@ -187,8 +187,14 @@ class _Weight:
     log_det: float
 
     @classmethod
-    def of(cls, curve: Curve, symbols: tuple[str, ...], c: Array, mu: Array, T: float | None) -> _Weight | None:
-        V = curve.design.covariance(list(symbols), c, T)
+    def of(cls, curve: Curve, symbols: tuple[str, ...], c: Array, A: Array, T: float | None) -> _Weight | None:
+        """Weights of the noise alone. A ramp has no spread of its own; were it to lend its size to the weights, a
+        large ramp would make the long lags look certain and never be let go of. So its set is a little too wide."""
+        noise = np.where([s == "R" for s in symbols], 0.0, c)
+        mu = A @ noise
+        if mu.min() <= 0:
+            return None
+        V = curve.design.covariance(list(symbols), noise, T)
         variance = np.maximum(np.diag(V), 1e-14 * mu**2)
         edf = np.maximum(2 * mu**2 / variance, _EDF_MIN)
         rho = V / np.sqrt(np.outer(variance, variance))
@@ -242,22 +248,40 @@ def _minimise(v: Array, A: Array, c: Array, free: NDArray[np.bool_], weight: _We
 
 
 def _step(v: Array, B: Array, x: Array, mu: Array, weight: _Weight) -> Array:
-    """Gauss-Newton step to the non-negative minimum of the local quadratic."""
+    """Newton step to the non-negative minimum of the local quadratic; Gauss-Newton where that is not convex."""
     root = np.cbrt(v / mu)
     slope = B / mu[:, None]
-    gradient = slope.T @ (2 / 3 - 2 / 3 * root * (weight.whiten.T @ weight.residuals(v, mu)))
-    # where the model lies far above the data the slope vanishes; the expected one still shows the way down
-    safe = weight.whiten @ (np.maximum(root, 0.6)[:, None] * slope)
-    H = 2 / 9 * (safe.T @ safe)
-    scale = np.sqrt(np.maximum(np.diag(H), 1e-300))
-    H = H / np.outer(scale, scale)
-    H[np.diag_indices_from(H)] += 1e-9
+    pull = weight.whiten.T @ weight.residuals(v, mu)
+    gradient = slope.T @ (2 / 3 - 2 / 3 * root * pull)
+    J = weight.whiten @ (root[:, None] * slope)
+    H = 2 / 9 * (J.T @ J) + (slope * (8 / 9 * root * pull - 2 / 3)[:, None]).T @ slope
+    factor = _factor(H)
+    if factor is None:
+        # where the model lies far above the data the slope vanishes; the expected one still shows the way down
+        safe = weight.whiten @ (np.maximum(root, 0.6)[:, None] * slope)
+        factor = _factor(2 / 9 * (safe.T @ safe))
+        if factor is None:
+            return np.zeros_like(x)
+    H, scale, L = factor
     y = x * scale
     target = H @ y - gradient / scale
     wanted = np.linalg.solve(H, target)
     if wanted.min() < 0:
         from scipy.optimize import nnls
 
-        U = np.linalg.cholesky(H).T
-        wanted = nnls(U, np.linalg.solve(U.T, target))[0]
+        wanted = nnls(L.T, np.linalg.solve(L, target))[0]
     return np.asarray((wanted - y) / scale)
+
+
+def _factor(H: Array) -> tuple[Array, Array, Array] | None:
+    """H scaled to a unit diagonal, the scale, and its Cholesky factor; None where H is not positive definite."""
+    diagonal = H.diagonal()
+    if diagonal.min() <= 0:
+        return None
+    scale = np.sqrt(diagonal)
+    scaled = H / (scale[:, None] * scale)
+    scaled.flat[:: len(H) + 1] = 1 + 1e-9
+    try:
+        return scaled, scale, np.linalg.cholesky(scaled)
+    except np.linalg.LinAlgError:
+        return None

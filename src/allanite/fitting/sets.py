@@ -27,13 +27,15 @@ from numpy.typing import NDArray
 
 from allanite.fitting.objective import Curve, Solution, distance, sensitivity, solve
 
-__all__ = ["coefficient_set", "critical_value", "fisher_sd", "time_set"]
+__all__ = ["CERTAIN", "coefficient_set", "critical_value", "fisher_sd", "time_set"]
 
 Array = NDArray[np.float64]
 
 _DRAWS = 8000
 _TOLERANCE = 0.02  # in units of the square root of the distance
 _WIDEST = 1e6
+#: Relative standard deviation of a coefficient below which its set cannot reach zero (thirty sigma).
+CERTAIN = 0.03
 
 
 @lru_cache(maxsize=8)
@@ -93,11 +95,11 @@ def _explained(U: Array, y: Array, kinds: tuple[str, ...], without: int | None) 
             if not index:
                 continue
             Q, R = np.linalg.qr(U[:, index])
-            part = y @ Q
+            part = np.einsum("ij,jk->ik", y, Q)  # tall and thin: threads of a matrix library would only get in the way
             length = (part**2).sum(axis=1)
             if chosen:
-                x = np.linalg.lstsq(R, part.T, rcond=1e-10)[0]
-                length = np.where(np.all(x[len(free) :] >= 0, axis=0), length, 0.0)
+                x = np.einsum("ij,kj->ik", part, np.linalg.pinv(R, rcond=1e-10)[len(free) :])
+                length = np.where(np.all(x >= 0, axis=1), length, 0.0)
             best = np.maximum(best, length)
     return best
 
@@ -146,7 +148,7 @@ def coefficient_set(
     estimate = best.coefficient(symbol)
     sd = fisher_sd(curve, best).get(symbol, 1.0)
     lower = 0.0
-    if estimate > 0 and profile(0.0, cold=True) > 0:
+    if estimate > 0 and (sd < CERTAIN or profile(0.0, cold=True) > 0):
         lower = _edge(profile, estimate, -1, sd)
         near = best
     upper = _edge(profile, estimate if estimate > 0 else _first_guess(curve, best, symbol), +1, sd)

@@ -25,6 +25,8 @@ from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import replace
 from itertools import groupby
 
+import numpy as np
+
 from allanite.errors import DataQualityError, InputError
 from allanite.health import disturbance, log, meaning, repeats, resolution, values
 from allanite.health.catalogue import CATALOGUE, Entry
@@ -36,7 +38,9 @@ __all__ = [
     "CATALOGUE",
     "CHANNEL_DETECTORS",
     "LOG_DETECTORS",
+    "PRESENCE_DETECTORS",
     "RECORD_DETECTORS",
+    "STRETCH_DETECTORS",
     "Entry",
     "Finding",
     "Severity",
@@ -46,28 +50,34 @@ __all__ = [
 
 Progress = Callable[[float], None]
 
-#: Functions of one channel's survey. A new detector is one line here and one entry in the catalogue.
-CHANNEL_DETECTORS: tuple[Callable[[Survey], Iterator[Finding]], ...] = (
+#: Functions of one channel's survey: what there is of samples.
+PRESENCE_DETECTORS: tuple[Callable[[Survey], Iterator[Finding]], ...] = (
     values.no_samples,
     values.too_short,
     values.missing,
     values.overload,
+    meaning.unit,
+)
+#: The same, for channels with enough samples: stretches that are no samples and are left out.
+STRETCH_DETECTORS: tuple[Callable[[Survey], Iterator[Finding]], ...] = (
     values.saturated,
+    repeats.stuck,
+    repeats.zero_filled,
+    disturbance.half_before_gap,
+)
+#: The same, of what is left. A new detector is one line here and one entry in the catalogue.
+CHANNEL_DETECTORS: tuple[Callable[[Survey], Iterator[Finding]], ...] = (
     values.clipping,
     values.implausible_exponents,
     resolution.no_noise_resolved,
     resolution.quantisation,
     resolution.quantisation_not_white,
     resolution.float_step,
-    repeats.stuck,
-    repeats.zero_filled,
     repeats.held_samples,
     repeats.interleaved,
     disturbance.impulses,
     disturbance.rest,
     disturbance.amplitude_drop,
-    disturbance.half_before_gap,
-    meaning.unit,
     meaning.unit_trap,
     meaning.aliasing,
 )
@@ -105,6 +115,13 @@ def check(recording: Recording, *, progress: Progress | None = None) -> tuple[Fi
         if progress is not None:
             progress(done / total)
 
+    with np.errstate(invalid="ignore", over="ignore"):  # samples of the wrong byte order are anything
+        found = _found(recording, advance)
+    order = list(CATALOGUE)
+    return tuple(sorted(found, key=lambda f: (f.severity.rank, order.index(f.code))))
+
+
+def _found(recording: Recording, advance: Callable[[int], None]) -> list[Finding]:
     surveys = []
     for channel in recording.channels:
         if channel.kind.noise_bearing:
@@ -113,17 +130,22 @@ def check(recording: Recording, *, progress: Progress | None = None) -> tuple[Fi
             advance(recording.n_samples)
     found = [f for look in LOG_DETECTORS for f in look(recording)]
     found += log.words(recording, surveys)
-    found += _joined([f for s in surveys for look in CHANNEL_DETECTORS for f in look(s)], len(surveys))
-    found += [f for look in RECORD_DETECTORS for f in look(surveys)]
-    order = list(CATALOGUE)
-    return tuple(sorted(found, key=lambda f: (f.severity.rank, order.index(f.code))))
+    own = [f for s in surveys for look in PRESENCE_DETECTORS for f in look(s)]
+    enough = [s for s in surveys if s.present >= values.MINIMUM]
+    for i, s in enumerate(enough):
+        stretches = [f for look in STRETCH_DETECTORS for f in look(s)]
+        enough[i] = s.without(np.concatenate([np.zeros((0, 2), np.int64), *(f.spans for f in stretches)]))
+        own += stretches
+        own += [f for look in CHANNEL_DETECTORS for f in look(enough[i])]
+    found += _joined(own, len(surveys))
+    return found + [f for look in RECORD_DETECTORS for f in look(enough)]
 
 
 def _joined(found: list[Finding], n_channels: int) -> list[Finding]:
     """What every channel says in the same words is said once, of the recording."""
 
     def words(f: Finding) -> tuple[object, ...]:
-        return f.code, f.message, f.count, f.places
+        return f.code, f.message, f.count, f.places, f.spans.tobytes()
 
     joined: list[Finding] = []
     for _, group in groupby(sorted(found, key=lambda f: tuple(map(str, words(f)))), key=words):
@@ -161,7 +183,9 @@ def prepare(
     accept = {accept} if isinstance(accept, str) else set(accept)
     unknown = sorted(accept - set(CATALOGUE))
     if unknown:
-        raise InputError(f"no finding is called {', '.join(map(repr, unknown))}; there are: {', '.join(CATALOGUE)}")
+        raise InputError(
+            f"no finding is called {', '.join(map(repr, unknown))}; there are: {', '.join(CATALOGUE)}"
+        )
     fatal = [f for f in findings if f.severity is Severity.FATAL and f.code not in accept]
     if fatal:
         raise DataQualityError(_refusal(recording, fatal), tuple(fatal))
@@ -198,7 +222,12 @@ def _refusal(recording: Recording, fatal: Sequence[Finding]) -> str:
     lines = [f"the recording{name} is not fit for analysis:"]
     for f in fatal:
         places = ", ".join(f"{a / recording.rate:.6g} s (sample {a})" for a, _ in f.places)
-        lines.append(f"  {f.code}{'' if f.channel is None else f' [{f.channel}]'}: {f.message} (count {f.count})")
+        lines.append(
+            f"  {f.code}{'' if f.channel is None else f' [{f.channel}]'}: {f.message} (count {f.count})"
+        )
         lines += [f"    at {places}"] if places else []
-        lines += [f"    what to do: {f.advice}", f"    to go on in spite of it: --accept {f.code}; risk: {f.risk}"]
+        lines += [
+            f"    what to do: {f.advice}",
+            f"    to go on in spite of it: --accept {f.code}; risk: {f.risk}",
+        ]
     return "\n".join(lines)

@@ -6,6 +6,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 __all__ = ["CATALOGUE", "Entry", "findings_page"]
@@ -134,7 +135,7 @@ CATALOGUE: dict[str, Entry] = {
         group=_STEPS,
         severity="fatal",
         means="the noise from sample to sample is less than half a step of the values",
-        risk="N is made by the converter: it may be 0 or several times too large, by where the level lies between steps",
+        risk="N is the converter's: 0 or several times too large, by where the level lies between the steps",
         done="refused",
         advice="raise the gain or log more digits; averages long enough to cross many steps are less affected",
     ),
@@ -224,9 +225,9 @@ CATALOGUE: dict[str, Entry] = {
     "spikes": Entry(
         group=_REST,
         severity="info, warning",
-        means="isolated samples far from their neighbours, beyond what noise does once in 1000 records",
+        means="samples far from those around, alone or in short bursts, beyond what noise does once in 1000 records",
         risk="each adds its square to the white noise: one of 1000 sigma in 200 000 samples raises it 2.4 times",
-        done="as many of the largest are left out as needed to keep N within 0.1 %; N with and without is stated",
+        done="as many of the largest bursts are left out as needed to keep N within 0.1 %; N with and without is stated",
         advice="find the cause: a knock, a bit error, a switching load",
         excludes=True,
     ),
@@ -345,9 +346,9 @@ CATALOGUE: dict[str, Entry] = {
     "clock_rate": Entry(
         group=_TIME,
         severity="warning",
-        means="the stamps tell another rate than the header, by more than 100 ppm",
+        means="the stamps, or the rate given, differ from the header's rate by more than 100 ppm",
         risk="lags and coefficients shift by that much if the header is right",
-        done="the rate of the stamps is used",
+        done="the rate given, else that of the stamps, is used",
         advice="check which clock is right",
     ),
     "decimated": Entry(
@@ -369,7 +370,7 @@ CATALOGUE: dict[str, Entry] = {
     "no_time_stamps": Entry(
         group=_TIME,
         severity="info",
-        means="the log has no time stamps: lost samples cannot be seen",
+        means="there are no time stamps, or --rate sets them aside: lost samples cannot be seen",
         risk="a wrong rate changes every lag and coefficient",
         done="the rate that was given is used",
         advice="check the rate; log time stamps",
@@ -422,6 +423,14 @@ CATALOGUE: dict[str, Entry] = {
         done="lags that it bends are kept out of the fit",
         advice="find the source",
     ),
+    "not_fitted": Entry(
+        group=_SPECTRUM,
+        severity="warning",
+        means="too few lags are free of lines, filter and gaps for a noise model",
+        risk="none: nothing is claimed",
+        done="the curve is shown, no model is fitted",
+        advice="record longer, or remove what bends the curve",
+    ),
     "band_limited": Entry(
         group=_SPECTRUM,
         severity="info, warning",
@@ -433,15 +442,22 @@ CATALOGUE: dict[str, Entry] = {
 }
 
 
+_HEADINGS = ("code", "severity", "what it means", "what accepting it risks", "what is done", "what to do")
+
+
+def _row(cells: Iterable[str]) -> str:
+    return f"| {' | '.join(cells)} |"
+
+
 def findings_page() -> str:
     """The catalogue as the reference page ``docs/reference/findings.md``."""
     lines = [
         "# Findings",
         "",
-        "What `allanite info` and `allanite characterize` may find wrong with a recording. Nothing is repaired: samples are",
-        "kept, or left out and named. A *fatal* finding refuses the analysis; `--accept CODE` (in Python",
-        '`characterize(recording, accept=["CODE"])`) goes on in spite of it, and the result says so. A *warning* says that a',
-        "number suffers. An *info* is worth knowing. Samples that are left out keep their place in time: they become gaps.",
+        "What `allanite info` and `allanite characterize` may find wrong with a recording. Nothing is repaired:",
+        "samples are kept, or left out and named. A *fatal* finding refuses the analysis; `--accept CODE` goes on",
+        "in spite of it, and the result says so. A *warning* says that a number suffers. An *info* is worth",
+        "knowing. Samples that are left out keep their place in time: they become gaps.",
         "",
         "False alarms: on simulated white noise, flicker and random walk, fewer than 1 record in 100 has any",
         "finding but `resolution_step` and those that come from the file.",
@@ -450,8 +466,7 @@ def findings_page() -> str:
     for code, entry in CATALOGUE.items():
         if entry.group != group:
             group = entry.group
-            lines += ["", f"## {group}", "", "| code | severity | what it means | what accepting it risks | what is done | what to do |"]
-            lines += ["|---|---|---|---|---|---|"]
+            lines += ["", f"## {group}", "", _row(_HEADINGS), _row(("---",) * len(_HEADINGS))]
         risk = entry.risk or "nothing"
-        lines.append(f"| `{code}` | {entry.severity} | {entry.means} | {risk} | {entry.done} | {entry.advice} |")
+        lines.append(_row((f"`{code}`", entry.severity, entry.means, risk, entry.done, entry.advice)))
     return "\n".join(lines) + "\n"

@@ -3,8 +3,9 @@
 
 The test of rest. Differences of adjacent block means are stationary for white noise, flicker and a random walk of
 the rate alike, whatever the record has drifted. Their mean square over a window of g differences is then
-chi-square with about g degrees of freedom, scaled by a level that the quieter quarter of the windows gives. A
-window stands out when it exceeds both four times that level and the chi-square quantile at which one clean
+chi-square, scaled by a level that the quieter quarter of the windows gives. It has g degrees of freedom, or fewer
+where a low-pass filter makes the differences alike; how many is read from the scatter of neighbouring windows. A
+window stands out when it exceeds both four times the level and the chi-square quantile at which one clean
 record in 10 000 has such a window at any scale (raised by 1.2 for the error of the level).
 """
 
@@ -19,11 +20,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.health.finding import Finding, Severity, finding, percent, plural, short
+from allanite.health.impulses import Spikes
+from allanite.health.resolution import is_unresolved
 from allanite.health.survey import Survey
 from allanite.health.tallies import Energies, Scale
 from allanite.recording import OVERLOAD, merge_spans
 
-__all__ = ["Unrest", "amplitude_drop", "excess_of", "half_before_gap", "impulses", "moved", "quiet_deviations", "rest", "unrest"]
+__all__ = [
+    "Unrest",
+    "amplitude_drop",
+    "excess_of",
+    "half_before_gap",
+    "impulses",
+    "moved",
+    "quiet_deviations",
+    "rest",
+    "unrest",
+]
 
 Samples = NDArray[np.float64]
 Spans = NDArray[np.int64]
@@ -51,16 +64,17 @@ def impulses(survey: Survey) -> Iterator[Finding]:
     An impulse of height A adds A^2/n to the variance of n samples of white noise, at every lag alike.
     """
     found = survey.impulses
+    if survey.sigma == 0.0 or is_unresolved(survey):
+        return
     if found.crowded > 0.1 * survey.present or len(found.position) > max(MANY * survey.present, 3):
         if excess_of(survey) < NOTICED:  # otherwise the disturbance says it
             yield _heavy_tails(survey)
         return
-    if len(found.position) == 0 or survey.sigma == 0.0:
+    if len(found.position) == 0:
         return
     weight = 3.0 if survey.channel.kind.integrated else 1.0
     excess = weight * found.deviation**2 / (survey.present * survey.sigma**2)
-    out = _largest(excess)
-    yield _spikes(survey, excess, out)
+    yield _spikes(survey, excess)
 
 
 def _heavy_tails(survey: Survey) -> Finding:
@@ -75,6 +89,39 @@ def _heavy_tails(survey: Survey) -> Finding:
     )
 
 
+def _spikes(survey: Survey, excess: Samples) -> Finding:
+    found = survey.impulses
+    bursts, sums = _bursts(found.position, excess)
+    out = _largest(sums)
+    k = int(np.argmax(np.abs(found.deviation)))
+    deviation = float(found.deviation[k])
+    largest = f"{deviation:+.3g}{survey.unit} ({short(abs(deviation) / float(found.sigma[k]))} sigma)"
+    effect = f"they raise N by {percent(_raise(excess))}"
+    if len(out):
+        left_out = plural(int(np.diff(bursts[out], axis=1).sum()), "sample")
+        effect += f", by {percent(_raise(np.delete(sums, out)))} without the {left_out} left out"
+    shown = out if len(out) else np.arange(len(bursts))
+    return finding(
+        "spikes",
+        f"{plural(len(excess), 'sample')} far from the samples around, in {plural(len(bursts), 'burst')}, the largest "
+        f"{largest} at {survey.seconds(int(found.position[k]))}; {effect}",
+        severity=Severity.WARNING if len(out) else Severity.INFO,
+        channel=survey.name,
+        spans=bursts[shown],
+        count=len(excess),
+        weight=sums[shown],
+        excludes=len(out) > 0,
+    )
+
+
+def _bursts(position: NDArray[np.int64], excess: Samples) -> tuple[Spans, Samples]:
+    """Impulses that follow closely, as spans, with the sum of what they add."""
+    begins = np.concatenate(([0], np.flatnonzero(np.diff(position) > Spikes.APART) + 1))
+    ends = np.append(begins[1:], len(position))
+    spans = np.stack([position[begins], position[ends - 1] + 1], axis=1)
+    return spans, np.add.reduceat(excess, begins)
+
+
 def _largest(excess: Samples) -> NDArray[np.int64]:
     """As many of the largest as needed to leave no more than `LEFT`."""
     order = np.argsort(excess)[::-1]
@@ -82,27 +129,8 @@ def _largest(excess: Samples) -> NDArray[np.int64]:
     return order[left > LEFT]
 
 
-def _spikes(survey: Survey, excess: Samples, out: NDArray[np.int64]) -> Finding:
-    found = survey.impulses
-    k = int(np.argmax(np.abs(found.deviation)))
-    largest = f"{found.deviation[k]:+.3g}{survey.unit} ({short(abs(found.deviation[k]) / found.sigma[k])} sigma)"
-    with_all, without = math.sqrt(1.0 + float(excess.sum())), math.sqrt(1.0 + float(np.delete(excess, out).sum()))
-    effect = f"they raise N by {percent(with_all - 1.0)}"
-    if len(out):
-        effect += f", by {percent(without - 1.0)} without the {plural(len(out), 'sample')} left out"
-    shown = out if len(out) else np.arange(len(excess))
-    position = found.position[shown]
-    return finding(
-        "spikes",
-        f"{plural(len(excess), 'sample')} far from the samples around, the largest {largest} at "
-        f"{survey.seconds(int(found.position[k]))}; {effect}",
-        severity=Severity.WARNING if len(out) else Severity.INFO,
-        channel=survey.name,
-        spans=np.stack([position, position + 1], axis=1),
-        count=len(excess),
-        weight=excess[shown],
-        excludes=len(out) > 0,
-    )
+def _raise(excess: Samples) -> float:
+    return math.sqrt(1.0 + float(excess.sum())) - 1.0
 
 
 # -- rest -------------------------------------------------------------------------------------------------
@@ -153,7 +181,7 @@ def _stand_out(scale: Scale, n_scales: int) -> Unrest | None:
     if windows < Energies.LEAST or quiet == 0.0:
         return None
     ratio = scale.energy / quiet
-    bar = max(LIVELY, 1.2 * _chi_square(scale.details, 1.0 - ALARM / (windows * n_scales)))
+    bar = max(LIVELY, 1.2 * _chi_square(_freedom(scale), 1.0 - ALARM / (windows * n_scales)))
     out = there & (np.nan_to_num(ratio) > bar)
     if not out.any():
         return None
@@ -163,7 +191,20 @@ def _stand_out(scale: Scale, n_scales: int) -> Unrest | None:
 def _quiet(scale: Scale) -> float:
     """Power of the quiet windows: the lower quartile over that of chi-square."""
     energy = scale.energy[~np.isnan(scale.energy)]
-    return float(np.quantile(energy, 0.25)) / _chi_square(scale.details, 0.25) if len(energy) else 0.0
+    return float(np.quantile(energy, 0.25)) / _chi_square(_freedom(scale), 0.25) if len(energy) else 0.0
+
+
+def _freedom(scale: Scale) -> float:
+    """Degrees of freedom of a window's energy, from the ratios of neighbours.
+
+    The logarithm of chi-square over nu has variance psi'(nu/2), about 1/(nu/2 - 1/2). Neighbouring windows share
+    a disturbance, mostly, so their ratio does not see it.
+    """
+    energy = scale.energy[scale.energy > 0.0]  # NaN drop out
+    if len(energy) < Energies.LEAST:
+        return float(scale.details)
+    scatter = 0.5 * (float(np.median(np.abs(np.diff(np.log(energy))))) / 0.6745) ** 2
+    return min(float(scale.details), 1.0 + 2.0 / scatter) if scatter > 0.0 else float(scale.details)
 
 
 def quiet_deviations(survey: Survey) -> list[float]:
@@ -171,7 +212,7 @@ def quiet_deviations(survey: Survey) -> list[float]:
     return [math.sqrt(0.5 * _quiet(scale)) for scale in survey.scales]
 
 
-def _chi_square(dof: int, p: float) -> float:
+def _chi_square(dof: float, p: float) -> float:
     """Quantile of chi-square over its degrees of freedom (Wilson-Hilferty; 2 % at 16 degrees and p = 1 - 1e-9)."""
     spread = 2.0 / (9.0 * dof)
     return max(1.0 - spread + NormalDist().inv_cdf(p) * math.sqrt(spread), 0.0) ** 3
@@ -185,14 +226,16 @@ def rest(survey: Survey) -> Iterator[Finding]:
     worst = found[0]
     spans = np.concatenate([_windows(u, survey.n_samples)[0] for u in found])
     shown, weight = _windows(worst, survey.n_samples)
+    share = percent(_covered(spans) / survey.n_samples)
     lag = worst.scale.lag * survey.dt
+    peak, factor = math.sqrt(float(np.nanmax(worst.ratio))), math.sqrt(1.0 + worst.excess)
     fatal = 1.0 + worst.excess >= MOVED
     severity = Severity.WARNING if worst.excess >= NOTICED else Severity.INFO
     yield finding(
         "not_at_rest" if fatal else "disturbance",
-        f"in {percent(_covered(spans) / survey.n_samples)} of the time the signal moves more than in its quiet parts, "
-        f"over {lag:.3g} s up to {short(math.sqrt(float(np.nanmax(worst.ratio))))} times as much; this makes the deviation "
-        f"at {lag:.3g} s {short(math.sqrt(1.0 + worst.excess))} times that of the quiet parts",
+        f"in at least {share} of the time the signal moves more than in its quiet parts, over {lag:.3g} s up to "
+        f"{short(peak)} times as much; this makes the deviation at {lag:.3g} s {short(factor)} times that of the "
+        "quiet parts",
         severity=Severity.FATAL if fatal else severity,
         channel=survey.name,
         spans=spans,
@@ -227,7 +270,7 @@ def amplitude_drop(survey: Survey) -> Iterator[Finding]:
     if windows < Energies.LEAST or survey.lattice.step > 2.0 * survey.sigma:
         return
     usual = float(np.median(energy[there]))
-    low = min(0.5, _chi_square(join * scale.details, ALARM / windows))
+    low = min(0.5, _chi_square(join * _freedom(scale), ALARM / windows))
     with np.errstate(invalid="ignore"):
         out = there & (energy < low * usual)
     if out.any():
@@ -256,7 +299,8 @@ def half_before_gap(survey: Survey) -> Iterator[Finding]:
     if spans:
         yield finding(
             "half_before_gap",
-            f"half the level or half the noise before {plural(len(spans), 'gap')}, {sum(b - a for a, b in spans)} samples",
+            f"half the level or half the noise before {plural(len(spans), 'gap')}, "
+            f"{sum(b - a for a, b in spans)} samples in all",
             severity=Severity.WARNING,
             channel=survey.name,
             spans=spans,
@@ -265,9 +309,9 @@ def half_before_gap(survey: Survey) -> Iterator[Finding]:
 
 
 def _half(survey: Survey, gap: int, steady: bool) -> tuple[int, int] | None:
-    before = survey.recording.raw(survey.name, max(gap - 2048, 0), gap) + survey.origin
+    before = survey.recording.raw(survey.name, max(gap - 2048, 0), gap)
     bad = np.flatnonzero(~(np.abs(before) < OVERLOAD))
-    before = before[bad[-1] + 1 :] if len(bad) else before
+    before = (before[bad[-1] + 1 :] if len(bad) else before) + survey.origin
     if len(before) < 64:
         return None
     count = _half_level(before, survey.sigma) or (_half_noise(before) if steady else 0)
@@ -282,8 +326,10 @@ def _half_level(before: Samples, sigma: float) -> int:
         return 0
     nearer = np.abs(before - 0.5 * level) < 0.25 * abs(level)
     count = len(before) if nearer.all() else int(np.argmin(nearer[::-1]))
-    near = count and abs(float(before[-count:].mean()) - 0.5 * level) < 4.0 * spread / math.sqrt(count) + 0.02 * abs(level)
-    return count if near else 0
+    if count == 0:
+        return 0
+    off = abs(float(before[-count:].mean()) - 0.5 * level)
+    return count if off < 4.0 * spread / math.sqrt(count) + 0.02 * abs(level) else 0
 
 
 def _half_noise(before: Samples) -> int:

@@ -53,7 +53,8 @@ def stamps(recording: Recording) -> Iterator[Finding]:
     share = duplicates / max(recording.n_samples - int(_number(notes, "missing")), 1)
     rows = _rows(notes, "backward_rows", "duplicate_rows")
     parts = [plural(backward, "step") + " back"] if backward else []
-    parts += [f"{plural(duplicates, 'stamp')} equal to the one before ({percent(share)})"] if duplicates else []
+    if duplicates:
+        parts.append(f"{plural(duplicates, 'stamp')} equal to the one before ({percent(share)})")
     if not parts:
         return
     fatal = backward > 0 or share > TOLERATED
@@ -84,7 +85,7 @@ def jitter(recording: Recording) -> Iterator[Finding]:
     if median > 0.0 and abs(median / rate - 1.0) > 0.01:
         yield finding(
             "rate_not_median",
-            f"the median interval says {median:.5g} Hz, the samples over the span say {rate:.6g} Hz; the latter is used",
+            f"the median interval says {median:.5g} Hz, the samples over the span say {rate:.6g} Hz, which is used",
             severity=Severity.INFO,
             count=recording.n_samples,
         )
@@ -94,7 +95,9 @@ def _scatter(recording: Recording, rms: float) -> Finding:
     """Jitter of the stamps. A steady rate does not see it; a moving angle does, as noise of rate times jitter."""
     share = rms / recording.dt
     moving = any(c.kind.integrated for c in recording.channels)
-    message = f"time stamps scatter by {rms:.3g} s rms, {percent(share)} of the interval; samples are taken as even"
+    message = (
+        f"time stamps scatter by {rms:.3g} s rms, {percent(share)} of the interval; they are taken as even"
+    )
     if moving:
         message += "; an angle that moves on at a rate w shows it as noise of w times that"
     return finding(
@@ -108,33 +111,40 @@ def _scatter(recording: Recording, rms: float) -> Finding:
 def clock(recording: Recording) -> Iterator[Finding]:
     """The rate against what the file claims; and no clock at all (battery B14; class 2)."""
     notes = _notes(recording, "timebase")
-    nominal = notes.get("rate_nominal")
-    if not notes.get("unit") and notes:
+    if not notes:
+        return
+    stamped = bool(notes.get("unit"))
+    if not stamped:
         yield finding(
             "no_time_stamps",
-            f"no time stamps: {recording.rate:.6g} Hz is taken from {notes.get('source') or 'the caller'}",
+            f"no time stamps are used: {recording.rate:.6g} Hz is the {notes.get('source') or 'rate given'}",
             severity=Severity.INFO,
             count=recording.n_samples,
         )
-        return
-    if not isinstance(nominal, (int, float)) or not nominal > 0.0:
-        return
+    nominal = _number(notes, "rate_nominal")
+    if nominal > 0.0:
+        yield from _against(recording, nominal, "the stamps say" if stamped else "the rate given is")
+
+
+def _against(recording: Recording, nominal: float, says: str) -> Iterator[Finding]:
+    """The rate against the one that the header claims."""
+    notes = _notes(recording, "timebase")
     ratio = nominal / recording.rate
     every = round(ratio)
     if every >= 2 and abs(ratio / every - 1.0) < 0.01:
         yield finding(
             "decimated",
-            f"the header says {nominal:.6g} Hz, the stamps say {recording.rate:.6g} Hz: one sample of {every} was logged",
+            f"the header says {nominal:.6g} Hz, {says} {recording.rate:.6g} Hz: one sample in {every} was logged",
             severity=Severity.WARNING,
             count=recording.n_samples,
         )
         return
     ppm = (recording.rate / nominal - 1.0) * 1e6
-    unsure = 1e6 * 5.0 * _number(notes, "jitter_rms_s") * math.sqrt(12.0 / recording.n_samples) / recording.duration
-    if abs(ppm) > max(POOR_CLOCK, unsure):
+    error = _number(notes, "jitter_rms_s") * math.sqrt(12.0 / recording.n_samples) / recording.duration
+    if abs(ppm) > max(POOR_CLOCK, 5e6 * error):
         yield finding(
             "clock_rate",
-            f"the stamps say {recording.rate:.8g} Hz, the header {nominal:.8g} Hz: {ppm:+.4g} ppm; the stamps are used",
+            f"the header says {nominal:.8g} Hz, {says} {recording.rate:.8g} Hz: {ppm:+.4g} ppm; the latter is used",
             severity=Severity.WARNING,
             count=recording.n_samples,
         )
@@ -158,7 +168,8 @@ def text(recording: Recording) -> Iterator[Finding]:
         )
     empty = int(_number(notes, "missing_cells"))
     if empty:
-        yield finding("cells_missing", f"{plural(empty, 'cell')} without a number", severity=Severity.INFO, count=empty)
+        what = f"{plural(empty, 'cell')} without a number"
+        yield finding("cells_missing", what, severity=Severity.INFO, count=empty)
     if notes.get("unterminated_last_line"):
         yield finding(
             "unterminated_last_line",
@@ -168,7 +179,8 @@ def text(recording: Recording) -> Iterator[Finding]:
         )
     nul = int(_number(notes, "nul_bytes"))
     if nul:
-        yield finding("nul_bytes", f"{plural(nul, 'NUL byte')} in the text", severity=Severity.WARNING, count=nul)
+        what = f"{plural(nul, 'NUL byte')} in the text"
+        yield finding("nul_bytes", what, severity=Severity.WARNING, count=nul)
     guesses = [str(guess) for guess in notes.get("guesses") or ()]
     if guesses:
         yield finding("dialect_guessed", "; ".join(guesses), severity=Severity.INFO, count=len(guesses))

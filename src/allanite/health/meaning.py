@@ -6,8 +6,6 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 
-import numpy as np
-
 from allanite.health.disturbance import NOTICED, excess_of, moved, quiet_deviations
 from allanite.health.finding import Finding, Severity, finding
 from allanite.health.survey import Survey
@@ -63,11 +61,10 @@ def unit_trap(survey: Survey) -> Iterator[Finding]:
         return
     noise = survey.sigma * abs(survey.channel.scale) * math.sqrt(survey.dt)
     if noise > NOISIEST_GYRO:
-        ratio = math.degrees(1.0)
         yield finding(
             "unit_trap",
-            f"white noise of {math.degrees(noise):.3g} deg/s/√Hz is more than any gyro's; divided by {ratio:.3g} it would "
-            f"be {math.degrees(noise) / ratio:.3g}: are these degrees, labelled {survey.channel.unit!r}?",
+            f"white noise of {math.degrees(noise):.3g} deg/s/√Hz is more than any gyro's; divided by 57.3 it would be "
+            f"{noise:.3g}: are these degrees, labelled {survey.channel.unit!r}?",
             severity=Severity.WARNING,
             channel=survey.name,
             count=survey.present,

@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.health.finding import Finding, Severity, finding, percent, plural
+from allanite.health.resolution import is_unresolved
 from allanite.health.survey import Survey
 from allanite.health.values import MINIMUM, spans_equal
 
@@ -29,7 +30,7 @@ MOSTLY = 0.5
 
 def stuck(survey: Survey) -> Iterator[Finding]:
     """A value that repeats longer than chance allows (battery B16; class 4)."""
-    if survey.constant or survey.present < MINIMUM:
+    if survey.constant or is_unresolved(survey):
         return
     longest = longest_by_chance(survey)
     spans = survey.equal_spans
@@ -45,9 +46,9 @@ def stuck(survey: Survey) -> Iterator[Finding]:
     share = count / survey.present
     yield finding(
         "stuck",
-        f"{plural(len(spans), 'stretch')} of one repeated value, {count} samples ({percent(share)}); the first holds "
-        f"{survey.at(int(first[0])):.6g}{survey.unit} for {first[1] - first[0]} samples at {survey.seconds(int(first[0]))}"
-        f" (chance makes at most {longest}){end}",
+        f"{plural(len(spans), 'stretch')} of one repeated value, {count} samples ({percent(share)}); the first repeats "
+        f"{survey.at(int(first[0])):.6g}{survey.unit} {first[1] - first[0]} times at {survey.seconds(int(first[0]))}, "
+        f"where chance makes at most {longest}{end}",
         severity=Severity.FATAL if share > MOSTLY else Severity.WARNING,
         channel=survey.name,
         spans=spans,
@@ -89,7 +90,7 @@ def zero_filled(survey: Survey) -> Iterator[Finding]:
     share = count / survey.present
     where = []
     if spans[0, 0] == 0:
-        where.append(f"the first {plural(int(spans[0, 1]), 'sample')}" if spans[0, 1] > 1 else "the first sample")
+        where.append(f"the first {plural(int(spans[0, 1]), 'sample')}")
     if spans[-1, 1] == survey.n_samples:
         where.append(f"the last {plural(int(spans[-1, 1] - spans[-1, 0]), 'sample')}")
     inner = len(spans) - len(where)
@@ -97,7 +98,7 @@ def zero_filled(survey: Survey) -> Iterator[Finding]:
         where.append(plural(inner, "stretch") + " within")
     yield finding(
         "zero_filled",
-        f"{plural(count, 'sample')} ({percent(share)}) are exactly 0 while the level is {survey.mean:.4g}{survey.unit}, "
+        f"{plural(count, 'sample')} ({percent(share)}) exactly 0 while the level is {survey.mean:.4g}{survey.unit}, "
         f"{_distance_of_zero(survey):.2g} sigma away: {', '.join(where)}",
         severity=Severity.FATAL if share > MOSTLY else Severity.WARNING,
         channel=survey.name,
@@ -184,21 +185,27 @@ def _repeated(survey: Survey) -> float:
     Differences of rounded Gaussian samples have log-concave chances, so those of 0, 1 and 2 steps obey
     p(0) <= p(1)^2/p(2); and p(0) <= 1.1 p(1) for steps below 0.3 sigma, also when sigma changes. What exceeds the
     larger bound by four standard errors is repetition. Only for such steps are few repeats expected at all.
+    Values at the ends of the range do not count: they repeat when it clips.
     """
     step = survey.lattice.step
     if step > 0.3 * _quietest(survey) or survey.sigma == 0.0:
         return 0.0
+    ends = [survey.high.values[0], survey.low.values[0]]
     shares = []
     for _, values in survey.probes:
         jump = np.abs(np.diff(values))
-        jump = jump[np.isfinite(jump)]
-        if len(jump) >= 256:
-            allowed = 0.0
-            if step > 0.0:
-                one, two = (0.5 * np.mean(np.abs(jump - k * step) < 0.5 * step) for k in (1, 2))
-                allowed = max(one * one / two, 1.1 * one) + 4.0 * math.sqrt(one / len(jump)) if two > 0 else 1.0
-            shares.append(float(np.mean(jump == 0.0)) - allowed)
+        jump = jump[np.isfinite(jump) & ~np.isin(values[1:], ends)]
+        if len(jump) >= 256 and np.mean(jump == 0.0) < 0.9:  # more is a frozen stretch
+            shares.append(float(np.mean(jump == 0.0)) - (_allowed(jump, step) if step > 0.0 else 0.0))
     return max(float(np.median(shares)), 0.0) if shares else 0.0
+
+
+def _allowed(jump: Samples, step: float) -> float:
+    """Largest share of repeats that steps of the values explain."""
+    one, two = (0.5 * float(np.mean(np.abs(jump - k * step) < 0.5 * step)) for k in (1, 2))
+    if two == 0.0:
+        return 1.0
+    return max(one * one / two, 1.1 * one) + 4.0 * math.sqrt(one / len(jump))
 
 
 def _quietest(survey: Survey) -> float:
@@ -221,7 +228,9 @@ def interleaved(survey: Survey) -> Iterator[Finding]:
             continue
         level, noise = np.quantile(np.array(apart), 0.1, axis=0)
         if level > (1.0 if period == 2 else 3.0) or noise > 3.0:
-            what = f"levels {level:.2g} sigma apart" if level > 1.0 else f"noises in the ratio {math.sqrt(noise):.2g}"
+            what = f"levels {level:.2g} sigma apart"
+            if level <= 1.0:
+                what = f"noises in the ratio {math.sqrt(noise):.2g}"
             yield finding(
                 "interleaved",
                 f"rows alternate with period {period}: {what}",
@@ -239,7 +248,10 @@ def _phases(values: Samples, period: int) -> tuple[float, float] | None:
     rows = rows[np.isfinite(rows).all(axis=1)]
     if len(rows) < 256:
         return None
-    power = 0.5 * np.mean(np.diff(rows, axis=0) ** 2, axis=0)
+    squares = np.diff(rows, axis=0) ** 2
+    power = np.median(squares, axis=0) / 0.9099  # of a Gaussian: deaf to outliers
+    if power.min() == 0.0:
+        power = 0.5 * np.mean(squares, axis=0)
     sigma = float(np.sqrt(np.median(power)))
     if sigma == 0.0 or power.min() == 0.0:
         return None

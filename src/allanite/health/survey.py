@@ -7,16 +7,17 @@ The samples are streamed in blocks, so a recording may be larger than memory; no
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.health.tallies import Energies, EqualRuns, Extreme, Extremes, MissingRuns, Runs, Scale, Spikes
-from allanite.recording import BLOCK, OVERLOAD, Channel, Recording
+from allanite.health.impulses import Impulses, Spikes
+from allanite.health.tallies import Energies, EqualRuns, Extreme, Extremes, MissingRuns, Scale
+from allanite.recording import BLOCK, OVERLOAD, Channel, Recording, merge_spans
 
-__all__ = ["Impulses", "Lattice", "Survey", "lattice_of", "survey"]
+__all__ = ["Lattice", "Survey", "lattice_of", "survey"]
 
 Samples = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -45,27 +46,6 @@ class Lattice:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Impulses:
-    """Isolated samples far from their neighbours.
-
-    Attributes
-    ----------
-    position : ndarray of int64, shape (n,)
-    deviation : ndarray, shape (n,)
-        Distance from the local median, in the channel's unit.
-    sigma : ndarray, shape (n,)
-        Spread of such distances around there.
-    crowded : int
-        Samples in blocks with too many candidates to call them impulses.
-    """
-
-    position: Index
-    deviation: Samples
-    sigma: Samples
-    crowded: int
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class Survey:
     """Facts of one channel. Values are in the channel's own unit, less `origin`; the mean is as written.
 
@@ -89,7 +69,7 @@ class Survey:
     high, low : Extreme
         Outermost values (of the increments, for an angle or a velocity).
     probes : tuple of (int, ndarray)
-        Stretches of consecutive samples as written, overload words included, each with its first position.
+        Stretches of consecutive samples (NaN where missing or overload), each with its first position.
     lattice : Lattice
     equal_histogram : ndarray of int64
         Bin L: runs of L equal consecutive samples (the last bin: that many or more).
@@ -161,6 +141,33 @@ class Survey:
         """Time of a position, for a message."""
         return f"{position * self.dt:.6g} s"
 
+    def without(self, spans: Index) -> Survey:
+        """The same facts without what these spans, left out of the analysis, did to windows and impulses."""
+        if len(spans) == 0:
+            return self
+        spans = merge_spans(spans)
+        scales = tuple(replace(s, energy=_forget(s, spans)) for s in self.scales)
+        found = self.impulses
+        reach = np.searchsorted(spans[:, 0], found.position + 1, side="right") - 1  # edges are steps too
+        keep = (reach < 0) | (found.position > spans[reach, 1])
+        impulses = replace(
+            found,
+            position=found.position[keep],
+            deviation=found.deviation[keep],
+            sigma=found.sigma[keep],
+            crowded=0 if np.diff(spans).sum() > 0.01 * self.n_samples else found.crowded,
+        )
+        return replace(self, scales=scales, impulses=impulses)
+
+
+def _forget(scale: Scale, spans: Index) -> Samples:
+    """Energies of a scale, NaN in the windows that a span touches."""
+    energy = np.array(scale.energy)
+    begin = np.arange(len(energy)) * scale.window
+    touched = np.searchsorted(spans[:, 0], begin + scale.window) > np.searchsorted(spans[:, 1] + 1, begin)
+    energy[touched] = np.nan
+    return energy
+
 
 def survey(recording: Recording, name: str, advance: Callable[[int], None] | None = None) -> Survey:
     """Gather the facts of a channel in one pass.
@@ -201,8 +208,8 @@ class _Pass:
         return self._facts()
 
     def _block(self, raw: Samples, start: int) -> None:
-        self._take_probes(raw, start)
         block, complete = self._without_missing(raw, start)
+        self._take_probes(block, start)
         step = np.empty(len(block))
         step[0] = block[0] - self.last
         np.subtract(block[1:], block[:-1], out=step[1:])
@@ -233,10 +240,10 @@ class _Pass:
         self.broken.add(missing | overload, start)
         return np.where(overload, np.nan, raw), False
 
-    def _take_probes(self, raw: Samples, start: int) -> None:
-        while self.starts and self.starts[0] < start + len(raw):
-            at = max(min(self.starts.pop(0) - start, len(raw) - PROBE), 0)
-            self.probes.append((start + at, np.array(raw[at : at + PROBE])))
+    def _take_probes(self, block: Samples, start: int) -> None:
+        while self.starts and self.starts[0] < start + len(block):
+            at = max(min(self.starts.pop(0) - start, len(block) - PROBE), 0)
+            self.probes.append((start + at, np.array(block[at : at + PROBE])))
 
     def _take_values(self, signal: Samples, fresh: Mask, complete: bool) -> None:
         self.high.add(signal, fresh)
@@ -254,7 +261,6 @@ class _Pass:
     def _facts(self) -> Survey:
         high, low = self.high.result(), self.low.result()
         scales = self.energies.result()
-        position, deviation, spread = self.spikes.result()
         return Survey(
             recording=self.recording,
             channel=self.channel,
@@ -276,7 +282,7 @@ class _Pass:
             equal_histogram=self.equal.histogram,
             equal_spans=self.equal.spans,
             equal_shortest=self.equal.shortest,
-            impulses=Impulses(position=position, deviation=deviation, sigma=spread, crowded=self.spikes.crowded),
+            impulses=self.spikes.result(),
             scales=scales,
         )
 
@@ -311,19 +317,32 @@ def lattice_of(probes: list[Samples], high: Extreme, low: Extreme) -> Lattice:
     within a tenth of a step of the lattice. A few distinct values out of as few samples fit some lattice by
     chance (each with probability 1/5), so then there must be twenty of them.
     """
-    values = np.concatenate([*probes, high.values, low.values]) if probes else np.zeros(0)
-    values = values[np.abs(values) < OVERLOAD]
-    distinct = np.unique(values)
-    if len(distinct) < 2 or (len(distinct) < 20 and 2 * len(distinct) > len(values)):
+    values = np.concatenate(probes) if probes else np.zeros(0)
+    distinct = np.unique(values[~np.isnan(values)])
+    if len(distinct) <= 8:  # a rare second code may have escaped the probes
+        distinct = np.unique(np.concatenate([distinct, high.values, low.values]))
+    if len(distinct) < 2 or (len(distinct) < 20 and 2 * len(distinct) > sum(map(len, probes))):
         return Lattice(step=0.0, codes=len(distinct))
     spacing = np.diff(distinct)
     rounding = 8.0 * float(np.spacing(np.abs(distinct).max()))
-    for floor in (rounding, 1e-3 * float(np.quantile(spacing, 0.9))):
-        # one code may come with several roundings: of float64, or of a scaled float32 or decimal text
+    for floor in (rounding, _rounding_of(spacing)):
         step = _step_of(distinct[np.concatenate(([True], spacing > floor))])
         if step > 0.0:
             return Lattice(step=step, codes=len(distinct))
     return Lattice(step=0.0, codes=len(distinct))
+
+
+def _rounding_of(spacing: Samples) -> float:
+    """Spacing that parts several roundings of one code (a scaled float32, decimal text) from codes; 0.0 if none does.
+
+    It lies in the widest jump of the spacings, on a logarithmic scale, among the smaller half of them.
+    """
+    ordered = np.sort(spacing)[: len(spacing) // 2 + 1]
+    ratio = ordered[1:] / ordered[:-1]
+    if len(ratio) == 0 or ratio.max() < 30.0:
+        return 0.0
+    k = int(np.argmax(ratio))
+    return float(np.sqrt(ordered[k] * ordered[k + 1]))
 
 
 def _step_of(distinct: Samples) -> float:
@@ -341,6 +360,6 @@ def _step_of(distinct: Samples) -> float:
 
 
 def _line(x: Samples, y: Samples) -> tuple[float, float]:
-    dx = x - x.mean()
-    slope = float(dx @ (y - y.mean()) / (dx @ dx))
+    dx = x - x.mean()  # sums, not products of vectors: those would start threads for a short row
+    slope = float((dx * (y - y.mean())).sum() / (dx * dx).sum())
     return slope, float(y.mean() - slope * x.mean())

@@ -7,7 +7,6 @@ A tally holds facts only. What the facts mean is decided by the detectors.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from statistics import NormalDist
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,8 +20,6 @@ __all__ = [
     "MissingRuns",
     "Runs",
     "Scale",
-    "Spikes",
-    "trimmed_sd",
 ]
 
 Samples = NDArray[np.float64]
@@ -216,125 +213,6 @@ class EqualRuns:
         return np.concatenate(self._kept)
 
 
-# -- outliers ---------------------------------------------------------------------------------------------
-
-
-class Spikes:
-    """Samples far from the median of the 49 around them.
-
-    Candidates are next to a step of more than 3.5 robust standard deviations of the steps; the decision compares
-    the distance from the local median with the spread of such distances in the block and around the sample. A
-    level shift or a noisy stretch is no spike.
-    """
-
-    __slots__ = ("_deviation", "_factor", "_integrated", "_position", "_sigma", "crowded")
-
-    REACH = 24
-    STEPS = 3.5
-    #: More candidates than this share of a block: no impulses but another distribution.
-    CROWD = 0.02
-    #: False alarms per record of Gaussian noise.
-    ALARM = 1e-3
-    #: The spread is itself estimated, to some 3 %: the Gaussian bound is raised by this.
-    MARGIN = 1.1
-
-    def __init__(self, n_samples: int, integrated: bool) -> None:
-        self._integrated = integrated
-        self._factor = self.MARGIN * NormalDist().inv_cdf(1.0 - self.ALARM / (2.0 * max(n_samples, 2)))
-        self._position: list[Index] = []
-        self._deviation: list[Samples] = []
-        self._sigma: list[Samples] = []
-        #: Samples in blocks with too many candidates.
-        self.crowded = 0
-
-    def add(self, block: Samples, step: Samples, start: int) -> Index:
-        """Take the next block (NaN: missing) and its first differences; positions of spikes within the block."""
-        if len(block) < 2 * self.REACH + 1:
-            return _NONE
-        centre, sd = _centre_and_sd(step)
-        if not sd > 0.0:
-            return _NONE
-        size = np.subtract(step, centre)
-        hits = np.flatnonzero(np.abs(size, out=size) > self.STEPS * sd)
-        if len(hits) > self.CROWD * len(block) + 8:
-            self.crowded += len(block)
-            return _NONE
-        spots = np.unique(np.concatenate([hits - 1, hits]))
-        spots = spots[spots >= 0]
-        sigma = self._spread(block)
-        far = spots[self._is_far(block, spots, sigma)]
-        if len(far):
-            spots = np.unique(far[:, None] + np.arange(-12, 13))
-            spots = spots[(spots >= 0) & (spots < len(block))]
-            far = spots[self._is_far(block, spots, sigma)]
-            self._position.append(far + start)
-            self._deviation.append(self._windows(block, far)[0])
-            self._sigma.append(np.full(len(far), sigma))
-        return far
-
-    def _spread(self, block: Samples) -> float:
-        spots = np.linspace(0, len(block) - 1, min(1024, len(block)), dtype=np.int64)
-        return trimmed_sd(self._windows(block, spots)[0])
-
-    def _is_far(self, block: Samples, spots: Index, sigma: float) -> Mask:
-        if len(spots) == 0:
-            return np.zeros(0, dtype=np.bool_)
-        deviation, spread = self._windows(block, spots)
-        return np.abs(deviation) > self._factor * np.maximum(spread, sigma)
-
-    def _windows(self, block: Samples, spots: Index) -> tuple[Samples, Samples]:
-        """Distance of each spot from its window's median, and the window's own robust spread."""
-        reach = self.REACH
-        centre = np.clip(spots, reach, len(block) - reach - 1)
-        window = block[centre[:, None] + np.arange(-reach, reach + 1)]
-        here = block[spots]
-        if self._integrated:  # take the slope out: an angle is not level
-            third = (2 * reach + 1) // 3
-            slope = (_median(window[:, -third:]) - _median(window[:, :third])) / (2 * reach + 1 - third)
-            window = window - slope[:, None] * np.arange(-reach, reach + 1)
-            here = here - slope * (spots - centre)
-        middle = _median(window)
-        return here - middle, 1.4826 * _median(np.abs(window - middle[:, None]))
-
-    def result(self) -> tuple[Index, Samples, Samples]:
-        """Position, distance from the local median, and the spread it was compared with."""
-        if not self._position:
-            return _NONE, np.zeros(0), np.zeros(0)
-        return np.concatenate(self._position), np.concatenate(self._deviation), np.concatenate(self._sigma)
-
-
-def _centre_and_sd(step: Samples) -> tuple[float, float]:
-    part = step[:: max(1, len(step) // 8192)]
-    part = part[~np.isnan(part)]
-    if len(part) == 0:
-        return 0.0, 0.0
-    centre = float(np.median(part))
-    return centre, trimmed_sd(part - centre)
-
-
-def trimmed_sd(deviation: Samples) -> float:
-    """Standard deviation from the 95 % smallest deviations; right for a Gaussian, deaf to 5 % outliers.
-
-    Coarse samples may leave nothing but zeros there; then all deviations count.
-    """
-    size = np.sort(np.abs(deviation[~np.isnan(deviation)]))
-    if len(size) == 0:
-        return 0.0
-    kept = size[: max(1, int(0.95 * len(size)))]
-    # E[x^2; |x| < z]/0.95 = 1 - 2 z phi(z)/0.95 at z = 1.96
-    sd = float(np.sqrt(np.mean(kept * kept) / 0.7588))
-    return sd if sd > 0.0 else float(np.sqrt(np.mean(size * size)))
-
-
-def _median(rows: Samples) -> Samples:
-    """Median of each row without its NaN; NaN where nothing is left."""
-    ordered = np.sort(rows, axis=1)  # NaN go last
-    count = rows.shape[1] - np.isnan(ordered).sum(axis=1)
-    row = np.arange(len(rows))
-    median: Samples = 0.5 * (ordered[row, np.maximum(count - 1, 0) // 2] + ordered[row, count // 2])
-    return median
-
-
 # -- energy of differences, scale by scale ----------------------------------------------------------------
 
 #: Differences per window at the least.
@@ -384,7 +262,9 @@ class Energies:
         largest = n_samples // (2 * DETAILS * self.LEAST)
         self._lags = [4**j for j in range(32) if 4**j <= largest]
         coarse = 1 << max(0, (n_samples // self.MOST - 1).bit_length()) if n_samples > self.MOST else 1
-        self._windows = {m: min(max(2 * DETAILS * m, coarse), block) for m in self._lags if m <= self.IN_BLOCK}
+        self._windows = {
+            m: min(max(2 * DETAILS * m, coarse), block) for m in self._lags if m <= self.IN_BLOCK
+        }
         self._energy: dict[int, list[Samples]] = {m: [] for m in self._windows}
         self._top = max(self._windows, default=0)
         self._means: list[Samples] = []
@@ -405,7 +285,9 @@ class Energies:
 
     def result(self) -> tuple[Scale, ...]:
         """The scales, smallest lag first."""
-        scales = [Scale(lag=m, window=self._windows[m], energy=_joined(self._energy[m])) for m in self._windows]
+        scales = [
+            Scale(lag=m, window=self._windows[m], energy=_joined(self._energy[m])) for m in self._windows
+        ]
         means, lag = _joined(self._means), self._top
         while lag and lag * 4 in self._lags:
             lag *= 4

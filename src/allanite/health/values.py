@@ -89,7 +89,11 @@ def missing(survey: Survey) -> Iterator[Finding]:
 def _broken_up(survey: Survey) -> Finding:
     every = _every(survey)
     pattern = f": values come every {every} rows" if every else ""
-    rate = survey.recording.rate
+    advice = None
+    if every:
+        advice = (
+            f"keep the rows that hold a value and give their rate, {survey.recording.rate / every:.6g} Hz"
+        )
     return finding(
         "broken_up",
         f"the longest unbroken stretch is {plural(survey.unbroken, 'sample')} of {survey.present}{pattern}",
@@ -97,7 +101,7 @@ def _broken_up(survey: Survey) -> Finding:
         channel=survey.name,
         spans=survey.missing_spans,
         count=survey.missing,
-        advice=f"keep the rows that hold a value and give their rate, {rate / every:.6g} Hz" if every else None,
+        advice=advice,
     )
 
 
@@ -174,19 +178,20 @@ def clipping(survey: Survey) -> Iterator[Finding]:
     """
     if survey.channel.kind.integrated or survey.constant:
         return
-    sides = [(end, e) for end, e in (("largest", survey.high), ("smallest", survey.low)) if _is_clipped(survey, e)]
-    sides = [(end, e) for end, e in sides if not _explained(survey, e)]
+    ends = (("largest", survey.high), ("smallest", survey.low))
+    sides = [(end, e) for end, e in ends if _is_clipped(survey, e) and not _explained(survey, e)]
     if not sides:
         return
     share = max(int(e.samples[0]) for _, e in sides) / survey.present
     level = -NormalDist().inv_cdf(min(share, 0.5))
     fatal = level <= 3.25
     text = " and ".join(
-        f"the {end} value {e.values[0] + survey.origin:.6g}{survey.unit} {e.samples[0]} times" for end, e in sides
+        f"the {end} value {e.values[0] + survey.origin:.6g}{survey.unit} {e.samples[0]} times"
+        for end, e in sides
     )
     yield finding(
         "clipping",
-        f"{text}: the range ends {level:.1f} standard deviations from the middle of the noise",
+        f"{text}, as often as in Gaussian noise whose range ends at {level:.1f} standard deviations",
         severity=Severity.FATAL if fatal else Severity.WARNING,
         channel=survey.name,
         spans=spans_equal(survey, [float(e.values[0]) for _, e in sides]),
@@ -197,7 +202,9 @@ def clipping(survey: Survey) -> Iterator[Finding]:
 def _explained(survey: Survey, extreme: Extreme) -> bool:
     """Another finding speaks of that value: an integer's end, or exact zeros."""
     value = float(extreme.values[0]) + survey.origin
-    return value == 0.0 or any(_is_rail(survey, e, r) and e is extreme for e, r in _rails(survey))
+    if value == 0.0 and abs(survey.mean) > 6.0 * survey.sigma:
+        return True
+    return any(_is_rail(survey, e, r) and e is extreme for e, r in _rails(survey))
 
 
 def _is_clipped(survey: Survey, extreme: Extreme) -> bool:
@@ -223,6 +230,8 @@ def _tail(hits: int, trials: int, p: float) -> float:
     share = hits / trials
     if share <= p:
         return 1.0
+    if p == 0.0:
+        return 0.0
     divergence = share * math.log(share / p)
     if share < 1.0:
         divergence += (1.0 - share) * math.log((1.0 - share) / (1.0 - p))
@@ -258,7 +267,7 @@ def implausible_exponents(survey: Survey) -> Iterator[Finding]:
         wild = int(np.count_nonzero((values < 2.0**-100) | (values > OVERLOAD)))
         yield finding(
             "implausible_exponents",
-            f"magnitudes from 2^{low:.0f} to 2^{high:.0f}, {wild} of {len(values)} samples looked at beyond any sensor's",
+            f"magnitudes from 2^{low:.0f} to 2^{high:.0f}; {wild} of {len(values)} samples looked at are no sensor's",
             severity=Severity.FATAL,
             channel=survey.name,
             count=survey.present,

@@ -2,9 +2,9 @@
 """Files in, a Recording out: `read` finds out by the content which reader a file belongs to.
 
 One module per format: `numpy_file` (the example to imitate), `parquet`, `matlab`, `rosbag`, `text`. They share
-`assembly` (columns to a Recording), `headings` (what a column name says), `stamps` (which column is time),
-`timebase` (stamps to an even grid), `spool` (unpacking within limits) and `sandbox` (parsing in a child
-process); `text` has `dialect`, `dates` and `cells` of its own.
+`assembly` (columns to a Recording), `arrays` (named arrays to columns), `headings` (what a column name says),
+`stamps` (which column is time), `timebase` (stamps to an even grid), `spool` (unpacking within limits) and
+`sandbox` (parsing in a child process); `joining` makes one log of several files.
 
 To add a format: one module, one word in `READERS`, one folder in ``tests/samples``.
 """
@@ -62,7 +62,7 @@ class Reader(Protocol):
 
 
 def read(
-    path: str | os.PathLike[str],
+    path: str | os.PathLike[str] | Sequence[str | os.PathLike[str]],
     *,
     unit: str | Mapping[str, str] | None = None,
     rate: float | None = None,
@@ -78,9 +78,10 @@ def read(
 
     Parameters
     ----------
-    path : path
+    path : path, or sequence of paths
         Text of any dialect (also .gz, .xz, .bz2), NumPy .npy and .npz, Parquet, Arrow and Feather, MATLAB .mat
         (version 5), ROS 1 bags and ROS 2 folders, .db3 and .mcap files. The content decides, not the suffix.
+        Several files of one log are joined by their time stamps, in whatever order they are given.
     unit : str or mapping, optional
         Unit of the samples where the file does not hold it: "deg/s", or by channel name or group,
         {"gyro": "deg/s", "acc": "g"}. A unit that nobody gives stays unknown; it is never assumed.
@@ -121,6 +122,7 @@ def read(
     >>> recording = read("gyro.csv", unit="deg/s")  # doctest: +SKIP
     """
     from allanite.readers.assembly import Options, assemble
+    from allanite.readers.joining import join
 
     options = Options(
         unit=unit,
@@ -133,21 +135,26 @@ def read(
         topic=topic,
         variable=variable,
     )
-    place = Path(path)
-    reader = _reader_for(place)
-    _refuse_meaningless(options, reader)
-    return assemble(reader.read(place, options), options, place.name)
+    paths = [Path(path)] if isinstance(path, (str, os.PathLike)) else [Path(p) for p in path]
+    if not paths:
+        raise InputError("no file given")
+    tables = []
+    for place in paths:
+        reader = _reader_for(place)
+        _refuse_meaningless(options, reader)
+        tables.append(reader.read(place, options))
+    names = [p.name for p in paths]
+    return assemble(join(tables, names), options, names[0] if len(names) == 1 else " + ".join(sorted(names)))
 
 
 def _reader_for(path: Path) -> Reader:
     head = _head(path)
     for name in READERS:
+        if name == READERS[-1]:  # nearly everything is text to the last one
+            _refuse_others(head, path)
         reader = cast(Reader, import_module(f"{__name__}.{name}"))
         if reader.sniff(head, path):
             return reader
-    for magic, what in _OTHERS:
-        if head.startswith(magic):
-            raise FormatError(f"{path.name} is {what}")
     if path.is_dir():
         raise FormatError(
             f"{path.name} is a folder without a ROS 2 recording (metadata.yaml, .db3 or .mcap files)"
@@ -156,6 +163,12 @@ def _reader_for(path: Path) -> Reader:
         f"{path.name} is binary and of no known format. Samples without a header are read with "
         "np.fromfile(path, dtype) and Recording.from_rate, where type and byte order must be known"
     )
+
+
+def _refuse_others(head: bytes, path: Path) -> None:
+    for magic, what in _OTHERS:
+        if head.startswith(magic):
+            raise FormatError(f"{path.name} is {what}")
 
 
 def _head(path: Path) -> bytes:

@@ -18,7 +18,7 @@ from allanite.readers.timebase import Stamps, Timebase, even_grid, fit_grid
 from allanite.recording import Channel, Column, Kind, Recording, Sampling, Spliced, checked_rate
 from allanite.units import Quantity, parse_scale_factor, parse_unit
 
-__all__ = ["Options", "Table", "assemble"]
+__all__ = ["Options", "Table", "assemble", "time_of"]
 
 _FITTING = {
     "gyro": {Quantity.ANGLE_RATE, Quantity.ANGLE, Quantity.VOLTAGE, Quantity.COUNTS},
@@ -110,7 +110,7 @@ def assemble(table: Table, options: Options, name: str) -> Recording:
     if not table.columns or len(table.columns[0]) == 0:
         raise DataQualityError(f"{name}: there are no samples in this {table.format} file")
     headings = [_with_unit(read_heading(h), u) for h, u in zip(table.headings, _padded(table), strict=True)]
-    time = table.stamps or choose_time(headings, table.columns, table.time_units, table.rate)
+    time = table.stamps or time_of(table)
     guesses = [*table.guesses, *(time.guesses if time else ())]
     used = set(time.used) if time else set()
     counters = [i for i, h in enumerate(headings) if h.group == "counter" and is_counter(table.columns[i])]
@@ -143,6 +143,12 @@ def assemble(table: Table, options: Options, name: str) -> Recording:
         source=name,
         notes=_notes(table, base, units_from, guesses),
     )
+
+
+def time_of(table: Table) -> TimeChoice | None:
+    """The time column(s) of a table, or None."""
+    headings = [_with_unit(read_heading(h), u) for h, u in zip(table.headings, _padded(table), strict=True)]
+    return choose_time(headings, table.columns, table.time_units, table.rate)
 
 
 def _padded(table: Table) -> tuple[str, ...]:

@@ -156,6 +156,8 @@ def read_heading(text: str) -> Heading:
         group = group or _group(_plain(name))
     if group == "acc" and unit in ("G", "mG"):  # gauss or gravity: the name decides
         unit = unit.replace("G", "g")
+    if group == "identity" and unit:  # "sensor [rad/s]" holds samples, not names of sensors
+        group = ""
     return Heading(_clean(name), unit, group)
 
 

@@ -65,15 +65,31 @@ def read(path: Path, options: Options) -> Table:
             f"{path.name}: no plain numeric array in it (objects and tables of MATLAB cannot be read); in MATLAB, "
             "save the samples as matrices: t = data.Time; x = data.Variables; save('log.mat', 't', 'x', '-v7')"
         )
+    arrays, variable = _of_structure(arrays, options.variable)
     shapes = {k: (a.dtype, a.shape) for k, a in arrays.items()}
-    wanted = samples_among(shapes, options.variable, path.name)
+    wanted = samples_among(shapes, variable, path.name)
     small = {k: a for k, a in arrays.items() if k not in wanted and a.size <= _SMALL}
-    return table_of({k: arrays[k] for k in wanted}, _plain_names(small), path, NAME, left_out(shapes, wanted))
+    return table_of(
+        _plain_names({k: arrays[k] for k in wanted}),
+        _plain_names(small),
+        path,
+        NAME,
+        left_out(shapes, wanted),
+    )
+
+
+def _of_structure(
+    arrays: dict[str, NDArray[Any]], variable: str | None
+) -> tuple[dict[str, NDArray[Any]], str | None]:
+    """If a structure is asked for, its fields only."""
+    fields = {k: a for k, a in arrays.items() if variable is not None and k.startswith(f"{variable}.")}
+    return (fields, None) if fields else (arrays, variable)
 
 
 def _plain_names(arrays: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
-    """Fields of a structure under their own name: imu.fs states the rate as fs does."""
-    return {k.rpartition(".")[2]: a for k, a in arrays.items()}
+    """Fields of a structure under their own name where that is unique: imu.fs states the rate as fs does."""
+    short = [k.rpartition(".")[2] for k in arrays]
+    return {k if short.count(s) > 1 else s: a for (k, a), s in zip(arrays.items(), short, strict=True)}
 
 
 def _unpacked_size(file: IO[bytes], path: Path) -> int:
@@ -81,8 +97,8 @@ def _unpacked_size(file: IO[bytes], path: Path) -> int:
     header = file.read(_HEADER)
     if header.startswith(b"MATLAB 7.3"):
         raise FormatError(
-            f"{path.name} is a MATLAB file of version 7.3 (HDF5). In MATLAB: load it, then save('log.mat', ..., '-v7'), "
-            "and read that; or export the samples to Parquet or CSV"
+            f"{path.name} is a MATLAB file of version 7.3 (HDF5). In MATLAB: load it, then "
+            "save('log.mat', ..., '-v7'), and read that; or export the samples to Parquet or CSV"
         )
     order = "little" if header[126:128] == b"IM" else "big"
     size, total, at = path.stat().st_size, 0, _HEADER
@@ -92,7 +108,8 @@ def _unpacked_size(file: IO[bytes], path: Path) -> int:
         kind, length = int.from_bytes(tag[:4], order), int.from_bytes(tag[4:], order)  # type: ignore[arg-type]
         if len(tag) < 8 or at + 8 + length > size:
             raise FormatError(
-                f"{path.name}: an element at byte {at} promises {length} bytes, the file ends before: it is cut or damaged"
+                f"{path.name}: an element at byte {at} promises {length} bytes, but the file ends before: "
+                "it is cut or damaged"
             )
         total += length
         if kind == _COMPRESSED:

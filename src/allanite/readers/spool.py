@@ -34,8 +34,8 @@ def refuse_bomb(packed: int, unpacked: int, name: str) -> None:
     """
     if unpacked > BOMB_BYTES and unpacked > BOMB_RATIO * max(packed, 1):
         raise LimitError(
-            f"{name}: {packed} bytes unpack to more than {unpacked >> 20} MiB, {BOMB_RATIO} times their size: refused as "
-            "a decompression bomb. If you trust the file, unpack it yourself and read the result"
+            f"{name}: {packed} bytes unpack to more than {unpacked >> 20} MiB, {BOMB_RATIO} times their size: refused "
+            "as a decompression bomb. If you trust the file, unpack it yourself and read the result"
         )
 
 

@@ -42,6 +42,8 @@ class TimeChoice:
         UTC of the first stamp, where the stamps are absolute.
     used : tuple of int
         Columns that are time (all of them, also those set aside): no channels.
+    first_ns : int
+        The first stamp in ns, absolute or not: it places one file against another.
     resolution : float or None [s]
         Spacing of the floating-point numbers that hold the stamps, where that is coarse.
     """
@@ -51,6 +53,7 @@ class TimeChoice:
     unit: str
     start: int | None
     used: tuple[int, ...]
+    first_ns: int
     resolution: float | None = None
     guesses: tuple[str, ...] = field(default=())
 
@@ -67,7 +70,8 @@ class _Scaled:
         return len(self.column)
 
     def read(self, start: int, stop: int) -> NDArray[np.float64]:
-        return (self.column.read(start, stop) - self.first) * self.factor
+        with np.errstate(invalid="ignore"):  # an infinite stamp is a missing one
+            return (self.column.read(start, stop) - self.first) * self.factor
 
 
 @dataclass(frozen=True, slots=True)
@@ -149,9 +153,8 @@ def _single(
         unit, factor = _by_magnitude(column, absolute, nominal)
         if not _EPOCH[0] <= absolute * factor <= _EPOCH[1]:
             guesses.append(f"time column {heading.name or chosen}: no unit given, read as {unit}")
-    start = None
-    if _EPOCH[0] <= absolute * factor <= _EPOCH[1]:
-        start = round(absolute * round(factor * 1e9)) if factor >= 1e-9 else None
+    first_ns = round(absolute * round(factor * 1e9))
+    start = first_ns if _EPOCH[0] <= absolute * factor <= _EPOCH[1] else None
     spacing = None
     if column.dtype.kind == "f" and column.dtype.itemsize < 8:
         last = float(np.abs(column.read(len(column) - 1, len(column))).max())
@@ -162,6 +165,7 @@ def _single(
         unit=unit,
         start=start,
         used=used,
+        first_ns=first_ns,
         resolution=spacing,
         guesses=tuple(guesses),
     )
@@ -229,7 +233,10 @@ def _sum(
 ) -> TimeChoice:
     parts = [_Scaled(columns[i], f, _first_finite(columns[i])) for i, f in (coarse, fine)]
     source = f"{headings[coarse[0]].name} + {headings[fine[0]].name}"
-    return TimeChoice(stamps=_Summed(*parts), source=source, unit=unit, start=start, used=tuple(named))
+    first_ns = sum(round((p.first + p.column.origin) * round(p.factor * 1e9)) for p in parts)
+    return TimeChoice(
+        stamps=_Summed(*parts), source=source, unit=unit, start=start, used=tuple(named), first_ns=first_ns
+    )
 
 
 # -- the look of a column ----------------------------------------------------------------------------------

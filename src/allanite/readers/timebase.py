@@ -35,6 +35,7 @@ _Ints = NDArray[np.int64]
 
 _BLOCK = 1 << 20
 _LISTED_ROWS = 5
+_SHORTEST, _LONGEST = 1e-9, 1e7  # a sample interval outside is no sensor's [s]
 _LISTED_GAPS = 100
 _MAKE_UP = 4  # a late stamp is forgiven if one of the next so many is in time again
 _ENDLESS = 1e15  # more missing samples than that are not counted
@@ -61,7 +62,8 @@ class ArrayStamps:
         return len(self.seconds)
 
     def read(self, start: int, stop: int) -> _Floats:
-        return np.asarray(self.seconds[start:stop] - self.seconds[0])
+        with np.errstate(invalid="ignore"):  # an infinite stamp is a missing one
+            return np.asarray(self.seconds[start:stop] - self.seconds[0])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -137,13 +139,15 @@ def fit_grid(
         )
     filled = _Filled(stamps)
     probe = _probe(filled, source)
+    if not _SHORTEST <= probe.interval <= _LONGEST:
+        raise _no_grid(filled, source, f"they are {probe.interval:.3g} s apart")
     if resolution is None:
         resolution = resolution_of(probe.stamps)
     interval = probe.interval
     marks, tally = _find(filled, probe, interval)
     for _ in range(3):
         _refuse(marks, tally, n, source, interval)
-        interval = _fit_interval(filled, marks, interval, resolution > 1.5 * interval)
+        interval = _fit_interval(filled, marks, interval, probe.ticks)
         if not (len(marks.missing) and marks.missing.max() > 50):  # the first interval was good enough
             break
         again, tally = _find(filled, probe, interval)
@@ -151,12 +155,13 @@ def fit_grid(
         marks = again
         if settled:
             break
-    span = interval * max(n - 1, 1)
-    rate = _plain(1.0 / interval, 1e-3 * resolution / span + 1e-12)
+    jitter = _jitter(filled, marks, interval, probe.threshold)
+    # Half the standard deviation of a least-squares slope (relative): digits beyond it say nothing.
+    rate = _plain(1.0 / interval, 0.5 * jitter / interval * math.sqrt(12.0 / n**3) + 1e-14)
     coarse = resolution > 1.5 * interval
     facts = _facts(source=source, unit=unit, rate=rate, nominal=nominal, interval=probe.median)
     facts |= {
-        "jitter_rms_s": _jitter(filled, marks, interval, probe.threshold),
+        "jitter_rms_s": jitter,
         "duplicates": 0 if coarse else tally.duplicates,
         "duplicate_rows": [] if coarse else tally.duplicate_rows,
         "backward": tally.backward,
@@ -223,7 +228,8 @@ def resolution_of(stamps: _Floats) -> float:
         if step < 4 * floor:
             break
         multiples = (part - part[0]) / step
-        if np.abs(multiples - np.round(multiples)).max() < 1e-3 + floor / step:
+        nearest = np.round(multiples)
+        if nearest.any() and np.abs(multiples - nearest).max() < 1e-3 + floor / step:
             return step
     return floor
 
@@ -277,6 +283,7 @@ class _Probe:
     interval: float  # first estimate of the sample interval
     regular: bool
     threshold: float  # a longer difference may be a gap
+    ticks: bool  # stamps come in bursts, or from a coarse clock: only the first of each counts for the slope
     window: int  # stamps on either side that judge it
 
 
@@ -296,20 +303,25 @@ def _probe(stamps: _Filled, source: str) -> _Probe:
     median = float(np.median(differences))
     if median <= 0:
         median = float(np.median(rising))
-    near = np.abs(differences - median) <= 0.25 * median
+    ratio = differences / median
+    near = np.abs(ratio - 1.0) <= 0.25
+    # Whole multiples are lost samples, zeros are rows written twice: both leave the others regular.
+    whole = (np.abs(ratio - np.round(ratio)) <= 0.25) & ((ratio > 0.5) | (ratio == 0))
     short = (differences > 0) & (differences < 0.5 * median)
-    regular = bool(near.mean() >= 0.7 and short.mean() < 0.02) and not _bursts(differences, median)
+    regular = bool(near.mean() >= 0.5 and whole.mean() >= 0.75 and short.mean() < 0.02) and not _bursts(
+        differences, median
+    )
     if regular:
         interval = _regular_interval(stretches, differences, median)
-        return _Probe(stretches[0], median, interval, True, 1.5 * interval, _MAKE_UP)
+        return _Probe(stretches[0], median, interval, True, 1.5 * interval, False, _MAKE_UP)
     interval = _block_interval(stamps, source)
     longest = float(np.quantile(rising, 0.995))
     jumps = int(np.count_nonzero(differences > 1.5 * interval))
     burst = len(differences) / max(jumps, 1)
     window = int(np.clip(10 * burst, 20, 4096))
-    return _Probe(
-        stretches[0], median, interval, False, max(1.5 * interval, 1.5 * longest + 0.5 * interval), window
-    )
+    ticks = float((differences < 0.5 * interval).mean()) > 0.4
+    threshold = max(1.5 * interval, 1.5 * longest + 0.5 * interval)
+    return _Probe(stretches[0], median, interval, False, threshold, ticks, window)
 
 
 def _bursts(differences: _Floats, median: float) -> bool:
@@ -482,7 +494,7 @@ def _placed(
 ) -> Iterator[tuple[_Floats, _Floats]]:
     """Blocks of (position on the grid, stamp - interval * position), steps of the clock taken out.
 
-    Of stamps coarser than the samples only those count at which the clock has just ticked.
+    Of stamps in bursts, or coarser than the samples, only those count that follow a jump.
     """
     gained = np.cumsum(marks.missing)
     fallen = np.cumsum(marks.offsets)
@@ -490,7 +502,7 @@ def _placed(
         block = block if first + count + 1 == len(stamps) else block[:-1]
         k = np.arange(first, first + len(block))
         if ticks:
-            ticked = np.flatnonzero(np.diff(block)) + 1
+            ticked = np.flatnonzero(np.diff(block) > interval) + 1
             k, block = k[ticked], block[ticked]
         position = k.astype(np.float64)
         if len(gained):
@@ -511,14 +523,14 @@ def _fit_interval(stamps: _Filled, marks: _Marks, interval: float, ticks: bool) 
         for a in range(0, len(position), step):
             x.append(float(np.median(position[a : a + step])))
             y.append(float(np.median(residual[a : a + step])))
-    if len(x) < 2:
-        x, y = x * 2, y * 2
+    if len(x) == 0:
+        return interval
     intercept, slope, spread = _robust_line(np.array(x), np.array(y))
     centre = x[len(x) // 2]
     sums = np.zeros(5)
     for position, residual in _placed(stamps, marks, interval, ticks):
         e = residual - (intercept + slope * position)
-        reach = 8.0 * spread + 2.0 * interval + (8.0 * float(np.median(np.abs(e))) if len(e) else 0.0)
+        reach = 8.0 * spread + 0.05 * interval + (8.0 * float(np.median(np.abs(e))) if len(e) else 0.0)
         good = np.abs(e) <= reach
         u, e = (position - centre)[good], e[good]
         sums += np.array([len(u), u.sum(), u @ u, e.sum(), u @ e])
@@ -561,7 +573,7 @@ def _jitter(stamps: _Filled, marks: _Marks, interval: float, threshold: float) -
 
 def _plain(value: float, tolerance: float) -> float:
     """The value with the fewest digits that differs by less than the relative tolerance."""
-    for digits in range(1, 16):
+    for digits in range(1, 17):
         short = float(f"{value:.{digits}g}")
         if abs(short / value - 1.0) <= tolerance:
             return short

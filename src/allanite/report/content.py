@@ -20,6 +20,7 @@ from allanite.wording import (
     GUARANTEE,
     Group,
     duration,
+    finding_kinds,
     groups,
     headings,
     number,
@@ -27,7 +28,6 @@ from allanite.wording import (
     probability,
     reading,
     readings,
-    severity_order,
     si_unit,
     slope_reading,
     verdict,
@@ -82,8 +82,9 @@ def page(study: Json) -> dict[str, Any]:
         "sections": sections,
         "worst": _finding(open_, study) if open_ else None,
         "accepted": [_finding(f, study) for f in study["findings"] if f.get("accepted")],
-        "findings": [_finding(f, study) for f in sorted(study["findings"], key=severity_order)],
+        "findings": [[_finding(f, study) for f in kind] for kind in finding_kinds(study["findings"])],
         "advice": _advice(study["channels"]),
+        "reached": _reached(study["channels"]),
         "record": record,
         "gaps": _gaps(study["recording"]),
         "provenance": _provenance(study),
@@ -101,11 +102,13 @@ def with_powers(text: str) -> Markup:
 
     An interval whose ends share an exponent gets it once: [1.1, 1.3] × 10 to the minus five.
     """
-    safe = _SHARED.sub(r"[\1, \3]e\2", str(escape(text)))
+    safe = _MINUS.sub("−", _SHARED.sub(r"[\1, \3]e\2", str(escape(text))))
+    safe = safe.replace("T_b", "<i>T</i><sub>b</sub>").replace("B_equiv", "<i>B</i><sub>equiv</sub>")
     return Markup(_POWER.sub(lambda m: f"{m[1]}\u202f×\u202f10<sup>{_exponent(m[2])}</sup>", safe))  # noqa: S704 - escaped above
 
 
 _SHARED = re.compile(r"\[([\d.]+)e([+-]\d+), ([\d.]+)e\2\]")
+_MINUS = re.compile(r"(?<![\w.])-(?=\d)")
 _POWER = re.compile(r"([\d\]])e([+-]\d+)")
 
 
@@ -147,6 +150,7 @@ def _section(index: int, group: Group, study: Json) -> dict[str, Any]:
     return {
         "title": group.title,
         "verdict": verdict(group),
+        "has_si": group.has_si,
         "table": _table(group),
         "together": together,
         "spectrum": spectrum,
@@ -196,9 +200,7 @@ def _channel(id_: str, channel: Json, group: Group, document: Json) -> dict[str,
 
 
 def _summary(channel: Json) -> str:
-    return (
-        "; ".join(f"{_SHOWN.get(s, s)} {r.text}" for s, r in readings(channel).items()) or "no model"
-    )
+    return "; ".join(f"{_SHOWN.get(s, s)} {r.text}" for s, r in readings(channel).items()) or "no model"
 
 
 def _model(model: Json, channel: Json, group: Group) -> dict[str, Any]:
@@ -216,7 +218,7 @@ def _model(model: Json, channel: Json, group: Group) -> dict[str, Any]:
         "verdict": model.get("verdict") or "",
         "rows": rows,
         "goodness": _goodness(goodness),
-        "poor": (goodness.get("p") if goodness.get("p") is not None else 1.0) < 0.01,
+        "poor": goodness.get("p") is not None and goodness["p"] < 0.01,
         "correlations": _correlations(model.get("covariance") or {}),
     }
 
@@ -278,7 +280,8 @@ def _facts(recording: Json) -> list[tuple[str, str]]:
 def _finding(finding: Json, study: Json) -> dict[str, Any]:
     rate = study["recording"]["rate"]
     return {
-        **{k: finding[k] for k in ("code", "severity", "message", "advice", "risk", "count", "accepted")},
+        **{k: finding[k] for k in ("code", "severity", "advice", "risk", "count", "accepted")},
+        "message": finding["message"].removeprefix(f"{finding['channel']}: "),
         "channel": finding["channel"] or "all channels",
         "places": _places(finding["places"], rate, finding["count"]),
     }
@@ -308,6 +311,7 @@ def _gaps(recording: Json) -> str:
 
 
 def _advice(channels: Iterable[Json]) -> list[dict[str, str]]:
+    """What a longer record would buy."""
     return [
         {
             "channel": channel["name"],
@@ -317,7 +321,18 @@ def _advice(channels: Iterable[Json]) -> list[dict[str, str]]:
         }
         for channel in channels
         for advice in channel.get("advice") or ()
+        if not advice.get("reached")
     ]
+
+
+def _reached(channels: Iterable[Json]) -> list[tuple[str, str]]:
+    """What the record is long enough for: text, and the channels of which it is true."""
+    found: dict[str, list[str]] = {}
+    for channel in channels:
+        for advice in channel.get("advice") or ():
+            if advice.get("reached"):
+                found.setdefault(advice["text"], []).append(channel["name"])
+    return [(text, ", ".join(names)) for text, names in found.items()]
 
 
 def _record_figure(study: Json) -> Figure | None:
@@ -325,7 +340,7 @@ def _record_figure(study: Json) -> Figure | None:
     if not channels:
         return None
     return Figure.of(
-        "record",
+        "overview",
         sheet_of({**study, "channels": channels}, view="record"),
         "The record: lowest and highest value of each block. Grey: no samples. Amber, at the foot: a place named in "
         "the findings.",

@@ -69,13 +69,15 @@ def find_lines(streams: Sequence[Periodogram]) -> tuple[SpectralLine, ...]:
     tested = sum(s.tested for s in searches)
     if not tested:
         return ()
-    found = [line for s in searches for line in s.peaks(math.log(FALSE_ALARM / tested), tested)]
-    if not found:
-        return ()
-    found += _harmonics(searches, found)
-    weakest = math.sqrt(DYNAMIC_RANGE) * max(line.amplitude for line in found)
+    lines = _distinct([line for s in searches for line in s.peaks(math.log(FALSE_ALARM / tested), tested)])
+    return _distinct([*lines, *_harmonics(searches, lines)])
+
+
+def _distinct(found: Sequence[SpectralLine]) -> tuple[SpectralLine, ...]:
+    """One line for each peak, by frequency: the sharpest view of it, if it is no ghost of a far stronger line."""
+    weakest = math.sqrt(DYNAMIC_RANGE) * max((line.amplitude for line in found), default=0.0)
     kept: list[SpectralLine] = []
-    for line in sorted(found, key=lambda line: (line.width, -line.significance)):  # the sharpest view of each
+    for line in sorted(found, key=lambda line: (line.width, -line.significance)):
         if line.amplitude > weakest and all(_apart(line, other) for other in kept):
             kept.append(line)
     return tuple(sorted(kept, key=lambda line: line.frequency))

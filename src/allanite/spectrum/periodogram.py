@@ -251,7 +251,10 @@ def _weighted(segments: Array, window: Array) -> tuple[NDArray[np.bool_], Array]
     missing = np.isnan(segments)
     used = missing.sum(axis=1) <= SEGMENT_MISSING * segments.shape[1]
     segments, present = segments[used], ~missing[used]
-    mean = np.nanmean(segments, axis=1, keepdims=True) if len(segments) else segments
+    mean = np.zeros((len(segments), 1))
+    holed = ~present.all(axis=1)  # elsewhere the window keeps the mean to bins that are not used
+    if holed.any():
+        mean[holed] = np.nanmean(segments[holed], axis=1, keepdims=True)
     energy = np.sum(window**2) / np.maximum(present @ window**2, 1e-300)
     return used, np.where(present, segments - mean, 0.0) * window * np.sqrt(energy)[:, None]
 

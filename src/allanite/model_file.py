@@ -1,0 +1,141 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Noise models out of files and words, and into files."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+from collections.abc import Mapping
+from pathlib import Path
+
+from allanite.atomic_file import fresh
+from allanite.errors import FormatError, InputError
+from allanite.noise import (
+    SIGMA_PER_B,
+    Flicker,
+    GaussMarkov,
+    NoiseModel,
+    Quantisation,
+    Ramp,
+    RandomWalk,
+    TermType,
+    White,
+)
+from allanite.units import Quantity, parse_unit
+
+__all__ = ["load_models", "model_of", "save_models"]
+
+_TERMS: Mapping[str, type[TermType]] = {
+    "Q": Quantisation,
+    "N": White,
+    "B": Flicker,
+    "K": RandomWalk,
+    "R": Ramp,
+}
+_CLASSES = {  # what the unit of a coefficient may be: that of a gyro, or that of an accelerometer
+    "Q": (Quantity.ANGLE, Quantity.VELOCITY),
+    "N": (Quantity.GYRO_N, Quantity.ACCEL_N),
+    "B": (Quantity.ANGLE_RATE, Quantity.ACCELERATION),
+    "K": (Quantity.GYRO_K, Quantity.ACCEL_K),
+    "R": (Quantity.GYRO_R, Quantity.ACCEL_R),
+    "T": (Quantity.TIME,),
+}
+_WORDS = re.compile(r"\s*([QNBKRT])(?:_b)?\s*=\s*([\d.]+(?:[eE][+-]?\d+)?)\s*(\S.*?)\s*")
+
+
+def load_models(path: str | os.PathLike[str]) -> tuple[dict[str, NoiseModel], float | None]:
+    """Noise models by channel name: of a study, of what ``allanite fit --json`` prints, of one model, or in words.
+
+    Returns
+    -------
+    models : dict of str to NoiseModel
+    rate : float or None [Hz]
+        Of the recording that was studied.
+
+    Raises
+    ------
+    FormatError
+        Not JSON, or nothing that holds a model.
+    """
+    if "=" in str(path) and not Path(path).exists():
+        model = model_of(str(path))
+        return {"gyro" if model.kind == "rate" else "accelerometer": model}, None
+    try:
+        found = json.loads(Path(path).read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise InputError(f"no such file: {path}") from None
+    except (OSError, UnicodeDecodeError, json.JSONDecodeError) as error:
+        raise FormatError(f"{path} is not JSON: {error}") from None
+    if isinstance(found, Mapping) and found.get("format") == "allanite-study":
+        from allanite.study import Study
+
+        study = Study.from_json(found)
+        return study.models, study.document["recording"]["rate"]
+    if isinstance(found, Mapping) and "terms" in found:
+        return {str(found.get("name") or "sensor"): NoiseModel.from_json(found)}, None
+    if (
+        isinstance(found, Mapping)
+        and found
+        and all(isinstance(m, Mapping) and "terms" in m for m in found.values())
+    ):
+        return {str(name): NoiseModel.from_json(model) for name, model in found.items()}, None
+    raise FormatError(
+        f"{path} holds no noise model: expected a study, a model {{'terms': [{{'type': 'white', 'N': 1e-4}}]}}, "
+        "or an object of models by channel name"
+    )
+
+
+def save_models(
+    models: Mapping[str, NoiseModel], path: str | os.PathLike[str], *, force: bool = False
+) -> Path:
+    """Write models as JSON, by channel name; `load_models` and ``allanite simulate`` read them."""
+    plain = {name: model.to_json() for name, model in models.items()}
+    with fresh(path, force=force) as place:
+        place.write_text(json.dumps(plain, ensure_ascii=False, indent=1) + "\n", encoding="utf-8")
+    return Path(path)
+
+
+def model_of(text: str) -> NoiseModel:
+    """A noise model in words: ``"N=0.3 deg/√h, B=5 deg/h, K=5 deg/h/√h"``.
+
+    Symbols are Q, N, B, K and R, each with its unit. With ``T=240 s`` the B is that of a Gauss-Markov term.
+
+    Raises
+    ------
+    InputError
+        A term without a unit, a unit of another quantity, or terms of different sensors.
+
+    Examples
+    --------
+    >>> str(model_of("N=1e-4 rad/s/√Hz, K=1e-6 rad/s/√s"))
+    'NoiseModel(N=0.0001; K=1e-06)'
+    """
+    values: dict[str, float] = {}
+    kinds: set[str] = set()
+    for part in text.split(","):
+        symbol, value, kind = _coefficient(part)
+        values[symbol] = value
+        kinds |= {kind} - {""}
+    if len(kinds) != 1:
+        raise InputError(f"{text!r}: the terms must be of one sensor, a gyro or an accelerometer")
+    time, bias = values.pop("T", None), values.get("B")
+    if time is not None and bias is None:
+        raise InputError(f"{text!r}: T is the correlation time of a Gauss-Markov term, which needs a B")
+    terms = [
+        _TERMS[symbol](**{symbol: value}) for symbol, value in values.items() if symbol != "B" or time is None
+    ]
+    if time is not None and bias is not None:
+        terms.append(GaussMarkov.from_sigma(SIGMA_PER_B * bias, time))
+    return NoiseModel.of(*terms, kind=kinds.pop())
+
+
+def _coefficient(text: str) -> tuple[str, float, str]:
+    """Symbol, SI value and kind of sensor of one coefficient in words; no kind for a time."""
+    found = _WORDS.fullmatch(text)
+    if found is None:
+        raise InputError(f"{text.strip()!r} is no noise term: write for example 'N=0.3 deg/√h, B=5 deg/h'")
+    symbol, number, unit = found.groups()
+    parsed = parse_unit(unit, _CLASSES[symbol])
+    kind = "" if symbol == "T" else ("rate", "acceleration")[_CLASSES[symbol].index(parsed.quantity)]
+    return symbol, float(number) * parsed.factor, kind

@@ -1,6 +1,0 @@
-NAME = "x"
-OPTIONS = frozenset()
-
-
-def sniff(h, p):
-    return False

@@ -1,0 +1,202 @@
+# Specification: RFC 4180 (comma-separated values) and what loggers write instead; see docs/reference for the dialects.
+# SPDX-License-Identifier: BSD-3-Clause
+"""Text tables of any dialect, also packed with gzip, xz or bzip2.
+
+The content decides, not the suffix: a text table called .mat or .imu is read here. What was understood stands in
+the recording's notes: delimiter, decimal sign, encoding, header, and how many rows and cells were not numbers.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+
+from allanite.errors import InputError
+from allanite.readers.assembly import Options, Table
+from allanite.readers.headings import is_unit, read_heading
+from allanite.readers.text.cells import Cells
+from allanite.readers.text.dates import unwrap_midnight
+from allanite.readers.text.dialect import Dialect, detect, split
+from allanite.readers.text.preamble import facts_in, rate_in, unit_in
+from allanite.readers.text.streams import TextStream, head_lines, is_text, opened, other_lines, pieces
+from allanite.recording import ArrayColumn, Column
+from allanite.units import Quantity, parse_unit
+
+NAME: Final = "text"
+OPTIONS: Final = frozenset({"delimiter", "decimal", "variable"})
+
+
+def sniff(head: bytes, path: Path) -> bool:
+    """True for text, whatever the name, and for packed files."""
+    return is_text(head)
+
+
+def read(path: Path, options: Options) -> Table:
+    """Read a text table.
+
+    Raises
+    ------
+    FormatError
+        No table of numbers, or a cell that is neither a number nor a known word; line and column are named.
+    InputError
+        Several kinds of records, or a whole number beyond 64 bits.
+    LimitError
+        A line of more than a megabyte, more than 4096 columns, or a decompression bomb.
+    """
+    stream = opened(path)
+    with stream.file:
+        lines = head_lines(stream, path.name)
+        dialect = detect(
+            lines,
+            other_lines(stream),
+            delimiter=options.delimiter,
+            decimal=options.decimal,
+            variable=options.variable,
+            name=path.name,
+        )
+        keep = _identity(lines, dialect, options.variable, path.name)
+        if options.variable is not None and keep is None and dialect.record is None:
+            raise InputError(f"{path.name} is one table: variable={options.variable!r} has no meaning for it")
+        cells = Cells(dialect, path.name, keep)
+        for piece, line in pieces(stream, dialect.skip, path.name):
+            cells.feed(piece, line)
+        columns = cells.finish()
+    return _table(path, stream, lines, dialect, cells, columns)
+
+
+def _identity(lines: list[str], dialect: Dialect, variable: str | None, name: str) -> tuple[int, str] | None:
+    """A column of the first two that names the sensor and holds several values: one of them is read."""
+    rows = [split(line, dialect.delimiter, dialect.quoted) for line in lines[dialect.skip :]]
+    rows = [r for r in rows if len(r) == len(dialect.kinds)]
+    for column in range(min(2, len(dialect.kinds))):
+        kind = dialect.kinds[column]
+        named = read_heading(dialect.headings[column]).group == "identity"
+        values = list(dict.fromkeys(r[column] for r in rows if r[column]))
+        if (
+            not (kind == "x" or (kind == "i" and named))
+            or not 2 <= len(values) <= 16
+            or len(rows) < 3 * len(values)
+        ):
+            continue
+        if variable is None:
+            raise InputError(
+                f"{name}: column {column + 1} ({dialect.headings[column] or 'no name'}) tells several sensors or "
+                f"records apart: {', '.join(values)}; choose one with variable= (--variable)"
+            )
+        if variable not in values:
+            raise InputError(
+                f"{name}: no {variable!r} in column {column + 1}; there are: {', '.join(values)}"
+            )
+        return column, variable
+    return None
+
+
+# -- the table ---------------------------------------------------------------------------------------------
+
+
+def _table(
+    path: Path,
+    stream: TextStream,
+    lines: list[str],
+    dialect: Dialect,
+    cells: Cells,
+    columns: list[Column],
+) -> Table:
+    rate, rate_from, doubts = rate_in(dialect.preamble)
+    guesses = [*dialect.guesses, *doubts]
+    headings = dialect.headings if any(dialect.headings) else _words_beside(lines, dialect)
+    units, units_from = _units(dialect, guesses)
+    used = list(cells.used)
+    time_units: dict[int, str] = {}
+    _join_dates(dialect, used, columns, time_units)
+    if cells.keep is not None and cells.keep[0] in used:
+        at = used.index(cells.keep[0])
+        used.pop(at), columns.pop(at)
+        time_units = {k - (k > at): v for k, v in time_units.items()}
+    words = [headings[i] or f"column {i + 1}" for i, k in enumerate(dialect.kinds) if k == "x"]
+    if words:
+        guesses.append(f"columns of words left out: {', '.join(words)}")
+    source: dict[str, Any] = {"size_bytes": path.stat().st_size}
+    source |= {"packed": stream.packed} if stream.packed else {}
+    source |= facts_in(dialect.preamble)
+    return Table(
+        format=NAME,
+        headings=tuple(headings[i] for i in used),
+        columns=tuple(columns),
+        units=tuple(units[i] for i in used),
+        units_from=units_from,
+        time_units=time_units,
+        rate=rate,
+        rate_from=rate_from,
+        text=_facts(stream, dialect, cells),
+        source=source,
+        guesses=tuple(guesses),
+    )
+
+
+def _facts(stream: TextStream, dialect: Dialect, cells: Cells) -> dict[str, Any]:
+    return {
+        "delimiter": dialect.delimiter,
+        "decimal": dialect.decimal,
+        "encoding": stream.encoding,
+        "header_rows": len(dialect.header_lines),
+        "preamble_lines": len(dialect.preamble),
+        "ragged": cells.ragged,
+        "ragged_rows": cells.ragged_rows,
+        "missing_cells": cells.missing,
+        "overload_words": cells.overload,
+        "unterminated_last_line": stream.unterminated,
+        "bom": stream.bom,
+        "nul_bytes": stream.nul_bytes,
+    }
+
+
+def _words_beside(lines: list[str], dialect: Dialect) -> tuple[str, ...]:
+    """Without a header, words that stand beside their numbers in every row name them: gx,0.1,gy,0.2."""
+    rows = [
+        split(line, dialect.delimiter, dialect.quoted) for line in lines[dialect.skip : dialect.skip + 100]
+    ]
+    rows = [r for r in rows if len(r) == len(dialect.kinds)]
+    names = [""] * len(dialect.kinds)
+    for i, kind in enumerate(dialect.kinds[:-1]):
+        if kind == "x" and dialect.kinds[i + 1] in ("i", "f") and len({r[i] for r in rows}) == 1:
+            names[i + 1] = rows[0][i]
+    return tuple(names) if sum(map(bool, names)) > 1 else dialect.headings
+
+
+def _units(dialect: Dialect, guesses: list[str]) -> tuple[tuple[str, ...], str]:
+    if any(dialect.units):
+        return dialect.units, "units row"
+    none = ("",) * len(dialect.kinds)
+    if any(read_heading(h).unit for h in dialect.headings):
+        return none, "none"
+    unit = unit_in(dialect.preamble)
+    if unit is None or not is_unit(unit):
+        return none, "none"
+    if parse_unit(unit, tuple(Quantity)).quantity is Quantity.TIME:
+        guesses.append(f"the preamble says unit {unit}, a time (phase of a clock?): read as unknown")
+        return none, "none"
+    groups = [read_heading(h).group for h in dialect.headings]
+    return tuple(unit if g in ("", "gyro", "acc") else "" for g in groups), "preamble"
+
+
+def _join_dates(dialect: Dialect, used: list[int], columns: list[Column], time_units: dict[int, str]) -> None:
+    """Columns of dates are time; a date and a time of day beside each other are one column."""
+    dates = [k for k, i in enumerate(used) if dialect.kinds[i] not in ("i", "f")]
+    for k in dates:
+        time_units[k] = dialect.kinds[used[k]]
+    for k in dates:
+        if time_units.get(k) != "hh:mm:ss":
+            continue
+        clock = _all(columns[k])
+        if k - 1 in time_units and time_units[k - 1] != "hh:mm:ss":
+            columns[k - 1] = ArrayColumn(_all(columns[k - 1]) + clock)
+            del time_units[k], used[k], columns[k]
+            return
+        columns[k] = ArrayColumn(unwrap_midnight(clock))
+
+
+def _all(column: Column) -> Any:
+    return column.read(0, len(column)).astype(np.int64) + int(column.origin)

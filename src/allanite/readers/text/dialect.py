@@ -1,0 +1,494 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The dialect of a text table: delimiter, decimal sign, header, units row, preamble.
+
+A vote decides, over lines from the beginning, the middle and the end: that pair of delimiter and decimal sign
+wins which gives the same number of cells in most lines and makes most cells numbers. What cannot be told is
+guessed, the guess is written down in words, and `delimiter` and `decimal` settle it.
+"""
+
+from __future__ import annotations
+
+import csv
+import re
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from allanite.errors import FormatError, InputError, LimitError
+from allanite.readers.headings import is_unit, read_heading
+from allanite.readers.text.dates import date_format
+
+__all__ = ["COMMENT", "MISSING", "OVERLOAD", "Dialect", "detect", "kind_of", "split"]
+
+#: Cells that mean "no value", in lower case; the second set means that the instrument was overloaded.
+MISSING = frozenset(
+    {"", "nan", "-nan", "+nan", "null", "na", "n/a", "#n/a", "none", "undefined", "-", "--", "nat", "inf", "+inf",
+     "-inf", "infinity", "+infinity", "-infinity", "1.#inf", "-1.#inf", "1.#qnan", "-1.#ind"}
+)  # fmt: skip
+OVERLOAD = frozenset(["ovld", "+ovld", "-ovld", "ol", "+ol", "-ol", "overload", "ovfl", "overflow"])
+
+COMMENT = ("#", "%", "//", "!")
+_MOST_COLUMNS = 4096
+_DELIMITERS = (",", ";", "\t", "|", " ")
+_NAMES = {"tab": "\t", "\\t": "\t", "blank": " ", "space": " ", "comma": ",", "semicolon": ";", "": " "}
+_NUMERIC_PREAMBLE = 10
+
+_INTEGER = re.compile(r"[+-]?\d+")
+_POINT = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
+_COMMA = re.compile(r"[+-]?\d+(?:,\d+)?(?:[eE][+-]?\d+)?")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Dialect:
+    """How a text table is written.
+
+    Attributes
+    ----------
+    delimiter : str
+        "," ";" "|" tab, " " for any run of blanks and tabs, "" where there is one column only.
+    decimal : str
+    quoted : bool
+        Some cells stand in double quotes.
+    kinds : tuple of str
+        Per column: "i" whole numbers, "f" numbers, "x" text, "e" empty, or the name of a date format.
+    skip : int
+        Physical lines before the first row of data.
+    headings, units : tuple of str
+        One per column, "" where there is none.
+    header_lines, preamble : tuple of str
+        The header as it stands there (it may be repeated further down), and the other lines before the data.
+    record : tuple of int and str, or None
+        Only lines with this word in this column are data.
+    guesses : tuple of str
+    """
+
+    delimiter: str
+    decimal: str
+    quoted: bool
+    kinds: tuple[str, ...]
+    skip: int
+    headings: tuple[str, ...]
+    units: tuple[str, ...]
+    header_lines: tuple[str, ...]
+    preamble: tuple[str, ...]
+    record: tuple[int, str] | None = None
+    guesses: tuple[str, ...] = ()
+
+
+def detect(
+    head: Sequence[str],
+    rest: Sequence[str],
+    *,
+    delimiter: str | None,
+    decimal: str | None,
+    variable: str | None,
+    name: str,
+) -> Dialect:
+    """Find the dialect.
+
+    Parameters
+    ----------
+    head : sequence of str
+        Whole lines from the beginning of the file.
+    rest : sequence of str
+        Whole lines from the middle and the end.
+    delimiter, decimal, variable : str or None
+        What the caller says.
+    name : str
+        The file, for messages.
+
+    Raises
+    ------
+    FormatError
+        No table of numbers, or rows of varying length.
+    InputError
+        Several record types and no word which to take.
+    LimitError
+        More than 4096 columns.
+    """
+    delimiter = _NAMES.get(delimiter, delimiter) if delimiter is not None else None
+    _check_options(delimiter, decimal)
+    guesses: list[str] = []
+    voters = _voters(head, rest)
+    record = _record_type(voters, variable, name, guesses)
+    if record is not None:
+        voters = [line for line in voters if _is_record(line, record)]
+    vote = _vote(voters, head, delimiter, decimal, name, guesses)
+    quoted = any('"' in line for line in voters)
+    rows = [split(line, vote.delimiter, quoted) for line in voters]
+    rows = [row for row in rows if len(row) == vote.count]
+    # In a short text the header is among the voters: a row without a number says nothing about the columns.
+    rows = [row for row in rows if any(kind_of(c, vote.decimal) in "if" for c in row)]
+    kinds = [_column_kind([row[i] for row in rows], vote.decimal) for i in range(vote.count)]
+    if not any(k in ("i", "f") for k in kinds):
+        raise _no_table(head, name)
+    first = _first_row(head, record, kinds, vote, quoted, name)
+    skip = _numeric_preamble(head, first, kinds, vote, quoted, guesses)
+    before = head[: first if record is None else _first_record(head, record)]
+    header, preamble = (
+        _header(before, vote, kinds[-1] == "e", quoted) if skip == first else ([], _filled(before))
+    )
+    headings, units = _names_and_units([h.cells for h in header], vote.count)
+    return Dialect(
+        delimiter=vote.delimiter,
+        decimal=vote.decimal,
+        quoted=quoted,
+        kinds=tuple(kinds),
+        skip=skip,
+        headings=headings,
+        units=units,
+        header_lines=tuple(h.line for h in header),
+        preamble=(*preamble, *head[first:skip]),
+        record=record,
+        guesses=tuple(guesses),
+    )
+
+
+def _check_options(delimiter: str | None, decimal: str | None) -> None:
+    if delimiter is not None and delimiter not in _DELIMITERS:
+        raise InputError(f"delimiter must be one of , ; | tab blank, not {delimiter!r}")
+    if decimal is not None and decimal not in (".", ","):
+        raise InputError(f"decimal must be . or , not {decimal!r}")
+
+
+# -- cells -------------------------------------------------------------------------------------------------
+
+
+def split(line: str, delimiter: str, quoted: bool) -> list[str]:
+    """Cells of a line, without the blanks around them."""
+    if delimiter == " ":
+        return line.split()
+    if delimiter == "":
+        return [line.strip().strip('"')]
+    if quoted and '"' in line:
+        try:
+            return [c.strip() for c in next(csv.reader([line], delimiter=delimiter, skipinitialspace=True))]
+        except (csv.Error, StopIteration):
+            return [line]
+    return [c.strip() for c in line.split(delimiter)]
+
+
+def kind_of(cell: str, decimal: str) -> str:
+    """i whole number, f number, m missing, o overload, d date, x other text."""
+    if _INTEGER.fullmatch(cell):
+        return "i"
+    if (_POINT if decimal == "." else _COMMA).fullmatch(cell):
+        return "f"
+    word = cell.lower()
+    if word in MISSING:
+        return "m"
+    if word in OVERLOAD:
+        return "o"
+    return "d" if date_format(cell) else "x"
+
+
+def _column_kind(cells: Sequence[str], decimal: str) -> str:
+    kinds = Counter(kind_of(c, decimal) for c in cells)
+    filled = sum(kinds.values()) - kinds["m"] - kinds["o"]
+    if filled == 0:
+        return "e" if all(c == "" for c in cells) else "f"
+    if kinds["i"] + kinds["f"] >= 0.6 * filled:
+        return "f" if kinds["f"] else "i"
+    if kinds["d"] >= 0.6 * filled:
+        return Counter(date_format(c) for c in cells).most_common(1)[0][0] or "x"
+    return "x"
+
+
+def _is_comment(line: str) -> bool:
+    return line.lstrip().startswith(COMMENT)
+
+
+def _without_comment(line: str) -> str:
+    return line.strip().lstrip("#%!/").strip()
+
+
+# -- the vote ----------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class _Vote:
+    delimiter: str
+    decimal: str
+    count: int
+    score: float
+
+
+def _voters(head: Sequence[str], rest: Sequence[str]) -> list[str]:
+    """Lines that are likely data: the later ones of the head (a preamble stands in front), and the others."""
+    plain = [line for line in head if line.strip() and not _is_comment(line)]
+    late = plain[len(plain) // 3 :] if len(plain) > 6 else plain
+    step = max(len(late) // 100, 1)
+    return late[::step] + [line for line in rest if line.strip() and not _is_comment(line)]
+
+
+def _vote(
+    lines: Sequence[str],
+    head: Sequence[str],
+    delimiter: str | None,
+    decimal: str | None,
+    name: str,
+    guesses: list[str],
+) -> _Vote:
+    pairs = [
+        (sep, dec)
+        for sep in (*_DELIMITERS, "")
+        for dec in (".", ",")
+        if delimiter in (None, sep) and decimal in (None, dec)
+    ]
+    votes = [v for v in (_score(lines, sep, dec) for sep, dec in pairs) if v is not None]
+    if not votes:
+        raise _no_table(head, name)
+    # Most numbers; then most columns; then the order of the list, in which the decimal point comes first.
+    best = max(votes, key=lambda v: (round(v.score, 2), v.count))
+    if best.count > _MOST_COLUMNS:
+        raise LimitError(f"{name}: {best.count} columns; at most {_MOST_COLUMNS} are read")
+    if (
+        best.delimiter == ","
+        and best.decimal == "."
+        and best.count == 2
+        and delimiter is None
+        and decimal is None
+    ):
+        single = next((v for v in votes if v.delimiter == "" and v.decimal == ","), None)
+        if single is not None and single.score >= best.score and _one_number(lines, head):
+            guesses.append(
+                "every line has one comma and its parts look like one number: read as a decimal comma "
+                "(delimiter=',' if these are two columns)"
+            )
+            return single
+    if best.count == 1 and best.delimiter:
+        best = _Vote("", best.decimal, 1, best.score)
+    return best
+
+
+def _no_table(head: Sequence[str], name: str) -> FormatError:
+    shown = next((line.strip() for line in head if line.strip()), "")[:60]
+    return FormatError(f"{name}: no table of numbers in this text (it begins {shown!r})")
+
+
+def _score(lines: Sequence[str], delimiter: str, decimal: str) -> _Vote | None:
+    quotes = any('"' in line for line in lines)
+    if delimiter == decimal and not quotes:
+        return None
+    rows = [split(line, delimiter, quotes) for line in lines]
+    counts = Counter(len(row) for row in rows)
+    if not counts:
+        return None
+    count = max(counts, key=lambda c: (counts[c], c))
+    if count > _MOST_COLUMNS:
+        raise LimitError(f"a line of {count} cells; at most {_MOST_COLUMNS} columns are read")
+    fitting = [row for row in rows if len(row) == count]
+    kinds = [[kind_of(c, decimal) for c in row] for row in fitting]
+    useful = [k for k in kinds if "i" in k or "f" in k]
+    if not useful:
+        return None
+    numbers = sum(sum(x in "ifmod" for x in k) / count for k in useful) / len(useful)
+    return _Vote(delimiter, decimal, count, numbers * len(useful) / len(rows))
+
+
+def _one_number(lines: Sequence[str], head: Sequence[str]) -> bool:
+    """True if "0,0012" is one number: unsigned digits of equal width or with leading zeros after the comma."""
+    parts = [line.strip().split(",") for line in lines]
+    if any(len(p) != 2 or not p[1].isdigit() for p in parts):
+        return False
+    first = next((i for i, line in enumerate(head) if line.strip() == lines[0].strip()), 0)
+    if any("," in line for line in head[:first] if line.strip() and not _COMMA.fullmatch(line.strip())):
+        return False  # a header with two names
+    whole = [int(p[0] or 0) for p in parts]
+    steps = {b - a for a, b in zip(whole, whole[1:], strict=False)}
+    if len(steps) == 1 and steps != {0} and len(whole) > 2:
+        return False  # the first part counts: a column of its own
+    widths = {len(p[1]) for p in parts}
+    return len(widths) == 1 or any(p[1][0] == "0" and len(p[1]) > 1 for p in parts)
+
+
+# -- record types ------------------------------------------------------------------------------------------
+
+_FIRST_WORD = re.compile(r"\s*\"?(\$?[A-Za-z][\w.$-]*)\"?\s*[,;\t| ]")
+_SECOND_WORD = re.compile(r"\s*\"?[^,;\t|\"]+\"?\s*[,;\t|]\s*\"?([A-Za-z][\w.-]*)\"?\s*[,;\t|]")
+
+
+def _record_type(
+    lines: Sequence[str], variable: str | None, name: str, guesses: list[str]
+) -> tuple[int, str] | None:
+    """The record type to read, where the first or second cell of each line is a word and the words differ."""
+    for column, pattern in enumerate((_FIRST_WORD, _SECOND_WORD)):
+        found = [m[1] for m in map(pattern.match, lines) if m and m[1].lower() not in MISSING | OVERLOAD]
+        types = Counter(found)
+        if len(found) < 0.9 * len(lines) or not 2 <= len(types) <= 20 or min(types.values()) < 2:
+            continue
+        if variable is not None:
+            if variable not in types:
+                raise InputError(f"{name}: no records {variable!r}; there are: {', '.join(types)}")
+            return column, variable
+        imu = [t for t in types if "imu" in t.lower()]
+        if len(imu) != 1:
+            raise InputError(
+                f"{name}: lines of several kinds ({', '.join(types)}); choose one with variable= (--variable)"
+            )
+        guesses.append(f"lines of several kinds ({', '.join(types)}): {imu[0]} is read")
+        return column, imu[0]
+    return None
+
+
+def _is_record(line: str, record: tuple[int, str]) -> bool:
+    match = (_FIRST_WORD, _SECOND_WORD)[record[0]].match(line)
+    return match is not None and match[1] == record[1]
+
+
+# -- where the data begin ----------------------------------------------------------------------------------
+
+
+def _first_row(
+    head: Sequence[str],
+    record: tuple[int, str] | None,
+    kinds: Sequence[str],
+    vote: _Vote,
+    quoted: bool,
+    name: str,
+) -> int:
+    for i, line in enumerate(head):
+        if not line.strip() or _is_comment(line) or (record is not None and not _is_record(line, record)):
+            continue
+        cells = split(line, vote.delimiter, quoted)
+        if len(cells) == vote.count and _fits(cells, kinds, vote.decimal):
+            return i
+    raise FormatError(f"{name}: the rows at the beginning are not like those that follow; is this one table?")
+
+
+def _first_record(head: Sequence[str], record: tuple[int, str]) -> int:
+    """First line of any record type: a word in its place, and numbers."""
+    pattern = (_FIRST_WORD, _SECOND_WORD)[record[0]]
+    for i, line in enumerate(head):
+        if pattern.match(line) and any(c.isdigit() for c in line) and not _is_comment(line):
+            return i
+    return 0
+
+
+def _fits(cells: Sequence[str], kinds: Sequence[str], decimal: str) -> bool:
+    found = [kind_of(c, decimal) for c in cells]
+    wanted = {"i": "ifmo", "f": "ifmo", "x": "ifmodx", "e": "m"}
+    return any(f in "if" for f in found) and all(
+        f in wanted.get(k, "dm") for f, k in zip(found, kinds, strict=True)
+    )
+
+
+def _numeric_preamble(
+    head: Sequence[str], first: int, kinds: Sequence[str], vote: _Vote, quoted: bool, guesses: list[str]
+) -> int:
+    """First row of data behind rows of parameters: decimals in front of a table of whole numbers only."""
+    if set(kinds) != {"i"}:
+        return first
+    for skip in range(first, min(first + _NUMERIC_PREAMBLE, len(head))):
+        cells = split(head[skip], vote.delimiter, quoted)
+        if len(cells) == vote.count and all(kind_of(c, vote.decimal) in "imo" for c in cells):
+            if skip > first:
+                guesses.append(
+                    f"{skip - first} rows with decimals stand before {vote.count} columns of whole numbers: taken for "
+                    "parameters, not for samples"
+                )
+            return skip
+    return first
+
+
+# -- the header --------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True)
+class _HeaderRow:
+    line: str
+    cells: list[str]
+
+
+def _header(
+    before: Sequence[str], vote: _Vote, open_end: bool, quoted: bool
+) -> tuple[list[_HeaderRow], tuple[str, ...]]:
+    """Header rows right before the data, at most three; and all other lines that are not blank."""
+    rows: list[_HeaderRow] = []
+    taken: set[int] = set()
+    parted = False
+    for i in range(len(before) - 1, -1, -1):
+        line = before[i]
+        if not line.strip():
+            if rows:
+                break
+            parted = True
+            continue
+        cells = _header_cells(line, vote, open_end, quoted)
+        if parted and _is_comment(line):  # a comment is a header only right above the data
+            cells = None
+        if cells is None or len(rows) == 3:
+            if rows or not _is_comment(line):
+                break
+            continue
+        rows.insert(0, _HeaderRow(line, cells))
+        taken.add(i)
+    return rows, _filled([line for i, line in enumerate(before) if i not in taken])
+
+
+def _filled(lines: Sequence[str]) -> tuple[str, ...]:
+    return tuple(line for line in lines if line.strip())
+
+
+def _header_cells(line: str, vote: _Vote, open_end: bool, quoted: bool) -> list[str] | None:
+    """Cells of a header row, or None if the line is none."""
+    commented = _is_comment(line)
+    text = _without_comment(line) if commented else line.strip("\r\n")
+    cells = split(text, vote.delimiter, quoted)
+    if vote.delimiter == " " and len(cells) != vote.count:  # names with single blanks in them
+        cells = [c.strip() for c in re.split(r"\s{2,}|\t", text.strip())]
+    if len(cells) == vote.count + 1 and not cells[-1]:
+        cells = cells[:-1]
+    if len(cells) == vote.count - 1 and open_end:
+        cells = [*cells, ""]  # rows that end in a delimiter, under a header that does not
+    if len(cells) != vote.count:
+        return None
+    filled = [c for c in cells if c]
+    words = sum(kind_of(c, vote.decimal) not in "if" for c in filled)
+    if not filled or words < 0.6 * len(filled):
+        return None
+    if (commented or vote.count == 1) and not _recognised(filled):
+        return None
+    return cells
+
+
+def _recognised(cells: Sequence[str]) -> bool:
+    """True if half of the cells at least are names or units that sensors have (and not words of a sentence)."""
+    known = sum(bool(h.group or h.unit) and len(h.name) < 40 for h in map(read_heading, cells))
+    known = max(known, sum(is_unit(c) for c in cells))
+    return known >= 0.5 * len(cells) and not any(":" in c or "=" in c for c in cells)
+
+
+def _names_and_units(rows: Sequence[Sequence[str]], count: int) -> tuple[tuple[str, ...], tuple[str, ...]]:
+    empty = ("",) * count
+    if not rows:
+        return empty, empty
+    names, units = list(rows), empty
+    if _is_units_row(rows[-1]) and (len(rows) > 1 or all(_bare(c) != c or not c for c in rows[-1])):
+        units = tuple(_bare(c) if is_unit(c) else "" for c in rows[-1])
+        names = list(rows[:-1])
+    if not names:
+        return empty, units
+    merged = list(names[-1])
+    for upper in reversed(names[:-1]):
+        merged = [f"{u} {m}".strip() for u, m in zip(_filled_forward(upper), merged, strict=True)]
+    return tuple(merged), units
+
+
+def _is_units_row(cells: Sequence[str]) -> bool:
+    blank = ("", "-", "[-]", "1", "n/a", "none", "utc")
+    units = [c for c in cells if c.lower() not in blank]
+    return bool(units) and all(is_unit(c) for c in units)
+
+
+def _bare(cell: str) -> str:
+    return cell.strip().strip("[](){}<>").strip()
+
+
+def _filled_forward(cells: Sequence[str]) -> list[str]:
+    """A group name stands over its first column only: it counts for the empty cells to its right."""
+    filled, last = [], ""
+    for cell in cells:
+        last = cell or last
+        filled.append(last)
+    return filled

@@ -1,0 +1,231 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Results as text in a terminal: findings and parameter tables on stdout, a progress bar on stderr."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any
+
+from allanite.wording import (
+    EQUIVALENT,
+    GUARANTEE,
+    Group,
+    Reading,
+    duration,
+    finding_kinds,
+    groups,
+    headings,
+    number,
+    people_unit,
+    probability,
+    readings,
+    si_unit,
+)
+
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.table import Table
+
+    from allanite.allan import AllanCurve
+
+__all__ = ["progress", "show_curve", "show_findings", "show_models", "show_recording", "show_study"]
+
+Json = Mapping[str, Any]
+Advance = Callable[..., None]
+
+_COLOURS = {"fatal": "bold red", "warning": "yellow", "info": "cyan"}
+_WIDE = 400  # columns where nobody looks: a pipe or a file
+
+
+@contextmanager
+def progress(*, quiet: bool = False) -> Iterator[Advance | None]:
+    """A bar on stderr; None where stderr is no terminal, or with `quiet`.
+
+    What it gives is called with a fraction and, if there is one, the name of the step.
+    """
+    if quiet or not sys.stderr.isatty() or os.environ.get("TERM") == "dumb":
+        yield None
+        return
+    from rich.console import Console
+    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
+
+    columns = TextColumn("{task.description:<24}"), BarColumn(), TextColumn("{task.percentage:>3.0f} %")
+    with Progress(*columns, TimeRemainingColumn(), console=Console(stderr=True), transient=True) as bar:
+        task = bar.add_task("", total=1.0)
+
+        def advance(fraction: float, text: str = "") -> None:
+            bar.update(task, completed=fraction, description=text or None)
+
+        yield advance
+
+
+# -- results ----------------------------------------------------------------------------------------------
+
+
+def show_study(study: Json, files: Sequence[object] = (), notes: Sequence[str] = ()) -> None:
+    """Findings, the parameters in people's units and in SI, files, and what to do next."""
+    out = _console()
+    show_findings(study["findings"])
+    _parameters(out, study["channels"])
+    for note in notes:
+        out.print(note)
+    for file in files:
+        out.print(f"wrote {file}")
+    _next(out, study["channels"])
+
+
+def show_models(channels: Sequence[Json]) -> None:
+    """The parameters of models; entries are like those of a study's "channels"."""
+    _parameters(_console(), channels)
+
+
+def show_findings(findings: Sequence[Json]) -> None:
+    """What was found, the worst first; findings of one kind together, with their advice once."""
+    from rich.padding import Padding
+    from rich.text import Text
+
+    out = _console()
+    for members in finding_kinds(findings):
+        severity, code = members[0]["severity"], members[0]["code"]
+        head = severity + (" (accepted)" if members[0].get("accepted") else "")
+        out.print(Text.assemble((head, _COLOURS.get(severity, "")), f" {code}"))
+        for finding in members:
+            channel, message = finding["channel"], finding["message"]
+            said = message if channel is None or channel in message else f"{channel}: {message}"
+            out.print(Padding(Text(said), (0, 0, 0, 2), expand=False))
+        if severity != "info":
+            for advice in dict.fromkeys(f["advice"] for f in members if f["advice"]):
+                out.print(Padding(Text(f"→ {advice}", style="dim"), (0, 0, 0, 2), expand=False))
+    if findings:
+        out.print()
+
+
+def show_recording(facts: Json) -> None:
+    """What a log holds: `facts` are those of `allanite.delivery.describe`."""
+    out = _console()
+    table = _table(("Channel", "Kind", "Unit", "SI value of one", "Samples are"))
+    for c in facts["channels"]:
+        scale = "–" if c["kind"] in ("counts", "unknown", "other") else f"{c['scale']:.7g}"
+        kind = {"mean": "means", "point": "points"}[c["sampling"]]
+        table.add_row(c["name"], c["kind"], c["unit"] or "unknown", scale, kind)
+    missing = f", {facts['missing']} missing" if facts["missing"] else ""
+    out.print(
+        f"{facts['source'] or 'recording'}: {duration(facts['duration'])} at {facts['rate']:.9g} Hz, ", end=""
+    )
+    out.print(f"{facts['samples']} samples{missing}\n")
+    out.print(table)
+    if facts["gaps"]:
+        spans = (f"{_at(a, facts['rate'])} to {_at(b, facts['rate'])}" for a, b in facts["gaps"])
+        out.print(f"Gaps: {'; '.join(spans)}")
+    out.print()
+    show_findings(facts["findings"])
+    if not facts["findings"]:
+        out.print("Nothing is wrong with it that allanite looks for.")
+
+
+def show_curve(curve: AllanCurve) -> None:
+    """The deviations of a curve with their intervals, in people's units."""
+    out = _console()
+    symbol = "Q" if curve.statistic == "tdev" else "adev"
+    units = [people_unit(c.kind.value, symbol, c.unit) for c in curve.channels]
+    table = _table(
+        ("m", "τ [s]", *(f"{c.name} [{u}]" for c, (u, _) in zip(curve.channels, units, strict=True)))
+    )
+    for j, (m, tau) in enumerate(zip(curve.lags.tolist(), curve.tau.tolist(), strict=True)):
+        cells = []
+        for i, (_, factor) in enumerate(units):
+            middle, low, high = (
+                float(getattr(curve, k)[j, i]) / factor for k in ("deviation", "lower", "upper")
+            )
+            cells.append(f"{number(middle, 4)}  [{number(low, 4)}, {number(high, 4)}]")
+        table.add_row(str(m), f"{tau:.6g}", *cells)
+    out.print(table)
+    out.print(f"{curve.statistic}, {100 * curve.confidence:g} % intervals ({curve.interval_basis})")
+
+
+# -- parts ------------------------------------------------------------------------------------------------
+
+
+def _console() -> Console:
+    from rich.console import Console
+
+    fixed = {} if sys.stdout.isatty() or "COLUMNS" in os.environ else {"width": _WIDE}
+    return Console(file=sys.stdout, highlight=False, markup=False, emoji=False, **fixed)  # type: ignore[arg-type]
+
+
+def _table(heads: Sequence[str]) -> Table:
+    from rich import box
+    from rich.table import Table
+    from rich.text import Text
+
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False)
+    for head in heads:
+        table.add_column(Text(head), no_wrap=True)
+    return table
+
+
+def _parameters(out: Console, channels: Sequence[Json]) -> None:
+    for group in groups(channels):
+        if headings(group):
+            for si in (False, True)[: 1 + group.has_si]:
+                out.print(_group_table(group, si=si))
+                out.print()
+    for channel in channels:
+        for other in channel["models"][1:]:
+            out.print(_alternative(channel, other))
+        p = (channel["models"][0].get("goodness") or {}).get("p") if channel["models"] else None
+        if p is not None and p < 0.01:
+            out.print(f"{channel['name']}: the model does not explain the curve ({probability(p)})")
+    out.print(GUARANTEE)
+    if any(r.equivalent for c in channels for r in readings(c).values()):
+        out.print(EQUIVALENT)
+    out.print()
+
+
+def _group_table(group: Group, *, si: bool) -> Table:
+    heads = headings(group)
+    units = {s: si_unit(group.kind, s, group.unit) if si else unit for s, (_, unit) in heads.items()}
+    table = _table((f"{group.title}{', SI' if si else ''}", *(f"{heads[s][0]} [{units[s]}]" for s in heads)))
+    for channel in group.channels:
+        found = readings(channel)
+        table.add_row(channel["name"], *(_cell(found.get(s), si=si) for s in heads))
+    return table
+
+
+def _cell(found: Reading | None, *, si: bool) -> Any:
+    from rich.text import Text
+
+    if found is None:
+        return Text("–", style="dim")
+    value, ends = (found.si, found.si_range) if si else (found.value, found.range)
+    mark = " *" if found.equivalent else ""
+    return Text.assemble(
+        (value + mark, "bold" if found.supported else ""), (f"\n{ends}" if ends else "", "dim")
+    )
+
+
+def _alternative(channel: Json, model: Json) -> str:
+    family = "Gauss-Markov" if model["family"] == "gauss-markov" else model["family"]
+    found = readings(channel, model)
+    words = "; ".join(f"{'T_b' if s == 'T' else s} {r.text}" for s, r in found.items())
+    return f"{channel['name']}: the record cannot decide. The {family} family gives {words}"
+
+
+def _next(out: Console, channels: Sequence[Json]) -> None:
+    """The advice that asks for the longest record which somebody might still make."""
+    open_ = [
+        (a["duration"], c["name"], a["text"])
+        for c in channels
+        for a in c.get("advice") or ()
+        if not a.get("reached") and a.get("duration") is not None
+    ]
+    if open_:
+        _, name, text = min(open_)
+        out.print(f"next: {name}: {text}")
+
+
+def _at(sample: int, rate: float) -> str:
+    return duration(sample / rate)

@@ -1,0 +1,276 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Make the binary samples beside this script: ``python tests/samples/make_binary_samples.py``.
+
+The numbers are the same in all of them (``gyro`` and ``acc`` below), so that all readers must give one result.
+"""
+
+from __future__ import annotations
+
+import json
+import shutil
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+HERE = Path(__file__).resolve().parent
+N = 40
+STAMPS = 1_700_000_000_000_000_000 + np.arange(N, dtype=np.int64) * 10_000_000
+T = np.arange(N) * 0.01
+GYRO = np.round(np.sin(np.arange(3 * N).reshape(N, 3)), 6)
+ACC = np.round(np.cos(np.arange(3 * N).reshape(N, 3)) + [0, 0, 9.8], 6)
+TRIADS = [f"{g}_{a}" for g in ("gyro", "acc") for a in "xyz"]
+
+
+def channels(names: list[str], gyro: str = "", acc: str = "") -> list[dict[str, str]]:
+    kinds = {"gyro": "rate" if gyro else "unknown", "acc": "acceleration" if acc else "unknown"}
+    units = {"gyro": gyro, "acc": acc}
+    return [
+        {"name": n, "kind": kinds.get(n.split("_")[0], "unknown"), "unit": units.get(n.split("_")[0], "")}
+        for n in names
+    ]
+
+
+def folder(name: str) -> Path:
+    place = HERE / name
+    shutil.rmtree(place, ignore_errors=True)
+    place.mkdir()
+    return place
+
+
+def save(place: Path, expected: dict[str, Any]) -> None:
+    text = json.dumps(expected, indent=1, ensure_ascii=False)
+    (place / "expected.json").write_text(text + "\n", encoding="utf-8")
+
+
+def first(*columns: Any) -> list[float]:
+    return [float(v) for c in columns for v in np.atleast_1d(c[0])]
+
+
+def numpy_file() -> None:
+    place = folder("numpy_file")
+    np.save(place / "table.npy", GYRO)
+    np.save(place / "fortran_big_endian.npy", np.asfortranarray(GYRO).astype(">f4"))
+    np.save(place / "counts.npy", (1000 * GYRO[:, 0]).astype(np.int16))
+    np.save(place / "cube.npy", np.zeros((2, 3, 4)))
+    np.save(place / "pickle.npy", np.array([{}], dtype=object), allow_pickle=True)
+    np.savez(place / "named.npz", t=T, gyro_deg_s=GYRO, acc_m_s2=ACC)
+    labels = np.array(["gx", "gy", "gz"])
+    np.savez_compressed(place / "labelled.npz", data=GYRO, columns=labels, units="deg/s", fs=100.0)
+    fields = np.zeros(N, dtype=[("timestamp_ns", "i8"), ("wx", "f4")])
+    fields["timestamp_ns"], fields["wx"] = STAMPS, GYRO[:, 0]
+    np.save(place / "fields.npy", fields)
+    plain = channels(["ch0", "ch1", "ch2"])
+    save(
+        place,
+        {
+            "table.npy": {
+                "options": {"rate": 100},
+                "rate": 100,
+                "samples": N,
+                "channels": plain,
+                "first": first(GYRO),
+            },
+            "fortran_big_endian.npy": {
+                "options": {"rate": 100},
+                "rate": 100,
+                "samples": N,
+                "channels": plain,
+                "dtype": ">f4",
+                "first": first(GYRO.astype("f4")),
+            },
+            "counts.npy": {
+                "options": {"rate": 100, "unit": "LSB", "scale_factor": "131 LSB/(deg/s)"},
+                "rate": 100,
+                "samples": N,
+                "channels": [{"name": "ch0", "kind": "rate", "unit": "LSB"}],
+                "dtype": "int16",
+            },
+            "cube.npy": {"options": {"rate": 100}, "error": "InputError", "match": r"\(2, 3, 4\)"},
+            "pickle.npy": {"error": "FormatError", "match": "pickle"},
+            "named.npz": {
+                "rate": 100,
+                "samples": N,
+                "channels": channels(TRIADS, "deg/s", "m/s²"),
+                "first": first(GYRO, ACC),
+                "timebase": {"source": "t", "unit": "s"},
+            },
+            "labelled.npz": {
+                "rate": 100,
+                "samples": N,
+                "channels": [{"name": n, "kind": "rate", "unit": "deg/s"} for n in ("gx", "gy", "gz")],
+                "first": first(GYRO),
+                "source": {"units_from": "metadata"},
+                "timebase": {"source": "array 'fs'"},
+            },
+            "fields.npy": {
+                "rate": 100,
+                "samples": N,
+                "channels": [{"name": "wx", "kind": "unknown", "unit": ""}],
+                "start": int(STAMPS[0]),
+                "timebase": {"unit": "ns"},
+            },
+        },
+    )
+
+
+def parquet() -> None:
+    import pyarrow as pa
+    import pyarrow.feather
+    import pyarrow.parquet as pq
+
+    place = folder("parquet")
+    columns = {"time": pa.array(STAMPS).cast(pa.timestamp("ns"))}
+    fields = [pa.field("time", pa.timestamp("ns"))]
+    for k, name in enumerate(TRIADS):
+        columns[name] = pa.array((GYRO, ACC)[k // 3][:, k % 3])
+        unit = "deg/s" if k < 3 else "m/s²"
+        fields.append(pa.field(name, pa.float64(), metadata={"unit": unit}))
+    table = pa.table(columns, schema=pa.schema(fields))
+    pq.write_table(table, place / "units_in_fields.parquet", row_group_size=16)
+    pa.feather.write_feather(table, place / "compressed.feather", compression="zstd")
+    with pa.ipc.new_stream(str(place / "stream.arrows"), table.schema) as writer:
+        writer.write_table(table, max_chunksize=16)
+    counts = pa.array([None if k == 3 else 32768 + k % 5 for k in range(N)], pa.int32())
+    bare = pa.table({"gyro_z (LSB)": counts}).replace_schema_metadata({"rate": "50"})
+    pq.write_table(bare, place / "counts_with_null.parquet")
+    (place / "cut.parquet").write_bytes((place / "units_in_fields.parquet").read_bytes()[:-200])
+    whole = {
+        "rate": 100,
+        "samples": N,
+        "channels": channels(TRIADS, "deg/s", "m/s²"),
+        "first": first(GYRO, ACC),
+        "start": int(STAMPS[0]),
+    }
+    save(
+        place,
+        {
+            "units_in_fields.parquet": whole,
+            "compressed.feather": whole,
+            "stream.arrows": whole,
+            "counts_with_null.parquet": {
+                "rate": 50,
+                "samples": N,
+                "channels": [{"name": "gyro_z", "kind": "counts", "unit": "LSB"}],
+                "missing": {"gyro_z": 1},
+                "dtype": "int32",
+            },
+            "cut.parquet": {"error": "FormatError", "match": "damaged or incomplete"},
+        },
+    )
+
+
+def matlab() -> None:
+    from scipy.io import savemat
+
+    place = folder("matlab")
+    savemat(place / "vectors.mat", {"t": T, "gyro_deg_s": GYRO, "acc_m_s2": ACC}, do_compression=True)
+    savemat(
+        place / "structure.mat", {"imu": {"fs": 100.0, "gyro": GYRO, "acc": ACC}, "other": np.ones((20, 2))}
+    )
+    savemat(place / "words_only.mat", {"note": "nothing to see"})
+    head = b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(116) + bytes(8) + b"\x00\x02IM"
+    (place / "version73.mat").write_bytes(head.ljust(512, b"\0") + b"\x89HDF\r\n\x1a\n" + bytes(64))
+    save(
+        place,
+        {
+            "vectors.mat": {
+                "rate": 100,
+                "samples": N,
+                "channels": channels(TRIADS, "deg/s", "m/s²"),
+                "first": first(GYRO, ACC),
+            },
+            "structure.mat": {
+                "options": {"variable": "imu", "unit": {"gyro": "deg/s"}},
+                "rate": 100,
+                "samples": N,
+                "channels": channels(TRIADS, "deg/s"),
+                "first": first(GYRO, ACC),
+                "timebase": {"source": "array 'fs'"},
+            },
+            "words_only.mat": {"error": "InputError", "match": "no array of samples"},
+            "version73.mat": {"error": "FormatError", "match": "-v7"},
+        },
+    )
+
+
+def rosbag() -> None:
+    from rosbags.rosbag1 import Writer as Writer1
+    from rosbags.rosbag2 import StoragePlugin
+    from rosbags.rosbag2 import Writer as Writer2
+    from rosbags.typesys import Stores, get_types_from_msg, get_typestore
+
+    place = folder("rosbag")
+    nested = "std_msgs/Header header\nsensor_msgs/Imu imu\nfloat64 temperature\n"
+
+    def messages(store: Any, topic_type: str, one: bool) -> list[tuple[int, Any]]:
+        kinds = store.types
+        vector, quaternion = kinds["geometry_msgs/msg/Vector3"], kinds["geometry_msgs/msg/Quaternion"]
+        result = []
+        for k in range(N):
+            stamp = kinds["builtin_interfaces/msg/Time"](*(int(v) for v in divmod(STAMPS[k], 10**9)))
+            seq = {"seq": k} if one else {}
+            header = kinds["std_msgs/msg/Header"](**seq, stamp=stamp, frame_id="imu link" if k != 7 else "x")
+            imu = kinds["sensor_msgs/msg/Imu"](
+                header=header,
+                orientation=quaternion(0.0, 0.0, 0.0, 1.0),
+                orientation_covariance=np.zeros(9),
+                angular_velocity=vector(*map(float, GYRO[k])),
+                angular_velocity_covariance=np.zeros(9),
+                linear_acceleration=vector(*map(float, ACC[k])),
+                linear_acceleration_covariance=np.zeros(9),
+            )
+            if topic_type != "sensor_msgs/msg/Imu":
+                imu = kinds[topic_type](header=header, imu=imu, temperature=20.0)
+            result.append((int(STAMPS[k]) + 500_000 * (k % 3), imu))
+        return result
+
+    one, two = get_typestore(Stores.ROS1_NOETIC), get_typestore(Stores.ROS2_HUMBLE)
+    for store in (one, two):
+        store.register(get_types_from_msg(nested, "maker_msgs/msg/Sensor"))
+    for file, topic, kind in (
+        ("imu with blank.bag", "/imu/data_raw", "sensor_msgs/msg/Imu"),
+        ("nested.bag", "/sensor", "maker_msgs/msg/Sensor"),
+    ):
+        with Writer1(place / file) as bag:
+            connection = bag.add_connection(topic, kind, typestore=one)
+            for when, message in messages(one, kind, True):
+                bag.write(connection, when, one.serialize_ros1(message, kind))
+    with Writer1(place / "no_imu.bag") as bag:
+        connection = bag.add_connection("/chatter", "std_msgs/msg/String", typestore=one)
+        text = one.types["std_msgs/msg/String"](data="hello")
+        bag.write(connection, 1, one.serialize_ros1(text, "std_msgs/msg/String"))
+    for name, plugin in (("sqlite3", StoragePlugin.SQLITE3), ("mcap", StoragePlugin.MCAP)):
+        with Writer2(place / name, version=9, storage_plugin=plugin) as bag:
+            kind = "sensor_msgs/msg/Imu"
+            connection = bag.add_connection("/imu/data_raw", kind, typestore=two)
+            for when, message in messages(two, kind, False):
+                bag.write(connection, when, two.serialize_cdr(message, kind))
+    shutil.move(place / "sqlite3" / "sqlite3.db3", place / "bare.db3")
+    shutil.rmtree(place / "sqlite3")
+    whole = {
+        "rate": 100,
+        "samples": N,
+        "channels": channels(TRIADS, "rad/s", "m/s²"),
+        "first": first(GYRO, ACC),
+        "start": int(STAMPS[0]),
+        "source": {"topic": "/imu/data_raw"},
+        "timebase": {"source": "stamp", "unit": "ns"},
+    }
+    save(
+        place,
+        {
+            "imu with blank.bag": whole,
+            "bare.db3": whole,
+            "mcap": whole,
+            "nested.bag": whole | {"source": {"topic": "/sensor"}},
+            "no_imu.bag": {"error": "InputError", "match": r"/chatter \(std_msgs"},
+        },
+    )
+
+
+if __name__ == "__main__":
+    numpy_file()
+    parquet()
+    matlab()
+    rosbag()

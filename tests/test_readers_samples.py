@@ -1,0 +1,74 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Every file in tests/samples/<reader>/ is read and compared with what expected.json says about it.
+
+To add a sample: put the file there and an entry into expected.json. Keys of an entry: options of `read`, then
+either error and match (a pattern), or channels, rate, samples, first (first values), start, missing (per
+channel), dtype, text, source and timebase (some of the notes), guess (a part of one).
+"""
+
+from __future__ import annotations
+
+import json
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from allanite import errors
+from allanite.readers import read
+from allanite.recording import Recording
+
+SAMPLES = Path(__file__).resolve().parent / "samples"
+CASES = [
+    pytest.param(folder / name, expected, id=f"{folder.name}/{name}")
+    for folder in sorted(p.parent for p in SAMPLES.glob("*/expected.json"))
+    for name, expected in json.loads((folder / "expected.json").read_text(encoding="utf-8")).items()
+]
+
+
+@pytest.mark.parametrize(("path", "expected"), CASES)
+def test_sample(path: Path, expected: dict[str, Any]) -> None:
+    options = expected.get("options", {})
+    if path.suffix in (".bag", ".db3", ".mcap") or path.is_dir():
+        pytest.importorskip("rosbags", reason="the extra allanite[ros] is not installed")
+    if "error" in expected:
+        with pytest.raises(getattr(errors, expected["error"])) as error:
+            read(path, **options)
+        assert re.search(expected["match"], str(error.value)), str(error.value)
+        return
+    recording = read(path, **options)
+    must_match(recording, expected)
+
+
+def must_match(recording: Recording, expected: dict[str, Any]) -> None:
+    channels = [{"name": c.name, "kind": c.kind.value, "unit": c.unit} for c in recording.channels]
+    assert channels == expected["channels"]
+    assert recording.rate == pytest.approx(expected["rate"], rel=expected.get("rate_tolerance", 1e-12))
+    assert recording.n_samples == expected["samples"]
+    if "first" in expected:
+        first = [recording.raw(n, 0, 1)[0] + recording.origin(n) for n in recording.names]
+        assert first == pytest.approx(expected["first"], rel=1e-15)
+    if "start" in expected:
+        assert recording.start == expected["start"]
+    if "dtype" in expected:
+        assert {str(c.dtype) for c in recording.columns} == {expected["dtype"]}
+    missing = {n: int(np.isnan(recording.values(n)).sum()) for n in recording.names}
+    assert missing == {n: expected.get("missing", {}).get(n, 0) for n in recording.names}
+    for part in ("text", "source", "timebase"):
+        facts = recording.notes.get(part, {})
+        for key, value in expected.get(part, {}).items():
+            assert facts[key] == value, f"notes[{part!r}][{key!r}]"
+    guesses = recording.notes.get("text", recording.notes["source"])["guesses"]
+    assert any(expected.get("guess", "") in g for g in guesses) or "guess" not in expected, guesses
+    json.dumps(recording.notes)  # plain data
+
+
+def test_every_reader_has_samples_and_every_sample_is_expected() -> None:
+    from allanite.readers import READERS
+
+    for name in READERS:
+        folder = SAMPLES / name
+        listed = set(json.loads((folder / "expected.json").read_text(encoding="utf-8")))
+        assert {p.name for p in folder.iterdir()} - {"expected.json"} == listed, name

@@ -1,0 +1,132 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Recordings into files and back, and files that are whole or absent."""
+
+from __future__ import annotations
+
+import os
+import stat
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import allanite as al
+from allanite.atomic_file import fresh, make_folder
+from allanite.errors import InputError, StorageError
+from allanite.recording_file import FORMATS, summary, write_recording
+
+
+@pytest.fixture
+def recording(rng: np.random.Generator) -> al.Recording:
+    samples = rng.normal(0, 0.01, (3000, 2))
+    samples[1000:1200, 1] = np.nan
+    return al.Recording.from_rate(
+        samples,
+        rate=32.0,
+        unit="deg/s",
+        names=["gyro_x", "gyro_y"],
+        sampling="point",
+        start=1_700_000_000_000_000_000,
+    )
+
+
+def test_parquet_keeps_everything(recording: al.Recording, tmp_path: Path) -> None:
+    path = write_recording(recording, tmp_path / "r.parquet")
+    back = al.read(path)
+    assert (back.rate, back.start, back.channels) == (recording.rate, recording.start, recording.channels)
+    for name in recording.names:
+        np.testing.assert_array_equal(back.values(name), recording.values(name))
+
+
+def test_csv_keeps_samples_units_and_rate(recording: al.Recording, tmp_path: Path) -> None:
+    path = write_recording(recording, tmp_path / "r.csv")
+    back = al.read(path, sampling="point")
+    assert back.rate == pytest.approx(32.0, rel=1e-8)
+    assert [c.unit for c in back.channels] == ["deg/s", "deg/s"]
+    for name in recording.names:
+        np.testing.assert_array_equal(back.values(name), recording.values(name))
+
+
+def test_npy_keeps_samples_and_the_summary_says_what_it_does_not(
+    recording: al.Recording, tmp_path: Path
+) -> None:
+    path = write_recording(recording, tmp_path / "r.npy")
+    np.testing.assert_array_equal(np.load(path)[:, 1], recording.values("gyro_y"))
+    assert summary(recording, path).endswith("(read it with --rate 32 --unit deg/s)")
+    alone = recording.select("gyro_x")
+    assert np.load(write_recording(alone, tmp_path / "one.npy")).shape == (3000,)
+
+
+@pytest.mark.parametrize("suffix", FORMATS)
+def test_integers_far_from_zero_survive(suffix: str, tmp_path: Path) -> None:
+    base = 1 << 60
+    whole = np.arange(base, base + 400, dtype=np.int64)
+    recording = al.Recording.from_rate(whole, rate=10.0, unit="LSB")
+    path = write_recording(recording, tmp_path / f"r{suffix}")
+    back = al.read(path, rate=None if suffix != ".npy" else 10.0, unit="LSB")
+    steps = np.diff(back.values(back.names[0]))
+    assert np.all(steps == 1) if suffix == ".parquet" else np.all(np.abs(steps) <= 256)
+
+
+def test_blocks_are_written_in_their_order(tmp_path: Path) -> None:
+    recording = al.Recording.from_rate(
+        np.arange(100_000.0), rate=1.0, unit="V"
+    )  # more than a block of the CSV writer
+    for suffix in FORMATS:
+        back = al.read(write_recording(recording, tmp_path / f"r{suffix}"), rate=1.0, unit="V")
+        np.testing.assert_array_equal(back.values(back.names[0]), np.arange(100_000.0))
+
+
+def test_progress_ends_at_one(recording: al.Recording, tmp_path: Path) -> None:
+    for suffix in FORMATS:
+        seen: list[float] = []
+        write_recording(recording, tmp_path / f"p{suffix}", progress=seen.append)
+        assert seen[-1] == pytest.approx(1.0)
+        assert seen == sorted(seen)
+
+
+def test_other_suffixes_and_existing_files_are_refused(recording: al.Recording, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"\.parquet, \.npy, \.csv"):
+        write_recording(recording, tmp_path / "r.xlsx")
+    path = write_recording(recording, tmp_path / "r.csv")
+    with pytest.raises(StorageError, match="--force"):
+        write_recording(recording, path)
+    assert write_recording(recording, path, force=True) == path
+
+
+def write(path: Path, text: str, *, force: bool = False, fail: bool = False) -> None:
+    with fresh(path, force=force) as place:
+        assert place.suffix == path.suffix
+        place.write_text(text)
+        if fail:
+            raise RuntimeError("in the middle")
+
+
+def test_a_file_is_whole_or_absent(tmp_path: Path) -> None:
+    target = tmp_path / "whole.txt"
+    with pytest.raises(RuntimeError):
+        write(target, "half", fail=True)
+    assert list(tmp_path.iterdir()) == []
+    write(target, "old")
+    with pytest.raises(RuntimeError):
+        write(target, "half", force=True, fail=True)
+    assert target.read_text() == "old"
+    write(target, "new", force=True)
+    assert target.read_text() == "new"
+    assert list(tmp_path.iterdir()) == [target]
+
+
+def test_a_new_file_has_the_rights_that_the_user_gives_new_files(tmp_path: Path) -> None:
+    mask = os.umask(0o027)
+    try:
+        with fresh(tmp_path / "a") as place:
+            place.write_text("")
+    finally:
+        os.umask(mask)
+    assert stat.S_IMODE((tmp_path / "a").stat().st_mode) == 0o640
+
+
+def test_a_file_in_the_place_of_a_folder_is_named(tmp_path: Path) -> None:
+    (tmp_path / "x").write_text("")
+    with pytest.raises(StorageError, match="x"):
+        make_folder(tmp_path / "x")

@@ -1,0 +1,128 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Numbers, units and sentences: what people read."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import pytest
+
+import sample_study
+from allanite import wording
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (0.0, "0"),
+        (0.01234, "0.0123"),
+        (9.996, "10.0"),
+        (999.6, "1000"),
+        (123456.0, "123456"),
+        (1.234e7, "1.23e+07"),
+        (-1.234e-5, "-1.23e-05"),
+        (9.999e-4, "0.00100"),
+        (math.inf, "∞"),
+        (math.nan, "–"),
+        (None, "–"),
+    ],
+)
+def test_number_keeps_three_digits(value: float | None, text: str) -> None:
+    assert wording.number(value) == text
+
+
+@pytest.mark.parametrize(
+    ("value", "lower", "upper", "texts"),
+    [
+        (0.30012, 0.2994, 0.3009, ("0.30012", "0.29940", "0.30090")),
+        (5.1, 4.6, 5.6, ("5.10", "4.60", "5.60")),
+        (66.0, 7.1, 97.2, ("66", "7", "97")),
+        (8.73e-5, 8.71e-5, 8.75e-5, ("8.730e-05", "8.710e-05", "8.750e-05")),
+        (9.6e-7, 5.4e-7, 1.01e-6, ("9.6e-07", "5.4e-07", "10.1e-07")),
+        (3.0, 0.0, None, ("3.0", "0.0", "–")),
+        (3.0, 1.0, math.inf, ("3.0", "1.0", "∞")),
+        (0.0, 0.0, 0.0, ("0", "0", "0")),
+    ],
+)
+def test_interval_shows_the_second_digit_of_the_half_width_and_one_exponent(
+    value: float, lower: float, upper: float | None, texts: tuple[str, str, str]
+) -> None:
+    assert wording.interval(value, lower, upper) == texts
+
+
+@pytest.mark.parametrize("value", [1e-300, 3.7e-12, 1.0, 5.5e5, 1e300])
+def test_rounding_moves_a_number_by_less_than_half_a_percent(value: float) -> None:
+    assert float(wording.number(value)) == pytest.approx(value, rel=5e-3)
+
+
+def test_people_read_the_coefficient_that_si_holds() -> None:
+    estimate = {"symbol": "N", "value": math.radians(0.3) / 60, "lower": math.radians(0.29) / 60}
+    estimate |= {"upper": math.radians(0.31) / 60, "supported": True, "note": ""}
+    found = wording.reading("rate", "", estimate)
+    assert found.text == "0.300 [0.290, 0.310] deg/√h"
+    assert found.si_unit == "rad/s/√Hz"
+    assert float(found.si) == pytest.approx(math.radians(0.3) / 60, rel=1e-3)
+
+
+@pytest.mark.parametrize("upper", [None, math.inf])
+def test_a_set_without_upper_end_is_said_to_be_unbounded(upper: float | None) -> None:
+    estimate = {"symbol": "K", "value": None, "lower": 0.0, "upper": upper, "supported": False}
+    assert wording.reading("rate", "", estimate).value == "not bounded"
+
+
+def test_si_units_follow_the_kind() -> None:
+    assert [wording.si_unit("rate", s) for s in "QNBKRT"] == [
+        "rad",
+        "rad/s/√Hz",
+        "rad/s",
+        "rad/s/√s",
+        "rad/s²",
+        "s",
+    ]
+    assert wording.si_unit("acceleration", "K") == "m/s²/√s"
+    assert wording.si_unit("counts", "N", "LSB") == "LSB/√Hz"
+    assert wording.si_unit("unknown", "B", "") == "units"
+
+
+def test_channels_are_grouped_by_unit_and_by_name_where_there_is_none() -> None:
+    def channel(name: str, kind: str, unit: str = "") -> dict[str, Any]:
+        return {"name": name, "kind": kind, "unit": unit}
+
+    made = [
+        channel("gx", "unknown"),
+        channel("ax", "unknown"),
+        channel("gy", "unknown"),
+        channel("w", "rate", "deg/s"),
+    ]
+    found = wording.groups([*made, channel("v", "rate", "rad/s")])
+    assert [[c["name"] for c in g.channels] for g in found] == [["gx", "gy"], ["ax"], ["w", "v"]]
+    assert [g.title for g in found] == ["gx, gy (unknown unit)", "ax (unknown unit)", "Gyroscope"]
+
+
+def test_the_verdict_says_what_is_resolved_what_is_bounded_and_what_is_doubtful() -> None:
+    gyro, accelerometer = wording.groups(sample_study.build()["channels"])
+    said = wording.verdict(gyro)
+    assert said[0].startswith("Angle random walk N is resolved on all three channels: 0.27")
+    assert any(
+        "K is resolved on gyro_x" in s and "only bounded on gyro_y and gyro_z: below 7.80" in s for s in said
+    )
+    assert any("gyro_y the record cannot decide" in s for s in said)
+    assert any("does not explain the curve of gyro_z (p < 0.001)" in s for s in said)
+    assert any(
+        s.startswith("The record does not show, but bounds: Q below") for s in wording.verdict(accelerometer)
+    )
+
+
+def test_the_limit_of_several_channels_is_the_largest() -> None:
+    _, accelerometer = wording.groups(sample_study.build()["channels"])
+    limits = [r.amount for c in accelerometer.channels if (r := wording.readings(c)["Q"])]
+    assert all(amount is not None and amount <= 1.37e-6 for amount in limits)
+    assert "Q below 1.37e-06 m/s" in wording.verdict(accelerometer)[-1]
+
+
+def test_an_accepted_finding_comes_after_an_open_one_of_its_severity() -> None:
+    findings = sample_study.build()["findings"]
+    assert next(f["code"] for kind in wording.finding_kinds(findings) for f in kind) == "clipping"
+    assert wording.worst([f for f in findings if not f["accepted"]])["code"] == "gap"  # type: ignore[index]
+    assert wording.worst([f for f in findings if f["severity"] == "info"]) is None
