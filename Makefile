@@ -26,7 +26,7 @@ test: $(VENV)/.dev ## run the tests (a few minutes)
 verify: $(VENV)/.dev ## long statistical runs: coverage and efficiency (hours); results go to verification/
 	$(BIN)/python -m verification
 
-bench: $(VENV)/.bench ## speed and memory beside allantools and plain NumPy
+bench: $(VENV)/.dev ## speed and memory beside allantools and plain NumPy
 	$(BIN)/python -m benchmarks
 
 docs: $(VENV)/.dev ## bring the generated reference pages up to date, run every example of the documents
@@ -62,10 +62,6 @@ $(VENV)/.run: $(BUILD_INPUTS) | $(BIN)/python
 $(VENV)/.dev: $(BUILD_INPUTS) | $(BIN)/python
 	$(BIN)/python -m pip install --quiet -e ".[dev]"
 	@touch $(VENV)/.run $@
-
-$(VENV)/.bench: $(VENV)/.dev
-	$(BIN)/python -m pip install --quiet "allantools>=2024.6"
-	@touch $@
 
 # Says what is missing, and the command that brings it, before anything starts.
 prerequisites:

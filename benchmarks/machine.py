@@ -1,5 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a result was measured on: enough to judge it, nothing that names a person or a place."""
+"""What a result was measured on: enough to judge it, nothing that names a person or a place.
+
+`load` is the load average over the last 15 minutes, the measurement included: above the number of threads of the
+measurement the machine was busy with something else, and the numbers are worth less.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +20,7 @@ RESULTS = Path(__file__).parent / "results"
 
 
 def describe(*packages: str) -> dict[str, Any]:
-    """Date, processor, memory, Python, versions."""
+    """Date, processor, memory, load, Python, versions."""
     cpu = [line for line in _lines("/proc/cpuinfo") if line.startswith("model name")]
     memory = [line for line in _lines("/proc/meminfo") if line.startswith("MemTotal")]
     return {
@@ -25,6 +29,7 @@ def describe(*packages: str) -> dict[str, Any]:
         "cores": os.cpu_count(),
         "memory_gib": round(int(memory[0].split()[1]) / 2**20) if memory else None,
         "system": f"{platform.system()} {platform.machine()}",
+        "load": round(os.getloadavg()[2], 1),
         "python": platform.python_version(),
         **{name: metadata.version(name) for name in ("allanite", "numpy", *packages)},
     }

@@ -17,6 +17,7 @@ import numpy as np
 import pytest
 
 import allanite as al
+import sample_study
 from allanite.cli import ByChannel, Duration, Lags, cli, main
 from allanite.delivery import RESULTS, curve_of
 from allanite.errors import InputError
@@ -34,6 +35,12 @@ class Done(NamedTuple):
 
 
 Run = Callable[..., Done]
+
+
+@pytest.fixture(autouse=True)
+def wide(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Nobody says how wide the terminal is."""
+    monkeypatch.delenv("COLUMNS", raising=False)
 
 
 @pytest.fixture
@@ -214,6 +221,19 @@ def test_the_table_shows_people_units_and_si_and_what_comes_next(
     assert done.err == ""
 
 
+def test_a_narrow_terminal_hides_nothing(run: Run, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setenv("COLUMNS", "70")
+    done = run("fit", folder / "results" / "allan.csv")
+    assert "…" not in done.out
+    assert max(map(len, done.out.splitlines())) <= 70
+    model = al.Study.load(folder / "results" / "study.json")["gyro"]["models"][0]
+    from allanite.wording import reading
+
+    for estimate in model["estimates"]:
+        found = reading("rate", "", estimate)
+        assert found.symbol not in "QNBKR" or (found.value in done.out and found.si in done.out)
+
+
 def test_json_prints_the_study_alone_and_writes_no_file(
     run: Run, folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -272,6 +292,7 @@ def test_a_gap_ends_characterize_and_convert_with_three(run: Run, gap_log: Path,
     back = al.read(tmp_path / "gap.parquet")
     assert int(np.isnan(back.values("gyro")).sum()) == 100
     assert back["gyro"].unit == "deg/s"
+    assert run("allan", tmp_path / "gap.parquet", "--json").code == 3
     assert run("characterize", tmp_path / "gap.parquet", "--json").code == 3
 
 
@@ -303,6 +324,15 @@ def test_a_saved_curve_is_fitted_like_the_log(run: Run, folder: Path, tmp_path: 
     assert "slopes" in json.loads(run("fit", curve, "--method", "slopes", "--json").out)["gyro"]["family"]
 
 
+def test_a_faulty_log_is_not_fitted_unless_accepted(
+    run: Run, tmp_path: Path, rng: np.random.Generator
+) -> None:
+    np.save(tmp_path / "clipped.npy", np.clip(rng.normal(0.1, 0.01, 6000), 0.09, 0.11))
+    options = ["--rate", "10", "--unit", "deg/s"]
+    assert run("fit", tmp_path / "clipped.npy", *options).code == 1
+    assert run("fit", tmp_path / "clipped.npy", *options, "--accept", "clipping").code == 0
+
+
 def test_allan_shows_saves_and_draws(run: Run, folder: Path, tmp_path: Path) -> None:
     shown = run("allan", folder / "gyro.csv", "--taus", "1,10", "--statistic", "mdev").out
     assert "gyro [deg/h]" in shown
@@ -312,6 +342,18 @@ def test_allan_shows_saves_and_draws(run: Run, folder: Path, tmp_path: Path) -> 
     picture = tmp_path / "curve.svg"
     assert run("allan", folder / "gyro.csv", "--plot", picture).code == 0
     assert picture.read_text(encoding="utf-8").startswith("<?xml")
+
+
+def test_lags_that_one_channel_lacks_are_empty_in_the_common_curve() -> None:
+    document = sample_study.build()
+    short = document["channels"][1]["curve"]
+    for key in ("lags", "tau", "deviation", "lower", "upper", "edf", "count", "used"):
+        short[key] = short[key][1:]
+    made = curve_of(al.Study.from_json(document))
+    assert made.lags[0] == 1
+    assert np.isnan(made.deviation[0, 1])
+    assert made.count[0, 1] == 0
+    np.testing.assert_array_equal(made.deviation[1:, 1], short["deviation"])
 
 
 def test_the_curve_of_a_study_is_that_of_its_csv(folder: Path) -> None:

@@ -4,6 +4,9 @@
 from __future__ import annotations
 
 import math
+import re
+from collections.abc import Callable
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -199,6 +202,39 @@ def test_a_saved_curve_is_fitted_like_the_record(tmp_path: object) -> None:
     curve = al.allan_curve(Recording.from_rate(y, rate=10.0, unit="deg/s"))
     again = al.AllanCurve.from_csv(curve.to_csv(f"{tmp_path}/allan.csv"))
     assert al.fit(again) == al.fit(curve)
+
+
+_IMU_UTILS = ["A3", "N3", "16448", "gx4", "xsens"]
+
+
+def _foreign_curve(folder: Path, name: str, axis: str) -> al.AllanCurve:
+    """Curves computed by another program, in deg/h; the record was some three times the last lag long."""
+    tau = np.loadtxt(folder / f"data_{name}_gyr_t.txt")
+    deviation = np.loadtxt(folder / f"data_{name}_gyr_{axis}.txt")
+    dt = float(tau[0])
+    return al.AllanCurve.from_arrays(tau, deviation, dt=dt, n_samples=round(3 * tau[-1] / dt), unit="deg/h")
+
+
+def _printed(folder: Path, name: str, axis: str) -> float:
+    text = (folder / f"{name}_imu_param.yaml").read_text()
+    return float(re.search(rf"{axis}-axis:\s*\n\s*gyr_n:\s*([-+.\de]+)", text)[1])  # type: ignore[index]
+
+
+@pytest.mark.parametrize("name", _IMU_UTILS)
+def test_a_curve_alone_gives_what_another_program_printed(real_data: Callable[[str], Path], name: str) -> None:
+    """It printed the value at 1 s as white noise; ours tells what else is in it, and the sum is the same within 8 %."""
+    folder = real_data("imu_utils_curves")
+    model = al.fit(_foreign_curve(folder, name, "y"))
+    assert float(model.adev(1.0)) == pytest.approx(_printed(folder, name, "y"), rel=0.08)
+    n = model.estimate("N")
+    assert n is not None and n.supported and n.upper < 1.02 * float(model.adev(1.0))
+
+
+def test_a_printed_density_that_is_none_stands_out(real_data: Callable[[str], Path]) -> None:
+    """One file holds the deviation per sample under the name of the density: sqrt(196 Hz) = 14 times too large."""
+    folder = real_data("imu_utils_curves")
+    model = al.fit(_foreign_curve(folder, "BMI160", "y"))
+    assert _printed(folder, "BMI160", "y") / float(model.adev(1.0)) == pytest.approx(14.0, rel=0.15)
 
 
 def test_refusals() -> None:

@@ -272,7 +272,7 @@ def clean_records(seed: int) -> list[tuple[str, np.ndarray]]:
     rng = np.random.default_rng([20261121, seed])
     n = 20_000
     noise = white(rng, n)
-    smooth = np.convolve(noise, np.ones(8) / 8.0, "same")
+    smooth, smoother = (np.convolve(noise, np.hanning(k + 2)[1:-1], "same") for k in (7, 31))
     return [
         ("white", noise + 12.0),
         ("white, flicker, walk", noise + 0.3 * flicker(rng, n) + walk(rng, n, 0.01)),
@@ -280,6 +280,7 @@ def clean_records(seed: int) -> list[tuple[str, np.ndarray]]:
         ("pure flicker", flicker(rng, n)),
         ("pure walk", walk(rng, n, 1.0)),
         ("low-pass filtered", smooth),
+        ("low-pass filtered at a twentieth of the rate", smoother),
         ("steps of 0.4 sigma", np.round(noise / 0.4 + walk(rng, n, 0.05)) * 0.4),
         ("float32 at 9.81", (1e-3 * noise + 9.81).astype(np.float32)),
         ("int16 counts", np.round(30.0 * noise + 500.0).astype(np.int16)),

@@ -233,6 +233,13 @@ def test_class_10_every_second_count_is_named(rng: np.random.Generator) -> None:
     assert "4 counts" in named["resolution_step"].message
 
 
+def test_the_step_of_counts_that_were_scaled_in_float32(rng: np.random.Generator) -> None:
+    counts = np.round(12.0 * white(rng, N) + walk(rng, N, 2.0))
+    scaled = (counts.astype(np.float32) * np.float32(0.00875)).astype(np.float64) * math.pi / 180.0
+    step = next(f for f in check(record(scaled, unit="rad/s")) if f.code == "resolution_step")
+    assert f"{0.00875 * math.pi / 180.0:.4g} rad/s" in step.message
+
+
 @pytest.mark.parametrize("noise_steps", [0.0, 0.1])
 def test_c9_angle_quantiser_whose_errors_follow_a_pattern(
     rng: np.random.Generator, noise_steps: float
@@ -405,6 +412,20 @@ def test_b17_small_impulses_are_reported_and_kept(rng: np.random.Generator) -> N
     assert (finding.severity, finding.count, finding.excludes) == (Severity.INFO, 2, False)
     prepared, _ = prepare(record(samples), [finding])
     assert not np.isnan(prepared.values("signal")).any()
+
+
+def test_b17_a_knock_is_left_out_whole(rng: np.random.Generator) -> None:
+    n = 500_000
+    samples = white(rng, n)
+    ring = 80.0 * np.exp(-np.arange(120) / 25.0) * np.cos(1.1 * np.arange(120))
+    samples[200_000:200_120] += ring
+    finding = found(samples)["spikes"]
+    assert finding.excludes
+    assert len(finding.spans) == 1
+    (start, stop) = finding.places[0]
+    assert 200_000 <= start < 200_003
+    assert 200_040 <= stop <= 200_120
+    assert finding.count > 30
 
 
 def test_b17_a_spike_in_an_angle(rng: np.random.Generator) -> None:

@@ -60,10 +60,11 @@ def test_adis16405_the_impulses_no_longer_bend_the_curve(adis: Recording) -> Non
         left = np.isnan(prepared.values(name)).sum()
         spikes = table(findings).get(("spikes", name))
         assert left == (len_of(spikes) if spikes is not None and spikes.excludes else 0)
-        assert spikes is None or len(spikes.spans) <= 6  # few gaps: the long lags keep their windows
+        if spikes is not None and spikes.excludes:
+            assert len(spikes.spans) <= 5  # few gaps: the long lags keep their windows
         raw, kept = (np.nanmean(np.diff(r.values(name)) ** 2) for r in (adis, prepared))
         clean = np.sort(np.abs(np.diff(adis.values(name))))[:-100]
-        assert kept == pytest.approx(np.mean(clean**2), rel=5e-3)  # half of that in N
+        assert kept == pytest.approx(np.mean(clean**2), rel=1.2e-2)  # 1e-2 may be left, half of that in N
         if name == "az":
             assert raw > 1.05 * kept
 

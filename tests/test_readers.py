@@ -340,6 +340,21 @@ def test_a_missing_extra_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
         read(tmp_path / "a.bag")
 
 
+def test_a_header_in_another_encoding_may_be_repeated(tmp_path: Path) -> None:
+    rows = "".join(f"{k / 10:.1f};{k},5\n".replace(".", ",") for k in range(10))
+    (tmp_path / "a.csv").write_text(("Zeit [s];Drehrate [°/s]\n" + rows) * 2, encoding="cp1252")
+    recording = read(tmp_path / "a.csv")
+    assert (recording.n_samples, recording.notes["text"]["encoding"]) == (20, "cp1252")
+    assert recording.notes["timebase"]["backward_rows"] == [10]
+    assert recording["Drehrate"].unit == "°/s"
+
+
+def test_a_time_that_cannot_be_read_is_named(tmp_path: Path) -> None:
+    (tmp_path / "a.csv").write_text("time,wx\n" + "".join(f"T+{k}s,{k}.5\n" for k in range(10)))
+    with pytest.raises(InputError, match=r"--rate.*words left out: time"):
+        read(tmp_path / "a.csv")
+
+
 # -- Parquet of our own ------------------------------------------------------------------------------------
 
 

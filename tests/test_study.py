@@ -21,7 +21,9 @@ TRUTH = NoiseModel.of(White(N=1e-4), RandomWalk(K=1e-5))
 
 @pytest.fixture(scope="module")
 def study() -> al.Study:
-    record = al.simulate({"gyro_x": TRUTH, "gyro_y": NoiseModel.of(White(N=2e-4))}, rate=50.0, duration=1500.0, seed=4)
+    record = al.simulate(
+        {"gyro_x": TRUTH, "gyro_y": NoiseModel.of(White(N=2e-4))}, rate=50.0, duration=1500.0, seed=4
+    )
     return al.characterize(record)
 
 
@@ -78,7 +80,11 @@ def test_progress_rises_to_one() -> None:
         al.simulate(NoiseModel.of(White(N=1.0)), rate=10.0, duration=200.0, seed=1),
         progress=lambda fraction, text: seen.append(fraction),
     )
-    assert seen[0] == 0.0 and seen[-1] == 1.0 and all(b >= a - 1e-12 for a, b in zip(seen, seen[1:], strict=False))
+    assert (
+        seen[0] == 0.0
+        and seen[-1] == 1.0
+        and all(b >= a - 1e-12 for a, b in zip(seen, seen[1:], strict=False))
+    )
 
 
 def test_a_fatal_finding_refuses_and_can_be_accepted() -> None:
@@ -146,7 +152,9 @@ def test_float32_at_one_g_and_int16_counts() -> None:
 
 
 def test_short_records_give_limits_not_numbers() -> None:
-    study = al.characterize(al.simulate(NoiseModel.of(White(N=1.0), Flicker(B=0.01)), rate=10.0, duration=100.0, seed=1))
+    study = al.characterize(
+        al.simulate(NoiseModel.of(White(N=1.0), Flicker(B=0.01)), rate=10.0, duration=100.0, seed=1)
+    )
     e = study.models["gyro"].estimate("B")
     assert e is not None and not e.supported and math.isfinite(e.upper)
 
@@ -169,7 +177,9 @@ def test_every_static_recording_is_characterised(
     record = al.read(real_data(name), **options)  # type: ignore[arg-type]
     whole = record if record.n_samples < 300_000 else record.window(0.0, 2000.0)
     study = al.characterize(whole.select(*whole.names[:3]))
-    assert all(c["models"] or "not_fitted" in {f.code for f in study.findings} for c in study.document["channels"])
+    assert all(
+        c["models"] or "not_fitted" in {f.code for f in study.findings} for c in study.document["channels"]
+    )
     if "tinit" in name:  # 449 s of an MPU-6050: the floor is not reached, B is a limit
         for model in study.models.values():
             b = model.estimate("B")

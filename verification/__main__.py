@@ -25,7 +25,9 @@ def main() -> None:
     parser.add_argument("--runs", type=int, default=500)
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
     parser.add_argument("--only", action="append", help="name of a scenario; may be repeated")
-    parser.add_argument("--cache", type=Path, default=HERE / "cache", help="records already done are kept here")
+    parser.add_argument(
+        "--cache", type=Path, default=HERE / "cache", help="records already done are kept here"
+    )
     given = parser.parse_args()
     given.cache.mkdir(exist_ok=True)
     chosen = [s for s in SCENARIOS if not given.only or s.name in given.only]

@@ -27,8 +27,9 @@ def _table(rows: list[Json], seed: int, date: str) -> str:
         "# Coverage of the 95 % sets",
         "",
         f"{date}, root seed {seed}; `make verify`. Every record counts, supported or not. *Bound*: relative standard",
-        "deviation that the record allows at best. *rms*: relative root-mean-square error of the estimate, linear scale, an",
-        "unsupported parameter counted as zero. One-sided (truth zero or below three bounds): only the lower gate applies.",
+        "deviation that the record allows at best. *rms*: relative root-mean-square error of the estimate, linear",
+        "scale, an unsupported parameter counted as zero. One-sided (truth zero or below three bounds): only the lower",
+        "gate applies.",
         "",
         "| scenario | record | parameter | truth | bound | coverage | gate | supported | rms | rms/bound |",
         "|---|---|---|---|---|---|---|---|---|---|",
@@ -36,13 +37,22 @@ def _table(rows: list[Json], seed: int, date: str) -> str:
     for r in rows:
         for p in r["parameters"]:
             gate = f"≥ {r['gate'][0]:.3f}" if p["one_sided"] else f"{r['gate'][0]:.3f} to {r['gate'][1]:.3f}"
-            ratio = p["rms"] / p["bound"] if p["rms"] is not None and p["bound"] and not p["one_sided"] else None
+            ratio = (
+                p["rms"] / p["bound"] if p["rms"] is not None and p["bound"] and not p["one_sided"] else None
+            )
             lines.append(
-                f"| {r['name']} | {_record(r)} | {_name(p['symbol'])} | {_value(p['truth'])} | {_percent(p['bound'])} | "
+                f"| {r['name']} | {_record(r)} | {_name(p['symbol'])} | {_value(p['truth'])} | "
+                f"{_percent(p['bound'])} | "
                 f"**{p['coverage']:.3f}**{'' if p['passes'] else ' (fails)'} | {gate} | {p['supported']:.3f} | "
                 f"{_percent(p['rms'])} | {'' if ratio is None else f'{ratio:.2f}'} |"
             )
-    lines += ["", "## Absent terms declared", "", "| scenario | share of records | both families shown |", "|---|---|---|"]
+    lines += [
+        "",
+        "## Absent terms declared",
+        "",
+        "| scenario | share of records | both families shown |",
+        "|---|---|---|",
+    ]
     for r in rows:
         shares = ", ".join(f"{_name(k)} {v:.3f}" for k, v in r["false"].items())
         lines.append(f"| {r['name']} | {shares} | {r['undecided']:.3f} |")
@@ -80,10 +90,18 @@ def _picture(rows: list[Json], path: Path) -> None:
         marker, face = ("^", "white") if p["one_sided"] else ("o", "#1f5a96" if p["passes"] else "#c0392b")
         axes.plot(p["coverage"], -i, marker, color="#1f5a96" if p["passes"] else "#c0392b", mfc=face, ms=5)
     axes.plot([], [], "o", color="#1f5a96", label="two-sided set")
-    axes.plot([], [], "^", color="#1f5a96", mfc="white", label="truth zero or below three bounds: at least the band")
-    axes.set_yticks([-i for i in range(len(labels))], [f"{r['name']}: {_name(p['symbol'])}" for r, p in labels], fontsize=7)
+    axes.plot(
+        [], [], "^", color="#1f5a96", mfc="white", label="truth zero or below three bounds: at least the band"
+    )
+    axes.set_yticks(
+        [-i for i in range(len(labels))],
+        [f"{r['name']}: {_name(p['symbol'])}" for r, p in labels],
+        fontsize=7,
+    )
     axes.set_xlim(0.88, 1.003)
     axes.set_ylim(-len(labels) + 0.3, 0.7)
     axes.set_xlabel("share of records whose 95 % set contains the truth")
-    axes.legend(fontsize=7, loc="upper center", bbox_to_anchor=(0.4, 1.0 + 2.2 / len(labels)), ncols=3, frameon=False)
+    axes.legend(
+        fontsize=7, loc="upper center", bbox_to_anchor=(0.4, 1.0 + 2.2 / len(labels)), ncols=3, frameon=False
+    )
     figure.savefig(path, dpi=130)

@@ -263,8 +263,11 @@ def info(log: str, as_json: bool, **options: Any) -> int:
 def allan(
     log: str, taus: Any, statistic: str, engine: Any, confidence: float, output: str | None, figure: str | None,
     force: bool, as_json: bool, **options: Any,
-) -> None:  # fmt: skip
-    """Compute the Allan deviation of a LOG, and nothing else."""
+) -> int:  # fmt: skip
+    """Compute the Allan deviation of a LOG, and nothing else.
+
+    Gaps and overloads are left out; no other fault is looked for: see `allanite info`.
+    """
     from allanite import delivery, terminal
     from allanite.allan import allan_curve
 
@@ -280,6 +283,7 @@ def allan(
         _print_json({name: curve[name].to_json() for name in curve.names})
     elif output is None and figure is None:
         terminal.show_curve(curve)
+    return LOSS if any(len(runs) for runs in curve.missing) else 0
 
 
 @command("allanite fit allan.csv --json")
@@ -292,22 +296,33 @@ def allan(
     show_default=True,
     help="Full covariance with intervals, or the reading by slopes.",
 )
+@click.option(
+    "--accept", multiple=True, metavar="FINDING", help="Go on in spite of this finding (repeatable)."
+)
 @click.option("-o", "--output", type=click.Path(dir_okay=False), help="Write the models as JSON.")
 @force_option
 @json_option
 def fit(
-    curve_or_log: str, method: str, output: str | None, force: bool, as_json: bool, **options: Any
+    curve_or_log: str, method: str, accept: tuple[str, ...], output: str | None, force: bool, as_json: bool,
+    **options: Any,
 ) -> None:  # fmt: skip
-    """Fit noise models to a saved curve or to a log (CURVE_OR_LOG)."""
+    """Fit noise models to a saved curve or to a log (CURVE_OR_LOG).
+
+    A log is characterised first: faults are refused, spectral lines are kept out of the fit.
+    """
     from allanite import delivery, model_file, terminal
 
-    models = delivery.fit_all(delivery.load_curve(_place(curve_or_log), **options), method=method)
+    with terminal.progress(quiet=as_json) as advance:
+        channels = delivery.fit_file(
+            _place(curve_or_log), method=method, accept=accept, progress=advance, **options
+        )
+    models = {c["name"]: c["models"][0] for c in channels if c["models"]}
     if output is not None:
         model_file.save_models(models, output, force=force)
     if as_json:
-        _print_json({name: model.to_json() for name, model in models.items()})
+        _print_json(models)
     else:
-        terminal.show_models(delivery.as_channels(models))
+        terminal.show_models(channels)
 
 
 @command("allanite simulate study.json --duration 7d --seed 1 -o twin.parquet")

@@ -21,21 +21,18 @@ from allanite.errors import DataQualityError, InputError
 if TYPE_CHECKING:
     from allanite.allan import AllanCurve
     from allanite.health import Finding
-    from allanite.noise import NoiseModel
     from allanite.recording import Recording, Sampling
     from allanite.study import Study
 
 __all__ = [
     "RESULTS",
     "Delivered",
-    "as_channels",
     "curve_of",
     "describe",
     "file_sha256",
-    "fit_all",
+    "fit_file",
     "has_gaps",
     "is_lossy",
-    "load_curve",
     "read_part",
     "refuse_figure",
     "refuse_results",
@@ -206,7 +203,7 @@ def write_results(
 
 
 def curve_of(study: Study) -> AllanCurve:
-    """The curves of all channels of a study as one `AllanCurve`."""
+    """The curves of all channels of a study as one `AllanCurve`, NaN at lags that a channel does not have."""
     import numpy as np
 
     from allanite.allan import AllanCurve
@@ -215,21 +212,22 @@ def curve_of(study: Study) -> AllanCurve:
     document = study.document
     parts = [c["curve"] for c in document["channels"]]
     known = {c["name"]: c for c in document["recording"]["channels"]}
+    lags = np.unique(np.concatenate([p["lags"] for p in parts])).astype(np.int64)
     table = {
-        key: np.array([p[key] for p in parts], dtype=np.float64).T
-        for key in ("deviation", "lower", "upper", "edf", "count")
+        k: np.full((lags.size, len(parts)), np.nan) for k in ("deviation", "lower", "upper", "edf", "count")
     }
+    for i, part in enumerate(parts):
+        rows = np.searchsorted(lags, part["lags"])
+        for key, values in table.items():
+            values[rows, i] = np.array(part[key], dtype=np.float64)
+    count = np.nan_to_num(table.pop("count")).astype(np.int64)
     bases = {p["interval_basis"] for p in parts}
     first = parts[0]
     return AllanCurve(
         statistic=first["statistic"],
-        lags=np.array(first["lags"], dtype=np.int64),
-        tau=np.array(first["tau"]),
-        deviation=table["deviation"],
-        lower=table["lower"],
-        upper=table["upper"],
-        edf=table["edf"],
-        count=np.nan_to_num(table["count"]).astype(np.int64),
+        lags=lags,
+        tau=lags * first["dt"],
+        count=count,
         confidence=first["confidence"],
         channels=tuple(Channel.from_json(known[c["name"]]) for c in document["channels"]),
         dt=first["dt"],
@@ -237,6 +235,7 @@ def curve_of(study: Study) -> AllanCurve:
         missing=tuple(np.array(p.get("missing") or [], dtype=np.int64).reshape(-1, 2) for p in parts),
         engine=first["engine"],
         interval_basis=bases.pop() if len(bases) == 1 else "exact under the model of each channel",
+        **table,
     )
 
 
@@ -272,36 +271,39 @@ def save_figure(result: object, path: str | os.PathLike[str], *, force: bool = F
 # -- curves and models ------------------------------------------------------------------------------------
 
 
-def load_curve(path: str | os.PathLike[str], **options: Any) -> AllanCurve:
-    """A curve out of a file that `AllanCurve.to_csv` wrote, or that of a log; options are those of `read_part`."""
+def _is_saved_curve(place: Path) -> bool:
+    if not place.is_file():
+        return False
+    with place.open("rb") as file:
+        return file.read(len(_CURVE_MARK)) == _CURVE_MARK.encode()
+
+
+def fit_file(
+    path: str | os.PathLike[str],
+    *,
+    method: str = "moments",
+    accept: Collection[str] = (),
+    progress: Callable[[float, str], None] | None = None,
+    **options: Any,
+) -> list[dict[str, Any]]:
+    """Fit the channels of a curve that `AllanCurve.to_csv` wrote, or of a log.
+
+    A log is characterised first: faults are refused, spectral lines and the band limit are kept out of the fit.
+    Options are those of `read_part`.
+
+    Returns
+    -------
+    list of dict
+        Entries with "name", "kind", "unit" and "models", like those of a study's "channels".
+    """
     from allanite.allan import AllanCurve, allan_curve
-
-    place = Path(path)
-    if place.is_file():
-        with place.open("rb") as file:
-            if file.read(len(_CURVE_MARK)) == _CURVE_MARK.encode():
-                return AllanCurve.from_csv(place)
-    return allan_curve(read_part(place, **options))
-
-
-def save_curve(curve: AllanCurve, path: str, *, force: bool = False) -> None:
-    """Write a curve as CSV; to stdout for "-"."""
-    if path != "-":
-        curve.to_csv(path, force=force)
-        return
-    with tempfile.TemporaryDirectory() as folder:
-        sys.stdout.write(curve.to_csv(Path(folder) / "allan.csv").read_text(encoding="utf-8"))
-
-
-def fit_all(curve: AllanCurve, *, method: str = "moments") -> dict[str, NoiseModel]:
-    """The model of each channel of a curve."""
     from allanite.fitting import fit
 
-    return {name: fit(curve[name], method=method) for name in curve.names}
-
-
-def as_channels(models: Mapping[str, NoiseModel]) -> list[dict[str, Any]]:
-    """Models in the form of a study's "channels", as tables take them."""
+    place = Path(path)
+    if not _is_saved_curve(place) and method == "moments":
+        return list(study_of(place, accept=accept, progress=progress, **options).document["channels"])
+    curve = AllanCurve.from_csv(place) if _is_saved_curve(place) else allan_curve(read_part(place, **options))
+    models = {name: fit(curve[name], method=method) for name in curve.names}
     return [
         {
             "name": name,
@@ -311,6 +313,15 @@ def as_channels(models: Mapping[str, NoiseModel]) -> list[dict[str, Any]]:
         }
         for name, model in models.items()
     ]
+
+
+def save_curve(curve: AllanCurve, path: str, *, force: bool = False) -> None:
+    """Write a curve as CSV; to stdout for "-"."""
+    if path != "-":
+        curve.to_csv(path, force=force)
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        sys.stdout.write(curve.to_csv(Path(folder) / "allan.csv").read_text(encoding="utf-8"))
 
 
 def simulate_to(

@@ -8,6 +8,7 @@ import os
 import re
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from allanite.atomic_file import fresh
 from allanite.errors import FormatError, InputError
@@ -87,12 +88,11 @@ def load_models(path: str | os.PathLike[str]) -> tuple[dict[str, NoiseModel], fl
 
 
 def save_models(
-    models: Mapping[str, NoiseModel], path: str | os.PathLike[str], *, force: bool = False
+    models: Mapping[str, Mapping[str, Any]], path: str | os.PathLike[str], *, force: bool = False
 ) -> Path:
-    """Write models as JSON, by channel name; `load_models` and ``allanite simulate`` read them."""
-    plain = {name: model.to_json() for name, model in models.items()}
+    """Write the plain data of models by channel name; `load_models` and ``allanite simulate`` read them."""
     with fresh(path, force=force) as place:
-        place.write_text(json.dumps(plain, ensure_ascii=False, indent=1) + "\n", encoding="utf-8")
+        place.write_text(json.dumps(models, ensure_ascii=False, indent=1) + "\n", encoding="utf-8")
     return Path(path)
 
 

@@ -109,7 +109,9 @@ class Channel:
         if not (math.isfinite(self.scale) and self.scale != 0.0):
             raise InputError(f"channel {self.name!r}: scale must be finite and not zero, not {self.scale!r}")
         if self.aperture is not None and not (math.isfinite(self.aperture) and self.aperture > 0):
-            raise InputError(f"channel {self.name!r}: aperture must be positive seconds, not {self.aperture!r}")
+            raise InputError(
+                f"channel {self.name!r}: aperture must be positive seconds, not {self.aperture!r}"
+            )
 
     @classmethod
     def of(
@@ -143,8 +145,9 @@ class Channel:
             through = parse_scale_factor(scale_factor)
             if through.sample != parsed.quantity:
                 raise InputError(
-                    f"channel {name!r}: the scale factor {scale_factor!r} takes {through.sample.value}, but the samples "
-                    f"are in {unit!r} ({parsed.quantity.value}); write the factor as 'sample unit per physical unit'"
+                    f"channel {name!r}: the scale factor {scale_factor!r} takes {through.sample.value}, but the "
+                    f"samples are in {unit!r} ({parsed.quantity.value}); "
+                    "write the factor as 'sample unit per physical unit'"
                 )
             kind, scale = _KIND_OF[through.physical], parsed.factor * through.factor
         elif kind is Kind.COUNTS:
@@ -443,12 +446,14 @@ class Recording:
         if len(names) != count:
             raise InputError(f"{len(names)} names for {count} channels (samples have shape {array.shape})")
         channels = tuple(
-            Channel.of(n, unit, sampling=sampling, aperture=aperture, scale_factor=scale_factor) for n in names
+            Channel.of(n, unit, sampling=sampling, aperture=aperture, scale_factor=scale_factor)
+            for n in names
         )
         if channels[0].kind.integrated is not integrated:
-            raise InputError(
-                f"unit {unit!r} is {'an integrated quantity: use Recording.from_angle' if not integrated else 'not an angle or a velocity: use Recording.from_rate'}"
-            )
+            other = "not an angle or a velocity: use Recording.from_rate"
+            if not integrated:
+                other = "an integrated quantity: use Recording.from_angle"
+            raise InputError(f"unit {unit!r} is {other}")
         columns = tuple(ArrayColumn(array[:, i]) for i in range(count))
         return cls(channels=channels, columns=columns, rate=rate, start=start)
 
@@ -576,7 +581,9 @@ class Recording:
 
     def with_channels(self, change: Callable[[Channel], Channel], step: Mapping[str, Any]) -> Recording:
         """The same samples under other channel facts (a unit the file did not hold); `step` goes into the history."""
-        return replace(self, channels=tuple(change(c) for c in self.channels), history=(*self.history, dict(step)))
+        return replace(
+            self, channels=tuple(change(c) for c in self.channels), history=(*self.history, dict(step))
+        )
 
 
 def _without_overload(block: Samples) -> Samples:
@@ -610,12 +617,14 @@ def checked_samples(samples: ArrayLike) -> NDArray[Any]:
         Boolean, complex, object or text samples; no or more than two axes; more channels than samples.
     """
     if isinstance(samples, np.ma.MaskedArray):
-        samples = samples.astype(np.float64).filled(np.nan)
+        samples = np.ma.filled(samples.astype(np.float64), np.nan)
     array = samples if isinstance(samples, np.ndarray) else _from_sequence(samples)
     if array.dtype.kind not in "iuf":
         raise InputError(f"samples must be real numbers; got dtype {array.dtype} with shape {array.shape}")
     if array.ndim not in (1, 2):
-        raise InputError(f"samples must have shape (n_samples,) or (n_samples, n_channels); got {array.shape}")
+        raise InputError(
+            f"samples must have shape (n_samples,) or (n_samples, n_channels); got {array.shape}"
+        )
     array = array[:, None] if array.ndim == 1 else array
     if array.shape[1] == 0 or array.shape[1] > max(array.shape[0], 1):
         raise InputError(
@@ -640,4 +649,6 @@ def merge_spans(spans: Spans) -> Spans:
     spans = spans[np.argsort(spans[:, 0], kind="stable")]
     reach = np.maximum.accumulate(spans[:, 1])
     new = np.concatenate(([True], spans[1:, 0] > reach[:-1]))
-    return np.stack([spans[new, 0], reach[np.concatenate((np.flatnonzero(new)[1:] - 1, [len(spans) - 1]))]], axis=1)
+    return np.stack(
+        [spans[new, 0], reach[np.concatenate((np.flatnonzero(new)[1:] - 1, [len(spans) - 1]))]], axis=1
+    )

@@ -106,7 +106,8 @@ class Study:
             raise FormatError(f"not a study: 'format' is {document.get('format')!r}, not {FORMAT!r}")
         if document.get("version") != VERSION:
             raise FormatError(
-                f"this is version {document.get('version')!r} of the study format; this allanite reads version {VERSION}"
+                f"this is version {document.get('version')!r} of the study format; "
+                f"this allanite reads version {VERSION}"
             )
         from allanite.study_schema import faults
 
@@ -126,7 +127,9 @@ class Study:
         path = Path(path)
         if path.exists() and not force:
             raise StorageError(f"{path} exists; choose another name, or say --force (force=True)")
-        path.write_text(json.dumps(self.document, ensure_ascii=False, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+        path.write_text(
+            json.dumps(self.document, ensure_ascii=False, indent=1, allow_nan=False) + "\n", encoding="utf-8"
+        )
         return path
 
     @classmethod
@@ -192,10 +195,17 @@ def characterize(
     prepared, findings = prepare(recording, found, accept=accept)
     names = [c.name for c in prepared.channels if c.kind.noise_bearing]
     if not names:
-        raise InputError("no channel of the recording carries sensor noise (only temperature or other companions)")
+        raise InputError(
+            "no channel of the recording carries sensor noise (only temperature or other companions)"
+        )
     whole = prepared.select(*names)
     curve = allan_curve(
-        whole, statistic=statistic, taus=taus, confidence=confidence, threads=threads, progress=report.part(0.25, 0.4)
+        whole,
+        statistic=statistic,
+        taus=taus,
+        confidence=confidence,
+        threads=threads,
+        progress=report.part(0.25, 0.4),
     )
     fitted = curve
     if statistic != "oadev":
@@ -243,7 +253,8 @@ def _channels(
 
     def one(name: str) -> tuple[Json, list[Finding]]:
         nonlocal done
-        result = _channel(recording, name, curve[name], fitted[name], confidence)
+        shown = curve[name]
+        result = _channel(recording, name, shown, shown if fitted is curve else fitted[name], confidence)
         done += 1
         report(0.4 + 0.6 * done / len(curve.names), f"fitting {name}")
         return result
@@ -277,8 +288,14 @@ def _channel(
         findings.append(_not_fitted(name, str(refusal)))
     if models and curve is fitted:
         curve = curve.with_model(models[0]) if models[0].terms else curve
-    used = lags_used(fitted, bent.excluded) if curve.statistic == "oadev" else np.zeros(len(curve.lags), dtype=bool)
-    advice = advise(models[0], n_samples=curve.n_samples, dt=curve.dt, sampling=channel.sampling) if models else ()
+    used = (
+        lags_used(fitted, bent.excluded)
+        if curve.statistic == "oadev"
+        else np.zeros(len(curve.lags), dtype=bool)
+    )
+    advice = (
+        advise(models[0], n_samples=curve.n_samples, dt=curve.dt, sampling=channel.sampling) if models else ()
+    )
     mean, sd, overview = _overview(recording, channel)
     return {
         "name": name,
@@ -287,7 +304,11 @@ def _channel(
         "mean": mean,
         "sd": sd,
         "overview": overview,
-        "curve": {**curve.to_json(), "used": used.tolist(), "excluded": list(bent.reasons) if used.any() else []},
+        "curve": {
+            **curve.to_json(),
+            "used": used.tolist(),
+            "excluded": list(bent.reasons) if used.any() else [],
+        },
         "spectrum": spectrum.to_json(),
         "models": [m.to_json() for m in models],
         "slopes": _slopes(fitted, bent.excluded),
@@ -337,7 +358,9 @@ def _spectral_findings(spectrum: Any, reasons: Sequence[str], name: str) -> list
 
 
 def _not_fitted(name: str, why: str) -> Finding:
-    return finding("not_fitted", f"{name}: no noise model: {why}", severity=Severity.WARNING, channel=name, count=1)
+    return finding(
+        "not_fitted", f"{name}: no noise model: {why}", severity=Severity.WARNING, channel=name, count=1
+    )
 
 
 def _by_severity(findings: Sequence[Finding]) -> list[Finding]:
@@ -425,5 +448,3 @@ def _finite(value: Any) -> Any:
     if isinstance(value, Kind):
         return value.value
     return value
-
-

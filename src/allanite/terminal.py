@@ -71,9 +71,9 @@ def show_study(study: Json, files: Sequence[object] = (), notes: Sequence[str] =
     show_findings(study["findings"])
     _parameters(out, study["channels"])
     for note in notes:
-        out.print(note)
+        out.print(note, soft_wrap=True)
     for file in files:
-        out.print(f"wrote {file}")
+        out.print(f"wrote {file}", soft_wrap=True)
     _next(out, study["channels"])
 
 
@@ -127,23 +127,29 @@ def show_recording(facts: Json) -> None:
 
 
 def show_curve(curve: AllanCurve) -> None:
-    """The deviations of a curve with their intervals, in people's units."""
+    """The deviations of a curve with their intervals, in people's units; as many channels abreast as there is room."""
     out = _console()
+    room = max(1, (out.width - 20) // 30)
+    for first in range(0, len(curve.channels), room):
+        out.print(_curve_table(curve, range(first, min(first + room, len(curve.channels)))))
+    out.print(f"{curve.statistic}, {100 * curve.confidence:g} % intervals ({curve.interval_basis})")
+
+
+def _curve_table(curve: AllanCurve, which: range) -> Table:
     symbol = "Q" if curve.statistic == "tdev" else "adev"
-    units = [people_unit(c.kind.value, symbol, c.unit) for c in curve.channels]
+    units = [people_unit(curve.channels[i].kind.value, symbol, curve.channels[i].unit) for i in which]
     table = _table(
-        ("m", "τ [s]", *(f"{c.name} [{u}]" for c, (u, _) in zip(curve.channels, units, strict=True)))
+        ("m", "τ [s]", *(f"{curve.names[i]} [{u}]" for i, (u, _) in zip(which, units, strict=True)))
     )
     for j, (m, tau) in enumerate(zip(curve.lags.tolist(), curve.tau.tolist(), strict=True)):
         cells = []
-        for i, (_, factor) in enumerate(units):
+        for i, (_, factor) in zip(which, units, strict=True):
             middle, low, high = (
                 float(getattr(curve, k)[j, i]) / factor for k in ("deviation", "lower", "upper")
             )
             cells.append(f"{number(middle, 4)}  [{number(low, 4)}, {number(high, 4)}]")
         table.add_row(str(m), f"{tau:.6g}", *cells)
-    out.print(table)
-    out.print(f"{curve.statistic}, {100 * curve.confidence:g} % intervals ({curve.interval_basis})")
+    return table
 
 
 # -- parts ------------------------------------------------------------------------------------------------
@@ -152,7 +158,7 @@ def show_curve(curve: AllanCurve) -> None:
 def _console() -> Console:
     from rich.console import Console
 
-    fixed = {} if sys.stdout.isatty() or "COLUMNS" in os.environ else {"width": _WIDE}
+    fixed = {} if sys.stdout.isatty() or "COLUMNS" in os.environ else {"width": _WIDE, "height": 25}
     return Console(file=sys.stdout, highlight=False, markup=False, emoji=False, **fixed)  # type: ignore[arg-type]
 
 
@@ -171,7 +177,9 @@ def _parameters(out: Console, channels: Sequence[Json]) -> None:
     for group in groups(channels):
         if headings(group):
             for si in (False, True)[: 1 + group.has_si]:
-                out.print(_group_table(group, si=si))
+                table = _group_table(group, si=si)
+                fits = out.measure(table, options=out.options.update(max_width=_WIDE)).maximum <= out.width
+                out.print(table if fits else _list_table(group, si=si))
                 out.print()
     for channel in channels:
         for other in channel["models"][1:]:
@@ -192,6 +200,22 @@ def _group_table(group: Group, *, si: bool) -> Table:
     for channel in group.channels:
         found = readings(channel)
         table.add_row(channel["name"], *(_cell(found.get(s), si=si) for s in heads))
+    return table
+
+
+def _list_table(group: Group, *, si: bool) -> Table:
+    """One coefficient per line, for a terminal that is too narrow for one channel per line."""
+    from rich.text import Text
+
+    table = _table((f"{group.title}{', SI' if si else ''}", "", "Estimate", "95 % interval", "Unit"))
+    for channel in group.channels:
+        for i, (symbol, found) in enumerate(readings(channel).items()):
+            value, ends = (found.si, found.si_range) if si else (found.value, found.range)
+            style = "bold" if found.supported else ""
+            name = channel["name"] if i == 0 else ""
+            mark = " *" if found.equivalent else ""
+            unit = found.si_unit if si else found.unit
+            table.add_row(name, "T_b" if symbol == "T" else symbol, Text(value + mark, style), ends, unit)
     return table
 
 

@@ -182,7 +182,7 @@ def _total(runs: Spans) -> int:
 
 def _full_pairs(M1: int, M2: int, k: Array) -> Array:
     """n_k without gaps: windows i of the first and i + k of the second, both inside the record."""
-    return np.maximum(0.0, np.minimum(M1, M2 - k) - np.maximum(0.0, -k))
+    return np.asarray(np.maximum(0.0, np.minimum(M1, M2 - k) - np.maximum(0.0, -k)))
 
 
 def count_pairs(first: Spans, second: Spans, k: Array) -> Array:
@@ -203,7 +203,7 @@ def count_pairs(first: Spans, second: Spans, k: Array) -> Array:
         a, b = first[start:stop, 0], first[start:stop, 1]
         upper = np.interp(b[:, None] + k, edges, below)
         out += (upper - np.interp(a[:, None] + k, edges, below)).sum(axis=0)
-    return out * (total / _total(first))
+    return np.asarray(out * (total / _total(first)))
 
 
 def _chunks(n: int, size: int) -> list[tuple[int, int]]:

@@ -18,8 +18,8 @@ from allanite.allan.lags import choose_lags
 from allanite.allan.online import decimable, decimated_sums
 from allanite.allan.statistics import STATISTICS, Statistic, longest_lag, phase_of, sums_of_squares
 from allanite.errors import DataQualityError, DataQualityWarning, FormatError, InputError, StorageError
-from allanite.noise import Flicker, NoiseModel, Quantisation, RandomWalk, White
-from allanite.recording import Channel, Recording
+from allanite.noise import Flicker, NoiseModel, Quantisation, RandomWalk, TermType, White
+from allanite.recording import Channel, Recording, Sampling
 
 __all__ = ["AllanCurve", "allan_curve"]
 
@@ -30,7 +30,12 @@ Engine = Literal["auto", "exact", "decimated"]
 LOCAL = "local power law at each lag; curve.with_model(model) gives the exact one"
 #: Local slope of AVAR -> power of frequency of the rate density, and the term that has it.
 _ALPHA = {-2: 2, -1: 0, 0: -1, 1: -2}
-_TERM = {-2: Quantisation(Q=1.0), -1: White(N=1.0), 0: Flicker(B=1.0), 1: RandomWalk(K=1.0)}
+_TERM: dict[int, TermType] = {
+    -2: Quantisation(Q=1.0),
+    -1: White(N=1.0),
+    0: Flicker(B=1.0),
+    1: RandomWalk(K=1.0),
+}
 #: A full-length phase above this many bytes makes "auto" take the decimated engine.
 _EXACT_BYTES = 2 << 30
 
@@ -125,8 +130,13 @@ class AllanCurve:
             return None
         statistic = STATISTICS[self.statistic]
         if self.channels[i].kind.integrated:
-            return [covariance.touching_starts(missing, self.n_samples + 1, int(m), statistic.order) for m in self.lags]
-        return [covariance.complete_starts(missing, self.n_samples, statistic.window(int(m))) for m in self.lags]
+            return [
+                covariance.touching_starts(missing, self.n_samples + 1, int(m), statistic.order)
+                for m in self.lags
+            ]
+        return [
+            covariance.complete_starts(missing, self.n_samples, statistic.window(int(m))) for m in self.lags
+        ]
 
     def with_model(self, model: NoiseModel) -> AllanCurve:
         """The same deviations with degrees of freedom and intervals exact under a model (one channel, oadev).
@@ -138,8 +148,75 @@ class AllanCurve:
         """
         if len(self.channels) != 1 or self.statistic != "oadev":
             raise InputError("with_model needs the oadev curve of one channel: curve['x'].with_model(model)")
-        edf = covariance.edf(model, self.lags, self.n_samples, self.dt, self.channels[0].sampling, self.starts())
+        edf = covariance.edf(
+            model, self.lags, self.n_samples, self.dt, self.channels[0].sampling, self.starts()
+        )
         return _with_edf(self, edf[:, None], f"exact under {model}")
+
+    @classmethod
+    def from_arrays(
+        cls,
+        tau: ArrayLike,
+        deviation: ArrayLike,
+        *,
+        dt: float,
+        n_samples: int,
+        unit: str,
+        name: str = "signal",
+        sampling: Sampling = "mean",
+        confidence: float = 0.95,
+    ) -> AllanCurve:
+        """An overlapping Allan deviation that another program computed, so that it can be fitted here.
+
+        Parameters
+        ----------
+        tau : array_like, shape (n_lags,) [s]
+            Taken to the nearest whole number of samples; doubles are dropped.
+        deviation : array_like, shape (n_lags,)
+            In `unit`.
+        dt : float [s]
+            Sample interval of the record behind the curve.
+        n_samples : int
+            Its length; the intervals rest on it.
+        unit : str
+            Of the deviation: that of the rate or acceleration.
+
+        Raises
+        ------
+        InputError
+            Shapes that differ, or lags longer than half of the record.
+        """
+        t = np.asarray(tau, dtype=np.float64)
+        sigma = np.asarray(deviation, dtype=np.float64)
+        if t.ndim != 1 or t.shape != sigma.shape:
+            raise InputError(f"tau has shape {t.shape} and the deviation {sigma.shape}; one value per lag is needed")
+        lags, first = np.unique(np.maximum(np.rint(t / dt), 1).astype(np.int64), return_index=True)
+        if lags[-1] > n_samples // 2:
+            raise InputError(
+                f"lag {t.max():g} s is longer than half of {n_samples} samples at {dt:g} s; "
+                "give the true length of the record"
+            )
+        channel = Channel.of(name, unit, sampling=sampling)
+        count = n_samples - 2 * lags + 1
+        sigma = sigma[first] * abs(channel.scale)
+        empty = np.full((len(lags), 1), np.nan)
+        bare = cls(
+            statistic="oadev",
+            lags=lags,
+            tau=lags * float(dt),
+            deviation=sigma[:, None],
+            lower=empty,
+            upper=empty,
+            edf=empty,
+            count=count[:, None],
+            confidence=confidence,
+            channels=(channel,),
+            dt=float(dt),
+            n_samples=int(n_samples),
+            missing=(np.zeros((0, 2), dtype=np.int64),),
+            engine="elsewhere",
+        )
+        return _with_edf(bare, _local_edf(bare, STATISTICS["oadev"], sigma[:, None] ** 2, 0)[:, None], LOCAL)
 
     # -- files ------------------------------------------------------------------------------------------------
 
@@ -148,7 +225,10 @@ class AllanCurve:
         if len(self.channels) != 1:
             raise InputError("to_json takes the curve of one channel: curve['x'].to_json()")
         columns = {k: _plain(getattr(self, k)[:, 0]) for k in ("deviation", "lower", "upper", "edf", "count")}
-        facts = {k: getattr(self, k) for k in ("statistic", "engine", "confidence", "dt", "n_samples", "interval_basis")}
+        facts = {
+            k: getattr(self, k)
+            for k in ("statistic", "engine", "confidence", "dt", "n_samples", "interval_basis")
+        }
         return {
             **facts,
             "sampling": self.channels[0].sampling,
@@ -188,7 +268,9 @@ class AllanCurve:
         for i, m in enumerate(self.lags):
             row = [str(int(m)), repr(float(self.tau[i]))]
             for j in range(len(self.channels)):
-                row += [repr(float(getattr(self, k)[i, j])) for k in fields[:4]] + [str(int(self.count[i, j]))]
+                row += [repr(float(getattr(self, k)[i, j])) for k in fields[:4]] + [
+                    str(int(self.count[i, j]))
+                ]
             lines.append(",".join(row))
         path.write_text("\n".join(lines) + "\n", encoding="utf-8")
         return path
@@ -209,7 +291,9 @@ class AllanCurve:
                 key, value = line[2:].split(": ", 1)
                 head[key] = value
         if head.get("format") != "allanite-curve 1":
-            raise FormatError(f"{path} is not a curve written by allanite (no '# format: allanite-curve 1' line)")
+            raise FormatError(
+                f"{path} is not a curve written by allanite (no '# format: allanite-curve 1' line)"
+            )
         try:
             channels = tuple(Channel.from_json(c) for c in json.loads(head["channels"]))
             missing = tuple(np.array(r, dtype=np.int64).reshape(-1, 2) for r in json.loads(head["missing"]))
@@ -286,7 +370,9 @@ def allan_curve(
     degrees.chi_square_factors(np.array([1.0]), confidence)
     names = [c.name for c in recording.channels if c.kind.noise_bearing]
     if not names:
-        raise InputError("no channel of the recording carries sensor noise (only temperature or other companions)")
+        raise InputError(
+            "no channel of the recording carries sensor noise (only temperature or other companions)"
+        )
     n = recording.n_samples - int(recording[names[0]].kind.integrated)
     if n < 3:
         raise DataQualityError(f"the recording has {n} samples; an Allan variance needs at least 3")
@@ -303,7 +389,7 @@ def allan_curve(
     scale = np.array([abs(c.scale) for c in channels])
     variance = np.stack([v for v, _ in columns], axis=1)
     deviation = np.sqrt(variance) * scale
-    tau = lags * recording.dt
+    tau = lags.astype(np.float64) * recording.dt
     if chosen.time:
         deviation = deviation * tau[:, None] / np.sqrt(3.0)
     bare = AllanCurve(
@@ -322,7 +408,9 @@ def allan_curve(
         missing=tuple(missing),
         engine=way,
     )
-    return _with_edf(bare, np.stack([_local_edf(bare, chosen, variance, i) for i in range(len(names))], axis=1), LOCAL)
+    return _with_edf(
+        bare, np.stack([_local_edf(bare, chosen, variance, i) for i in range(len(names))], axis=1), LOCAL
+    )
 
 
 def _chosen(statistic: str) -> Statistic:
@@ -387,10 +475,14 @@ def _thinned(n: int, most: int = 150) -> NDArray[np.int64]:
     """Positions at which degrees of freedom are computed; a smooth function of lag is interpolated between."""
     if n <= most:
         return np.arange(n)
-    return np.unique(np.concatenate((np.round(np.geomspace(1, n, most)) - 1, np.arange(n - 10, n)))).astype(np.int64)
+    return np.unique(np.concatenate((np.round(np.geomspace(1, n, most)) - 1, np.arange(n - 10, n)))).astype(
+        np.int64
+    )
 
 
-def _one_edf(curve: AllanCurve, statistic: Statistic, mu: int, j: int, i: int, starts: list[Spans] | None) -> float:
+def _one_edf(
+    curve: AllanCurve, statistic: Statistic, mu: int, j: int, i: int, starts: list[Spans] | None
+) -> float:
     m, n = int(curve.lags[j]), curve.n_samples
     if curve.count[j, i] == 0:
         return float("nan")
@@ -419,5 +511,3 @@ def _with_edf(curve: AllanCurve, edf: Array, basis: str) -> AllanCurve:
     return replace(
         curve, edf=edf, lower=curve.deviation * low, upper=curve.deviation * high, interval_basis=basis
     )
-
-

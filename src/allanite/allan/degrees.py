@@ -53,7 +53,8 @@ def chi_square_factors(edf: Array, confidence: float) -> tuple[Array, Array]:
     edf = np.asarray(edf, dtype=np.float64)
     if np.any(edf <= 0):
         raise DataQualityError(
-            f"an estimate has {edf[edf <= 0].ravel()[0]:g} degrees of freedom: the lag is too long for the record; shorten it"
+            f"an estimate has {edf[edf <= 0].ravel()[0]:g} degrees of freedom: "
+            "the lag is too long for the record; shorten it"
         )
     tail = (1 - confidence) / 2
     with np.errstate(invalid="ignore"):
@@ -94,7 +95,9 @@ def edf_total(alpha: int, n_samples: int, m: int) -> float:
     return b * n_samples / m - c
 
 
-def edf_greenhall(alpha: int, order: int, m: int, n_points: int, *, overlapping: bool, modified: bool) -> float:
+def edf_greenhall(
+    alpha: int, order: int, m: int, n_points: int, *, overlapping: bool, modified: bool
+) -> float:
     """Degrees of freedom by the combined algorithm of [1].
 
     Parameters
@@ -118,7 +121,9 @@ def edf_greenhall(alpha: int, order: int, m: int, n_points: int, *, overlapping:
     stride = m if overlapping else 1
     length = m // filter_ + m * order
     if n_points < length:
-        raise DataQualityError(f"lag of {m} samples: the record of {n_points - 1} samples holds no complete window")
+        raise DataQualityError(
+            f"lag of {m} samples: the record of {n_points - 1} samples holds no complete window"
+        )
     terms = 1 + stride * (n_points - length) // m
     reach = min(terms, (order + 1) * stride)
     ratio = terms / stride
@@ -126,13 +131,17 @@ def edf_greenhall(alpha: int, order: int, m: int, n_points: int, *, overlapping:
     if not modified and alpha <= 0 and m * (order + 1) > _DIRECT:
         F = math.inf
     if reach <= _DIRECT or alpha > 0:
-        return _sz(0.0, F, alpha, order) ** 2 * terms / _basic_sum(reach, terms, stride, F, alpha, order)
+        return float(
+            _sz(0.0, F, alpha, order) ** 2 * terms / _basic_sum(reach, terms, stride, F, alpha, order)
+        )
     if ratio >= order + 1:  # the sums become integrals over the span of the covariance
         a0, a1 = _integrals(F, alpha, order)
         return ratio / (a0 - a1 / ratio)
     coarse = _DIRECT / ratio  # a grid of _DIRECT positions over the same span stands for the finer one
     F = 1.0 if modified else math.inf
-    return _sz(0.0, F, alpha, order) ** 2 * _DIRECT / _basic_sum(_DIRECT, _DIRECT, coarse, F, alpha, order)
+    return float(
+        _sz(0.0, F, alpha, order) ** 2 * _DIRECT / _basic_sum(_DIRECT, _DIRECT, coarse, F, alpha, order)
+    )
 
 
 @lru_cache(maxsize=64)

@@ -59,7 +59,9 @@ def _named(name: str, top: int) -> Lags:
         if top > _ALL_AT_MOST:
             raise LimitError(f"taus='all' would be {top} lags; ask for a count per decade, e.g. taus=50")
         return np.arange(1, top + 1, dtype=np.int64)
-    raise InputError(f"taus must be 'octave', 'decade', 'all', a count per decade or an array of seconds, not {name!r}")
+    raise InputError(
+        f"taus must be 'octave', 'decade', 'all', a count per decade or an array of seconds, not {name!r}"
+    )
 
 
 def _per_decade(count: int, top: int) -> Lags:
@@ -73,7 +75,9 @@ def _given(taus: ArrayLike, dt: float, longest: int) -> Lags:
     try:
         tau = np.atleast_1d(np.asarray(taus, dtype=np.float64))
     except (TypeError, ValueError):
-        raise InputError(f"taus must be a grid name, a count per decade or numbers of seconds, not {taus!r}") from None
+        raise InputError(
+            f"taus must be a grid name, a count per decade or numbers of seconds, not {taus!r}"
+        ) from None
     if tau.ndim != 1 or tau.size == 0 or not np.all(np.isfinite(tau)) or np.any(tau <= 0):
         raise InputError(f"lags must be finite, positive seconds in one dimension; got {taus!r}")
     m = tau / dt
@@ -82,7 +86,9 @@ def _given(taus: ArrayLike, dt: float, longest: int) -> Lags:
     if off.any() or np.any(whole < 1):
         bad = tau[off | (whole < 1)][0]
         near = max(round(bad / dt), 1) * dt
-        raise InputError(f"lag {bad:g} s is not a whole number of samples (dt = {dt:g} s); the nearest is {near:.9g} s")
+        raise InputError(
+            f"lag {bad:g} s is not a whole number of samples (dt = {dt:g} s); the nearest is {near:.9g} s"
+        )
     if np.any(whole > longest):
         raise InputError(
             f"lag {tau[whole > longest][0]:g} s is longer than the record supports; the longest is {longest * dt:.9g} s"

@@ -37,13 +37,24 @@ from allanite.allan.covariance import complete_starts, touching_starts
 from allanite.errors import DataQualityError, InputError
 from allanite.recording import OVERLOAD, Recording, merge_spans
 
-__all__ = ["STATISTICS", "Phase", "Statistic", "first_level", "longest_lag", "merge_touching", "phase_of", "sums_of_squares"]
+__all__ = [
+    "STATISTICS",
+    "Phase",
+    "Statistic",
+    "first_level",
+    "longest_lag",
+    "merge_touching",
+    "phase_of",
+    "sums_of_squares",
+]
 
 Array = NDArray[np.float64]
 Spans = NDArray[np.int64]
 Progress = Callable[[float], None]
 
-_BLOCK = 1 << 15  # starts summed as one partial sum: fixed, so that any number of threads gives the same digits
+_BLOCK = (
+    1 << 15
+)  # starts summed as one partial sum: fixed, so that any number of threads gives the same digits
 _TASK = 64  # blocks per task
 
 
@@ -270,7 +281,9 @@ def _modified(
 
 def _total(phase: Phase, lags: NDArray[np.int64], workers: int) -> tuple[Array, NDArray[np.int64]]:
     if len(phase.missing):
-        raise InputError("the total deviation reflects the whole record and cannot leave out missing samples; use oadev")
+        raise InputError(
+            "the total deviation reflects the whole record and cannot leave out missing samples; use oadev"
+        )
     sums = np.empty(len(lags))
 
     def task(i: int) -> None:
@@ -296,7 +309,7 @@ def _inside(positions: NDArray[np.int64], runs: Spans) -> NDArray[np.bool_]:
     if len(runs) == 0:
         return np.zeros(len(positions), dtype=bool)
     run = np.searchsorted(runs[:, 0], positions, side="right") - 1
-    return (run >= 0) & (positions < runs[np.maximum(run, 0), 1])
+    return np.asarray((run >= 0) & (positions < runs[np.maximum(run, 0), 1]))
 
 
 def _total_length(runs: Spans) -> int:

@@ -45,7 +45,7 @@ def fit(
     Returns
     -------
     NoiseModel
-        With `estimates`, `covariance`, `goodness`, and `alternative` where flicker and Gauss-Markov cannot be told apart.
+        With `estimates`, `covariance`, `goodness`, and `alternative` where the two families cannot be told apart.
 
     Raises
     ------

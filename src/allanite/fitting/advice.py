@@ -11,7 +11,7 @@ import numpy as np
 from allanite.allan.lags import octave_lags
 from allanite.errors import InputError
 from allanite.fitting.design import design_of
-from allanite.fitting.objective import Curve, Solution, solve
+from allanite.fitting.objective import Curve, solve
 from allanite.fitting.sets import fisher_sd
 from allanite.noise import Estimate, GaussMarkov, NoiseModel
 
@@ -66,7 +66,14 @@ def predicted_sd(model: NoiseModel, *, n_samples: int, dt: float, sampling: str 
 
 
 def _coefficients(model: NoiseModel, dt: float) -> tuple[tuple[str, ...], np.ndarray, float | None]:
-    names = {"quantisation": "Q", "white": "N", "flicker": "B", "random_walk": "K", "ramp": "R", "gauss_markov": "G"}
+    names = {
+        "quantisation": "Q",
+        "white": "N",
+        "flicker": "B",
+        "random_walk": "K",
+        "ramp": "R",
+        "gauss_markov": "G",
+    }
     power = {"Q": -1.0, "N": -0.5, "B": 0.0, "G": 0.0, "K": 0.5, "R": 1.0}
     values: dict[str, float] = {}
     T = None
@@ -120,7 +127,9 @@ def _with_half_limit(model: NoiseModel, e: Estimate) -> NoiseModel | None:
     return NoiseModel(terms=(*(t for t in model.terms if t.type != term.type), term), kind=model.kind)
 
 
-def _duration(model: NoiseModel, symbol: str, target: float, n_samples: int, dt: float, sampling: str) -> float:
+def _duration(
+    model: NoiseModel, symbol: str, target: float, n_samples: int, dt: float, sampling: str
+) -> float:
     """Doubling until the target is met, then interpolation in log: sd falls at least as the root of the length."""
     factor, previous = 1, math.inf
     while factor <= _LONGEST:
@@ -129,7 +138,7 @@ def _duration(model: NoiseModel, symbol: str, target: float, n_samples: int, dt:
             if factor == 1 or not math.isfinite(previous):
                 return n_samples * dt * factor * min(1.0, max((sd / target) ** 2, 1e-3))
             slope = math.log(previous / sd) / math.log(_STEP)
-            return n_samples * dt * factor * (sd / target) ** (1 / max(slope, 0.5))
+            return float(n_samples * dt * factor * (sd / target) ** (1 / max(slope, 0.5)))
         previous = sd
         factor *= _STEP
     return math.inf

@@ -71,7 +71,9 @@ class Design:
             unit = GaussMarkov.from_sigma(1.0, _known(T))
             return unit.avar_sampled(self.lags.astype(np.float64), 1.0, self.sampling)
         if symbol not in self._columns:
-            self._columns[symbol] = LINEAR[symbol].avar_sampled(self.lags.astype(np.float64), 1.0, self.sampling)
+            self._columns[symbol] = LINEAR[symbol].avar_sampled(
+                self.lags.astype(np.float64), 1.0, self.sampling
+            )
         return self._columns[symbol]
 
     def columns(self, symbols: Sequence[str], T: float | None = None) -> Array:

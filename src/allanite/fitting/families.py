@@ -19,7 +19,7 @@ Array = NDArray[np.float64]
 FLICKER = ("Q", "N", "B", "K", "R")
 GAUSS_MARKOV = ("Q", "N", "G", "K", "R")
 _SCAN = 4.0  # ratio of the correlation times tried first
-_FIRST = 16  # shortest correlation time, in lags
+_FIRST = 16.0  # shortest correlation time [samples]
 _FLAT = 1e-3
 _NEEDED = 6.0  # loss by leaving out all unsupported terms (95 % point for two) that calls one of them back
 
@@ -38,7 +38,7 @@ class Family:
         A bias that forgets itself within some samples is a matter of the sensor's bandwidth, and one that outlasts
         the record is a random walk.
         """
-        return _FIRST * float(self.curve.design.lags[0]), float(self.curve.design.n_samples / 2)
+        return max(_FIRST, 2.0 * float(self.curve.design.lags[0])), float(self.curve.design.n_samples / 2)
 
     def __call__(
         self, fixed: Mapping[str, float], near: Solution | None = None, T: float | None = None
@@ -47,13 +47,15 @@ class Family:
         if "G" not in self.symbols:
             return solve(self.curve, self.symbols, fixed=fixed, start=start)
         if T is not None or fixed.get("G") == 0.0:
-            return solve(self.curve, self.symbols, T=T or _time_of(near, self.times), fixed=fixed, start=start)
+            return solve(
+                self.curve, self.symbols, T=T or _time_of(near, self.times), fixed=fixed, start=start
+            )
         if near is not None and near.T is not None:
             return self._refine(fixed, near, 0.15)
         return self._scan(fixed)
 
     def _scan(self, fixed: Mapping[str, float]) -> Solution:
-        """Every correlation time of a coarse grid, each fit beginning where its neighbour ended, then the best refined."""
+        """A coarse grid of correlation times, each fit beginning where its neighbour ended; the best is refined."""
         shortest, longest = self.times
         grid = np.geomspace(shortest, longest, int(np.log(longest / shortest) / np.log(_SCAN)) + 2)
         found: list[Solution] = []
@@ -168,4 +170,6 @@ def _only(family: Family, best: Solution, chosen: set[str]) -> Solution:
     absent = {s: 0.0 for s in family.symbols if s not in chosen}
     if len(absent) == len(family.symbols):
         return replace(best, value=np.inf)
-    return family(absent, best) if "G" in chosen else solve(family.curve, family.symbols, T=best.T, fixed=absent)
+    return (
+        family(absent, best) if "G" in chosen else solve(family.curve, family.symbols, T=best.T, fixed=absent)
+    )

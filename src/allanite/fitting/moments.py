@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The moment fit: noise parameters from an Allan curve with its full covariance.
 
-Both families are tried, each with all its terms; sets come from test inversion, point estimates from the supported terms.
+Both families are tried, each with all its terms; sets come from test inversion, point estimates from the terms
+that are supported.
 """
 
 from __future__ import annotations
@@ -15,9 +16,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from allanite.allan.curve import AllanCurve
 from allanite.errors import DataQualityError, FitError, InputError
-from allanite.fitting.design import design_of
 from allanite.fitting.families import FLICKER, GAUSS_MARKOV, Family, FamilyFit, fit_family
-from allanite.fitting.objective import Curve, Solution, advantage
+from allanite.fitting.misfit import Candidate, best_explained
+from allanite.fitting.objective import Solution, advantage
 from allanite.fitting.sets import fisher_sd
 from allanite.noise import (
     SIGMA_PER_B,
@@ -36,8 +37,8 @@ __all__ = ["fit_moments", "lags_used"]
 
 Array = NDArray[np.float64]
 
-#: Advantage of the rival, judged with a family's own weights, that rejects the family. By simulation: flicker records of
-#: any length exceed the first in at most 2.5 %, Gauss-Markov records the second in less than 1 % (`make verify`).
+#: Advantage of the rival, judged with a family's own weights, that rejects the family. By simulation: flicker
+#: records of any length exceed the first in at most 2.5 %, Gauss-Markov records the second in less than 1 %.
 _REJECTS_FLICKER = 8.0
 _REJECTS_GAUSS_MARKOV = 5.0
 #: Undecided: Gauss-Markov, which has one parameter more, stands first from here on.
@@ -67,7 +68,9 @@ def lags_used(curve: AllanCurve, exclude: ArrayLike | None = None) -> NDArray[np
     return used
 
 
-def fit_moments(curve: AllanCurve, *, exclude: ArrayLike | None = None, confidence: float = 0.95) -> NoiseModel:
+def fit_moments(
+    curve: AllanCurve, *, exclude: ArrayLike | None = None, confidence: float = 0.95
+) -> NoiseModel:
     """Noise model of a one-channel OADEV curve.
 
     Parameters
@@ -98,23 +101,26 @@ def fit_moments(curve: AllanCurve, *, exclude: ArrayLike | None = None, confiden
         raise DataQualityError("the deviation is zero at every lag: no noise is resolved (resolution limit)")
     if used.sum() < 3:
         raise DataQualityError(
-            f"{int(used.sum())} lags can be fitted, at least 3 are needed; record longer (now {curve.n_samples} samples)"
+            f"{int(used.sum())} lags can be fitted, at least 3 are needed; record longer "
+            f"(now {curve.n_samples} samples)"
         )
-    scale = float(curve.variance[used, 0][0])
-    starts = curve.starts()
-    part = None if starts is None else [starts[i] for i in np.flatnonzero(used)]
-    design = design_of(curve.lags[used], curve.n_samples, curve.channels[0].sampling, part)
-    data = Curve(curve.variance[used, 0] / scale, design)
-    models = [_model(f, scale, curve, confidence) for f in _families(data, confidence)]
+    chosen = best_explained(curve, used)
+    shortest = float(curve.tau[chosen.used][0])
+    facts = {
+        "discrepancy": chosen.data.discrepancy,
+        "shortest_tau": shortest,
+        "left_out": int(used.sum() - chosen.used.sum()),
+    }
+    models = [_model(f, chosen.scale, curve, confidence, facts) for f in _families(chosen, confidence)]
     verdict = _verdict(models)
     primary = replace(models[0], verdict=verdict)
     return primary if len(models) == 1 else replace(primary, alternative=replace(models[1], verdict=verdict))
 
 
-def _families(data: Curve, confidence: float) -> list[FamilyFit]:
+def _families(chosen: Candidate, confidence: float) -> list[FamilyFit]:
     """The family the record supports, or both, the better one first."""
+    data, best, other = chosen.data, chosen.flicker, chosen.markov
     flicker, markov = Family(data, FLICKER), Family(data, GAUSS_MARKOV)
-    best, other = flicker({}), markov({})
     if not math.isfinite(best.value):
         raise FitError("no sum of noise terms explains the curve; look at the findings and at the curve")
     against_flicker, against_markov = advantage(data, other, best), advantage(data, best, other)
@@ -130,7 +136,14 @@ def _families(data: Curve, confidence: float) -> list[FamilyFit]:
 
 
 def _verdict(models: list[NoiseModel]) -> str:
-    names = {"Q": "quantisation", "N": "white noise", "B": "flicker", "sigma": "a Gauss-Markov term", "K": "random walk", "R": "ramp"}
+    names = {
+        "Q": "quantisation",
+        "N": "white noise",
+        "B": "flicker",
+        "sigma": "a Gauss-Markov term",
+        "K": "random walk",
+        "R": "ramp",
+    }
     found = [names[e.symbol] for e in models[0].estimates if e.supported and e.symbol in names]
     text = f"The record supports {_listed(found)}." if found else "The record supports no term by itself."
     needed = [names[e.symbol] for e in models[0].estimates if "one like it" in e.note and e.symbol in names]
@@ -138,9 +151,19 @@ def _verdict(models: list[NoiseModel]) -> str:
         text += f" It needs {_listed(needed)} or a term like it, and cannot tell which."
     if len(models) == 2:
         text += " It cannot tell flicker from a single Gauss-Markov term: both are shown."
-    p = models[0].goodness["p"]
-    if p < 0.01:
-        text += f" The model does not explain the curve well (p = {p:.1g}): something else is in the record."
+    facts = models[0].goodness
+    if facts["left_out"]:
+        text += (
+            f" Lags below {facts['shortest_tau']:.3g} s follow no sum of terms (the sensor's filter, vibration) "
+            "and are left out."
+        )
+    if facts["discrepancy"]:
+        text += (
+            f" No sum of terms explains the curve better than to {facts['discrepancy']:.1%} in variance; "
+            "the intervals hold that."
+        )
+    elif facts["p"] < 0.01:
+        text += f" The model does not explain the curve well (p = {facts['p']:.1g}): something else is in the record."
     return text
 
 
@@ -151,7 +174,9 @@ def _listed(words: list[str]) -> str:
 # -- from sample units to a model --------------------------------------------------------------------------------
 
 
-def _model(fit: FamilyFit, scale: float, curve: AllanCurve, confidence: float) -> NoiseModel:
+def _model(
+    fit: FamilyFit, scale: float, curve: AllanCurve, confidence: float, facts: dict[str, float]
+) -> NoiseModel:
     from scipy.special import chdtrc
 
     dt, channel = curve.dt, curve.channels[0]
@@ -168,7 +193,7 @@ def _model(fit: FamilyFit, scale: float, curve: AllanCurve, confidence: float) -
         estimates=tuple(estimates),
         confidence=confidence,
         covariance=_covariance(fit),
-        goodness={"chi2": chosen.chi2, "dof": dof, "p": float(chdtrc(dof, chosen.chi2))},
+        goodness={"chi2": chosen.chi2, "dof": dof, "p": float(chdtrc(dof, chosen.chi2)), **facts},
         kind=channel.kind.value,
         unit="" if channel.kind.has_si else channel.unit,
     )
@@ -204,12 +229,21 @@ def _times(e: Estimate, symbol: str, factor: float) -> Estimate:
 def _time_estimate(fit: FamilyFit, dt: float) -> Estimate:
     if "T" not in fit.sets or fit.selected.T is None:
         return Estimate(
-            symbol="T", value=None, lower=0.0, upper=math.inf, supported=False, note="no Gauss-Markov term is supported"
+            symbol="T",
+            value=None,
+            lower=0.0,
+            upper=math.inf,
+            supported=False,
+            note="no Gauss-Markov term is supported",
         )
     low, high = fit.sets["T"]
     shortest, longest = fit.family.times
     closed = low > shortest * 1.001 and high < longest / 1.001
-    note = "" if closed else "not identified: the record sets no " + ("upper" if low > shortest * 1.001 else "lower") + " end"
+    note = (
+        ""
+        if closed
+        else "not identified: the record sets no " + ("upper" if low > shortest * 1.001 else "lower") + " end"
+    )
     value = min(max(fit.selected.T, low), high)
     return Estimate(
         symbol="T",
@@ -251,4 +285,8 @@ def _covariance(fit: FamilyFit) -> dict[str, Any]:
     index = [names.index(n) for n in sd]
     half = np.array([1.0 if n == "T" else 0.5 for n in sd])
     matrix = np.linalg.pinv(J[:, index].T @ J[:, index]) * np.outer(half, half)
-    return {"symbols": ["sigma" if n == "G" else n for n in sd], "of": "natural logarithms", "matrix": matrix.tolist()}
+    return {
+        "symbols": ["sigma" if n == "G" else n for n in sd],
+        "of": "natural logarithms",
+        "matrix": matrix.tolist(),
+    }

@@ -40,10 +40,14 @@ _EDF_MIN = 0.5
 
 @dataclass(frozen=True, slots=True)
 class Curve:
-    """What is fitted: Allan variances in sample units, scaled to order one, with their design."""
+    """What is fitted: Allan variances in sample units, scaled to order one, with their design.
+
+    `discrepancy` is a relative error of the model at every lag, for curves that no sum of terms explains.
+    """
 
     variance: Array
     design: Design
+    discrepancy: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
@@ -122,7 +126,9 @@ def distance(curve: Curve, null: Solution, time: float | None = None) -> float:
     A = curve.design.columns(null.symbols, null.T)
     free = np.ones(len(null.symbols), dtype=bool)
     at_null = null.weight.objective(curve.variance, A @ null.c)[0]
-    best = null.weight.objective(curve.variance, A @ _minimise(curve.variance, A, null.c, free, null.weight))[0]
+    best = null.weight.objective(curve.variance, A @ _minimise(curve.variance, A, null.c, free, null.weight))[
+        0
+    ]
     if time is not None and null.T is not None and time != null.T:
         A = curve.design.columns(null.symbols, time)
         other = _minimise(curve.variance, A, null.c, free, null.weight)
@@ -158,7 +164,9 @@ def sensitivity(curve: Curve, at: Solution) -> Array:
     return -(at.weight.whiten @ slope) / 3
 
 
-def _start(v: Array, A: Array, symbols: tuple[str, ...], fixed: Mapping[str, float], free: NDArray[np.bool_]) -> Array:
+def _start(
+    v: Array, A: Array, symbols: tuple[str, ...], fixed: Mapping[str, float], free: NDArray[np.bool_]
+) -> Array:
     """Relative least squares with non-negative coefficients: a safe first guess."""
     from scipy.optimize import nnls
 
@@ -187,7 +195,9 @@ class _Weight:
     log_det: float
 
     @classmethod
-    def of(cls, curve: Curve, symbols: tuple[str, ...], c: Array, A: Array, T: float | None) -> _Weight | None:
+    def of(
+        cls, curve: Curve, symbols: tuple[str, ...], c: Array, A: Array, T: float | None
+    ) -> _Weight | None:
         """Weights of the noise alone. A ramp has no spread of its own; were it to lend its size to the weights, a
         large ramp would make the long lags look certain and never be let go of. So its set is a little too wide."""
         noise = np.where([s == "R" for s in symbols], 0.0, c)
@@ -198,8 +208,8 @@ class _Weight:
         variance = np.maximum(np.diag(V), 1e-14 * mu**2)
         edf = np.maximum(2 * mu**2 / variance, _EDF_MIN)
         rho = V / np.sqrt(np.outer(variance, variance))
-        rho[np.diag_indices_from(rho)] = 1.0 + 1e-9
         sd = np.sqrt(2 / (9 * edf))
+        rho[np.diag_indices_from(rho)] = 1.0 + 1e-9 + (curve.discrepancy / 3 / sd) ** 2
         try:
             factor = np.linalg.cholesky(rho)
         except np.linalg.LinAlgError:

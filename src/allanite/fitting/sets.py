@@ -25,7 +25,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.fitting.objective import Curve, Solution, distance, sensitivity, solve
+from allanite.fitting.objective import Curve, Solution, distance, sensitivity
 
 __all__ = ["CERTAIN", "coefficient_set", "critical_value", "fisher_sd", "time_set"]
 
@@ -45,7 +45,9 @@ def _normals(k: int) -> Array:
     return view
 
 
-def critical_value(curve: Curve, at: Solution, symbol: str, supported: frozenset[str], confidence: float) -> float:
+def critical_value(
+    curve: Curve, at: Solution, symbol: str, supported: frozenset[str], confidence: float
+) -> float:
     """The distance that a true value of `symbol` exceeds with probability 1 - confidence.
 
     Terms of the family that are not supported are taken to sit at zero, where they may only grow: the least favourable
@@ -57,7 +59,7 @@ def critical_value(curve: Curve, at: Solution, symbol: str, supported: frozenset
     columns, kinds = _directions(curve, at, symbol, supported)
     if not columns or not np.all(np.isfinite(np.stack(columns))):
         return plain
-    U = np.linalg.qr(np.stack(columns, axis=1), mode="r")
+    U = np.asarray(np.linalg.qr(np.stack(columns, axis=1), mode="r"), dtype=np.float64)
     y = _normals(U.shape[1])
     gain = _explained(U, y, kinds, None) - _explained(U, y, kinds, 0)
     return max(plain, float(np.quantile(gain, confidence)))
@@ -95,7 +97,9 @@ def _explained(U: Array, y: Array, kinds: tuple[str, ...], without: int | None) 
             if not index:
                 continue
             Q, R = np.linalg.qr(U[:, index])
-            part = np.einsum("ij,jk->ik", y, Q)  # tall and thin: threads of a matrix library would only get in the way
+            part = np.einsum(
+                "ij,jk->ik", y, Q
+            )  # tall and thin: threads of a matrix library would only get in the way
             length = (part**2).sum(axis=1)
             if chosen:
                 x = np.einsum("ij,kj->ik", part, np.linalg.pinv(R, rcond=1e-10)[len(free) :])
@@ -108,7 +112,9 @@ def fisher_sd(curve: Curve, at: Solution) -> dict[str, float]:
     """Relative standard deviation of each positive coefficient (and of T) from the expected information."""
     J = sensitivity(curve, at)
     names = [*at.symbols, "T"] if at.T is not None else list(at.symbols)
-    active = [i for i, n in enumerate(names) if (n == "T" and at.coefficient("G") > 0) or at.coefficient(n) > 0]
+    active = [
+        i for i, n in enumerate(names) if (n == "T" and at.coefficient("G") > 0) or at.coefficient(n) > 0
+    ]
     if not active:
         return {}
     inverse = np.linalg.pinv(J[:, active].T @ J[:, active], rcond=1e-12)
@@ -156,7 +162,12 @@ def coefficient_set(
 
 
 def time_set(
-    curve: Curve, family: Callable[..., Solution], best: Solution, critical: float, shortest: float, longest: float
+    curve: Curve,
+    family: Callable[..., Solution],
+    best: Solution,
+    critical: float,
+    shortest: float,
+    longest: float,
 ) -> tuple[float, float]:
     """Ends of the set of the correlation time [samples]; `shortest` or `longest` where the record sets no end."""
     ends = []

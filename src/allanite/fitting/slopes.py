@@ -19,7 +19,17 @@ from numpy.typing import ArrayLike, NDArray
 
 from allanite.allan.curve import AllanCurve
 from allanite.errors import DataQualityError, InputError
-from allanite.noise import FLICKER_FLOOR, Estimate, Flicker, NoiseModel, Quantisation, Ramp, RandomWalk, TermType, White
+from allanite.noise import (
+    FLICKER_FLOOR,
+    Estimate,
+    Flicker,
+    NoiseModel,
+    Quantisation,
+    Ramp,
+    RandomWalk,
+    TermType,
+    White,
+)
 
 __all__ = ["read_slopes"]
 
@@ -57,7 +67,14 @@ def read_slopes(curve: AllanCurve, *, exclude: ArrayLike | None = None) -> Noise
         if not found:
             note += f"; the curve has no slope {wanted:+.1f}, so this is no estimate"
         estimates.append(
-            Estimate(symbol=symbol, value=value if found else None, lower=0.0, upper=math.inf, supported=False, note=note)
+            Estimate(
+                symbol=symbol,
+                value=value if found else None,
+                lower=0.0,
+                upper=math.inf,
+                supported=False,
+                note=note,
+            )
         )
         if found:
             terms.append(_term(symbol, value, curve.dt))

@@ -227,7 +227,7 @@ CATALOGUE: dict[str, Entry] = {
         severity="info, warning",
         means="samples far from those around, alone or in short bursts, beyond what noise does once in 1000 records",
         risk="each adds its square to the white noise: one of 1000 sigma in 200 000 samples raises it 2.4 times",
-        done="as many of the largest bursts are left out as needed to keep N within 0.1 %; N with and without is stated",
+        done="the largest are left out, as many as keep N within 0.5 %; N with and without is stated",
         advice="find the cause: a knock, a bit error, a switching load",
         excludes=True,
     ),

@@ -49,8 +49,9 @@ LIVELY = 4.0
 NOTICED, MOVED = 0.05, 300.0
 #: Excess that is not worth a word: half a per cent of the deviation.
 SLIGHT = 0.01
-#: What is left of the impulses may raise the white noise by this much (twice the share of N).
-LEFT = 2e-3
+#: Bursts are left out if they raise the variance of the white noise by more than this, alone and in sum (the
+#: share of N is half of it). No more of them: every gap costs the long lags windows.
+ALONE, IN_SUM = 1e-3, 1e-2
 #: Share of samples beyond which impulses are no impulses.
 MANY = 1e-3
 
@@ -123,10 +124,10 @@ def _bursts(position: NDArray[np.int64], excess: Samples) -> tuple[Spans, Sample
 
 
 def _largest(excess: Samples) -> NDArray[np.int64]:
-    """As many of the largest as needed to leave no more than `LEFT`."""
+    """Those that matter alone, and as many more of the largest as needed for the rest not to matter in sum."""
     order = np.argsort(excess)[::-1]
     left = np.cumsum(excess[order][::-1])[::-1]  # [k]: what remains without the k largest
-    return order[left > LEFT]
+    return order[(excess[order] > ALONE) | (left > IN_SUM)]
 
 
 def _raise(excess: Samples) -> float:
@@ -270,7 +271,7 @@ def amplitude_drop(survey: Survey) -> Iterator[Finding]:
     if windows < Energies.LEAST or survey.lattice.step > 2.0 * survey.sigma:
         return
     usual = float(np.median(energy[there]))
-    low = min(0.5, _chi_square(join * _freedom(scale), ALARM / windows))
+    low = min(0.5, _chi_square(join * _freedom(scale), ALARM / windows) / 1.2)
     with np.errstate(invalid="ignore"):
         out = there & (energy < low * usual)
     if out.any():

@@ -43,14 +43,15 @@ class Spikes:
     """Samples far from the median of the 49 around them, alone or in bursts of at most 256.
 
     Candidates are next to a step of more than 3.5 robust standard deviations of the steps. The decision compares
-    the distance from the local median with the spread of such distances in the block, and looks whether the
-    record beside the burst is no livelier than the block: a level shift or a moved sensor makes no impulses.
+    the distance from the local median with the spread of such distances in the block. A burst must have a step of
+    4.5 deviations in it, and the record beside it must be no livelier than the block: a walk, a level shift or a
+    moved sensor makes no impulses.
     """
 
     __slots__ = ("_crowded", "_deviation", "_factor", "_integrated", "_position", "_sigma")
 
     REACH = 24
-    STEPS = 3.5
+    STEPS, SHARP = 3.5, 4.5
     #: More candidates than this share of a block, or a quarter of it of spikes: no impulses but another
     #: distribution.
     CROWD = 0.02
@@ -73,7 +74,13 @@ class Spikes:
 
     def add(self, block: Samples, step: Samples, start: int) -> Index:
         """Take the next block (NaN: missing) and its first differences; positions of spikes within the block."""
-        spots = self._candidates(block, step)
+        size = self._sizes(block, step)
+        hits = np.flatnonzero(size > self.STEPS)
+        if len(hits) > self.CROWD * len(block) + 8:
+            self._crowded += len(block)
+            return _NONE
+        spots = np.unique(np.concatenate([hits - 1, hits]))
+        spots = spots[spots >= 0]
         if len(spots) == 0:
             return _NONE
         everywhere = np.linspace(0, len(block) - 1, min(1024, len(block)), dtype=np.int64)
@@ -85,38 +92,36 @@ class Spikes:
         if len(far) > 0.25 * self.CROWD * len(block) + 8:
             self._crowded += len(block)
             return _NONE
-        far = self._isolated(block, far, sigma)
+        far = self._isolated(block, far, sigma, size)
         if len(far):
             self._position.append(far + start)
             self._deviation.append(self._deviations(block, far))
             self._sigma.append(np.full(len(far), sigma))
         return far
 
-    def _candidates(self, block: Samples, step: Samples) -> Index:
-        """Samples on either side of a large step."""
+    def _sizes(self, block: Samples, step: Samples) -> Samples:
+        """Steps in robust standard deviations, without sign; empty where they tell nothing."""
         if len(block) < 2 * self.REACH + 1:
-            return _NONE
+            return np.zeros(0)
         part = step[:: max(1, len(step) // 8192)]
         part = part[~np.isnan(part)]
         centre = float(np.median(part)) if len(part) else 0.0
         sd = _trimmed_sd(part - centre)
         if not sd > 0.0:
-            return _NONE
+            return np.zeros(0)
         size = np.subtract(step, centre)
-        hits = np.flatnonzero(np.abs(size, out=size) > self.STEPS * sd)
-        if len(hits) > self.CROWD * len(block) + 8:
-            self._crowded += len(block)
-            return _NONE
-        spots = np.unique(np.concatenate([hits - 1, hits]))
-        return spots[spots >= 0]
+        np.abs(size, out=size)
+        return np.divide(size, sd, out=size)
 
     def _far(self, block: Samples, spots: Index, sigma: float) -> Index:
         return spots[np.abs(self._deviations(block, spots)) > self._factor * sigma]
 
-    def _isolated(self, block: Samples, far: Index, sigma: float) -> Index:
-        """Those in short bursts whose neighbourhood is quiet."""
+    def _isolated(self, block: Samples, far: Index, sigma: float, size: Samples) -> Index:
+        """Those in short, sharp bursts whose neighbourhood is quiet."""
         bursts = np.split(far, np.flatnonzero(np.diff(far) > self.APART) + 1) if len(far) else []
-        kept = [b for b in bursts if b[-1] - b[0] < self.BURST and self._is_quiet_beside(block, b, sigma)]
+        short = [b for b in bursts if b[-1] - b[0] < self.BURST]
+        sharp = [b for b in short if np.nanmax(size[b[0] : b[-1] + 2]) > self.SHARP]
+        kept = [b for b in sharp if self._is_quiet_beside(block, b, sigma)]
         return np.concatenate(kept) if kept else _NONE
 
     def _is_quiet_beside(self, block: Samples, burst: Index, sigma: float) -> bool:

@@ -205,7 +205,7 @@ def _grid(
     more = " (a column of row numbers is not taken for time)" if counters else ""
     raise InputError(
         f"{name}: no time column and no sample rate in the file{more}. Give the rate: --rate 100 on the command "
-        "line, rate=100 in Python [samples per second]"
+        "line, rate=100 in Python [samples per second]" + "".join(f" ({g})" for g in guesses)
     )
 
 

@@ -22,7 +22,9 @@ from __future__ import annotations
 
 import ast
 import math
+import struct
 import zipfile
+import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -43,6 +45,16 @@ _MAGIC = b"\x93NUMPY"
 _ZIP = b"PK\x03\x04"
 _LONGEST_HEADER = 16384
 _PIECE = 1 << 20
+_ZIP_ERRORS = (
+    zipfile.BadZipFile,
+    zipfile.LargeZipFile,
+    zlib.error,
+    struct.error,
+    NotImplementedError,
+    EOFError,
+    OSError,
+    RuntimeError,
+)
 
 
 def sniff(head: bytes, path: Path) -> bool:
@@ -163,7 +175,7 @@ def _read_archive(path: Path, options: Options) -> Table:
                 if k not in wanted and m.file_size < _PIECE
             }
             arrays = {k: _member(archive, members[k], path) for k in wanted}
-    except (zipfile.BadZipFile, zipfile.LargeZipFile, NotImplementedError, EOFError, RuntimeError) as error:
+    except _ZIP_ERRORS as error:
         raise FormatError(f"{path.name}: broken or unsupported zip archive ({error})") from None
     return table_of(arrays, small, path, NAME, left_out(shapes, wanted))
 

@@ -30,6 +30,7 @@ OPTIONS: Final[frozenset[str]] = frozenset()
 
 _PARQUET, _ARROW, _FEATHER, _STREAM = b"PAR1", b"ARROW1", b"FEA1", b"\xff\xff\xff\xff"
 _LARGEST_GROUP = 1 << 27  # rows decoded at once
+_KEPT_GROUPS, _LARGE = 3, 64 << 20  # groups kept; of larger ones [bytes] only one
 _OURS = b"allanite"  # key of the file's metadata under which `write` keeps the channels
 _RATE_KEYS = (b"rate", b"sample_rate", b"sampling_rate", b"fs")
 
@@ -108,7 +109,7 @@ def _open_arrow(path: Path, magic: bytes) -> tuple[pa.Schema, list[int], _Decode
 
 
 class _LazyColumn:
-    """A column that is decoded group by group; the group read last is kept."""
+    """A column that is decoded group by group; the groups read last are kept."""
 
     __slots__ = ("_decode", "_edges", "_kept", "_lock", "_name", "_whole", "dtype", "origin")
 
@@ -117,52 +118,69 @@ class _LazyColumn:
     ) -> None:
         self._name, self._edges, self._decode, self._whole = name, edges, decode, whole
         self._lock = threading.Lock()
-        self._kept: tuple[int, NDArray[np.float64]] | None = None
+        self._kept: dict[int, NDArray[np.float64]] = {}
         self.dtype = dtype
         self.origin = 0.0
         if whole and dtype.itemsize == 8 and edges[-1] > 0:
-            first = float(self._group(0)[0])  # integers beyond 2**53 are read relative to the first one
-            if abs(first) >= 2.0**53:
-                self.origin, self._kept = first, None
+            first = float(_decoded(self._checked(0), 0)[0])
+            if abs(first) >= 2.0**53:  # integers that far are read relative to the first one
+                self.origin = first
 
     def __len__(self) -> int:
         return int(self._edges[-1])
 
     def read(self, start: int, stop: int) -> NDArray[np.float64]:
         stop = min(stop, len(self))
-        first = int(np.searchsorted(self._edges, start, side="right")) - 1
+        group = int(np.searchsorted(self._edges, start, side="right")) - 1
         parts = []
         while start < stop:
-            end = min(stop, int(self._edges[first + 1]))
-            offset = int(self._edges[first])
-            parts.append(self._group(first)[start - offset : end - offset])
-            start, first = end, first + 1
+            offset, end = int(self._edges[group]), min(stop, int(self._edges[group + 1]))
+            parts.append(self._group(group)[start - offset : end - offset])
+            start, group = end, group + 1
         if len(parts) == 1:
             return np.array(parts[0])
         return np.concatenate(parts) if parts else np.zeros(0)
 
+    def _checked(self, group: int) -> pa.ChunkedArray:
+        import pyarrow as pa
+
+        try:
+            return _as_numbers(self._decode(group, self._name))
+        except (pa.ArrowException, OSError, ValueError) as error:
+            raise FormatError(f"column {self._name}, row group {group}: damaged ({_brief(error)})") from None
+
     def _group(self, group: int) -> NDArray[np.float64]:
-        kept = self._kept
-        if kept is not None and kept[0] == group:
-            return kept[1]
         with self._lock:
-            values = _decoded(self._decode(group, self._name), self.origin if self._whole else 0.0)
-            self._kept = (group, values)
-        return values
+            kept = self._kept.get(group)
+            if kept is None:
+                kept = _decoded(self._checked(group), int(self.origin))
+                if self._whole and len(kept) and np.nanmax(np.abs(kept), initial=0.0) >= 2.0**53:
+                    raise InputError(
+                        f"column {self._name}: 64-bit integers that span more than 2**53; float64 cannot hold them"
+                    )
+                if len(self._kept) >= (_KEPT_GROUPS if kept.nbytes < _LARGE else 1):
+                    self._kept.pop(next(iter(self._kept)))
+                self._kept[group] = kept
+        return kept
 
 
-def _decoded(array: pa.ChunkedArray, origin: float) -> NDArray[np.float64]:
+def _as_numbers(array: pa.ChunkedArray) -> pa.ChunkedArray:
+    """Moments and durations as nanoseconds, decimals as floats."""
+    import pyarrow as pa
+
+    if pa.types.is_timestamp(array.type):
+        return array.cast(pa.timestamp("ns", array.type.tz)).cast(pa.int64())
+    if pa.types.is_duration(array.type):
+        return array.cast(pa.duration("ns")).cast(pa.int64())
+    return array.cast(pa.float64()) if pa.types.is_decimal(array.type) else array
+
+
+def _decoded(array: pa.ChunkedArray, origin: int) -> NDArray[np.float64]:
     import pyarrow as pa
     import pyarrow.compute as pc
 
-    if pa.types.is_timestamp(array.type):
-        array = array.cast(pa.timestamp("ns", array.type.tz)).cast(pa.int64())
-    elif pa.types.is_duration(array.type):
-        array = array.cast(pa.duration("ns")).cast(pa.int64())
-    elif pa.types.is_decimal(array.type):
-        array = array.cast(pa.float64())
     if origin:
-        array = pc.subtract(array.cast(pa.int64()), pa.scalar(int(origin), pa.int64()))
+        array = pc.subtract(array.cast(pa.int64()), pa.scalar(origin, pa.int64()))
     return np.asarray(array.to_numpy(), dtype=np.float64)
 
 

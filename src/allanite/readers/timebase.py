@@ -155,29 +155,21 @@ def fit_grid(
         marks = again
         if settled:
             break
-    jitter = _jitter(filled, marks, interval, probe.threshold)
     # Half the standard deviation of a least-squares slope (relative): digits beyond it say nothing.
-    rate = _plain(1.0 / interval, 0.5 * jitter / interval * math.sqrt(12.0 / n**3) + 1e-14)
-    coarse = resolution > 1.5 * interval
-    facts = _facts(source=source, unit=unit, rate=rate, nominal=nominal, interval=probe.median)
-    facts |= {
-        "jitter_rms_s": jitter,
-        "duplicates": 0 if coarse else tally.duplicates,
-        "duplicate_rows": [] if coarse else tally.duplicate_rows,
-        "backward": tally.backward,
-        "backward_rows": tally.backward_rows,
-        "gaps": len(marks.gaps),
-        "missing": int(marks.missing.sum()),
-        "resolution_s": float(resolution),
-    }
+    rate = _plain(1.0 / interval, 0.5 * tally.jitter / interval * math.sqrt(12.0 / n**3) + 1e-14)
     begins = np.concatenate(([0], marks.gaps + 1))
     grid = begins + np.concatenate(([0], np.cumsum(marks.missing)))
-    facts["gap_places"] = [
-        [int(g - m), int(g)]
-        for g, m in zip(grid[1 : _LISTED_GAPS + 1], marks.missing[:_LISTED_GAPS], strict=True)
-    ]
-    if filled.missing:
-        facts["missing_stamps"] = filled.missing
+    facts = _facts(source=source, unit=unit, rate=rate, nominal=nominal, interval=probe.median)
+    facts |= tally.facts(coarse=resolution > 1.5 * interval)
+    facts |= {
+        "gaps": len(marks.gaps),
+        "missing": int(marks.missing.sum()),
+        "gap_places": [
+            [int(g - m), int(g)]
+            for g, m in zip(grid[1 : _LISTED_GAPS + 1], marks.missing[:_LISTED_GAPS], strict=True)
+        ],
+        "resolution_s": float(resolution),
+    }
     length = int(grid[-1] + n - begins[-1])
     return Timebase(rate=rate, length=length, source=np.append(begins, n), grid=grid, facts=facts)
 
@@ -242,7 +234,6 @@ class _Filled:
 
     def __init__(self, stamps: Stamps) -> None:
         self.stamps = stamps
-        self.missing = 0
 
     def __len__(self) -> int:
         return len(self.stamps)
@@ -303,10 +294,11 @@ def _probe(stamps: _Filled, source: str) -> _Probe:
     median = float(np.median(differences))
     if median <= 0:
         median = float(np.median(rising))
-    ratio = differences / median
-    near = np.abs(ratio - 1.0) <= 0.25
-    # Whole multiples are lost samples, zeros are rows written twice: both leave the others regular.
-    whole = (np.abs(ratio - np.round(ratio)) <= 0.25) & ((ratio > 0.5) | (ratio == 0))
+    with np.errstate(over="ignore", invalid="ignore"):  # absurd stamps are refused further on
+        ratio = differences / median
+        near = np.abs(ratio - 1.0) <= 0.25
+        # Whole multiples are lost samples, zeros are rows written twice: both leave the others regular.
+        whole = (np.abs(ratio - np.round(ratio)) <= 0.25) & ((ratio > 0.5) | (ratio == 0))
     short = (differences > 0) & (differences < 0.5 * median)
     regular = bool(near.mean() >= 0.5 and whole.mean() >= 0.75 and short.mean() < 0.02) and not _bursts(
         differences, median
@@ -388,22 +380,43 @@ def _no_grid(stamps: _Filled, source: str, why: str) -> DataQualityError:
 
 
 class _Tally:
-    """Counts of odd differences, with the first rows of each."""
+    """What is odd about the differences, and how far the ordinary ones scatter."""
 
     def __init__(self) -> None:
-        self.duplicates = 0
+        self.duplicates = self.backward = 0
         self.duplicate_rows: list[int] = []
-        self.backward = 0
         self.backward_rows: list[int] = []
+        self._squares = 0.0
+        self._counted = 0
 
-    def add(self, first: int, differences: _Floats) -> None:
-        for name, odd in (("duplicate", differences == 0), ("backward", differences < 0)):
-            rows = getattr(self, f"{name}_rows")
-            where = np.flatnonzero(odd)
-            if len(rows) < _LISTED_ROWS:
-                rows.extend(int(first + k + 1) for k in where[: _LISTED_ROWS - len(rows)])
-            total = name if name == "backward" else "duplicates"
-            setattr(self, total, getattr(self, total) + len(where))
+    def add(self, first: int, differences: _Floats, interval: float, left_out: NDArray[np.bool_]) -> None:
+        """Take differences from interval number `first` on; gaps and wild stamps do not count as scatter."""
+        self.duplicates += self._note(differences == 0, first, self.duplicate_rows)
+        self.backward += self._note(differences < 0, first, self.backward_rows)
+        e = (differences - interval)[~left_out]
+        self._squares += float(e @ e)
+        self._counted += len(e)
+
+    @staticmethod
+    def _note(odd: NDArray[np.bool_], first: int, rows: list[int]) -> int:
+        where = np.flatnonzero(odd)
+        rows.extend(int(first + k + 1) for k in where[: _LISTED_ROWS - len(rows)])
+        return len(where)
+
+    @property
+    def jitter(self) -> float:
+        """Rms deviation of a stamp [s], from the differences: slow drifts of the clock do not count."""
+        return math.sqrt(self._squares / (2 * self._counted)) if self._counted else 0.0
+
+    def facts(self, *, coarse: bool) -> dict[str, Any]:
+        """For the notes; equal stamps are no duplicates where the clock is coarser than the samples."""
+        return {
+            "jitter_rms_s": self.jitter,
+            "duplicates": 0 if coarse else self.duplicates,
+            "duplicate_rows": [] if coarse else self.duplicate_rows,
+            "backward": self.backward,
+            "backward_rows": self.backward_rows,
+        }
 
 
 def _find(stamps: _Filled, probe: _Probe, interval: float) -> tuple[_Marks, _Tally]:
@@ -415,8 +428,11 @@ def _find(stamps: _Filled, probe: _Probe, interval: float) -> tuple[_Marks, _Tal
     steps: list[_Floats] = []
     for first, count, block in stamps.blocks(before, after):
         lead = min(before, first)
-        tally.add(first, np.diff(block[lead : lead + count + 1]))
         at, step = judge(block, lead, count, interval, probe)
+        own = np.diff(block[lead : lead + count + 1])
+        wild = np.abs(own - interval) > 20.0 * interval + 2.0 * probe.threshold
+        wild[at - lead] = True
+        tally.add(first, own, interval, wild)
         gaps.append(at - lead + first)
         steps.append(step)
     at, step = np.concatenate(gaps), np.concatenate(steps)
@@ -521,8 +537,9 @@ def _fit_interval(stamps: _Filled, marks: _Marks, interval: float, ticks: bool) 
     for position, residual in _placed(stamps, marks, interval, ticks):
         step = max(len(position) * size // _BLOCK, 1) if ticks else size
         for a in range(0, len(position), step):
-            x.append(float(np.median(position[a : a + step])))
-            y.append(float(np.median(residual[a : a + step])))
+            some = slice(a, a + step, max(step // 1024, 1))  # enough for a median
+            x.append(float(np.median(position[some])))
+            y.append(float(np.median(residual[some])))
     if len(x) == 0:
         return interval
     intercept, slope, spread = _robust_line(np.array(x), np.array(y))
@@ -530,7 +547,11 @@ def _fit_interval(stamps: _Filled, marks: _Marks, interval: float, ticks: bool) 
     sums = np.zeros(5)
     for position, residual in _placed(stamps, marks, interval, ticks):
         e = residual - (intercept + slope * position)
-        reach = 8.0 * spread + 0.05 * interval + (8.0 * float(np.median(np.abs(e))) if len(e) else 0.0)
+        reach = (
+            8.0 * spread
+            + 0.05 * interval
+            + (8.0 * float(np.median(np.abs(e[:: len(e) // 4096 + 1]))) if len(e) else 0.0)
+        )
         good = np.abs(e) <= reach
         u, e = (position - centre)[good], e[good]
         sums += np.array([len(u), u.sum(), u @ u, e.sum(), u @ e])
@@ -552,23 +573,6 @@ def _robust_line(x: _Floats, y: _Floats) -> tuple[float, float, float]:
         spread = float(np.median(e))
         keep = e <= 6.0 * spread + 1e-12
     return intercept, slope, spread
-
-
-def _jitter(stamps: _Filled, marks: _Marks, interval: float, threshold: float) -> float:
-    """Rms deviation of a stamp, from the differences: slow drifts of the clock do not count [s].
-
-    Gaps, steps of the clock and wild stamps are counted elsewhere and left out here.
-    """
-    total, count = 0.0, 0
-    odd = np.concatenate((marks.gaps, marks.shifts))
-    for first, intervals, block in stamps.blocks(0, 0):
-        e = np.diff(block) - interval
-        wild = np.abs(e) > 20.0 * interval + 2.0 * threshold
-        wild[odd[(odd >= first) & (odd < first + intervals)] - first] = True
-        e = e[~wild]
-        total += float(e @ e)
-        count += len(e)
-    return math.sqrt(total / (2 * count)) if count else 0.0
 
 
 def _plain(value: float, tolerance: float) -> float:

@@ -268,7 +268,7 @@ def _facts(recording: Json) -> list[tuple[str, str]]:
     facts = [
         ("Channels", str(len(recording["channels"]))),
         ("Length", duration(recording["duration"])),
-        ("Rate", f"{number(recording['rate'], 6).rstrip('0').rstrip('.')} Hz"),
+        ("Rate", f"{recording['rate']:.7g} Hz"),
         ("Samples", f"{samples:,}".replace(",", "\u202f")),
         ("Missing", f"{100 * missing / samples:.2g} %" if missing else "none"),
     ]

@@ -1,4 +1,4 @@
-# Specification: RFC 4180 (comma-separated values) and what loggers write instead; see docs/reference for the dialects.
+# Specification: RFC 4180 for comma-separated values, and what loggers in the wild make of it.
 # SPDX-License-Identifier: BSD-3-Clause
 """Text tables of any dialect, also packed with gzip, xz or bzip2.
 
@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
+from numpy.typing import NDArray
 
 from allanite.errors import InputError
 from allanite.readers.assembly import Options, Table
@@ -47,19 +48,19 @@ def read(path: Path, options: Options) -> Table:
     """
     stream = opened(path)
     with stream.file:
-        lines = head_lines(stream, path.name)
+        lines, others = head_lines(stream, path.name), other_lines(stream)
         dialect = detect(
             lines,
-            other_lines(stream),
+            others,
             delimiter=options.delimiter,
             decimal=options.decimal,
             variable=options.variable,
             name=path.name,
         )
-        keep = _identity(lines, dialect, options.variable, path.name)
+        keep = _identity([*lines[dialect.skip :], *others], dialect, options.variable, path.name)
         if options.variable is not None and keep is None and dialect.record is None:
             raise InputError(f"{path.name} is one table: variable={options.variable!r} has no meaning for it")
-        cells = Cells(dialect, path.name, keep)
+        cells = Cells(dialect, path.name, stream.codec, keep)
         for piece, line in pieces(stream, dialect.skip, path.name):
             cells.feed(piece, line)
         columns = cells.finish()
@@ -68,7 +69,7 @@ def read(path: Path, options: Options) -> Table:
 
 def _identity(lines: list[str], dialect: Dialect, variable: str | None, name: str) -> tuple[int, str] | None:
     """A column of the first two that names the sensor and holds several values: one of them is read."""
-    rows = [split(line, dialect.delimiter, dialect.quoted) for line in lines[dialect.skip :]]
+    rows = [split(line, dialect.delimiter, dialect.quoted) for line in lines]
     rows = [r for r in rows if len(r) == len(dialect.kinds)]
     for column in range(min(2, len(dialect.kinds))):
         kind = dialect.kinds[column]
@@ -198,5 +199,9 @@ def _join_dates(dialect: Dialect, used: list[int], columns: list[Column], time_u
         columns[k] = ArrayColumn(unwrap_midnight(clock))
 
 
-def _all(column: Column) -> Any:
-    return column.read(0, len(column)).astype(np.int64) + int(column.origin)
+def _all(column: Column) -> NDArray[Any]:
+    """A whole column of nanoseconds; float64 with NaN if some are missing."""
+    values = column.read(0, len(column))
+    if np.isnan(values).any():
+        return values + column.origin
+    return values.astype(np.int64) + int(column.origin)

@@ -2,8 +2,8 @@
 """From lines of text to columns of numbers, piece by piece.
 
 A piece of whole lines goes through the CSV parser of Arrow, many megabytes at a time. A piece that it refuses is
-halved again and again, and only the lines around the fault are read cell by cell: there a known word for
-"missing" is counted, a row of the wrong length becomes a row of missing samples, and anything else is an error
+cut into smaller ones, and only the lines around the fault are read cell by cell: there a row of the wrong length
+becomes a row of missing samples, and anything that is neither a number nor a known word for "missing" is an error
 that names line and column.
 """
 
@@ -32,9 +32,9 @@ _LISTED = 5
 _COMMENT_LINES = re.compile(rb"(?m)^[ \t]*(?:#|%|//|!)[^\r\n]*(?:\r?\n|\r|\Z)")
 _COMMENT_SIGNS = (b"#", b"%", b"/", b"!")  # single bytes: found fast
 _OVERLOAD_WORDS = re.compile(
-    rb"(?i)(?<![^,;\t| \r\n])(?:"
+    rb"(?i)(?<![^,;\t| \r\n\"])(?:"
     + b"|".join(re.escape(w).encode() for w in sorted(OVERLOAD))
-    + rb")(?![^,;\t| \r\n])"
+    + rb")(?![^,;\t| \r\n\"])"
 )
 _NULLS = sorted(
     {
@@ -58,17 +58,21 @@ class Cells:
         Cells without a value, and among the words those that mean overload (not counted as missing).
     """
 
-    def __init__(self, dialect: Dialect, name: str, keep: tuple[int, str] | None = None) -> None:
+    def __init__(
+        self, dialect: Dialect, name: str, codec: str = "utf-8", keep: tuple[int, str] | None = None
+    ) -> None:
         self.dialect = dialect
         self.name = name
         self.keep = keep  # (column, value): only these rows are samples
         self.kinds = list(dialect.kinds)
         self.used = [i for i, k in enumerate(self.kinds) if k not in ("x", "e")]
         self.growing = [GrowingColumn() for _ in self.used]
-        self.rows = self.missing = self.overload = self.ragged = self.comments = 0
+        self.rows = self.missing = self.overload = self.ragged = 0
         self.ragged_rows: list[int] = []
         self.ragged_counts: set[int] = set()
-        self._headers = [line.strip().encode() for line in dialect.header_lines if line.strip()]
+        self._headers = [
+            line.strip().encode(codec, "replace") for line in dialect.header_lines if line.strip()
+        ]
         self._record = self._record_pattern()
 
     def feed(self, piece: bytes, line: int) -> None:

@@ -7,6 +7,7 @@ import datetime
 import re
 from collections.abc import Iterable
 from functools import lru_cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -100,8 +101,7 @@ def _days(year: int, month: int, day: int) -> int:
     return datetime.date(year, month, day).toordinal() - 719_163  # the ordinal of 1970-01-01
 
 
-def unwrap_midnight(nanoseconds: NDArray[np.int64]) -> NDArray[np.int64]:
+def unwrap_midnight(nanoseconds: NDArray[Any]) -> NDArray[Any]:
     """Times of day that pass midnight, made to rise: a fall by more than half a day is a new day."""
     falls = np.diff(nanoseconds) < -_DAY // 2
-    days = np.concatenate(([0], np.cumsum(falls)))
-    return np.asarray(nanoseconds + days * _DAY, dtype=np.int64)
+    return np.asarray(nanoseconds + np.concatenate(([0], np.cumsum(falls))) * _DAY)

@@ -1,15 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Noise terms and their sum.
-
-One term is one class with every view of one process: ``psd(f)``, ``avar(tau)``, ``avar_sampled(m, dt, sampling)``,
-``phase_covariance(t, dt, sampling)`` and ``state_space(dt)``. Models add with ``+``.
-
-Conventions (whole package): rate in rad/s (acceleration in m/s^2, ...), two-sided density S(f) over frequency in Hz,
-
-    AVAR(tau) = 4 * integral from 0 to infinity of S(f) sin^4(pi f tau) / (pi f tau)^2 df.
-
-Coefficients carry the letters of IEEE Std 952: Q, N, B, K, R. Samples are interval means ("mean") or
-instantaneous values ("point"); the two differ at small m.
+"""The seven noise terms. One term is one class with every view of one process.
 
 References
 ----------
@@ -21,14 +11,15 @@ References
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping
-from dataclasses import asdict, dataclass, field, fields
+from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any, ClassVar, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from allanite.errors import InputError
+from allanite.noise.state_space import StateSpace, stateless, states
 
 __all__ = [
     "FLICKER_FLOOR",
@@ -36,17 +27,16 @@ __all__ = [
     "GM_PEAK_TAU",
     "SIGMA_PER_B",
     "TERMS",
-    "Estimate",
     "Flicker",
     "GaussMarkov",
-    "NoiseModel",
     "Quantisation",
     "Ramp",
     "RandomWalk",
     "Sinusoid",
-    "StateSpace",
     "Term",
+    "TermType",
     "White",
+    "gauss_markov_shape",
 ]
 
 Array = NDArray[np.float64]
@@ -59,63 +49,6 @@ GM_PEAK_TAU = 1.89261783292501877
 GM_PEAK_DEVIATION = 0.617364283144241369
 #: sigma of the Gauss-Markov term whose maximum equals the floor of a flicker term B, over B.
 SIGMA_PER_B = FLICKER_FLOOR / GM_PEAK_DEVIATION
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class StateSpace:
-    """Discrete linear model of point samples: s' = F s + w, y = h s + v.
-
-    Attributes
-    ----------
-    transition : ndarray, shape (n, n)
-        F over one sample interval.
-    process : ndarray, shape (n, n)
-        Covariance of w.
-    output : ndarray, shape (n,)
-        h.
-    noise : float
-        Variance of v.
-    initial : ndarray, shape (n, n)
-        Covariance of the first state; zero where the state starts at zero.
-    """
-
-    transition: Array
-    process: Array
-    output: Array
-    noise: float
-    initial: Array
-
-    def __add__(self, other: StateSpace) -> StateSpace:
-        return StateSpace(
-            transition=_block_diagonal(self.transition, other.transition),
-            process=_block_diagonal(self.process, other.process),
-            output=np.concatenate([self.output, other.output]),
-            noise=self.noise + other.noise,
-            initial=_block_diagonal(self.initial, other.initial),
-        )
-
-
-def _block_diagonal(a: Array, b: Array) -> Array:
-    out = np.zeros((len(a) + len(b),) * 2)
-    out[: len(a), : len(a)] = a
-    out[len(a) :, len(a) :] = b
-    return out
-
-
-def _states(transition: ArrayLike, process: ArrayLike, output: ArrayLike, initial: ArrayLike) -> StateSpace:
-    square = [np.atleast_2d(np.asarray(x, dtype=np.float64)) for x in (transition, process, initial)]
-    return StateSpace(
-        transition=square[0],
-        process=square[1],
-        output=np.atleast_1d(np.asarray(output, dtype=np.float64)),
-        noise=0.0,
-        initial=square[2],
-    )
-
-
-def _stateless(noise: float) -> StateSpace:
-    none = np.zeros((0, 0))
-    return StateSpace(transition=none, process=none, output=np.zeros(0), noise=noise, initial=none)
 
 
 @runtime_checkable
@@ -152,7 +85,9 @@ class Term(Protocol):
 def _positive(term: Any, *names: str) -> None:
     for name in names:
         value = getattr(term, name)
-        if not (isinstance(value, (int, float, np.floating, np.integer)) and math.isfinite(value) and value >= 0):
+        if not (
+            isinstance(value, (int, float, np.floating, np.integer)) and math.isfinite(value) and value >= 0
+        ):
             raise InputError(f"{type(term).__name__}: {name} must be finite and not negative, not {value!r}")
         object.__setattr__(term, name, float(value))
 
@@ -196,7 +131,7 @@ class Quantisation:
     def state_space(self, dt: float) -> StateSpace:
         variance = (self.Q / dt) ** 2
         both = np.diag([variance, variance])
-        return _states([[0, 0], [1, 0]], np.diag([variance, 0]), [1, -1], both)
+        return states([[0, 0], [1, 0]], np.diag([variance, 0]), [1, -1], both)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -225,10 +160,10 @@ class White:
         return self.avar(_tau(m) * dt)
 
     def phase_covariance(self, t: Array, dt: float, sampling: str) -> Array:
-        return -self.N**2 / dt / 2 * np.abs(t)
+        return -(self.N**2) / dt / 2 * np.abs(t)
 
     def state_space(self, dt: float) -> StateSpace:
-        return _stateless(self.N**2 / dt)
+        return stateless(self.N**2 / dt)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -264,7 +199,9 @@ class Flicker:
         size = np.abs(t)
         return self.B**2 / (2 * np.pi) * size**2 * np.log(np.where(size == 0, 1.0, size))
 
-    def gauss_markov_sum(self, shortest: float, longest: float, ratio: float = math.sqrt(10)) -> tuple[GaussMarkov, ...]:
+    def gauss_markov_sum(
+        self, shortest: float, longest: float, ratio: float = math.sqrt(10)
+    ) -> tuple[GaussMarkov, ...]:
         """Gauss-Markov terms, correlation times a ratio apart, whose sum is 1/f over a band.
 
         Parameters
@@ -324,7 +261,7 @@ class RandomWalk:
         return self.K**2 * dt / 12 * cube
 
     def state_space(self, dt: float) -> StateSpace:
-        return _states(1.0, self.K**2 * dt, 1.0, 0.0)
+        return states(1.0, self.K**2 * dt, 1.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -357,7 +294,7 @@ class Ramp:
 
     def state_space(self, dt: float) -> StateSpace:
         none = np.zeros((2, 2))
-        return _states([[1, dt], [0, 1]], none, [1, 0], np.diag([0.0, self.R**2]))
+        return states([[1.0, dt], [0.0, 1.0]], none, [1, 0], np.diag([0.0, self.R**2]))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -437,7 +374,7 @@ class GaussMarkov:
 
     def state_space(self, dt: float) -> StateSpace:
         phi = math.exp(-dt / self.T)
-        return _states(phi, -(self.sigma**2) * math.expm1(-2 * dt / self.T), 1.0, self.sigma**2)
+        return states(phi, -(self.sigma**2) * math.expm1(-2 * dt / self.T), 1.0, self.sigma**2)
 
 
 def gauss_markov_shape(x: ArrayLike) -> Array:
@@ -453,7 +390,7 @@ def gauss_markov_shape(x: ArrayLike) -> Array:
     safe = np.where(small, 1.0, x)
     plain = (1 - (3 - 4 * np.exp(-safe) + np.exp(-2 * safe)) / (2 * safe)) / safe
     s = np.where(small, x, 0.0)
-    return np.where(small, s / 3 * np.polynomial.polynomial.polyval(s, _SHAPE_SERIES), plain)
+    return np.asarray(np.where(small, s / 3 * np.polynomial.polynomial.polyval(s, _SHAPE_SERIES), plain))
 
 
 _SHAPE_SERIES = np.array([-3 * (-1) ** n * (2**n - 4) / (2 * math.factorial(n)) for n in range(3, 20)])
@@ -465,7 +402,9 @@ def _exp_rest(u: Array) -> Array:
     u = np.asarray(u, dtype=np.float64)
     small = u < 0.5
     s = np.where(small, u, 0.0)
-    return np.where(small, s**3 * np.polynomial.polynomial.polyval(s, _EXP_SERIES), np.exp(-u) - 1 + u - u**2 / 2)
+    return np.where(
+        small, s**3 * np.polynomial.polynomial.polyval(s, _EXP_SERIES), np.exp(-u) - 1 + u - u**2 / 2
+    )
 
 
 def _sinh_minus(a: float) -> float:
@@ -512,7 +451,7 @@ class Sinusoid:
         if sampling == "mean":
             return self.avar(m * dt)
         x = np.pi * self.frequency * dt
-        return self.amplitude**2 * (np.sin(m * x) ** 2 / (m * np.sin(x))) ** 2
+        return np.asarray(self.amplitude**2 * (np.sin(m * x) ** 2 / (m * np.sin(x))) ** 2)
 
     def phase_covariance(self, t: Array, dt: float, sampling: str) -> Array:
         """That of a sinusoid of random phase."""
@@ -523,7 +462,7 @@ class Sinusoid:
     def state_space(self, dt: float) -> StateSpace:
         angle = 2 * math.pi * self.frequency * dt
         c, s = math.cos(angle), math.sin(angle)
-        return _states([[c, s], [-s, c]], np.zeros((2, 2)), [1, 0], np.eye(2) * self.amplitude**2 / 2)
+        return states([[c, s], [-s, c]], np.zeros((2, 2)), [1, 0], np.eye(2) * self.amplitude**2 / 2)
 
 
 TermType = Quantisation | White | Flicker | RandomWalk | Ramp | GaussMarkov | Sinusoid
@@ -531,170 +470,3 @@ TermType = Quantisation | White | Flicker | RandomWalk | Ramp | GaussMarkov | Si
 TERMS: Mapping[str, type[TermType]] = {
     t.type: t for t in (Quantisation, White, Flicker, RandomWalk, Ramp, GaussMarkov, Sinusoid)
 }
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Estimate:
-    """One parameter with its set of values that the record does not contradict.
-
-    Attributes
-    ----------
-    symbol : str
-        Q, N, B, K, R, q, T, sigma or B_equiv.
-    value : float or None
-        Point estimate in SI; None when only a limit is known.
-    lower, upper : float
-        Ends of the confidence set; lower is 0 (T: also 0) and upper may be infinite.
-    supported : bool
-        The set excludes zero (T: the set is bounded on both sides).
-    note : str
-        What a reader must know besides.
-    """
-
-    symbol: str
-    value: float | None
-    lower: float
-    upper: float
-    supported: bool
-    note: str = ""
-
-    def to_json(self) -> dict[str, Any]:
-        """Plain data; infinity is written as null."""
-        return {**asdict(self), "upper": self.upper if math.isfinite(self.upper) else None}
-
-    @classmethod
-    def from_json(cls, data: Mapping[str, Any]) -> Estimate:
-        """Inverse of `to_json`."""
-        return cls(**{**data, "upper": math.inf if data["upper"] is None else data["upper"]})
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class NoiseModel:
-    """A sum of independent noise terms; when it was fitted, with the uncertainty of its parameters.
-
-    Attributes
-    ----------
-    terms : tuple of Term
-    family : str
-        "flicker" or "gauss-markov" for a fitted model: what stands in the place of the bias instability.
-    estimates : tuple of Estimate
-        Every parameter of the candidate family, supported or not.
-    confidence : float
-        Level of the sets in `estimates`.
-    covariance : dict
-        {"symbols": [...], "matrix": [[...]]} of the natural logarithms of the supported parameters.
-    goodness : dict
-        {"chi2", "dof", "p"}: does the model explain the curve?
-    verdict : str
-        One sentence.
-    alternative : NoiseModel or None
-        The other family, when the record cannot decide.
-    kind, unit : str
-        Kind of the channel, and its own unit where it has no SI unit.
-    """
-
-    terms: tuple[TermType, ...]
-    family: str = ""
-    estimates: tuple[Estimate, ...] = ()
-    confidence: float = 0.95
-    covariance: Mapping[str, Any] = field(default_factory=dict, repr=False)
-    goodness: Mapping[str, Any] = field(default_factory=dict)
-    verdict: str = ""
-    alternative: NoiseModel | None = field(default=None, repr=False)
-    kind: str = "rate"
-    unit: str = ""
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "terms", tuple(self.terms))
-        for term in self.terms:
-            if not isinstance(term, Term):
-                raise InputError(f"a noise model is a sum of terms ({', '.join(TERMS)}), not of {term!r}")
-
-    @classmethod
-    def of(cls, *terms: TermType, kind: str = "rate") -> NoiseModel:
-        """The sum of these terms."""
-        return cls(terms=terms, kind=kind)
-
-    def __add__(self, other: NoiseModel | TermType) -> NoiseModel:
-        terms = other.terms if isinstance(other, NoiseModel) else (other,)
-        return NoiseModel(terms=self.terms + terms, kind=self.kind, unit=self.unit)
-
-    def psd(self, f: ArrayLike) -> Array:
-        """Two-sided density at f [Hz], in SI^2/Hz."""
-        return _sum(f, (term.psd(f) for term in self.terms))
-
-    def avar(self, tau: ArrayLike) -> Array:
-        """Allan variance at tau [s] (continuous process = interval means), in SI^2."""
-        return _sum(tau, (term.avar(tau) for term in self.terms))
-
-    def adev(self, tau: ArrayLike) -> Array:
-        """Allan deviation at tau [s]."""
-        return np.sqrt(self.avar(tau))
-
-    def avar_sampled(self, m: ArrayLike, dt: float, sampling: str = "mean") -> Array:
-        """Exact Allan variance of samples at interval dt [s] averaged over m of them."""
-        return _sum(m, (term.avar_sampled(m, dt, sampling) for term in self.terms))
-
-    def state_space(self, dt: float) -> StateSpace:
-        """Exact discrete model of point samples at interval dt [s]."""
-        total = _stateless(0.0)
-        for term in self.terms:
-            total = total + term.state_space(dt)
-        return total
-
-    def term(self, type_: str) -> TermType | None:
-        """The first term of a type ("white", "flicker", ...), or None."""
-        return next((t for t in self.terms if t.type == type_), None)
-
-    def estimate(self, symbol: str) -> Estimate | None:
-        """The estimate of a parameter, or None."""
-        return next((e for e in self.estimates if e.symbol == symbol), None)
-
-    def to_json(self) -> dict[str, Any]:
-        """Plain data; `from_json` gives back an equal model."""
-        return {
-            "family": self.family,
-            "kind": self.kind,
-            "unit": self.unit,
-            "verdict": self.verdict,
-            "confidence": self.confidence,
-            "terms": [{"type": t.type, **{f.name: getattr(t, f.name) for f in fields(t)}} for t in self.terms],
-            "estimates": [e.to_json() for e in self.estimates],
-            "covariance": dict(self.covariance),
-            "goodness": dict(self.goodness),
-        }
-
-    @classmethod
-    def from_json(cls, data: Mapping[str, Any]) -> NoiseModel:
-        """Inverse of `to_json`.
-
-        Raises
-        ------
-        InputError
-            An unknown term, or a missing or superfluous coefficient.
-        """
-        try:
-            terms = tuple(_term_from_json(t) for t in data["terms"])
-        except (KeyError, TypeError) as error:
-            raise InputError(f"not a noise model: {error}; expected {{'terms': [{{'type': 'white', 'N': ...}}]}}") from None
-        known = {f.name for f in fields(cls)} - {"terms", "estimates", "alternative"}
-        rest = {k: v for k, v in data.items() if k in known}
-        return cls(terms=terms, estimates=tuple(Estimate.from_json(e) for e in data.get("estimates", ())), **rest)
-
-    def __str__(self) -> str:
-        parts = (" ".join(f"{s}={getattr(t, s):.4g}" for s in t.symbols) for t in self.terms)
-        return f"NoiseModel({'; '.join(parts)})"
-
-
-def _sum(x: ArrayLike, parts: Iterable[Array]) -> Array:
-    total = np.zeros_like(np.asarray(x, dtype=np.float64))
-    for part in parts:
-        total = total + part
-    return total
-
-
-def _term_from_json(data: Mapping[str, Any]) -> TermType:
-    kind = TERMS.get(data["type"])
-    if kind is None:
-        raise InputError(f"unknown noise term {data['type']!r}; there are: {', '.join(TERMS)}")
-    return kind(**{k: v for k, v in data.items() if k != "type"})

@@ -1,0 +1,100 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What to do when no sum of noise terms explains a curve.
+
+Real sensors filter, vibrate and warm up. At short lags a curve may be known to 0.1 %, so that a shape which is wrong
+by 1 % there would decide every parameter. Two remedies, in this order, both said in the result:
+
+1. the shortest lags are left out, until the rest is explained;
+2. if that does not help, every lag gets a relative model error (the *discrepancy*), as small as makes the misfit
+   what chance would give; the intervals then hold it.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.allan.curve import AllanCurve
+from allanite.fitting.design import design_of
+from allanite.fitting.families import FLICKER, GAUSS_MARKOV, Family
+from allanite.fitting.objective import Curve, Solution
+
+__all__ = ["Candidate", "best_explained", "candidate"]
+
+#: Goodness of fit below which a curve counts as not explained: a true model is treated so once in a thousand records.
+_NOT_EXPLAINED = 1e-3
+_EXPLAINED = 1e-2
+_FEWEST = 6  # lags that must be left
+_SHARE = 0.5  # of the lags that may be left out
+_BISECTIONS = 7
+
+
+@dataclass(frozen=True, slots=True)
+class Candidate:
+    """A choice of lags (and of a discrepancy) with the best fit of both families.
+
+    Attributes
+    ----------
+    used : ndarray of bool, shape (n_lags,)
+        Of the whole curve.
+    scale : float
+        Variance unit of `data`.
+    data : Curve
+    flicker, markov : Solution
+    """
+
+    used: NDArray[np.bool_]
+    scale: float
+    data: Curve
+    flicker: Solution
+    markov: Solution
+
+    @property
+    def p(self) -> float:
+        """Goodness of the better family."""
+        from scipy.special import chdtrc
+
+        return max(
+            float(chdtrc(max(len(self.data.variance) - int((s.c > 0).sum()) - extra, 1), s.chi2))
+            for s, extra in ((self.flicker, 0), (self.markov, 1))
+        )
+
+
+def candidate(curve: AllanCurve, used: NDArray[np.bool_], discrepancy: float = 0.0) -> Candidate:
+    """The best fit of both families to these lags."""
+    scale = float(curve.variance[used, 0][0])
+    starts = curve.starts()
+    part = None if starts is None else [starts[i] for i in np.flatnonzero(used)]
+    design = design_of(curve.lags[used], curve.n_samples, curve.channels[0].sampling, part)
+    data = Curve(curve.variance[used, 0] / scale, design, discrepancy)
+    return Candidate(used, scale, data, Family(data, FLICKER)({}), Family(data, GAUSS_MARKOV)({}))
+
+
+def best_explained(curve: AllanCurve, used: NDArray[np.bool_]) -> Candidate:
+    """All lags if they are explained, else fewer, else all of them with a discrepancy."""
+    whole = candidate(curve, used)
+    if whole.p >= _NOT_EXPLAINED:
+        return whole
+    lags = np.flatnonzero(used)
+    for left_out in range(1, min(int(_SHARE * len(lags)), len(lags) - _FEWEST) + 1):
+        fewer = used.copy()
+        fewer[lags[:left_out]] = False
+        trial = candidate(curve, fewer)
+        if trial.p >= _EXPLAINED:
+            return trial
+    return _with_discrepancy(curve, used)
+
+
+def _with_discrepancy(curve: AllanCurve, used: NDArray[np.bool_]) -> Candidate:
+    low, high = np.log(1e-3), np.log(1.0)
+    best = candidate(curve, used, 1.0)
+    for _ in range(_BISECTIONS):
+        middle = (low + high) / 2
+        trial = candidate(curve, used, float(np.exp(middle)))
+        if trial.p >= 0.5:
+            high, best = middle, trial
+        else:
+            low = middle
+    return best

@@ -1,0 +1,60 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Noise terms and their sum.
+
+One term is one class with every view of one process: ``psd(f)``, ``avar(tau)``, ``avar_sampled(m, dt, sampling)``,
+``phase_covariance(t, dt, sampling)`` and ``state_space(dt)``. Models add with ``+``.
+
+Conventions (whole package): rate in rad/s (acceleration in m/s^2, ...), two-sided density S(f) over frequency in Hz,
+
+    AVAR(tau) = 4 * integral from 0 to infinity of S(f) sin^4(pi f tau) / (pi f tau)^2 df.
+
+Coefficients carry the letters of IEEE Std 952: Q, N, B, K, R. Samples are interval means ("mean") or
+instantaneous values ("point"); the two differ at small m.
+
+References
+----------
+.. [1] IEEE Std 952-1997, annex C (terms and their Allan variance).
+.. [2] N. F. Zhang, "Allan variance of time series models for measurement data", Metrologia 45 (2008) 549.
+.. [3] C. Greenhall, W. Riley, "Uncertainty of stability variances based on finite differences", PTTI 2003.
+"""
+
+from allanite.noise.model import Estimate, NoiseModel
+from allanite.noise.state_space import StateSpace
+from allanite.noise.terms import (
+    FLICKER_FLOOR,
+    GM_PEAK_DEVIATION,
+    GM_PEAK_TAU,
+    SIGMA_PER_B,
+    TERMS,
+    Flicker,
+    GaussMarkov,
+    Quantisation,
+    Ramp,
+    RandomWalk,
+    Sinusoid,
+    Term,
+    TermType,
+    White,
+    gauss_markov_shape,
+)
+
+__all__ = [
+    "FLICKER_FLOOR",
+    "GM_PEAK_DEVIATION",
+    "GM_PEAK_TAU",
+    "SIGMA_PER_B",
+    "TERMS",
+    "Estimate",
+    "Flicker",
+    "GaussMarkov",
+    "NoiseModel",
+    "Quantisation",
+    "Ramp",
+    "RandomWalk",
+    "Sinusoid",
+    "StateSpace",
+    "Term",
+    "TermType",
+    "White",
+    "gauss_markov_shape",
+]

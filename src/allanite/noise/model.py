@@ -1,0 +1,192 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A sum of noise terms, and what a fit knows of their parameters."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import asdict, dataclass, field, fields
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from allanite.errors import InputError
+from allanite.noise.state_space import StateSpace, stateless
+from allanite.noise.terms import TERMS, Term, TermType
+
+__all__ = ["Estimate", "NoiseModel"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Estimate:
+    """One parameter with its set of values that the record does not contradict.
+
+    Attributes
+    ----------
+    symbol : str
+        Q, N, B, K, R, q, T, sigma or B_equiv.
+    value : float or None
+        Point estimate in SI; None when only a limit is known.
+    lower, upper : float
+        Ends of the confidence set; lower is 0 (T: also 0) and upper may be infinite.
+    supported : bool
+        The set excludes zero (T: the set is bounded on both sides).
+    note : str
+        What a reader must know besides.
+    """
+
+    symbol: str
+    value: float | None
+    lower: float
+    upper: float
+    supported: bool
+    note: str = ""
+
+    def to_json(self) -> dict[str, Any]:
+        """Plain data; infinity is written as null."""
+        return {**asdict(self), "upper": self.upper if math.isfinite(self.upper) else None}
+
+    @classmethod
+    def from_json(cls, data: Mapping[str, Any]) -> Estimate:
+        """Inverse of `to_json`."""
+        return cls(**{**data, "upper": math.inf if data["upper"] is None else data["upper"]})
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class NoiseModel:
+    """A sum of independent noise terms; when it was fitted, with the uncertainty of its parameters.
+
+    Attributes
+    ----------
+    terms : tuple of Term
+    family : str
+        "flicker" or "gauss-markov" for a fitted model: what stands in the place of the bias instability.
+    estimates : tuple of Estimate
+        Every parameter of the candidate family, supported or not.
+    confidence : float
+        Level of the sets in `estimates`.
+    covariance : dict
+        {"symbols": [...], "matrix": [[...]]} of the natural logarithms of the supported parameters.
+    goodness : dict
+        {"chi2", "dof", "p"}: does the model explain the curve?
+    verdict : str
+        One sentence.
+    alternative : NoiseModel or None
+        The other family, when the record cannot decide.
+    kind, unit : str
+        Kind of the channel, and its own unit where it has no SI unit.
+    """
+
+    terms: tuple[TermType, ...]
+    family: str = ""
+    estimates: tuple[Estimate, ...] = ()
+    confidence: float = 0.95
+    covariance: Mapping[str, Any] = field(default_factory=dict, repr=False)
+    goodness: Mapping[str, Any] = field(default_factory=dict)
+    verdict: str = ""
+    alternative: NoiseModel | None = field(default=None, repr=False)
+    kind: str = "rate"
+    unit: str = ""
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "terms", tuple(self.terms))
+        for term in self.terms:
+            if not isinstance(term, Term):
+                raise InputError(f"a noise model is a sum of terms ({', '.join(TERMS)}), not of {term!r}")
+
+    @classmethod
+    def of(cls, *terms: TermType, kind: str = "rate") -> NoiseModel:
+        """The sum of these terms."""
+        return cls(terms=terms, kind=kind)
+
+    def __add__(self, other: NoiseModel | TermType) -> NoiseModel:
+        terms = other.terms if isinstance(other, NoiseModel) else (other,)
+        return NoiseModel(terms=self.terms + terms, kind=self.kind, unit=self.unit)
+
+    def psd(self, f: ArrayLike) -> Array:
+        """Two-sided density at f [Hz], in SI^2/Hz."""
+        return _sum(f, (term.psd(f) for term in self.terms))
+
+    def avar(self, tau: ArrayLike) -> Array:
+        """Allan variance at tau [s] (continuous process = interval means), in SI^2."""
+        return _sum(tau, (term.avar(tau) for term in self.terms))
+
+    def adev(self, tau: ArrayLike) -> Array:
+        """Allan deviation at tau [s]."""
+        return np.sqrt(self.avar(tau))
+
+    def avar_sampled(self, m: ArrayLike, dt: float, sampling: str = "mean") -> Array:
+        """Exact Allan variance of samples at interval dt [s] averaged over m of them."""
+        return _sum(m, (term.avar_sampled(m, dt, sampling) for term in self.terms))
+
+    def state_space(self, dt: float) -> StateSpace:
+        """Exact discrete model of point samples at interval dt [s]."""
+        total = stateless(0.0)
+        for term in self.terms:
+            total = total + term.state_space(dt)
+        return total
+
+    def term(self, type_: str) -> TermType | None:
+        """The first term of a type ("white", "flicker", ...), or None."""
+        return next((t for t in self.terms if t.type == type_), None)
+
+    def estimate(self, symbol: str) -> Estimate | None:
+        """The estimate of a parameter, or None."""
+        return next((e for e in self.estimates if e.symbol == symbol), None)
+
+    def to_json(self) -> dict[str, Any]:
+        """Plain data; `from_json` gives back an equal model."""
+        return {
+            "family": self.family,
+            "kind": self.kind,
+            "unit": self.unit,
+            "verdict": self.verdict,
+            "confidence": self.confidence,
+            "terms": [
+                {"type": t.type, **{f.name: getattr(t, f.name) for f in fields(t)}} for t in self.terms
+            ],
+            "estimates": [e.to_json() for e in self.estimates],
+            "covariance": dict(self.covariance),
+            "goodness": dict(self.goodness),
+        }
+
+    @classmethod
+    def from_json(cls, data: Mapping[str, Any]) -> NoiseModel:
+        """Inverse of `to_json`.
+
+        Raises
+        ------
+        InputError
+            An unknown term, or a missing or superfluous coefficient.
+        """
+        try:
+            terms = tuple(_term_from_json(t) for t in data["terms"])
+        except (KeyError, TypeError) as error:
+            form = "{'terms': [{'type': 'white', 'N': ...}]}"
+            raise InputError(f"not a noise model: {error}; expected {form}") from None
+        known = {f.name for f in fields(cls)} - {"terms", "estimates", "alternative"}
+        rest = {k: v for k, v in data.items() if k in known}
+        return cls(
+            terms=terms, estimates=tuple(Estimate.from_json(e) for e in data.get("estimates", ())), **rest
+        )
+
+    def __str__(self) -> str:
+        parts = (" ".join(f"{s}={getattr(t, s):.4g}" for s in t.symbols) for t in self.terms)
+        return f"NoiseModel({'; '.join(parts)})"
+
+
+def _sum(x: ArrayLike, parts: Iterable[Array]) -> Array:
+    total = np.zeros_like(np.asarray(x, dtype=np.float64))
+    for part in parts:
+        total = total + part
+    return total
+
+
+def _term_from_json(data: Mapping[str, Any]) -> TermType:
+    kind = TERMS.get(data["type"])
+    if kind is None:
+        raise InputError(f"unknown noise term {data['type']!r}; there are: {', '.join(TERMS)}")
+    return kind(**{k: v for k, v in data.items() if k != "type"})
