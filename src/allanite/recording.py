@@ -12,19 +12,31 @@ import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
-from typing import Any, Literal, Protocol
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from allanite.columns import ArrayColumn, Column, Masked, Samples, Slice, Spliced, merge_spans
 from allanite.errors import InputError
 from allanite.units import Quantity, parse_scale_factor, parse_unit
 
-__all__ = ["BLOCK", "OVERLOAD", "ArrayColumn", "Channel", "Column", "Kind", "Recording", "Sampling"]
+__all__ = [
+    "BLOCK",
+    "OVERLOAD",
+    "ArrayColumn",
+    "Channel",
+    "Column",
+    "Kind",
+    "Recording",
+    "Sampling",
+    "Spliced",
+    "checked_rate",
+    "checked_samples",
+    "merge_spans",
+]
 
 Sampling = Literal["mean", "point"]
-Spans = NDArray[np.int64]
-Samples = NDArray[np.float64]
 
 #: Samples per block when a recording is streamed (2 MiB of float64: stays in the second-level cache).
 BLOCK = 1 << 18
@@ -169,160 +181,6 @@ class Channel:
     def from_json(cls, data: Mapping[str, Any]) -> Channel:
         """Inverse of `to_json`."""
         return cls(**{**data, "kind": Kind(data["kind"])})
-
-
-class Column(Protocol):
-    """Samples of one channel, read by position. Implementations may map or decode a file lazily."""
-
-    @property
-    def origin(self) -> float:
-        """Value that `read` has subtracted (64-bit integers far from zero); 0.0 otherwise."""
-        ...
-
-    @property
-    def dtype(self) -> np.dtype[Any]:
-        """Type in which the samples were written."""
-        ...
-
-    def __len__(self) -> int: ...
-
-    def read(self, start: int, stop: int) -> Samples:
-        """Samples [start, stop) as float64, as written (overload words included)."""
-        ...
-
-
-class ArrayColumn:
-    """A column over a NumPy array or memory map of any real type; nothing is copied but the block read."""
-
-    __slots__ = ("_array", "_base", "origin")
-
-    def __init__(self, array: NDArray[Any]) -> None:
-        self._array = array
-        self._base = _integer_base(array)
-        self.origin = float(self._base)
-
-    @property
-    def dtype(self) -> np.dtype[Any]:
-        return self._array.dtype
-
-    def __len__(self) -> int:
-        return len(self._array)
-
-    def read(self, start: int, stop: int) -> Samples:
-        part = self._array[start:stop]
-        if self._base:  # exact: float64 has 53 bits, the samples have 64
-            part = part - part.dtype.type(self._base)
-        return np.asarray(part, dtype=np.float64)
-
-
-def _integer_base(array: NDArray[Any]) -> int:
-    if array.dtype.kind not in "iu" or array.dtype.itemsize < 8 or array.size == 0:
-        return 0
-    low, high = int(array.min()), int(array.max())
-    if max(abs(low), abs(high)) < 1 << 53:
-        return 0
-    if high - low >= 1 << 53:
-        raise InputError(
-            f"64-bit integers from {low} to {high} span more than 2**53: float64 cannot hold them; "
-            "subtract an offset or scale them first"
-        )
-    return low
-
-
-@dataclass(frozen=True, slots=True)
-class _Slice:
-    """Samples [start, stop) of another column."""
-
-    of: Column
-    start: int
-    stop: int
-
-    @property
-    def origin(self) -> float:
-        return self.of.origin
-
-    @property
-    def dtype(self) -> np.dtype[Any]:
-        return self.of.dtype
-
-    def __len__(self) -> int:
-        return self.stop - self.start
-
-    def read(self, start: int, stop: int) -> Samples:
-        stop = min(stop, len(self))
-        return self.of.read(self.start + start, self.start + stop)
-
-
-@dataclass(frozen=True, slots=True)
-class _Masked:
-    """A column some of whose samples are excluded, for a stated reason: they read as NaN."""
-
-    of: Column
-    spans: Spans
-
-    @property
-    def origin(self) -> float:
-        return self.of.origin
-
-    @property
-    def dtype(self) -> np.dtype[Any]:
-        return self.of.dtype
-
-    def __len__(self) -> int:
-        return len(self.of)
-
-    def read(self, start: int, stop: int) -> Samples:
-        block = self.of.read(start, stop)
-        first = np.searchsorted(self.spans[:, 1], start, side="right")
-        last = np.searchsorted(self.spans[:, 0], start + len(block), side="left")
-        if last > first:
-            block = np.array(block)
-            for a, b in self.spans[first:last]:
-                block[max(a - start, 0) : b - start] = np.nan
-        return block
-
-
-@dataclass(frozen=True, slots=True)
-class Spliced:
-    """A column whose samples lie in runs on a longer grid; between the runs nothing was recorded.
-
-    Attributes
-    ----------
-    of : Column
-        The samples, one after another.
-    source, grid : ndarray of int64, shape (n_runs + 1,), (n_runs,)
-        Run r holds samples source[r]..source[r+1] and begins at position grid[r].
-    length : int
-        Length of the grid.
-    """
-
-    of: Column
-    source: NDArray[np.int64]
-    grid: NDArray[np.int64]
-    length: int
-
-    @property
-    def origin(self) -> float:
-        return self.of.origin
-
-    @property
-    def dtype(self) -> np.dtype[Any]:
-        return self.of.dtype
-
-    def __len__(self) -> int:
-        return self.length
-
-    def read(self, start: int, stop: int) -> Samples:
-        stop = min(stop, self.length)
-        block = np.full(stop - start, np.nan)
-        ends = self.grid + np.diff(self.source)
-        first = int(np.searchsorted(ends, start, side="right"))
-        last = int(np.searchsorted(self.grid, stop, side="left"))
-        for r in range(first, last):
-            a, b = max(int(self.grid[r]), start), min(int(ends[r]), stop)
-            offset = int(self.source[r] - self.grid[r])
-            block[a - start : b - start] = self.of.read(a + offset, b + offset)
-        return block
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -554,7 +412,7 @@ class Recording:
             )
         return replace(
             self,
-            columns=tuple(_Slice(c, a, b) for c in self.columns),
+            columns=tuple(Slice(c, a, b) for c in self.columns),
             start=None if self.start is None else self.start + round(a * 1e9 / self.rate),
             history=(*self.history, {"step": "window", "start_s": a / self.rate, "stop_s": b / self.rate}),
         )
@@ -574,7 +432,7 @@ class Recording:
             i = self.index(name)
             merged = merge_spans(np.asarray(given, dtype=np.int64).reshape(-1, 2))
             if len(merged):
-                columns[i] = _Masked(columns[i], merged)
+                columns[i] = Masked(columns[i], merged)
                 counts[name] = int(np.diff(merged, axis=1).sum())
         step = {"step": "exclude", "reason": reason, "samples": counts}
         return replace(self, columns=tuple(columns), history=(*self.history, step))
@@ -639,16 +497,3 @@ def _from_sequence(samples: ArrayLike) -> NDArray[Any]:
         return np.asarray(samples)
     except (ValueError, OverflowError, TypeError) as error:
         raise InputError(f"samples cannot be read as an array of numbers: {error}") from None
-
-
-def merge_spans(spans: Spans) -> Spans:
-    """Sorted, disjoint, non-empty spans [start, stop) covering the same positions."""
-    spans = spans[spans[:, 1] > spans[:, 0]]
-    if len(spans) == 0:
-        return np.zeros((0, 2), dtype=np.int64)
-    spans = spans[np.argsort(spans[:, 0], kind="stable")]
-    reach = np.maximum.accumulate(spans[:, 1])
-    new = np.concatenate(([True], spans[1:, 0] > reach[:-1]))
-    return np.stack(
-        [spans[new, 0], reach[np.concatenate((np.flatnonzero(new)[1:] - 1, [len(spans) - 1]))]], axis=1
-    )

@@ -138,7 +138,9 @@ def simulate(
         "sampling": sampling,
         "models": {key: value.to_json() for key, value in models.items()},
     }
-    return Recording(channels=channels, columns=tuple(columns), rate=rate, start=start, history=(step,))
+    return Recording(
+        channels=channels, columns=tuple(columns), rate=rate, start=start, history=(step,), source="simulated"
+    )
 
 
 # -- what was asked for -----------------------------------------------------------------------------------

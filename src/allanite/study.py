@@ -24,7 +24,8 @@ from numpy.typing import ArrayLike
 
 from allanite import __version__
 from allanite.allan import AllanCurve, allan_curve
-from allanite.errors import AllaniteError, DataQualityError, FormatError, InputError, StorageError
+from allanite.atomic_file import fresh
+from allanite.errors import AllaniteError, DataQualityError, FormatError, InputError
 from allanite.health import Finding, Severity, check, prepare
 from allanite.health.finding import finding
 from allanite.noise import NoiseModel
@@ -124,13 +125,10 @@ class Study:
         StorageError
             The file exists and `force` is not set.
         """
-        path = Path(path)
-        if path.exists() and not force:
-            raise StorageError(f"{path} exists; choose another name, or say --force (force=True)")
-        path.write_text(
-            json.dumps(self.document, ensure_ascii=False, indent=1, allow_nan=False) + "\n", encoding="utf-8"
-        )
-        return path
+        text = json.dumps(self.document, ensure_ascii=False, indent=1, allow_nan=False)
+        with fresh(path, force=force) as place:
+            place.write_text(text + "\n", encoding="utf-8")
+        return Path(path)
 
     @classmethod
     def load(cls, path: str | os.PathLike[str]) -> Study:
@@ -288,11 +286,12 @@ def _channel(
         findings.append(_not_fitted(name, str(refusal)))
     if models and curve is fitted:
         curve = curve.with_model(models[0]) if models[0].terms else curve
-    used = (
-        lags_used(fitted, bent.excluded)
-        if curve.statistic == "oadev"
-        else np.zeros(len(curve.lags), dtype=bool)
-    )
+    used = np.zeros(len(curve.lags), dtype=bool)
+    if curve.statistic == "oadev":
+        used = lags_used(fitted, bent.excluded)
+    if models:
+        used &= curve.tau >= models[0].goodness["shortest_tau"] * (1 - 1e-9)
+        findings += _misfit_findings(models[0], name)
     advice = (
         advise(models[0], n_samples=curve.n_samples, dt=curve.dt, sampling=channel.sampling) if models else ()
     )
@@ -357,6 +356,34 @@ def _spectral_findings(spectrum: Any, reasons: Sequence[str], name: str) -> list
     return found
 
 
+def _misfit_findings(model: NoiseModel, name: str) -> list[Finding]:
+    found = []
+    left_out, discrepancy = int(model.goodness["left_out"]), float(model.goodness["discrepancy"])
+    if left_out:
+        found.append(
+            finding(
+                "short_lags_left_out",
+                f"{name}: the shortest {left_out} lags, below {model.goodness['shortest_tau']:.3g} s, follow no sum of "
+                "noise terms and are left out of the fit",
+                severity=Severity.WARNING,
+                channel=name,
+                count=left_out,
+            )
+        )
+    if discrepancy:
+        found.append(
+            finding(
+                "model_discrepancy",
+                f"{name}: no sum of noise terms explains the curve better than to {discrepancy:.1%} in variance; "
+                "the intervals are widened by that",
+                severity=Severity.WARNING,
+                channel=name,
+                count=1,
+            )
+        )
+    return found
+
+
 def _not_fitted(name: str, why: str) -> Finding:
     return finding(
         "not_fitted", f"{name}: no noise model: {why}", severity=Severity.WARNING, channel=name, count=1
@@ -364,7 +391,7 @@ def _not_fitted(name: str, why: str) -> Finding:
 
 
 def _by_severity(findings: Sequence[Finding]) -> list[Finding]:
-    return sorted(findings, key=lambda f: -f.severity.rank)
+    return sorted(findings, key=lambda f: f.severity.rank)
 
 
 def _overview(recording: Recording, channel: Channel) -> tuple[float, float, Json]:

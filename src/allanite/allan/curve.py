@@ -17,7 +17,8 @@ from allanite.allan import covariance, degrees
 from allanite.allan.lags import choose_lags
 from allanite.allan.online import decimable, decimated_sums
 from allanite.allan.statistics import STATISTICS, Statistic, longest_lag, phase_of, sums_of_squares
-from allanite.errors import DataQualityError, DataQualityWarning, FormatError, InputError, StorageError
+from allanite.atomic_file import fresh
+from allanite.errors import DataQualityError, DataQualityWarning, FormatError, InputError
 from allanite.noise import Flicker, NoiseModel, Quantisation, RandomWalk, TermType, White
 from allanite.recording import Channel, Recording, Sampling
 
@@ -203,7 +204,7 @@ class AllanCurve:
         bare = cls(
             statistic="oadev",
             lags=lags,
-            tau=lags * float(dt),
+            tau=lags.astype(np.float64) * dt,
             deviation=sigma[:, None],
             lower=empty,
             upper=empty,
@@ -246,9 +247,6 @@ class AllanCurve:
         StorageError
             The file exists and `force` is not set.
         """
-        path = Path(path)
-        if path.exists() and not force:
-            raise StorageError(f"{path} exists; choose another name, or say --force (force=True)")
         header = {
             "format": "allanite-curve 1",
             "statistic": self.statistic,
@@ -272,8 +270,9 @@ class AllanCurve:
                     str(int(self.count[i, j]))
                 ]
             lines.append(",".join(row))
-        path.write_text("\n".join(lines) + "\n", encoding="utf-8")
-        return path
+        with fresh(path, force=force) as place:
+            place.write_text("\n".join(lines) + "\n", encoding="utf-8")
+        return Path(path)
 
     @classmethod
     def from_csv(cls, path: str | Path) -> AllanCurve:

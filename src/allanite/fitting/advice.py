@@ -107,7 +107,7 @@ def _one(model: NoiseModel, e: Estimate, n_samples: int, dt: float, sampling: st
     target = _GOAL if e.supported else _SEEN
     duration = _duration(supposed, e.symbol, target, n_samples, dt, sampling)
     now = n_samples * dt
-    name = "T_b" if e.symbol == "T" else e.symbol
+    name = {"T": "T_b", "sigma": "B_equiv"}.get(e.symbol, e.symbol)
     if e.supported:
         aim = f"{name} to {target:.0%}"
         text = f"this record gives {aim}" if duration <= now else f"{aim} needs about {span(duration)}"

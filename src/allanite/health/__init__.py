@@ -138,7 +138,10 @@ def _found(recording: Recording, advance: Callable[[int], None]) -> list[Finding
         own += stretches
         own += [f for look in CHANNEL_DETECTORS for f in look(enough[i])]
     found += _joined(own, len(surveys))
-    return found + [f for look in RECORD_DETECTORS for f in look(enough)]
+    looks = RECORD_DETECTORS
+    if any(step.get("step") == "simulate" for step in recording.history):  # a simulated sensor never had a bias
+        looks = tuple(look for look in looks if look is not meaning.bias_removed)
+    return found + [f for look in looks for f in look(enough)]
 
 
 def _joined(found: list[Finding], n_channels: int) -> list[Finding]:

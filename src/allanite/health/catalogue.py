@@ -423,6 +423,22 @@ CATALOGUE: dict[str, Entry] = {
         done="lags that it bends are kept out of the fit",
         advice="find the source",
     ),
+    "short_lags_left_out": Entry(
+        group=_SPECTRUM,
+        severity="warning",
+        means="the shortest lags follow no sum of noise terms: a filter, vibration, repeated samples",
+        risk="what happens at those lags is not in the model",
+        done="the fit begins at a longer lag",
+        advice="look at the spectrum; record the sensor unfiltered",
+    ),
+    "model_discrepancy": Entry(
+        group=_SPECTRUM,
+        severity="warning",
+        means="no sum of noise terms explains the curve within its own uncertainty",
+        risk="the coefficients describe the curve only to the stated share",
+        done="every lag gets that share as a model error, and the intervals hold it",
+        advice="look for disturbance, temperature or vibration in the record",
+    ),
     "not_fitted": Entry(
         group=_SPECTRUM,
         severity="warning",

@@ -1,0 +1,188 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Columns: the samples of one channel, read by position, as they were written.
+
+A column may be an array, a memory map, a part of another column, one with samples masked, or runs of samples placed
+on a longer grid. Only the block that is read is turned into float64.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.errors import InputError
+
+__all__ = ["ArrayColumn", "Column", "Masked", "Slice", "Spliced", "merge_spans"]
+
+Spans = NDArray[np.int64]
+Samples = NDArray[np.float64]
+
+
+class Column(Protocol):
+    """Samples of one channel, read by position. Implementations may map or decode a file lazily."""
+
+    @property
+    def origin(self) -> float:
+        """Value that `read` has subtracted (64-bit integers far from zero); 0.0 otherwise."""
+        ...
+
+    @property
+    def dtype(self) -> np.dtype[Any]:
+        """Type in which the samples were written."""
+        ...
+
+    def __len__(self) -> int: ...
+
+    def read(self, start: int, stop: int) -> Samples:
+        """Samples [start, stop) as float64, as written (overload words included)."""
+        ...
+
+
+class ArrayColumn:
+    """A column over a NumPy array or memory map of any real type; nothing is copied but the block read."""
+
+    __slots__ = ("_array", "_base", "origin")
+
+    def __init__(self, array: NDArray[Any]) -> None:
+        self._array = array
+        self._base = _integer_base(array)
+        self.origin = float(self._base)
+
+    @property
+    def dtype(self) -> np.dtype[Any]:
+        return self._array.dtype
+
+    def __len__(self) -> int:
+        return len(self._array)
+
+    def read(self, start: int, stop: int) -> Samples:
+        part = self._array[start:stop]
+        if self._base:  # exact: float64 has 53 bits, the samples have 64
+            part = part - part.dtype.type(self._base)
+        return np.asarray(part, dtype=np.float64)
+
+
+def _integer_base(array: NDArray[Any]) -> int:
+    if array.dtype.kind not in "iu" or array.dtype.itemsize < 8 or array.size == 0:
+        return 0
+    low, high = int(array.min()), int(array.max())
+    if max(abs(low), abs(high)) < 1 << 53:
+        return 0
+    if high - low >= 1 << 53:
+        raise InputError(
+            f"64-bit integers from {low} to {high} span more than 2**53: float64 cannot hold them; "
+            "subtract an offset or scale them first"
+        )
+    return low
+
+
+@dataclass(frozen=True, slots=True)
+class Slice:
+    """Samples [start, stop) of another column."""
+
+    of: Column
+    start: int
+    stop: int
+
+    @property
+    def origin(self) -> float:
+        return self.of.origin
+
+    @property
+    def dtype(self) -> np.dtype[Any]:
+        return self.of.dtype
+
+    def __len__(self) -> int:
+        return self.stop - self.start
+
+    def read(self, start: int, stop: int) -> Samples:
+        stop = min(stop, len(self))
+        return self.of.read(self.start + start, self.start + stop)
+
+
+@dataclass(frozen=True, slots=True)
+class Masked:
+    """A column some of whose samples are excluded, for a stated reason: they read as NaN."""
+
+    of: Column
+    spans: Spans
+
+    @property
+    def origin(self) -> float:
+        return self.of.origin
+
+    @property
+    def dtype(self) -> np.dtype[Any]:
+        return self.of.dtype
+
+    def __len__(self) -> int:
+        return len(self.of)
+
+    def read(self, start: int, stop: int) -> Samples:
+        block = self.of.read(start, stop)
+        first = np.searchsorted(self.spans[:, 1], start, side="right")
+        last = np.searchsorted(self.spans[:, 0], start + len(block), side="left")
+        if last > first:
+            block = np.array(block)
+            for a, b in self.spans[first:last]:
+                block[max(a - start, 0) : b - start] = np.nan
+        return block
+
+
+@dataclass(frozen=True, slots=True)
+class Spliced:
+    """A column whose samples lie in runs on a longer grid; between the runs nothing was recorded.
+
+    Attributes
+    ----------
+    of : Column
+        The samples, one after another.
+    source, grid : ndarray of int64, shape (n_runs + 1,), (n_runs,)
+        Run r holds samples source[r]..source[r+1] and begins at position grid[r].
+    length : int
+        Length of the grid.
+    """
+
+    of: Column
+    source: NDArray[np.int64]
+    grid: NDArray[np.int64]
+    length: int
+
+    @property
+    def origin(self) -> float:
+        return self.of.origin
+
+    @property
+    def dtype(self) -> np.dtype[Any]:
+        return self.of.dtype
+
+    def __len__(self) -> int:
+        return self.length
+
+    def read(self, start: int, stop: int) -> Samples:
+        stop = min(stop, self.length)
+        block = np.full(stop - start, np.nan)
+        ends = self.grid + np.diff(self.source)
+        first = int(np.searchsorted(ends, start, side="right"))
+        last = int(np.searchsorted(self.grid, stop, side="left"))
+        for r in range(first, last):
+            a, b = max(int(self.grid[r]), start), min(int(ends[r]), stop)
+            offset = int(self.source[r] - self.grid[r])
+            block[a - start : b - start] = self.of.read(a + offset, b + offset)
+        return block
+
+
+def merge_spans(spans: Spans) -> Spans:
+    """Sorted, disjoint, non-empty spans [start, stop) covering the same positions."""
+    spans = spans[spans[:, 1] > spans[:, 0]]
+    if len(spans) == 0:
+        return np.zeros((0, 2), dtype=np.int64)
+    spans = spans[np.argsort(spans[:, 0], kind="stable")]
+    reach = np.maximum.accumulate(spans[:, 1])
+    new = np.concatenate(([True], spans[1:, 0] > reach[:-1]))
+    return np.stack(
+        [spans[new, 0], reach[np.concatenate((np.flatnonzero(new)[1:] - 1, [len(spans) - 1]))]], axis=1
+    )
