@@ -1,7 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """``make bench``: every measurement that takes minutes at most. `billion_samples` needs 12 GB and is run by hand."""
 
-from . import allan_speed, decimation_loss
+from pathlib import Path
+
+from . import allan_speed, characterize_speed, decimation_loss, simulation_speed
 
 decimation_loss.main()
+simulation_speed.main()
 allan_speed.main()
+characterize_speed.main(Path())

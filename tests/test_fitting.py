@@ -221,7 +221,9 @@ def _printed(folder: Path, name: str, axis: str) -> float:
 
 
 @pytest.mark.parametrize("name", _IMU_UTILS)
-def test_a_curve_alone_gives_what_another_program_printed(real_data: Callable[[str], Path], name: str) -> None:
+def test_a_curve_alone_gives_what_another_program_printed(
+    real_data: Callable[[str], Path], name: str
+) -> None:
     """It printed the value at 1 s as white noise; ours tells what else is in it, and the sum is the same within 8 %."""
     folder = real_data("imu_utils_curves")
     model = al.fit(_foreign_curve(folder, name, "y"))

@@ -80,11 +80,6 @@ def test_state_space_has_the_avar_of_point_samples(name: str) -> None:
     covariance += space.noise * np.eye(n)
     weight = np.concatenate([-np.ones(m), np.ones(m)]) / m
     avar = weight @ covariance @ weight / 2
-    if name == "sinusoid":  # of random phase: half of the worst case, which the term states
-        x = np.pi * 0.05 * dt
-        expected = 0.5**2 * math.sin(m * x) ** 4 / (m * math.sin(x)) ** 2
-        assert avar == pytest.approx(expected, rel=1e-9)
-        return
     assert avar == pytest.approx(float(EXAMPLES[name].avar_sampled(m, dt, "point")), rel=1e-9)
 
 

@@ -52,7 +52,7 @@ def test_npy_keeps_samples_and_the_summary_says_what_it_does_not(
 ) -> None:
     path = write_recording(recording, tmp_path / "r.npy")
     np.testing.assert_array_equal(np.load(path)[:, 1], recording.values("gyro_y"))
-    assert summary(recording, path).endswith("(read it with --rate 32 --unit deg/s)")
+    assert summary(recording, path).endswith("(read it with --rate 32 --unit deg/s --sampling point)")
     alone = recording.select("gyro_x")
     assert np.load(write_recording(alone, tmp_path / "one.npy")).shape == (3000,)
 

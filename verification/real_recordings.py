@@ -61,12 +61,18 @@ RECORDS = (
             },
         },
         remarks=(
-            "The gyros' N lies between the two figures of the data sheet: the density is quoted over the sensor's band, the "
-            "random walk from long averages.",
-            "25 deg/h as the minimum of a curve is B = 25/0.664 = 38 deg/h: gz agrees, gx and gy lie some 15 to 20 % above "
-            "it in a record of 2.8 h without temperature control.",
-            "The shortest lags of every axis are bent by the sensor's own filter and the accelerometers' by a line at "
-            "0.535 Hz with its third harmonic; both are named and kept out of the fit. The slope of -0.28 there is not quantisation.",
+            (
+                "The gyros' N lies between the two figures of the data sheet: the density is quoted over the sensor's "
+                "band, the random walk from long averages."
+            ),
+            (
+                "25 deg/h as the minimum of a curve is B = 25/0.664 = 38 deg/h: gz agrees, gx and gy lie some 15 to "
+                "20 % above it in a record of 2.8 h without temperature control."
+            ),
+            (
+                "The shortest lags of every axis are bent by the sensor's own filter and the accelerometers' by a line "
+                "at 0.535 Hz with its third harmonic; both are named and kept out of the fit."
+            ),
         ),
     ),
     Record(
@@ -83,8 +89,10 @@ RECORDS = (
         },
         remarks=(
             "White noise agrees with the quick reading within its interval or a few per cent of it.",
-            "449 s do not reach the floor: B is an upper limit on every axis, where a tool that reads the minimum prints a "
-            "number.",
+            (
+                "449 s do not reach the floor: B is an upper limit on every axis, where a tool that reads the minimum "
+                "prints a number."
+            ),
         ),
     ),
     Record(
@@ -98,8 +106,10 @@ RECORDS = (
         file="psins_lasergyro/lasergyro.npz",
         about="100 Hz; steps of 10 deg/h per sample; people and engine disturb it.",
         remarks=(
-            "Nothing is published of its noise, and nothing should be: vehicle motion and dither dominate the curve, which "
-            "the findings say. Where a term is printed it describes the parked vehicle, not the gyro.",
+            (
+                "Nothing is published of its noise, and nothing should be: vehicle motion and dither dominate the "
+                "curve, which the findings say. Where a term is printed it describes the parked vehicle, not the gyro."
+            ),
         ),
     ),
     Record(
@@ -170,8 +180,8 @@ The pose and motion logs of the same collection (Xsens, OpenAXES, MPU-9150, x-io
 `not_at_rest`: a noise model of a moving sensor would describe the hand that moved it. The clock data with results of
 Stable32 are compared in `tests/test_allan.py`: deviations agree to the printed digits (1e-4), bounds to 1e-3 with the
 degrees of freedom of its own convention. The Allan curves of six IMUs printed by imu_utils are fitted without their
-samples: our model at 1 s agrees with the printed density within 8 % for five of them; the sixth file holds the deviation
-per sample under the same name, 14 times larger, which the comparison shows.
+samples: our model at 1 s agrees with the printed density within 8 % for five of them; the sixth file holds the
+deviation per sample under the same name, 14 times larger, which the comparison shows.
 """
 
 

@@ -10,6 +10,7 @@ from __future__ import annotations
 import json
 import re
 import shlex
+import shutil
 import sys
 import tempfile
 import warnings
@@ -154,14 +155,14 @@ def json_option(command: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def _place(name: str) -> Path:
-    """A path; for "-" a file that holds what came through stdin, as long as the command runs."""
+    """A path; for "-" a file named stdin that holds what came through it, as long as the command runs."""
     if name != "-":
         return Path(name)
-    with tempfile.NamedTemporaryFile(prefix="stdin.", delete=False) as file:
-        while block := sys.stdin.buffer.read(1 << 20):
-            file.write(block)
-    place = Path(file.name)
-    click.get_current_context().call_on_close(lambda: place.unlink(missing_ok=True))
+    folder = tempfile.TemporaryDirectory(prefix="allanite.")
+    click.get_current_context().call_on_close(folder.cleanup)
+    place = Path(folder.name) / "stdin"
+    with place.open("wb") as file:
+        shutil.copyfileobj(sys.stdin.buffer, file)
     return place
 
 
@@ -308,7 +309,7 @@ def fit(
 ) -> None:  # fmt: skip
     """Fit noise models to a saved curve or to a log (CURVE_OR_LOG).
 
-    A log is characterised first: faults are refused, spectral lines are kept out of the fit.
+    Faults of a log are refused. The moment fit of a log keeps its spectral lines out; that of a curve cannot.
     """
     from allanite import delivery, model_file, terminal
 
@@ -316,7 +317,7 @@ def fit(
         channels = delivery.fit_file(
             _place(curve_or_log), method=method, accept=accept, progress=advance, **options
         )
-    models = {c["name"]: c["models"][0] for c in channels if c["models"]}
+    models = {c["name"]: delivery.joined(c["models"]) for c in channels if c["models"]}
     if output is not None:
         model_file.save_models(models, output, force=force)
     if as_json:
@@ -382,7 +383,7 @@ def convert(log: str, output: str, force: bool, **options: Any) -> int:
 
 @command("allanite export kalibr results/study.json -o imu.yaml")
 @click.argument("consumer")
-@click.argument("study", type=click.Path(exists=True, dir_okay=False))
+@click.argument("study", type=click.Path(exists=True, dir_okay=False, allow_dash=True))
 @click.option("-o", "--output", help="File to write.  [default: stdout]")
 @click.option("--walk", help="What becomes of flicker: upper-bound, k-only or horizon=<seconds>.")
 @click.option("--axes", help="One number for three axes: worst or rms.")
@@ -399,12 +400,12 @@ def export(consumer: str, study: str, output: str | None, force: bool, **options
 
     target = None if output in (None, "-") else output
     chosen = {key: value for key, value in options.items() if value is not None}
-    text = write(consumer, Study.load(study), target, force=force, **chosen)
+    text = write(consumer, Study.load(_place(study)), target, force=force, **chosen)
     click.echo(text if target is None else target, nl=target is not None)
 
 
 @command("allanite report results/study.json -o report.html")
-@click.argument("study", type=click.Path(exists=True, dir_okay=False))
+@click.argument("study", type=click.Path(exists=True, dir_okay=False, allow_dash=True))
 @click.option("-o", "--output", default="report.html", show_default=True, type=click.Path(dir_okay=False))
 @force_option
 def report(study: str, output: str, force: bool) -> None:
@@ -412,4 +413,4 @@ def report(study: str, output: str, force: bool) -> None:
     from allanite.report import render
     from allanite.study import Study
 
-    click.echo(render(Study.load(study), output, force=force))
+    click.echo(render(Study.load(_place(study)), output, force=force))

@@ -10,7 +10,7 @@ import hashlib
 import os
 import sys
 import tempfile
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -33,6 +33,7 @@ __all__ = [
     "fit_file",
     "has_gaps",
     "is_lossy",
+    "joined",
     "read_part",
     "refuse_figure",
     "refuse_results",
@@ -288,8 +289,8 @@ def fit_file(
 ) -> list[dict[str, Any]]:
     """Fit the channels of a curve that `AllanCurve.to_csv` wrote, or of a log.
 
-    A log is characterised first: faults are refused, spectral lines and the band limit are kept out of the fit.
-    Options are those of `read_part`.
+    Faults of a log are refused. By moments it is characterised, so that spectral lines and the band limit are kept out
+    of the fit. Options are those of `read_part`.
 
     Returns
     -------
@@ -298,21 +299,31 @@ def fit_file(
     """
     from allanite.allan import AllanCurve, allan_curve
     from allanite.fitting import fit
+    from allanite.health import check, prepare
 
     place = Path(path)
     if not _is_saved_curve(place) and method == "moments":
         return list(study_of(place, accept=accept, progress=progress, **options).document["channels"])
-    curve = AllanCurve.from_csv(place) if _is_saved_curve(place) else allan_curve(read_part(place, **options))
+    if _is_saved_curve(place):
+        curve = AllanCurve.from_csv(place)
+    else:
+        recording = read_part(place, **options)
+        curve = allan_curve(prepare(recording, check(recording), accept=accept)[0])
     models = {name: fit(curve[name], method=method) for name in curve.names}
     return [
         {
             "name": name,
             "kind": model.kind,
             "unit": model.unit,
-            "models": [m.to_json() for m in (model, model.alternative) if m is not None],
+            "models": [m.to_json() for m in model.families],
         }
         for name, model in models.items()
     ]
+
+
+def joined(models: Sequence[Json]) -> Json:
+    """The models of a channel as one: the first, with the other family as its "alternative" where there is one."""
+    return {**models[0], "alternative": models[1]} if len(models) > 1 else models[0]
 
 
 def save_curve(curve: AllanCurve, path: str, *, force: bool = False) -> None:

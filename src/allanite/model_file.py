@@ -42,7 +42,7 @@ _CLASSES = {  # what the unit of a coefficient may be: that of a gyro, or that o
     "R": (Quantity.GYRO_R, Quantity.ACCEL_R),
     "T": (Quantity.TIME,),
 }
-_WORDS = re.compile(r"\s*([QNBKRT])(?:_b)?\s*=\s*([\d.]+(?:[eE][+-]?\d+)?)\s*(\S.*?)\s*")
+_WORDS = re.compile(r"\s*([QNBKRT])(?:_b)?\s*=\s*((?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*([^\s\d.].*?)\s*")
 
 
 def load_models(path: str | os.PathLike[str]) -> tuple[dict[str, NoiseModel], float | None]:
@@ -104,7 +104,7 @@ def model_of(text: str) -> NoiseModel:
     Raises
     ------
     InputError
-        A term without a unit, a unit of another quantity, or terms of different sensors.
+        A term without a unit or given twice, a unit of another quantity, or terms of different sensors.
 
     Examples
     --------
@@ -115,6 +115,8 @@ def model_of(text: str) -> NoiseModel:
     kinds: set[str] = set()
     for part in text.split(","):
         symbol, value, kind = _coefficient(part)
+        if symbol in values:
+            raise InputError(f"{text!r}: {symbol} is given twice")
         values[symbol] = value
         kinds |= {kind} - {""}
     if len(kinds) != 1:

@@ -200,6 +200,8 @@ class Recording:
         What was done to the samples since they were written; each step appends itself after success.
     source : str
         Name of the file, without its folder; "" for samples made in memory.
+    notes : dict
+        What the reader understood and guessed; `allanite.health` makes findings of it.
     """
 
     channels: tuple[Channel, ...]
@@ -404,6 +406,8 @@ class Recording:
         InputError
             An empty window, or one outside the record.
         """
+        if not all(math.isfinite(t) for t in (start, stop) if t is not None):
+            raise InputError(f"window from {start} to {stop} s: both ends must be finite")
         a = 0 if start is None else round(start * self.rate)
         b = self.n_samples if stop is None else round(stop * self.rate)
         if not 0 <= a < b <= self.n_samples:

@@ -73,11 +73,13 @@ def refuse_recording(path: str | os.PathLike[str], *, force: bool) -> None:
 def summary(recording: Recording, path: Path) -> str:
     """What was written, and which options `allanite.read` needs to read it."""
     said = f"{path}: {recording.n_samples} samples of {', '.join(recording.names)} at {recording.rate:.9g} Hz"
-    if path.suffix.lower() != ".npy":
-        return said
+    options = [] if path.suffix.lower() != ".npy" else [f"--rate {recording.rate:.9g}"]
     units = {c.unit for c in recording.channels}
-    unit = f" --unit {units.pop()}" if len(units) == 1 else ""
-    return f"{said} (read it with --rate {recording.rate:.9g}{unit})"
+    if options and len(units) == 1:
+        options.append(f"--unit {units.pop()}")
+    if path.suffix.lower() != ".parquet" and recording.channels[0].sampling == "point":
+        options.append("--sampling point")
+    return f"{said} (read it with {' '.join(options)})" if options else said
 
 
 def _parquet(recording: Recording, place: Path, progress: Progress) -> None:

@@ -14,7 +14,7 @@ import os
 import platform
 from collections.abc import Callable, Collection, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
@@ -66,12 +66,12 @@ class Study:
 
     @property
     def models(self) -> dict[str, NoiseModel]:
-        """The noise model of each channel that has one."""
+        """The noise model of each channel that has one, with its `alternative` where the record cannot decide."""
         found = {}
         for c in self.document["channels"]:
             if c["models"]:
-                models = [NoiseModel.from_json(m) for m in c["models"]]
-                found[c["name"]] = models[0]
+                first, *rest = (NoiseModel.from_json(m) for m in c["models"])
+                found[c["name"]] = replace(first, alternative=rest[0]) if rest else first
         return found
 
     def __getitem__(self, name: str) -> Mapping[str, Any]:
@@ -271,7 +271,8 @@ def _channel(
 
     channel = recording[name]
     spectrum = power_spectrum(recording, name)
-    if spectrum.lines:  # lags of whole periods do not see a line: they are added to the curve
+    # Lags of whole periods do not see a line: they are added, where the exact sums fit into memory.
+    if spectrum.lines and fitted.engine == "exact":
         more = np.union1d(fitted.lags, quiet_lags(spectrum, fitted.lags)) * fitted.dt
         same = curve is fitted
         fitted = allan_curve(recording.select(name), taus=more, confidence=confidence)
@@ -281,7 +282,7 @@ def _channel(
     models: list[NoiseModel] = []
     try:
         model = fit(fitted, exclude=bent.excluded, confidence=confidence)
-        models = [model] if model.alternative is None else [model, model.alternative]
+        models = list(model.families)
     except DataQualityError as refusal:
         findings.append(_not_fitted(name, str(refusal)))
     if models and curve is fitted:
@@ -416,8 +417,7 @@ def _overview(recording: Recording, channel: Channel) -> tuple[float, float, Jso
         low.append(np.where(empty, np.nan, np.where(np.isnan(rows), np.inf, rows).min(axis=1)))
         high.append(np.where(empty, np.nan, np.where(np.isnan(rows), -np.inf, rows).max(axis=1)))
     scale = channel.scale
-    ends = np.sort(np.stack([np.concatenate(low), np.concatenate(high)]) + origin, axis=0) * scale
-    ends = np.sort(ends, axis=0)
+    ends = np.sort((np.stack([np.concatenate(low), np.concatenate(high)]) + origin) * scale, axis=0)
     middle = total / count if count else math.nan
     sd = math.sqrt(max(square / count - middle**2, 0.0)) * abs(scale) if count else math.nan
     mean = ((reference or 0.0) + middle + origin) * scale

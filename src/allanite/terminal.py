@@ -187,7 +187,8 @@ def _parameters(out: Console, channels: Sequence[Json]) -> None:
         p = (channel["models"][0].get("goodness") or {}).get("p") if channel["models"] else None
         if p is not None and p < 0.01:
             out.print(f"{channel['name']}: the model does not explain the curve ({probability(p)})")
-    out.print(GUARANTEE)
+    read_off = {m["verdict"] for c in channels for m in c["models"] if m["family"] == "slopes"}
+    out.print("\n".join(read_off) or GUARANTEE)
     if any(r.equivalent for c in channels for r in readings(c).values()):
         out.print(EQUIVALENT)
     out.print()

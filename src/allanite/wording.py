@@ -303,14 +303,12 @@ class Reading:
         return " ".join(part for part in (self.value, self.range, self.unit) if part)
 
 
-def reading(kind: str, unit: str, estimate: Json) -> Reading:
-    """An entry of a model's "estimates" as people read it."""
+def reading(kind: str, unit: str, estimate: Json, *, read_off: bool = False) -> Reading:
+    """An entry of a model's "estimates" as people read it; `read_off`: by slopes, a value without an interval."""
     symbol = estimate["symbol"]
     text, factor = people_unit(kind, symbol, unit)
-    shown = _scaled(estimate, factor)
-    si = _scaled(estimate, 1.0)
-    limit = estimate["upper"]
-    amount = estimate["value"] if estimate["supported"] else limit
+    shown, si = (_scaled(estimate, f, read_off) for f in (factor, 1.0))
+    amount = estimate["value"] if estimate["supported"] or read_off else estimate["upper"]
     return Reading(
         symbol=symbol,
         unit=text,
@@ -334,13 +332,15 @@ def _note(symbol: str, estimate: Json) -> str:
     return own
 
 
-def _scaled(estimate: Json, factor: float) -> tuple[str, str]:
+def _scaled(estimate: Json, factor: float, read_off: bool) -> tuple[str, str]:
     value, lower, upper = (
         None if v is None else v / factor for v in (estimate[k] for k in ("value", "lower", "upper"))
     )
     if estimate["supported"] and value is not None:
         middle, low, high = interval(value, lower, upper)
         return middle, f"[{low}, {high}]"
+    if read_off:
+        return number(value), ""
     if upper is None or math.isinf(upper):
         return "not bounded", ""
     return f"< {number(upper)}", ""
@@ -349,16 +349,17 @@ def _scaled(estimate: Json, factor: float) -> tuple[str, str]:
 def readings(channel: Json, model: Json | None = None) -> dict[str, Reading]:
     """Coefficients of a channel's first model (or of the one given), keyed by the columns of `COLUMNS`.
 
-    B_equiv of a Gauss-Markov model stands in column B. T appears where it is supported only: elsewhere it is not a
-    limit that anybody can use.
+    B_equiv of a Gauss-Markov model stands in column B. T appears where it is supported, or read off, only: elsewhere
+    it is not a limit that anybody can use.
     """
     if model is None:
         model = channel["models"][0] if channel["models"] else {"estimates": ()}
+    read_off = model.get("family") == "slopes"
     found: dict[str, Reading] = {}
     for estimate in model["estimates"]:
         column = "B" if estimate["symbol"] == "B_equiv" else estimate["symbol"]
-        if column in COLUMNS and (column != "T" or estimate["supported"]):
-            found[column] = reading(channel["kind"], channel.get("unit") or "", estimate)
+        if column in COLUMNS and (column != "T" or estimate["supported"] or read_off):
+            found[column] = reading(channel["kind"], channel.get("unit") or "", estimate, read_off=read_off)
     return {symbol: found[symbol] for symbol in COLUMNS if symbol in found}
 
 

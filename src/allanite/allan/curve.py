@@ -185,19 +185,28 @@ class AllanCurve:
         Raises
         ------
         InputError
-            Shapes that differ, or lags longer than half of the record.
+            Shapes that differ, numbers that are no lags or deviations, a unit of another quantity, or lags longer
+            than half of the record.
         """
         t = np.asarray(tau, dtype=np.float64)
         sigma = np.asarray(deviation, dtype=np.float64)
         if t.ndim != 1 or t.shape != sigma.shape:
-            raise InputError(f"tau has shape {t.shape} and the deviation {sigma.shape}; one value per lag is needed")
+            raise InputError(
+                f"tau has shape {t.shape} and the deviation {sigma.shape}; one value per lag is needed"
+            )
+        if not (t.size and np.all(np.isfinite(t) & (t > 0) & np.isfinite(sigma) & (sigma >= 0)) and dt > 0):
+            raise InputError(
+                "tau and dt must be positive, deviations finite and not negative, one lag at least"
+            )
+        channel = Channel.of(name, unit, sampling=sampling)
+        if channel.kind.integrated or not channel.kind.noise_bearing:
+            raise InputError(f"the deviation has the unit of the rate or acceleration, not {unit!r}")
         lags, first = np.unique(np.maximum(np.rint(t / dt), 1).astype(np.int64), return_index=True)
         if lags[-1] > n_samples // 2:
             raise InputError(
                 f"lag {t.max():g} s is longer than half of {n_samples} samples at {dt:g} s; "
                 "give the true length of the record"
             )
-        channel = Channel.of(name, unit, sampling=sampling)
         count = n_samples - 2 * lags + 1
         sigma = sigma[first] * abs(channel.scale)
         empty = np.full((len(lags), 1), np.nan)
@@ -283,7 +292,10 @@ class AllanCurve:
         FormatError
             Not such a file, or one that was cut.
         """
-        text = Path(path).read_text(encoding="utf-8")
+        try:
+            text = Path(path).read_text(encoding="utf-8")
+        except UnicodeDecodeError as error:
+            raise FormatError(f"{path} is not a curve written by allanite: {error}") from None
         head: dict[str, str] = {}
         for line in text.splitlines():
             if line.startswith("# ") and ": " in line:
@@ -422,7 +434,8 @@ def _chosen(statistic: str) -> Statistic:
 def _engine(engine: str, statistic: Statistic, recording: Recording, taus: object) -> str:
     if engine not in ("auto", "exact", "decimated"):
         raise InputError(f"engine must be 'auto', 'exact' or 'decimated', not {engine!r}")
-    able = statistic.name == "oadev" and (isinstance(taus, int) or (isinstance(taus, str) and taus != "all"))
+    grid = isinstance(taus, (int, np.integer)) or (isinstance(taus, str) and taus != "all")
+    able = statistic.name == "oadev" and grid
     able = able and not any(c.kind.integrated for c in recording.channels)
     if engine == "decimated" and not able:
         raise InputError(
@@ -494,8 +507,8 @@ def _one_edf(
     full = degrees.edf_greenhall(
         _ALPHA[mu], statistic.order, m, n + 1, overlapping=statistic.overlapping, modified=statistic.modified
     )
-    whole = (n + 1 - statistic.order * m) / (1 if statistic.overlapping else m)
-    return full * min(1.0, curve.count[j, i] / max(whole, 1)) if starts is not None else full
+    whole = (n + 1 - statistic.window(m)) / (1 if statistic.overlapping else m)
+    return full if starts is None else max(1.0, full * min(1.0, curve.count[j, i] / max(whole, 1)))
 
 
 def _with_edf(curve: AllanCurve, edf: Array, basis: str) -> AllanCurve:

@@ -51,7 +51,7 @@ def choose_lags(taus: str | int | ArrayLike, n_samples: int, dt: float, longest:
 
 def _named(name: str, top: int) -> Lags:
     if name == "octave":
-        return np.array([1 << i for i in range(top.bit_length())], dtype=np.int64)
+        return octave_lags(top, window=1)
     if name == "decade":
         steps = np.array([k * 10**d for d in range(19) for k in (1, 2, 4)], dtype=np.int64)
         return steps[steps <= top]
@@ -82,12 +82,12 @@ def _given(taus: ArrayLike, dt: float, longest: int) -> Lags:
         raise InputError(f"lags must be finite, positive seconds in one dimension; got {taus!r}")
     m = tau / dt
     whole = np.round(m)
-    off = np.abs(m - whole) > 1e-6 * np.maximum(whole, 1)
+    off = np.abs(m - whole) > np.minimum(1e-6 * np.maximum(whole, 1), 1e-3)
     if off.any() or np.any(whole < 1):
         bad = tau[off | (whole < 1)][0]
         near = max(round(bad / dt), 1) * dt
         raise InputError(
-            f"lag {bad:g} s is not a whole number of samples (dt = {dt:g} s); the nearest is {near:.9g} s"
+            f"lag {bad:.12g} s is not a whole number of samples (dt = {dt:g} s); the nearest is {near:.9g} s"
         )
     if np.any(whole > longest):
         raise InputError(

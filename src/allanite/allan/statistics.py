@@ -25,7 +25,7 @@ References
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
@@ -56,6 +56,7 @@ _BLOCK = (
     1 << 15
 )  # starts summed as one partial sum: fixed, so that any number of threads gives the same digits
 _TASK = 64  # blocks per task
+_RUNS = 500_000  # runs of complete windows held at once (8 MiB): scattered gaps make many
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -245,7 +246,37 @@ def _processors() -> int:
 def _overlapping(
     phase: Phase, statistic: Statistic, lags: NDArray[np.int64], workers: int, progress: Progress | None
 ) -> tuple[Array, NDArray[np.int64]]:
-    runs = [phase.starts(statistic, int(m)) for m in lags]
+    sums, count = np.empty(len(lags)), np.empty(len(lags), dtype=np.int64)
+    for first, runs in _groups(phase, statistic, lags):
+        part = slice(first, first + len(runs))
+        share = None if progress is None else _within(progress, first / len(lags), len(runs) / len(lags))
+        sums[part] = _sums(phase, statistic, lags[part], runs, workers, share)
+        count[part] = [_total_length(r) for r in runs]
+    return sums, count
+
+
+def _groups(phase: Phase, statistic: Statistic, lags: NDArray[np.int64]) -> Iterator[tuple[int, list[Spans]]]:
+    """Lags to be summed together: as many as possible share the phase in cache, but their runs must stay small."""
+    group: list[Spans] = []
+    for i, m in enumerate(lags):
+        group.append(phase.starts(statistic, int(m)))
+        if sum(len(r) for r in group) > _RUNS or i == len(lags) - 1:
+            yield i + 1 - len(group), group
+            group = []
+
+
+def _within(progress: Progress, start: float, share: float) -> Progress:
+    return lambda fraction: progress(start + share * fraction)
+
+
+def _sums(
+    phase: Phase,
+    statistic: Statistic,
+    lags: NDArray[np.int64],
+    runs: list[Spans],
+    workers: int,
+    progress: Progress | None,
+) -> Array:
     offsets = np.concatenate(([0], np.cumsum([len(r) for r in runs]))).astype(np.int64)
     flat = np.ascontiguousarray(np.concatenate(runs))
     blocks = -(-phase.n_samples // _BLOCK)
@@ -263,7 +294,7 @@ def _overlapping(
             progress(done / blocks)
 
     _in_threads(task, range(0, blocks, _TASK), workers)
-    return partial.sum(axis=0), np.array([_total_length(r) for r in runs], dtype=np.int64)
+    return np.asarray(partial.sum(axis=0))
 
 
 def _modified(

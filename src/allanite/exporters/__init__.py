@@ -124,12 +124,8 @@ def _document(study: Any, rate: float | None) -> Mapping[str, Any]:
             "name": name,
             "kind": model.kind,
             "unit": model.unit,
-            "models": [m.to_json() for m in _families(model)],
+            "models": [m.to_json() for m in model.families],
         }
         for name, model in study.items()
     ]
     return {"provenance": {}, "recording": {"rate": rate}, "channels": channels}
-
-
-def _families(model: NoiseModel) -> list[NoiseModel]:
-    return [model] if model.alternative is None else [model, model.alternative]

@@ -139,7 +139,9 @@ def _found(recording: Recording, advance: Callable[[int], None]) -> list[Finding
         own += [f for look in CHANNEL_DETECTORS for f in look(enough[i])]
     found += _joined(own, len(surveys))
     looks = RECORD_DETECTORS
-    if any(step.get("step") == "simulate" for step in recording.history):  # a simulated sensor never had a bias
+    if any(
+        step.get("step") == "simulate" for step in recording.history
+    ):  # a simulated sensor never had a bias
         looks = tuple(look for look in looks if look is not meaning.bias_removed)
     return found + [f for look in looks for f in look(enough)]
 
@@ -210,11 +212,11 @@ def _channels(recording: Recording, found: Finding) -> list[str]:
 def _without_empty(recording: Recording, findings: Sequence[Finding]) -> Recording:
     empty = [f for f in findings if f.code == "no_samples"]
     gone = {name for f in empty for name in _channels(recording, f)}
+    if not gone:
+        return recording
     left = [name for name in recording.names if name not in gone]
     if not any(recording[name].kind.noise_bearing for name in left):
         raise DataQualityError("no channel holds a sample: there is nothing to analyse", tuple(empty))
-    if not gone:
-        return recording
     step = {"step": "select", "reason": "no_samples", "left_out": sorted(gone)}
     selected = recording.select(*left)
     return replace(selected, history=(*selected.history, step))

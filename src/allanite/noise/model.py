@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import asdict, dataclass, field, fields
+from dataclasses import asdict, dataclass, field, fields, replace
 from typing import Any
 
 import numpy as np
@@ -104,6 +104,8 @@ class NoiseModel:
 
     def __add__(self, other: NoiseModel | TermType) -> NoiseModel:
         terms = other.terms if isinstance(other, NoiseModel) else (other,)
+        if isinstance(other, NoiseModel) and (other.kind, other.unit) != (self.kind, self.unit):
+            raise InputError(f"noise of a sensor of {self.kind} and of one of {other.kind} do not add")
         return NoiseModel(terms=self.terms + terms, kind=self.kind, unit=self.unit)
 
     def psd(self, f: ArrayLike) -> Array:
@@ -120,10 +122,12 @@ class NoiseModel:
 
     def avar_sampled(self, m: ArrayLike, dt: float, sampling: str = "mean") -> Array:
         """Exact Allan variance of samples at interval dt [s] averaged over m of them."""
+        if sampling not in ("mean", "point"):
+            raise InputError(f"sampling must be 'mean' or 'point', not {sampling!r}")
         return _sum(m, (term.avar_sampled(m, dt, sampling) for term in self.terms))
 
     def state_space(self, dt: float) -> StateSpace:
-        """Exact discrete model of point samples at interval dt [s]."""
+        """Discrete model of point samples at interval dt [s]: exact but for flicker, see `Flicker.state_space`."""
         total = stateless(0.0)
         for term in self.terms:
             total = total + term.state_space(dt)
@@ -137,8 +141,14 @@ class NoiseModel:
         """The estimate of a parameter, or None."""
         return next((e for e in self.estimates if e.symbol == symbol), None)
 
+    @property
+    def families(self) -> tuple[NoiseModel, ...]:
+        """This model and, where the record cannot decide, its alternative: each by itself."""
+        return (self,) if self.alternative is None else (replace(self, alternative=None), self.alternative)
+
     def to_json(self) -> dict[str, Any]:
         """Plain data; `from_json` gives back an equal model."""
+        other = {} if self.alternative is None else {"alternative": self.alternative.to_json()}
         return {
             "family": self.family,
             "kind": self.kind,
@@ -151,6 +161,7 @@ class NoiseModel:
             "estimates": [e.to_json() for e in self.estimates],
             "covariance": dict(self.covariance),
             "goodness": dict(self.goodness),
+            **other,
         }
 
     @classmethod
@@ -164,14 +175,15 @@ class NoiseModel:
         """
         try:
             terms = tuple(_term_from_json(t) for t in data["terms"])
+            estimates = tuple(Estimate.from_json(e) for e in data.get("estimates", ()))
         except (KeyError, TypeError) as error:
             form = "{'terms': [{'type': 'white', 'N': ...}]}"
             raise InputError(f"not a noise model: {error}; expected {form}") from None
         known = {f.name for f in fields(cls)} - {"terms", "estimates", "alternative"}
         rest = {k: v for k, v in data.items() if k in known}
-        return cls(
-            terms=terms, estimates=tuple(Estimate.from_json(e) for e in data.get("estimates", ())), **rest
-        )
+        other = data.get("alternative")
+        alternative = None if other is None else cls.from_json(other)
+        return cls(terms=terms, estimates=estimates, alternative=alternative, **rest)
 
     def __str__(self) -> str:
         parts = (" ".join(f"{s}={getattr(t, s):.4g}" for s in t.symbols) for t in self.terms)

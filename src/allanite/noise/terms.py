@@ -78,7 +78,7 @@ class Term(Protocol):
         ...
 
     def state_space(self, dt: float) -> StateSpace:
-        """Exact discrete model of point samples at interval dt [s]."""
+        """Discrete model of point samples at interval dt [s]: exact but for flicker."""
         ...
 
 
@@ -115,6 +115,8 @@ class Quantisation:
 
     def __post_init__(self) -> None:
         _positive(self, "Q", "dt")
+        if self.dt == 0:
+            raise InputError("Quantisation: the sample interval dt must be positive")
 
     def psd(self, f: ArrayLike) -> Array:
         return (2 * np.sin(np.pi * _tau(f) * self.dt) * self.Q) ** 2 / self.dt
@@ -212,13 +214,21 @@ class Flicker:
         ratio : float
             sqrt(10): density +-0.08 %, Allan variance +-0.01 %. 10: +-5.5 %, +-2 %.
         """
+        if not (0 < shortest <= longest < math.inf and ratio > 1):
+            raise InputError(
+                f"no correlation times from {shortest!r} to {longest!r} s, a ratio {ratio!r} apart"
+            )
         count = math.ceil(math.log(longest / shortest) / math.log(ratio)) + 1
         sigma = self.B * math.sqrt(math.log(ratio) / math.pi)
         times = shortest * ratio ** np.arange(count)
         return tuple(GaussMarkov.from_sigma(sigma, float(t)) for t in times)
 
     def state_space(self, dt: float, record: float | None = None, ratio: float = 10.0) -> StateSpace:
-        """Sum of Gauss-Markov states from Ts to the record's length (default: 1e7 Ts)."""
+        """Sum of Gauss-Markov states from Ts to three times the record's length (default: 1e7 Ts).
+
+        An approximation: the Allan variance of its point samples lies 23 % above the floor at m = 1, 10 % at m = 2,
+        and within 2.5 % from m = 4 to half of the record.
+        """
         longest = 1e7 * dt if record is None else record
         parts = [term.state_space(dt) for term in self.gauss_markov_sum(dt, 3 * longest, ratio)]
         total = parts[0]
@@ -324,6 +334,8 @@ class GaussMarkov:
     @classmethod
     def from_sigma(cls, sigma: float, T: float) -> GaussMarkov:
         """The term with stationary standard deviation sigma [rad/s] and correlation time T [s]."""
+        if not T > 0:
+            raise InputError(f"GaussMarkov: the correlation time T must be positive, not {T!r}")
         return cls(q=sigma * math.sqrt(2 / T), T=T)
 
     @property
@@ -436,8 +448,8 @@ class Sinusoid:
 
     def __post_init__(self) -> None:
         _positive(self, "amplitude", "frequency")
-        if self.frequency == 0:
-            raise InputError("Sinusoid: the frequency must be positive")
+        if self.frequency == 0 or not math.isfinite(self.phase):
+            raise InputError("Sinusoid: the frequency must be positive and the phase finite")
 
     def psd(self, f: ArrayLike) -> Array:
         return np.zeros_like(_tau(f))

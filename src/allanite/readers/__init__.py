@@ -38,6 +38,10 @@ _OTHERS: Final = (
     (b"\x80\x03", "a Python pickle, which can run code and is never opened; save the samples with np.save"),
     (b"\x80\x04", "a Python pickle, which can run code and is never opened; save the samples with np.save"),
     (b"\x80\x05", "a Python pickle, which can run code and is never opened; save the samples with np.save"),
+    (
+        b"# format: allanite-curve",
+        "an Allan curve, not a log; fit it with `allanite fit`, AllanCurve.from_csv reads it",
+    ),
     (b"TDSm", "a LabVIEW TDMS file; export the samples to CSV"),
     (b"ULog\x01\x12\x35", "a PX4 ULog; convert it to CSV (ulog2csv) and read that"),
     (b"\xa3\x95\x80", "an ArduPilot dataflash log; convert the IMU messages to CSV and read that"),
@@ -157,7 +161,7 @@ def _reader_for(path: Path) -> Reader:
             return reader
     if path.is_dir():
         raise FormatError(
-            f"{path.name} is a folder without a ROS 2 recording (metadata.yaml, .db3 or .mcap files)"
+            f"{path} is a folder without a ROS 2 recording (metadata.yaml, .db3 or .mcap files)"
         )
     raise FormatError(
         f"{path.name} is binary and of no known format. Samples without a header are read with "

@@ -268,6 +268,8 @@ def _channels(
         if given is not None and isinstance(options.unit, str) and not _fits(given, heading):
             guesses.append(f"unit {given!r} cannot be that of {heading.name}: left as the file has it")
             given = None
+        if given is not None and heading.unit and given != heading.unit:
+            guesses.append(f"{heading.name} is read in {given!r} as was said; the file says {heading.unit!r}")
         if isinstance(options.scale_factor, str) and factor is not None and not _factor_fits(factor, heading):
             factor = None
         result[i] = _channel(heading, given, factor, options.sampling, guesses)
