@@ -80,12 +80,10 @@ def _integer_base(array: NDArray[Any]) -> int:
 
 
 @dataclass(frozen=True, slots=True)
-class Slice:
-    """Samples [start, stop) of another column."""
+class _View:
+    """What every view of another column has of it."""
 
     of: Column
-    start: int
-    stop: int
 
     @property
     def origin(self) -> float:
@@ -94,6 +92,14 @@ class Slice:
     @property
     def dtype(self) -> np.dtype[Any]:
         return self.of.dtype
+
+
+@dataclass(frozen=True, slots=True)
+class Slice(_View):
+    """Samples [start, stop) of another column."""
+
+    start: int
+    stop: int
 
     def __len__(self) -> int:
         return self.stop - self.start
@@ -104,19 +110,10 @@ class Slice:
 
 
 @dataclass(frozen=True, slots=True)
-class Masked:
+class Masked(_View):
     """A column some of whose samples are excluded, for a stated reason: they read as NaN."""
 
-    of: Column
     spans: Spans
-
-    @property
-    def origin(self) -> float:
-        return self.of.origin
-
-    @property
-    def dtype(self) -> np.dtype[Any]:
-        return self.of.dtype
 
     def __len__(self) -> int:
         return len(self.of)
@@ -133,7 +130,7 @@ class Masked:
 
 
 @dataclass(frozen=True, slots=True)
-class Spliced:
+class Spliced(_View):
     """A column whose samples lie in runs on a longer grid; between the runs nothing was recorded.
 
     Attributes
@@ -146,18 +143,9 @@ class Spliced:
         Length of the grid.
     """
 
-    of: Column
     source: NDArray[np.int64]
     grid: NDArray[np.int64]
     length: int
-
-    @property
-    def origin(self) -> float:
-        return self.of.origin
-
-    @property
-    def dtype(self) -> np.dtype[Any]:
-        return self.of.dtype
 
     def __len__(self) -> int:
         return self.length
