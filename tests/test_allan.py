@@ -399,6 +399,53 @@ def test_totdev_refuses_gaps() -> None:
         al.allan_curve(record(y), statistic="totdev")
 
 
+@pytest.mark.parametrize("statistic", ["mdev", "tdev", "ohdev"])
+def test_one_gap_costs_the_degrees_of_freedom_of_its_terms_only(
+    statistic: str, rng: np.random.Generator
+) -> None:
+    y = rng.standard_normal(3000)
+    holed = np.where(np.arange(3000) == 1, np.nan, y)
+    whole, gap = (al.allan_curve(record(v), statistic=statistic, taus=[1, 100, 999]) for v in (y, holed))
+    np.testing.assert_allclose(gap.edf[:2], whole.edf[:2] * gap.count[:2] / whole.count[:2], rtol=1e-9)
+    assert np.all((gap.edf >= 1) & (gap.edf <= whole.edf))
+
+
+@pytest.mark.parametrize("m", [1, 2, 4, 16])
+def test_totdev_knows_no_more_than_oadev_at_short_lags(m: int, rng: np.random.Generator) -> None:
+    total, overlapping = (
+        al.allan_curve(record(rng.standard_normal(4096)), statistic=s, taus=[m]) for s in ("totdev", "oadev")
+    )
+    assert total.edf[0, 0] == pytest.approx(overlapping.edf[0, 0], rel=0.04)
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        {"tau": [], "deviation": []},
+        {"deviation": [1.0, math.nan]},
+        {"tau": [math.nan, 2.0]},
+        {"deviation": [-1.0, 1.0]},
+        {"dt": 0.0},
+        {"unit": "deg"},
+    ],
+)
+def test_a_curve_from_elsewhere_must_be_one(change: dict[str, object]) -> None:
+    given = {
+        "tau": [1.0, 2.0],
+        "deviation": [1.0, 0.7],
+        "dt": 1.0,
+        "n_samples": 1000,
+        "unit": "deg/s",
+    } | change
+    with pytest.raises(InputError):
+        al.AllanCurve.from_arrays(given.pop("tau"), given.pop("deviation"), **given)  # type: ignore[arg-type]
+
+
+def test_a_long_lag_is_not_rounded_either() -> None:
+    with pytest.raises(InputError, match="whole number"):
+        al.allan_curve(record(np.zeros(3_000_000, dtype=np.int8), rate=1000.0), taus=[1000.0004])
+
+
 def test_b1_one_nan_is_one_gap() -> None:
     y = np.random.default_rng(1).standard_normal(20_000)
     clean = oadev(y)

@@ -322,6 +322,17 @@ def test_a_saved_curve_is_fitted_like_the_log(run: Run, folder: Path, tmp_path: 
     assert from_curve["gyro"]["terms"] == from_log["gyro"]["terms"]
     assert "N [deg/√h]" in run("fit", curve).out
     assert "slopes" in json.loads(run("fit", curve, "--method", "slopes", "--json").out)["gyro"]["family"]
+    read_off = run("fit", curve, "--method", "slopes").out
+    assert "not bounded" not in read_off
+    assert "for comparison only" in read_off
+    assert "is an Allan curve" in run("characterize", curve).err
+
+
+@pytest.mark.parametrize("words", ["N=1..5 deg/√h", "N=0.7", "N=1 deg/√h, N=2 deg/√h", "B=7 deg/h, T=0 s"])
+def test_words_that_are_no_model_are_refused(run: Run, tmp_path: Path, words: str) -> None:
+    done = run("simulate", words, "--rate", 3, "--duration", 10, "-o", tmp_path / "x.npy")
+    assert done.code == 1
+    assert done.err.startswith("allanite: ")
 
 
 def test_a_faulty_log_is_not_fitted_unless_accepted(

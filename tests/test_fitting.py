@@ -6,13 +6,14 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import allanite as al
-from allanite.errors import DataQualityError, InputError
+from allanite.errors import DataQualityError, FitError, InputError
 from allanite.fitting.advice import advise, predicted_sd
 from allanite.fitting.design import design_of
 from allanite.fitting.moments import lags_used
@@ -42,8 +43,6 @@ def perfect(model: NoiseModel, n: int = 200_000, rate: float = 10.0) -> al.Allan
     zero = al.allan_curve(
         Recording.from_rate(np.random.default_rng(0).standard_normal(n), rate=rate, unit="rad/s")
     )
-    from dataclasses import replace
-
     return replace(zero, deviation=np.sqrt(model.avar_sampled(zero.lags, zero.dt))[:, None])
 
 
@@ -265,3 +264,37 @@ def test_model_json_keeps_the_estimates() -> None:
     assert (
         again.estimates == model.estimates and again.terms == model.terms and again.goodness == model.goodness
     )
+
+
+@pytest.mark.parametrize("n", [32, 40, 64])
+def test_short_records_are_fitted_or_refused_never_a_crash(n: int) -> None:
+    for seed in range(3):
+        y = np.random.default_rng(seed).standard_normal(n)
+        try:
+            model = al.fit(al.allan_curve(Recording.from_rate(y, rate=1.0, unit="rad/s")))
+        except (DataQualityError, FitError):
+            continue
+        n_ = model.estimate("N")
+        assert n_ is not None and n_.upper > 0
+
+
+def test_what_is_no_noise_is_refused() -> None:
+    t = np.arange(40_000) / 10.0
+    y = np.random.default_rng(1).standard_normal(len(t)) + 5.0 * np.sin(2 * np.pi * 0.01 * t)
+    curve = al.allan_curve(Recording.from_rate(y, rate=10.0, unit="rad/s"))
+    with pytest.raises(FitError, match="no sum of noise terms"):
+        al.fit(curve)
+
+
+def test_excluded_lags_survive_the_file(tmp_path: Path) -> None:
+    y = np.random.default_rng(1).standard_normal((20_000, 2))
+    curve = al.allan_curve(Recording.from_rate(y, rate=10.0, unit="rad/s"))
+    bent = np.zeros(curve.deviation.shape, dtype=bool)
+    bent[1:3, 0] = True
+    again = al.AllanCurve.from_csv(replace(curve, excluded=bent).to_csv(tmp_path / "allan.csv"))
+    np.testing.assert_array_equal(again.excluded, bent)
+    assert not lags_used(again["x"])[1:3].any() and lags_used(again["y"])[1:3].all()
+    with pytest.raises(InputError, match="one value for each"):
+        al.fit(curve["x"], exclude=[True])
+    with pytest.raises(InputError, match="confidence"):
+        al.fit(curve["x"], confidence=2.0)

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 
 import numpy as np
 import pytest
@@ -177,6 +178,31 @@ def test_models_add() -> None:
     tau = np.array([1.0, 10.0])
     np.testing.assert_allclose(model.avar(tau), 1 / tau + 0.25 * tau / 3, rtol=1e-15)
     assert model.state_space(0.1).noise == pytest.approx(10.0)
+    with pytest.raises(InputError, match="do not add"):
+        _ = model + NoiseModel.of(White(N=1.0), kind="acceleration")
+
+
+def test_json_keeps_the_alternative() -> None:
+    other = NoiseModel.of(GaussMarkov(q=0.4, T=30.0))
+    model = NoiseModel(terms=(Flicker(B=1.0),), alternative=other)
+    assert NoiseModel.from_json(model.to_json()) == model
+    assert model.families == (NoiseModel.of(Flicker(B=1.0)), other)
+
+
+@pytest.mark.parametrize(
+    "make",
+    [
+        lambda: GaussMarkov.from_sigma(1.0, 0.0),
+        lambda: Flicker(B=1.0).gauss_markov_sum(10.0, 1.0),
+        lambda: Quantisation(Q=1.0, dt=0.0),
+        lambda: Sinusoid(amplitude=1.0, frequency=1.0, phase=math.nan),
+        lambda: NoiseModel.of(White(N=1.0)).avar_sampled(1, 1.0, "means"),
+        lambda: NoiseModel.from_json({"terms": [], "estimates": [{}]}),
+    ],
+)
+def test_what_makes_no_noise_is_refused(make: Callable[[], object]) -> None:
+    with pytest.raises(InputError):
+        make()
 
 
 @pytest.mark.parametrize("bad", [-1.0, math.nan, math.inf, "1", None])

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The eight scenarios of the coverage run: truth, rate and length of each. SI units of a rate gyro."""
+"""The scenarios of the coverage run: truth, rate and length of each. SI units of a rate gyro."""
 
 from __future__ import annotations
 

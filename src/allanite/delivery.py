@@ -19,6 +19,9 @@ from allanite.atomic_file import fresh, make_folder, refuse_existing
 from allanite.errors import DataQualityError, InputError
 
 if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
     from allanite.allan import AllanCurve
     from allanite.health import Finding
     from allanite.recording import Recording, Sampling
@@ -235,8 +238,18 @@ def curve_of(study: Study) -> AllanCurve:
         n_samples=first["n_samples"],
         missing=tuple(np.array(p.get("missing") or [], dtype=np.int64).reshape(-1, 2) for p in parts),
         engine=first["engine"],
+        excluded=np.stack([_bent(lags, part) for part in parts], axis=1),
         interval_basis=bases.pop() if len(bases) == 1 else "exact under the model of each channel",
         **table,
+    )
+
+
+def _bent(lags: NDArray[np.int64], part: Json) -> NDArray[np.bool_]:
+    """Lags of a channel's curve that a line or the filter bends."""
+    import numpy as np
+
+    return np.isin(
+        lags, [m for m, reason in zip(part["lags"], part.get("excluded") or [], strict=False) if reason]
     )
 
 

@@ -25,7 +25,7 @@ from numpy.typing import ArrayLike
 from allanite import __version__
 from allanite.allan import AllanCurve, allan_curve
 from allanite.atomic_file import fresh
-from allanite.errors import AllaniteError, DataQualityError, FormatError, InputError
+from allanite.errors import AllaniteError, DataQualityError, FitError, FormatError, InputError
 from allanite.health import Finding, Severity, check, prepare
 from allanite.health.finding import finding
 from allanite.noise import NoiseModel
@@ -283,7 +283,7 @@ def _channel(
     try:
         model = fit(fitted, exclude=bent.excluded, confidence=confidence)
         models = list(model.families)
-    except DataQualityError as refusal:
+    except (DataQualityError, FitError) as refusal:
         findings.append(_not_fitted(name, str(refusal)))
     if models and curve is fitted:
         curve = curve.with_model(models[0]) if models[0].terms else curve

@@ -37,6 +37,9 @@ _TERM: dict[int, TermType] = {
     0: Flicker(B=1.0),
     1: RandomWalk(K=1.0),
 }
+#: The published edf of the total deviation is that of long lags. At short ones it falls as that of oadev does, by
+#: m^2/(m^2 + this): 5/4 for white noise [SP 1065, table 5]; for flicker and random walk by simulation.
+_SHORT = {-2: 1.25, -1: 1.25, 0: 0.4, 1: 0.0}
 #: A full-length phase above this many bytes makes "auto" take the decimated engine.
 _EXACT_BYTES = 2 << 30
 
@@ -71,6 +74,8 @@ class AllanCurve:
         "exact" (every window) or "decimated" (every 2^k-th window at long lags, fixed memory).
     interval_basis : str
         Which noise the degrees of freedom assume.
+    excluded : ndarray of bool, shape (n_lags, n_channels)
+        Lags bent by a spectral line or by the sensor's filter: shown, but kept out of a fit.
 
     Notes
     -----
@@ -93,9 +98,12 @@ class AllanCurve:
     missing: tuple[Spans, ...] = field(repr=False)
     engine: str = "exact"
     interval_basis: str = LOCAL
+    excluded: NDArray[np.bool_] = field(default_factory=lambda: np.zeros((0, 0), dtype=bool), repr=False)
 
     def __post_init__(self) -> None:
-        for name in ("lags", "tau", "deviation", "lower", "upper", "edf", "count"):
+        if self.excluded.size == 0:
+            object.__setattr__(self, "excluded", np.zeros(np.shape(self.deviation), dtype=bool))
+        for name in ("lags", "tau", "deviation", "lower", "upper", "edf", "count", "excluded"):
             view = np.asarray(getattr(self, name)).view()
             view.flags.writeable = False
             object.__setattr__(self, name, view)
@@ -121,7 +129,9 @@ class AllanCurve:
         if name not in self.names:
             raise InputError(f"no channel {name!r} in the curve; there are: {', '.join(self.names)}")
         i = self.names.index(name)
-        part = {k: getattr(self, k)[:, [i]] for k in ("deviation", "lower", "upper", "edf", "count")}
+        part = {
+            k: getattr(self, k)[:, [i]] for k in ("deviation", "lower", "upper", "edf", "count", "excluded")
+        }
         return replace(self, channels=(self.channels[i],), missing=(self.missing[i],), **part)
 
     def starts(self, i: int = 0) -> list[Spans] | None:
@@ -266,6 +276,7 @@ class AllanCurve:
             "interval basis": self.interval_basis,
             "channels": json.dumps([c.to_json() for c in self.channels], ensure_ascii=False),
             "missing": json.dumps([runs.tolist() for runs in self.missing]),
+            "excluded": json.dumps([self.lags[column].tolist() for column in self.excluded.T]),
             "units": "m in samples, tau in s, deviations in SI (or the channel's own unit where it has none)",
         }
         fields = ("deviation", "lower", "upper", "edf", "count")
@@ -311,6 +322,7 @@ class AllanCurve:
             rows = [r for r in text.splitlines() if r and not r.startswith("#")][1:]
             table = np.array([[float(c) for c in r.split(",")] for r in rows])
             grid = table[:, 2:].reshape(len(table), len(channels), 5)
+            bent = [np.isin(table[:, 0], lags) for lags in json.loads(head.get("excluded", "[]"))]
         except (KeyError, ValueError) as error:
             raise FormatError(f"{path}: damaged curve file: {error}") from None
         lags = table[:, 0].astype(np.int64)
@@ -330,6 +342,7 @@ class AllanCurve:
             upper=grid[:, :, 2],
             edf=grid[:, :, 3],
             count=grid[:, :, 4].astype(np.int64),
+            excluded=np.stack(bent, axis=1) if bent else np.zeros(grid.shape[:2], dtype=bool),
         )
 
 
@@ -503,7 +516,7 @@ def _one_edf(
         here = None if starts is None else [starts[j]]
         return float(covariance.edf(model, [m], n, 1.0, curve.channels[i].sampling, here)[0])
     if statistic.total:
-        return degrees.edf_total(_ALPHA[mu], n, m)
+        return degrees.edf_total(_ALPHA[mu], n, m) * m**2 / (m**2 + _SHORT[mu])
     full = degrees.edf_greenhall(
         _ALPHA[mu], statistic.order, m, n + 1, overlapping=statistic.overlapping, modified=statistic.modified
     )

@@ -224,7 +224,9 @@ def sums_of_squares(
         NaN where no term is complete.
     count : ndarray of int64, shape (n_lags,)
     """
-    workers = threads or _processors()
+    workers = _processors() if threads is None else threads
+    if workers < 1:
+        raise InputError(f"threads must be at least 1, not {threads!r}")
     if statistic.total:
         sums, count = _total(phase, lags, workers)
     elif statistic.modified:

@@ -16,18 +16,10 @@ from allanite.figures.panel import Axis, Curve, Label, Panel, array, positive_ra
 from allanite.noise import NoiseModel
 from allanite.wording import Group, people_unit
 
-__all__ = ["channel_spectrum_panel", "group_spectrum_panel", "spectrum_panel"]
+__all__ = ["group_spectrum_panel", "spectrum_panel"]
 
 Json = Mapping[str, Any]
 _MOST_LINES = 5
-
-
-def channel_spectrum_panel(channel: Json) -> Panel:
-    """The spectrum of one channel of a study, with model, lines and filter corner."""
-    group = Group(
-        title=channel["name"], kind=channel["kind"], unit=channel.get("unit") or "", channels=(channel,)
-    )
-    return group_spectrum_panel(group)
 
 
 def group_spectrum_panel(group: Group) -> Panel:

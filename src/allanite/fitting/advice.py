@@ -113,6 +113,8 @@ def _one(model: NoiseModel, e: Estimate, n_samples: int, dt: float, sampling: st
         text = f"this record gives {aim}" if duration <= now else f"{aim} needs about {span(duration)}"
     else:
         text = f"{name} at half its limit would stand out after about {span(duration)}"
+        if duration <= now:
+            text = f"{name} at half its limit would stand out in a record of this length"
     if not math.isfinite(duration):
         text = f"{name}: no record of reasonable length decides it"
     return Advice(symbol=e.symbol, target=target, duration=duration, reached=duration <= now, text=text)

@@ -83,7 +83,7 @@ class Family:
             left, here, right = at(x - step), at(x), at(x + step)
             if here <= min(left, right):
                 bend = left - 2 * here + right
-                if bend <= 0 or step < 0.03:
+                if not 0 < bend < np.inf or step < 0.03:
                     break
                 vertex = x + step * (left - right) / (2 * bend)
                 x = vertex if at(vertex) < here else x
@@ -115,8 +115,6 @@ class FamilyFit:
     supported : frozenset of str
     sets : dict of str to (float, float)
         Variance coefficients; "T" in samples.
-    empty : float
-        Distance of the family without its slot (B or G) from the full one.
     """
 
     family: Family

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.allan.curve import AllanCurve
+from allanite.errors import FitError
 from allanite.fitting.design import design_of
 from allanite.fitting.families import FLICKER, GAUSS_MARKOV, Family
 from allanite.fitting.objective import Curve, Solution
@@ -29,6 +30,7 @@ _EXPLAINED = 1e-2
 _FEWEST = 6  # lags that must be left
 _SHARE = 0.5  # of the lags that may be left out
 _BISECTIONS = 7
+_WORST = 0.4  # a larger discrepancy describes nothing
 
 
 @dataclass(frozen=True, slots=True)
@@ -88,8 +90,13 @@ def best_explained(curve: AllanCurve, used: NDArray[np.bool_]) -> Candidate:
 
 
 def _with_discrepancy(curve: AllanCurve, used: NDArray[np.bool_]) -> Candidate:
-    low, high = np.log(1e-3), np.log(1.0)
-    best = candidate(curve, used, 1.0)
+    low, high = np.log(1e-3), np.log(_WORST)
+    best = candidate(curve, used, _WORST)
+    if best.p < _NOT_EXPLAINED:
+        raise FitError(
+            f"no sum of noise terms explains the curve to {_WORST:.0%} in variance: what is in the record is not the "
+            "noise of a sensor at rest; look at the findings, the spectrum and the time series"
+        )
     for _ in range(_BISECTIONS):
         middle = (low + high) / 2
         trial = candidate(curve, used, float(np.exp(middle)))

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from allanite.allan.curve import AllanCurve
+from allanite.allan.degrees import chi_square_factors
 from allanite.errors import DataQualityError, FitError, InputError
 from allanite.fitting.families import FLICKER, GAUSS_MARKOV, Family, FamilyFit, fit_family
 from allanite.fitting.misfit import Candidate, best_explained
@@ -56,9 +57,9 @@ def lags_used(curve: AllanCurve, exclude: ArrayLike | None = None) -> NDArray[np
         Lags bent by a spectral line or by the sensor's own filter.
     """
     ok = (curve.count[:, 0] >= np.maximum(curve.lags, 1)) & np.isfinite(curve.deviation[:, 0])
-    ok &= curve.deviation[:, 0] > 0
+    ok &= (curve.deviation[:, 0] > 0) & ~curve.excluded[:, 0]
     if exclude is not None:
-        ok &= ~np.asarray(exclude, dtype=bool)
+        ok &= ~_one_per_lag(exclude, len(curve.lags))
     used = np.zeros(len(curve.lags), dtype=bool)
     last = 0.0
     for i in np.flatnonzero(ok):
@@ -66,6 +67,15 @@ def lags_used(curve: AllanCurve, exclude: ArrayLike | None = None) -> NDArray[np
             used[i] = True
             last = float(curve.lags[i])
     return used
+
+
+def _one_per_lag(exclude: ArrayLike, n_lags: int) -> NDArray[np.bool_]:
+    mask = np.asarray(exclude, dtype=bool)
+    if mask.shape != (n_lags,):
+        raise InputError(
+            f"exclude must hold one value for each of the {n_lags} lags; its shape is {mask.shape}"
+        )
+    return mask
 
 
 def fit_moments(
@@ -96,6 +106,7 @@ def fit_moments(
     """
     if len(curve.channels) != 1 or curve.statistic != "oadev":
         raise InputError("the moment fit takes the oadev curve of one channel: fit(curve['x'])")
+    chi_square_factors(np.array([1.0]), confidence)
     used = lags_used(curve, exclude)
     if np.any(curve.deviation[:, 0] == 0) and not used.any():
         raise DataQualityError("the deviation is zero at every lag: no noise is resolved (resolution limit)")

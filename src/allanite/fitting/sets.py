@@ -60,7 +60,7 @@ def critical_value(
     if not columns or not np.all(np.isfinite(np.stack(columns))):
         return plain
     U = np.asarray(np.linalg.qr(np.stack(columns, axis=1), mode="r"), dtype=np.float64)
-    y = _normals(U.shape[1])
+    y = _normals(U.shape[0])
     gain = _explained(U, y, kinds, None) - _explained(U, y, kinds, 0)
     return max(plain, float(np.quantile(gain, confidence)))
 

@@ -52,6 +52,7 @@ def read_slopes(curve: AllanCurve, *, exclude: ArrayLike | None = None) -> Noise
     if len(curve.channels) != 1:
         raise InputError("read_slopes takes the curve of one channel: curve['x']")
     ok = np.isfinite(curve.deviation[:, 0]) & (curve.deviation[:, 0] > 0)
+    ok &= ~curve.excluded[:, 0]
     if exclude is not None:
         ok &= ~np.asarray(exclude, dtype=bool)
     if ok.sum() < 3:
