@@ -18,7 +18,7 @@ import pytest
 
 import allanite as al
 import sample_study
-from allanite.cli import ByChannel, Duration, Lags, cli, main
+from allanite.cli import STATISTICS, ByChannel, Duration, Lags, cli, main
 from allanite.delivery import RESULTS, curve_of
 from allanite.errors import InputError
 from allanite.model_file import load_models, model_of
@@ -126,6 +126,7 @@ def test_version(run: Run) -> None:
         ["characterize", "x.csv", "--unit", "gyro=deg/s,acc"],
         ["simulate", "m.json", "--duration", "1h"],
         ["allan", "x.csv", "--taus", "hexade"],
+        ["fit", "x.csv", "--method", "guess"],
     ],
 )
 def test_wrong_usage_ends_with_two_and_says_why(run: Run, arguments: list[str]) -> None:
@@ -133,6 +134,32 @@ def test_wrong_usage_ends_with_two_and_says_why(run: Run, arguments: list[str]) 
     assert done.code == 2
     assert done.out == ""
     assert "Error:" in done.err
+
+
+@pytest.mark.parametrize(
+    ("command", "option", "choice"),
+    [
+        ("characterize", "--statistic", "totdev"),
+        ("allan", "--statistic", "totdev"),
+        ("allan", "--engine", "decimated"),
+        ("fit", "--method", "slopes"),
+        ("fit", "--accept", "clipping"),
+        ("characterize", "--accept", "clipping"),
+    ],
+)
+def test_a_wrong_choice_is_wrong_usage_and_the_choices_are_named(
+    run: Run, folder: Path, command: str, option: str, choice: str
+) -> None:
+    done = run(command, folder / "gyro.csv", option, "everything")
+    assert (done.code, done.out) == (2, "")
+    assert "everything" in done.err
+    assert choice in done.err
+
+
+def test_the_choices_are_those_of_the_library() -> None:
+    from allanite.allan.statistics import STATISTICS as known
+
+    assert set(STATISTICS) == set(known)
 
 
 @pytest.mark.parametrize(
@@ -145,7 +172,6 @@ def test_wrong_usage_ends_with_two_and_says_why(run: Run, arguments: list[str]) 
         (["simulate", "N=0.3 deg/√h", "--rate", "10", "--duration", "9", "-o", "x.doc"], ".parquet"),
         (["allan", "gyro.csv", "--taus", "0.123"], "0.123"),
         (["export", "excel", "study.json"], "excel"),
-        (["characterize", "gyro.csv", "--accept", "everything"], "everything"),
         (["characterize", "gyro.csv", "--plot", "curve.doc"], ".pdf"),
         (["characterize", "gyro.csv", "--to", "9h"], "1800 s"),
     ],
@@ -287,13 +313,22 @@ def test_info_shows_channels_rate_span_and_gaps(run: Run, gap_log: Path) -> None
         assert part in " ".join(done.out.split())
 
 
-def test_a_gap_ends_characterize_and_convert_with_three(run: Run, gap_log: Path, tmp_path: Path) -> None:
+def test_a_gap_ends_every_command_that_reads_it_with_three(run: Run, gap_log: Path, tmp_path: Path) -> None:
     assert run("convert", gap_log, tmp_path / "gap.parquet").code == 3
     back = al.read(tmp_path / "gap.parquet")
     assert int(np.isnan(back.values("gyro")).sum()) == 100
     assert back["gyro"].unit == "deg/s"
     assert run("allan", tmp_path / "gap.parquet", "--json").code == 3
     assert run("characterize", tmp_path / "gap.parquet", "--json").code == 3
+    for method in ("moments", "slopes"):
+        assert run("fit", tmp_path / "gap.parquet", "--method", method, "--json").code == 3
+
+
+def test_a_dropped_last_line_is_a_loss(run: Run, folder: Path, tmp_path: Path) -> None:
+    cut = tmp_path / "cut.csv"
+    cut.write_text((folder / "gyro.csv").read_text().rstrip("\n"))
+    assert run("info", cut, "--json").code == 3
+    assert run("info", folder / "gyro.csv", "--json").code == 0
 
 
 def test_a_fatal_finding_is_refused_with_its_risk_and_goes_on_when_accepted(

@@ -13,6 +13,7 @@ import pytest
 
 from allanite.errors import DataQualityError
 from allanite.health import Finding, Severity, check, prepare
+from allanite.health.survey import survey
 from allanite.recording import ArrayColumn, Channel, Recording
 from noise_records import flicker, record, walk, white
 
@@ -173,6 +174,26 @@ def test_b6_clipped_at_five_sigma_is_flagged() -> None:
 def test_b6_int16_counts_clipped_at_one_sigma(rng: np.random.Generator) -> None:
     samples = np.clip(np.round(40.0 * white(rng, N)), -40, 40).astype(np.int16)
     assert only(samples, "clipping", unit="LSB").severity is Severity.FATAL
+
+
+@pytest.mark.parametrize("start", [0.0, 20.0, 1000.0])
+@pytest.mark.parametrize("sigma", [0.7, 3.0])
+def test_roundings_of_a_count_are_one_level(rng: np.random.Generator, sigma: float, start: float) -> None:
+    angle = np.cumsum(np.round(rng.normal(start, sigma, N))) * 1e-6
+    rate = np.diff(angle) / 0.01  # nine counts, each in dozens of roundings
+    assert len(np.unique(rate)) > 40
+    assert set(found(rate)) <= {"quantisation", "bias_removed"}
+    assert survey(record(rate), "signal").lattice.step == pytest.approx(1e-4, rel=1e-6)
+
+
+def test_b6_clipped_counts_in_several_roundings(rng: np.random.Generator) -> None:
+    counts = np.cumsum(np.clip(np.round(rng.normal(20.0, 10.0, N)), 10, 30))
+    rate = np.diff(counts * 1e-6) / 0.01
+    finding = found(rate)["clipping"]
+    assert finding.severity is Severity.FATAL
+    outer = np.abs(rate - 20e-4) > 9.99e-4
+    assert finding.count == outer.sum()
+    assert sum(stop - start for start, stop in finding.spans) == outer.sum()
 
 
 def test_a_strong_vibration_is_not_called_clipping(rng: np.random.Generator) -> None:
@@ -664,6 +685,13 @@ def test_f6_what_the_text_reader_met(rng: np.random.Generator) -> None:
     }
     assert named["ragged_rows"].places == ((17, 18), (4000, 4001))
     assert "decimal comma" in named["dialect_guessed"].message
+
+
+def test_f6_guesses_of_the_other_readers_are_stated(rng: np.random.Generator) -> None:
+    named = noted(rng, source={"format": "rosbag", "guesses": ["several IMU topics (/a, /b): /a is read"]})
+    assert {c: f.message for c, f in named.items()} == {
+        "dialect_guessed": "several IMU topics (/a, /b): /a is read"
+    }
 
 
 def test_b2_overload_words_of_a_text_log(rng: np.random.Generator) -> None:

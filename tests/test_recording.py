@@ -94,6 +94,10 @@ def test_a_window_moves_the_start() -> None:
     for bad in ((5.0, 2.0), (0.0, 11.0), (-1.0, 5.0)):
         with pytest.raises(InputError, match="window"):
             rec.window(*bad)
+    with pytest.raises(InputError, match=r"window from the start to 99\.0 s does not"):
+        rec.window(None, 99.0)
+    with pytest.raises(InputError, match=r"window from 99\.0 s to the end does not"):
+        rec.window(99.0)
 
 
 def test_spliced_samples_keep_their_place() -> None:

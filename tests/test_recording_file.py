@@ -58,6 +58,31 @@ def test_npy_keeps_samples_and_the_summary_says_what_it_does_not(
 
 
 @pytest.mark.parametrize("suffix", FORMATS)
+def test_samples_through_a_scale_factor_keep_their_meaning(
+    suffix: str, rng: np.random.Generator, tmp_path: Path
+) -> None:
+    volts = 2.5 + rng.normal(0, 1e-3, (500, 1))
+    volts[7], volts[8] = np.nan, 9.9e37
+    recording = al.Recording.from_rate(
+        volts, rate=32.0, unit="V", names="gyro_z", scale_factor="24.0 mV/(deg/s)"
+    )
+    path = write_recording(recording, tmp_path / f"r{suffix}")
+    options = {} if suffix != ".npy" else {"rate": 32.0, "unit": "rad/s"}
+    back = al.read(path, **options)
+    channel = back.channels[0]
+    assert channel.kind == "rate"
+    assert channel.unit == ("V" if suffix == ".parquet" else "rad/s")
+    np.testing.assert_allclose(
+        back.values(back.names[0]) * channel.scale,
+        recording.values("gyro_z") * recording["gyro_z"].scale,
+        rtol=1e-15,
+    )
+    said = summary(recording, path)
+    assert ("gyro_z through its scale factor in rad/s" in said) is (suffix != ".parquet")
+    assert ("--unit rad/s" in said) is (suffix == ".npy")
+
+
+@pytest.mark.parametrize("suffix", FORMATS)
 def test_integers_far_from_zero_survive(suffix: str, tmp_path: Path) -> None:
     base = 1 << 60
     whole = np.arange(base, base + 400, dtype=np.int64)

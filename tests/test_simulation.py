@@ -18,6 +18,7 @@ from allanite.errors import InputError
 from allanite.noise import (
     FLICKER_FLOOR,
     TERMS,
+    Estimate,
     Flicker,
     GaussMarkov,
     NoiseModel,
@@ -245,6 +246,52 @@ def test_samples_are_written_in_the_unit_asked_for() -> None:
     assert degrees["z"].scale == pytest.approx(math.pi / 180)
     several = al.simulate({"w": model, "a": model}, rate=10.0, duration=1.0, seed=2, unit={"a": "g"}, start=7)
     assert (several["w"].unit, several["a"].unit, several.start) == ("rad/s", "g", 7)
+
+
+def fitted(kind: str) -> NoiseModel:
+    known = Estimate(symbol="N", value=1e-3, lower=0.9e-3, upper=1.1e-3, supported=True)
+    return NoiseModel(terms=(White(N=1e-3),), estimates=(known,), kind=kind)
+
+
+@pytest.mark.parametrize(
+    ("model", "unit"),
+    [
+        (NoiseModel.of(White(N=1e-3)), "V"),
+        (NoiseModel.of(White(N=1e-3), kind="acceleration"), "deg/s"),
+        (NoiseModel.of(White(N=1e-3), kind="voltage"), "rad/s"),
+        (NoiseModel.of(White(N=1e-3), kind="counts"), "V"),
+        (fitted("rate"), "mV"),
+        (fitted("rate"), "g"),
+        (fitted("rate"), "LSB"),
+        (fitted("angle"), "m/s²"),
+        (fitted("acceleration"), "rad/s"),
+    ],
+)
+def test_b11_coefficients_are_not_written_in_a_unit_of_another_kind(model: NoiseModel, unit: str) -> None:
+    with pytest.raises(InputError, match=f"'x': the noise model is one of {model.kind}, '{unit}'"):
+        al.simulate(model, rate=1.0, duration=5.0, seed=1, unit=unit, name="x")
+
+
+@pytest.mark.parametrize(
+    ("model", "unit", "kind"),
+    [
+        (NoiseModel.of(White(N=1e-3)), "g", "acceleration"),
+        (NoiseModel.of(White(N=1e-3)), "LSB", "counts"),
+        (NoiseModel.of(White(N=1e-3), kind="voltage"), "mV", "voltage"),
+        (NoiseModel.of(White(N=1e-3), kind="unknown"), "deg/s", "rate"),
+        (fitted("rate"), "deg/h", "rate"),
+        (fitted("rate"), "", "unknown"),
+        (fitted("angle"), "rad/s", "rate"),
+        (fitted("velocity"), "m/s²", "acceleration"),
+        (fitted("counts"), "LSB", "counts"),
+        (fitted("unknown"), "V", "voltage"),
+    ],
+)
+def test_units_of_the_kind_and_of_no_kind_are_written(model: NoiseModel, unit: str, kind: str) -> None:
+    record = al.simulate(model, rate=1.0, duration=5.0, seed=1, unit=unit, name="x")
+    plain = al.simulate(NoiseModel.of(White(N=1e-3)), rate=1.0, duration=5.0, seed=1, name="x")
+    assert record["x"].kind == kind
+    np.testing.assert_allclose(record.values("x") * record["x"].scale, plain.values("x"), rtol=1e-12)
 
 
 def test_progress_ends_at_one() -> None:

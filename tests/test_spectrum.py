@@ -278,6 +278,42 @@ def test_low_pass_is_recognised_with_its_corner(order: int, share: float, rng: n
     assert spectrum.lines == ()
 
 
+def moving_average(white: np.ndarray, size: int) -> np.ndarray:
+    return np.asarray(np.convolve(white, np.full(size, 1 / size), mode="valid"))
+
+
+LOW_PASSES: dict[str, tuple[float, Callable[[np.ndarray], np.ndarray]]] = {
+    "mean of 8": (0.443 / 8, lambda w: moving_average(w, 8)),  # sinc^2 is a half where its argument is 0.443
+    "mean of 20": (0.443 / 20, lambda w: moving_average(w, 20)),
+    "Butterworth 2, 3 Hz": (0.03, lambda w: np.asarray(lfilter(*butter(2, 0.06), w))),
+    "Butterworth 2, 0.5 Hz": (0.005, lambda w: np.asarray(lfilter(*butter(2, 0.01), w))),
+}
+
+
+@pytest.mark.parametrize("seconds", [400, 1800])
+@pytest.mark.parametrize("key", LOW_PASSES)
+def test_low_corner_is_recognised_and_leaves_the_white_noise(
+    key: str, seconds: int, rng: np.random.Generator
+) -> None:
+    corner, low_pass = LOW_PASSES[key]
+    record = recorded(0.1 / math.sqrt(DT) * low_pass(rng.standard_normal(seconds * int(RATE))))
+    spectrum = power_spectrum(record, "x")
+    # The plateau is known to 2/sqrt(edf), and the density falls with the square of the frequency or faster.
+    assert spectrum.corner == pytest.approx(corner * RATE, rel=0.3 if seconds * corner < 5 else 0.15)
+    curve = al.allan_curve(record)
+    bent = lags_to_exclude(spectrum, curve.tau, avar=curve.variance[:, 0], edf=curve.edf[:, 0])
+    white = al.fit(curve, exclude=bent.excluded).estimate("N")
+    assert bent.excluded[0]
+    assert white is not None
+    assert white.lower < 0.1 < white.upper
+
+
+def test_quantised_output_of_a_low_pass_is_recognised(rng: np.random.Generator) -> None:
+    """The floor that the converter adds ends the fall long before the Nyquist frequency."""
+    y = np.round(3 * lfilter(*butter(2, 0.06), rng.standard_normal(200_000)))
+    assert power_spectrum(recorded(y), "x").corner == pytest.approx(3.0, rel=0.15)
+
+
 def test_kept_lags_are_free_of_the_filter(rng: np.random.Generator) -> None:
     """Mean of two samples: the Allan variance is N^2/tau (1 - 3/(4 m)) for m > 1, exactly."""
     n = 500_000
@@ -306,6 +342,10 @@ def test_kept_lags_are_free_of_the_filter(rng: np.random.Generator) -> None:
         NoiseModel.of(White(N=0.1), GaussMarkov.from_sigma(1.0, 0.3)),
         NoiseModel.of(White(N=0.1), GaussMarkov.from_sigma(0.3, 0.1)),
         NoiseModel.of(GaussMarkov.from_sigma(1.0, 1.0)),
+        NoiseModel.of(GaussMarkov.from_sigma(1.0, 0.16)),
+        NoiseModel.of(White(N=0.02), GaussMarkov.from_sigma(1.0, 0.16)),
+        NoiseModel.of(White(N=0.02), GaussMarkov.from_sigma(1.0, 0.6), Flicker(B=0.2)),
+        NoiseModel.of(Quantisation(Q=1e-4, dt=DT), GaussMarkov.from_sigma(1.0, 0.3)),
     ],
     ids=str,
 )
@@ -315,6 +355,16 @@ def test_no_noise_term_is_taken_for_a_filter(model: NoiseModel, sampling: Any) -
     assert spectrum.corner is None
     assert spectrum.shortest_trusted_tau == 0.0
     assert not lags_to_exclude(spectrum, DT * 2 ** np.arange(10)).excluded.any()
+
+
+@pytest.mark.parametrize("sampling", ["mean", "point"])
+@pytest.mark.parametrize("key", TERMS)
+def test_no_term_falls_faster_than_the_means_of_a_random_walk(key: str, sampling: Any) -> None:
+    """What the search for low corners rests on; flicker, a sum of Gauss-Markov terms, to the ripple of the sum."""
+    f = np.geomspace(1e-3, RATE / 2, 2000)
+    walk = sampled_psd(NoiseModel.of(RandomWalk(K=1.0)), f, DT, "mean")
+    ratio = np.log(sampled_psd(NoiseModel.of(TERMS[key]), f, DT, sampling) / walk)
+    assert np.all(ratio > np.maximum.accumulate(ratio) - 0.01)
 
 
 def test_hump_on_white_noise_is_no_filter(rng: np.random.Generator) -> None:

@@ -152,7 +152,7 @@ def section(record: Record, study: al.Study) -> str:
 
 def _rows(channel: dict[str, Any]) -> Iterable[tuple[str, str]]:
     if not channel["models"]:
-        yield "-", "no model: too few lags are left"
+        yield "-", "no model: see the findings"
         return
     model = channel["models"][0]
     names = {"N": "N", "B": "B", "B_equiv": "B", "T": "T_b", "K": "K"}

@@ -26,6 +26,8 @@ from allanite.errors import AllaniteError, DataQualityWarning
 __all__ = ["cli", "main"]
 
 LOSS = 3
+STATISTICS = ("oadev", "adev", "mdev", "tdev", "hdev", "ohdev", "totdev")
+ENGINES = ("exact", "decimated", "auto")
 _SECONDS = {"": 1.0, "s": 1.0, "ms": 1e-3, "min": 60.0, "h": 3600.0, "d": 86400.0, "w": 604800.0}
 
 
@@ -121,6 +123,19 @@ class Lags(click.ParamType[Any]):
         return int(times[0]) if len(times) == 1 and value.isdigit() else times
 
 
+class FindingCode(click.ParamType[Any]):
+    """Code of a finding."""
+
+    name = "finding"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        from allanite.health import CATALOGUE
+
+        if value not in CATALOGUE:
+            self.fail(f"no finding is called {value!r}; there are: {', '.join(CATALOGUE)}", param, ctx)
+        return str(value)
+
+
 def log_options(command: Callable[..., Any]) -> Callable[..., Any]:
     """What every command that reads a log understands."""
     options = [
@@ -145,6 +160,20 @@ def log_options(command: Callable[..., Any]) -> Callable[..., Any]:
 def force_option(command: Callable[..., Any]) -> Callable[..., Any]:
     """Files are not replaced without being asked to."""
     return click.option("--force", is_flag=True, help="Replace files that are there.")(command)
+
+
+def accept_option(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Fatal findings are refused, one by one."""
+    text = "Go on in spite of this finding (repeatable)."
+    return click.option("--accept", type=FindingCode(), multiple=True, metavar="FINDING", help=text)(command)
+
+
+def statistic_option(what: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """Which deviation."""
+    kind, text = click.Choice(STATISTICS), f"{what}: {', '.join(STATISTICS)}."
+    return click.option(
+        "--statistic", type=kind, metavar="NAME", default="oadev", show_default=True, help=text
+    )
 
 
 def json_option(command: Callable[..., Any]) -> Callable[..., Any]:
@@ -196,10 +225,8 @@ def command(example: str) -> Callable[[Callable[..., Any]], click.Command]:
 @click.option(
     "--out", type=click.Path(file_okay=False), help="Folder for the results.  [default: <log>-allanite]"
 )
-@click.option(
-    "--accept", multiple=True, metavar="FINDING", help="Go on in spite of this finding (repeatable)."
-)
-@click.option("--statistic", default="oadev", show_default=True, help="Of the curve that is shown.")
+@accept_option
+@statistic_option("Of the curve that is shown")
 @click.option(
     "--plot", "figure", type=click.Path(dir_okay=False), help="Write the paper figure: .pdf, .svg or .png."
 )
@@ -252,10 +279,15 @@ def info(log: str, as_json: bool, **options: Any) -> int:
 @click.argument("log")
 @log_options
 @click.option("--taus", type=Lags(), default="octave", show_default=True, help=Lags.__doc__)
+@statistic_option("Of the curve")
 @click.option(
-    "--statistic", default="oadev", show_default=True, help="oadev, adev, mdev, tdev, hdev, ohdev, totdev."
+    "--engine",
+    type=click.Choice(ENGINES),
+    metavar="NAME",
+    default="auto",
+    show_default=True,
+    help="exact, decimated (fixed memory), or auto.",
 )
-@click.option("--engine", default="auto", show_default=True, help="exact, decimated (fixed memory), or auto.")
 @click.option("--confidence", type=float, default=0.95, show_default=True, help="Level of the intervals.")
 @click.option("-o", "--output", help="Write the curve as CSV, from which it can be fitted; - for stdout.")
 @click.option("--plot", "figure", type=click.Path(dir_okay=False), help="Draw it: .pdf, .svg or .png.")
@@ -297,16 +329,14 @@ def allan(
     show_default=True,
     help="Full covariance with intervals, or the reading by slopes.",
 )
-@click.option(
-    "--accept", multiple=True, metavar="FINDING", help="Go on in spite of this finding (repeatable)."
-)
+@accept_option
 @click.option("-o", "--output", type=click.Path(dir_okay=False), help="Write the models as JSON.")
 @force_option
 @json_option
 def fit(
     curve_or_log: str, method: str, accept: tuple[str, ...], output: str | None, force: bool, as_json: bool,
     **options: Any,
-) -> None:  # fmt: skip
+) -> int:  # fmt: skip
     """Fit noise models to a saved curve or to a log (CURVE_OR_LOG).
 
     Faults of a log are refused. The moment fit of a log keeps its spectral lines out; that of a curve cannot.
@@ -314,7 +344,7 @@ def fit(
     from allanite import delivery, model_file, terminal
 
     with terminal.progress(quiet=as_json) as advance:
-        channels = delivery.fit_file(
+        channels, lossy = delivery.fit_file(
             _place(curve_or_log), method=method, accept=accept, progress=advance, **options
         )
     models = {c["name"]: delivery.joined(c["models"]) for c in channels if c["models"]}
@@ -324,6 +354,7 @@ def fit(
         _print_json(models)
     else:
         terminal.show_models(channels)
+    return LOSS if lossy else 0
 
 
 @command("allanite simulate study.json --duration 7d --seed 1 -o twin.parquet")

@@ -54,7 +54,17 @@ RESULTS = ("report.html", "study.json", "allan.csv", "imu.yaml")
 
 _CURVE_MARK = "# format: allanite-curve"
 _FIGURES = (".pdf", ".svg", ".png")
-_LOSSES = frozenset({"missing", "broken_up", "overload", "ragged_rows", "cells_missing", "duplicate_stamps"})
+_LOSSES = frozenset(
+    {
+        "missing",
+        "broken_up",
+        "overload",
+        "ragged_rows",
+        "cells_missing",
+        "duplicate_stamps",
+        "unterminated_last_line",
+    }
+)
 
 
 # -- recordings -------------------------------------------------------------------------------------------
@@ -299,7 +309,7 @@ def fit_file(
     accept: Collection[str] = (),
     progress: Callable[[float, str], None] | None = None,
     **options: Any,
-) -> list[dict[str, Any]]:
+) -> tuple[list[dict[str, Any]], bool]:
     """Fit the channels of a curve that `AllanCurve.to_csv` wrote, or of a log.
 
     Faults of a log are refused. By moments it is characterised, so that spectral lines and the band limit are kept out
@@ -307,8 +317,10 @@ def fit_file(
 
     Returns
     -------
-    list of dict
+    channels : list of dict
         Entries with "name", "kind", "unit" and "models", like those of a study's "channels".
+    lossy : bool
+        Whether samples or rows of the log did not take part; False for a curve.
     """
     from allanite.allan import AllanCurve, allan_curve
     from allanite.fitting import fit
@@ -316,14 +328,17 @@ def fit_file(
 
     place = Path(path)
     if not _is_saved_curve(place) and method == "moments":
-        return list(study_of(place, accept=accept, progress=progress, **options).document["channels"])
+        document = study_of(place, accept=accept, progress=progress, **options).document
+        return list(document["channels"]), is_lossy(document["findings"])
+    lossy = False
     if _is_saved_curve(place):
         curve = AllanCurve.from_csv(place)
     else:
         recording = read_part(place, **options)
-        curve = allan_curve(prepare(recording, check(recording), accept=accept)[0])
+        prepared, findings = prepare(recording, check(recording), accept=accept)
+        curve, lossy = allan_curve(prepared), is_lossy(f.to_json() for f in findings)
     models = {name: fit(curve[name], method=method) for name in curve.names}
-    return [
+    channels = [
         {
             "name": name,
             "kind": model.kind,
@@ -332,6 +347,7 @@ def fit_file(
         }
         for name, model in models.items()
     ]
+    return channels, lossy
 
 
 def joined(models: Sequence[Json]) -> Json:

@@ -406,13 +406,14 @@ class Recording:
         InputError
             An empty window, or one outside the record.
         """
+        span = f"from {'the start' if start is None else f'{start} s'} to {'the end' if stop is None else f'{stop} s'}"
         if not all(math.isfinite(t) for t in (start, stop) if t is not None):
-            raise InputError(f"window from {start} to {stop} s: both ends must be finite")
+            raise InputError(f"window {span}: both ends must be finite")
         a = 0 if start is None else round(start * self.rate)
         b = self.n_samples if stop is None else round(stop * self.rate)
         if not 0 <= a < b <= self.n_samples:
             raise InputError(
-                f"window from {start} to {stop} s does not lie inside the record of {self.duration:g} s, or is empty"
+                f"window {span} does not lie inside the record of {self.duration:g} s, or is empty"
             )
         return replace(
             self,

@@ -2,7 +2,8 @@
 """A Recording to a file that `allanite.readers.read` takes back: Parquet, NumPy or CSV, by the suffix.
 
 Parquet keeps everything (rate, start, units, sampling, history; missing samples are nulls). CSV keeps the rate, to
-nine digits of its time stamps, and the units. A NumPy array keeps the samples alone.
+nine digits of its time stamps, and the units. A NumPy array keeps the samples alone. Neither has a place for a
+scale factor, so samples that were read through one (volts of a gyro) are written there in SI units.
 
 Files are written block by block, so a recording may be larger than memory.
 """
@@ -16,12 +17,22 @@ from pathlib import Path
 import numpy as np
 
 from allanite.atomic_file import fresh, refuse_existing
+from allanite.columns import Samples
 from allanite.errors import InputError
-from allanite.recording import BLOCK, Recording
+from allanite.recording import BLOCK, OVERLOAD, Channel, Kind, Recording
 
 __all__ = ["FORMATS", "refuse_recording", "summary", "write_recording"]
 
 Progress = Callable[[float], None]
+
+_SI = {
+    Kind.RATE: "rad/s",
+    Kind.ANGLE: "rad",
+    Kind.ACCELERATION: "m/s^2",
+    Kind.VELOCITY: "m/s",
+    Kind.VOLTAGE: "V",
+    Kind.TEMPERATURE: "K",
+}
 
 
 def write_recording(
@@ -74,12 +85,22 @@ def summary(recording: Recording, path: Path) -> str:
     """What was written, and which options `allanite.read` needs to read it."""
     said = f"{path}: {recording.n_samples} samples of {', '.join(recording.names)} at {recording.rate:.9g} Hz"
     options = [] if path.suffix.lower() != ".npy" else [f"--rate {recording.rate:.9g}"]
-    units = {c.unit for c in recording.channels}
+    if path.suffix.lower() != ".parquet":
+        scaled = [(c.name, _written(c)[0]) for c in recording.channels if _written(c)[0] != c.unit]
+        said += "".join(f", {name} through its scale factor in {unit}" for name, unit in scaled)
+    units = {_written(c)[0] for c in recording.channels}
     if options and len(units) == 1:
         options.append(f"--unit {units.pop()}")
     if path.suffix.lower() != ".parquet" and recording.channels[0].sampling == "point":
         options.append("--sampling point")
     return f"{said} (read it with {' '.join(options)})" if options else said
+
+
+def _written(channel: Channel) -> tuple[str, float]:
+    """Unit in which a table without room for scale factors holds a channel, and the factor of its samples."""
+    if channel.kind not in _SI or not channel.unit or Channel.of("", channel.unit).kind is channel.kind:
+        return channel.unit, 1.0
+    return _SI[channel.kind], channel.scale
 
 
 def _parquet(recording: Recording, place: Path, progress: Progress) -> None:
@@ -100,21 +121,26 @@ def _npy(recording: Recording, place: Path, progress: Progress) -> None:
     )
     table = target.reshape(shape, order="F")
     for i, channel in enumerate(recording.channels):
+        factor = _written(channel)[1]
         for start, block in recording.blocks(channel.name):
-            table[start : start + block.size, i] = block + recording.origin(channel.name)
+            table[start : start + block.size, i] = (block + recording.origin(channel.name)) * factor
             progress((i + (start + block.size) / shape[0]) / shape[1])
     target.flush()
 
 
 def _csv(recording: Recording, place: Path, progress: Progress) -> None:
-    heads = ["time [s]", *(f"{c.name} [{c.unit}]" if c.unit else c.name for c in recording.channels)]
+    units, factors = zip(*map(_written, recording.channels), strict=True)
+    heads = [f"{n} [{unit}]" if unit else n for n, unit in zip(recording.names, units, strict=True)]
     rows = BLOCK // 8
     with place.open("w", encoding="utf-8", newline="\n") as file:
-        file.write(",".join(_cell(head) for head in heads) + "\n")
+        file.write(",".join(_cell(head) for head in ["time [s]", *heads]) + "\n")
         for start in range(0, recording.n_samples, rows):
             stop = min(start + rows, recording.n_samples)
             columns = [np.arange(start, stop) / recording.rate]
-            columns += [recording.raw(name, start, stop) + recording.origin(name) for name in recording.names]
+            columns += [
+                _scaled(recording.raw(name, start, stop) + recording.origin(name), factor)
+                for name, factor in zip(recording.names, factors, strict=True)
+            ]
             times, *values = (column.tolist() for column in columns)
             lines = (
                 f"{t:.9f}," + ",".join("" if v != v else repr(v) for v in row)
@@ -122,6 +148,11 @@ def _csv(recording: Recording, place: Path, progress: Progress) -> None:
             )
             file.write("\n".join(lines) + "\n")
             progress(stop / recording.n_samples)
+
+
+def _scaled(samples: Samples, factor: float) -> Samples:
+    """Samples in another unit; overload words stay what they are."""
+    return samples if factor == 1.0 else np.where(np.abs(samples) >= OVERLOAD, samples, samples * factor)
 
 
 def _cell(text: str) -> str:

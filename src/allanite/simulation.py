@@ -48,7 +48,7 @@ from allanite.noise import (
     TermType,
     White,
 )
-from allanite.recording import ArrayColumn, Channel, Recording, Sampling, checked_rate
+from allanite.recording import ArrayColumn, Channel, Kind, Recording, Sampling, checked_rate
 
 __all__ = ["simulate"]
 
@@ -63,6 +63,7 @@ FORGETFUL = 10.0
 SLOW_RECORDS = 5.0
 
 _UNITS = {"rate": "rad/s", "acceleration": "m/s²", "voltage": "V", "counts": "LSB"}
+_RATE_OF: Mapping[str, str] = {Kind.ANGLE: Kind.RATE, Kind.VELOCITY: Kind.ACCELERATION}
 _NAMES = {"rate": "gyro", "acceleration": "accelerometer", "voltage": "voltage", "counts": "counts"}
 
 
@@ -93,7 +94,10 @@ def simulate(
         Means over each interval, or values at the instants k/rate. White noise has the same variance N^2 rate in
         both.
     unit : str or mapping of channel name to str, optional
-        Unit the samples are written in; by default SI, by the model's kind.
+        Unit the samples are written in; by default SI, by the model's kind. It must be a unit of that kind, for the
+        coefficients are numbers of that kind. Two say nothing about it: a unit nobody knows, and the kind "rate" of
+        a model that was not fitted, which is the default of `NoiseModel.of`: its coefficients are taken for
+        accelerations or counts where `unit` is one of theirs.
     name : str, optional
         Channel name for a single model.
     start : int, optional [ns]
@@ -109,7 +113,8 @@ def simulate(
     Raises
     ------
     InputError
-        A rate, duration, seed or unit that makes no sense, or a unit of angle or velocity: a model describes rates.
+        A rate, duration, seed or unit that makes no sense, a unit of angle or velocity (a model describes rates), or
+        a unit of another kind than the model's.
 
     Notes
     -----
@@ -174,7 +179,21 @@ def _channel(
             f"channel {name!r}: a noise model describes a rate, an acceleration or a voltage; "
             f"{channel.unit!r} is a unit of {channel.kind.value}. Simulate the rate and integrate it"
         )
+    if not _describes(model, channel.kind):
+        raise InputError(
+            f"channel {name!r}: the noise model is one of {model.kind}, {channel.unit!r} is a unit of "
+            f"{channel.kind.value}: its coefficients would be written as if they were of {channel.kind.value}. "
+            f"Give a unit of {model.kind}, or a model made for this one: "
+            f"NoiseModel.of(..., kind={channel.kind.value!r})"
+        )
     return channel
+
+
+def _describes(model: NoiseModel, kind: Kind) -> bool:
+    """The model's coefficients are numbers of this kind, as far as one can know."""
+    own = _RATE_OF.get(model.kind, model.kind)
+    silent = own == Kind.RATE and not model.estimates  # the default: nobody need have chosen it
+    return own == kind or Kind.UNKNOWN in (own, kind) or (silent and kind in (Kind.ACCELERATION, Kind.COUNTS))
 
 
 def _streams(seed: int, count: int) -> list[np.random.SeedSequence]:

@@ -56,7 +56,7 @@ _BLOCK = (
     1 << 15
 )  # starts summed as one partial sum: fixed, so that any number of threads gives the same digits
 _TASK = 64  # blocks per task
-_RUNS = 500_000  # runs of complete windows held at once (8 MiB): scattered gaps make many
+_RUNS = 150_000  # runs of complete windows held at once (2 MiB): scattered gaps make many
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -21,18 +21,7 @@ from allanite.fitting.families import FLICKER, GAUSS_MARKOV, Family, FamilyFit, 
 from allanite.fitting.misfit import Candidate, best_explained
 from allanite.fitting.objective import Solution, advantage
 from allanite.fitting.sets import fisher_sd
-from allanite.noise import (
-    SIGMA_PER_B,
-    Estimate,
-    Flicker,
-    GaussMarkov,
-    NoiseModel,
-    Quantisation,
-    Ramp,
-    RandomWalk,
-    TermType,
-    White,
-)
+from allanite.noise import SIGMA_PER_B, Estimate, GaussMarkov, NoiseModel, TermType, term_of
 
 __all__ = ["fit_moments", "lags_used"]
 
@@ -268,19 +257,9 @@ def _time_estimate(fit: FamilyFit, dt: float) -> Estimate:
 
 def _term(symbol: str, at: Solution, scale: float, dt: float) -> TermType:
     value = _amplitude(symbol, at.coefficient(symbol), scale, dt)
-    match symbol:
-        case "Q":
-            return Quantisation(Q=value, dt=dt)
-        case "N":
-            return White(N=value)
-        case "B":
-            return Flicker(B=value)
-        case "K":
-            return RandomWalk(K=value)
-        case "R":
-            return Ramp(R=value)
-        case _:
-            return GaussMarkov.from_sigma(value, (at.T or 1.0) * dt)
+    if symbol == "G":
+        return GaussMarkov.from_sigma(value, (at.T or 1.0) * dt)
+    return term_of(symbol, value, dt=dt)
 
 
 def _covariance(fit: FamilyFit) -> dict[str, Any]:

@@ -19,17 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from allanite.allan.curve import AllanCurve
 from allanite.errors import DataQualityError, InputError
-from allanite.noise import (
-    FLICKER_FLOOR,
-    Estimate,
-    Flicker,
-    NoiseModel,
-    Quantisation,
-    Ramp,
-    RandomWalk,
-    TermType,
-    White,
-)
+from allanite.noise import FLICKER_FLOOR, Estimate, NoiseModel, term_of
 
 __all__ = ["read_slopes"]
 
@@ -78,7 +68,7 @@ def read_slopes(curve: AllanCurve, *, exclude: ArrayLike | None = None) -> Noise
             )
         )
         if found:
-            terms.append(_term(symbol, value, curve.dt))
+            terms.append(term_of(symbol, value, dt=curve.dt))
         if symbol == "B":
             time = Estimate(
                 symbol="T",
@@ -107,17 +97,3 @@ def _coefficient(symbol: str, tau: float, sigma: float) -> float:
         "K": sigma * math.sqrt(3 / tau),
         "R": sigma * math.sqrt(2) / tau,
     }[symbol]
-
-
-def _term(symbol: str, value: float, dt: float) -> TermType:
-    match symbol:
-        case "Q":
-            return Quantisation(Q=value, dt=dt)
-        case "N":
-            return White(N=value)
-        case "B":
-            return Flicker(B=value)
-        case "K":
-            return RandomWalk(K=value)
-        case _:
-            return Ramp(R=value)

@@ -410,10 +410,10 @@ CATALOGUE: dict[str, Entry] = {
     "dialect_guessed": Entry(
         group=_TEXT,
         severity="info",
-        means="decisions about delimiter, decimal sign or columns that the file does not settle",
+        means="decisions about delimiter, decimal sign, columns, units or topic that the file does not settle",
         risk="a wrong decision gives wrong numbers everywhere",
         done="stated",
-        advice="check them; --delimiter and --decimal decide",
+        advice="check them; --delimiter, --decimal, --unit, --channels and --topic decide",
     ),
     "spectral_line": Entry(
         group=_SPECTRUM,

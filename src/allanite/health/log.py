@@ -154,7 +154,7 @@ def _against(recording: Recording, nominal: float, says: str) -> Iterator[Findin
 
 
 def text(recording: Recording) -> Iterator[Finding]:
-    """What was odd in the text of a log (battery F6; class 5)."""
+    """What was odd in the text of a log, and what a reader of any format had to guess (battery F6; class 5)."""
     notes = _notes(recording, "text")
     ragged = int(_number(notes, "ragged"))
     if ragged:
@@ -181,7 +181,8 @@ def text(recording: Recording) -> Iterator[Finding]:
     if nul:
         what = f"{plural(nul, 'NUL byte')} in the text"
         yield finding("nul_bytes", what, severity=Severity.WARNING, count=nul)
-    guesses = [str(guess) for guess in notes.get("guesses") or ()]
+    kept = [*(notes.get("guesses") or ()), *(_notes(recording, "source").get("guesses") or ())]
+    guesses = [str(guess) for guess in kept]
     if guesses:
         yield finding("dialect_guessed", "; ".join(guesses), severity=Severity.INFO, count=len(guesses))
 

@@ -324,7 +324,7 @@ def lattice_of(probes: list[Samples], high: Extreme, low: Extreme) -> Lattice:
     if len(distinct) < 2 or (len(distinct) < 20 and 2 * len(distinct) > sum(map(len, probes))):
         return Lattice(step=0.0, codes=len(distinct))
     spacing = np.diff(distinct)
-    rounding = 8.0 * float(np.spacing(np.abs(distinct).max()))
+    rounding = max(8.0 * float(np.spacing(np.abs(distinct).max())), high.tolerance)
     for floor in (rounding, _rounding_of(spacing)):
         step = _step_of(distinct[np.concatenate(([True], spacing > floor))])
         if step > 0.0:

@@ -102,61 +102,81 @@ class MissingRuns:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Extreme:
-    """The outermost distinct values of one side, outermost first.
+    """The outermost levels of one side, outermost first.
 
     Attributes
     ----------
     values : ndarray, shape (k,), k <= 8
+        The outermost value of each level.
+    spread : ndarray, shape (k,)
+        How far apart the values are that were taken for one: 0.0 where they are equal.
     samples, runs : ndarray of int, shape (k,)
-        How many samples have this value, and in how many runs of equal samples they come.
+        How many samples stand at this level, and in how many runs of equal samples they come.
+    tolerance : float
+        Values no further apart than this are one level.
     """
 
     values: Samples
+    spread: Samples
     samples: Index
     runs: Index
+    tolerance: float
 
 
 class Extremes:
-    """The eight outermost distinct values of a stream on one side (+1: largest, -1: smallest)."""
+    """The eight outermost levels of a stream on one side (+1: largest, -1: smallest).
 
-    __slots__ = ("_runs", "_samples", "_side", "_values")
+    Arithmetic on counts leaves several roundings of one count, so values closer than eight roundings, or than a
+    millionth of the noise from sample to sample, are one level.
+    """
+
+    __slots__ = ("_inner", "_runs", "_samples", "_side", "_tolerance", "_values")
 
     KEPT = 8
 
     def __init__(self, side: int) -> None:
         self._side = float(side)
-        self._values = np.zeros(0)  # times the side: descending
+        self._values = self._inner = np.zeros(0)  # ends of each level, times the side: descending
         self._samples = self._runs = _NONE
+        self._tolerance = 0.0
 
     def add(self, block: Samples, fresh: Mask) -> None:
         """Take the next block; `fresh` marks samples that differ from the one before."""
+        if self._tolerance == 0.0:
+            self._tolerance = _tolerance_of(block[:4096])
         if len(self._values) < self.KEPT:  # a first bar, so that few samples pass it
             self._merge(block[:4096], fresh[:4096])
             block, fresh = block[4096:], fresh[4096:]
-        bar = self._values[-1] if len(self._values) == self.KEPT else -np.inf
+        bar = self._inner[-1] - self._tolerance if len(self._values) == self.KEPT else -np.inf
         hits = np.flatnonzero(block >= bar if self._side > 0 else block <= -bar)
         if len(hits):
             self._merge(block[hits], fresh[hits])
 
     def _merge(self, block: Samples, fresh: Mask) -> None:
         block = block * self._side
-        if len(block) > 4096:  # coarse samples: mostly values that are known already, and few of them
+        if len(block) > 4096:  # coarse samples: mostly levels that are known already, and few of them
             block, fresh = self._count_known(block, fresh)
         ok = ~np.isnan(block)
-        values = np.concatenate([self._values, block[ok]])
-        samples = np.concatenate([self._samples, np.ones(len(values) - len(self._values), dtype=np.int64)])
-        runs = np.concatenate([self._runs, fresh[ok].astype(np.int64)])
-        distinct, place = np.unique(values, return_inverse=True)
-        order = slice(None, -self.KEPT - 1, -1)
-        self._samples = np.bincount(place, samples, len(distinct)).astype(np.int64)[order]
-        self._runs = np.bincount(place, runs, len(distinct)).astype(np.int64)[order]
-        self._values = distinct[order]
+        block = block[ok]
+        if len(block) == 0:
+            return
+        values = np.concatenate([self._values, block])
+        order = np.argsort(-values)
+        values = values[order]
+        starts = np.flatnonzero(np.concatenate(([True], values[:-1] - values[1:] > self._tolerance)))
+        samples = np.concatenate([self._samples, np.ones(len(block), dtype=np.int64)])[order]
+        runs = np.concatenate([self._runs, fresh[ok].astype(np.int64)])[order]
+        kept = slice(self.KEPT)
+        self._inner = np.minimum.reduceat(np.concatenate([self._inner, block])[order], starts)[kept]
+        self._values = values[starts][kept]
+        self._samples = np.add.reduceat(samples, starts)[kept]
+        self._runs = np.add.reduceat(runs, starts)[kept]
 
     def _count_known(self, block: Samples, fresh: Mask) -> tuple[Samples, Mask]:
-        """Count the values already known; what is left of the block."""
+        """Count the samples of the levels already known; what is left of the block."""
         left = np.ones(len(block), dtype=np.bool_)
-        for i, value in enumerate(self._values):
-            same = block == value
+        for i, (outer, inner) in enumerate(zip(self._values, self._inner, strict=True)):
+            same = block == outer if outer == inner else (block <= outer) & (block >= inner)
             self._samples[i] += np.count_nonzero(same)
             self._runs[i] += np.count_nonzero(same & fresh)
             left ^= same
@@ -164,7 +184,24 @@ class Extremes:
 
     def result(self) -> Extreme:
         """What was counted."""
-        return Extreme(values=self._values * self._side, samples=self._samples, runs=self._runs)
+        return Extreme(
+            values=self._values * self._side,
+            spread=self._values - self._inner,
+            samples=self._samples,
+            runs=self._runs,
+            tolerance=self._tolerance,
+        )
+
+
+def _tolerance_of(values: Samples) -> float:
+    """Distance below which values are roundings of one; 0.0 where no noise is seen."""
+    steps = np.abs(np.diff(values))
+    steps = steps[~np.isnan(steps)]
+    if len(steps) == 0:
+        return 0.0
+    noise = float(np.quantile(steps, 0.9)) / 2.3  # white noise; a stray sample does not move a quantile
+    rounding = 8.0 * float(np.spacing(np.nanquantile(np.abs(values), 0.9)))
+    return min(max(rounding, 1e-6 * noise), 1e-3 * noise)  # noise of few roundings is noise all the same
 
 
 # -- equal neighbours -------------------------------------------------------------------------------------

@@ -147,7 +147,7 @@ def saturated(survey: Survey) -> Iterator[Finding]:
             + f"; {percent(share)})",
             severity=Severity.FATAL if share > TOLERATED else Severity.WARNING,
             channel=survey.name,
-            spans=spans_equal(survey, values),
+            spans=spans_equal(survey, values, within=max(float(e.spread[0]) for e, _ in codes)),
             excludes=True,
         )
 
@@ -194,7 +194,11 @@ def clipping(survey: Survey) -> Iterator[Finding]:
         f"{text}, as often as in Gaussian noise whose range ends at {level:.1f} standard deviations",
         severity=Severity.FATAL if fatal else Severity.WARNING,
         channel=survey.name,
-        spans=spans_equal(survey, [float(e.values[0]) for _, e in sides]),
+        spans=spans_equal(
+            survey,
+            [float(e.values[0]) for _, e in sides],
+            within=max(float(e.spread[0]) for _, e in sides),
+        ),
         count=sum(int(e.samples[0]) for _, e in sides),
     )
 
@@ -211,7 +215,7 @@ def _is_clipped(survey: Survey, extreme: Extreme) -> bool:
     values, runs = extreme.values, extreme.runs
     if len(values) < 2 or runs[0] < 2:
         return False
-    step = survey.lattice.step or _float_spacing(survey, float(values[0]))
+    step = max(survey.lattice.step or _float_spacing(survey, float(values[0])), float(extreme.spread[0]))
     for k in range(1, len(values)):
         width = abs(float(values[0] - values[k]))
         inside = 2.5 * step / (2.5 * step + width)
@@ -238,13 +242,15 @@ def _tail(hits: int, trials: int, p: float) -> float:
     return math.exp(-trials * divergence)
 
 
-def spans_equal(survey: Survey, values: list[float]) -> Spans:
-    """All runs of samples that have one of these values: one more pass over the channel."""
+def spans_equal(survey: Survey, values: list[float], *, within: float = 0.0) -> Spans:
+    """All runs of samples that have one of these values, or lie so close to it: one more pass over the channel."""
     runs = Runs()
     found: list[tuple[NDArray[np.int64], NDArray[np.int64]]] = []
     for start in range(0, survey.n_samples, BLOCK):
         block = survey.recording.raw(survey.name, start, start + BLOCK)
-        mask = np.isin(block, values) if len(values) > 1 else block == values[0]
+        mask = np.zeros(len(block), dtype=np.bool_)
+        for value in values:
+            mask |= np.abs(block - value) <= within if within > 0.0 else block == value
         found.append(runs.add(mask if mask.any() else None, start))
     found.append(runs.close(survey.n_samples))
     return np.concatenate([np.stack(pair, axis=1) for pair in found])

@@ -36,6 +36,7 @@ from allanite.noise.terms import (
     TermType,
     White,
     gauss_markov_shape,
+    term_of,
 )
 
 __all__ = [
@@ -57,4 +58,5 @@ __all__ = [
     "TermType",
     "White",
     "gauss_markov_shape",
+    "term_of",
 ]

@@ -37,6 +37,7 @@ __all__ = [
     "TermType",
     "White",
     "gauss_markov_shape",
+    "term_of",
 ]
 
 Array = NDArray[np.float64]
@@ -482,3 +483,25 @@ TermType = Quantisation | White | Flicker | RandomWalk | Ramp | GaussMarkov | Si
 TERMS: Mapping[str, type[TermType]] = {
     t.type: t for t in (Quantisation, White, Flicker, RandomWalk, Ramp, GaussMarkov, Sinusoid)
 }
+
+
+def term_of(symbol: str, value: float, *, dt: float) -> TermType:
+    """The term with one IEEE letter and this coefficient (SI): Q, N, B, K or R. `dt` is the sample interval [s].
+
+    Raises
+    ------
+    InputError
+        Another letter.
+    """
+    match symbol:
+        case "Q":
+            return Quantisation(Q=value, dt=dt)
+        case "N":
+            return White(N=value)
+        case "B":
+            return Flicker(B=value)
+        case "K":
+            return RandomWalk(K=value)
+        case "R":
+            return Ramp(R=value)
+    raise InputError(f"no noise term has the letter {symbol!r}; there are Q, N, B, K and R")
