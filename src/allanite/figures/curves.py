@@ -353,7 +353,7 @@ class _Mark:
     def label(self, frame: Frame) -> Label | None:
         if not self.text or self.point is None or not all(map(_within, self.point, frame)):
             return None
-        side = _turned(_SIDE.get(self.symbol, "above"), _share(self.point[0], frame[0]))
+        side = _turned(_SIDE.get(self.symbol, "below"), _share(self.point[0], frame[0]))
         return Label(x=self.point[0], y=self.point[1], text=self.text, colour="ink", side=side)
 
     def limit(self, frame: Frame, lift: float = 0.0) -> Limit | None:

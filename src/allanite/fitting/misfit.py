@@ -24,8 +24,8 @@ from allanite.fitting.objective import Curve, Solution
 
 __all__ = ["Candidate", "best_explained", "candidate"]
 
-#: Goodness of fit below which a curve counts as not explained: a true model is treated so once in a thousand records.
-_NOT_EXPLAINED = 1e-3
+#: Goodness of fit below which a curve counts as not explained: a true model is treated so once in ten thousand records.
+_NOT_EXPLAINED = 1e-4
 _EXPLAINED = 1e-2
 _FEWEST = 6  # lags that must be left
 _SHARE = 0.5  # of the lags that may be left out

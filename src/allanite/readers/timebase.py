@@ -253,9 +253,10 @@ class _Filled:
         at = np.flatnonzero(bad)
         block[at] = np.interp(at, good, block[good])
         # Ends: extrapolate with the mean interval of the block.
-        mean = (block[good[-1]] - block[good[0]]) / (good[-1] - good[0])
-        block[: good[0]] = block[good[0]] - mean * np.arange(good[0], 0, -1)
-        block[good[-1] + 1 :] = block[good[-1]] + mean * np.arange(1, len(block) - good[-1])
+        with np.errstate(over="ignore", invalid="ignore"):  # stamps near the end of float64 are refused later
+            mean = (block[good[-1]] - block[good[0]]) / (good[-1] - good[0])
+            block[: good[0]] = block[good[0]] - mean * np.arange(good[0], 0, -1)
+            block[good[-1] + 1 :] = block[good[-1]] + mean * np.arange(1, len(block) - good[-1])
         return block
 
     def blocks(self, before: int, after: int) -> Iterator[tuple[int, int, _Floats]]:
