@@ -23,7 +23,7 @@ demo: $(VENV)/.run ## simulate a week of the gyro of the seed paper, characteris
 test: $(VENV)/.dev ## run the tests (a few minutes)
 	$(BIN)/python -m pytest -n $(JOBS) -q
 
-verify: $(VENV)/.dev ## long statistical runs: coverage and efficiency (three quarters of an hour); results go to verification/results
+verify: $(VENV)/.dev ## long statistical runs: coverage and efficiency (half an hour); results go to verification/results
 	$(BIN)/python -m verification
 
 bench: $(VENV)/.dev ## speed and memory beside allantools and plain NumPy
