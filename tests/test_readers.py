@@ -576,3 +576,17 @@ def test_all_stamps_equal_is_refused_with_rows(tmp_path: Path) -> None:
     (tmp_path / "a.csv").write_text("t,wx\n" + "5.0,1.5\n" * 20)
     with pytest.raises(DataQualityError, match=r"row 0.*row 4.*--rate"):
         read(tmp_path / "a.csv")
+
+
+def test_channels_of_one_parquet_file_are_read_by_several_threads(tmp_path: Path) -> None:
+    """One reader of the file serves them all; two reads at once used to block for ever."""
+    from concurrent.futures import ThreadPoolExecutor
+
+    y = np.random.default_rng(3).standard_normal((400_000, 6))
+    record = Recording.from_rate(y, rate=100.0, unit="deg/s")
+    parquet.write(record, tmp_path / "six.parquet")
+    again = read(tmp_path / "six.parquet")
+    with ThreadPoolExecutor(4) as pool:
+        jobs = [pool.submit(again.values, name) for name in again.names * 3]
+        for job, column in zip(jobs, [*range(6)] * 3, strict=True):
+            np.testing.assert_array_equal(job.result(timeout=60), y[:, column])

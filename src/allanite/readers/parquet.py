@@ -80,11 +80,14 @@ _Decode = Callable[[int, str], "pa.ChunkedArray"]
 def _open_parquet(path: Path, magic: bytes) -> tuple[pa.Schema, list[int], _Decode]:
     import pyarrow.parquet as pq
 
-    file = pq.ParquetFile(path, memory_map=True)
+    # Channels are read by several threads, but one reader serves one of them at a time: two at once can block for ever.
+    file = pq.ParquetFile(path, memory_map=True, pre_buffer=False)
+    one_at_a_time = threading.Lock()
     lengths = [file.metadata.row_group(g).num_rows for g in range(file.metadata.num_row_groups)]
 
     def decode(group: int, name: str) -> pa.ChunkedArray:
-        return file.read_row_group(group, columns=[name], use_threads=False).column(0)
+        with one_at_a_time:
+            return file.read_row_group(group, columns=[name], use_threads=False).column(0)
 
     return file.schema_arrow, lengths, decode
 
@@ -97,7 +100,13 @@ def _open_arrow(path: Path, magic: bytes) -> tuple[pa.Schema, list[int], _Decode
         file = pa.ipc.open_file(pa.memory_map(str(path)))
         # Lengths only: what a batch holds is not touched before it is asked for.
         lengths = [file.get_batch(g).num_rows for g in range(file.num_record_batches)]
-        return file.schema, lengths, lambda g, name: pa.chunked_array([file.get_batch(g).column(name)])
+        one_at_a_time = threading.Lock()
+
+        def decode(group: int, name: str) -> pa.ChunkedArray:
+            with one_at_a_time:
+                return pa.chunked_array([file.get_batch(group).column(name)])
+
+        return file.schema, lengths, decode
     if magic.startswith(_FEATHER):
         table = feather.read_table(path, memory_map=True)
     else:
