@@ -136,3 +136,19 @@ def test_merge_spans() -> None:
 def test_required_arguments_alone_are_enough() -> None:
     rec = al.Recording.from_rate([1.0, 2.0, 4.0], rate=1.0, unit="V")
     assert rec.channels[0].sampling == "mean" and rec.names == ("signal",)
+
+
+@pytest.mark.skipif(not Path("/proc/self/status").exists(), reason="needs Linux's account of mapped pages")
+def test_a_mapped_log_is_let_go_while_it_is_read(tmp_path: Path) -> None:
+    """64 MB streamed from a file: the pages behind the reader do not stay in the process."""
+    np.save(tmp_path / "x.npy", np.zeros(16_000_000, dtype=np.float32))
+    rec = Recording.from_rate(np.load(tmp_path / "x.npy", mmap_mode="r"), rate=1.0, unit="V")
+
+    def mapped_kb() -> int:
+        status = Path("/proc/self/status").read_text()
+        return int(status.split("RssFile:")[1].split()[0])
+
+    before = mapped_kb()
+    total = sum(len(block) for _, block in rec.blocks("signal"))
+    assert total == 16_000_000
+    assert mapped_kb() - before < 16_000

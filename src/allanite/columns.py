@@ -7,6 +7,7 @@ on a longer grid. Only the block that is read is turned into float64.
 
 from __future__ import annotations
 
+import mmap
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -60,9 +61,24 @@ class ArrayColumn:
 
     def read(self, start: int, stop: int) -> Samples:
         part = self._array[start:stop]
+        _let_go(self._array, start)
         if self._base:  # exact: float64 has 53 bits, the samples have 64
             part = part - part.dtype.type(self._base)
         return np.asarray(part, dtype=np.float64)
+
+
+def _let_go(array: NDArray[Any], before: int) -> None:
+    """Give the pages of a memory map that lie before a position back: they are read again if they are asked for.
+
+    A log larger than memory would otherwise fill it while it is read once from end to end.
+    """
+    mapped = getattr(array, "_mmap", None)
+    if mapped is None or before == 0 or array.strides[0] <= 0 or not hasattr(mapped, "madvise"):
+        return
+    first = array.__array_interface__["data"][0] - np.frombuffer(mapped, dtype=np.uint8).ctypes.data
+    length = (first + before * array.strides[0]) // mmap.PAGESIZE * mmap.PAGESIZE
+    if length > 0:
+        mapped.madvise(mmap.MADV_DONTNEED, 0, length)
 
 
 def _integer_base(array: NDArray[Any]) -> int:
