@@ -13,27 +13,15 @@ from typing import Any
 from allanite.atomic_file import fresh
 from allanite.errors import FormatError, InputError
 from allanite.noise import (
+    BY_LETTER,
     SIGMA_PER_B,
-    Flicker,
     GaussMarkov,
     NoiseModel,
-    Quantisation,
-    Ramp,
-    RandomWalk,
-    TermType,
-    White,
 )
 from allanite.units import Quantity, parse_unit
 
 __all__ = ["load_models", "model_of", "save_models"]
 
-_TERMS: Mapping[str, type[TermType]] = {
-    "Q": Quantisation,
-    "N": White,
-    "B": Flicker,
-    "K": RandomWalk,
-    "R": Ramp,
-}
 _CLASSES = {  # what the unit of a coefficient may be: that of a gyro, or that of an accelerometer
     "Q": (Quantity.ANGLE, Quantity.VELOCITY),
     "N": (Quantity.GYRO_N, Quantity.ACCEL_N),
@@ -125,7 +113,9 @@ def model_of(text: str) -> NoiseModel:
     if time is not None and bias is None:
         raise InputError(f"{text!r}: T is the correlation time of a Gauss-Markov term, which needs a B")
     terms = [
-        _TERMS[symbol](**{symbol: value}) for symbol, value in values.items() if symbol != "B" or time is None
+        BY_LETTER[symbol](**{symbol: value})
+        for symbol, value in values.items()
+        if symbol != "B" or time is None
     ]
     if time is not None and bias is not None:
         terms.append(GaussMarkov.from_sigma(SIGMA_PER_B * bias, time))

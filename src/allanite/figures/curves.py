@@ -28,15 +28,11 @@ from allanite.figures.panel import (
     positive_range,
 )
 from allanite.noise import (
+    BY_LETTER,
     GM_PEAK_TAU,
-    Flicker,
     GaussMarkov,
     NoiseModel,
-    Quantisation,
-    Ramp,
-    RandomWalk,
     TermType,
-    White,
 )
 from allanite.wording import Group, number, people_unit, reading
 
@@ -57,7 +53,6 @@ STATISTICS = {
     "totdev": "Total deviation",
 }
 _OF_MODEL = ("adev", "oadev", "totdev")  # what a term's Allan variance describes
-_TERM = {"Q": Quantisation, "N": White, "B": Flicker, "K": RandomWalk, "R": Ramp}
 _SLOPE = {"Q": -1.0, "N": -0.5, "B": 0.0, "K": 0.5, "R": 1.0}
 _SLOPE_NAME = {-1.0: "−1", -0.5: "−1/2", 0.0: "0", 0.5: "+1/2", 1.0: "+1"}
 _READ_AT = {"Q": math.sqrt(3), "N": 1.0, "K": 3.0, "R": math.sqrt(2)}
@@ -254,14 +249,16 @@ def _model_line(
 def _terms(models: Sequence[Json]) -> list[TermType]:
     """Terms of the first model, those that a deviation shows as a line of their own."""
     return (
-        [t for t in NoiseModel.from_json(models[0]).terms if t.symbols[0] in {*_TERM, "q"}] if models else []
+        [t for t in NoiseModel.from_json(models[0]).terms if t.symbols[0] in {*BY_LETTER, "q"}]
+        if models
+        else []
     )
 
 
 def _mean_terms(terms: Iterable[TermType]) -> list[TermType]:
     """Power-law terms with the geometric mean of their coefficients over the channels."""
     found = []
-    for symbol, make in _TERM.items():
+    for symbol, make in BY_LETTER.items():
         values = [v for t in terms if t.symbols == (symbol,) and (v := getattr(t, symbol)) > 0]
         if values:
             found.append(make(**{symbol: float(np.exp(np.mean(np.log(values))))}))
@@ -301,7 +298,7 @@ def _minimum(curve: Curve) -> tuple[float, float]:
 def _bounds(model: Json, kind: str, own: str, factor: float, minimum: tuple[float, float]) -> list[_Mark]:
     found = []
     for estimate in model["estimates"]:
-        make = _TERM.get(estimate["symbol"])
+        make = BY_LETTER.get(estimate["symbol"])
         if make and not estimate["supported"] and estimate["upper"]:
             term = make(**{estimate["symbol"]: estimate["upper"]})
             shown = reading(kind, own, estimate)

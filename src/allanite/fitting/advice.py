@@ -10,10 +10,10 @@ import numpy as np
 
 from allanite.allan.lags import octave_lags
 from allanite.errors import InputError
-from allanite.fitting.design import design_of
+from allanite.fitting.design import TIME_POWER, design_of
 from allanite.fitting.objective import Curve, solve
 from allanite.fitting.sets import fisher_sd
-from allanite.noise import Estimate, GaussMarkov, NoiseModel
+from allanite.noise import Estimate, Flicker, GaussMarkov, NoiseModel, RandomWalk
 
 __all__ = ["Advice", "advise", "predicted_sd"]
 
@@ -74,7 +74,6 @@ def _coefficients(model: NoiseModel, dt: float) -> tuple[tuple[str, ...], np.nda
         "ramp": "R",
         "gauss_markov": "G",
     }
-    power = {"Q": -1.0, "N": -0.5, "B": 0.0, "G": 0.0, "K": 0.5, "R": 1.0}
     values: dict[str, float] = {}
     T = None
     for term in model.terms:
@@ -85,7 +84,7 @@ def _coefficients(model: NoiseModel, dt: float) -> tuple[tuple[str, ...], np.nda
             amplitude, T = term.sigma, term.T / dt
         else:
             amplitude = getattr(term, symbol)
-        values[symbol] = (amplitude * dt ** power[symbol]) ** 2
+        values[symbol] = (amplitude / dt ** TIME_POWER[symbol]) ** 2
     symbols = tuple(values)
     scale = max(values.values(), default=1.0)
     return symbols, np.array([values[s] for s in symbols]) / scale, T
@@ -121,8 +120,6 @@ def _one(model: NoiseModel, e: Estimate, n_samples: int, dt: float, sampling: st
 
 
 def _with_half_limit(model: NoiseModel, e: Estimate) -> NoiseModel | None:
-    from allanite.noise import Flicker, RandomWalk
-
     if not (math.isfinite(e.upper) and e.upper > 0) or (e.symbol == "B" and model.family != "flicker"):
         return None
     term = Flicker(B=e.upper / 2) if e.symbol == "B" else RandomWalk(K=e.upper / 2)

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from allanite.allan.covariance import LagPairs, lag_pairs
 from allanite.noise import Flicker, GaussMarkov, Quantisation, Ramp, RandomWalk, TermType, White
 
-__all__ = ["LINEAR", "Design", "design_of", "nearest_time"]
+__all__ = ["LINEAR", "TIME_POWER", "Design", "design_of", "nearest_time"]
 
 Array = NDArray[np.float64]
 Spans = NDArray[np.int64]
@@ -36,6 +36,8 @@ LINEAR: dict[str, TermType] = {
     "K": RandomWalk(K=1.0),
     "R": Ramp(R=1.0),
 }
+#: SI amplitude = amplitude in sample units * (sample interval)^power.
+TIME_POWER = {"Q": 1.0, "N": 0.5, "B": 0.0, "G": 0.0, "K": -0.5, "R": -1.0}
 #: Grid of correlation times on which covariances are computed: the covariance needs T to some percent only.
 _TIMES_PER_OCTAVE = 2
 

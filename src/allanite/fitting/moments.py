@@ -17,9 +17,10 @@ from numpy.typing import ArrayLike, NDArray
 from allanite.allan.curve import AllanCurve
 from allanite.allan.degrees import chi_square_factors
 from allanite.errors import DataQualityError, FitError, InputError
+from allanite.fitting.design import TIME_POWER
 from allanite.fitting.families import FLICKER, GAUSS_MARKOV, Family, FamilyFit, fit_family
 from allanite.fitting.misfit import Candidate, best_explained
-from allanite.fitting.objective import Solution, advantage
+from allanite.fitting.objective import Solution, advantage, sensitivity
 from allanite.fitting.sets import fisher_sd
 from allanite.noise import SIGMA_PER_B, Estimate, GaussMarkov, NoiseModel, TermType, term_of
 
@@ -201,8 +202,9 @@ def _model(
 
 def _amplitude(symbol: str, coefficient: float, scale: float, dt: float) -> float:
     """SI amplitude of a variance coefficient in sample units."""
-    power = {"Q": 1.0, "N": 0.5, "B": 0.0, "G": 0.0, "K": -0.5, "R": -1.0}[symbol]
-    return math.sqrt(coefficient * scale) * dt**power if math.isfinite(coefficient) else math.inf
+    return (
+        math.sqrt(coefficient * scale) * dt ** TIME_POWER[symbol] if math.isfinite(coefficient) else math.inf
+    )
 
 
 def _estimate(fit: FamilyFit, symbol: str, scale: float, dt: float) -> Estimate:
@@ -264,8 +266,6 @@ def _term(symbol: str, at: Solution, scale: float, dt: float) -> TermType:
 
 def _covariance(fit: FamilyFit) -> dict[str, Any]:
     """Covariance of the natural logarithms of the supported amplitudes (and of T)."""
-    from allanite.fitting.objective import sensitivity
-
     at = fit.selected
     sd = fisher_sd(fit.family.curve, at)
     if not sd:

@@ -21,6 +21,7 @@ References
 from allanite.noise.model import Estimate, NoiseModel
 from allanite.noise.state_space import StateSpace
 from allanite.noise.terms import (
+    BY_LETTER,
     FLICKER_FLOOR,
     GM_PEAK_DEVIATION,
     GM_PEAK_TAU,
@@ -40,6 +41,7 @@ from allanite.noise.terms import (
 )
 
 __all__ = [
+    "BY_LETTER",
     "FLICKER_FLOOR",
     "GM_PEAK_DEVIATION",
     "GM_PEAK_TAU",

@@ -22,6 +22,7 @@ from allanite.errors import InputError
 from allanite.noise.state_space import StateSpace, stateless, states
 
 __all__ = [
+    "BY_LETTER",
     "FLICKER_FLOOR",
     "GM_PEAK_DEVIATION",
     "GM_PEAK_TAU",
@@ -485,23 +486,24 @@ TERMS: Mapping[str, type[TermType]] = {
 }
 
 
-def term_of(symbol: str, value: float, *, dt: float) -> TermType:
-    """The term with one IEEE letter and this coefficient (SI): Q, N, B, K or R. `dt` is the sample interval [s].
+#: Terms with one coefficient, by its IEEE letter.
+BY_LETTER: Mapping[str, type[TermType]] = {
+    "Q": Quantisation,
+    "N": White,
+    "B": Flicker,
+    "K": RandomWalk,
+    "R": Ramp,
+}
+
+
+def term_of(letter: str, value: float, *, dt: float) -> TermType:
+    """The term with one IEEE letter and this coefficient (SI). `dt` is the sample interval [s], which Q needs.
 
     Raises
     ------
     InputError
-        Another letter.
+        Another letter than Q, N, B, K or R.
     """
-    match symbol:
-        case "Q":
-            return Quantisation(Q=value, dt=dt)
-        case "N":
-            return White(N=value)
-        case "B":
-            return Flicker(B=value)
-        case "K":
-            return RandomWalk(K=value)
-        case "R":
-            return Ramp(R=value)
-    raise InputError(f"no noise term has the letter {symbol!r}; there are Q, N, B, K and R")
+    if letter not in BY_LETTER:
+        raise InputError(f"no noise term has the letter {letter!r}; there are {', '.join(BY_LETTER)}")
+    return BY_LETTER[letter](**{letter: value}, **({"dt": dt} if letter == "Q" else {}))
