@@ -62,28 +62,6 @@ def test_avar_is_the_integral_of_the_density(name: str) -> None:
         assert total == pytest.approx(float(term.avar(tau)), rel=1e-5)
 
 
-@pytest.mark.parametrize("name", sorted(set(EXAMPLES) - {"ramp", "flicker"}))
-def test_state_space_has_the_avar_of_point_samples(name: str) -> None:
-    """Exact: Allan variance from the covariance of the state space's output, against avar_sampled."""
-    dt, m = 0.5, 8
-    space = EXAMPLES[name].state_space(dt)
-    n = 2 * m
-    F, h = space.transition, space.output
-    covariance = np.empty((n, n))
-    state = [space.initial]
-    for _ in range(n - 1):
-        state.append(F @ state[-1] @ F.T + space.process)
-    for i in range(n):
-        step = state[i]
-        for j in range(i, n):
-            covariance[i, j] = covariance[j, i] = h @ step @ h if len(h) else 0.0
-            step = F @ step
-    covariance += space.noise * np.eye(n)
-    weight = np.concatenate([-np.ones(m), np.ones(m)]) / m
-    avar = weight @ covariance @ weight / 2
-    assert avar == pytest.approx(float(EXAMPLES[name].avar_sampled(m, dt, "point")), rel=1e-9)
-
-
 def test_c2_random_walk_of_point_samples() -> None:
     walk = RandomWalk(K=1.0).avar_sampled(np.array([1, 2, 5, 10, 100]), 1.0, "point")
     np.testing.assert_allclose(walk, [0.5, 0.75, 1.7, 3.35, 33.335], rtol=1e-14)
@@ -177,7 +155,7 @@ def test_models_add() -> None:
     model = NoiseModel.of(White(N=1.0)) + RandomWalk(K=0.5)
     tau = np.array([1.0, 10.0])
     np.testing.assert_allclose(model.avar(tau), 1 / tau + 0.25 * tau / 3, rtol=1e-15)
-    assert model.state_space(0.1).noise == pytest.approx(10.0)
+    assert model.state_space(0.1, sampling="point").noise == pytest.approx(10.0)
     with pytest.raises(InputError, match="do not add"):
         _ = model + NoiseModel.of(White(N=1.0), kind="acceleration")
 

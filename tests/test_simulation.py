@@ -8,7 +8,6 @@ from collections.abc import Callable
 from functools import cache
 from typing import Any
 
-import mpmath
 import numpy as np
 import pytest
 
@@ -16,7 +15,6 @@ import allanite as al
 from allanite import simulation
 from allanite.errors import InputError
 from allanite.noise import (
-    FLICKER_FLOOR,
     TERMS,
     Estimate,
     Flicker,
@@ -118,51 +116,6 @@ def test_c7_sinusoid(sampling: str) -> None:
         assert avar(y, m) == pytest.approx(float(term.avar_sampled(m, DT, sampling)), rel=1e-4)
     if sampling == "point":
         assert y[0] == pytest.approx(0.8 * math.sin(0.4), rel=1e-12)
-
-
-# -- flicker ----------------------------------------------------------------------------------------------
-
-
-def expected_avar(process: Any, m: int) -> float:
-    """Exact Allan variance of Markov states on the sample grid, from their autocovariance."""
-    k = np.arange(2 * m, dtype=float)
-    r, walk = np.zeros(2 * m), 0.0
-    r[0] = process.white
-    for s in process.states:
-        if s.phi == 1.0:  # means of a walk, less the bridge that stands in `white`
-            slope = (2 * s.now * s.step) ** 2
-            walk += slope * (m / 3 - 1 / (12 * m))
-            continue
-        variance = s.step**2 / (1 - s.phi**2)
-        r[0] += variance * (s.now**2 + s.later**2 + 2 * s.now * s.later * s.phi)
-        both = s.now * s.later * (s.phi ** (k[1:] - 1) + s.phi ** (k[1:] + 1))
-        r[1:] += variance * (both + (s.now**2 + s.later**2) * s.phi ** k[1:])
-    weight = np.where(k <= m, 2 * m - 3 * k, k - 2 * m) / (2 * m**2)
-    weight[1:] *= 2
-    return float(weight @ r) + walk
-
-
-@pytest.mark.parametrize("n", [300, 10_000])
-def test_c5_flicker_lies_on_its_floor_at_every_lag(n: int) -> None:
-    process = simulation._process(NoiseModel.of(Flicker(B=1.0)), DT, n, "mean")
-    for m in (1, 2, 3, 4, 8, 30, n // 100, n // 10):
-        assert expected_avar(process, m) == pytest.approx(FLICKER_FLOOR**2, rel=2e-4), m
-    assert expected_avar(process, n // 2) == pytest.approx(FLICKER_FLOOR**2, rel=6e-3)
-
-
-def test_states_have_the_exact_variance_of_interval_means() -> None:
-    for term in (GaussMarkov(q=1.0, T=DT / 3), GaussMarkov(q=1.0, T=7 * DT), RandomWalk(K=1.0)):
-        process = simulation._process(NoiseModel.of(term), DT, 100, "mean")
-        for m in (1, 2, 40):
-            assert expected_avar(process, m) == pytest.approx(float(term.avar(m * DT)), rel=1e-12)
-
-
-@pytest.mark.parametrize("a", [1e-12, 1e-6, 1e-3, 0.3, 1.9, 2.1, 5.0, 300.0])
-def test_bridge_keeps_its_digits(a: float) -> None:
-    with mpmath.workdps(60):
-        x = mpmath.mpf(a)
-        weight, rest = mpmath.tanh(x / 2) / x, 2 / x**2 * (x - 2 * mpmath.tanh(x / 2))
-    assert simulation._bridge(a) == pytest.approx((float(weight), float(rest)), rel=1e-14)
 
 
 # -- streams ----------------------------------------------------------------------------------------------

@@ -24,7 +24,7 @@ Channel
 AllanCurve
     Deviations with their intervals, equivalent degrees of freedom and counts, per lag and channel.
 NoiseModel
-    A sum of noise terms. Each term answers ``psd(f)``, ``avar(tau)`` and ``state_space(dt)``.
+    A sum of noise terms. Each term answers ``psd(f)`` and ``avar(tau)``; the sum answers ``state_space(dt)`` too.
 Study
     All of the above for one recording, serialisable.
 

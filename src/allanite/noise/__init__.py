@@ -2,7 +2,8 @@
 """Noise terms and their sum.
 
 One term is one class with every view of one process: ``psd(f)``, ``avar(tau)``, ``avar_sampled(m, dt, sampling)``,
-``phase_covariance(t, dt, sampling)`` and ``state_space(dt)``. Models add with ``+``.
+``phase_covariance(t, dt, sampling)`` and the Markov states of the process. Models add with ``+`` and answer
+``state_space(dt)`` for a filter.
 
 Conventions (whole package): rate in rad/s (acceleration in m/s^2, ...), two-sided density S(f) over frequency in Hz,
 

@@ -12,8 +12,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from allanite.errors import InputError
+from allanite.noise.markov import MarkovForm
 from allanite.noise.state_space import StateSpace, stateless
-from allanite.noise.terms import TERMS, Term, TermType
+from allanite.noise.terms import TERMS, Ramp, Sinusoid, Term, TermType
 
 __all__ = ["Estimate", "NoiseModel"]
 
@@ -126,12 +127,38 @@ class NoiseModel:
             raise InputError(f"sampling must be 'mean' or 'point', not {sampling!r}")
         return _sum(m, (term.avar_sampled(m, dt, sampling) for term in self.terms))
 
-    def state_space(self, dt: float) -> StateSpace:
-        """Discrete model of point samples at interval dt [s]: exact but for flicker, see `Flicker.state_space`."""
-        total = stateless(0.0)
+    def state_space(
+        self, dt: float, *, sampling: str = "mean", record: float | None = None, ratio: float = 10.0
+    ) -> StateSpace:
+        """Discrete model of samples at interval dt [s]: exact, flicker as a sum of Gauss-Markov states.
+
+        Parameters
+        ----------
+        dt : float [s]
+        sampling : "mean" or "point"
+            Samples are means over their interval, or values at an instant.
+        record : float, optional [s]
+            Length of the record, which ends the band of flicker; 1e7 samples by default.
+        ratio : float
+            Of the correlation times of flicker: 10 (Allan variance within 2 %) or sqrt(10) (0.01 %).
+
+        Raises
+        ------
+        InputError
+            Another word for the sampling, or an interval or record that is not positive.
+        """
+        if sampling not in ("mean", "point"):
+            raise InputError(f"sampling must be 'mean' or 'point', not {sampling!r}")
+        longest = 1e7 * dt if record is None else record
+        if not (0 < dt < math.inf and 0 < longest < math.inf):
+            raise InputError(f"interval and record must be positive seconds, not {dt!r} and {record!r}")
+        form, steady = MarkovForm(), stateless(0.0)
         for term in self.terms:
-            total = total + term.state_space(dt)
-        return total
+            if isinstance(term, (Ramp, Sinusoid)):
+                steady = steady + term.steady_space(dt, sampling=sampling)
+            else:
+                form = form + term.markov(dt, sampling=sampling, record=longest, ratio=ratio)
+        return form.state_space() + steady
 
     def term(self, type_: str) -> TermType | None:
         """The first term of a type ("white", "flicker", ...), or None."""
