@@ -3,9 +3,10 @@
 
 from pathlib import Path
 
-from . import allan_speed, characterize_speed, decimation_loss, simulation_speed
+from . import allan_speed, characterize_speed, decimation_loss, kalman_speed, simulation_speed
 
 decimation_loss.main()
 simulation_speed.main()
 allan_speed.main()
+kalman_speed.main()
 characterize_speed.main(Path())

@@ -5,11 +5,14 @@
 #include <nanobind/ndarray.h>
 #include <nanobind/stl/pair.h>
 
+#include <memory>
 #include <utility>
 
 #include "allanite/allan.hpp"
 #include "allanite/noise.hpp"
 #include "allanite/online_allan.hpp"
+#include "allanite/smoother.hpp"
+#include "allanite/whiten.hpp"
 
 namespace nb = nanobind;
 using namespace nb::literals;
@@ -20,6 +23,8 @@ namespace {
 
 using Vector = nb::ndarray<const double, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 using Matrix = nb::ndarray<const double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
+using Cube = nb::ndarray<const double, nb::ndim<3>, nb::c_contig, nb::device::cpu>;
+using MatrixOut = nb::ndarray<double, nb::ndim<2>, nb::c_contig, nb::device::cpu>;
 using VectorOut = nb::ndarray<double, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 using Integers = nb::ndarray<const int64_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 using Runs = nb::ndarray<const int64_t, nb::shape<-1, 2>, nb::c_contig, nb::device::cpu>;
@@ -187,6 +192,165 @@ std::pair<NewVector, NewIntegers> online_allan_read(const VectorOut& numbers, co
     return {sums, counts};
 }
 
+/// Memory for a kernel. A size of zero is one more element than nothing: an address that may be passed on.
+struct Scratch {
+    explicit Scratch(Index size) : memory(new double[size_t(size) + 1]), slice{memory.get(), size} {}
+    std::unique_ptr<double[]> memory;
+    Slice<double> slice;
+};
+
+template <class Array>
+bool has_shape(const Array& array, size_t rows, size_t columns) {
+    return array.shape(0) == rows && array.shape(1) == columns;
+}
+
+double whiten(const Matrix& transition, const Matrix& process, const Vector& output, const Vector& noise,
+              const MatrixOut& covariance, const MatrixOut& state, const Matrix& columns, const MatrixOut& out) {
+    const size_t n = output.size(), rows = noise.size(), series = columns.shape(1);
+    require(has_shape(transition, n, n) && has_shape(process, n, n) && has_shape(covariance, n, n),
+            "transition, process, covariance: must have shape (n, n), n = len(output)");
+    require(has_shape(columns, rows, series) && has_shape(out, rows, series),
+            "columns, out: must have shape (len(noise), c)");
+    require(has_shape(state, n, series), "state: must have shape (n, c), c as in columns");
+    Scratch numbers(allanite::transition_numbers(Index(n)));
+    Scratch scratch(allanite::whiten_scratch(Index(n), Index(series)));
+    nb::gil_scoped_release unlocked;
+    const allanite::Whitening<double> whitening{
+        allanite::split_transition(slice(transition), Index(n), numbers.slice), slice(process), slice(output),
+        slice(covariance), slice(state), Index(series)};
+    return allanite::whiten(whitening, slice(noise), slice(columns), slice(out), scratch.slice);
+}
+
+/// The model and a block of measurements, once their shapes are known to agree.
+struct Problem {
+    allanite::Model<double> model;
+    allanite::Rows<double> rows;
+};
+
+Problem problem(const Matrix& transition, const Matrix& process, const Cube& output, const Cube& noise,
+                const Matrix& y, const Matrix& drive) {
+    const size_t n = transition.shape(0), rows = y.shape(0), p = y.shape(1);
+    require(has_shape(transition, n, n) && has_shape(process, n, n), "transition, process: must have shape (n, n)");
+    require(p > 0 && p <= 1 << 10, "y: must have shape (rows, p), p between 1 and 1024");
+    require((output.shape(0) == 1 || output.shape(0) == rows) && output.shape(1) == p && output.shape(2) == n,
+            "output: must have shape (1, p, n) or (rows, p, n)");
+    require((noise.shape(0) == 1 || noise.shape(0) == rows) && noise.shape(1) == p && noise.shape(2) == p,
+            "noise: must have shape (1, p, p) or (rows, p, p)");
+    require(drive.shape(0) == 0 || has_shape(drive, rows, n), "drive: must have shape (0, n) or (rows, n)");
+    return {{Index(n), Index(p), slice(transition), slice(process), slice(output), slice(noise),
+             output.shape(0) == 1 ? 0 : Index(p * n), noise.shape(0) == 1 ? 0 : Index(p * p)},
+            {Index(rows), slice(y), slice(drive)}};
+}
+
+bool is_empty_or(const MatrixOut& array, size_t rows, size_t columns) {
+    return array.shape(0) == 0 || has_shape(array, rows, columns);
+}
+
+/// The filter with the number of states fixed where it is small.
+auto filter_of_size(Index n) {
+    switch (n) {
+        case 1: return allanite::filter<1, double>;
+        case 2: return allanite::filter<2, double>;
+        case 3: return allanite::filter<3, double>;
+        case 4: return allanite::filter<4, double>;
+        default: return allanite::filter<allanite::any_size, double>;
+    }
+}
+
+constexpr size_t n_sums = 4, n_counts = 6;
+
+allanite::Likelihood<double> likelihood_in(const double* sums, const int64_t* counts) {
+    return {{sums[0], counts[1]}, {sums[3], counts[4]}, sums[1], sums[2], counts[0], counts[3], counts[5]};
+}
+
+void kalman_filter(const Matrix& transition, const Matrix& process, const Cube& output, const Cube& noise,
+                   const Matrix& y, const Matrix& drive, const Matrix& readout, const VectorOut& state,
+                   const MatrixOut& covariance, const MatrixOut& directions, const VectorOut& sums,
+                   const IntegersOut& counts, const MatrixOut& means, const MatrixOut& sds,
+                   const MatrixOut& innovations, const MatrixOut& variances, bool square_root) {
+    const auto [model, rows] = problem(transition, process, output, noise, y, drive);
+    const size_t n = size_t(model.states), p = size_t(model.components), count = y.shape(0), g = readout.shape(0);
+    require(readout.shape(1) == n, "readout: must have shape (g, n)");
+    require(state.size() == n && has_shape(covariance, n, n) && has_shape(directions, n, n),
+            "state, covariance, directions: must have shapes (n,), (n, n), (n, n)");
+    require(sums.size() == n_sums && counts.size() == n_counts, "sums, counts: must have shapes (4,) and (6,)");
+    require(0 <= counts(2) && counts(2) <= int64_t(n), "counts: the diffuse rank must be between 0 and n");
+    require(is_empty_or(means, count, g) && is_empty_or(sds, count, g), "means, sds: must have shape (0 or rows, g)");
+    require(is_empty_or(innovations, count, p) && is_empty_or(variances, count, p),
+            "innovations, variances: must have shape (0 or rows, p)");
+    Scratch scratch(allanite::filter_scratch(model.states, model.components));
+    allanite::FilterState<double> carried{slice(state), slice(covariance), {slice(directions), Index(counts(2))},
+                                          likelihood_in(sums.data(), counts.data())};
+    bool done = false;
+    {
+        nb::gil_scoped_release unlocked;
+        const allanite::FilterOutput<double> out{Index(g),   slice(readout),     slice(means),
+                                                 slice(sds), slice(innovations), slice(variances)};
+        done = filter_of_size(model.states)(model, square_root, rows, carried, out, {}, scratch.slice);
+    }
+    require(done, "process: not positive semidefinite");
+    const auto& likelihood = carried.likelihood;
+    const double new_sums[n_sums] = {likelihood.variances.mantissa, likelihood.squares, likelihood.remainder,
+                                     likelihood.diffuse_variances.mantissa};
+    const int64_t new_counts[n_counts] = {likelihood.innovations,
+                                          likelihood.variances.exponent,
+                                          int64_t(carried.directions.rank),
+                                          likelihood.diffuse_updates,
+                                          likelihood.diffuse_variances.exponent,
+                                          likelihood.skipped};
+    for (size_t i = 0; i < n_sums; ++i) sums.data()[i] = new_sums[i];
+    for (size_t i = 0; i < n_counts; ++i) counts.data()[i] = new_counts[i];
+}
+
+std::pair<double, double> kalman_likelihood(const Vector& sums, const Integers& counts) {
+    require(sums.size() == n_sums && counts.size() == n_counts, "sums, counts: must have shapes (4,) and (6,)");
+    const auto likelihood = likelihood_in(sums.data(), counts.data());
+    return {allanite::log_likelihood(likelihood), allanite::log_of(likelihood.diffuse_variances)};
+}
+
+bool kalman_factor(const MatrixOut& covariance) {
+    const size_t n = covariance.shape(0);
+    require(has_shape(covariance, n, n), "covariance: must have shape (n, n)");
+    Scratch scratch{Index(n)};
+    return allanite::factor(slice(covariance), Index(n), scratch.slice);
+}
+
+void kalman_compose(const MatrixOut& factors) {
+    const size_t n = factors.shape(0);
+    require(has_shape(factors, n, n), "factors: must have shape (n, n)");
+    allanite::compose(slice(factors), Index(n));
+}
+
+void kalman_smooth(const Matrix& transition, const Matrix& process, const Cube& output, const Cube& noise,
+                   const Matrix& y, const Matrix& drive, const Matrix& readout, const Vector& state,
+                   const Matrix& covariance, const Matrix& directions, Index rank, Index final_rank,
+                   const VectorOut& gradient, const MatrixOut& information, const MatrixOut& means,
+                   const MatrixOut& sds, bool square_root) {
+    const auto [model, rows] = problem(transition, process, output, noise, y, drive);
+    const Index n = model.states, p = model.components;
+    const size_t size = size_t(n), count = y.shape(0), g = readout.shape(0);
+    require(readout.shape(1) == size, "readout: must have shape (g, n)");
+    require(state.size() == size && has_shape(covariance, size, size) && has_shape(directions, size, size),
+            "state, covariance, directions: must have shapes (n,), (n, n), (n, n)");
+    require(gradient.size() == size && has_shape(information, size, size),
+            "gradient, information: must have shapes (n,) and (n, n)");
+    require(0 <= rank && rank <= n && 0 <= final_rank && final_rank <= n,
+            "rank, final_rank: must be between 0 and n");
+    require(has_shape(means, count, g) && has_shape(sds, count, g), "means, sds: must have shape (rows, g)");
+    Scratch scratch(allanite::filter_scratch(n, p) + allanite::smoother_scratch(n) +
+                    allanite::transition_numbers(n) + n + 2 * n * n);
+    Scratch numbers(allanite::trace_numbers(rows.count, n, p, rank > 0));
+    bool done = false;
+    {
+        nb::gil_scoped_release unlocked;
+        done = allanite::filter_and_smooth(filter_of_size(n), model, square_root, rows,
+                                           {slice(state), slice(covariance), slice(directions)}, rank, final_rank,
+                                           {slice(gradient), slice(information)}, slice(readout), slice(means),
+                                           slice(sds), numbers.slice, scratch.slice);
+    }
+    require(done, "process: not positive semidefinite");
+}
+
 }  // namespace
 
 NB_MODULE(_kernels, m) {
@@ -229,4 +393,51 @@ NB_MODULE(_kernels, m) {
           "s_j(k+1) = phi[j] * s_j(k) + step_sd[j] * normals[k, j];\n"
           "out[k] += sum over j of weight_now[j] * s_j(k) + weight_next[j] * s_j(k+1).\n"
           "phi = 1 is a random walk. `state` holds s(0) before and s(n) after the call.");
+    m.def("whiten", &whiten, "transition"_a.noconvert(), "process"_a.noconvert(), "output"_a.noconvert(),
+          "noise"_a.noconvert(), "covariance"_a.noconvert(), "state"_a.noconvert(), "columns"_a.noconvert(),
+          "out"_a.noconvert(),
+          "Filter c columns with the gain of one covariance recursion: out = innovation / sqrt(S), row by row.\n\n"
+          "State-space model s' = F s + w, y = h s + v: transition F (n, n), process Cov w (n, n), output h (n,),\n"
+          "noise Var v of each row. covariance (n, n) and state (n, c), in and out: prediction for the first row\n"
+          "before the call, for the row after the last behind it. A row whose noise or a sample of which is NaN or\n"
+          "infinite is missing: NaN in `out`, predict only. `out` may be `columns`. Returns the sum of ln S over the\n"
+          "rows that are present; NaN if a noise is negative or an S is not positive.");
+    m.def("kalman_filter", &kalman_filter, "transition"_a.noconvert(), "process"_a.noconvert(),
+          "output"_a.noconvert(), "noise"_a.noconvert(), "y"_a.noconvert(), "drive"_a.noconvert(),
+          "readout"_a.noconvert(), "state"_a.noconvert(), "covariance"_a.noconvert(), "directions"_a.noconvert(),
+          "sums"_a.noconvert(), "counts"_a.noconvert(), "means"_a.noconvert(), "sds"_a.noconvert(),
+          "innovations"_a.noconvert(), "variances"_a.noconvert(), "square_root"_a,
+          "Filter a block of rows: y = H s + v, Cov v = noise; s' = F s + drive + w, Cov w = process.\n\n"
+          "output (1 or rows, p, n) and noise (1 or rows, p, p): constant or one for each row. y (rows, p): NaN and\n"
+          "infinite are missing. drive (rows, n), or (0, n) for none. readout (g, n).\n"
+          "Carried, in and out, so that the cuts into blocks leave no trace: state (n,) and covariance (n, n), the\n"
+          "prediction for the next row (square_root: the factors of the covariance, see kalman_factor());\n"
+          "directions (n, n), the first counts[2] rows span what is still diffuse;\n"
+          "sums (4,) = [1, 0, 0, 1] before the first row: mantissa of the product of S, sum of v**2 / S and what it\n"
+          "could not hold, mantissa of the product of F_inf;\n"
+          "counts (6,) = [0, 0, diffuse rank, 0, 0, 0] before the first row: proper innovations (scalars), exponent\n"
+          "of the product of S, diffuse rank left, diffuse updates, exponent of the product of F_inf, measurements\n"
+          "skipped because R < 0 or S is not positive.\n"
+          "Out, each with no rows if it is not wanted: means and sds (rows, g) of readout @ s after the update of the\n"
+          "row (NaN and infinite where it is still diffuse); innovations and variances (rows, p), each component\n"
+          "given those before it, decorrelated if noise is not diagonal (NaN, NaN if missing or skipped; NaN,\n"
+          "infinite in a diffuse update). ValueError if square_root and process is not positive semidefinite.");
+    m.def("kalman_likelihood", &kalman_likelihood, "sums"_a.noconvert(), "counts"_a.noconvert(),
+          "Log-likelihood of the proper innovations, -ln(2 pi)/2 each included, and the sum of ln F_inf of the\n"
+          "diffuse updates (which means something once the diffuse rank is 0), from the sums and counts of\n"
+          "kalman_filter().");
+    m.def("kalman_factor", &kalman_factor, "covariance"_a.noconvert(),
+          "P becomes U and D of P = U D U', in place: D on the diagonal, the unit upper triangular U above it.\n\n"
+          "False if P is not positive semidefinite; it is spoilt then.");
+    m.def("kalman_compose", &kalman_compose, "factors"_a.noconvert(), "U and D become P = U D U', in place.");
+    m.def("kalman_smooth", &kalman_smooth, "transition"_a.noconvert(), "process"_a.noconvert(),
+          "output"_a.noconvert(), "noise"_a.noconvert(), "y"_a.noconvert(), "drive"_a.noconvert(),
+          "readout"_a.noconvert(), "state"_a.noconvert(), "covariance"_a.noconvert(), "directions"_a.noconvert(),
+          "rank"_a, "final_rank"_a, "gradient"_a.noconvert(), "information"_a.noconvert(), "means"_a.noconvert(),
+          "sds"_a.noconvert(), "square_root"_a,
+          "Smooth a block of rows; go through the blocks from the last to the first.\n\n"
+          "The model, the rows and the readout as in kalman_filter(); state, covariance, directions and rank\n"
+          "(= counts[2]) as they were before the block, final_rank as it is behind the last row of the record.\n"
+          "gradient (n,) and information (n, n): zeros before the last block, then in and out. means and sds\n"
+          "(rows, g) of readout @ s given the whole record (NaN and infinite where it does not tell).");
 }

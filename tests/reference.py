@@ -92,3 +92,126 @@ def markov_noise(
         states.append(phi * states[-1] + step_sd * row)
     s = np.array(states)
     return s[:-1] @ weight_now + s[1:] @ weight_next, s[-1]
+
+
+def whiten(
+    transition: Floats,
+    process: Floats,
+    output: Floats,
+    noise: Floats,
+    covariance: Floats,
+    state: Floats,
+    columns: Floats,
+) -> tuple[Floats, float, Floats, Floats]:
+    """Innovations / sqrt(S) of each column, sum of ln S, and the last prediction: covariance and states."""
+    out, log_det = np.full_like(columns, np.nan), 0.0
+    for k, row in enumerate(columns):
+        if np.isfinite(noise[k]) and np.all(np.isfinite(row)):
+            variance = output @ covariance @ output + noise[k]
+            innovation = row - output @ state
+            gain = covariance @ output / variance
+            state = state + np.outer(gain, innovation)
+            covariance = covariance - np.outer(gain, gain) * variance
+            out[k], log_det = innovation / np.sqrt(variance), log_det + float(np.log(variance))
+        state = transition @ state
+        covariance = transition @ covariance @ transition.T + process
+    return out, log_det, covariance, state
+
+
+def decorrelate(noise: Floats, output: Floats, y: Floats) -> tuple[Floats, Floats, Floats]:
+    """Independent measurements instead of correlated ones: variances, outputs and values, L D L' = noise."""
+    root = np.linalg.cholesky(noise)
+    unit = root / np.diag(root)
+    return np.diag(root) ** 2, np.linalg.solve(unit, output), np.linalg.solve(unit, y)
+
+
+def kalman_filter(
+    transition: Floats,
+    process: Floats,
+    output: Floats,
+    noise: Floats,
+    y: Floats,
+    drive: Floats,
+    state: Floats,
+    covariance: Floats,
+    diffuse: Floats,
+) -> tuple[Floats, Floats, Floats, float, float]:
+    """States and covariances after each row, covariance of the diffuse part, and the two sums of logarithms.
+
+    Exact diffuse start with two covariances (Koopman 1997), one scalar at a time (Koopman and Durbin 2000).
+    """
+    states, covariances, remaining, log_likelihood, log_diffuse = [], [], [], 0.0, 0.0
+    for k, row in enumerate(y):
+        use = np.isfinite(row)
+        rows = decorrelate(noise[k][np.ix_(use, use)], output[k][use], row[use])
+        for variance, h, value in zip(*rows, strict=True):
+            innovation, m, m_diffuse = value - h @ state, covariance @ h, diffuse @ h
+            s, s_diffuse = h @ m + variance, h @ m_diffuse
+            if s_diffuse > 1e-9:  # absolute: the kernel must do better
+                gain = m_diffuse / s_diffuse
+                cross = np.outer(gain, m)
+                state = state + gain * innovation
+                covariance = covariance + np.outer(gain, gain) * s - cross - cross.T
+                diffuse = diffuse - np.outer(gain, gain) * s_diffuse
+                log_diffuse += float(np.log(s_diffuse))
+            else:
+                state = state + m / s * innovation
+                covariance = covariance - np.outer(m, m) / s
+                log_likelihood -= 0.5 * float(np.log(2 * np.pi * s) + innovation**2 / s)
+        states.append(state)
+        covariances.append(covariance)
+        remaining.append(diffuse)
+        state = transition @ state + drive[k]
+        covariance = transition @ covariance @ transition.T + process
+        diffuse = transition @ diffuse @ transition.T
+    return np.array(states), np.array(covariances), np.array(remaining), log_likelihood, log_diffuse
+
+
+def block_diagonal(blocks: Floats) -> Floats:
+    """(k, a, b) to (k a, k b)."""
+    k, a, b = blocks.shape
+    out = np.zeros((k, a, k, b))
+    out[np.arange(k), :, np.arange(k)] = blocks
+    return out.reshape(k * a, k * b)
+
+
+def condition(
+    transition: Floats,
+    process: Floats,
+    output: Floats,
+    noise: Floats,
+    y: Floats,
+    drive: Floats,
+    covariance: Floats,
+    directions: Floats,
+) -> tuple[Floats, Floats]:
+    """Means and covariances of all states given all of y: one large Gaussian, generalised least squares.
+
+    The first state is zero + noise of `covariance` + unknown multiples of the rows of `directions`.
+    """
+    rows, n = len(y), len(transition)
+    prior, mean, effects = (
+        np.zeros((rows, n, rows, n)),
+        np.zeros((rows, n)),
+        np.zeros((rows, n, len(directions))),
+    )
+    effects[0] = directions.T
+    for k in range(rows):
+        prior[k, :, k] = covariance
+        for later in range(k + 1, rows):
+            prior[later, :, k] = transition @ prior[later - 1, :, k]
+            prior[k, :, later] = prior[later, :, k].T
+        if k + 1 < rows:
+            covariance = transition @ covariance @ transition.T + process
+            mean[k + 1], effects[k + 1] = transition @ mean[k] + drive[k], transition @ effects[k]
+    use = np.isfinite(y).ravel()
+    h, v = block_diagonal(output)[use], block_diagonal(noise)[np.ix_(use, use)]
+    full, effect = prior.reshape(rows * n, rows * n), effects.reshape(rows * n, -1)
+    root = np.linalg.cholesky(h @ full @ h.T + v)
+    seen, columns = np.linalg.solve(root, h @ full), np.linalg.solve(root, h @ effect)
+    residual = np.linalg.solve(root, y.ravel()[use] - h @ mean.ravel())
+    q, r = np.linalg.qr(columns)
+    per_unit = np.linalg.solve(r.T, (effect - seen.T @ columns).T).T
+    smoothed = mean.ravel() + seen.T @ residual + per_unit @ (q.T @ residual)
+    spread = (full - seen.T @ seen + per_unit @ per_unit.T).reshape(rows, n, rows, n)
+    return smoothed.reshape(rows, n), spread[np.arange(rows), :, np.arange(rows)]

@@ -73,3 +73,61 @@ def markov_noise(normals: Annotated[NDArray[numpy.float64], dict(shape=(None, No
     out[k] += sum over j of weight_now[j] * s_j(k) + weight_next[j] * s_j(k+1).
     phi = 1 is a random walk. `state` holds s(0) before and s(n) after the call.
     """
+
+def whiten(transition: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], process: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], output: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], noise: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], covariance: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu')], state: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu')], columns: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], out: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu')]) -> float:
+    """
+    Filter c columns with the gain of one covariance recursion: out = innovation / sqrt(S), row by row.
+
+    State-space model s' = F s + w, y = h s + v: transition F (n, n), process Cov w (n, n), output h (n,),
+    noise Var v of each row. covariance (n, n) and state (n, c), in and out: prediction for the first row
+    before the call, for the row after the last behind it. A row whose noise or a sample of which is NaN or
+    infinite is missing: NaN in `out`, predict only. `out` may be `columns`. Returns the sum of ln S over the
+    rows that are present; NaN if a noise is negative or an S is not positive.
+    """
+
+def kalman_filter(transition: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], process: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], output: Annotated[NDArray[numpy.float64], dict(shape=(None, None, None), order='C', device='cpu', writable=False)], noise: Annotated[NDArray[numpy.float64], dict(shape=(None, None, None), order='C', device='cpu', writable=False)], y: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], drive: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], readout: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], state: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu')], covariance: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu')], directions: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu')], sums: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu')], counts: Annotated[NDArray[numpy.int64], dict(shape=(None,), order='C', device='cpu')], means: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu')], sds: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu')], innovations: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu')], variances: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu')], square_root: bool) -> None:
+    """
+    Filter a block of rows: y = H s + v, Cov v = noise; s' = F s + drive + w, Cov w = process.
+
+    output (1 or rows, p, n) and noise (1 or rows, p, p): constant or one for each row. y (rows, p): NaN and
+    infinite are missing. drive (rows, n), or (0, n) for none. readout (g, n).
+    Carried, in and out, so that the cuts into blocks leave no trace: state (n,) and covariance (n, n), the
+    prediction for the next row (square_root: the factors of the covariance, see kalman_factor());
+    directions (n, n), the first counts[2] rows span what is still diffuse;
+    sums (4,) = [1, 0, 0, 1] before the first row: mantissa of the product of S, sum of v**2 / S and what it
+    could not hold, mantissa of the product of F_inf;
+    counts (6,) = [0, 0, diffuse rank, 0, 0, 0] before the first row: proper innovations (scalars), exponent
+    of the product of S, diffuse rank left, diffuse updates, exponent of the product of F_inf, measurements
+    skipped because R < 0 or S is not positive.
+    Out, each with no rows if it is not wanted: means and sds (rows, g) of readout @ s after the update of the
+    row (NaN and infinite where it is still diffuse); innovations and variances (rows, p), each component
+    given those before it, decorrelated if noise is not diagonal (NaN, NaN if missing or skipped; NaN,
+    infinite in a diffuse update). ValueError if square_root and process is not positive semidefinite.
+    """
+
+def kalman_likelihood(sums: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], counts: Annotated[NDArray[numpy.int64], dict(shape=(None,), order='C', device='cpu', writable=False)]) -> tuple[float, float]:
+    """
+    Log-likelihood of the proper innovations, -ln(2 pi)/2 each included, and the sum of ln F_inf of the
+    diffuse updates (which means something once the diffuse rank is 0), from the sums and counts of
+    kalman_filter().
+    """
+
+def kalman_factor(covariance: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu')]) -> bool:
+    """
+    P becomes U and D of P = U D U', in place: D on the diagonal, the unit upper triangular U above it.
+
+    False if P is not positive semidefinite; it is spoilt then.
+    """
+
+def kalman_compose(factors: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu')]) -> None:
+    """U and D become P = U D U', in place."""
+
+def kalman_smooth(transition: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], process: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], output: Annotated[NDArray[numpy.float64], dict(shape=(None, None, None), order='C', device='cpu', writable=False)], noise: Annotated[NDArray[numpy.float64], dict(shape=(None, None, None), order='C', device='cpu', writable=False)], y: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], drive: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], readout: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], state: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], covariance: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], directions: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], rank: int, final_rank: int, gradient: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu')], information: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu')], means: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu')], sds: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu')], square_root: bool) -> None:
+    """
+    Smooth a block of rows; go through the blocks from the last to the first.
+
+    The model, the rows and the readout as in kalman_filter(); state, covariance, directions and rank
+    (= counts[2]) as they were before the block, final_rank as it is behind the last row of the record.
+    gradient (n,) and information (n, n): zeros before the last block, then in and out. means and sds
+    (rows, g) of readout @ s given the whole record (NaN and infinite where it does not tell).
+    """

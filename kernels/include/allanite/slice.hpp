@@ -6,6 +6,13 @@
 #include <stddef.h>
 #include <stdint.h>
 
+// A function that takes in all that it calls; not in the test build, where each access carries its check.
+#if defined(ALLANITE_CHECK_BOUNDS) || !defined(__GNUC__)
+#define ALLANITE_FLAT
+#else
+#define ALLANITE_FLAT __attribute__((flatten))
+#endif
+
 namespace allanite {
 
 using Index = ptrdiff_t;
@@ -32,6 +39,12 @@ struct Slice {
         return {data + start, length};
     }
 };
+
+/// The same elements, not to be changed.
+template <class T>
+constexpr Slice<const T> fixed(Slice<T> slice) noexcept {
+    return {slice.data, slice.size};
+}
 
 }  // namespace allanite
 

@@ -1,0 +1,335 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The filter, the smoother and the whitening without Python, under sanitizers and with every slice access checked:
+// all sizes, both forms, every kind of row. Values are checked against NumPy and batch solutions elsewhere.
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <vector>
+
+#include "allanite/smoother.hpp"
+#include "allanite/whiten.hpp"
+
+using namespace allanite;
+
+namespace {
+
+template <class Scalar>
+using Reals = std::vector<Scalar>;
+
+int passed = 0, failed = 0;
+
+void check(bool condition, const char* what) {
+    ++(condition ? passed : failed);
+    if (!condition) std::printf("FAILED: %s\n", what);
+}
+
+template <class Scalar>
+bool near(Scalar a, Scalar b, double tolerance) {
+    return std::fabs(double(a) - double(b)) <= tolerance * (1.0 + std::fabs(double(b)));
+}
+
+template <class Scalar>
+bool near(const Reals<Scalar>& a, const Reals<Scalar>& b, double tolerance) {
+    for (size_t i = 0; i < b.size(); ++i) {
+        if (std::isfinite(b[i]) ? !near(a[i], b[i], tolerance) : std::isfinite(a[i])) return false;
+    }
+    return a.size() == b.size();
+}
+
+template <class Scalar>
+Slice<Scalar> whole(Reals<Scalar>& v) {
+    return {v.data(), Index(v.size())};
+}
+
+template <class Scalar>
+Slice<const Scalar> whole(const Reals<Scalar>& v) {
+    return {v.data(), Index(v.size())};
+}
+
+template <class Scalar>
+constexpr Scalar nan = std::numeric_limits<Scalar>::quiet_NaN();
+
+/// Numbers between -1 and 1, the same in every run.
+struct Numbers {
+    unsigned state = 1;
+    double next() {
+        state = 1664525u * state + 1013904223u;
+        return double(state >> 8) / double(1 << 23) - 1.0;
+    }
+};
+
+/// A model of n states and its measurements: some missing, the noise correlated, the last row of F dense.
+template <class Scalar>
+struct Case {
+    Index n, p, rows;
+    Reals<Scalar> transition, process, output, noise, y, drive, readout;
+
+    Case(Index states, Index components, Index count, bool is_diagonal) : n(states), p(components), rows(count) {
+        Numbers numbers;
+        const auto fill = [&](Index size) {
+            Reals<Scalar> v;
+            for (Index i = 0; i < size; ++i) v.push_back(Scalar(numbers.next()));
+            return v;
+        };
+        const auto square = [&](Index size) {  // a covariance
+            const Reals<Scalar> root = fill(size * size);
+            Reals<Scalar> v(root.size());
+            for (Index i = 0; i < size; ++i) {
+                for (Index j = 0; j < size; ++j) {
+                    for (Index k = 0; k < size; ++k) v[i * size + j] += root[i * size + k] * root[j * size + k];
+                }
+                v[i * size + i] += Scalar(0.5);
+            }
+            return v;
+        };
+        transition.assign(n * n, Scalar(0));
+        for (Index i = 0; i < n; ++i) transition[i * n + i] = Scalar(1.0 - 0.1 * double(i));
+        for (Index j = 0; !is_diagonal && j < n; ++j) transition[(n - 1) * n + j] = Scalar(numbers.next());
+        process = square(n);
+        output = fill(rows * p * n);
+        noise = square(p);
+        y = fill(rows * p);
+        drive = fill(rows * n);
+        readout = fill(2 * n);
+        for (Index i = 0; i < rows * p; i += 5) y[i] = nan<Scalar>;
+    }
+
+    Model<Scalar> model() const {
+        return {n, p, whole(transition), whole(process), whole(output), whole(noise), p * n, 0};
+    }
+
+    Rows<Scalar> part(Index first, Index count) const {
+        return {count, whole(y).part(first * p, count * p), whole(drive).part(first * n, count * n)};
+    }
+};
+
+/// A filter with its memory. `diffuse` directions are the first unit vectors.
+template <class Scalar>
+struct Filter {
+    Reals<Scalar> x, p, directions, scratch, means, sds, innovations, variances;
+    Index rank, n;
+    Likelihood<Scalar> likelihood;
+
+    Filter(const Case<Scalar>& c, bool square_root, Index diffuse)
+        : x(c.n), p(c.n * c.n), directions(c.n * c.n), scratch(filter_scratch(c.n, c.p)), means(c.rows * 2),
+          sds(c.rows * 2), innovations(c.rows * c.p), variances(c.rows * c.p), rank(diffuse), n(c.n) {
+        for (Index i = 0; i < n; ++i) {
+            p[i * n + i] = Scalar(i < diffuse ? 0 : 2);
+            directions[i * n + i] = Scalar(i < diffuse ? 1 : 0);
+        }
+        if (square_root) check(factor(whole(p), n, whole(scratch).part(0, n)), "factors of the first covariance");
+    }
+
+    template <int N>
+    void run(const Case<Scalar>& c, bool square_root, Index first, Index count) {
+        FilterState<Scalar> state{whole(x), whole(p), {whole(directions), rank}, likelihood};
+        Model<Scalar> model = c.model();
+        model.output = model.output.part(first * c.p * n, count * c.p * n);
+        const FilterOutput<Scalar> out{2, whole(c.readout), whole(means).part(first * 2, count * 2),
+                                       whole(sds).part(first * 2, count * 2),
+                                       whole(innovations).part(first * c.p, count * c.p),
+                                       whole(variances).part(first * c.p, count * c.p)};
+        const bool done = filter<N>(model, square_root, c.part(first, count), state, out, Trace<Scalar>{},
+                                    whole(scratch));
+        check(done, "filter");
+        rank = state.directions.rank;
+        likelihood = state.likelihood;
+    }
+
+    Reals<Scalar> covariance(bool square_root) const {
+        Reals<Scalar> full = p;
+        if (square_root) compose(whole(full), n);
+        return full;
+    }
+};
+
+template <class Scalar>
+void same_digits(const Filter<Scalar>& a, const Filter<Scalar>& b, const char* what) {
+    bool same = a.x == b.x && a.p == b.p && a.rank == b.rank && a.likelihood.squares == b.likelihood.squares &&
+                a.likelihood.variances.mantissa == b.likelihood.variances.mantissa;
+    check(same, what);
+}
+
+template <int N, class Scalar>
+void forms_and_cuts(const Case<Scalar>& c, Index diffuse, double tolerance) {
+    Filter<Scalar> plain(c, false, diffuse), factors(c, true, diffuse);
+    plain.template run<any_size>(c, false, 0, c.rows);
+    factors.template run<any_size>(c, true, 0, c.rows);
+    check(near(factors.covariance(true), plain.covariance(false), tolerance), "both forms: covariance");
+    check(near(factors.x, plain.x, tolerance), "both forms: state");
+    check(near(factors.means, plain.means, tolerance) && near(factors.sds, plain.sds, tolerance),
+          "both forms: readouts");
+    check(near(log_likelihood(factors.likelihood), log_likelihood(plain.likelihood), tolerance),
+          "both forms: likelihood");
+    for (bool square_root : {false, true}) {
+        Filter<Scalar> whole_record(c, square_root, diffuse), cut(c, square_root, diffuse);
+        whole_record.template run<N>(c, square_root, 0, c.rows);
+        cut.template run<N>(c, square_root, 0, 1);
+        cut.template run<N>(c, square_root, 1, 0);
+        cut.template run<N>(c, square_root, 1, c.rows - 1);
+        same_digits(whole_record, cut, "cuts leave no trace");
+        check(near(whole_record.x, plain.x, tolerance), "fixed size: state");
+    }
+}
+
+/// Smoothing in two blocks equals smoothing in one; at the last row it is the filter.
+template <class Scalar>
+void smoothing(const Case<Scalar>& c, Index diffuse, bool square_root, double tolerance) {
+    Filter<Scalar> filtered(c, square_root, diffuse);
+    const Filter<Scalar> start = filtered;
+    Reals<Scalar> means[2], sds[2];
+    Filter<Scalar> middle = start;
+    middle.template run<any_size>(c, square_root, 0, 7);
+    filtered.template run<any_size>(c, square_root, 0, c.rows);
+    for (int cut = 0; cut < 2; ++cut) {
+        Reals<Scalar> r(c.n), information(c.n * c.n);
+        means[cut].resize(c.rows * 2);
+        sds[cut].resize(c.rows * 2);
+        const auto block = [&](const Filter<Scalar>& from, Index first, Index count) {
+            Model<Scalar> model = c.model();
+            model.output = model.output.part(first * c.p * c.n, count * c.p * c.n);
+            Reals<Scalar> numbers(trace_numbers(count, c.n, c.p, from.rank > 0));
+            Reals<Scalar> scratch(filter_scratch(c.n, c.p) + smoother_scratch(c.n) + transition_numbers(c.n) + c.n +
+                                  2 * c.n * c.n);
+            check(filter_and_smooth(filter<any_size, Scalar>, model, square_root, c.part(first, count),
+                                    Checkpoint<Scalar>{whole(from.x), whole(from.p), whole(from.directions)},
+                                    from.rank, filtered.rank, Future<Scalar>{whole(r), whole(information)},
+                                    whole(c.readout), whole(means[cut]).part(first * 2, count * 2),
+                                    whole(sds[cut]).part(first * 2, count * 2), whole(numbers), whole(scratch)),
+                  "smoother");
+        };
+        if (cut == 1) block(middle, 7, c.rows - 7);
+        block(start, 0, cut == 1 ? 7 : c.rows);
+    }
+    check(near(means[0], means[1], tolerance) && near(sds[0], sds[1], tolerance), "smoother: blocks");
+    for (size_t i = means[0].size() - 2; i < means[0].size(); ++i) {
+        check(near(means[0][i], filtered.means[i], tolerance) && near(sds[0][i], filtered.sds[i], tolerance),
+              "smoother: at the last row it is the filter");
+    }
+}
+
+template <int N, class Scalar>
+void one_size(Index n, double tolerance) {
+    for (Index p = 1; p <= 3; ++p) {
+        for (bool is_diagonal : {false, true}) {
+            const Case<Scalar> c(n, p, 20, is_diagonal || n == 0);
+            for (Index diffuse = 0; diffuse <= (n < 3 ? n : 3); ++diffuse) {
+                forms_and_cuts<N>(c, diffuse, tolerance);
+                if (n == 0) continue;
+                smoothing(c, diffuse, false, tolerance);
+                smoothing(c, diffuse, true, tolerance);
+            }
+        }
+    }
+}
+
+/// The local level of Koopman (1997), exact diffuse start.
+template <int N, class Scalar>
+void koopman(double tolerance) {
+    for (bool square_root : {false, true}) {
+        Case<Scalar> c(1, 1, 10, true);
+        c.transition = {1};
+        c.process = {Scalar(8.253)};
+        c.noise = {Scalar(1.993)};
+        c.output.assign(10, Scalar(1));
+        c.y.assign(10, Scalar(1));
+        c.y[0] = Scalar(10.2394);
+        c.drive.assign(10, Scalar(0));
+        c.readout = {1, 1};
+        Filter<Scalar> f(c, square_root, 1);
+        f.template run<N>(c, square_root, 0, 10);
+        check(near(double(log_likelihood(f.likelihood)), -23.01632185093656111, tolerance), "Koopman: likelihood");
+        check(f.likelihood.innovations == 9 && f.likelihood.diffuse_updates == 1, "Koopman: counts");
+        check(near(double(f.means[18]), 1.000000927215463497, tolerance), "Koopman: last state");
+        check(near(double(f.sds[18] * f.sds[18]), 1.659364779788760324, tolerance), "Koopman: last variance");
+    }
+}
+
+/// Float follows double over a long stretch of the three-state filter of the seed.
+void float_beside_double() {
+    double sds[2] = {};
+    const auto last_sd = [](auto scalar, bool square_root) {
+        using Scalar = decltype(scalar);
+        Case<Scalar> c(3, 1, 20000, true);
+        c.transition = {Scalar(0.9997), 0, 0, 0, 1, 0, 0, 0, 1};
+        c.process = {Scalar(1e-5), 0, 0, 0, Scalar(1e-9), 0, 0, 0, 0};
+        c.noise = {Scalar(1)};
+        for (Index k = 0; k < c.rows; ++k) {
+            c.output[3 * k] = c.output[3 * k + 1] = Scalar(1);
+            c.output[3 * k + 2] = Scalar(k / 960 % 2 == 0 ? 1 : -1);
+        }
+        c.drive.assign(c.drive.size(), Scalar(0));
+        c.readout = {0, 0, 1, 1, 0, 0};
+        Filter<Scalar> f(c, square_root, 0);
+        f.template run<3>(c, square_root, 0, c.rows);
+        return double(f.sds[f.sds.size() - 2]);
+    };
+    for (bool square_root : {false, true}) {
+        sds[0] = last_sd(0.0, square_root);
+        sds[1] = last_sd(0.0F, square_root);
+        check(near(sds[1] / sds[0], 1.0, 2e-3), "float: sd after 20000 samples");
+    }
+}
+
+void products_of_many() {
+    LogProduct<double> large, small;
+    LogProduct<float> single;
+    double sum = 0.0;
+    for (int i = 0; i < 1000; ++i) {
+        multiply(large, 1e300);
+        multiply(small, 1e-300);
+        multiply(single, 1e-30F);
+        sum += std::log(1e300);
+    }
+    check(near(log_of(large), sum, 1e-14) && near(log_of(small), -sum, 1e-14), "product of large and small numbers");
+    check(near(double(log_of(single)), -sum / 10, 1e-5), "product in float");
+}
+
+void refused_factors() {
+    Reals<double> indefinite{1, 2, 2, 1}, singular{1, 1, 1, 1}, work(2);
+    check(!factor(whole(indefinite), 2, whole(work)), "an indefinite matrix has no factors");
+    check(factor(whole(singular), 2, whole(work)), "a singular one has");
+    compose(whole(singular), 2);
+    check(near(singular, Reals<double>{1, 1, 1, 1}, 1e-15), "and they compose to it");
+}
+
+void whitening() {
+    const Case<double> c(3, 1, 20, false);
+    for (Index columns = 1; columns <= 4; ++columns) {
+        Reals<double> noise(c.rows, 0.5), series(c.rows * columns, 1.0), states(3 * columns), p(9);
+        Reals<double> numbers(transition_numbers(3)), scratch(whiten_scratch(3, columns)), output{1, 0, 2};
+        noise[4] = nan<double>;
+        series[9 * columns] = nan<double>;
+        const Whitening<double> w{split_transition(whole(c.transition), 3, whole(numbers)), whole(c.process),
+                                  fixed(whole(output)), whole(p), whole(states), columns};
+        const double sum = whiten(w, fixed(whole(noise)), fixed(whole(series)), whole(series), whole(scratch));
+        check(std::isfinite(sum), "whitening: sum of logarithms");
+        for (Index k = 0; k < c.rows; ++k) {
+            check(std::isnan(series[k * columns]) == (k == 4 || k == 9), "whitening: missing rows");
+            check(std::isnan(series[k * columns]) || series[k * columns] == series[k * columns + columns - 1],
+                  "whitening: equal series stay equal");
+        }
+        noise[7] = -1.0;
+        series.assign(series.size(), 1.0);
+        check(std::isnan(whiten(w, fixed(whole(noise)), fixed(whole(series)), whole(series), whole(scratch))),
+              "whitening: negative variance");
+    }
+}
+
+}  // namespace
+
+int main() {
+    for (Index n = 0; n <= 5; ++n) one_size<any_size, double>(n, 1e-9);
+    one_size<1, double>(1, 1e-9);
+    one_size<3, double>(3, 1e-9);
+    one_size<3, float>(3, 0.05);
+    koopman<1, double>(1e-13);
+    koopman<any_size, double>(1e-13);
+    koopman<1, float>(3e-6);
+    float_beside_double();
+    products_of_many();
+    refused_factors();
+    whitening();
+    std::printf("%d passed, %d failed\n", passed, failed);
+    return failed == 0 ? 0 : 1;
+}
