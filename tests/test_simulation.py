@@ -12,7 +12,6 @@ import numpy as np
 import pytest
 
 import allanite as al
-from allanite import simulation
 from allanite.errors import InputError
 from allanite.noise import (
     TERMS,
@@ -26,6 +25,7 @@ from allanite.noise import (
     Sinusoid,
     White,
 )
+from allanite.simulation import record as simulation
 
 DT = 0.02
 LAGS = (1, 2, 5, 20, 100, 1000)

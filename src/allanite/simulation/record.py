@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Records of a sensor at rest, made from a noise model: exact in discrete time, reproducible by seed.
+"""Records of a sensor, made from a noise model and a motion: exact in discrete time, reproducible by seed.
 
 Every term becomes first-order Markov states on the sample grid, white noise, and a known function of time. Nothing
 is approximated by a small step: the states are advanced by their exact transition, and where a sample is the mean
@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -26,6 +26,9 @@ from allanite.noise import NoiseModel, Ramp, Sinusoid
 from allanite.noise.markov import MarkovForm, MarkovState
 from allanite.recording import ArrayColumn, Channel, Kind, Recording, Sampling, checked_rate
 
+from .motion import Motion
+from .signal import PerChannel, Scene, Signal, Temperature
+
 __all__ = ["simulate"]
 
 Array = NDArray[np.float64]
@@ -33,6 +36,10 @@ Progress = Callable[[float], None]
 
 #: Normal numbers made at once: 1 MiB stays in the second-level cache. Results do not depend on it.
 NORMALS = 1 << 17
+#: Keys of the random streams of the motion and of the thermometer, far from those of the channels (0, 1, ...).
+MOTION_STREAM, THERMOMETER_STREAM = 1 << 30, 1 << 29
+#: What a bench multimeter writes for an overload.
+OVERLOAD_WORD = 1e38
 #: Of the correlation times of the states that make flicker: their Allan variance is within 0.01 % of the floor.
 FLICKER_RATIO = math.sqrt(10)
 
@@ -51,9 +58,18 @@ def simulate(
     unit: str | Mapping[str, str] | None = None,
     name: str | None = None,
     start: int | None = None,
+    motion: Motion | None = None,
+    latitude: float | None = None,
+    scale_error: PerChannel = 0.0,
+    turn_on_bias: PerChannel = 0.0,
+    warm_up: tuple[float, float] | None = None,
+    temperature: Temperature | None = None,
     progress: Progress | None = None,
 ) -> Recording:
-    """A record of a sensor at rest whose noise is `model`.
+    """A record of a sensor whose noise is `model`, at rest or in motion.
+
+    measured = (1 + scale_error) (Earth rate on the axis + rotation) + bias, warm-up, temperature + noise, then the
+    full scale of the converter.
 
     Parameters
     ----------
@@ -76,13 +92,27 @@ def simulate(
         Channel name for a single model.
     start : int, optional [ns]
         UTC of the first sample.
+    motion : Motion, optional
+        Where the sensitive axes point, and what turning them brings: `Motion.reversals`, `positions`, `rotation`,
+        `still`. It needs channels that are rates, and with several of them `Motion.axes`.
+    latitude : float, optional [rad]
+        Adds the rotation of the Earth; without it there is none. Needs a motion, for the heading.
+    scale_error : float or mapping of channel name to float
+        Relative error of the scale factor.
+    turn_on_bias : float or mapping of channel name to float [rad/s]
+    warm_up : (float, float), optional [rad/s], [s]
+        Adds amplitude exp(-t/time constant), t since the first sample, to every channel.
+    temperature : Temperature, optional
+        Adds its bias to every channel, and its readings as a channel of their own.
     progress : callable, optional
         Called with the fraction done.
 
     Returns
     -------
     Recording
-        Its history holds the models and the seed.
+        Its history holds the models and the seed, all that was asked for besides, and under "motion" the truth: the
+        turns (start, stop [s], angle [rad]), the positions (start, stop [s], true and nominal heading [rad], of the
+        table), missed turns, knocks, and the parameters of the motion.
 
     Raises
     ------
@@ -93,7 +123,8 @@ def simulate(
     Notes
     -----
     A random walk starts at zero, a ramp is R t, Gauss-Markov states start stationary. Streams are those of NumPy's
-    SFC64; NumPy may change its normal generator between versions.
+    SFC64; NumPy may change its normal generator between versions. The motion draws from a stream of its own: the
+    noise of a seed is the same with and without it.
 
     Examples
     --------
@@ -106,17 +137,35 @@ def simulate(
     n_samples = _sample_count(rate, duration)
     models = model if isinstance(model, Mapping) else {name or _name(model): model}
     channels = tuple(_channel(key, value, unit, sampling) for key, value in models.items())
+    scene = Scene(
+        motion=motion,
+        latitude=latitude,
+        scale_error=scale_error,
+        turn_on_bias=turn_on_bias,
+        warm_up=warm_up,
+        temperature=temperature,
+    )
+    streams = _streams(seed, len(channels))
+    course = None if motion is None else motion.draw(n_samples / rate, _stream(seed, MOTION_STREAM))
     advance = _counter(progress, n_samples * len(channels))
     columns = []
-    for channel, one, stream in zip(channels, models.values(), _streams(seed, len(channels)), strict=True):
+    for channel, one, stream in zip(channels, models.values(), streams, strict=True):
         process = _process(one, 1 / rate, n_samples, sampling, 1 / channel.scale)
+        if not scene.empty:
+            process = replace(process, signal=scene.signal(channel, len(channels), course, 1 / rate))
+            process = replace(process, limit=_limit(motion, channel))
         columns.append(ArrayColumn(_samples(process, n_samples, stream, advance)))
     step = {
         "step": "simulate",
         "seed": int(seed),
         "sampling": sampling,
         "models": {key: value.to_json() for key, value in models.items()},
+        **scene.to_json(course),
     }
+    if temperature is not None and temperature.channel is not None:
+        channels += (Channel.of(temperature.channel, "°C", sampling=sampling),)
+        readings = _readings(temperature, n_samples, 1 / rate, sampling, _stream(seed, THERMOMETER_STREAM))
+        columns.append(ArrayColumn(readings))
     return Recording(
         channels=channels, columns=tuple(columns), rate=rate, start=start, history=(step,), source="simulated"
     )
@@ -176,6 +225,10 @@ def _streams(seed: int, count: int) -> list[np.random.SeedSequence]:
     return np.random.SeedSequence(int(seed)).spawn(count)
 
 
+def _stream(seed: int, key: int) -> np.random.SeedSequence:
+    return np.random.SeedSequence(int(seed), spawn_key=(key,))
+
+
 def _counter(progress: Progress | None, total: int) -> Callable[[int], None]:
     done = 0
 
@@ -193,12 +246,14 @@ def _counter(progress: Progress | None, total: int) -> Callable[[int], None]:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Process:
-    """The Markov form of a model, and known functions of the time [s] times a factor."""
+    """The Markov form of a model, and known functions of the time [s] and a signal, both times a factor."""
 
     form: MarkovForm
     known: tuple[Callable[[Array], Array], ...]
     factor: float
     dt: float
+    signal: Signal | None = None
+    limit: Callable[[Array], None] | None = None
 
 
 def _process(model: NoiseModel, dt: float, n_samples: int, sampling: Sampling, factor: float) -> _Process:
@@ -247,7 +302,37 @@ def _samples(
             t *= process.dt
             for function in process.known:
                 block += process.factor * function(t)
+        if process.signal is not None:
+            block += process.factor * process.signal.samples(first, len(block))
+        if process.limit is not None:
+            process.limit(block)
         advance(len(block))
+    return out
+
+
+def _limit(motion: Motion | None, channel: Channel) -> Callable[[Array], None] | None:
+    """What the converter does to samples, in place."""
+    if motion is None or motion.full_scale is None:
+        return None
+    full = abs(motion.full_scale / channel.scale)
+    written = {"clip": full, "nan": math.nan, "1e38": OVERLOAD_WORD}[motion.overload]
+
+    def limit(block: Array) -> None:
+        over = np.abs(block) > full
+        block[over] = np.copysign(written, block[over])
+
+    return limit
+
+
+def _readings(
+    temperature: Temperature, n_samples: int, dt: float, sampling: Sampling, stream: np.random.SeedSequence
+) -> Array:
+    """Of the thermometer [°C]."""
+    out = temperature.noise * np.random.Generator(np.random.SFC64(stream)).standard_normal(n_samples)
+    for first in range(0, n_samples, NORMALS):
+        block = out[first : first + NORMALS]
+        t: Array = np.arange(first, first + len(block), dtype=np.float64) * dt
+        block += temperature.over(t, dt if sampling == "mean" else 0.0)
     return out
 
 

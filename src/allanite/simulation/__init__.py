@@ -1,0 +1,15 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Records of a sensor whose truth is known: noise, motion and the Earth.
+
+``record``      simulate(model, rate, duration, seed, motion): what a user calls.
+``motion``      Motion: what the operator means to do with the sensor, and how badly.
+``course``      what a motion becomes in one record: headings and rotation over time, and their exact means.
+``signal``      what a sensor would show without noise: Earth, rotation, bias, warm-up, temperature.
+``seed_paper``  the twin of the bench of Silva, Jeronymo, Pavan and Tosin.
+"""
+
+from allanite.simulation.motion import Motion
+from allanite.simulation.record import simulate
+from allanite.simulation.signal import Temperature
+
+__all__ = ["Motion", "Temperature", "simulate"]
