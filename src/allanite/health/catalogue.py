@@ -43,7 +43,7 @@ class Entry:
     excludes: bool = False
 
 
-_MISSING, _RANGE, _STEPS, _REPEATS, _REST, _MEANING, _TIME, _TEXT, _SPECTRUM = (
+_MISSING, _RANGE, _STEPS, _REPEATS, _REST, _MEANING, _TIME, _TEXT, _SPECTRUM, _TURNS = (
     "Missing samples",
     "Range",
     "Resolution",
@@ -53,6 +53,7 @@ _MISSING, _RANGE, _STEPS, _REPEATS, _REST, _MEANING, _TIME, _TEXT, _SPECTRUM = (
     "Time",
     "Text",
     "Spectrum",
+    "Turns",
 )
 
 #: Code -> what it means. The order is the order of the printed table.
@@ -455,6 +456,110 @@ CATALOGUE: dict[str, Entry] = {
         done="those lags are kept out of the fit",
         advice="none needed",
     ),
+    "turns_by_size": Entry(
+        group=_TURNS,
+        severity="info, warning",
+        means="surges of equal size that are not half turns by their angle: another unit, an axis that hardly sees it",
+        risk="surges of equal size that are no turns would alternate the direction wrongly",
+        done="they count as half turns",
+        advice="check unit, scale factor and axis, or list the turns",
+    ),
+    "turns_by_rhythm": Entry(
+        group=_TURNS,
+        severity="warning",
+        means="surges without an angle, as long as turns, at even intervals",
+        risk="a knock in time with the turns would alternate the direction wrongly",
+        done="they count as half turns",
+        advice="list the turns",
+    ),
+    "turn_unlike": Entry(
+        group=_TURNS,
+        severity="warning",
+        means="a turn that is not half a turn",
+        risk="the axis stands off north and south: the rate reads too small",
+        done="after a quarter turn the direction counts as unknown",
+        advice="turn again, or list the turns",
+    ),
+    "turns_clipped": Entry(
+        group=_TURNS,
+        severity="info",
+        means="turns beyond the range of the converter",
+        risk="",
+        done="their angle is a lower bound",
+        advice="none needed",
+    ),
+    "turn_missed": Entry(
+        group=_TURNS,
+        severity="info",
+        means="a dwell much longer than the others",
+        risk="",
+        done="the direction is counted by the turns that were made",
+        advice="none needed",
+    ),
+    "turn_doubled": Entry(
+        group=_TURNS,
+        severity="warning",
+        means="a dwell much shorter than the others: turned twice, or one of the turns is none",
+        risk="a knock taken for a turn reverses all that follows",
+        done="every turn that was seen counts",
+        advice="compare with the notes taken",
+    ),
+    "turn_hidden": Entry(
+        group=_TURNS,
+        severity="warning",
+        means="a turn that no signal shows, told by the others",
+        risk="one turn too many reverses all that follows",
+        done="it counts",
+        advice="compare with the notes taken",
+    ),
+    "direction_unknown": Entry(
+        group=_TURNS,
+        severity="info, warning",
+        means="a stretch without readings that may hide a turn",
+        risk="taken for another direction, it would count against the rate",
+        done="what follows is left out of the rate until its direction is known",
+        advice="list the turns",
+    ),
+    "gap_without_turn": Entry(
+        group=_TURNS,
+        severity="info",
+        means="a stretch without readings that hides no turn, by what surrounds it",
+        risk="",
+        done="the direction is kept",
+        advice="none needed",
+    ),
+    "dwell_disturbed": Entry(
+        group=_TURNS,
+        severity="info",
+        means="a knock or another disturbance that is no turn",
+        risk="",
+        done="it is cut out of the dwell",
+        advice="none needed",
+    ),
+    "dwell_stuck": Entry(
+        group=_TURNS,
+        severity="warning",
+        means="one repeated value for a while",
+        risk="readings before and after may be wrong as well",
+        done="it is left out of the dwell",
+        advice="find why the reading froze",
+    ),
+    "turn_not_listed": Entry(
+        group=_TURNS,
+        severity="warning",
+        means="a turn in the signal that the list of turns does not hold",
+        risk="the direction after it is wrong if the list is",
+        done="it is cut out, without a change of direction",
+        advice="compare list and signal",
+    ),
+    "turn_not_seen": Entry(
+        group=_TURNS,
+        severity="warning",
+        means="a listed turn that is not in the signal",
+        risk="the direction after it is wrong if the list is",
+        done="it counts",
+        advice="compare list and signal",
+    ),
 }
 
 
@@ -470,7 +575,8 @@ def findings_page() -> str:
     lines = [
         "# Findings",
         "",
-        "What `allanite info` and `allanite characterize` may find wrong with a recording. Nothing is repaired:",
+        "What `allanite info` and `allanite characterize` may find wrong with a recording, and what its turns may show",
+        "(last table). Nothing is repaired:",
         "samples are kept, or left out and named. A *fatal* finding refuses the analysis; `--accept CODE` goes on",
         "in spite of it, and the result says so. A *warning* says that a number suffers. An *info* is worth",
         "knowing. Samples that are left out keep their place in time: they become gaps.",
