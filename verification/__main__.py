@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""`make verify`: run the scenarios, write the table and the picture of the results."""
+"""`make verify`: run the long statistical checks, write the tables and pictures of the results."""
 
 from __future__ import annotations
 
@@ -9,42 +9,90 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before NumPy: one record p
 
 import argparse
 import json
+from collections.abc import Callable
+from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 
-from verification.coverage import ROOT_SEED, evaluate, run
-from verification.curves import LAGS, run_curves
-from verification.report import write_curves, write_report
-from verification.scenarios import SCENARIOS
+from verification.coverage import ROOT_SEED
 
 HERE = Path(__file__).parent
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Order:
+    """What was asked for: `share` of the full number of records, processes, and where finished records are kept."""
+
+    share: float
+    workers: int
+    cache: Path
+    date: str
+
+    def count(self, full: int) -> int:
+        """Records of a run that has `full` of them."""
+        return max(round(self.share * full), 2)
+
+
+def _say(text: str) -> None:
+    print(text, flush=True)
+
+
+def _curves(order: Order) -> None:
+    from verification.curves import LAGS, run_curves
+    from verification.report import write_curves
+
+    write_curves(
+        run_curves(ROOT_SEED, _say), LAGS.tolist(), HERE / "results", seed=ROOT_SEED, date=order.date
+    )
+
+
+def _coverage(order: Order) -> None:
+    from verification.coverage import evaluate, run
+    from verification.report import write_report
+    from verification.scenarios import SCENARIOS
+
+    rows = []
+    for scenario in SCENARIOS:
+        rows.append(evaluate(scenario, run(scenario.name, order.count(500), order.workers, order.cache)))
+        _say(json.dumps(rows[-1], indent=1))
+    write_report(rows, HERE / "results", seed=ROOT_SEED, date=order.date)
+
+
+def _earth(order: Order) -> None:
+    from verification.earth_rate import run_faults, run_takes, run_warm_up
+    from verification.earth_report import write_earth
+    from verification.turns import run as run_turns
+
+    parts = {
+        "takes": run_takes(order.count(1000), ROOT_SEED, _say, order.workers, order.cache),
+        "turns": run_turns(order.count(200), ROOT_SEED),
+        "faults": run_faults(order.count(60), ROOT_SEED, _say, order.workers, order.cache),
+        "warm_up": run_warm_up(order.count(200), ROOT_SEED, _say, order.workers, order.cache),
+    }
+    write_earth(parts, HERE / "results", seed=ROOT_SEED, date=order.date)
+
+
+PARTS: dict[str, Callable[[Order], None]] = {"curves": _curves, "coverage": _coverage, "earth": _earth}
 
 
 def main() -> None:
     """Command line of the verification runs."""
     parser = argparse.ArgumentParser(prog="python -m verification", description=__doc__)
-    parser.add_argument("--runs", type=int, default=500)
+    parser.add_argument("parts", nargs="*", metavar="part", help=f"of {', '.join(PARTS)}; all by default")
+    parser.add_argument("--share", type=float, default=1.0, help="of the full number of records")
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
-    parser.add_argument("--only", action="append", help="name of a scenario; may be repeated")
-    parser.add_argument("--curves", action="store_true", help="only the intervals of the curve")
     parser.add_argument(
         "--cache", type=Path, default=HERE / "cache", help="records already done are kept here"
     )
     given = parser.parse_args()
-    today = datetime.now(UTC).date().isoformat()
-    if given.curves or not given.only:
-        curves = run_curves(ROOT_SEED, lambda text: print(text, flush=True))
-        write_curves(curves, LAGS.tolist(), HERE / "results", seed=ROOT_SEED, date=today)
-    if given.curves:
-        return
+    unknown = set(given.parts) - set(PARTS)
+    if unknown:
+        parser.error(f"no part {', '.join(unknown)}; there are: {', '.join(PARTS)}")
     given.cache.mkdir(exist_ok=True)
-    chosen = [s for s in SCENARIOS if not given.only or s.name in given.only]
-    rows = []
-    for scenario in chosen:
-        rows.append(evaluate(scenario, run(scenario.name, given.runs, given.workers, given.cache)))
-        print(json.dumps(rows[-1], indent=1), flush=True)
-    if len(chosen) == len(SCENARIOS):
-        write_report(rows, HERE / "results", seed=ROOT_SEED, date=today)
+    today = datetime.now(UTC).date().isoformat()
+    order = Order(share=given.share, workers=given.workers, cache=given.cache, date=today)
+    for name in given.parts or PARTS:
+        PARTS[name](order)
 
 
 if __name__ == "__main__":

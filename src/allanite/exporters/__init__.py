@@ -23,7 +23,7 @@ from allanite.noise import NoiseModel
 __all__ = ["EXPORTERS", "Exporter", "export", "exporter"]
 
 #: Modules of this package that write a format.
-EXPORTERS: Final = ("kalibr",)
+EXPORTERS: Final = ("kalibr", "firmware")
 
 
 class Exporter(Protocol):
@@ -65,7 +65,7 @@ def export(
     Parameters
     ----------
     name : str
-        "kalibr": the imu.yaml of Kalibr.
+        "kalibr": the imu.yaml of Kalibr. "firmware": a C++ header with the constants of a bias filter.
     study : Study, dict or mapping of channel name to NoiseModel
         A study, its document, or bare models (then `rate` is needed and their `kind` says what they are).
     path : path, optional

@@ -1,0 +1,299 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""From a turned recording to the Earth rate: the regression, its checks, its interval and its verdict."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.earth import EARTH_RATE
+from allanite.earth_rate.dwell_means import DwellMeans
+from allanite.earth_rate.noise_of_record import fit_noise
+from allanite.earth_rate.residuals import residual_checks
+from allanite.earth_rate.results import Check, DwellMean, EarthRateEstimate, Reading, Running, Stated
+from allanite.earth_rate.take import RATE, Decay, Take
+from allanite.earth_rate.verdict import judge
+from allanite.errors import InputError
+from allanite.laws import normal_quantile, student_quantile
+from allanite.noise import NoiseModel, White
+from allanite.recording import Kind, Recording
+from allanite.regression import LEVEL, Regression
+from allanite.reversals import Reversals, find_reversals
+from allanite.reversals.turns import DEAD_TIME
+
+__all__ = ["DEAD_TIME", "measure_earth_rate"]
+
+Array = NDArray[np.float64]
+Progress = Callable[[float, str], None]
+
+
+#: Other dead times that are tried [s].
+DEAD_TIMES = (0.0, 0.5, 1.0, 2.0, 3.0, 5.0, 8.0, 12.0)
+
+
+def measure_earth_rate(
+    recording: Recording,
+    *,
+    latitude: float,
+    model: NoiseModel | None = None,
+    channel: str | None = None,
+    reversals: Reversals | None = None,
+    first: str | None = "north",
+    dead_time: float = DEAD_TIME,
+    settling: bool = False,
+    warm_up: bool = False,
+    temperature: str | None = None,
+    stated: Stated | None = None,
+    confidence: float = 0.95,
+    progress: Progress | None = None,
+) -> EarthRateEstimate:
+    """The Earth's rotation rate from a recording of one horizontal axis that was turned between north and south.
+
+    Parameters
+    ----------
+    recording : Recording
+        Of rates with a unit: the turns may be in it.
+    latitude : float [rad]
+        Short of the poles, where the horizontal axis sees nothing of the Earth.
+    model : NoiseModel, optional
+        Of the sensor at rest. Without it white noise and flicker are fitted to this very record, and the interval
+        is widened for that.
+    channel : str, optional
+        Needed where the recording has several rates.
+    reversals : Reversals, optional
+        When the sensor was turned; by default found from the signal.
+    first : "north", "south" or None
+        Direction of the first dwell, which one axis cannot tell: with None the sign of the rate is a choice.
+    dead_time : float [s]
+        Left out after each turn.
+    settling, warm_up : bool
+        Fit a rotation that settles after each turn, or an exponential warm-up, beside the rate.
+    temperature : str, optional
+        Name of a temperature channel to fit beside the rate.
+    stated : Stated, optional
+        Uncertainties of scale factor, latitude, tilt and heading.
+    confidence : float
+        Of the interval.
+    progress : callable, optional
+        Called with the fraction done and what is being done.
+
+    Returns
+    -------
+    EarthRateEstimate
+
+    Raises
+    ------
+    InputError
+        A latitude at a pole, a channel that is no rate, no usable samples.
+
+    Notes
+    -----
+    y(t) = Omega cos(latitude) s(t) + level + X(t) c + noise, by `allanite.regression.regress`. Excess scatter of the
+    dwells (p < 0.01) or of the noise (p < 0.001) multiplies the standard deviation by the root of chi-square over its
+    expectation (R. T. Birge, Phys. Rev. 40 (1932) 207). A record without reversals gives no rate: bias and
+    Earth are one constant there.
+    """
+    _refuse(latitude, confidence)
+    advance = progress or (lambda fraction, what: None)
+    name = rate_channel(recording, channel)
+    if reversals is None:
+        advance(0.0, "looking for the turns")
+        reversals = find_reversals(recording, channel=name, first=first, dead_time=dead_time)
+    advance(0.3, "averaging")
+    take = Take.of(recording, name, reversals, latitude, temperature, model=model)
+    source, open_question = "given", ""
+    if model is None:
+        advance(0.4, "fitting the noise of this record")
+        model, source = fit_noise(take.blocks, take.columns()[0], take.sampling), "this record"
+    else:
+        model, open_question = _cautious(take, model)
+    advance(0.7, "fitting the rate")
+    decays = (take.best(model, "settling") if settling else []) + (
+        take.best(model, "warm-up") if warm_up else []
+    )
+    found = _estimate(take, model, source, decays, stated or Stated(), confidence)
+    return replace(found, advice=(*found.advice, open_question)) if open_question else found
+
+
+def rate_channel(recording: Recording, channel: str | None) -> str:
+    """The channel of rates that is meant.
+
+    Raises
+    ------
+    InputError
+        None, several and no choice, or one whose unit is not that of a rate.
+    """
+    rates = [c.name for c in recording.channels if c.kind is Kind.RATE]
+    if channel is None:
+        if len(rates) == 1:
+            return rates[0]
+        has = ", ".join(f"{c.name} ({c.kind.value})" for c in recording.channels)
+        raise InputError(
+            f"{'no channel' if not rates else 'more than one channel'} of rates: {has}. "
+            + ("Say which with channel=" if rates else "Give the unit, e.g. deg/s, or the scale factor")
+        )
+    if recording[channel].kind is not Kind.RATE:
+        raise InputError(
+            f"channel {channel!r} is one of {recording[channel].kind.value}, not of rates: give its unit, e.g. deg/s, "
+            "or its scale factor"
+        )
+    return channel
+
+
+def _refuse(latitude: float, confidence: float) -> None:
+    if not (math.isfinite(latitude) and abs(latitude) < math.radians(89.999)):
+        raise InputError(
+            f"latitude {math.degrees(latitude):g} deg: a horizontal axis sees the Earth by the cosine of the latitude, "
+            "nothing at a pole; give it in radians (degrees on the command line)"
+        )
+    if not 0.5 <= confidence < 1:
+        raise InputError(f"confidence must be from 0.5 to below 1, not {confidence!r}")
+
+
+def _cautious(take: Take, model: NoiseModel) -> tuple[NoiseModel, str]:
+    """Of the families that the record at rest leaves open, the one with the wider interval; and what that means.
+
+    Raises
+    ------
+    InputError
+        A noise model of something else than a rate.
+    """
+    if model.kind != Kind.RATE:
+        raise InputError(f"the noise model is one of {model.kind}, channel {take.channel!r} holds rates")
+    families = sorted((take.fit(m)[RATE][1], k, m) for k, m in enumerate(model.families))
+    if len(families) == 1 or not math.isfinite(families[-1][0]):
+        return model, ""
+    (small, _, narrow), (large, _, wide) = families
+    return wide, (
+        f"the record at rest does not decide between {wide.family} and {narrow.family}; the interval is that of "
+        f"{wide.family}, the wider one: with {narrow.family} it would be {100 * (1 - small / large):.0f} % narrower"
+    )
+
+
+def _estimate(
+    take: Take,
+    model: NoiseModel,
+    source: str,
+    decays: list[Decay],
+    stated: Stated,
+    confidence: float,
+) -> EarthRateEstimate:
+    fit = take.fit(model, decays, running=True)
+    dwells = DwellMeans.of(take, model, decays)
+    separable = RATE not in fit.unbounded
+    checks = (*residual_checks(fit, take, model, decays), *(dwells.checks() if separable else ()))
+    rate, sd = fit[RATE]
+    flip = -1.0 if take.reversals.first == "unknown" and rate < 0 else 1.0
+    readings = tuple(replace(r, rate=flip * r.rate) for r in dwells.readings())
+    inflation = _inflation(checks)
+    if source != "given":
+        inflation = max(inflation, _own_scatter(readings, sd))
+    budget = {"noise": sd * inflation, **{k: v * EARTH_RATE for k, v in stated.budget(take.latitude).items()}}
+    total = math.sqrt(sum(v**2 for v in budget.values()))
+    half = _quantile(confidence, source, readings) * total
+    estimate = EarthRateEstimate(
+        rate=flip * rate,
+        sd=sd * inflation,
+        total_sd=total,
+        interval=(flip * rate - half, flip * rate + half),
+        confidence=confidence,
+        verdict="",
+        reason="",
+        inflation=inflation,
+        bias=_bias(take, model, decays, fit),
+        nuisances={n: fit[n] for n in fit.names if n not in (RATE, LEVEL)},
+        budget=budget,
+        readings=readings,
+        running=_running(take, fit, dwells, flip),
+        dwells=_dwell_table(take, model, fit, decays),
+        checks=checks,
+        dead_times=_dead_times(take, model, decays, flip) if separable else np.zeros((0, 3)),
+        latitude=take.latitude,
+        first=take.reversals.first,
+        model=model,
+        model_source=source,
+        reversals=take.reversals,
+        duration=take.recording.duration,
+        block=take.blocks.dt,
+        channel=take.channel,
+        source=take.recording.source,
+    )
+    verdict, reason, advice = judge(estimate, separable=separable)
+    return replace(estimate, verdict=verdict, reason=reason, advice=advice)
+
+
+def _inflation(checks: tuple[Check, ...]) -> float:
+    """Birge's ratio, of the check that asks for more."""
+    asking = [c for c in checks if not c.passed and c.name in ("scatter of the dwells", "size of the noise")]
+    return max([1.0, *(math.sqrt(c.statistic / c.dof) for c in asking)])
+
+
+def _own_scatter(readings: tuple[Reading, ...], sd: float) -> float:
+    """Where the noise comes from this record, the scatter of its pairs is asked too."""
+    found = [r.scatter / sd for r in readings if r.name == "pairs" and r.scatter is not None]
+    return max([1.0, *found])
+
+
+def _quantile(confidence: float, source: str, readings: tuple[Reading, ...]) -> float:
+    """Of the normal law; of Student's, by the number of pairs, where the noise comes from this record."""
+    count = next((r.count for r in readings if r.name == "pairs"), 0)
+    if source == "given" or count < 2:
+        return normal_quantile((1 + confidence) / 2)
+    return student_quantile((1 + confidence) / 2, count - 1)
+
+
+def _bias(take: Take, model: NoiseModel, decays: list[Decay], fit: Regression) -> tuple[float, float]:
+    """The level; where it cannot be told from the rate, that of a fit without the rate."""
+    if LEVEL not in fit.unbounded:
+        return fit[LEVEL]
+    table, names = take.design(decays)
+    return take.regress(table[:, 1:], names[1:], model)[LEVEL]
+
+
+def _running(take: Take, fit: Regression, dwells: DwellMeans, flip: float) -> Running:
+    time = np.asarray(take.checkpoints() * take.blocks.dt, dtype=np.float64)
+    rate, sd = fit.running[:, 0, 0], fit.running[:, 1, 0]
+    members, weights = dwells.pairs()
+    values, ends = (weights * dwells.mean[members]).sum(axis=1), dwells.middle[members[:, 1]]
+    so_far = np.searchsorted(ends, time, side="right")
+    sums = np.concatenate([[np.nan], np.cumsum(values) / np.arange(1, len(values) + 1)])
+    return Running(time=time, rate=flip * rate, sd=sd, pairs=flip * sums[so_far])
+
+
+def _dwell_table(
+    take: Take, model: NoiseModel, fit: Regression, decays: list[Decay]
+) -> tuple[DwellMean, ...]:
+    """Means of all dwells, and what the fit leaves of them."""
+    n = len(take.reversals.dwells)
+    mean, whole = take.blocks.of_spans(n)
+    explained = np.nan_to_num(take.design(decays)[0]) @ np.nan_to_num(fit.coefficients)
+    left, _ = replace(take.blocks, mean=take.blocks.mean - explained).of_spans(n)
+    white = math.sqrt(sum(t.N**2 for t in model.terms if isinstance(t, White)))
+    rate = take.recording.rate
+    return tuple(
+        DwellMean(
+            start=d.start / rate,
+            stop=d.stop / rate,
+            sign=d.sign,
+            mean=float(mean[i]),
+            sd=white / math.sqrt(whole[i] * take.blocks.dt) if whole[i] > 0 else math.inf,
+            residual=float(left[i]),
+        )
+        for i, d in enumerate(take.reversals.dwells)
+    )
+
+
+def _dead_times(take: Take, model: NoiseModel, decays: list[Decay], flip: float) -> Array:
+    """The estimate for other dead times, as long as half of a short dwell remains."""
+    turns = np.array([t.stop for t in take.reversals.turns]) / take.reversals.rate
+    room = float(np.quantile(np.diff(turns), 0.2)) / 2 if len(turns) > 1 else 0.0
+    rows = []
+    for dead in [d for d in DEAD_TIMES if d <= room]:
+        again = take.with_dead_time(dead)
+        value, sd = again.fit(model, decays)[RATE]
+        rows.append((dead, flip * value, sd))
+    return np.array(rows).reshape(-1, 3)

@@ -1,0 +1,278 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What a measurement of the Earth's rotation says: plain, frozen, serialisable."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict, dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.earth import EARTH_RATE
+from allanite.errors import InputError
+from allanite.noise import NoiseModel
+from allanite.reversals import Reversals
+
+__all__ = ["Check", "DwellMean", "EarthRateEstimate", "Reading", "Running", "Stated"]
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Stated:
+    """Standard uncertainties that only the user knows; they enter the interval and the budget.
+
+    Attributes
+    ----------
+    scale : float
+        Of the scale factor, relative.
+    latitude : float [rad]
+    tilt : float [rad]
+        Of the turntable's axis from the vertical, in the north-south plane.
+    heading : float [rad]
+        Of the direction of the sensitive axis in each dwell.
+    """
+
+    scale: float = 0.0
+    latitude: float = 0.0
+    tilt: float = 0.0
+    heading: float = 0.0
+
+    def __post_init__(self) -> None:
+        for name, value in asdict(self).items():
+            if not (isinstance(value, (int, float)) and math.isfinite(value) and value >= 0):
+                raise InputError(
+                    f"the stated uncertainty of {name} must be finite and not negative, not {value!r}"
+                )
+
+    def budget(self, latitude: float) -> dict[str, float]:
+        """What each contributes to the standard uncertainty of the Earth rate, relative to it.
+
+        The mean of the dwells is Omega (1 + e) [cos(latitude) cos(heading) + tilt sin(latitude)], so a tilt and an
+        error of latitude count tan(latitude) times. An error of heading is of second order: heading^2/2, whose root
+        mean square is sqrt(3)/2 of the variance.
+        """
+        slope = abs(math.tan(latitude))
+        return {
+            "scale factor": self.scale,
+            "latitude": slope * self.latitude,
+            "tilt": slope * self.tilt,
+            "heading": math.sqrt(3) / 2 * self.heading**2,
+        }
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Check:
+    """One question put to the residuals.
+
+    Attributes
+    ----------
+    name : str
+    statistic, dof : float
+        Chi-square and its expectation if the model holds.
+    p : float
+        Probability of a larger one if the model holds.
+    passed : bool
+    says : str
+        What it means and what to do, when it did not pass.
+    """
+
+    name: str
+    statistic: float
+    dof: float
+    p: float
+    passed: bool
+    says: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Reading:
+    """The Earth rate by one estimator from the means of the dwells.
+
+    Attributes
+    ----------
+    name : str
+        "pairs", the seed's north-south pairs, or "north-south-north", which cancels a drift.
+    rate : float [rad/s]
+    sd : float [rad/s]
+        Under the noise model.
+    scatter : float or None [rad/s]
+        Standard error from the scatter of the single values alone, taken for independent; None where they overlap.
+    count : int
+        Single values.
+    """
+
+    name: str
+    rate: float
+    sd: float
+    scatter: float | None
+    count: int
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DwellMean:
+    """One dwell.
+
+    Attributes
+    ----------
+    start, stop : float [s]
+        Usable part, since the beginning of the record.
+    sign : int
+        +1 north, -1 south, 0 unknown.
+    mean : float [rad/s]
+    sd : float [rad/s]
+        Of its white noise.
+    residual : float [rad/s]
+        Mean less bias, drift-free part and Earth: what is left of it after the fit.
+    """
+
+    start: float
+    stop: float
+    sign: int
+    mean: float
+    sd: float
+    residual: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Running:
+    """The estimate as the record grows: one entry at the end of dwells.
+
+    Attributes
+    ----------
+    time : ndarray, shape (n,) [s]
+    rate, sd : ndarray, shape (n,) [rad/s]
+        By regression; NaN and infinity until rate and bias can be told apart.
+    pairs : ndarray, shape (n,) [rad/s]
+        Mean of the pairs so far, NaN before the first.
+    """
+
+    time: Array
+    rate: Array
+    sd: Array
+    pairs: Array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EarthRateEstimate:
+    """The Earth's rotation as one axis saw it, with what speaks for and against the number.
+
+    Attributes
+    ----------
+    rate : float [rad/s]
+        NaN where rate and bias cannot be told apart.
+    sd : float [rad/s]
+        Standard deviation by the noise, multiplied by `inflation`.
+    total_sd : float [rad/s]
+        With the stated uncertainties.
+    interval : (float, float) [rad/s]
+        At `confidence`, from `total_sd`.
+    confidence : float
+    verdict : str
+        "resolved", "not resolved", "inconsistent", "inconsistent with Earth" or "not separable".
+    reason : str
+        One or two sentences.
+    inflation : float
+        1, or the factor by which excess scatter or noise widens the interval.
+    bias : (float, float) [rad/s]
+        The constant of the record at its beginning, and its standard deviation; where the record has no reversals,
+        the constant is bias and Earth together.
+    nuisances : dict of str to (float, float)
+        Other coefficients that were fitted, with their standard deviations.
+    budget : dict of str to float [rad/s]
+        Standard uncertainties by source.
+    readings : tuple of Reading
+    running : Running
+    dwells : tuple of DwellMean
+    checks : tuple of Check
+    dead_times : ndarray, shape (n, 3) [s, rad/s, rad/s]
+        The estimate and its standard deviation for other times left out after each turn.
+    advice : tuple of str
+    latitude : float [rad]
+    first : str
+        "north", "south", or "unknown": then the sign of the rate is a choice.
+    model : NoiseModel
+    model_source : str
+        "given", or "this record": then fitted to it.
+    reversals : Reversals
+    duration : float [s]
+    block : float [s]
+        Length of the means that were regressed.
+    """
+
+    rate: float
+    sd: float
+    total_sd: float
+    interval: tuple[float, float]
+    confidence: float
+    verdict: str
+    reason: str
+    inflation: float
+    bias: tuple[float, float]
+    nuisances: dict[str, tuple[float, float]] = field(default_factory=dict)
+    budget: dict[str, float] = field(default_factory=dict)
+    readings: tuple[Reading, ...] = ()
+    running: Running
+    dwells: tuple[DwellMean, ...] = field(repr=False)
+    checks: tuple[Check, ...] = ()
+    dead_times: Array = field(repr=False)
+    advice: tuple[str, ...] = ()
+    latitude: float
+    first: str
+    model: NoiseModel = field(repr=False)
+    model_source: str
+    reversals: Reversals = field(repr=False)
+    duration: float
+    block: float
+    channel: str
+    source: str
+
+    @property
+    def deviation(self) -> float:
+        """Distance from the known rate of the Earth, in total standard deviations."""
+        return (self.rate - EARTH_RATE) / self.total_sd
+
+    @property
+    def resolved(self) -> bool:
+        """True when the rate is a measurement of the Earth's rotation."""
+        return self.verdict == "resolved"
+
+    def reading(self, name: str) -> Reading | None:
+        """One of the simple estimators, or None where the record does not allow it."""
+        return next((r for r in self.readings if r.name == name), None)
+
+    def to_json(self) -> dict[str, Any]:
+        """Plain data, SI units; numbers that do not exist are null."""
+        return {
+            "format": "allanite-earth-rate",
+            "version": 1,
+            **{
+                name: plain(getattr(self, name))
+                for name in (
+                    "source", "channel", "verdict", "reason", "rate", "sd", "total_sd", "interval", "confidence",
+                    "inflation", "bias", "nuisances", "budget", "readings", "checks", "advice", "latitude", "first",
+                    "model_source", "duration", "block", "dwells", "running",
+                )
+            },
+            "earth_rate": EARTH_RATE,
+            "dead_times": plain(self.dead_times),
+            "model": self.model.to_json(),
+            "reversals": self.reversals.to_json(),
+        }  # fmt: skip
+
+
+def plain(value: Any) -> Any:
+    """Lists, dictionaries and finite numbers; None for what is not a number."""
+    if isinstance(value, np.ndarray):
+        return [plain(v) for v in value.tolist()]
+    if isinstance(value, (float, np.floating)):
+        return float(value) if math.isfinite(value) else None
+    if isinstance(value, (tuple, list)):
+        return [plain(v) for v in value]
+    if isinstance(value, dict):
+        return {k: plain(v) for k, v in value.items()}
+    if hasattr(value, "__dataclass_fields__"):
+        return {name: plain(getattr(value, name)) for name in value.__dataclass_fields__}
+    return value

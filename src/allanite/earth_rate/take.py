@@ -1,0 +1,213 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A turned record as blocks, and the columns of its regression: Earth, level, and what decays."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.block_means import BlockMeans, block_means, longest_block
+from allanite.errors import InputError
+from allanite.noise import NoiseModel, White
+from allanite.recording import Recording, Sampling
+from allanite.regression import LEVEL, Regression, regress
+from allanite.reversals import Reversals
+
+__all__ = ["RATE", "Decay", "Take"]
+
+Array = NDArray[np.float64]
+
+RATE = "rate"
+"""Name of the coefficient that is wanted."""
+
+#: Blocks in a record without turns.
+BLOCKS_AT_REST = 4000
+#: Most blocks: beyond them the blocks grow.
+MOST_BLOCKS = 200_000
+#: Time constants that are tried for the rotation that settles after a turn, and for the warm-up [s].
+SETTLING = (1.0, 3.0, 10.0)
+WARM_UP = (60.0, 180.0, 600.0, 1800.0, 5400.0)
+#: Most rows of the running estimate.
+CHECKPOINTS = 400
+
+
+@dataclass(frozen=True, slots=True)
+class Decay:
+    """An exponential that the noise model does not know: a warm-up, or a rotation that settles after each turn."""
+
+    kind: Literal["warm-up", "settling"]
+    T: float
+
+    @property
+    def name(self) -> str:
+        """With the time constant."""
+        return f"{self.kind} {self.T:.3g} s"
+
+    def column(self, take: Take) -> Array:
+        """Since the beginning of the record; or since each turn, in the direction of the turn."""
+        if self.kind == "warm-up":
+            return np.exp(-take.blocks.time / self.T)
+        return np.exp(-take.age / self.T) * np.nan_to_num(take.sign)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Take:
+    """A turned record as blocks, and the columns of its regression."""
+
+    blocks: BlockMeans
+    reversals: Reversals
+    recording: Recording
+    channel: str
+    latitude: float
+    temperature: str | None
+    model: NoiseModel | None
+
+    @classmethod
+    def of(
+        cls,
+        recording: Recording,
+        channel: str,
+        reversals: Reversals,
+        latitude: float,
+        temperature: str | None,
+        *,
+        model: NoiseModel | None,
+        finer: int = 1,
+    ) -> Take:
+        """Blocks so short that nothing is lost in noise of this model, or `finer` times shorter still."""
+        spans = np.array([(d.start, d.stop) for d in reversals.dwells], dtype=np.int64).reshape(-1, 2)
+        size = max(_block_size(spans, recording, model) // finer, 1)
+        blocks = block_means(recording, channel, size, spans)
+        if not (blocks.span >= 0).any():
+            raise InputError(
+                f"channel {channel!r} has no usable sample: {len(spans)} dwells of {recording.duration:g} s"
+            )
+        return cls(
+            blocks=blocks,
+            reversals=reversals,
+            recording=recording,
+            channel=channel,
+            latitude=latitude,
+            temperature=temperature,
+            model=model,
+        )
+
+    def with_dead_time(self, seconds: float) -> Take:
+        """The same record with other dwells."""
+        again = self.reversals.with_dead_time(seconds)
+        return Take.of(self.recording, self.channel, again, self.latitude, self.temperature, model=self.model)
+
+    @property
+    def projection(self) -> float:
+        """Part of the Earth's rotation that a horizontal axis to the north sees."""
+        return math.cos(self.latitude)
+
+    @property
+    def sampling(self) -> Sampling:
+        """Means over a block are interval means, but for a block of one point sample."""
+        own = self.recording[self.channel].sampling
+        return own if round(self.blocks.dt * self.recording.rate) == 1 else "mean"
+
+    @property
+    def sign(self) -> Array:
+        """Direction of each block; NaN where it is not known or nothing was measured."""
+        signs = np.array([d.sign for d in self.reversals.dwells] + [0], dtype=np.float64)[self.blocks.span]
+        return np.where(signs == 0, np.nan, signs)
+
+    @property
+    def age(self) -> Array:
+        """Time since the last turn [s]; infinite before the first."""
+        ends = np.array([t.stop for t in self.reversals.turns], dtype=np.float64) / self.recording.rate
+        if not len(ends):
+            return np.full(self.blocks.size, np.inf)
+        last = np.searchsorted(ends, self.blocks.time, side="right") - 1
+        return np.where(last >= 0, self.blocks.time - ends[np.maximum(last, 0)], np.inf)
+
+    def warmth(self, channel: str) -> Array:
+        """A companion channel in the blocks, less its mean; where it is missing it is taken as its mean."""
+        spans = np.array([(d.start, d.stop) for d in self.reversals.dwells], dtype=np.int64).reshape(-1, 2)
+        means = block_means(self.recording, channel, round(self.blocks.dt * self.recording.rate), spans).mean
+        return np.nan_to_num(means - np.nanmean(means))
+
+    def columns(self) -> tuple[Array, tuple[str, ...]]:
+        """Rate and level; with a temperature, that too. Without reversals the rate has no sign: north is taken."""
+        sign = self.sign if self.reversals.turns else np.where(self.blocks.span >= 0, 1.0, np.nan)
+        table: list[Array] = [sign * self.projection, np.ones(self.blocks.size)]
+        names: tuple[str, ...] = (RATE, LEVEL)
+        if self.temperature is not None:
+            table.append(self.warmth(self.temperature))
+            names = (*names, self.temperature)
+        return np.column_stack(table), names
+
+    def design(self, decays: Sequence[Decay]) -> tuple[Array, tuple[str, ...]]:
+        """The columns and those of the decays, with their names."""
+        table, names = self.columns()
+        more = [decay.column(self) for decay in decays]
+        return np.column_stack([table, *more]), (*names, *(decay.name for decay in decays))
+
+    def fit(self, model: NoiseModel, decays: Sequence[Decay] = (), *, running: bool = False) -> Regression:
+        """The regression; with a running estimate at the `checkpoints` where it is wanted."""
+        table, names = self.design(decays)
+        return self.regress(table, names, model, running=running)
+
+    def regress(
+        self, table: Array, names: tuple[str, ...], model: NoiseModel, *, running: bool = False
+    ) -> Regression:
+        """Any columns on these blocks."""
+        return regress(
+            self.blocks.mean,
+            table,
+            model,
+            dt=self.blocks.dt,
+            names=names,
+            counts=self.blocks.part,
+            sampling=self.sampling,
+            checkpoints=self.checkpoints().tolist() if running else (),
+        )
+
+    def checkpoints(self) -> NDArray[np.int64]:
+        """Numbers of blocks by which dwells end, or some of them where there are very many."""
+        stops = [d.stop for d in self.reversals.dwells]
+        rows = np.minimum(np.ceil(np.array(stops) / self.recording.rate / self.blocks.dt), self.blocks.size)
+        every = max(len(rows) // CHECKPOINTS, 1)
+        return rows[::-1][::every][::-1].astype(np.int64)
+
+    # -- what the noise model does not know ---------------------------------------------------------------
+
+    def offered(self, kind: Literal["warm-up", "settling"]) -> list[Decay]:
+        """Decays that make sense in this record."""
+        if kind == "settling":
+            return [Decay(kind, T) for T in SETTLING] if self.reversals.turns else []
+        return [Decay(kind, T) for T in WARM_UP if T < 2 * self.recording.duration]
+
+    def best(self, model: NoiseModel, kind: Literal["warm-up", "settling"]) -> list[Decay]:
+        """The decay that leaves the smallest residuals, its time constant refined; none where none is offered."""
+        offered = self.offered(kind)
+        if not offered:
+            return []
+        from scipy.optimize import minimize_scalar
+
+        def cost(log_T: float) -> float:
+            return self.fit(model, [Decay(kind, math.exp(log_T))]).chi2
+
+        start = min(offered, key=lambda decay: cost(math.log(decay.T)))
+        middle = math.log(start.T)
+        found = minimize_scalar(
+            cost, bounds=(middle - 1.3, middle + 1.3), method="bounded", options={"xatol": 1e-3}
+        )
+        return [Decay(kind, math.exp(float(found.x)))]
+
+
+def _block_size(spans: NDArray[np.int64], recording: Recording, model: NoiseModel | None) -> int:
+    """Samples in a block, by the shorter ones of the dwells. Unknown noise is taken for white."""
+    if len(spans) <= 1:
+        size = recording.n_samples // BLOCKS_AT_REST
+    else:
+        dwell = float(np.quantile(spans[:, 1] - spans[:, 0], 0.2)) / recording.rate
+        size = int(longest_block(model or NoiseModel.of(White(N=1.0)), dwell) * recording.rate)
+    return max(size, -(-recording.n_samples // MOST_BLOCKS), 1)

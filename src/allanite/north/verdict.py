@@ -1,0 +1,155 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The verdict on a search for north, with its reason and advice; and the checks of the residuals."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+from allanite.earth_rate.results import Check
+from allanite.laws import chi_square_tail
+
+if TYPE_CHECKING:
+    from allanite.north.results import NorthEstimate
+
+__all__ = [
+    "SEEN",
+    "advice_of",
+    "drift_check",
+    "grave",
+    "inflation_of",
+    "judge",
+    "scatter_check",
+    "size_check",
+]
+
+#: A vector is seen as that of the Earth from so many standard deviations on.
+SEEN = 3.0
+#: Below this probability a check did not pass; below the second one the scatter of the positions widens the interval.
+ALARM, SCATTER_ALARM = 1e-3, 1e-2
+#: Scatter beyond so many times the model's says that the model is not that of this record.
+FOREIGN = 2.0
+_WIDENS = ("scatter of the positions", "size of the noise")
+_DEG_H = math.pi / 180 / 3600
+
+
+def _chance(chi2: float, dof: int) -> float:
+    return chi_square_tail(chi2, dof) if dof > 0 else 1.0
+
+
+def size_check(chi2: float, dof: int) -> Check:
+    """Is the noise of the record that of the model?"""
+    p = _chance(chi2, dof)
+    ratio = math.sqrt(chi2 / max(dof, 1))
+    says = f"the noise of this record is {ratio:.3f} times that of the model"
+    return Check(name="size of the noise", statistic=chi2, dof=dof, p=p, passed=p >= ALARM, says=says)
+
+
+def scatter_check(chi2: float, dof: int) -> Check:
+    """Do the means of the positions scatter as the model says?"""
+    p = _chance(chi2, dof)
+    return Check(
+        name="scatter of the positions",
+        statistic=chi2,
+        dof=dof,
+        p=p,
+        passed=p >= SCATTER_ALARM,
+        says=f"the positions scatter {math.sqrt(chi2 / max(dof, 1)):.2f} times as much as the noise model says: an "
+        "error changes from position to position (heading, tilt, residual rotation, bias that depends on position)",
+    )
+
+
+def drift_check(chi2: float) -> Check:
+    """Does the vector change through the record?"""
+    p = _chance(chi2, 2)
+    return Check(
+        name="constancy of the heading",
+        statistic=chi2,
+        dof=2,
+        p=p,
+        passed=p >= ALARM,
+        says="the Earth's rotation seems to move or to grow through the record: the table turned against the ground, "
+        "or its rate or its headings are not what was given",
+    )
+
+
+def inflation_of(checks: Sequence[Check]) -> float:
+    """Birge's ratio, of the check that asks for more (R. T. Birge, Phys. Rev. 40 (1932) 207, eq. 14)."""
+    asking = [math.sqrt(c.statistic / c.dof) for c in checks if not c.passed and c.name in _WIDENS]
+    return max([1.0, *asking])
+
+
+def grave(checks: Sequence[Check]) -> list[Check]:
+    """Checks that take the result away, not just its precision."""
+    failed = [c for c in checks if not c.passed]
+    return [c for c in failed if c.name not in _WIDENS or math.sqrt(c.statistic / c.dof) > FOREIGN]
+
+
+def advice_of(checks: Sequence[Check]) -> tuple[str, ...]:
+    """What the failed checks say."""
+    return tuple(c.says for c in checks if not c.passed)
+
+
+def judge(estimate: NorthEstimate, rank: int) -> tuple[str, str, tuple[str, ...]]:
+    """Verdict, reason and advice."""
+    advice = advice_of(estimate.checks)
+    bad = grave(estimate.checks)
+    if rank < 2:
+        return _undetermined(estimate, rank, advice)
+    if bad:
+        names = ", ".join(c.name for c in bad)
+        return "inconsistent", f"the residuals contradict the noise model ({names}): {bad[0].says}", advice
+    low, high = (x / _DEG_H for x in estimate.horizontal_interval)
+    expected = estimate.expected_rate / _DEG_H
+    size = f"{estimate.signal_to_noise:.4g} standard deviations" + (
+        "" if estimate.inflation == 1 else f", widened {estimate.inflation:.2f} times,"
+    )
+    excluded = not low <= expected <= high
+    if any(arc.full for arc in estimate.interval):
+        reason = f"the horizontal rate is {size} from zero: every direction is possible"
+        if excluded:
+            reason += (
+                f", and at most {high:.3g} of the Earth's {expected:.4g} deg/h is there: the table did not turn, or "
+                "the axes are not horizontal"
+            )
+        return "no north", reason, (*advice, *(() if excluded else ("record for longer, with more turns",)))
+    if excluded:
+        reason = (
+            f"the horizontal rate, {low:.4g} to {high:.4g} deg/h, excludes the {expected:.4g} deg/h that the latitude "
+            "gives: scale factor, latitude, tilt, headings, or a bias that follows the turns"
+        )
+        return "inconsistent with Earth", reason, advice
+    if estimate.signal_to_noise < SEEN:
+        return "not resolved", f"the horizontal rate is {size} from zero, {SEEN:g} are needed", advice
+    return "north found", f"{size} from zero, and the horizontal rate is that of the Earth", advice
+
+
+def _undetermined(
+    estimate: NorthEstimate, rank: int, advice: tuple[str, ...]
+) -> tuple[str, str, tuple[str, ...]]:
+    if rank == 0:
+        reason = (
+            "the axis kept its direction: bias and Earth are one constant, and every direction is possible"
+        )
+        return (
+            "no north",
+            reason,
+            (*advice, "turn the table to at least three positions, or two with two axes"),
+        )
+    more = (
+        *advice,
+        "a second axis across the first, or positions that do not lie on one line, decide between the two",
+    )
+    seen = (
+        "two axes are required, or positions not on one line: opposite positions of one axis see one component of the "
+        "Earth's rotation only"
+    )
+    if not estimate.interval:
+        return (
+            "inconsistent with Earth",
+            f"{seen}, and it is more than the Earth gives at this latitude",
+            more,
+        )
+    found = " or ".join(f"{math.degrees(a):.3g}" for a in estimate.candidates)
+    return "not resolved", f"{seen}. Under the known rate the azimuth is {found} deg", more
