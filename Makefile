@@ -12,21 +12,21 @@ BUILD_INPUTS := pyproject.toml CMakeLists.txt $(wildcard kernels/*.cpp kernels/i
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help demo test verify bench docs lint kernels-test dev-build clean prerequisites
+.PHONY: help demo test verify bench docs lint kernels-test firmware dev-build clean prerequisites
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-13s %s\n", $$1, $$2}' Makefile
 
-demo: $(VENV)/.run ## simulate a week of the gyro of the seed paper, characterise it, leave the report in demo/
-	$(BIN)/python examples/demo.py --out demo
+demo: $(VENV)/.run ## the seed experiment on a simulated twin: a week at rest, four takes, thirteen figures, demo/report.html
+	$(BIN)/allanite demo --seed-paper --out demo --force
 
 test: $(VENV)/.dev ## run the tests (a few minutes)
 	$(BIN)/python -m pytest -n $(JOBS) -q
 
-verify: $(VENV)/.dev ## long statistical runs: coverage and efficiency (half an hour); results go to verification/results
+verify: $(VENV)/.dev ## long statistical runs (two hours on two cores); results go to verification/results
 	$(BIN)/python -m verification
 
-bench: $(VENV)/.dev ## speed and memory beside allantools and plain NumPy
+bench: $(VENV)/.dev ## speed and memory beside allantools, statsmodels and plain NumPy
 	$(BIN)/python -m benchmarks
 
 docs: $(VENV)/.dev ## bring the generated reference pages up to date, run every example of the documents
@@ -40,6 +40,9 @@ lint: $(VENV)/.dev ## style, types and the import contract
 
 kernels-test: ## the C++ kernels alone, with sanitizers, without Python
 	$(MAKE) -C kernels test
+
+firmware: ## the filter example for a microcontroller: on this machine, and compiled for a Cortex-M4
+	$(MAKE) -C firmware host cortex-m4 $(if $(MODEL),MODEL=$(abspath $(MODEL)))
 
 dev-build: ## rebuild the compiled module for the Python on PATH (in an active environment)
 	python -m pip install --quiet --no-build-isolation --no-deps -Cbuild-dir=build/{wheel_tag} \

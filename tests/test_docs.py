@@ -262,3 +262,51 @@ def test_study_format_names_every_key(rng: np.random.Generator) -> None:
     page = (ROOT / "docs" / "reference" / "study-format.md").read_text(encoding="utf-8")
     unnamed = sorted({key for key in keys(study.to_json()) if f"`{key}`" not in page})
     assert not unnamed, f"docs/reference/study-format.md does not say what {unnamed} are"
+
+
+def test_what_the_data_can_tell_says_the_numbers_of_its_script() -> None:
+    import importlib.util
+    import json
+
+    script = ROOT / "verification" / "what_the_data_can_tell.py"
+    if not script.exists():
+        pytest.skip("the verification scripts are not in the source package")
+    spec = importlib.util.spec_from_file_location("what_the_data_can_tell", script)
+    assert spec is not None and spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    page = (ROOT / "docs" / "explanation" / "what-the-data-can-tell.md").read_text(encoding="utf-8")
+    said = module.quotes(json.loads(module.RESULT.read_text(encoding="utf-8")))
+    unsaid = [text for text in said if " ".join(text.split()) not in " ".join(page.split())]
+    assert not unsaid, f"docs/explanation/what-the-data-can-tell.md does not say {unsaid}"
+    rows = re.findall(r"^\| .*[0-9] ?%? \|$", page, re.M)
+    assert len(rows) > 20 and not set(rows) - set(said), "a row of numbers that the script does not make"
+
+
+def test_study_format_names_every_key_of_the_other_documents() -> None:
+    import math
+
+    import allanite as al
+    from allanite.earth_rate import measure_earth_rate
+    from allanite.kalman import filter_recording
+    from allanite.north import Rotation, find_north
+    from allanite.planning import plan
+    from allanite.reference_aided import reference_aided
+    from allanite.simulation import Motion, seed_paper
+
+    model, latitude = seed_paper.sensor(), seed_paper.LATITUDE
+    take, spin = seed_paper.take(2, seed=1), math.radians(6.0)
+    table = al.simulate(
+        model, rate=8.0, duration=600.0, seed=1, unit="deg/s", motion=Motion.rotation(spin), latitude=latitude
+    )
+    documents = [
+        measure_earth_rate(take, model=model, latitude=latitude).to_json(),
+        find_north(table, model=model, latitude=latitude, rotation=Rotation(rate=spin)).to_json(),
+        plan(model, latitude=latitude, dwells=[30.0], durations=[600.0]).to_json(),
+        filter_recording(table, model).to_json(),
+        reference_aided(table, model, reference=0.0).to_json(),
+    ]
+    page = (ROOT / "docs" / "reference" / "study-format.md").read_text(encoding="utf-8")
+    *rows, aided = documents
+    unnamed = sorted({key for row in rows for key in row if f"`{key}`" not in page})
+    assert not unnamed and aided["measurement"] is False, f"study-format.md does not say what {unnamed} are"

@@ -30,7 +30,7 @@ SOURCES = [
     for path in sorted((ROOT / folder).rglob(pattern))
 ]
 BANNED_NAMES = re.compile("base|common|core|data|helpers?|manager|misc|tools?|utils?")
-COMMAND_LINE = {"__main__.py", "cli.py", "delivery.py", "terminal.py"}
+COMMAND_LINE = {"__main__", "cli", "delivery", "terminal"}
 KERNEL_OWNERS = {"allan", "kalman", "regression", "simulation"}
 PUBLIC_NAMES = [
     "AllanCurve",
@@ -44,7 +44,11 @@ PUBLIC_NAMES = [
     "characterize",
     "check",
     "export",
+    "filter_recording",
+    "find_north",
     "fit",
+    "measure_earth_rate",
+    "plan",
     "plot",
     "read",
     "render",
@@ -162,7 +166,7 @@ def test_help_takes_under_a_fifth_of_a_second() -> None:
 @pytest.mark.parametrize("path", MODULES, ids=short)
 def test_library_neither_prints_nor_exits(path: Path) -> None:
     forbidden = {"print", "pprint", "exit", "quit", "os._exit"}
-    if path.relative_to(PACKAGE).as_posix() not in COMMAND_LINE:
+    if path.relative_to(PACKAGE).parts[0].removesuffix(".py") not in COMMAND_LINE:
         forbidden |= {"sys.exit", "sys.stdout.write", "sys.stderr.write"}
     found = [f"{name} in line {call.lineno}" for name, call in calls(tree(path)) if name in forbidden]
     assert not found, f"{short(path)}: {found}; raise an AllaniteError or return a value instead"
@@ -293,9 +297,6 @@ def test_every_plugin_imports_and_every_file_is_in_use(package: str, registry: s
 
 
 def commands() -> list[str]:
-    source = (PACKAGE / "cli.py").read_text(encoding="utf-8") if (PACKAGE / "cli.py").exists() else ""
-    if not source:
-        return []
     return sorted(importlib.import_module("allanite.cli").cli.commands)
 
 

@@ -72,7 +72,48 @@ def _earth(order: Order) -> None:
     write_earth(parts, HERE / "results", seed=ROOT_SEED, date=order.date)
 
 
-PARTS: dict[str, Callable[[Order], None]] = {"curves": _curves, "coverage": _coverage, "earth": _earth}
+def _north(order: Order) -> None:
+    from verification.north import run_budget, run_circle, run_indexing
+    from verification.planning import run_planning
+    from verification.tables import write_tables
+
+    parts = {
+        "Interval of a direction, by the signal over the noise of one component": run_circle(
+            ROOT_SEED, _say, order.count(100_000)
+        ),
+        "Azimuth in noise that wanders while the table is turned": run_indexing(
+            ROOT_SEED, _say, order.count(2000)
+        ),
+        "Budget against simulation": run_budget(ROOT_SEED, _say, order.count(2000)),
+        "Plan against simulation": run_planning(ROOT_SEED, _say, order.count(2000)),
+    }
+    write_tables("north", "North and planning", parts, HERE / "results", seed=ROOT_SEED, date=order.date)
+
+
+def _rate_vector(order: Order) -> None:
+    from verification.rate_vector import run_rate_vector
+    from verification.tables import write_tables
+
+    rows = run_rate_vector(ROOT_SEED, _say, records=order.count(1000), workers=order.workers)
+    parts = {"Coverage of the 95 % interval of the length": rows}
+    title = "Rate vector of a vehicle at rest"
+    write_tables("rate_vector", title, parts, HERE / "results", seed=ROOT_SEED, date=order.date)
+
+
+def _limits(_: Order) -> None:
+    from verification.what_the_data_can_tell import main as write
+
+    write()
+
+
+PARTS: dict[str, Callable[[Order], None]] = {
+    "curves": _curves,
+    "coverage": _coverage,
+    "earth": _earth,
+    "north": _north,
+    "rate-vector": _rate_vector,
+    "limits": _limits,
+}
 
 
 def main() -> None:

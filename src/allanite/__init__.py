@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""allanite: from a log of a sensor at rest to a noise model you can trust.
+"""allanite: from a log of a sensor at rest to a noise model, a filter, and the Earth's rotation measured with it.
 
 Flow
 ----
@@ -8,6 +8,11 @@ Data go one way::
     file --read--> Recording --check--> findings
                    Recording --allan_curve--> AllanCurve --fit--> NoiseModel --simulate--> Recording
                    Recording --characterize--> Study --render, plot, export--> report, figures, files
+
+    NoiseModel + Recording --filter_recording--> Filtered
+    NoiseModel + Recording that was turned --measure_earth_rate--> EarthRateEstimate
+                                           --find_north--> NorthEstimate
+    NoiseModel --plan--> Plan, before a single sample is taken
 
 `Study` is the only thing that crosses from the science to the presentation. It is a plain, versioned
 JSON document; reports, figures and exporters read it and hold no formula.
@@ -78,12 +83,16 @@ __version__ = "0.1.0"
 
 if TYPE_CHECKING:
     from .allan import AllanCurve, allan_curve
+    from .earth_rate import measure_earth_rate
     from .errors import AllaniteError
     from .exporters import export
     from .figures import plot
     from .fitting import fit
     from .health import check
+    from .kalman import filter_recording
     from .noise import NoiseModel
+    from .north import find_north
+    from .planning import plan
     from .readers import read
     from .recording import Channel, Recording
     from .report import render
@@ -102,7 +111,11 @@ __all__ = [
     "characterize",
     "check",
     "export",
+    "filter_recording",
+    "find_north",
     "fit",
+    "measure_earth_rate",
+    "plan",
     "plot",
     "read",
     "render",
@@ -120,7 +133,11 @@ _HOMES = {
     "characterize": "study",
     "check": "health",
     "export": "exporters",
+    "filter_recording": "kalman",
+    "find_north": "north",
     "fit": "fitting",
+    "measure_earth_rate": "earth_rate",
+    "plan": "planning",
     "plot": "figures",
     "read": "readers",
     "render": "report",

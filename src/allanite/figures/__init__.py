@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, Literal, overload
 
 from allanite.errors import InputError
@@ -19,21 +20,34 @@ Json = Mapping[str, Any]
 
 
 @overload
-def plot(obj: object, *, interactive: Literal[False] = False, **options: Any) -> PaperFigure: ...
+def plot(
+    obj: object, *, interactive: Literal[False] = False, dark: bool = False, **options: Any
+) -> PaperFigure: ...
 @overload
-def plot(obj: object, *, interactive: Literal[True], **options: Any) -> ScreenFigure: ...
-def plot(obj: object, *, interactive: bool = False, **options: Any) -> PaperFigure | ScreenFigure:
+def plot(obj: object, *, interactive: Literal[True], dark: bool = False, **options: Any) -> ScreenFigure: ...
+def plot(
+    obj: object, *, interactive: bool = False, dark: bool = False, **options: Any
+) -> PaperFigure | ScreenFigure:
     """Draw any result.
 
     Parameters
     ----------
-    obj : Study, AllanCurve, NoiseModel, Recording, Spectrum, or one entry of a study's "channels"
+    obj : object
+        Study, AllanCurve, NoiseModel, Recording, Spectrum, one entry of a study's "channels", Reversals,
+        EarthRateEstimate, NorthEstimate, Filtered, ReferenceAided, Plan (or a list of plans), or a `PaperFigure` of
+        `allanite.figures.seed_paper`. The document of a result (`to_json`) does as well.
     interactive : bool
         False: a Matplotlib figure, for ``savefig("curve.pdf")``. True: a Plotly figure, which needs no network.
+    dark : bool
+        Light ink on a dark ground.
     **options
         Study: `view` ("channels": each channel with its terms; "groups": all axes of a kind together; "spectrum";
         "record") and `channels`, names of those wanted. Channel entry: `view`. AllanCurve: `model`, a NoiseModel to
-        draw over it. NoiseModel: `tau`, the two ends [s]. Recording: `channels`. Spectrum: `kind` of its channel.
+        draw over it. NoiseModel: `tau`, the two ends [s]. Spectrum: `kind` of its channel.
+        Recording: `channels`; `turns`, a result that holds turns, to mark them. Reversals: `recording`, and `zoom`,
+        the number of a turn to look at closely. EarthRateEstimate: `view` ("whole", "record", "running", "dwells",
+        "residuals", "dead-time", "estimators", "bias") and `recording`, which its record needs. Filtered: `view`
+        ("whole", "series", "drift", "terms", "whiteness"). NorthEstimate: `view` ("whole", "compass", "running").
 
     Returns
     -------
@@ -55,10 +69,10 @@ def plot(obj: object, *, interactive: bool = False, **options: Any) -> PaperFigu
     if interactive:
         from allanite.figures.plotly import figure as screen
 
-        return screen(sheet)
+        return screen(sheet, dark=dark)
     from allanite.figures.matplotlib import figure as paper
 
-    return paper(sheet)
+    return paper(sheet, dark=dark)
 
 
 def sheet_of(obj: object, **options: Any) -> Sheet:
@@ -72,8 +86,8 @@ def sheet_of(obj: object, **options: Any) -> Sheet:
                     raise
                 raise InputError(f"{error}: not an option of the figure of a {type(obj).__name__}") from None
     raise InputError(
-        f"no figure for a {type(obj).__name__}: give a Study, an AllanCurve, a NoiseModel, a Recording, a Spectrum, "
-        "or an entry of a study's channels"
+        f"no figure for a {type(obj).__name__}: give a recording, a curve, a model, a study or another result of "
+        "allanite, or its document"
     )
 
 
@@ -128,7 +142,7 @@ def _chosen(channels: Sequence[Json], names: Sequence[str] | None) -> list[Json]
 def _curve(curve: Any, *, model: Any = None) -> Sheet:
     from allanite.figures.curves import curve_panels
 
-    return Sheet(rows=tuple((panel,) for panel in curve_panels(curve, model)))
+    return _column(curve_panels(curve, model))
 
 
 def _model(model: Any, *, tau: tuple[float, float] = (1e-2, 1e5)) -> Sheet:
@@ -137,16 +151,130 @@ def _model(model: Any, *, tau: tuple[float, float] = (1e-2, 1e5)) -> Sheet:
     return Sheet(rows=((model_panel(model, tau),),))
 
 
-def _recording(recording: Any, *, channels: Sequence[str] | None = None) -> Sheet:
-    from allanite.figures.records import recording_panels
+def _recording(recording: Any, *, channels: Sequence[str] | None = None, turns: Any = None) -> Sheet:
+    if turns is None:
+        from allanite.figures.records import recording_panels
 
-    return Sheet(rows=tuple((panel,) for panel in recording_panels(recording, channels)))
+        return _column(recording_panels(recording, channels))
+    from allanite.figures.turned import only_rate, turned_panel
+
+    names = (only_rate(recording, None),) if channels is None else channels
+    panels = [turned_panel(recording, turns, channel=name) for name in names]
+    return _column([replace(p, title=f"{n}: {p.title}") for n, p in zip(names, panels, strict=True)])
 
 
 def _spectrum(spectrum: Any, *, kind: str = "unknown", unit: str = "SI unit") -> Sheet:
     from allanite.figures.spectra import spectrum_panel
 
     return Sheet(rows=((spectrum_panel(spectrum, kind, unit),),))
+
+
+def _reversals(
+    reversals: Any, *, recording: Any = None, channel: str | None = None, zoom: int | None = None
+) -> Sheet:
+    from allanite.figures.turned import turned_panels
+
+    if recording is None:
+        raise InputError("turns are drawn over their record: give recording=, a Recording or its overview")
+    return _column(turned_panels(recording, reversals, channel=channel, zoom=zoom))
+
+
+def _earth_rate(estimate: Any, *, view: str = "whole", recording: Any = None) -> Sheet:
+    from allanite.figures import earth
+    from allanite.figures.turned import turned_panel
+
+    _known_view(view, earth.VIEWS, "an Earth rate")
+    document = estimate if isinstance(estimate, Mapping) else estimate.to_json()
+    seen = document.get("overview") if recording is None else recording
+    if view == "record":
+        return _reversals(document, recording=seen, channel=document["channel"])
+    parts: dict[str, Callable[[], Sequence[Panel]]] = {
+        "record": lambda: [] if seen is None else [turned_panel(seen, document, channel=document["channel"])],
+        "bias": lambda: [earth.open_panel(document)],
+    }
+    if document["verdict"] != "not separable":
+        parts = {
+            **parts,
+            "running": lambda: [earth.running_panel(document)],
+            "dwells": lambda: earth.dwell_panels(document)[:1],
+            "residuals": lambda: earth.dwell_panels(document)[1:],
+            "dead-time": lambda: [earth.dead_time_panel(document)] if document["dead_times"] else [],
+            "estimators": lambda: [earth.estimator_panel(document)],
+        }
+        del parts["bias"]
+    panels = [panel for name, make in parts.items() if view in ("whole", name) for panel in make()]
+    if not panels:
+        raise InputError(f"this record has no figure {view!r}; there are: {', '.join(('whole', *parts))}")
+    return _column(panels)
+
+
+def _filtered(filtered: Any, *, view: str = "whole") -> Sheet:
+    from allanite.figures import filters
+
+    _known_view(view, filters.VIEWS, "a filtered record")
+    document = filters.document_of(filtered)
+    parts: dict[str, Callable[[], Sequence[Panel]]] = {
+        "series": lambda: filters.series_panels(document),
+        "drift": lambda: [filters.drift_panel(document)],
+        "terms": lambda: [filters.terms_panel(document)],
+        "whiteness": lambda: [filters.whiteness_panel(document)],
+    }
+    alone = [name for name in document["terms"] if name != "level"]
+    if view == "whole" and len(alone) < 2:  # the drift is that one term
+        del parts["terms"]
+    return _column([panel for name, make in parts.items() if view in ("whole", name) for panel in make()])
+
+
+def _aided(aided: Any) -> Sheet:
+    from allanite.figures import aided as panels
+
+    document = panels.document_of(aided)
+    readings = document.get("readings", [document])  # a document may hold both readings of one record
+    drawn = [panels.raw_panel(readings[0]), panels.corrected_panel(readings[0])]
+    drawn += [panels.means_panel([reading]) for reading in readings]
+    return _column([*drawn, panels.states_panel(document)] if "states" in document else drawn)
+
+
+def _north(north: Any, *, view: str = "whole") -> Sheet:
+    from allanite.figures import compass
+
+    _known_view(view, compass.VIEWS, "a search for north")
+    document = north if isinstance(north, Mapping) else north.to_json()
+    parts: dict[str, Callable[[], Sequence[Panel]]] = {
+        "compass": lambda: [compass.compass_panel(document)],
+        "running": lambda: compass.running_panels(document),
+    }
+    return _column([panel for name, make in parts.items() if view in ("whole", name) for panel in make()])
+
+
+def _plan(plan: Any) -> Sheet:
+    from allanite.figures import plans
+
+    many = list(plan) if isinstance(plan, (list, tuple)) else [plan]
+    documents = [one if isinstance(one, Mapping) else one.to_json() for one in many]
+    panels = [plans.dwell_panel(documents)]
+    return _column([*panels, plans.length_panel(documents[0])] if len(documents) == 1 else panels)
+
+
+def _known_view(view: str, views: Sequence[str], what: str) -> None:
+    if view not in views:
+        raise InputError(f"no view {view!r} of {what}; there are: {', '.join(views)}")
+
+
+def _column(panels: Sequence[Panel]) -> Sheet:
+    return Sheet(rows=tuple((panel,) for panel in panels))
+
+
+def _document(name: str) -> Callable[[object], bool]:
+    return lambda obj: isinstance(obj, Mapping) and obj.get("format") == name
+
+
+def _all(matches: Callable[[object], bool]) -> Callable[[object], bool]:
+    return lambda obj: isinstance(obj, (list, tuple)) and len(obj) > 0 and all(map(matches, obj))
+
+
+def _holds(*names: str) -> Callable[[object], bool]:
+    return lambda obj: isinstance(obj, Mapping) and all(name in obj for name in names)
 
 
 def _named(name: str) -> Callable[[object], bool]:
@@ -156,10 +284,26 @@ def _named(name: str) -> Callable[[object], bool]:
 
 _DESCRIPTIONS: tuple[tuple[Callable[[object], bool], Callable[..., Sheet]], ...] = (
     (_named("Study"), _study),
-    (lambda obj: isinstance(obj, Mapping) and obj.get("format") == "allanite-study", _study),
-    (lambda obj: isinstance(obj, Mapping) and "curve" in obj, _channel),
+    (_document("allanite-study"), _study),
+    (_document("allanite-earth-rate"), _earth_rate),
+    (_document("allanite-filtered"), _filtered),
+    (_document("allanite-plan"), _plan),
+    (_document("allanite-north"), _north),
+    (_document("allanite-reference-aided"), _aided),
+    (_holds("curve"), _channel),
+    (_holds("turns", "dwells", "positions"), _reversals),
     (_named("AllanCurve"), _curve),
     (_named("NoiseModel"), _model),
     (_named("Recording"), _recording),
     (_named("Spectrum"), _spectrum),
+    (_named("Reversals"), _reversals),
+    (_named("EarthRateEstimate"), _earth_rate),
+    (_named("Filtered"), _filtered),
+    (_named("Plan"), _plan),
+    (_named("NorthEstimate"), _north),
+    (_named("ReferenceAided"), _aided),
+    (_all(_named("Plan")), _plan),
+    (_all(_document("allanite-plan")), _plan),
+    (_named("Sheet"), lambda sheet: sheet),
+    (_named("PaperFigure"), lambda figure: figure.sheet),
 )

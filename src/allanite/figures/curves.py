@@ -36,7 +36,17 @@ from allanite.noise import (
 )
 from allanite.wording import Group, number, people_unit, reading
 
-__all__ = ["STATISTICS", "channel_panels", "curve_panels", "group_panel", "model_panel", "series_colours"]
+__all__ = [
+    "STATISTICS",
+    "channel_panels",
+    "curve_panels",
+    "group_panel",
+    "measured_curve",
+    "model_curve",
+    "model_panel",
+    "series_colours",
+    "tau_axis",
+]
 
 Json = Mapping[str, Any]
 Limits = tuple[float, float]
@@ -93,8 +103,8 @@ class _ChannelParts:
         kind, own, curve = channel["kind"], channel.get("unit") or "", channel["curve"]
         self.unit, factor = _unit(curve["statistic"], kind, own)
         models = channel["models"] if curve["statistic"] in _OF_MODEL else []
-        self.data = _measured(curve, channel["name"], factor, look)
-        self.lines = [_model_line(curve, m, factor, i) for i, m in enumerate(models)]
+        self.data = measured_curve(curve, channel["name"], factor, look)
+        self.lines = [model_curve(curve, m, factor, i) for i, m in enumerate(models)]
         minimum = _minimum(self.lines[0] if models else self.data)
         self.marks = [
             _Mark.of(t, factor, minimum, _estimate_text(models[0], t, kind, own)) for t in _terms(models)
@@ -110,7 +120,7 @@ class _ChannelParts:
     def panel(self, frame: Frame) -> Panel:
         return Panel(
             title=self.channel["name"],
-            x=_tau_axis(frame[0]),
+            x=tau_axis(frame[0]),
             y=_deviation_axis(self.channel["curve"]["statistic"], self.unit, frame[1]),
             curves=(self.data, *self.lines, *(m.curve(frame) for m in self.marks if m.slope is None)),
             guides=_made(m.guide(frame) for m in self.marks),
@@ -130,17 +140,17 @@ def group_panel(group: Group) -> Panel:
     terms: list[TermType] = []
     for channel, look in zip(group.channels, looks, strict=True):
         data.append(
-            _measured(channel["curve"], channel["name"], factor, look, "" if data else "95 % interval")
+            measured_curve(channel["curve"], channel["name"], factor, look, "" if data else "95 % interval")
         )
         if channel["models"] and statistic in _OF_MODEL:
             name = "" if lines else "model"  # one entry in the legend
-            lines.append(replace(_model_line(channel["curve"], channel["models"][0], factor, 0), label=name))
+            lines.append(replace(model_curve(channel["curve"], channel["models"][0], factor, 0), label=name))
             terms += _terms(channel["models"])
     marks = [_Mark.of(t, factor, _minimum(data[0]), "") for t in _mean_terms(terms)]
     frame = _frame(data, [])
     return Panel(
         title=group.title,
-        x=_tau_axis(frame[0]),
+        x=tau_axis(frame[0]),
         y=_deviation_axis(statistic, unit, frame[1]),
         curves=(*data, *lines),
         guides=_made(m.guide(frame) for m in marks),
@@ -160,7 +170,7 @@ def curve_panels(curve: Any, model: NoiseModel | None = None) -> list[Panel]:
     if model is not None:
         factor = next(iter(members))[1]
         facts = {"lags": curve.lags, "tau": curve.tau, "dt": curve.dt, "sampling": curve.channels[0].sampling}
-        line = _model_line(facts, model.to_json(), factor, 0)
+        line = model_curve(facts, model.to_json(), factor, 0)
         panels[0] = replace(panels[0], curves=(*panels[0].curves, line))
     return panels
 
@@ -171,12 +181,14 @@ def _curve_panel(curve: Any, which: Sequence[int], unit: str, factor: float) -> 
     for i, name, look in zip(which, names, series_colours(names), strict=True):
         facts = {"tau": curve.tau, **{k: getattr(curve, k)[:, i] for k in ("deviation", "lower", "upper")}}
         data.append(
-            _measured(facts, name, factor, look, "" if data else f"{100 * curve.confidence:g} % interval")
+            measured_curve(
+                facts, name, factor, look, "" if data else f"{100 * curve.confidence:g} % interval"
+            )
         )
     frame = _frame(data, [])
     return Panel(
         title=", ".join(names),
-        x=_tau_axis(frame[0]),
+        x=tau_axis(frame[0]),
         y=_deviation_axis(curve.statistic, unit, frame[1]),
         curves=tuple(data),
         guides=_slope_key(frame),
@@ -194,7 +206,7 @@ def model_panel(model: NoiseModel, tau: tuple[float, float] = (1e-2, 1e5)) -> Pa
     frame = _frame([total], [m.point for m in marks if m.point])
     return Panel(
         title="Noise model",
-        x=_tau_axis(frame[0]),
+        x=tau_axis(frame[0]),
         y=_deviation_axis("adev", unit, frame[1]),
         curves=(total, *(m.curve(frame) for m in marks if m.slope is None)),
         guides=_made(m.guide(frame) for m in marks),
@@ -211,9 +223,10 @@ def _unit(statistic: str, kind: str, own: str) -> tuple[str, float]:
     return people_unit(kind, "Q" if statistic == "tdev" else "adev", own)
 
 
-def _measured(
+def measured_curve(
     curve: Json, label: str, factor: float, look: tuple[str, str], band: str = "95 % interval"
 ) -> Curve:
+    """Measured deviations with their band; those outside the fit are hollow."""
     used = curve.get("used")
     return Curve(
         x=array(curve["tau"]),
@@ -228,7 +241,7 @@ def _measured(
     )
 
 
-def _model_line(
+def model_curve(
     curve: Json, model: Json, factor: float, rank: int, colour: str = "", label: str = ""
 ) -> Curve:
     """The model as these samples show it; the alternative family is dash-dotted."""
@@ -459,7 +472,8 @@ def _slope_key(frame: Frame) -> tuple[Guide, ...]:
     return tuple(guides)
 
 
-def _tau_axis(limits: Limits) -> Axis:
+def tau_axis(limits: Limits) -> Axis:
+    """Averaging times, with minute, hour and day named."""
     marks = tuple((at, name) for at, name in _LANDMARKS if _within(at, limits))
     return Axis(label="Averaging time τ [s]", log=True, limits=limits, landmarks=marks)
 

@@ -14,7 +14,7 @@ from allanite.figures.panel import Array, Axis, Envelope, Panel, Span, array
 from allanite.recording import Recording
 from allanite.wording import Group, people_unit
 
-__all__ = ["channel_record_panel", "group_record_panels", "recording_panels"]
+__all__ = ["channel_record_panel", "clock", "group_record_panels", "overview", "recording_panels"]
 
 Json = Mapping[str, Any]
 Spans = NDArray[np.int64]
@@ -68,13 +68,36 @@ def recording_panels(recording: Recording, names: Sequence[str] | None = None) -
     looks = series_colours(chosen)
     panels = []
     for name, (colour, _) in zip(chosen, looks, strict=True):
-        channel = recording[name]
-        t, low, high, gaps = _extremes(recording, name)
-        ends = channel.scale * (np.stack([low, high]) + recording.origin(name))
-        low, high = ends.min(axis=0), ends.max(axis=0)  # a negative scale turns them round
-        facts = name, channel.kind.value, channel.unit
-        panels.append(_panel(facts, t, low, high, recording.duration, gaps, [], colour))
+        seen = overview(recording, name)
+        facts = name, seen["kind"], seen["unit"]
+        t, low, high = (array(seen[part]) for part in ("t", "low", "high"))
+        panels.append(_panel(facts, t, low, high, recording.duration, seen["gaps"], [], colour))
     return panels
+
+
+def overview(recording: Recording, name: str) -> dict[str, Any]:
+    """What a picture of one channel of a long record needs, as plain data, in SI.
+
+    Returns
+    -------
+    dict
+        "t" [s], "low", "high": lowest and highest sample of each block, None where a block has none; "gaps", the
+        longest runs of missing samples [s]; "name", "kind", "unit", "duration" [s].
+    """
+    channel = recording[name]
+    t, low, high, gaps = _extremes(recording, name)
+    ends = channel.scale * (np.stack([low, high]) + recording.origin(name))
+    low, high = ends.min(axis=0), ends.max(axis=0)  # a negative scale turns them round
+    return {
+        "name": name,
+        "kind": channel.kind.value,
+        "unit": channel.unit,
+        "duration": recording.duration,
+        "t": t.tolist(),
+        "low": [v if v == v else None for v in low.tolist()],
+        "high": [v if v == v else None for v in high.tolist()],
+        "gaps": [list(gap) for gap in gaps],
+    }
 
 
 def _extremes(recording: Recording, name: str) -> tuple[Array, Array, Array, list[tuple[float, float]]]:
@@ -124,7 +147,7 @@ def _panel(
 ) -> Panel:
     name, kind, own = facts
     unit, factor = people_unit(kind, "sd", own)
-    clock, second = _clock(duration)
+    name_of_unit, second = clock(duration)
     spans = [
         Span(start=a / second, stop=b / second, kind="gap", text="no samples") for a, b in gaps[:_MOST_SPANS]
     ]
@@ -134,14 +157,14 @@ def _panel(
     ]
     return Panel(
         title=name,
-        x=Axis(label=f"Time since the first sample [{clock}]", limits=(0.0, duration / second)),
+        x=Axis(label=f"Time since the first sample [{name_of_unit}]", limits=(0.0, duration / second)),
         y=Axis(label=unit),
         envelopes=(Envelope(x=t / second, low=low / factor, high=high / factor, label=name, colour=colour),),
         spans=tuple(spans),
     )
 
 
-def _clock(duration: float) -> tuple[str, float]:
+def clock(duration: float) -> tuple[str, float]:
     """Unit of a time axis and its length in seconds."""
     for text, second in (("d", 86400.0), ("h", 3600.0), ("min", 60.0)):
         if duration >= 3 * second:

@@ -1,31 +1,51 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A study as one self-contained HTML file: opens offline, prints, and reads without JavaScript.
+"""A result as one self-contained HTML file: opens offline, prints, and reads without JavaScript.
 
-``content``   what the page says, as plain data
-``page.html`` how it is laid out; ``page.css`` and ``page.js`` are put into it
+``study``, ``earth_rate``, ``filtered``, ``north``, ``plan``, ``demonstration``
+    What the page of each result says, as plain data, from the plain document of the result.
+``blocks``, ``pieces``
+    What pages are made of.
+``frame.html``
+    How every page is laid out; ``study.html`` and ``sections.html`` fill it, ``page.css`` and ``page.js`` are put
+    into it.
 """
 
 from __future__ import annotations
 
 import os
 from collections.abc import Mapping
+from importlib import import_module
 from pathlib import Path
 from typing import Any
 
 from allanite.atomic_file import fresh
+from allanite.errors import InputError
 
 __all__ = ["html_of", "render"]
 
 _HERE = Path(__file__).parent
 
+#: Format of a document -> the module that makes its page, and the template.
+_PAGES = {
+    "allanite-study": ("study", "study.html"),
+    "allanite-earth-rate": ("earth_rate", "sections.html"),
+    "allanite-filtered": ("filtered", "sections.html"),
+    "allanite-reference-aided": ("filtered", "sections.html"),
+    "allanite-north": ("north", "sections.html"),
+    "allanite-plan": ("plan", "sections.html"),
+    "allanite-demonstration": ("demonstration", "sections.html"),
+}
+#: Results whose plain document does not name its format.
+_FORMATS = {"Filtered": "allanite-filtered", "ReferenceAided": "allanite-reference-aided"}
 
-def render(study: Any, path: str | os.PathLike[str], *, force: bool = False) -> Path:
-    """Write the report of a study.
+
+def render(result: Any, path: str | os.PathLike[str], *, force: bool = False) -> Path:
+    """Write the report of a result.
 
     Parameters
     ----------
-    study : Study
-        Or its document, as `Study.to_json` gives it.
+    result : Study, EarthRateEstimate, NorthEstimate, Filtered, ReferenceAided or Plan
+        Or its document, as `to_json` gives it.
     path : path
         Of the HTML file.
     force : bool
@@ -38,22 +58,40 @@ def render(study: Any, path: str | os.PathLike[str], *, force: bool = False) -> 
 
     Raises
     ------
+    InputError
+        Nothing that has a report.
     StorageError
         The file exists and `force` is not given, or the disk refuses.
     """
     with fresh(path, force=force) as place:
-        place.write_text(html_of(study), encoding="utf-8")
+        place.write_text(html_of(result), encoding="utf-8")
     return Path(path)
 
 
-def html_of(study: Any) -> str:
+def html_of(result: Any) -> str:
     """The page as text."""
+    document = result if isinstance(result, Mapping) else _document(result)
+    if document.get("format") not in _PAGES:
+        raise InputError(f"no report of {document.get('format')!r}; there are those of {', '.join(_PAGES)}")
+    module, template = _PAGES[document["format"]]
+    return _filled(template, import_module(f"{__name__}.{module}").page(document))
+
+
+def _document(result: Any) -> Mapping[str, Any]:
+    if not hasattr(result, "to_json"):
+        raise InputError(f"no report of a {type(result).__name__}: give a result, or its document")
+    plain = result.to_json()
+    if "format" in plain:
+        return dict(plain)
+    return {"format": _FORMATS.get(type(result).__name__), "version": 1, **plain}
+
+
+def _filled(template: str, content: Mapping[str, Any]) -> str:
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
     from markupsafe import Markup
 
-    from allanite.report import content
+    from allanite.report.pieces import with_powers
 
-    document = study if isinstance(study, Mapping) else study.to_json()
     environment = Environment(
         loader=FileSystemLoader(_HERE),
         autoescape=True,
@@ -61,9 +99,9 @@ def html_of(study: Any) -> str:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.filters["power"] = content.with_powers
-    return environment.get_template("page.html").render(
-        **content.page(document),
+    environment.filters["power"] = with_powers
+    return environment.get_template(template).render(
+        **content,
         style=Markup((_HERE / "page.css").read_text(encoding="utf-8")),  # noqa: S704 - our own files
         script=Markup((_HERE / "page.js").read_text(encoding="utf-8")),  # noqa: S704
         plotly=Markup(_plotly_script()),  # noqa: S704

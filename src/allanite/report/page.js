@@ -52,11 +52,19 @@
     return layout;
   }
 
+  // So do the words of a drawing.
+  function lettered(layout, width) {
+    const share = Math.min(width / (layout.meta.drawn_at || width), 1);
+    for (const note of layout.annotations) note.font.size *= share;
+    return layout;
+  }
+
   function draw(place) {
     if (!place.clientWidth) return;
     const { data, layout } = themed(figures[place.id]);
     const config = { displaylogo: false, modeBarButtonsToRemove: ["select2d", "lasso2d", "autoScale2d"] };
-    Plotly.react(place, data, sized(layout, place.clientWidth), config);
+    const width = Math.max(place.clientWidth, layout.meta.least || 0);
+    Plotly.react(place, data, lettered(sized(layout, width), width), config);
     if (!drawn.has(place)) place.on("plotly_relayout", () => ticked(place));
     drawn.add(place);
   }
@@ -76,7 +84,7 @@
 
   root.classList.add("js");
   const places = [...document.querySelectorAll(".live")];
-  for (const place of places) place.style.minHeight = `${sized({ ...figures[place.id].layout }, place.clientWidth).height}px`;
+  for (const place of places) place.style.minHeight = `${sized({ ...figures[place.id].layout }, Math.max(place.clientWidth, figures[place.id].layout.meta.least || 0)).height}px`;
   const watcher = new IntersectionObserver(
     (entries) => {
       for (const entry of entries) {

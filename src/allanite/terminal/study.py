@@ -1,14 +1,12 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Results as text in a terminal: findings and parameter tables on stdout, a progress bar on stderr."""
+"""Studies, recordings and curves as text: findings and parameter tables."""
 
 from __future__ import annotations
 
-import os
-import sys
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from allanite.terminal.console import WIDE, console, table_of
 from allanite.wording import (
     EQUIVALENT,
     GUARANTEE,
@@ -31,43 +29,16 @@ if TYPE_CHECKING:
 
     from allanite.allan import AllanCurve
 
-__all__ = ["progress", "show_curve", "show_findings", "show_models", "show_recording", "show_study"]
+__all__ = ["show_curve", "show_findings", "show_models", "show_recording", "show_study"]
 
 Json = Mapping[str, Any]
-Advance = Callable[..., None]
 
 _COLOURS = {"fatal": "bold red", "warning": "yellow", "info": "cyan"}
-_WIDE = 400  # columns where nobody looks: a pipe or a file
-
-
-@contextmanager
-def progress(*, quiet: bool = False) -> Iterator[Advance | None]:
-    """A bar on stderr; None where stderr is no terminal, or with `quiet`.
-
-    What it gives is called with a fraction and, if there is one, the name of the step.
-    """
-    if quiet or not sys.stderr.isatty() or os.environ.get("TERM") == "dumb":
-        yield None
-        return
-    from rich.console import Console
-    from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
-
-    columns = TextColumn("{task.description:<24}"), BarColumn(), TextColumn("{task.percentage:>3.0f} %")
-    with Progress(*columns, TimeRemainingColumn(), console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("", total=1.0)
-
-        def advance(fraction: float, text: str = "") -> None:
-            bar.update(task, completed=fraction, description=text or None)
-
-        yield advance
-
-
-# -- results ----------------------------------------------------------------------------------------------
 
 
 def show_study(study: Json, files: Sequence[object] = (), notes: Sequence[str] = ()) -> None:
     """Findings, the parameters in people's units and in SI, files, and what to do next."""
-    out = _console()
+    out = console()
     show_findings(study["findings"])
     _parameters(out, study["channels"])
     for note in notes:
@@ -79,7 +50,7 @@ def show_study(study: Json, files: Sequence[object] = (), notes: Sequence[str] =
 
 def show_models(channels: Sequence[Json]) -> None:
     """The parameters of models; entries are like those of a study's "channels"."""
-    _parameters(_console(), channels)
+    _parameters(console(), channels)
 
 
 def show_findings(findings: Sequence[Json]) -> None:
@@ -87,7 +58,7 @@ def show_findings(findings: Sequence[Json]) -> None:
     from rich.padding import Padding
     from rich.text import Text
 
-    out = _console()
+    out = console()
     for members in finding_kinds(findings):
         severity, code = members[0]["severity"], members[0]["code"]
         head = severity + (" (accepted)" if members[0].get("accepted") else "")
@@ -105,8 +76,8 @@ def show_findings(findings: Sequence[Json]) -> None:
 
 def show_recording(facts: Json) -> None:
     """What a log holds: `facts` are those of `allanite.delivery.describe`."""
-    out = _console()
-    table = _table(("Channel", "Kind", "Unit", "SI value of one", "Samples are"))
+    out = console()
+    table = table_of(("Channel", "Kind", "Unit", "SI value of one", "Samples are"))
     for c in facts["channels"]:
         scale = "–" if c["kind"] in ("counts", "unknown", "other") else f"{c['scale']:.7g}"
         kind = {"mean": "means", "point": "points"}[c["sampling"]]
@@ -128,7 +99,7 @@ def show_recording(facts: Json) -> None:
 
 def show_curve(curve: AllanCurve) -> None:
     """The deviations of a curve with their intervals, in people's units; as many channels abreast as there is room."""
-    out = _console()
+    out = console()
     room = max(1, (out.width - 20) // 30)
     for first in range(0, len(curve.channels), room):
         out.print(_curve_table(curve, range(first, min(first + room, len(curve.channels)))))
@@ -138,7 +109,7 @@ def show_curve(curve: AllanCurve) -> None:
 def _curve_table(curve: AllanCurve, which: range) -> Table:
     symbol = "Q" if curve.statistic == "tdev" else "adev"
     units = [people_unit(curve.channels[i].kind.value, symbol, curve.channels[i].unit) for i in which]
-    table = _table(
+    table: Table = table_of(
         ("m", "τ [s]", *(f"{curve.names[i]} [{u}]" for i, (u, _) in zip(which, units, strict=True)))
     )
     for j, (m, tau) in enumerate(zip(curve.lags.tolist(), curve.tau.tolist(), strict=True)):
@@ -155,30 +126,12 @@ def _curve_table(curve: AllanCurve, which: range) -> Table:
 # -- parts ------------------------------------------------------------------------------------------------
 
 
-def _console() -> Console:
-    from rich.console import Console
-
-    fixed = {} if sys.stdout.isatty() or "COLUMNS" in os.environ else {"width": _WIDE, "height": 25}
-    return Console(file=sys.stdout, highlight=False, markup=False, emoji=False, **fixed)  # type: ignore[arg-type]
-
-
-def _table(heads: Sequence[str]) -> Table:
-    from rich import box
-    from rich.table import Table
-    from rich.text import Text
-
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False)
-    for head in heads:
-        table.add_column(Text(head), no_wrap=True)
-    return table
-
-
 def _parameters(out: Console, channels: Sequence[Json]) -> None:
     for group in groups(channels):
         if headings(group):
             for si in (False, True)[: 1 + group.has_si]:
                 table = _group_table(group, si=si)
-                fits = out.measure(table, options=out.options.update(max_width=_WIDE)).maximum <= out.width
+                fits = out.measure(table, options=out.options.update(max_width=WIDE)).maximum <= out.width
                 out.print(table if fits else _list_table(group, si=si))
                 out.print()
     for channel in channels:
@@ -197,7 +150,9 @@ def _parameters(out: Console, channels: Sequence[Json]) -> None:
 def _group_table(group: Group, *, si: bool) -> Table:
     heads = headings(group)
     units = {s: si_unit(group.kind, s, group.unit) if si else unit for s, (_, unit) in heads.items()}
-    table = _table((f"{group.title}{', SI' if si else ''}", *(f"{heads[s][0]} [{units[s]}]" for s in heads)))
+    table = table_of(
+        (f"{group.title}{', SI' if si else ''}", *(f"{heads[s][0]} [{units[s]}]" for s in heads))
+    )
     for channel in group.channels:
         found = readings(channel)
         table.add_row(channel["name"], *(_cell(found.get(s), si=si) for s in heads))
@@ -208,7 +163,7 @@ def _list_table(group: Group, *, si: bool) -> Table:
     """One coefficient per line, for a terminal that is too narrow for one channel per line."""
     from rich.text import Text
 
-    table = _table((f"{group.title}{', SI' if si else ''}", "", "Estimate", "95 % interval", "Unit"))
+    table = table_of((f"{group.title}{', SI' if si else ''}", "", "Estimate", "95 % interval", "Unit"))
     for channel in group.channels:
         for i, (symbol, found) in enumerate(readings(channel).items()):
             value, ends = (found.si, found.si_range) if si else (found.value, found.range)

@@ -1,20 +1,16 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the report says, section by section, as plain data for the template."""
+"""What the report of a study says, section by section, as plain data for its template."""
 
 from __future__ import annotations
 
 import math
-import re
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Mapping
 from typing import Any
-from urllib.parse import quote
 
-from markupsafe import Markup, escape
-
-from allanite.figures import matplotlib, plotly, sheet_of
+from allanite.figures import sheet_of
 from allanite.figures.curves import STATISTICS
-from allanite.figures.panel import DARK, LIGHT, Sheet
+from allanite.figures.panel import DARK, LIGHT
+from allanite.report.pieces import Figure, finding_row, provenance_rows
 from allanite.wording import (
     COLUMNS,
     GUARANTEE,
@@ -34,41 +30,17 @@ from allanite.wording import (
     worst,
 )
 
-__all__ = ["page", "with_powers"]
+__all__ = ["page"]
 
 Json = Mapping[str, Any]
-_SAFE_IN_URI = " !$&'()*+,-./:;=?@[]^_`{|}~\n"  # leaves an SVG readable, and half as long as base64 would
 _SHOWN = {"T": "T_b"}
 _FAMILY = {"flicker": "Flicker", "gauss-markov": "Gauss-Markov"}
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Figure:
-    """A figure of the page: `spec` is drawn by the script, `still` (an SVG as data URI) stands in for it.
-
-    Attributes
-    ----------
-    id, caption, words : str
-        `words` say what is to be seen to those who cannot see it.
-    """
-
-    id: str
-    caption: str
-    words: str
-    spec: Json
-    still: str
-
-    @classmethod
-    def of(cls, id_: str, sheet: Sheet, caption: str, words: str) -> Figure:
-        """Both drawings of a sheet."""
-        still = "data:image/svg+xml," + quote(matplotlib.svg(sheet), safe=_SAFE_IN_URI)
-        return cls(id=id_, caption=caption, words=words, spec=plotly.spec(sheet), still=still)
 
 
 def page(study: Json) -> dict[str, Any]:
     """Everything the template needs."""
     sections = [_section(i, group, study) for i, group in enumerate(groups(study["channels"]))]
-    record = _record_figure(study)
+    record, rate = _record_figure(study), study["recording"]["rate"]
     open_ = worst([f for f in study["findings"] if not f.get("accepted")])
     figures = [
         f
@@ -80,14 +52,14 @@ def page(study: Json) -> dict[str, Any]:
         "title": study["provenance"].get("source") or "recording",
         "facts": _facts(study["recording"]),
         "sections": sections,
-        "worst": _finding(open_, study) if open_ else None,
-        "accepted": [_finding(f, study) for f in study["findings"] if f.get("accepted")],
-        "findings": [[_finding(f, study) for f in kind] for kind in finding_kinds(study["findings"])],
+        "worst": finding_row(open_, rate) if open_ else None,
+        "accepted": [finding_row(f, rate) for f in study["findings"] if f.get("accepted")],
+        "findings": [[finding_row(f, rate) for f in kind] for kind in finding_kinds(study["findings"])],
         "advice": _advice(study["channels"]),
         "reached": _reached(study["channels"]),
         "record": record,
         "gaps": _gaps(study["recording"]),
-        "provenance": _provenance(study),
+        "provenance": provenance_rows(study),
         "guarantee": GUARANTEE,
         "statistics": sorted(
             {_in_a_sentence(STATISTICS[c["curve"]["statistic"]]) for c in study["channels"]}
@@ -95,25 +67,6 @@ def page(study: Json) -> dict[str, Any]:
         "figures": {f.id: f.spec for f in [*figures, *([record] if record else [])]},
         "palettes": {"light": LIGHT, "dark": DARK},
     }
-
-
-def with_powers(text: str) -> Markup:
-    """Text with exponents as people write them: 1.2e-05 becomes 1.2 × 10 to the minus five.
-
-    An interval whose ends share an exponent gets it once: [1.1, 1.3] × 10 to the minus five.
-    """
-    safe = _MINUS.sub("−", _SHARED.sub(r"[\1, \3]e\2", str(escape(text))))
-    safe = safe.replace("T_b", "<i>T</i><sub>b</sub>").replace("B_equiv", "<i>B</i><sub>equiv</sub>")
-    return Markup(_POWER.sub(lambda m: f"{m[1]}\u202f×\u202f10<sup>{_exponent(m[2])}</sup>", safe))  # noqa: S704 - escaped above
-
-
-_SHARED = re.compile(r"\[([\d.]+)e([+-]\d+), ([\d.]+)e\2\]")
-_MINUS = re.compile(r"(?<![\w.])-(?=\d)")
-_POWER = re.compile(r"([\d\]])e([+-]\d+)")
-
-
-def _exponent(digits: str) -> str:
-    return str(int(digits)).replace("-", "−")
 
 
 def _in_a_sentence(name: str) -> str:
@@ -277,29 +230,6 @@ def _facts(recording: Json) -> list[tuple[str, str]]:
     return facts
 
 
-def _finding(finding: Json, study: Json) -> dict[str, Any]:
-    rate = study["recording"]["rate"]
-    return {
-        **{k: finding[k] for k in ("code", "severity", "advice", "risk", "count", "accepted")},
-        "message": finding["message"].removeprefix(f"{finding['channel']}: "),
-        "channel": finding["channel"] or "all channels",
-        "places": _places(finding["places"], rate, finding["count"]),
-    }
-
-
-def _places(places: Iterable[Sequence[int]], rate: float, count: int) -> str:
-    found = [f"{_clock(a / rate)} to {_clock(b / rate)}" for a, b in places]
-    covered = sum(b - a for a, b in places)
-    return "; ".join(found) + (" and more" if found and count > covered else "")
-
-
-def _clock(seconds: float) -> str:
-    """Hours, minutes and seconds since the first sample: a place that can be found again."""
-    whole = math.floor(seconds)
-    part = f"{seconds - whole:.3f}"[1:] if seconds != whole else ""
-    return f"{whole // 3600}:{whole % 3600 // 60:02}:{whole % 60:02}{part}"
-
-
 def _gaps(recording: Json) -> str:
     gaps = recording["gaps"]
     if not gaps:
@@ -346,35 +276,3 @@ def _record_figure(study: Json) -> Figure | None:
         "the findings.",
         "Overview of all channels against time. " + _gaps(study["recording"]),
     )
-
-
-def _provenance(study: Json) -> list[tuple[str, str]]:
-    found = study["provenance"]
-    rows = [
-        ("File", found.get("source")),
-        ("SHA-256", found.get("sha256")),
-        ("Command", found.get("command")),
-        ("Made", str(found.get("created") or "").replace("T", " ").replace("Z", " UTC")),
-        ("allanite", found.get("allanite")),
-        ("Python, NumPy", ", ".join(str(v) for v in (found.get("python"), found.get("numpy")) if v)),
-        ("Study", f"{study['format']} version {study['version']}"),
-    ]
-    steps = [(f"Step {i}", _step(step)) for i, step in enumerate(study["recording"]["history"], 1)]
-    return [(name, str(value)) for name, value in [*rows, *steps] if value]
-
-
-def _step(step: Json) -> str:
-    return (
-        f"{step.get('step', 'step')}: {_said({k: v for k, v in step.items() if k != 'step'})}".removesuffix(
-            ": "
-        )
-    )
-
-
-def _said(value: Any) -> str:
-    """Nested plain data in words."""
-    if isinstance(value, Mapping):
-        return ", ".join(f"{key} {_said(part)}" for key, part in value.items())
-    if isinstance(value, list | tuple):
-        return ", ".join(map(_said, value))
-    return f"{value:.6g}" if isinstance(value, float) else str(value)

@@ -1,0 +1,33 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The command line. Each command parses, calls the library, and shows what came of it.
+
+Results go to stdout, everything else to stderr. Exit codes: 0 done, 1 failed, 2 wrong usage, 3 finished with loss
+(gaps, overloads or dropped rows in the record). Heavy modules load inside the commands, so that help is quick.
+One module for each family of commands; importing it is what registers them.
+"""
+
+# The order of the imports is that of the commands in the reference.
+# isort: off
+from allanite.cli import noise
+from allanite.cli import files
+from allanite.cli import filtering
+from allanite.cli import earth
+from allanite.cli import demo
+
+# isort: on
+from allanite.cli.options import STATISTICS, ByChannel, Duration, Lags
+from allanite.cli.program import cli, main
+
+__all__ = [
+    "STATISTICS",
+    "ByChannel",
+    "Duration",
+    "Lags",
+    "cli",
+    "demo",
+    "earth",
+    "files",
+    "filtering",
+    "main",
+    "noise",
+]

@@ -1,0 +1,185 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""From a turned record to the Earth: earth-rate, north, plan."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import click
+
+from allanite.cli.options import (
+    MODEL,
+    Angle,
+    Duration,
+    Durations,
+    Goal,
+    Rate,
+    Share,
+    accept_option,
+    log_options,
+    place_of,
+    print_json,
+    result_options,
+    turn_options,
+    typed,
+)
+from allanite.cli.program import LOSS, command
+
+__all__ = ["earth_rate", "north", "plan"]
+
+
+def latitude_option(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Where on Earth."""
+    text = "Latitude in degrees, south negative: -23.31 or 23.31S."
+    return click.option("--latitude", type=Angle(), required=True, metavar="DEG", help=text)(command)
+
+
+def stated_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """What only the user knows about the set-up; standard uncertainties, all of them."""
+    options = [
+        click.option("--scale-uncertainty", "scale", type=Share(), default=0.0, help="Of the scale factor: 0.1%."),
+        click.option("--latitude-uncertainty", type=Angle(), default=0.0, help="Of the latitude: 0.01deg."),
+        click.option("--tilt", type=Angle(), default=0.0, help="Of the table's axis from the vertical: 0.1deg."),
+        click.option("--heading-uncertainty", "heading", type=Angle(), default=0.0, help="Of the axis: 3deg."),
+    ]  # fmt: skip
+    for option in reversed(options):
+        command = option(command)
+    return command
+
+
+@command("allanite earth-rate take.parquet --model study.json --latitude -23.31 --first north", "earth-rate")
+@click.argument("log")
+@log_options
+@click.option("--model", metavar="MODEL", help=MODEL + "  [default: fitted to the log itself]")
+@latitude_option
+@turn_options
+@click.option("--settling", is_flag=True, help="Fit a rotation that settles after each turn, too.")
+@click.option("--warm-up", is_flag=True, help="Fit an exponential warm-up, too.")
+@click.option("--temperature", metavar="CHANNEL", help="Fit this channel, too.")
+@stated_options
+@click.option("--confidence", type=float, default=0.95, show_default=True, help="Level of the interval.")
+@accept_option
+@result_options
+def earth_rate(
+    log: str, latitude: float, first: str | None, settling: bool, warm_up: bool, temperature: str | None,
+    confidence: float, scale: float, latitude_uncertainty: float, tilt: float, heading: float,
+    out: str | None, figure: str | None, force: bool, as_json: bool, **options: Any,
+) -> int:  # fmt: skip
+    """Measure the Earth's rotation with a LOG of one horizontal axis that was turned between north and south.
+
+    The turns are read off the signal, or come from a file or a clock. "Not resolved" is a result as well. With --out
+    the folder gets report.html, earth-rate.json and dwells.csv.
+    """
+    from allanite import delivery, terminal
+    from allanite.earth_rate import Stated
+
+    delivery.refuse_measurement(out, figure, "earth-rate", ["dwells.csv"], force=force)
+    stated = Stated(scale=scale, latitude=latitude_uncertainty, tilt=tilt, heading=heading)
+    chosen = {"settling": settling, "warm_up": warm_up, "temperature": temperature, "stated": stated}
+    place, name = place_of(log), "stdin" if log == "-" else None
+    with terminal.progress(quiet=as_json) as advance:
+        found = delivery.earth_rate_of(
+            place, latitude=latitude, first=first, estimate={**chosen, "confidence": confidence}, command=typed(),
+            source=name, progress=advance, **options,
+        )  # fmt: skip
+    done = delivery.write_measurement(found, out, figure, force=force)
+    if as_json:
+        print_json(found.document)
+    else:
+        terminal.show_earth_rate(found.document, done.files)
+    return LOSS if found.lossy else 0
+
+
+@command("allanite north log.parquet --model study.json --latitude -23.31 --headings positions.csv")
+@click.argument("log")
+@log_options
+@click.option("--model", metavar="MODEL", required=True, help=MODEL)
+@latitude_option
+@click.option(
+    "--headings", type=click.Path(exists=True, dir_okay=False), help="CSV of positions: start,stop,heading."
+)
+@click.option(
+    "--rotation", type=Rate(), help="In place of positions, of a table that turned all the time: 6deg/s."
+)
+@click.option("--heading-at-start", type=Angle(), default=0.0, help="Of the first axis, with --rotation.")
+@click.option(
+    "--dead-time", type=Duration(), default=2.0, show_default=True, help="Left out after each turn."
+)
+@stated_options
+@click.option("--misalignment", type=Angle(), default=0.0, help="Of the axes on the table: 0.1deg.")
+@click.option("--confidence", type=float, default=0.95, show_default=True, help="Level of the interval.")
+@accept_option
+@result_options
+def north(
+    log: str, latitude: float, misalignment: float, confidence: float, scale: float, latitude_uncertainty: float,
+    tilt: float, heading: float, out: str | None, figure: str | None, force: bool, as_json: bool, **options: Any,
+) -> int:  # fmt: skip
+    """Find north with a LOG of one or two horizontal axes on a table that was turned.
+
+    Headings are those of the first axis relative to a mark on the table; the azimuth of the mark is the result. One
+    axis needs three positions around, two opposite positions need two axes. "No north" is a result as well.
+    """
+    from allanite import delivery, terminal
+    from allanite.earth_rate import Stated
+
+    delivery.refuse_measurement(out, figure, "north", force=force)
+    stated = Stated(scale=scale, latitude=latitude_uncertainty, tilt=tilt, heading=heading)
+    chosen = {"stated": stated, "misalignment": misalignment, "confidence": confidence}
+    place, name = place_of(log), "stdin" if log == "-" else None
+    with terminal.progress(quiet=as_json) as advance:
+        found = delivery.north_of(
+            place,
+            latitude=latitude,
+            estimate=chosen,
+            command=typed(),
+            source=name,
+            progress=advance,
+            **options,
+        )
+    done = delivery.write_measurement(found, out, figure, force=force)
+    if as_json:
+        print_json(found.document)
+    else:
+        terminal.show_north(found.document, done.files)
+    return LOSS if found.lossy else 0
+
+
+@command("allanite plan --model study.json --latitude -23.31 --goal 3%")
+@click.option("--model", metavar="MODEL", required=True, help=MODEL)
+@click.option("--channel", help="Whose model, where there are several.")
+@latitude_option
+@click.option("--north", is_flag=True, help="Plan a search for north instead of the Earth rate.")
+@click.option("--goal", type=Goal(), help="Standard deviation: 3%, or 1deg with --north.  [default: these]")
+@click.option("--dead-time", type=Duration(), default=2.0, show_default=True, help="Lost at each turn.")
+@click.option("--dwells", type=Durations(), help="Times from turn to turn: 10,30,5min.")
+@click.option("--durations", type=Durations(), help="Lengths of record: 10min,1h,2h.")
+@click.option("--axes", type=int, default=1, show_default=True, help="Horizontal axes, with --north.")
+@click.option("--positions", type=int, help="Around the table, with --north.  [default: 4]")
+@click.option("--misalignment", type=Angle(), default=0.0, help="Of the axes on the table, with --north.")
+@stated_options
+@result_options
+def plan(
+    model: str, north: bool, dwells: list[float] | None, durations: list[float] | None, scale: float,
+    latitude_uncertainty: float, tilt: float, heading: float, out: str | None, figure: str | None, force: bool,
+    as_json: bool, **options: Any,
+) -> None:  # fmt: skip
+    """Predict how well the Earth rate, or north, will be known: by dwell and length of record.
+
+    Computed from the covariance alone: no sample is needed.
+    """
+    from allanite import delivery, terminal
+    from allanite.earth_rate import Stated
+
+    delivery.refuse_measurement(out, figure, "plan", ["plan.csv"], force=force)
+    stated = Stated(scale=scale, latitude=latitude_uncertainty, tilt=tilt, heading=heading)
+    given: dict[str, Any] = {
+        name: value for name, value in (("dwells", dwells), ("durations", durations)) if value
+    }
+    what = "north" if north else "rate"
+    made = delivery.plan_of(place_of(model), what=what, stated=stated, command=typed(), **given, **options)
+    done = delivery.write_measurement(made, out, figure, force=force)
+    if as_json:
+        print_json(made.document)
+    else:
+        terminal.show_plan(made.document, done.files)

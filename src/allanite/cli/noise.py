@@ -1,0 +1,163 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""From a log at rest to its noise: characterize, info, allan, fit."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from allanite.cli.options import (
+    ENGINES,
+    Lags,
+    accept_option,
+    force_option,
+    json_option,
+    log_options,
+    place_of,
+    print_json,
+    statistic_option,
+    typed,
+)
+from allanite.cli.program import LOSS, command
+
+__all__ = ["allan", "characterize", "fit", "info"]
+
+
+@command("allanite characterize imu.csv --unit gyro=deg/s,acc=g --from 10min --out results")
+@click.argument("log")
+@log_options
+@click.option(
+    "--out", type=click.Path(file_okay=False), help="Folder for the results.  [default: <log>-allanite]"
+)
+@accept_option
+@statistic_option("Of the curve that is shown")
+@click.option(
+    "--plot", "figure", type=click.Path(dir_okay=False), help="Write the paper figure: .pdf, .svg or .png."
+)
+@force_option
+@json_option
+def characterize(
+    log: str, out: str | None, accept: tuple[str, ...], statistic: str, figure: str | None, force: bool, as_json: bool,
+    **options: Any,
+) -> int:  # fmt: skip
+    """Read a LOG of a sensor at rest, say what is wrong with it, and fit its noise model.
+
+    Leaves report.html, study.json, allan.csv and imu.yaml in a folder. With --json the study goes to stdout alone,
+    and files are written only where --out or --plot name them.
+    """
+    from allanite import delivery, terminal
+
+    folder = out or (None if as_json else f"{'stdin' if log == '-' else Path(log).stem}-allanite")
+    delivery.refuse_results(folder, figure, force=force)
+    place = place_of(log)
+    options |= {"command": typed(), "source": "stdin" if log == "-" else None}
+    with terminal.progress(quiet=as_json) as advance:
+        study = delivery.study_of(place, accept=accept, statistic=statistic, progress=advance, **options)
+    done = delivery.write_results(study, folder, figure, force=force)
+    if as_json:
+        print_json(study.to_json())
+    else:
+        terminal.show_study(study.document, done.files, done.notes)
+    return LOSS if delivery.is_lossy(study.document["findings"]) else 0
+
+
+@command("allanite info imu.csv --unit gyro=deg/s,acc=g")
+@click.argument("log")
+@log_options
+@json_option
+def info(log: str, as_json: bool, **options: Any) -> int:
+    """Show what a LOG holds: channels, rate, span, gaps, and what is wrong with it."""
+    from allanite import delivery, health, terminal
+
+    recording = delivery.read_part(place_of(log), **options)
+    with terminal.progress(quiet=as_json) as advance:
+        facts = delivery.describe(recording, health.check(recording, progress=advance))
+    if as_json:
+        print_json(facts)
+    else:
+        terminal.show_recording(facts)
+    return LOSS if delivery.is_lossy(facts["findings"]) else 0
+
+
+@command("allanite allan gyro.csv --unit deg/s --taus 10 -o allan.csv")
+@click.argument("log")
+@log_options
+@click.option("--taus", type=Lags(), default="octave", show_default=True, help=Lags.__doc__)
+@statistic_option("Of the curve")
+@click.option(
+    "--engine",
+    type=click.Choice(ENGINES),
+    metavar="NAME",
+    default="auto",
+    show_default=True,
+    help="exact, decimated (fixed memory), or auto.",
+)
+@click.option("--confidence", type=float, default=0.95, show_default=True, help="Level of the intervals.")
+@click.option("-o", "--output", help="Write the curve as CSV, from which it can be fitted; - for stdout.")
+@click.option("--plot", "figure", type=click.Path(dir_okay=False), help="Draw it: .pdf, .svg or .png.")
+@force_option
+@json_option
+def allan(
+    log: str, taus: Any, statistic: str, engine: Any, confidence: float, output: str | None, figure: str | None,
+    force: bool, as_json: bool, **options: Any,
+) -> int:  # fmt: skip
+    """Compute the Allan deviation of a LOG, and nothing else.
+
+    Gaps and overloads are left out; no other fault is looked for: see `allanite info`.
+    """
+    from allanite import delivery, terminal
+    from allanite.allan import allan_curve
+
+    grid = {"taus": taus, "statistic": statistic, "engine": engine, "confidence": confidence}
+    recording = delivery.read_part(place_of(log), **options)
+    with terminal.progress(quiet=as_json or output == "-") as advance:
+        curve = allan_curve(recording, progress=advance, **grid)
+    if figure is not None:
+        delivery.save_figure(curve, figure, force=force)
+    if output is not None:
+        delivery.save_curve(curve, output, force=force)
+    if as_json:
+        print_json({name: curve[name].to_json() for name in curve.names})
+    elif output is None and figure is None:
+        terminal.show_curve(curve)
+    return LOSS if any(len(runs) for runs in curve.missing) else 0
+
+
+@command("allanite fit allan.csv --json")
+@click.argument("curve_or_log")
+@log_options
+@click.option(
+    "--method",
+    type=click.Choice(["moments", "slopes"]),
+    default="moments",
+    show_default=True,
+    help="Full covariance with intervals, or the reading by slopes.",
+)
+@accept_option
+@click.option("-o", "--output", type=click.Path(dir_okay=False), help="Write the models as JSON.")
+@force_option
+@json_option
+def fit(
+    curve_or_log: str, method: str, accept: tuple[str, ...], output: str | None, force: bool, as_json: bool,
+    **options: Any,
+) -> int:  # fmt: skip
+    """Fit noise models to a saved curve or to a log (CURVE_OR_LOG).
+
+    Faults of a log are refused. The moment fit of a log keeps its spectral lines out; that of a curve cannot.
+    """
+    from allanite import delivery, model_file, terminal
+
+    with terminal.progress(quiet=as_json) as advance:
+        channels, lossy = delivery.fit_file(
+            place_of(curve_or_log), method=method, accept=accept, progress=advance, **options
+        )
+    models = {c["name"]: delivery.joined(c["models"]) for c in channels if c["models"]}
+    if output is not None:
+        model_file.save_models(models, output, force=force)
+    if as_json:
+        print_json(models)
+    else:
+        terminal.show_models(channels)
+    return LOSS if lossy else 0

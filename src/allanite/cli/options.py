@@ -1,0 +1,296 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Kinds of options, and the options that several commands share."""
+
+from __future__ import annotations
+
+import json
+import re
+import shlex
+import shutil
+import sys
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import click
+
+__all__ = [
+    "ENGINES",
+    "MODEL",
+    "STATISTICS",
+    "Angle",
+    "ByChannel",
+    "Duration",
+    "Durations",
+    "FindingCode",
+    "Goal",
+    "Lags",
+    "Names",
+    "Rate",
+    "Share",
+    "accept_option",
+    "force_option",
+    "json_option",
+    "log_options",
+    "place_of",
+    "print_json",
+    "result_options",
+    "statistic_option",
+    "turn_options",
+    "typed",
+]
+
+STATISTICS = ("oadev", "adev", "mdev", "tdev", "hdev", "ohdev", "totdev")
+ENGINES = ("exact", "decimated", "auto")
+MODEL = "Noise of the sensor at rest: a study, what `fit --json` printed, or words as for `simulate`."
+_SECONDS = {"": 1.0, "s": 1.0, "ms": 1e-3, "min": 60.0, "h": 3600.0, "d": 86400.0, "w": 604800.0}
+
+
+class Duration(click.ParamType[Any]):
+    """A time span: seconds, or a number with ms, s, min, h, d or w."""
+
+    name = "duration"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        if isinstance(value, (int, float)):
+            return float(value)
+        number, unit = re.fullmatch(r"(.*?)\s*([a-z]*)", str(value).strip(), re.S).groups()  # type: ignore[union-attr]
+        try:
+            return float(number) * _SECONDS[unit]
+        except (KeyError, ValueError):
+            self.fail(f"{value!r} is no time span: write 3600, 90s, 30min, 12h or 7d", param, ctx)
+
+
+class ByChannel(click.ParamType[Any]):
+    """One text for all channels, or one for each name or group: gyro=deg/s,acc=g."""
+
+    name = "unit"
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> str | dict[str, str]:
+        if isinstance(value, dict) or "=" not in value:
+            return value
+        parts = [part.split("=", 1) for part in value.split(",")]
+        if any(len(part) != 2 or not all(p.strip() for p in part) for part in parts):
+            self.fail(f"{value!r}: write one unit for all channels, or gyro=deg/s,acc=g", param, ctx)
+        return {name.strip(): unit.strip() for name, unit in parts}
+
+
+class Names(click.ParamType[Any]):
+    """Names with commas between them."""
+
+    name = "names"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> list[str]:
+        return (
+            value if isinstance(value, list) else [part.strip() for part in value.split(",") if part.strip()]
+        )
+
+
+class Lags(click.ParamType[Any]):
+    """octave, decade, all, a number of lags per decade, or averaging times with commas between them."""
+
+    name = "lags"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        if value in ("octave", "decade", "all") or not isinstance(value, str):
+            return value
+        try:
+            times = [float(part) for part in value.split(",")]
+        except ValueError:
+            self.fail(
+                f"{value!r}: write octave, decade, all, a count per decade, or times like 0.1,1,10",
+                param,
+                ctx,
+            )
+        return int(times[0]) if len(times) == 1 and value.isdigit() else times
+
+
+class Durations(click.ParamType[Any]):
+    """Time spans with commas between them."""
+
+    name = "durations"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> list[float]:
+        return (
+            value if isinstance(value, list) else [Duration()(part, param, ctx) for part in value.split(",")]
+        )
+
+
+class Goal(click.ParamType[Any]):
+    """A share (3%), or an angle with its unit (1deg)."""
+
+    name = "goal"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        kind = Angle() if re.search(r"deg|rad|arc|°", str(value)) else Share()
+        return float(kind(value, param, ctx))
+
+
+class Angle(click.ParamType[Any]):
+    """An angle: degrees, or a number with deg, rad, mrad or arcmin; S and W are negative."""
+
+    name = "angle"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        if isinstance(value, (int, float)):
+            return float(value)
+        from allanite.errors import InputError
+        from allanite.units import Quantity, parse_unit
+
+        found = re.fullmatch(
+            r"\s*([-+]?[\d.]+(?:[eE][-+]?\d+)?)\s*(.*?)\s*([NSEW]?)\s*", str(value).replace("−", "-")
+        )
+        try:
+            number, unit, side = found.groups()  # type: ignore[union-attr]
+            factor = parse_unit(unit or "deg", Quantity.ANGLE).factor
+            return float(number) * factor * (-1.0 if side in ("S", "W") else 1.0)
+        except (AttributeError, ValueError, InputError):
+            self.fail(f"{value!r} is no angle: write -23.31, 23.31S, 0.1deg or 2mrad", param, ctx)
+
+
+class Rate(click.ParamType[Any]):
+    """A rate of rotation with its unit: 15.041deg/h, 6deg/s."""
+
+    name = "rate"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        if isinstance(value, (int, float)):
+            return float(value)
+        from allanite.errors import InputError
+        from allanite.units import Quantity, parse_unit
+
+        found = re.fullmatch(r"\s*([-+]?[\d.]+(?:[eE][-+]?\d+)?)\s*(\S.*?)\s*", str(value).replace("−", "-"))
+        try:
+            number, unit = found.groups()  # type: ignore[union-attr]
+            return float(number) * parse_unit(unit, Quantity.ANGLE_RATE).factor
+        except (AttributeError, ValueError, InputError):
+            self.fail(f"{value!r} is no rate of rotation: write 15.041deg/h or 0.00418deg/s", param, ctx)
+
+
+class Share(click.ParamType[Any]):
+    """A part of a whole: 3%, 500ppm or 0.03."""
+
+    name = "share"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        if isinstance(value, (int, float)):
+            return float(value)
+        number, unit = re.fullmatch(r"(.*?)\s*(%|ppm|)", str(value).strip(), re.S).groups()  # type: ignore[union-attr]
+        try:
+            return float(number) * {"": 1.0, "%": 1e-2, "ppm": 1e-6}[unit]
+        except ValueError:
+            self.fail(f"{value!r} is no share: write 3%, 500ppm or 0.03", param, ctx)
+
+
+class FindingCode(click.ParamType[Any]):
+    """Code of a finding."""
+
+    name = "finding"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        from allanite.health import CATALOGUE
+
+        if value not in CATALOGUE:
+            self.fail(f"no finding is called {value!r}; there are: {', '.join(CATALOGUE)}", param, ctx)
+        return str(value)
+
+
+def log_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """What every command that reads a log understands."""
+    options = [
+        click.option("--unit", type=ByChannel(), help="Unit of the samples: deg/s, or gyro=deg/s,acc=g."),
+        click.option("--rate", type=float, help="Samples per second, for a log without time."),
+        click.option("--scale-factor", type=ByChannel(), help="Of a sensor read in volts or counts: '24 mV/(deg/s)'."),
+        click.option("--sampling", type=click.Choice(["mean", "point"]), default="mean", show_default=True,
+                     help="Samples are means over their interval, or values at an instant."),
+        click.option("--channels", type=Names(), help="Names or groups to keep: gyro or gyro_x,gyro_y."),
+        click.option("--from", "start", type=Duration(), help="Begin so long after the first sample."),
+        click.option("--to", "stop", type=Duration(), help="End so long after the first sample."),
+        click.option("--topic", help="Topic of a ROS log."),
+        click.option("--variable", help="Array or table of a file with several."),
+        click.option("--delimiter", help="Of a text file: , ; tab blank |"),
+        click.option("--decimal", help="Decimal point or comma of a text file."),
+    ]  # fmt: skip
+    for option in reversed(options):
+        command = option(command)
+    return command
+
+
+def result_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Where a result goes."""
+    options = [
+        click.option("--out", type=click.Path(file_okay=False), help="Folder for report, JSON and tables."),
+        click.option(
+            "--plot", "figure", type=click.Path(dir_okay=False), help="Draw it: .pdf, .svg or .png."
+        ),
+    ]
+    command = force_option(json_option(command))
+    for option in reversed(options):
+        command = option(command)
+    return command
+
+
+def turn_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """When the sensor was turned, and where it pointed."""
+    sides, file = click.Choice(["north", "south"]), click.Path(exists=True, dir_okay=False)
+    options = [
+        click.option("--first", type=sides, help="Where the axis points at first: one axis cannot tell."),
+        click.option("--turns", type=file, help="CSV of turns: start,stop in seconds."),
+        click.option("--dwell", type=Duration(), help="Turned so often, for turns that do not show: 30."),
+        click.option(
+            "--dead-time", type=Duration(), default=2.0, show_default=True, help="Left out after each turn."
+        ),
+    ]
+    for option in reversed(options):
+        command = option(command)
+    return command
+
+
+def force_option(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Files are not replaced without being asked to."""
+    return click.option("--force", is_flag=True, help="Replace files that are there.")(command)
+
+
+def accept_option(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Fatal findings are refused, one by one."""
+    text = "Go on in spite of this finding (repeatable)."
+    return click.option("--accept", type=FindingCode(), multiple=True, metavar="FINDING", help=text)(command)
+
+
+def statistic_option(what: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """Which deviation."""
+    kind, text = click.Choice(STATISTICS), f"{what}: {', '.join(STATISTICS)}."
+    return click.option(
+        "--statistic", type=kind, metavar="NAME", default="oadev", show_default=True, help=text
+    )
+
+
+def json_option(command: Callable[..., Any]) -> Callable[..., Any]:
+    """For programs that read what we print."""
+    return click.option("--json", "as_json", is_flag=True, help="Print JSON, and nothing else, on stdout.")(
+        command
+    )
+
+
+def place_of(name: str) -> Path:
+    """A path; for "-" a file named stdin that holds what came through it, as long as the command runs."""
+    if name != "-":
+        return Path(name)
+    folder = tempfile.TemporaryDirectory(prefix="allanite.")
+    click.get_current_context().call_on_close(folder.cleanup)
+    place = Path(folder.name) / "stdin"
+    with place.open("wb") as file:
+        shutil.copyfileobj(sys.stdin.buffer, file)
+    return place
+
+
+def typed() -> str:
+    """The command as it was typed."""
+    return shlex.join(["allanite", *sys.argv[1:]])
+
+
+def print_json(data: Any) -> None:
+    click.echo(json.dumps(data, ensure_ascii=False, indent=1))

@@ -1,0 +1,61 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The program: its group of commands, its exit codes, and the one place where errors end."""
+
+from __future__ import annotations
+
+import sys
+import warnings
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import click
+
+from allanite import __version__
+from allanite.errors import AllaniteError, DataQualityWarning
+
+__all__ = ["LOSS", "cli", "command", "main"]
+
+LOSS = 3
+_EXAMPLE = "\b\nExample:\n  {}"
+
+
+def main(arguments: Sequence[str] | None = None) -> None:
+    """Run the program and leave it with its exit code."""
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="replace")  # a terminal without √ or µ shows a question mark
+    warnings.showwarning = _show_warning
+    try:
+        code = cli.main(arguments, prog_name="allanite", standalone_mode=False)
+    except AllaniteError as error:
+        click.echo(f"allanite: {error}", err=True)
+        code = 1
+    except click.ClickException as error:
+        error.show()
+        code = error.exit_code
+    except (click.Abort, KeyboardInterrupt):
+        click.echo("allanite: interrupted; no file was left half written", err=True)
+        code = 130
+    except BrokenPipeError:  # the reader of a pipe has seen enough
+        sys.stderr.close()
+        code = 0
+    raise SystemExit(code if isinstance(code, int) else 0)
+
+
+def _show_warning(message: Warning | str, category: type[Warning], *where: Any, **_: Any) -> None:
+    if issubclass(category, DataQualityWarning):
+        click.echo(f"allanite: note: {message}", err=True)
+
+
+@click.group(
+    context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
+    epilog=_EXAMPLE.format("allanite characterize gyro.csv --unit deg/s"),
+)
+@click.version_option(__version__, prog_name="allanite")
+def cli() -> None:
+    """From a log of a sensor at rest to a noise model you can trust, a filter, and the Earth's rotation."""
+
+
+def command(example: str, name: str | None = None) -> Callable[[Callable[..., Any]], click.Command]:
+    """A command of `cli` whose help ends with an example."""
+    return cli.command(name, epilog=_EXAMPLE.format(example))

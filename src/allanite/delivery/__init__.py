@@ -1,0 +1,43 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What the commands hand over: the files of a study, the facts of a recording, curves and models.
+
+Each function is one line of a command, and can be called as well without the command line.
+"""
+
+from allanite.delivery.curves import fit_file, joined, save_curve, simulate_to
+from allanite.delivery.earth import earth_rate_of, north_of, plan_of
+from allanite.delivery.filtering import aided_of, filter_of, refuse_corrected, save_corrected
+from allanite.delivery.measurement import Measured, refuse_measurement, write_measurement
+from allanite.delivery.pictures import Delivered, refuse_figure, save_figure
+from allanite.delivery.recordings import describe, file_sha256, has_gaps, is_lossy, read_part
+from allanite.delivery.study import RESULTS, curve_of, refuse_results, study_of, write_results
+
+__all__ = [
+    "RESULTS",
+    "Delivered",
+    "Measured",
+    "aided_of",
+    "curve_of",
+    "describe",
+    "earth_rate_of",
+    "file_sha256",
+    "filter_of",
+    "fit_file",
+    "has_gaps",
+    "is_lossy",
+    "joined",
+    "north_of",
+    "plan_of",
+    "read_part",
+    "refuse_corrected",
+    "refuse_figure",
+    "refuse_measurement",
+    "refuse_results",
+    "save_corrected",
+    "save_curve",
+    "save_figure",
+    "simulate_to",
+    "study_of",
+    "write_measurement",
+    "write_results",
+]

@@ -1,0 +1,136 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Curves and noise models out of files, and into them; records made from models."""
+
+from __future__ import annotations
+
+import os
+import sys
+import tempfile
+from collections.abc import Callable, Collection, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from allanite.delivery.recordings import is_lossy, read_part
+from allanite.delivery.study import study_of
+from allanite.errors import InputError
+
+if TYPE_CHECKING:
+    from allanite.allan import AllanCurve
+    from allanite.recording import Sampling
+
+__all__ = ["fit_file", "joined", "save_curve", "simulate_to"]
+
+Json = Mapping[str, Any]
+
+_CURVE_MARK = "# format: allanite-curve"
+
+
+def _is_saved_curve(place: Path) -> bool:
+    if not place.is_file():
+        return False
+    with place.open("rb") as file:
+        return file.read(len(_CURVE_MARK)) == _CURVE_MARK.encode()
+
+
+def fit_file(
+    path: str | os.PathLike[str],
+    *,
+    method: str = "moments",
+    accept: Collection[str] = (),
+    progress: Callable[[float, str], None] | None = None,
+    **options: Any,
+) -> tuple[list[dict[str, Any]], bool]:
+    """Fit the channels of a curve that `AllanCurve.to_csv` wrote, or of a log.
+
+    Faults of a log are refused. By moments it is characterised, so that spectral lines and the band limit are kept out
+    of the fit. Options are those of `read_part`.
+
+    Returns
+    -------
+    channels : list of dict
+        Entries with "name", "kind", "unit" and "models", like those of a study's "channels".
+    lossy : bool
+        Whether samples or rows of the log did not take part; False for a curve.
+    """
+    from allanite.allan import AllanCurve, allan_curve
+    from allanite.fitting import fit
+    from allanite.health import check, prepare
+
+    place = Path(path)
+    if not _is_saved_curve(place) and method == "moments":
+        document = study_of(place, accept=accept, progress=progress, **options).document
+        return list(document["channels"]), is_lossy(document["findings"])
+    lossy = False
+    if _is_saved_curve(place):
+        curve = AllanCurve.from_csv(place)
+    else:
+        recording = read_part(place, **options)
+        prepared, findings = prepare(recording, check(recording), accept=accept)
+        curve, lossy = allan_curve(prepared), is_lossy(f.to_json() for f in findings)
+    models = {name: fit(curve[name], method=method) for name in curve.names}
+    channels = [
+        {
+            "name": name,
+            "kind": model.kind,
+            "unit": model.unit,
+            "models": [m.to_json() for m in model.families],
+        }
+        for name, model in models.items()
+    ]
+    return channels, lossy
+
+
+def joined(models: Sequence[Json]) -> Json:
+    """The models of a channel as one: the first, with the other family as its "alternative" where there is one."""
+    return {**models[0], "alternative": models[1]} if len(models) > 1 else models[0]
+
+
+def save_curve(curve: AllanCurve, path: str, *, force: bool = False) -> None:
+    """Write a curve as CSV; to stdout for "-"."""
+    if path != "-":
+        curve.to_csv(path, force=force)
+        return
+    with tempfile.TemporaryDirectory() as folder:
+        sys.stdout.write(curve.to_csv(Path(folder) / "allan.csv").read_text(encoding="utf-8"))
+
+
+def simulate_to(
+    model: str | os.PathLike[str],
+    path: str | os.PathLike[str],
+    *,
+    rate: float | None,
+    duration: float,
+    seed: int,
+    sampling: Sampling = "mean",
+    unit: str | Mapping[str, str] | None = None,
+    force: bool = False,
+    progress: Callable[[float], None] | None = None,
+) -> str:
+    """Simulate the models of a file into a recording file; what was done, in one sentence.
+
+    Raises
+    ------
+    InputError
+        No rate, neither given nor in the file.
+    """
+    from allanite.model_file import load_models
+    from allanite.recording_file import refuse_recording, summary, write_recording
+    from allanite.simulation import simulate
+
+    models, own_rate = load_models(model)
+    if rate is None and own_rate is None:
+        raise InputError(f"{model} does not say how often to sample: give --rate (rate=)")
+    refuse_recording(path, force=force)
+    step = None if progress is None else lambda fraction: progress(0.8 * fraction)
+    chosen: Any = models if len(models) > 1 else next(iter(models.values()))
+    recording = simulate(
+        chosen,
+        rate=own_rate if rate is None else rate,  # type: ignore[arg-type]
+        duration=duration,
+        seed=seed,
+        sampling=sampling,
+        unit=unit,
+        progress=step,
+        name=None if len(models) > 1 else next(iter(models)),
+    )
+    return summary(recording, write_recording(recording, path, force=force)) + f", seed {seed}"

@@ -1,0 +1,218 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Earth rate, north and plan, from a log and a model to everything that a report needs."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+from allanite.delivery.measurement import Measured, beside, provenance
+from allanite.delivery.recordings import file_sha256, read_part
+from allanite.delivery.turned import checked, gyro_of, gyros_of, model_for, placed_of, turns_of
+from allanite.errors import InputError
+
+if TYPE_CHECKING:
+    from allanite.recording import Recording
+
+__all__ = ["earth_rate_of", "north_of", "plan_of"]
+
+Json = Mapping[str, Any]
+Advance = Callable[[float, str], None]
+
+
+def earth_rate_of(
+    log: str | os.PathLike[str],
+    *,
+    latitude: float,
+    model: str | os.PathLike[str] | None = None,
+    start: float | None = None,
+    stop: float | None = None,
+    turns: str | os.PathLike[str] | None = None,
+    dwell: float | None = None,
+    first: str | None = None,
+    dead_time: float = 2.0,
+    accept: Collection[str] = (),
+    estimate: Mapping[str, Any] | None = None,
+    command: str | None = None,
+    source: str | None = None,
+    progress: Advance | None = None,
+    **options: Any,
+) -> Measured:
+    """The Earth rate out of a log; see `measure_earth_rate`, whose further options `estimate` holds.
+
+    Parameters
+    ----------
+    log, model : path
+        Whatever `read` and `load_models` understand.
+    start, stop : float, optional [s]
+        Part of the log; directions count from the beginning of the part.
+    turns, dwell, first, dead_time
+        See `turns_of`.
+    accept : collection of str
+        Fatal findings to go on in spite of.
+    **options
+        Those of `read`.
+    """
+    from allanite.earth_rate import measure_earth_rate
+
+    advance = progress or (lambda fraction, what: None)
+    advance(0.0, "reading")
+    whole = _named(read_part(log, **options), source)
+    channel = gyro_of(whole)
+    noise, model_name = model_for(model, channel)
+    advance(0.1, "looking for the turns")
+    part, reversals = turns_of(
+        whole, channel, start=start, stop=stop, turns=turns, dwell=dwell, first=first, dead_time=dead_time
+    )
+    advance(0.4, "looking for faults")
+    ready = checked(part, reversals, [channel], accept=accept)
+    found = measure_earth_rate(
+        ready.recording,
+        latitude=latitude,
+        model=noise,
+        channel=channel,
+        reversals=reversals,
+        progress=lambda fraction, what: advance(0.5 + 0.5 * fraction, what),
+        **(estimate or {}),
+    )
+    document = {
+        **found.to_json(),
+        **beside(part, channel, ready.findings, file_sha256(log), command),
+        "model_name": model_name,
+    }
+    return Measured(
+        result=found,
+        document=document,
+        name="earth-rate",
+        tables={"dwells.csv": _dwell_rows(document)},
+        lossy=ready.lossy,
+    )
+
+
+def _named(recording: Recording, source: str | None) -> Recording:
+    return recording if source is None else replace(recording, source=source)
+
+
+def _dwell_rows(document: Json) -> list[Json]:
+    """One row for each dwell, in people's units."""
+    from allanite.wording import DEG_H
+
+    def in_deg_h(value: float | None) -> str:
+        return "" if value is None else f"{value / DEG_H:.6g}"
+
+    return [
+        {
+            "number": i,
+            "start_s": f"{d['start']:.6f}",
+            "stop_s": f"{d['stop']:.6f}",
+            "direction": {1: "north", -1: "south"}.get(d["sign"], "unknown"),
+            **{f"{name}_deg_h": in_deg_h(d[name]) for name in ("mean", "sd", "residual")},
+        }
+        for i, d in enumerate(document["dwells"], 1)
+    ]
+
+
+def north_of(
+    log: str | os.PathLike[str],
+    *,
+    latitude: float,
+    model: str | os.PathLike[str],
+    headings: str | os.PathLike[str] | None = None,
+    rotation: float | None = None,
+    heading_at_start: float = 0.0,
+    start: float | None = None,
+    stop: float | None = None,
+    dead_time: float = 2.0,
+    accept: Collection[str] = (),
+    estimate: Mapping[str, Any] | None = None,
+    command: str | None = None,
+    source: str | None = None,
+    progress: Advance | None = None,
+    **options: Any,
+) -> Measured:
+    """Where north is, out of a log; see `find_north`, whose further options `estimate` holds.
+
+    Parameters
+    ----------
+    headings : path, optional
+        Positions with their headings; times count from the first sample of the log.
+    rotation, heading_at_start : float [rad/s], [rad]
+        Of a table that turned all the time.
+    start, stop : float, optional [s]
+        Part of the log.
+    **options
+        Those of `read`.
+
+    Raises
+    ------
+    InputError
+        Neither positions nor a rotation, or both; more than two channels of rates.
+    """
+    from allanite.north import Rotation, find_north
+
+    if (headings is None) == (rotation is None):
+        raise InputError("say how the table stood: either positions (--headings) or a rotation (--rotation)")
+    advance = progress or (lambda fraction, what: None)
+    advance(0.0, "reading")
+    whole = _named(read_part(log, **options), source)
+    channels = gyros_of(whole, most=2)
+    models = {name: model_for(model, name) for name in channels}
+    part, positions = placed_of(whole, channels[0], headings, start=start, stop=stop, dead_time=dead_time)
+    advance(0.3, "looking for faults")
+    ready = checked(part, positions, channels, accept=accept)
+    found = find_north(
+        ready.recording,
+        model={name: made for name, (made, _) in models.items() if made is not None},
+        latitude=latitude,
+        positions=positions if headings is not None else None,
+        rotation=None if rotation is None else Rotation(rate=rotation, start=heading_at_start),
+        channels=channels,
+        progress=lambda fraction, what: advance(0.5 + 0.5 * fraction, what),
+        **(estimate or {}),
+    )
+    document = {
+        **found.to_json(),
+        **beside(part, channels[0], ready.findings, file_sha256(log), command),
+        "model_name": models[channels[0]][1],
+    }
+    return Measured(result=found, document=document, name="north", tables={}, lossy=ready.lossy)
+
+
+def plan_of(
+    model: str | os.PathLike[str], *, channel: str | None = None, command: str | None = None, **options: Any
+) -> Measured:
+    """A plan from a model out of a file or words; options are those of `plan`.
+
+    Raises
+    ------
+    InputError
+        Several models of rate sensors, and none chosen.
+    """
+    from allanite.model_file import load_models
+    from allanite.planning import plan
+
+    models, _ = load_models(model)
+    rates = {name: made for name, made in models.items() if made.kind == "rate"} or models
+    if channel is None and len(rates) > 1:
+        raise InputError(f"{model} has several models: {', '.join(rates)}; choose one with --channel")
+    if channel is not None and channel not in rates:
+        raise InputError(f"{model} has no model of channel {channel!r}; there are: {', '.join(rates)}")
+    name = channel or next(iter(rates))
+    made = plan(rates[name], **options)
+    document = {
+        **made.to_json(),
+        "provenance": provenance("", command=command),
+        "model_name": model_for(model, name)[1],
+    }
+    rows = [
+        {
+            "dwell_s": f"{row['dwell']:g}",
+            "duration_s": f"{row['duration']:g}",
+            "sd": f"{row['sd'] / made.unit:.6g}",
+            "total": f"{row['total'] / made.unit:.6g}",
+        }
+        for row in made.table()
+    ]
+    return Measured(result=made, document=document, name="plan", tables={"plan.csv": rows}, lossy=False)

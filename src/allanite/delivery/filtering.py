@@ -1,0 +1,165 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The filter of a noise model on a log, and the seed paper's filter that is told the rate."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from allanite.delivery.measurement import Measured, beside
+from allanite.delivery.recordings import file_sha256, is_lossy, read_part
+from allanite.delivery.turned import checked, gyro_of, model_for, turn_spans, turns_of
+from allanite.errors import InputError
+
+if TYPE_CHECKING:
+    from allanite.recording import Recording
+
+__all__ = ["aided_of", "filter_of", "refuse_corrected", "save_corrected"]
+
+Json = Mapping[str, Any]
+Advance = Callable[[float, str], None]
+
+
+def filter_of(
+    log: str | os.PathLike[str],
+    *,
+    model: str | os.PathLike[str],
+    smooth: bool = False,
+    accept: Collection[str] = (),
+    command: str | None = None,
+    source: str | None = None,
+    progress: Advance | None = None,
+    **options: Any,
+) -> Measured:
+    """A log of a sensor at rest without the drift that a model knows; options are those of `read_part`.
+
+    Raises
+    ------
+    InputError
+        Several channels that could be meant, or no model of the one there is.
+    DataQualityError
+        A fatal finding that was not accepted: a filter is for a sensor at rest.
+    """
+    from allanite.health import check, prepare
+    from allanite.kalman import filter_recording
+
+    advance = progress or (lambda fraction, what: None)
+    advance(0.0, "reading")
+    recording = read_part(log, **options)
+    recording = recording if source is None else replace(recording, source=source)
+    channel = _one_of(recording)
+    noise, model_name = model_for(model, channel)
+    advance(0.1, "looking for faults")
+    ready, findings = prepare(recording, check(recording), accept=accept)
+    if noise is None:
+        raise InputError("a filter needs the noise model of the sensor: --model")
+    found = filter_recording(
+        ready,
+        noise,
+        channel=channel,
+        smooth=smooth,
+        progress=lambda fraction: advance(0.3 + 0.7 * fraction, "smoothing" if smooth else "filtering"),
+    )
+    known = beside(ready, channel, findings, file_sha256(log), command)
+    plain = found.to_json()
+    document = {
+        "format": "allanite-filtered",
+        "version": 1,
+        "source": recording.source,
+        **plain,
+        **known,
+        "overview": {"measured": known["overview"], **plain["overview"]},
+        "model_name": model_name,
+    }
+    lossy = is_lossy(f.to_json() for f in findings)
+    return Measured(result=found, document=document, name="filter", tables={}, lossy=lossy)
+
+
+def _one_of(recording: Recording) -> str:
+    """The one channel that can bear a noise model."""
+    names = [c.name for c in recording.channels if c.kind.noise_bearing]
+    if len(names) != 1:
+        raise InputError(f"one channel is filtered at a time; choose one with --channels: {', '.join(names)}")
+    return names[0]
+
+
+def aided_of(
+    log: str | os.PathLike[str],
+    *,
+    model: str | os.PathLike[str],
+    reference: float,
+    first: str | None = None,
+    turns: str | os.PathLike[str] | None = None,
+    dwell: float | None = None,
+    start: float | None = None,
+    stop: float | None = None,
+    dead_time: float = 2.0,
+    accept: Collection[str] = (),
+    command: str | None = None,
+    source: str | None = None,
+    progress: Advance | None = None,
+    **options: Any,
+) -> Measured:
+    """The seed paper's filter on a log, told the rate along the axis [rad/s]: reference-aided, no measurement.
+
+    Turns are left out. With `first` the log is read in the second way, too: the reference with the sign of the
+    heading.
+    """
+    from allanite.reference_aided import reference_aided
+
+    advance = progress or (lambda fraction, what: None)
+    advance(0.0, "reading")
+    whole = read_part(log, **options)
+    whole = whole if source is None else replace(whole, source=source)
+    channel = gyro_of(whole)
+    noise, model_name = model_for(model, channel)
+    part, reversals = turns_of(
+        whole, channel, start=start, stop=stop, turns=turns, dwell=dwell, first=first, dead_time=dead_time
+    )
+    ready = checked(part, reversals, [channel], accept=accept)
+    still = ready.recording.excluding({channel: turn_spans(reversals)}, "turns")
+    if noise is None:
+        raise InputError("the filter needs the noise model of the sensor: --model")
+    advance(0.5, "filtering")
+    readings = [reference_aided(still, noise, reference=reference, channel=channel)]
+    if first is not None and reversals.turns:
+        readings.append(
+            reference_aided(
+                ready.recording, noise, reference=reference, channel=channel, signs=reversals.signs()
+            )
+        )
+    document = {
+        "format": "allanite-reference-aided",
+        "version": 1,
+        "source": whole.source,
+        "channel": channel,
+        "readings": [r.to_json() for r in readings],
+        "model": noise.to_json(),
+        "reversals": reversals.to_json(),
+        **beside(part, channel, ready.findings, file_sha256(log), command),
+        "model_name": model_name,
+    }
+    return Measured(result=readings[-1], document=document, name="filter", tables={}, lossy=ready.lossy)
+
+
+def refuse_corrected(path: str | os.PathLike[str] | None, *, force: bool) -> None:
+    """Raise, before the work is done, if the corrected series cannot be written there."""
+    from allanite.recording_file import refuse_recording
+
+    if path is not None:
+        refuse_recording(path, force=force)
+
+
+def save_corrected(measured: Measured, path: str | os.PathLike[str], *, force: bool = False) -> Path:
+    """Write the corrected series: of a filter with its drift and the standard deviation of that."""
+    from allanite.recording import Recording
+    from allanite.recording_file import write_recording
+
+    result = measured.result
+    if hasattr(result, "recording"):
+        return write_recording(result.recording(), path, force=force)
+    series = Recording.from_rate(result.corrected, rate=result.rate, unit="rad/s", names=[result.channel])
+    return write_recording(series, path, force=force)

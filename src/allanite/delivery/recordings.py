@@ -1,0 +1,79 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Recordings out of logs, and what can be said of them before any science."""
+
+from __future__ import annotations
+
+import hashlib
+import os
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from allanite.health import Finding
+    from allanite.recording import Recording
+
+__all__ = ["describe", "file_sha256", "has_gaps", "is_lossy", "read_part"]
+
+Json = Mapping[str, Any]
+
+_LOSSES = frozenset(
+    {
+        "missing",
+        "broken_up",
+        "overload",
+        "ragged_rows",
+        "cells_missing",
+        "duplicate_stamps",
+        "unterminated_last_line",
+    }
+)
+
+
+def read_part(
+    path: str | os.PathLike[str], *, start: float | None = None, stop: float | None = None, **options: Any
+) -> Recording:
+    """A log, or the part of it between two times [s] since its first sample; options are those of `read`."""
+    from allanite.readers import read
+
+    recording = read(path, **options)
+    return recording if start is None and stop is None else recording.window(start, stop)
+
+
+def describe(recording: Recording, findings: Iterable[Finding]) -> dict[str, Any]:
+    """Facts of a recording and what was found in it, as plain data."""
+    found = [f.to_json() for f in findings]
+    gaps = [f for f in found if f["code"] == "missing"]
+    return {
+        "source": recording.source,
+        "rate": recording.rate,
+        "samples": recording.n_samples,
+        "duration": recording.duration,
+        "start": recording.start,
+        "missing": max((f["count"] for f in gaps), default=0),
+        "gaps": [place for f in gaps for place in f["places"]],
+        "channels": [c.to_json() for c in recording.channels],
+        "history": [dict(step) for step in recording.history],
+        "findings": found,
+    }
+
+
+def is_lossy(findings: Iterable[Json]) -> bool:
+    """True when samples or rows of the record did not take part: gaps, overloads, dropped rows, exclusions."""
+    return any(f["count"] > 0 and (f.get("excludes") or f["code"] in _LOSSES) for f in findings)
+
+
+def has_gaps(recording: Recording) -> bool:
+    """True when a sample of any channel is missing."""
+    import numpy as np
+
+    return any(np.isnan(block).any() for name in recording.names for _, block in recording.blocks(name))
+
+
+def file_sha256(path: str | os.PathLike[str]) -> str | None:
+    """SHA-256 of a file in hexadecimal; None for a folder."""
+    place = Path(path)
+    if not place.is_file():
+        return None
+    with place.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()

@@ -1,0 +1,155 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The files of a study."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Collection, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from allanite.atomic_file import make_folder, refuse_existing
+from allanite.delivery.pictures import Delivered, refuse_figure, save_figure
+from allanite.delivery.recordings import file_sha256, read_part
+from allanite.errors import DataQualityError, InputError
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from allanite.allan import AllanCurve
+    from allanite.study import Study
+
+__all__ = ["RESULTS", "curve_of", "refuse_results", "study_of", "write_results"]
+
+Json = Mapping[str, Any]
+
+RESULTS = ("report.html", "study.json", "allan.csv", "imu.yaml")
+"""Files that a study leaves in its folder."""
+
+
+def refuse_results(
+    folder: str | os.PathLike[str] | None, figure: str | os.PathLike[str] | None = None, *, force: bool
+) -> None:
+    """Raise, before hours are spent, if a result is in the way or the figure is no picture.
+
+    Raises
+    ------
+    InputError
+        A suffix that is no picture.
+    StorageError
+        Names the files that exist.
+    """
+    if folder is not None:
+        refuse_existing(*(Path(folder) / name for name in RESULTS), force=force)
+    if figure is not None:
+        refuse_figure(figure, force=force)
+
+
+def study_of(
+    log: str | os.PathLike[str],
+    *,
+    accept: Collection[str] = (),
+    statistic: str = "oadev",
+    progress: Callable[[float, str], None] | None = None,
+    command: str | None = None,
+    source: str | None = None,
+    **options: Any,
+) -> Study:
+    """Read a log and characterise it; the study names the file, its SHA-256 and the command.
+
+    Options are those of `read_part`; `source` replaces the name of the file.
+    """
+    from allanite.study import characterize
+
+    recording = read_part(log, **options)
+    if source is not None:
+        recording = replace(recording, source=source)
+    origin = {"sha256": file_sha256(log), "command": command}
+    return characterize(recording, accept=accept, statistic=statistic, progress=progress, provenance=origin)
+
+
+def write_results(
+    study: Study,
+    folder: str | os.PathLike[str] | None,
+    figure: str | os.PathLike[str] | None = None,
+    *,
+    force: bool = False,
+) -> Delivered:
+    """Leave report.html, study.json, allan.csv and imu.yaml in a folder, and the paper figure where it is wanted.
+
+    The folder is made if it is not there. A record from which no imu.yaml can be made (unknown units, no model)
+    still gets the other files, and a note that says why.
+
+    Raises
+    ------
+    StorageError
+        One of the files exists and `force` is not given, or the disk refuses.
+    """
+    refuse_results(folder, figure, force=force)
+    drawn = () if figure is None else (save_figure(study, figure, force=force),)
+    if folder is None:
+        return Delivered(files=drawn, notes=())
+    from allanite.exporters import export
+    from allanite.report import render
+
+    place = Path(folder)
+    make_folder(place)
+    report, document, curve, yaml = (place / name for name in RESULTS)
+    study.save(document, force=force)
+    curve_of(study).to_csv(curve, force=force)
+    render(study, report, force=force)
+    files = (report, document, curve)
+    try:
+        export("kalibr", study, yaml, force=force)
+    except (InputError, DataQualityError) as refusal:
+        return Delivered(files=files + drawn, notes=(f"no {yaml.name}: {refusal}",))
+    return Delivered(files=(*files, yaml, *drawn), notes=())
+
+
+def curve_of(study: Study) -> AllanCurve:
+    """The curves of all channels of a study as one `AllanCurve`, NaN at lags that a channel does not have."""
+    import numpy as np
+
+    from allanite.allan import AllanCurve
+    from allanite.recording import Channel
+
+    document = study.document
+    parts = [c["curve"] for c in document["channels"]]
+    known = {c["name"]: c for c in document["recording"]["channels"]}
+    lags = np.unique(np.concatenate([p["lags"] for p in parts])).astype(np.int64)
+    table = {
+        k: np.full((lags.size, len(parts)), np.nan) for k in ("deviation", "lower", "upper", "edf", "count")
+    }
+    for i, part in enumerate(parts):
+        rows = np.searchsorted(lags, part["lags"])
+        for key, values in table.items():
+            values[rows, i] = np.array(part[key], dtype=np.float64)
+    count = np.nan_to_num(table.pop("count")).astype(np.int64)
+    bases = {p["interval_basis"] for p in parts}
+    first = parts[0]
+    return AllanCurve(
+        statistic=first["statistic"],
+        lags=lags,
+        tau=lags * first["dt"],
+        count=count,
+        confidence=first["confidence"],
+        channels=tuple(Channel.from_json(known[c["name"]]) for c in document["channels"]),
+        dt=first["dt"],
+        n_samples=first["n_samples"],
+        missing=tuple(np.array(p.get("missing") or [], dtype=np.int64).reshape(-1, 2) for p in parts),
+        engine=first["engine"],
+        excluded=np.stack([_bent(lags, part) for part in parts], axis=1),
+        interval_basis=bases.pop() if len(bases) == 1 else "exact under the model of each channel",
+        **table,
+    )
+
+
+def _bent(lags: NDArray[np.int64], part: Json) -> NDArray[np.bool_]:
+    """Lags of a channel's curve that a line or the filter bends."""
+    import numpy as np
+
+    return np.isin(
+        lags, [m for m, reason in zip(part["lags"], part.get("excluded") or [], strict=False) if reason]
+    )

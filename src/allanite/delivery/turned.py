@@ -1,0 +1,338 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Records of a sensor that was turned: when, what is wrong with them between the turns, and which model is theirs.
+
+A record with turns in it is not at rest, clips where it is turned, and repeats its limit there. None of that is a
+fault. So the record is looked at twice: as it is, and with the turns left out. What the second look no longer sees
+came from the turns and is information; what it still sees is a fault of the measurement.
+"""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from allanite.delivery.recordings import is_lossy
+from allanite.errors import InputError
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from allanite.health import Finding
+    from allanite.noise import NoiseModel
+    from allanite.recording import Recording
+    from allanite.reversals import Reversals
+
+__all__ = ["Turned", "checked", "gyro_of", "gyros_of", "model_for", "placed_of", "turn_spans", "turns_of"]
+
+Json = Mapping[str, Any]
+
+#: Leaving the turns out makes these; they say nothing about the record.
+_MADE_BY_LEAVING_OUT = frozenset({"missing", "broken_up", "too_short"})
+#: A drift, a warm-up or a knock moves the signal. Whether that matters is judged with the noise model, dwell by dwell.
+_JUDGED_LATER = frozenset({"not_at_rest", "disturbance", "amplitude_drop", "spikes", "heavy_tails"})
+#: A turn that no signal shows is as long as the gap that hides it: beyond this the gap is a loss [s].
+LONGEST_TURN = 15.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Turned:
+    """A record that may be measured.
+
+    Attributes
+    ----------
+    recording : Recording
+        Samples that a finding excludes read as missing.
+    findings : tuple of Finding
+    lossy : bool
+        Samples or rows that belong to a dwell did not take part.
+    """
+
+    recording: Recording
+    findings: tuple[Finding, ...]
+    lossy: bool
+
+
+# -- which channel, which model -----------------------------------------------------------------------------
+
+
+def gyro_of(recording: Recording) -> str:
+    """The one channel of rates.
+
+    Raises
+    ------
+    InputError
+        None, or several.
+    """
+    return gyros_of(recording, most=1)[0]
+
+
+def gyros_of(recording: Recording, *, most: int) -> list[str]:
+    """The channels of rates, at most so many.
+
+    Raises
+    ------
+    InputError
+        None, or more.
+    """
+    from allanite.recording import Kind
+
+    rates = [c.name for c in recording.channels if c.kind is Kind.RATE]
+    if 0 < len(rates) <= most:
+        return rates
+    if rates:
+        count = "one" if most == 1 else f"at most {most}"
+        raise InputError(f"several channels of rates: {', '.join(rates)}; choose {count} with --channels")
+    has = ", ".join(f"{c.name} ({c.kind.value})" for c in recording.channels)
+    raise InputError(f"no channel of rates, but {has}; give the unit: --unit deg/s, or --scale-factor")
+
+
+def model_for(source: str | os.PathLike[str] | None, channel: str) -> tuple[NoiseModel | None, str]:
+    """The model of a channel out of a study, a fit or words, and where it comes from.
+
+    Raises
+    ------
+    InputError
+        Several models, and none of that channel.
+    """
+    from allanite.model_file import load_models
+
+    if source is None:
+        return None, "fitted to this record"
+    models, _ = load_models(source)
+    if not Path(source).exists():
+        return next(iter(models.values())), "given in words"
+    if channel in models:
+        return models[channel], f"{source}, channel {channel}"
+    if len(models) == 1:
+        return next(iter(models.values())), str(source)
+    raise InputError(
+        f"{source} has no model of channel {channel!r}, but of {', '.join(models)}: write one of them into a file of "
+        "its own, or name the channel of the log like that of the study"
+    )
+
+
+# -- when it was turned -------------------------------------------------------------------------------------
+
+
+def turns_of(
+    whole: Recording,
+    channel: str,
+    *,
+    start: float | None = None,
+    stop: float | None = None,
+    turns: str | os.PathLike[str] | None = None,
+    dwell: float | None = None,
+    first: str | None = None,
+    dead_time: float,
+) -> tuple[Recording, Reversals]:
+    """The part of a record between two times, and its turns: from a file, by the clock, or read off the signal.
+
+    Parameters
+    ----------
+    whole : Recording
+    start, stop : float, optional [s]
+        Since its first sample.
+    turns : path, optional
+        Times in it count from the first sample of the whole record.
+    dwell : float, optional [s]
+    first : "north", "south" or None
+        Direction in which the part begins.
+    dead_time : float [s]
+
+    Raises
+    ------
+    InputError
+        Turns both from a file and by the clock.
+    """
+    from allanite.reversals import find_reversals, periodic_reversals, read_turns
+
+    if turns is not None and dwell is not None:
+        raise InputError("turns come either from a file (--turns) or by the clock (--dwell), not from both")
+    part = _part(whole, start, stop)
+    facts: dict[str, Any] = {"channel": channel, "first": first, "dead_time": dead_time}
+    if turns is not None:
+        listed = _windowed(read_turns(turns, whole, **facts), part, round((start or 0.0) * whole.rate))
+        return part, _beginning(listed, first)
+    if dwell is not None:
+        return part, _beginning(periodic_reversals(part, dwell=dwell, **facts), first)
+    return part, _beginning(find_reversals(part, **facts), first)
+
+
+def placed_of(
+    whole: Recording,
+    channel: str,
+    headings: str | os.PathLike[str] | None,
+    *,
+    start: float | None = None,
+    stop: float | None = None,
+    dead_time: float,
+) -> tuple[Recording, Reversals]:
+    """The part of a record between two times, and its positions from a file; one position where there is no file."""
+    from allanite.reversals import Position, Reversals, read_positions
+
+    part = _part(whole, start, stop)
+    if headings is not None:
+        listed = read_positions(headings, whole, channel=channel, dead_time=dead_time)
+        return part, _windowed(listed, part, round((start or 0.0) * whole.rate))
+    all_of_it = (Position(start=0, stop=part.n_samples, heading=math.nan, sign=0),)
+    nothing = Reversals.cut(
+        rate=part.rate,
+        n_samples=part.n_samples,
+        turns=(),
+        positions=all_of_it,
+        source="none",
+        first="unknown",
+    )
+    return part, nothing
+
+
+def _part(whole: Recording, start: float | None, stop: float | None) -> Recording:
+    return whole if start is None and stop is None else whole.window(start, stop)
+
+
+def _windowed(whole: Reversals, part: Recording, offset: int) -> Reversals:
+    """The turns of a part of a record that begins `offset` samples after it."""
+    if part.n_samples == whole.n_samples:
+        return whole
+
+    def inside(spans: Iterable[Any]) -> tuple[Any, ...]:
+        moved = (
+            replace(s, start=max(s.start - offset, 0), stop=min(s.stop - offset, part.n_samples))
+            for s in spans
+        )
+        return tuple(s for s in moved if s.stop > s.start)
+
+    from allanite.reversals import Reversals
+
+    positions = inside(whole.positions)
+    if not positions:
+        raise InputError("none of the listed positions lies in the part of the log that is used")
+    return Reversals.cut(
+        rate=whole.rate,
+        n_samples=part.n_samples,
+        turns=inside(whole.turns),
+        positions=positions,
+        disturbed=inside(whole.disturbed),
+        source=whole.source,
+        first=whole.first,
+        dead_time=whole.dead_time,
+        guard=whole.guard,
+        findings=whole.findings,
+    )
+
+
+def _beginning(whole: Reversals, first: str | None) -> Reversals:
+    """The same turns with the first position pointing north, or south, also where the part begins within a turn."""
+    wanted = -1 if first == "south" else 1
+    if whole.positions[0].sign in (0, wanted):
+        return whole
+    from allanite.reversals import Reversals
+
+    around = tuple(
+        replace(p, heading=math.remainder(p.heading + math.pi, 2 * math.pi), sign=-p.sign)
+        for p in whole.positions
+    )
+    facts = {
+        name: getattr(whole, name) for name in ("rate", "n_samples", "turns", "disturbed", "source", "first")
+    }
+    return Reversals.cut(
+        positions=around, dead_time=whole.dead_time, guard=whole.guard, findings=whole.findings, **facts
+    )
+
+
+# -- what is wrong with it ----------------------------------------------------------------------------------
+
+
+def checked(
+    recording: Recording, reversals: Reversals, channels: Sequence[str], *, accept: Collection[str] = ()
+) -> Turned:
+    """A record without the samples that a finding excludes, or a refusal.
+
+    Raises
+    ------
+    DataQualityError
+        A fatal finding between the turns that was not accepted.
+    """
+    from allanite.health import Severity, check, prepare
+
+    as_it_is = check(recording)
+    turns = turn_spans(reversals)
+    still = recording.excluding(dict.fromkeys(channels, turns), "turns") if len(turns) else recording
+    at_rest = {
+        (f.code, f.channel): f
+        for f in check(still)
+        if f.code not in _MADE_BY_LEAVING_OUT and not _is_of_the_log(f)
+    }
+    found: list[Finding] = []
+    for f in as_it_is:
+        kept = f if _is_of_the_log(f) else at_rest.pop((f.code, f.channel), None)
+        found.append(_of_the_turns(f) if kept is None else kept)
+    found += at_rest.values()
+    found = [_milder(f) if f.code in _JUDGED_LATER else f for f in found]
+    found.sort(key=lambda f: f.severity.rank)
+    ready, said = prepare(recording, found, accept=accept)
+    serious = [f for f in said if f.severity is not Severity.INFO or f.excludes or _is_of_the_log(f)]
+    return Turned(
+        recording=ready,
+        findings=(*said, *reversals.findings),
+        lossy=is_lossy(_lost(f, reversals) for f in serious),
+    )
+
+
+def turn_spans(reversals: Reversals) -> NDArray[np.int64]:
+    """Samples of the turns, with the dead time after each and the guard before."""
+    import numpy as np
+
+    before, after = (math.ceil(s * reversals.rate) for s in (reversals.guard, reversals.dead_time))
+    spans = [(max(t.start - before, 0), min(t.stop + after, reversals.n_samples)) for t in reversals.turns]
+    return np.array(spans, dtype=np.int64).reshape(-1, 2)
+
+
+def _is_of_the_log(found: Finding) -> bool:
+    """True for findings of time stamps and text, and for gaps: they do not depend on what the samples are."""
+    from allanite.health import CATALOGUE
+
+    return found.code == "missing" or CATALOGUE[found.code].group in ("Time", "Text")
+
+
+def _of_the_turns(found: Finding) -> Finding:
+    from allanite.health import Severity
+
+    return replace(
+        found,
+        severity=Severity.INFO,
+        message=f"while the sensor was turned: {found.message}",
+        advice="none needed: it comes from turning",
+        excludes=False,
+        risk="",
+    )
+
+
+def _milder(found: Finding) -> Finding:
+    from allanite.health import Severity
+
+    return replace(found, severity=Severity.WARNING) if found.severity is Severity.FATAL else found
+
+
+def _lost(found: Finding, reversals: Reversals) -> Json:
+    """A finding as plain data, its count that of samples outside of turns where it names its samples."""
+    import numpy as np
+
+    from allanite.recording import merge_spans
+
+    plain = found.to_json()
+    if not len(found.spans):
+        return plain
+    turns = turn_spans(reversals)
+    turns = merge_spans(turns[np.diff(turns, axis=1)[:, 0] <= LONGEST_TURN * reversals.rate])
+    before = np.cumsum(
+        np.column_stack([np.zeros(len(turns)), turns[:, 1] - turns[:, 0]])
+    )  # of turns, at their ends
+    ends = np.interp(found.spans, turns.ravel(), before) if len(turns) else np.zeros_like(found.spans)
+    inside = round(float(np.diff(ends, axis=1).sum()))
+    return {**plain, "count": max(plain["count"] - inside, 0)}

@@ -1,0 +1,28 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Results as text in a terminal: findings and tables on stdout, a progress bar on stderr."""
+
+from allanite.terminal.console import progress
+from allanite.terminal.measurements import (
+    show_aided,
+    show_demonstration,
+    show_earth_rate,
+    show_filtered,
+    show_north,
+    show_plan,
+)
+from allanite.terminal.study import show_curve, show_findings, show_models, show_recording, show_study
+
+__all__ = [
+    "progress",
+    "show_aided",
+    "show_curve",
+    "show_demonstration",
+    "show_earth_rate",
+    "show_filtered",
+    "show_findings",
+    "show_models",
+    "show_north",
+    "show_plan",
+    "show_recording",
+    "show_study",
+]

@@ -1,0 +1,322 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Measurements as text: the verdict first, then the number, then what speaks for and against it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from allanite.terminal.console import console, table_of
+from allanite.terminal.study import show_findings
+from allanite.wording import (
+    angle,
+    budget_lines,
+    check_lines,
+    duration,
+    earth_rate_lines,
+    filter_verdict,
+    headline,
+    model_words,
+    sentence,
+    tone,
+    turn_words,
+)
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+__all__ = ["show_aided", "show_demonstration", "show_earth_rate", "show_filtered", "show_north", "show_plan"]
+
+Json = Mapping[str, Any]
+
+_TONES = {"good": "bold green", "warning": "bold yellow", "fatal": "bold red"}
+
+
+def show_earth_rate(document: Json, files: Sequence[object] = ()) -> None:
+    """Verdict, rate with the readings beside it, budget, checks and advice of an `EarthRateEstimate`'s document."""
+    out = console()
+    _verdict(out, document["verdict"], document["reason"])
+    if document["rate"] is not None:
+        _estimates(out, document)
+        _budget(out, document)
+    _nuisances(out, document)
+    _checks(out, document["checks"])
+    _advice(out, document["advice"])
+    _facts(
+        out,
+        ("turns", turn_words(document["reversals"], document["dwells"])),
+        ("direction", _direction(document)),
+        ("latitude", angle(document["latitude"])),
+        ("length", f"{duration(document['duration'])}, in means over {duration(document['block'])}"),
+        (
+            "noise",
+            f"{document.get('model_name', document['model_source'])}: {model_words(document['model'])}",
+        ),
+    )
+    show_findings([f for f in document.get("findings", ()) if f["severity"] != "info"])
+    _wrote(out, files)
+
+
+def show_north(document: Json, files: Sequence[object] = ()) -> None:
+    """Verdict, azimuth with its interval, the length of the vector, budget, checks and advice."""
+    from allanite.wording import DEG_H, angle_budget_lines, arcs_words, azimuth_words, number
+
+    out = console()
+    _verdict(out, document["verdict"], document["reason"])
+    percent = f"{100 * document['confidence']:g} % interval"
+    low, high = (number(None if v is None else v / DEG_H, 4) for v in document["horizontal_interval"])
+    table = table_of(("", "Estimate", percent, "Expected"))
+    table.add_row("azimuth of the mark", azimuth_words(document), arcs_words(document["interval"]), "")
+    seen, expected = (
+        number(None if document[k] is None else document[k] / DEG_H, 4)
+        for k in ("horizontal_rate", "expected_rate")
+    )
+    table.add_row("horizontal rate [deg/h]", seen, f"[{low}, {high}]", expected)
+    out.print(table)
+    out.print()
+    budget = table_of(("Standard uncertainty of the azimuth", "deg"))
+    for row in angle_budget_lines(document):
+        budget.add_row(*row)
+    out.print(budget)
+    out.print()
+    _checks(out, document["checks"])
+    _advice(out, document["advice"])
+    _facts(
+        out,
+        ("axes", ", ".join(f"{name} at {angle(heading)}" for name, heading in document["axes"].items())),
+        ("signal to noise", number(document["signal_to_noise"], 3)),
+        ("latitude", angle(document["latitude"])),
+        ("length", f"{duration(document['duration'])}, in means over {duration(document['block'])}"),
+        *(("noise", f"{name}: {model_words(model)}") for name, model in document["models"].items()),
+    )
+    show_findings([f for f in document.get("findings", ()) if f["severity"] != "info"])
+    _wrote(out, files)
+
+
+def show_plan(document: Json, files: Sequence[object] = ()) -> None:
+    """The plan in a sentence, the table of standard deviations, and what it assumes."""
+    from rich.text import Text
+
+    from allanite.wording import goal_words, plan_table
+
+    out = console()
+    out.print(sentence(document["says"]))
+    out.print()
+    made = plan_table(document)
+    table = table_of(("Dwell", *made.durations, f"{goal_words(document)} after"))
+    for i, (dwell, cells, reached) in enumerate(made.rows):
+        marked = [Text(c, "bold" if made.best[j] == i else "") for j, c in enumerate(cells)]
+        table.add_row(dwell, *marked, reached)
+    out.print(table)
+    out.print(
+        f"Standard deviation in {made.unit}, by length of record; bold: the best dwell for that length."
+    )
+    out.print()
+    _facts(
+        out,
+        ("lost at each turn", f"{document['dead_time']:g} s"),
+        ("latitude", angle(document["latitude"])),
+        ("noise", f"{document.get('model_name', 'given')}: {model_words(document['model'])}"),
+    )
+    _wrote(out, files)
+
+
+def show_filtered(document: Json, files: Sequence[object] = ()) -> None:
+    """Whether the model holds, what was taken off, and what is left."""
+    from allanite.wording import consistency_lines, filter_lines
+
+    out = console()
+    _verdict(out, *filter_verdict(document))
+    _facts(out, *filter_lines(document))
+    table = table_of(("Innovations", "found", "if the model holds"))
+    for row in consistency_lines(document):
+        table.add_row(*row)
+    out.print(table)
+    out.print()
+    for note in document["notes"]:
+        _indented(out, f"→ {sentence(note)}", "")
+    if document["notes"]:
+        out.print()
+    _facts(out, ("noise", f"{document.get('model_name', 'given')}: {model_words(document['model'])}"))
+    show_findings([f for f in document.get("findings", ()) if f["severity"] != "info"])
+    _wrote(out, files)
+
+
+def show_aided(document: Json, files: Sequence[object] = ()) -> None:
+    """What the reference-aided filter was told, what came out, and that it is no measurement."""
+    from rich.text import Text
+
+    from allanite.wording import AIDED, aided_lines
+
+    out = console()
+    text = Text(f"Reference-aided. {AIDED}")
+    text.stylize(_TONES["warning"], 0, len("Reference-aided"))
+    out.print(text)
+    out.print()
+    table = table_of(("Reading", "told [deg/h]", "raw mean", "corrected mean", "follows what it was told"))
+    for row in aided_lines(document["readings"]):
+        table.add_row(*row)
+    out.print(table)
+    out.print()
+    for reading in document["readings"]:
+        for note in reading["notes"]:
+            _indented(out, f"→ {sentence(note)}", "")
+    out.print("The Earth rate is measured by `allanite earth-rate`, which is not told it.")
+    out.print()
+    _wrote(out, files)
+
+
+def show_demonstration(document: Json, files: Sequence[object] = ()) -> None:
+    """The week beside the truth; of the whole experiment the takes as well."""
+    out = console()
+    _week(out, document["week"])
+    if "takes" in document:
+        _takes(out, [*document["takes"], *document["faulty"]])
+    for file in files:
+        out.print(f"wrote {file}", soft_wrap=True)
+
+
+def _week(out: Console, week: Json) -> None:
+    from rich.text import Text
+
+    from allanite.wording import week_lines
+
+    table = table_of(("", "Unit", "Estimate", "95 % interval", "Published, true here", "By slope"))
+    for line in week_lines(week):
+        answer = Text(line.published.removesuffix(f" {line.unit}"))
+        answer.append("" if line.inside else "  outside", "bold red")
+        table.add_row(line.symbol, line.unit, Text(line.value, "bold"), line.range, answer, line.slope)
+    out.print(table)
+    out.print()
+    low = week["minimum_of_model"]
+    out.print(
+        f"T_b is not read off the minimum of the curve: white noise and random walk shift that minimum, here to "
+        f"{low:.0f} s, so minimum/1.89 would say {low / 1.89:.0f} s. The fit uses the whole curve with its covariance."
+    )
+    out.print()
+
+
+def _takes(out: Console, rows: Sequence[Json]) -> None:
+    from rich.text import Text
+
+    from allanite.wording import DEG_H, capitalised, estimate_of, number, take_name
+
+    table = table_of(("Earth rate [deg/h]", "published", "pairs", "regression", "95 % interval", "verdict"))
+    for row in rows:
+        line = estimate_of(row["rate"], *row["interval"])
+        pair = next((r["rate"] for r in row["readings"] if r["name"] == "pairs"), None)
+        table.add_row(
+            capitalised(take_name(row)),
+            number(row["published"] / DEG_H, 3),
+            number(None if pair is None else pair / DEG_H, 3),
+            Text(line.value, "bold"),
+            line.range,
+            Text(row["verdict"], _TONES[tone(row["verdict"])]),
+        )
+    out.print(table)
+    out.print("Known: 15.041 deg/h. The published takes were other records; these are simulated.")
+    out.print()
+
+
+# -- parts ------------------------------------------------------------------------------------------------
+
+
+def _verdict(out: Console, verdict: str, reason: str) -> None:
+    """Verdict and reason in one sentence, the verdict in its colour."""
+    from rich.text import Text
+
+    whole = headline(verdict, reason)
+    text = Text(whole)
+    text.stylize(_TONES[tone(verdict)], 0, len(verdict))
+    out.print(text)
+    out.print()
+
+
+def _estimates(out: Console, document: Json) -> None:
+    from rich.text import Text
+
+    percent = f"{100 * document['confidence']:g} % interval"
+    table = table_of(("Earth rate", "deg/h", percent, "deg/s", percent))
+    for line in earth_rate_lines(document):
+        style = "bold" if line.kept else ""
+        table.add_row(
+            line.name, Text(line.value, style), line.range, Text(line.seconds, style), line.seconds_range
+        )
+    out.print(table)
+    out.print()
+
+
+def _budget(out: Console, document: Json) -> None:
+    from rich.text import Text
+
+    lines = budget_lines(document)
+    if not lines:
+        out.print(
+            "The interval holds the noise alone: no uncertainty of scale factor, latitude, tilt or heading is stated."
+        )
+    table = table_of(("Standard uncertainty", "deg/h", "of the Earth rate"))
+    for name, value, share in lines:
+        table.add_row(name, Text(value, "dim" if not share else ""), share)
+    if lines:
+        out.print(table)
+    if document["inflation"] > 1:
+        out.print(f"The noise is widened {document['inflation']:.2f} times: see the checks.")
+    out.print()
+
+
+def _nuisances(out: Console, document: Json) -> None:
+    from allanite.wording import DEG_H, number
+
+    for name, (value, sd) in document["nuisances"].items():
+        if value is not None and sd is not None:
+            out.print(f"fitted beside it: {name}, {number(value / DEG_H, 4)} ± {number(sd / DEG_H, 2)} deg/h")
+    if document["nuisances"]:
+        out.print()
+
+
+def _checks(out: Console, checks: Sequence[Json]) -> None:
+    from rich.text import Text
+
+    if not checks:
+        return
+    table = table_of(("Check", "", "χ² (expected)", ""))
+    for line in check_lines(checks):
+        answer = Text("passed", "green") if line.passed else Text("not passed", "bold red")
+        table.add_row(line.name, answer, line.measure, line.chance)
+    out.print(table)
+    out.print()
+
+
+def _advice(out: Console, advice: Sequence[str]) -> None:
+    for words in advice:
+        _indented(out, f"→ {sentence(words)}", "")
+    if advice:
+        out.print()
+
+
+def _direction(document: Json) -> str:
+    if document["first"] == "unknown":
+        return "not known: the sign of the rate is a choice (--first)"
+    return f"{document['first']} first"
+
+
+def _facts(out: Console, *facts: tuple[str, str]) -> None:
+    from rich.table import Table
+
+    grid = Table.grid(padding=(0, 2))
+    for name, value in facts:
+        grid.add_row(name, value)
+    out.print(grid)
+    out.print()
+
+
+def _indented(out: Console, text: str, style: str) -> None:
+    from rich.padding import Padding
+    from rich.text import Text
+
+    out.print(Padding(Text(text, style), (0, 0, 0, 2), expand=False))
+
+
+def _wrote(out: Console, files: Sequence[object]) -> None:
+    for file in files:
+        out.print(f"wrote {file}", soft_wrap=True)

@@ -1,0 +1,93 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Numbers with the digits their interval allows, probabilities and time spans as people write them."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+__all__ = ["duration", "interval", "number", "probability"]
+
+
+def number(value: float | None, digits: int = 3) -> str:
+    """A number to so many significant digits; an exponent only where zeros would hide the digits.
+
+    >>> number(0.01234), number(1.234e-7), number(86400.0), number(None)
+    ('0.0123', '1.23e-07', '86400', '–')
+    """
+    if value is None or math.isnan(value):
+        return "–"
+    if math.isinf(value):
+        return "∞" if value > 0 else "−∞"
+    return _Layout.of(abs(value), abs(value), digits).write(value)
+
+
+def interval(value: float, lower: float | None, upper: float | None) -> tuple[str, str, str]:
+    """A value and the ends of its interval, all to the same decimal: the second digit of the half width.
+
+    >>> interval(0.30012, 0.2994, 0.3009)
+    ('0.30012', '0.29940', '0.30090')
+    """
+    ends = [e for e in (lower, upper) if e is not None and math.isfinite(e)]
+    size = max((abs(v) for v in (value, *ends)), default=0.0)
+    width = max((abs(e - value) for e in ends), default=0.0)
+    digits = (
+        3
+        if not (width > 0 and size > 0)
+        else 2 + math.floor(math.log10(size)) - math.floor(math.log10(width))
+    )
+    layout = _Layout.of(size, abs(value), min(max(digits, 2), 7))
+    low, high = (layout.write(e) if e is not None and math.isfinite(e) else number(e) for e in (lower, upper))
+    return layout.write(value), low, high
+
+
+@dataclass(frozen=True, slots=True)
+class _Layout:
+    """Decimals and, where one is needed, the power of ten before which they stand."""
+
+    decimals: int
+    power: int | None
+
+    @classmethod
+    def of(cls, size: float, lead: float, digits: int) -> _Layout:
+        """So many significant digits of `size`; an exponent that leaves `lead` one digit before the point."""
+        if size == 0.0:
+            return cls(0, None)
+        power = _power(size, digits)
+        if -3 <= power < 6:
+            return cls(max(digits - 1 - power, 0), None)
+        own = _power(lead, digits) if lead else power
+        return cls(max(digits - 1 - power + own, 0), own)
+
+    def write(self, value: float) -> str:
+        if self.power is None:
+            return f"{value:.{self.decimals}f}"
+        return f"{value / 10.0**self.power:.{self.decimals}f}e{self.power:+03d}"
+
+
+def _power(size: float, digits: int) -> int:
+    """Power of ten of a number as it will be printed: 9.996 to three digits is 10.0."""
+    return math.floor(math.log10(float(f"{size:.{digits - 1}e}")))
+
+
+def probability(p: float | None) -> str:
+    """The p value of a test.
+
+    >>> probability(0.0004), probability(0.583)
+    ('p < 0.001', 'p = 0.58')
+    """
+    if p is None or math.isnan(p):
+        return "p unknown"
+    return "p < 0.001" if p < 0.001 else f"p = {number(p, 2)}"
+
+
+def duration(seconds: float) -> str:
+    """A time span in the largest unit that leaves a number people can picture.
+
+    >>> duration(604800.0), duration(5400.0), duration(0.032)
+    ('7 d', '1.5 h', '0.032 s')
+    """
+    for unit, size, least in (("d", 86400.0, 2.0), ("h", 3600.0, 1.0), ("min", 60.0, 2.0)):
+        if seconds >= least * size:
+            return f"{float(f'{seconds / size:.3g}'):g} {unit}"
+    return f"{float(f'{seconds:.3g}'):g} s"

@@ -1,0 +1,431 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Commands for turned records and for the filter, from end to end on twins of the bench whose truth is known."""
+
+from __future__ import annotations
+
+import csv
+import json
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+
+import allanite as al
+from allanite.cli import main
+from allanite.cli.options import Angle, Goal, Rate, Share
+from allanite.earth import EARTH_RATE
+from allanite.model_file import save_models
+from allanite.recording_file import write_recording
+from allanite.simulation import Motion, seed_paper, simulate
+
+MODEL = "N=0.0122 deg/√s, B=0.0027 deg/s, T=238.1 s, K=6.8314e-5 deg/s/√s"
+LATITUDE = ["--latitude", "23.31S"]
+DEG = math.pi / 180
+
+
+class Done(NamedTuple):
+    """How a command ended."""
+
+    code: int
+    out: str
+    err: str
+
+
+Run = Callable[..., Done]
+
+
+@pytest.fixture
+def run(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Run:
+    """Call the program as a shell would, in this process."""
+    monkeypatch.delenv("COLUMNS", raising=False)
+
+    def call(*arguments: object) -> Done:
+        capsys.readouterr()
+        with pytest.raises(SystemExit) as left:
+            main([str(a) for a in arguments])
+        said = capsys.readouterr()
+        return Done(int(left.value.code or 0), said.out, said.err)
+
+    return call
+
+
+@pytest.fixture(scope="module")
+def bench(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Take 2 of the twin, a record at rest, and the list of the turns."""
+    place = tmp_path_factory.mktemp("bench")
+    take = seed_paper.take(2, seed=1)
+    write_recording(take, place / "take.parquet")
+    turns = next(step for step in take.history if "motion" in step)["motion"]["turns"]
+    rows = "".join(f"{t['start']},{t['stop']}\n" for t in turns)
+    (place / "turns.csv").write_text(f"start,stop\n{rows}", encoding="utf-8")
+    still = simulate(seed_paper.sensor(), rate=32.0, duration=600.0, seed=5, unit="deg/s")
+    write_recording(still, place / "still.parquet")
+    return place
+
+
+def altered(bench: Path, target: Path, change: Callable[[np.ndarray[Any, Any]], None]) -> Path:
+    """Take 2 with other samples."""
+    take = al.read(bench / "take.parquet")
+    samples = np.array(take.values("gyro"))
+    change(samples)
+    write_recording(al.Recording.from_rate(samples, rate=32.0, unit="deg/s", names=["gyro"]), target)
+    return target
+
+
+def between_turns(bench: Path, number: int) -> slice:
+    """Samples in the middle of a dwell."""
+    with (bench / "turns.csv").open(encoding="utf-8") as file:
+        starts = [float(row["start"]) for row in csv.DictReader(file)]
+    middle = round((starts[number] - 15.0) * 32)
+    return slice(middle, middle + 320)
+
+
+# -- kinds of options ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("text", "degrees"),
+    [
+        ("-23.31", -23.31),
+        ("23.31S", -23.31),
+        ("23.31 N", 23.31),
+        ("0.1deg", 0.1),
+        ("30arcmin", 0.5),
+        ("−5", -5.0),
+    ],
+)
+def test_angles(text: str, degrees: float) -> None:
+    assert Angle()(text) == pytest.approx(degrees * DEG)
+
+
+def test_shares_rates_and_goals() -> None:
+    assert [Share()(text) for text in ("3%", "500ppm", "0.03")] == [0.03, pytest.approx(5e-4), 0.03]
+    assert Rate()("15 deg/h") == pytest.approx(15 * DEG / 3600)
+    assert [Goal()(text) for text in ("3 %", "1deg")] == [0.03, pytest.approx(DEG)]
+
+
+@pytest.mark.parametrize(
+    "options",
+    [
+        ["--latitude", "north"],
+        [*LATITUDE, "--first", "east"],
+        [*LATITUDE, "--scale-uncertainty", "much"],
+        [*LATITUDE, "--dwell", "soon"],
+        [],
+    ],
+)
+def test_wrong_usage_ends_with_two(run: Run, bench: Path, options: list[str]) -> None:
+    done = run("earth-rate", bench / "take.parquet", *options)
+    assert (done.code, done.out) == (2, "")
+
+
+# -- earth-rate ---------------------------------------------------------------------------------------------
+
+
+def test_the_earth_is_measured_and_everything_is_left_behind(run: Run, bench: Path, tmp_path: Path) -> None:
+    out = tmp_path / "results"
+    done = run(
+        "earth-rate", bench / "take.parquet", "--model", MODEL, *LATITUDE, "--first", "north",
+        "--scale-uncertainty", "1%", "--out", out, "--plot", tmp_path / "take.pdf",
+    )  # fmt: skip
+    assert done.code == 0
+    assert done.out.startswith("Resolved: ")
+    document = json.loads((out / "earth-rate.json").read_text(encoding="utf-8"))
+    low, high = document["interval"]
+    assert low < EARTH_RATE < high
+    assert document["budget"]["scale factor"] == pytest.approx(0.01 * EARTH_RATE)
+    value = f"{document['rate'] / DEG * 3600:.1f}"
+    for part in (
+        value,
+        "15.041",
+        "pairs of dwells",
+        "north-south-north",
+        "scale factor",
+        "1 %",
+        "not stated",
+    ):
+        assert part in done.out
+    for part in (
+        "23 turns found in the signal, 24 dwells",
+        "north first",
+        "-23.31°",
+        "given in words",
+        "T_b 238 s",
+    ):
+        assert part in done.out
+    with (out / "dwells.csv").open(encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    assert [row["direction"] for row in rows[:3]] == ["north", "south", "north"]
+    assert len(rows) == 24
+    assert (tmp_path / "take.pdf").read_bytes().startswith(b"%PDF")
+    assert "Resolved." in (out / "report.html").read_text(encoding="utf-8")
+    again = run("earth-rate", bench / "take.parquet", *LATITUDE, "--out", out)
+    assert again.code == 1
+    assert "--force" in again.err
+
+
+def measured(run: Run, log: Path, *options: object, code: int = 0) -> dict[str, Any]:
+    done = run("earth-rate", log, *LATITUDE, "--json", *options)
+    assert done.code == code, done.err
+    found: dict[str, Any] = json.loads(done.out)
+    return found
+
+
+def test_turns_from_a_file_or_the_clock_give_what_the_signal_gives(run: Run, bench: Path) -> None:
+    log, first = bench / "take.parquet", ["--model", MODEL, "--first", "north"]
+    seen = measured(run, log, *first)
+    for options in (["--turns", bench / "turns.csv"], ["--dwell", "30"]):
+        other = measured(run, log, *first, *options)
+        assert len(other["reversals"]["turns"]) == 23
+        assert other["rate"] == pytest.approx(seen["rate"], abs=0.3 * seen["sd"])
+    assert run("earth-rate", log, *LATITUDE, "--dwell", "30", "--turns", bench / "turns.csv").code == 1
+
+
+@pytest.mark.parametrize("begin", ["40s", "70s", "31s"])
+def test_a_part_begins_in_the_direction_that_first_says(run: Run, bench: Path, begin: str) -> None:
+    options = ["--model", MODEL, "--from", begin, "--first", "south"]
+    seen = measured(run, bench / "take.parquet", *options)
+    listed = measured(run, bench / "take.parquet", *options, "--turns", bench / "turns.csv")
+    assert seen["dwells"][0]["sign"] == listed["dwells"][0]["sign"] == -1
+    assert listed["rate"] == pytest.approx(seen["rate"], abs=0.3 * seen["sd"])
+    # The part from 40 s on begins to the south, the others to the north: their sign comes out the wrong way round.
+    assert np.sign(seen["rate"]) == (1 if begin in ("40s", "31s") else -1)
+
+
+def test_without_first_the_sign_is_a_choice(run: Run, bench: Path) -> None:
+    done = run("earth-rate", bench / "take.parquet", *LATITUDE, "--model", MODEL, "--from", "40s")
+    assert done.code == 0
+    assert "the sign of the rate is a choice" in done.out
+    assert measured(run, bench / "take.parquet", "--model", MODEL, "--from", "40s")["rate"] > 0
+
+
+def test_a_refusal_is_a_result(run: Run, bench: Path) -> None:
+    short = ["--model", MODEL, "--to", "90s", "--first", "north"]
+    done = run("earth-rate", bench / "take.parquet", *LATITUDE, *short)
+    assert done.code == 0
+    assert done.out.startswith("Not resolved: ")
+    still = run("earth-rate", bench / "still.parquet", *LATITUDE, "--model", MODEL)
+    assert still.code == 0
+    assert still.out.startswith("Not separable: ")
+    assert "±" in still.out
+    assert "Turn the sensor by 180 deg" in still.out
+
+
+def test_what_turning_does_to_a_record_is_no_fault(run: Run, bench: Path) -> None:
+    found = measured(run, bench / "take.parquet", "--model", MODEL)["findings"]
+    assert "clipping" in {f["code"] for f in found}
+    assert {f["severity"] for f in found} == {"info"}
+    assert all(
+        f["message"].startswith("while the sensor was turned") for f in found if f["code"] == "clipping"
+    )
+
+
+def test_a_gap_in_a_dwell_is_a_loss_and_one_in_a_turn_is_none(run: Run, bench: Path, tmp_path: Path) -> None:
+    hole = between_turns(bench, 4)
+    log = altered(bench, tmp_path / "gap.parquet", lambda y: y.__setitem__(hole, np.nan))
+    assert measured(run, log, "--model", MODEL, "--first", "north", code=3)["verdict"] == "resolved"
+    over = altered(bench, tmp_path / "over.parquet", lambda y: y.__setitem__(np.abs(y) > 100, np.nan))
+    assert measured(run, over, "--model", MODEL, "--first", "north")["verdict"] == "resolved"
+
+
+def test_a_frozen_stretch_is_left_out_and_said(run: Run, bench: Path, tmp_path: Path) -> None:
+    stretch = between_turns(bench, 6)
+    log = altered(bench, tmp_path / "stuck.parquet", lambda y: y.__setitem__(stretch, y[stretch.start]))
+    found = measured(run, log, "--model", MODEL, "--first", "north", code=3)
+    worst = next(f for f in found["findings"] if f["code"] == "stuck")
+    assert worst["severity"] == "warning"
+    assert found["verdict"] == "resolved"
+
+
+def test_a_fault_between_the_turns_is_refused_unless_accepted(run: Run, bench: Path, tmp_path: Path) -> None:
+    def clip(y: np.ndarray[Any, Any]) -> None:
+        level = float(np.median(y))
+        y[:] = np.where(np.abs(y - level) < 0.5, np.clip(y, level - 0.05, level + 0.05), y)
+
+    log = altered(bench, tmp_path / "clipped.parquet", clip)
+    done = run("earth-rate", log, *LATITUDE, "--model", MODEL)
+    assert done.code == 1
+    assert "--accept clipping" in done.err
+    assert run("earth-rate", log, *LATITUDE, "--model", MODEL, "--accept", "clipping").code == 0
+
+
+def test_a_warm_up_is_found_and_fitted_when_asked(run: Run, tmp_path: Path) -> None:
+    warm = seed_paper.take(4, seed=2).window(0.0, 1200.0)
+    write_recording(warm, tmp_path / "warm.parquet")
+    plain = run("earth-rate", tmp_path / "warm.parquet", *LATITUDE, "--model", MODEL, "--first", "north")
+    assert plain.out.startswith("Inconsistent: ")
+    assert "--warm-up" in plain.out
+    fitted = run(
+        "earth-rate", tmp_path / "warm.parquet", *LATITUDE, "--model", MODEL, "--first", "north", "--warm-up"
+    )
+    assert fitted.out.startswith("Resolved: ")
+    assert "fitted beside it: warm-up" in fitted.out
+
+
+def test_a_model_is_chosen_by_channel_or_the_choice_is_shown(run: Run, bench: Path, tmp_path: Path) -> None:
+    plain = seed_paper.sensor().to_json()
+    save_models({"gyro": plain, "gyro_y": plain}, tmp_path / "own.json")
+    assert (
+        "channel gyro"
+        in measured(run, bench / "take.parquet", "--model", tmp_path / "own.json")["model_name"]
+    )
+    save_models({"gx": plain, "gy": plain}, tmp_path / "others.json")
+    done = run("earth-rate", bench / "take.parquet", *LATITUDE, "--model", tmp_path / "others.json")
+    assert done.code == 1
+    assert "gx, gy" in done.err
+    alone = measured(run, bench / "take.parquet", "--first", "north")
+    assert alone["model_name"] == "fitted to this record"
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--latitude", "90"], "pole"),
+        ([*LATITUDE, "--channels", "temp"], "temp"),
+        ([*LATITUDE, "--plot", "take.doc"], ".pdf"),
+    ],
+)
+def test_a_failure_ends_with_one(run: Run, bench: Path, options: list[str], words: str) -> None:
+    done = run("earth-rate", bench / "take.parquet", *options)
+    assert (done.code, done.out) == (1, "")
+    assert words in done.err
+
+
+# -- north and plan -----------------------------------------------------------------------------------------
+
+GOOD = "N=0.01 deg/√h, B=0.01 deg/h, K=0.05 deg/h/√h"
+
+
+@pytest.fixture(scope="module")
+def table(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A good gyro in four positions on a table whose mark points 359 deg from north, and the list of positions."""
+    from allanite.model_file import model_of
+
+    place = tmp_path_factory.mktemp("table")
+    headings = [math.radians(359.0 + a) for a in (0, 90, 180, 270)]
+    motion = Motion.positions(headings, dwell=60.0)
+    record = simulate(
+        model_of(GOOD),
+        rate=8.0,
+        duration=960.0,
+        seed=3,
+        unit="deg/h",
+        motion=motion,
+        latitude=seed_paper.LATITUDE,
+    )
+    write_recording(record, place / "table.parquet")
+    turns = next(step for step in record.history if "motion" in step)["motion"]["turns"]
+    ends = [0.0, *(x for t in turns for x in (t["start"], t["stop"])), 960.0]
+    rows = [f"{a},{b},{90 * i % 360}" for i, (a, b) in enumerate(zip(ends[::2], ends[1::2], strict=True))]
+    (place / "positions.csv").write_text("\n".join(["start,stop,heading", *rows, ""]), encoding="utf-8")
+    return place
+
+
+def test_north_is_found_across_the_wrap(run: Run, table: Path, tmp_path: Path) -> None:
+    arguments = ["north", table / "table.parquet", "--model", GOOD, *LATITUDE]
+    done = run(*arguments, "--headings", table / "positions.csv", "--out", tmp_path / "north")
+    assert done.code == 0
+    assert done.out.startswith("North found: ")
+    document = json.loads((tmp_path / "north" / "north.json").read_text(encoding="utf-8"))
+    (arc,) = document["interval"]
+    assert (math.radians(359.0) - arc["start"]) % (2 * math.pi) <= arc["width"] < math.radians(2.0)
+    assert f"{math.degrees(document['azimuth']):.2f}" in done.out
+    part = run(*arguments, "--headings", table / "positions.csv", "--from", "70s", "--json")
+    assert abs(math.remainder(json.loads(part.out)["azimuth"] - math.radians(359.0), 2 * math.pi)) < 0.02
+    assert run(*arguments).code == 1
+    assert "rotation" in run(*arguments).err
+
+
+def test_a_plan_says_how_long_and_its_files_agree(run: Run, tmp_path: Path) -> None:
+    arguments = [
+        "plan",
+        "--model",
+        MODEL,
+        *LATITUDE,
+        "--goal",
+        "5%",
+        "--dwells",
+        "20,30,1min",
+        "--durations",
+        "1h,2h",
+    ]
+    done = run(*arguments, "--out", tmp_path / "plan")
+    assert done.code == 0
+    assert done.out.startswith("5 % is reached after ")
+    document = json.loads((tmp_path / "plan" / "plan.json").read_text(encoding="utf-8"))
+    # With 2 s lost per turn: 3.5 % above the bound of 5.4 % in an hour without loss.
+    assert document["sd"][1][0] / EARTH_RATE == pytest.approx(0.054 * 1.035, rel=0.02)
+    with (tmp_path / "plan" / "plan.csv").open(encoding="utf-8") as file:
+        rows = list(csv.DictReader(file))
+    assert [(r["dwell_s"], r["duration_s"]) for r in rows[:2]] == [("20", "3600"), ("20", "7200")]
+    north = run(
+        "plan",
+        "--model",
+        MODEL,
+        *LATITUDE,
+        "--north",
+        "--goal",
+        "3deg",
+        "--dwells",
+        "20",
+        "--durations",
+        "1h",
+    )
+    assert "3 deg after" in north.out
+
+
+# -- filter -------------------------------------------------------------------------------------------------
+
+
+def test_a_filter_takes_the_drift_off_and_judges_the_model(run: Run, bench: Path, tmp_path: Path) -> None:
+    log, series = bench / "still.parquet", tmp_path / "corrected.parquet"
+    done = run("filter", log, "--model", MODEL, "--smooth", "-o", series, "--out", tmp_path / "out")
+    assert done.code == 0
+    assert done.out.startswith("Consistent: ")
+    corrected = al.read(series)
+    assert corrected.names == ("gyro", "gyro_drift", "gyro_drift_sd")
+    restored = corrected.values("gyro") + corrected.values("gyro_drift")
+    np.testing.assert_allclose(restored, al.read(log).values("gyro") * DEG, atol=1e-12)
+    wrong = run("filter", log, "--model", MODEL.replace("0.0122", "0.02"))
+    assert wrong.code == 0
+    assert wrong.out.startswith("The model does not hold: ")
+    assert "smaller" in wrong.out
+    assert run("filter", log, "--model", MODEL, "-o", series).code == 1
+
+
+def test_a_filter_is_for_a_sensor_at_rest(run: Run, bench: Path) -> None:
+    done = run("filter", bench / "take.parquet", "--model", MODEL)
+    assert done.code == 1
+    assert "--accept" in done.err
+
+
+def test_the_filter_that_is_told_the_rate_says_that_it_is_no_measurement(run: Run, bench: Path) -> None:
+    arguments = ["filter", bench / "take.parquet", "--model", MODEL, "--first", "north"]
+    done = run(*arguments, "--reference", "15.041deg/h")
+    assert done.code == 0
+    assert "This is no measurement" in done.out
+    told = {}
+    for factor in (1.0, 2.0):
+        found = json.loads(run(*arguments, "--reference", f"{factor * 15.041} deg/h", "--json").out)
+        told[factor] = {r["reading"]: r["mean_corrected"] for r in found["readings"]}
+    moved = {name: (told[2.0][name] - told[1.0][name]) / EARTH_RATE for name in ("unsigned", "demodulated")}
+    assert moved["unsigned"] == pytest.approx(1.0, abs=0.02)
+    assert abs(moved["demodulated"]) < 0.15
+
+
+def test_several_channels_are_named(run: Run, bench: Path, tmp_path: Path) -> None:
+    one = al.read(bench / "still.parquet")
+    two = al.Recording.from_rate(
+        np.column_stack([one.values("gyro")] * 2), rate=32.0, unit="deg/s", names=["gyro_x", "gyro_y"]
+    )
+    write_recording(replace(two, source="two"), tmp_path / "two.parquet")
+    for command in (["earth-rate", *LATITUDE], ["filter"]):
+        done = run(command[0], tmp_path / "two.parquet", "--model", MODEL, *command[1:])
+        assert done.code == 1
+        assert "gyro_x, gyro_y" in done.err
+        assert "--channels" in done.err
+    assert run("filter", tmp_path / "two.parquet", "--model", MODEL, "--channels", "gyro_y").code == 0

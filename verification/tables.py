@@ -1,0 +1,40 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Rows of results as they come, one table for each run."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+__all__ = ["write_tables"]
+
+Json = dict[str, Any]
+
+
+def write_tables(
+    name: str, title: str, parts: dict[str, list[Json]], folder: Path, *, seed: int, date: str
+) -> None:
+    """Write <name>.json and <name>.md; `parts` maps a heading to its rows."""
+    folder.mkdir(exist_ok=True)
+    document = {"date": date, "seed": seed, **parts}
+    (folder / f"{name}.json").write_text(json.dumps(document, indent=1, default=float) + "\n")
+    lines = [f"# {title}", "", f"{date}, root seed {seed}; `make verify`."]
+    for heading, rows in parts.items():
+        columns = list(dict.fromkeys(key for row in rows for key in row))
+        lines += ["", f"## {heading}", "", f"| {' | '.join(c.replace('_', ' ') for c in columns)} |"]
+        lines.append("|" + "---|" * len(columns))
+        lines += [f"| {' | '.join(_cell(row.get(c)) for c in columns)} |" for row in rows]
+    (folder / f"{name}.md").write_text("\n".join(lines) + "\n")
+
+
+def _cell(value: Any) -> str:
+    if isinstance(value, bool):
+        return "yes" if value else "**no**"
+    if isinstance(value, float):
+        return f"{value:.4g}"
+    if isinstance(value, (list, tuple)):
+        return " to ".join(_cell(v) for v in value)
+    if isinstance(value, dict):
+        return ", ".join(f"{k} {_cell(v)}" for k, v in value.items())
+    return "" if value is None else str(value)
