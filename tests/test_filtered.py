@@ -263,7 +263,7 @@ FITTED = NoiseModel(
         ({"z": GYRO}, {"channel": "x"}, "no model for channel 'x'; there are models for: z"),
         (GYRO, {"channel": "q"}, "no channel 'q'"),
         (GYRO, {"channel": "temp"}, "no filter"),
-        (FITTED, {"channel": "x"}, "fitted to acceleration"),
+        (FITTED, {"channel": "x"}, "one of acceleration"),
         (NoiseModel.of(), {"channel": "x"}, "no noise in a sample"),
         ("white", {"channel": "x"}, "needs a NoiseModel"),
     ],

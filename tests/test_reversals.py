@@ -579,3 +579,29 @@ def test_positions_of_several_axes_need_no_channel(tmp_path: Path) -> None:
     )
     text = "start,stop,heading\n0,30,0\n30,60,90\n"
     assert len(read_positions(written(tmp_path, text), both).dwells) == 2
+
+
+def test_a_record_that_begins_inside_a_turn_counts_from_its_first_position() -> None:
+    record = seed_paper.take(2, seed=5)
+    turn = record.history[-1]["motion"]["turns"][0]
+    part = record.window((turn["start"] + turn["stop"]) / 2, None)
+    for first, sign in (("north", 1), ("south", -1)):
+        found = find_reversals(part, first=first)
+        assert found.first == first
+        assert found.dwells[0].sign == sign
+        assert [d.sign for d in found.dwells[:4]] == [sign, -sign, sign, -sign]
+
+
+def test_a_window_of_the_turns_is_that_of_the_record() -> None:
+    record = seed_paper.take(2, seed=5)
+    whole = find_reversals(record)
+    a, n = round(100.0 * record.rate), round(300.0 * record.rate)
+    part = whole.window(a, n)
+    inside = [d for d in whole.dwells if a < d.start - 64 and d.stop + 64 < a + n]
+    assert len(inside) > 5
+    assert {(d.start - a, d.stop - a, d.sign) for d in inside} <= {
+        (d.start, d.stop, d.sign) for d in part.dwells
+    }
+    assert part.beginning("south").dwells[0].sign == -1
+    with pytest.raises(InputError, match="none of"):
+        whole.window(10 * record.n_samples, 10)

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -156,11 +156,11 @@ def turns_of(
     part = _part(whole, start, stop)
     facts: dict[str, Any] = {"channel": channel, "first": first, "dead_time": dead_time}
     if turns is not None:
-        listed = _windowed(read_turns(turns, whole, **facts), part, round((start or 0.0) * whole.rate))
-        return part, _beginning(listed, first)
+        listed = read_turns(turns, whole, **facts).window(round((start or 0.0) * whole.rate), part.n_samples)
+        return part, listed.beginning(first)
     if dwell is not None:
-        return part, _beginning(periodic_reversals(part, dwell=dwell, **facts), first)
-    return part, _beginning(find_reversals(part, **facts), first)
+        return part, periodic_reversals(part, dwell=dwell, **facts).beginning(first)
+    return part, find_reversals(part, **facts)
 
 
 def placed_of(
@@ -178,7 +178,7 @@ def placed_of(
     part = _part(whole, start, stop)
     if headings is not None:
         listed = read_positions(headings, whole, channel=channel, dead_time=dead_time)
-        return part, _windowed(listed, part, round((start or 0.0) * whole.rate))
+        return part, listed.window(round((start or 0.0) * whole.rate), part.n_samples)
     all_of_it = (Position(start=0, stop=part.n_samples, heading=math.nan, sign=0),)
     nothing = Reversals.cut(
         rate=part.rate,
@@ -193,56 +193,6 @@ def placed_of(
 
 def _part(whole: Recording, start: float | None, stop: float | None) -> Recording:
     return whole if start is None and stop is None else whole.window(start, stop)
-
-
-def _windowed(whole: Reversals, part: Recording, offset: int) -> Reversals:
-    """The turns of a part of a record that begins `offset` samples after it."""
-    if part.n_samples == whole.n_samples:
-        return whole
-
-    def inside(spans: Iterable[Any]) -> tuple[Any, ...]:
-        moved = (
-            replace(s, start=max(s.start - offset, 0), stop=min(s.stop - offset, part.n_samples))
-            for s in spans
-        )
-        return tuple(s for s in moved if s.stop > s.start)
-
-    from allanite.reversals import Reversals
-
-    positions = inside(whole.positions)
-    if not positions:
-        raise InputError("none of the listed positions lies in the part of the log that is used")
-    return Reversals.cut(
-        rate=whole.rate,
-        n_samples=part.n_samples,
-        turns=inside(whole.turns),
-        positions=positions,
-        disturbed=inside(whole.disturbed),
-        source=whole.source,
-        first=whole.first,
-        dead_time=whole.dead_time,
-        guard=whole.guard,
-        findings=whole.findings,
-    )
-
-
-def _beginning(whole: Reversals, first: str | None) -> Reversals:
-    """The same turns with the first position pointing north, or south, also where the part begins within a turn."""
-    wanted = -1 if first == "south" else 1
-    if whole.positions[0].sign in (0, wanted):
-        return whole
-    from allanite.reversals import Reversals
-
-    around = tuple(
-        replace(p, heading=math.remainder(p.heading + math.pi, 2 * math.pi), sign=-p.sign)
-        for p in whole.positions
-    )
-    facts = {
-        name: getattr(whole, name) for name in ("rate", "n_samples", "turns", "disturbed", "source", "first")
-    }
-    return Reversals.cut(
-        positions=around, dead_time=whole.dead_time, guard=whole.guard, findings=whole.findings, **facts
-    )
 
 
 # -- what is wrong with it ----------------------------------------------------------------------------------

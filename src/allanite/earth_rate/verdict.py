@@ -27,7 +27,7 @@ def judge(estimate: EarthRateEstimate, *, separable: bool) -> tuple[str, str, tu
         return _not_separable(estimate)
     failed = sorted((c for c in estimate.checks if not c.passed), key=_rank)
     grave = [c for c in failed if c.name not in _WIDENS or math.sqrt(c.statistic / c.dof) > FOREIGN]
-    advice = tuple(c.says for c in failed)
+    advice = tuple(c.says for c in failed if c.name != "order of the turns" or failed[0].name != "warm-up")
     if estimate.first == "unknown":
         advice += (
             "the direction of the first dwell is not known: the sign of the rate is a choice (--first)",

@@ -115,9 +115,10 @@ def chosen(
 
 def _refuse_other_kind(channel: Channel, model: NoiseModel) -> None:
     own = _RATE_OF.get(channel.kind, channel.kind)
-    if model.estimates and own != model.kind and Kind.UNKNOWN not in (own, model.kind):
+    silent = model.kind == Kind.RATE and not model.estimates  # the default of a model made by hand
+    if not silent and own != model.kind and Kind.UNKNOWN not in (own, model.kind):
         raise InputError(
-            f"channel {channel.name!r} is one of {channel.kind.value}, the noise model was fitted to {model.kind}: "
+            f"channel {channel.name!r} is one of {channel.kind.value}, the noise model is one of {model.kind}: "
             "give the model of this channel"
         )
 

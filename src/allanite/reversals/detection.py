@@ -88,7 +88,7 @@ def find_reversals(
         first=start,
         dead_time=dead_time,
         findings=remarks(scene, judgement, positions),
-    )
+    ).beginning(first)
 
 
 def channel_of(recording: Recording, channel: str | None) -> str:

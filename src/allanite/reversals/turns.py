@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass, replace
-from typing import Any, Literal
+from typing import Any, Literal, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -32,6 +32,7 @@ __all__ = [
 Json = dict[str, Any]
 Signs = NDArray[np.int8]
 First = Literal["north", "south", "unknown"]
+Stretch = TypeVar("Stretch", "Turn", "Position", "Disturbance")
 Source = Literal["detected", "file", "period", "none"]
 
 #: Time after a turn that is not used unless the user says otherwise [s]: hand off, table at rest.
@@ -237,6 +238,45 @@ class Reversals:
         whole = replace(self, dead_time=checked_dead_time(seconds))
         return replace(whole, dwells=_dwells(whole))
 
+    def beginning(self, first: str | None) -> Reversals:
+        """The same turns with the first position that there is pointing north, or south.
+
+        Raises
+        ------
+        InputError
+            Another word than "north", "south" or None.
+        """
+        start = checked_first(first)
+        wanted = -1 if start == "south" else 1
+        if not self.positions or self.positions[0].sign in (0, wanted):
+            return replace(self, first=start)
+        around = tuple(
+            replace(p, heading=math.remainder(p.heading + math.pi, 2 * math.pi), sign=-p.sign)
+            for p in self.positions
+        )
+        whole = replace(self, positions=around, first=start)
+        return replace(whole, dwells=_dwells(whole))
+
+    def window(self, offset: int, n_samples: int) -> Reversals:
+        """Those of the part of the record that begins at sample `offset` and holds `n_samples`.
+
+        Raises
+        ------
+        InputError
+            No position lies in that part.
+        """
+        positions = _inside(self.positions, offset, n_samples)
+        if not positions:
+            raise InputError("none of the listed positions lies in the part of the log that is used")
+        whole = replace(
+            self,
+            n_samples=n_samples,
+            turns=_inside(self.turns, offset, n_samples),
+            positions=positions,
+            disturbed=_inside(self.disturbed, offset, n_samples),
+        )
+        return replace(whole, dwells=_dwells(whole))
+
     def signs(self) -> Signs:
         """+1 or -1 for each sample of a dwell of known direction, 0 elsewhere; int8, shape (n_samples,)."""
         out = np.zeros(self.n_samples, dtype=np.int8)
@@ -312,6 +352,12 @@ class Reversals:
             )
         except (KeyError, TypeError, ValueError) as error:
             raise InputError(f"not a list of turns: {error!r}") from None
+
+
+def _inside(spans: tuple[Stretch, ...], offset: int, n_samples: int) -> tuple[Stretch, ...]:
+    """Stretches counted from `offset`, cut at the ends of the part."""
+    moved = (replace(s, start=max(s.start - offset, 0), stop=min(s.stop - offset, n_samples)) for s in spans)
+    return tuple(s for s in moved if s.stop > s.start)
 
 
 def _dwells(whole: Reversals) -> tuple[Dwell, ...]:
