@@ -47,7 +47,8 @@ def twin(
 
 
 def measured(record: Recording, model: NoiseModel | None = SENSOR, **given: Any) -> Any:
-    return measure_earth_rate(record, latitude=LATITUDE, model=model, **given)
+    own = {} if "reversals" in given else {"first": "north"}
+    return measure_earth_rate(record, latitude=LATITUDE, model=model, **(own | given))
 
 
 # -- exact ------------------------------------------------------------------------------------------------
@@ -386,3 +387,71 @@ def test_of_two_families_left_open_the_wider_interval_counts() -> None:
 def test_a_model_of_an_accelerometer_is_refused() -> None:
     with pytest.raises(InputError, match="acceleration"):
         measured(twin(duration=120.0), replace(SENSOR, kind="acceleration"))
+
+
+def test_a_direction_that_nobody_gave_is_a_choice() -> None:
+    e = measure_earth_rate(twin(seed=4), latitude=LATITUDE, model=SENSOR)
+    assert e.first == "unknown" and e.rate > 0
+    assert any("--first" in a for a in e.advice)
+
+
+def test_reversals_bring_their_own_direction_and_dead_time() -> None:
+    record = twin(seed=4)
+    turns = find_reversals(record, first="south", dead_time=5.0)
+    e = measured(record, reversals=turns)
+    assert (e.first, e.reversals.dead_time, e.rate < 0) == ("south", 5.0, True)
+    for given in ({"first": "north"}, {"dead_time": 1.0}):
+        with pytest.raises(InputError, match="their own"):
+            measured(record, reversals=turns, **given)
+
+
+def test_turns_without_dwells_are_not_a_record_without_turns() -> None:
+    """A dead time longer than the dwells leaves the first of them alone."""
+    e = measured(twin(seed=4), dead_time=60.0)
+    assert e.verdict == "not separable"
+    assert "23 turns" in e.reason and "dead time" in " ".join(e.advice)
+
+
+def test_too_little_noise_is_named_and_takes_nothing_away() -> None:
+    large = NoiseModel.of(White(N=20 * seed_paper.N))
+    e = measured(twin(seed=4), large)
+    size = next(c for c in e.checks if c.name == "size of the noise")
+    assert not size.passed and size.ratio < 0.1
+    assert e.verdict == "not resolved" and "is it the model of this sensor" in e.reason
+    assert e.inflation == 1
+
+
+def test_a_model_of_another_sensor_is_the_first_thing_that_is_said() -> None:
+    e = measured(twin(seed=4), NoiseModel.of(White(N=seed_paper.N / 20)))
+    assert e.verdict == "inconsistent" and "is it the model of this sensor" in e.reason
+
+
+def test_what_widens_the_rate_widens_all_that_stands_beside_it() -> None:
+    """A noise at least 1.5 times that of the model: rate, readings, running estimate and dead times alike."""
+    record = twin(seed=4)
+    small = NoiseModel.of(White(N=seed_paper.N / 1.5))
+    e = measured(record, small)
+    assert e.inflation > 1.3
+    assert e.running.sd[-1] == pytest.approx(e.sd)
+    assert e.dead_times[e.dead_times[:, 0] == 2.0][0, 2] == pytest.approx(e.sd)
+    bare = DwellMeans.of(
+        Take.of(record, "gyro", e.reversals, LATITUDE, None, model=small), small, []
+    ).readings()
+    assert e.reading("pairs").sd == pytest.approx(bare[0].sd * e.inflation)
+
+
+def test_of_very_many_dwells_those_in_the_middle_are_checked(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Every second dwell would be all of one direction."""
+    from allanite.earth_rate import dwell_means
+
+    monkeypatch.setattr(dwell_means, "MOST", 12)
+    monkeypatch.setattr(dwell_means, "GROUP", 5)
+    e = measured(twin(seed=4))
+    monkeypatch.undo()
+    whole = measured(twin(seed=4))
+    scatter = {c.name: c for c in e.checks}["scatter of the dwells"]
+    assert scatter.dof == 10 and scatter.p > 1e-4
+    assert e.reading("pairs").rate == pytest.approx(whole.reading("pairs").rate, rel=1e-12)
+    assert e.reading("pairs").sd == pytest.approx(
+        whole.reading("pairs").sd, rel=0.02
+    )  # groups taken as independent

@@ -16,7 +16,6 @@ import pytest
 import allanite as al
 from allanite.block_means import BlockMeans
 from allanite.earth import EARTH_RATE
-from allanite.earth_rate.results import Stated
 from allanite.errors import InputError
 from allanite.noise import GaussMarkov, NoiseModel, RandomWalk, White
 from allanite.north import Arc, NorthEstimate, Rotation, east_west_null, find_north, mean_direction
@@ -26,6 +25,7 @@ from allanite.planning import plan
 from allanite.recording import Recording
 from allanite.reversals import Position, Reversals, read_positions
 from allanite.simulation import Motion, simulate
+from allanite.stated import Stated
 
 DEG = math.pi / 180
 DEG_H = DEG / 3600

@@ -14,11 +14,11 @@ import allanite as al
 from allanite.block_means import _white_reach as white_reach
 from allanite.block_means import longest_block
 from allanite.earth import EARTH_RATE
-from allanite.earth_rate.results import Stated
 from allanite.errors import InputError
 from allanite.noise import SIGMA_PER_B, Flicker, GaussMarkov, NoiseModel, Quantisation, RandomWalk, White
 from allanite.planning import LONGEST, plan
 from allanite.regression import covariance_of, regress
+from allanite.stated import Stated
 
 DEG = math.pi / 180
 DEG_H = DEG / 3600

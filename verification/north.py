@@ -15,13 +15,13 @@ import numpy as np
 
 import allanite as al
 from allanite.earth import EARTH_RATE
-from allanite.earth_rate.results import Stated
 from allanite.noise import Flicker, GaussMarkov, NoiseModel, RandomWalk, White
 from allanite.north import Rotation, find_north
 from allanite.north.circle import direction_set
 from allanite.recording import Recording
 from allanite.reversals import Position, Reversals
 from allanite.simulation import Motion, simulate
+from allanite.stated import Stated
 
 __all__ = ["SNR", "WANDERING", "run_budget", "run_circle", "run_indexing"]
 

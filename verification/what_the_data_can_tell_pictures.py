@@ -58,10 +58,16 @@ def _circular(document: Json, series: Json) -> Figure:
         axes[0].semilogx(*plain, color=colour, lw=1.4, label=label)
         axes[0].semilogx(*none, color=colour, lw=0.9, ls=(0, (4, 2)))
         axes[1].semilogx(*signed, color=colour, lw=1.4)
+    told = next(iter(series["circular"]))
+    course = series["scatter"]
+    for one, reading in zip(axes, ("unsigned", "demodulated"), strict=True):
+        sd = told * course[reading]
+        one.fill_between(course["time"], told - sd, told + sd, color=BLUE, alpha=0.13, lw=0)
+    axes[0].fill_between([], [], [], color=BLUE, alpha=0.13, lw=0, label="±1 sd of many records")
     axes[0].plot([], [], color="0.3", lw=0.9, ls=(0, (4, 2)), label="no Earth in the record")
     axes[0].plot([], [], color="0.3", lw=0.8, ls=":", label="what was typed in")
     axes[1].text(6800, earth + 0.0012, "Earth", fontsize=8, ha="right", color="0.2")
-    axes[0].set_title("unsigned: the answer is the reference", fontsize=9)
+    axes[0].set_title("unsigned: the reference, and noise", fontsize=9)
     axes[1].set_title("demodulated: first the reference, then the sensor", fontsize=9)
     for one in axes:
         one.axvspan(30, 60, color="0.5", alpha=0.15, lw=0)
@@ -105,7 +111,7 @@ def _bound(document: Json) -> Figure:
     right.set_xticks(range(len(rows)), [_take_name(r) for r in rows], fontsize=7.5)
     right.set_xlim(-0.5, 4.5)
     right.set_ylabel("published Ω [deg/s]", fontsize=8.5)
-    right.set_title("bars: 95 % of what the noise allows at best", fontsize=9)
+    right.set_title("bars: ±1.96 of the best possible sd", fontsize=9)
     return figure
 
 

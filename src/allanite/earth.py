@@ -12,12 +12,19 @@ from __future__ import annotations
 
 import math
 
-__all__ = ["EARTH_RATE", "earth_rotation_angle"]
+from allanite.errors import InputError
+
+__all__ = ["DEG_H", "EARTH_RATE", "checked_latitude", "earth_rotation_angle"]
 
 #: Turns of the Earth per day of UT1, less one [1, eq. 5.15].
 EXTRA_TURNS_PER_DAY = 0.00273781191135448
 #: Sidereal rotation rate of the Earth [rad/s] that follows from it: 15.04106717867032 deg/h, not 15.
 EARTH_RATE = 2 * math.pi * (1 + EXTRA_TURNS_PER_DAY) / 86400.0
+
+#: One degree per hour [rad/s].
+DEG_H = math.pi / 180 / 3600
+#: A horizontal axis sees the Earth by the cosine of the latitude: nothing from here to the pole [rad].
+POLE = math.radians(89.999)
 
 _AT_J2000 = 0.7790572732640
 _J2000 = 2451545.0
@@ -41,3 +48,19 @@ def earth_rotation_angle(jd1: float, jd2: float = 0.0) -> float:
     part = math.fmod(high, 1.0) + math.fmod(low, 1.0)
     turns = part + _AT_J2000 + EXTRA_TURNS_PER_DAY * days + 1.0
     return 2 * math.pi * (turns % 1.0)
+
+
+def checked_latitude(latitude: float) -> float:
+    """A latitude [rad] at which a horizontal axis sees something of the Earth's rotation.
+
+    Raises
+    ------
+    InputError
+        Not a number, beyond 90 deg, or at a pole.
+    """
+    if not (math.isfinite(latitude) and abs(latitude) < POLE):
+        raise InputError(
+            f"undefined at latitude {math.degrees(latitude):g} deg: a horizontal axis sees the Earth by the cosine of "
+            "the latitude, nothing at a pole; from Python the latitude is in radians"
+        )
+    return float(latitude)

@@ -20,12 +20,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.block_means import longest_block
-from allanite.earth import EARTH_RATE
-from allanite.earth_rate.results import Stated, plain
+from allanite.earth import EARTH_RATE, checked_latitude
 from allanite.errors import InputError
 from allanite.noise import NoiseModel
 from allanite.north.budget import axis_terms
+from allanite.plain_data import plain
 from allanite.regression import Whitener
+from allanite.stated import Stated
 
 __all__ = ["DURATIONS", "DWELLS", "LONGEST", "Plan", "plan"]
 
@@ -464,11 +465,7 @@ def _layout(
         raise InputError(f"a plan needs the noise of a sensor of rates, not of {model.kind}")
     if what not in ("rate", "north"):
         raise InputError(f"what must be 'rate' or 'north', not {what!r}")
-    if not (math.isfinite(latitude) and abs(latitude) < math.radians(89.999)):
-        raise InputError(
-            f"undefined at latitude {math.degrees(latitude):g} deg: a horizontal axis sees the Earth by the cosine "
-            "of the latitude, nothing at a pole; give it in radians (degrees on the command line)"
-        )
+    checked_latitude(latitude)
     if goal is not None and not (math.isfinite(goal) and goal > 0):
         raise InputError(f"goal must be positive (relative, or an angle in rad for north), not {goal!r}")
     if not (math.isfinite(dead_time) and dead_time >= 0):

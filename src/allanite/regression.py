@@ -144,7 +144,7 @@ class Whitener:
             raise InputError(
                 "the noise model has no noise in a sample: give it at least N, or a stationary term"
             )
-        with np.errstate(divide="ignore"):
+        with np.errstate(divide="ignore", invalid="ignore"):
             noise = np.where(part > 0, space.noise - white + white / part, np.nan)
         return cls(space=space, noise=noise)
 

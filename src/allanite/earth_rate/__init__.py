@@ -13,8 +13,11 @@ takes away the verdict "resolved". A bias that follows the turns exactly cannot 
 estimator: only a result that contradicts the known rate, or a null test between east and west, shows it.
 """
 
-from allanite.earth_rate.estimation import DEAD_TIME, measure_earth_rate
-from allanite.earth_rate.results import Check, DwellMean, EarthRateEstimate, Reading, Running, Stated
+from allanite.checks import Check
+from allanite.earth_rate.estimation import measure_earth_rate
+from allanite.earth_rate.results import DwellMean, EarthRateEstimate, Reading, Running
+from allanite.reversals.turns import DEAD_TIME
+from allanite.stated import Stated
 
 __all__ = [
     "DEAD_TIME",

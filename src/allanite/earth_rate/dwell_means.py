@@ -14,9 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.block_means import BlockMeans
-from allanite.earth_rate.results import Check, Reading
+from allanite.checks import Check, alarm, scatter_check
+from allanite.earth_rate.results import Reading
 from allanite.earth_rate.take import Decay, Take
-from allanite.laws import chi_square_tail
 from allanite.noise import NoiseModel
 from allanite.recording import Sampling
 from allanite.span_means import contrast_whitener, span_covariance
@@ -25,14 +25,16 @@ __all__ = ["DwellMeans"]
 
 Array = NDArray[np.float64]
 
-#: Below this probability a check did not pass. Eight checks: a good record is blamed in less than one of a hundred.
-ALARM = 1e-3
-#: Below this one the scatter of the dwells widens the interval.
-SCATTER_ALARM = 1e-2
-#: Most dwells that are checked; of more, evenly spaced ones are taken.
+#: Most dwells that are checked; of more, those in the middle are taken.
 MOST = 1500
 #: Single values whose covariance is taken at once.
 GROUP = 600
+
+_SCATTER = "something changes from turn to turn (pointing, tilt, residual rotation, a bias by position)"
+_TREND = (
+    "the alternation between north and south grows or fades through the record: look at the dwells, and take the part "
+    "of the record that is steady"
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -149,7 +151,7 @@ class DwellMeans:
         n = min(self.size, MOST)
         if n < 4 + self.nuisances.shape[1]:
             return ()
-        part = np.unique(np.linspace(0, self.size - 1, n).astype(np.int64))
+        part = slice((self.size - n) // 2, (self.size + n) // 2)
         sign, middle = self.sign[part], self.middle[part]
         whitener = contrast_whitener(self.covariance(part))
         signal = np.column_stack([sign * self.projection, self.nuisances[part]])
@@ -168,8 +170,8 @@ class DwellMeans:
         later = np.tril(np.ones((n, n - 1)), -1) * sign[:, None]
         trend = (sign * (middle - middle.mean()))[:, None]
         return (
-            _scatter(float(left @ left), n - 1 - known.shape[1]),
-            _trend(float(gains(trend)[0])),
+            scatter_check("dwells", float(left @ left), n - 1 - known.shape[1], _SCATTER),
+            alarm("constancy of the rate", float(gains(trend)[0]), 1, _TREND),
             _missed(gains(later), middle),
         )
 
@@ -183,41 +185,13 @@ def _of_dwells(blocks: BlockMeans, column: Array, kept: list[int]) -> Array:
     return replace(blocks, mean=column).of_spans(max(kept, default=-1) + 1)[0][kept]
 
 
-def _scatter(chi2: float, dof: int) -> Check:
-    p = chi_square_tail(chi2, dof)
-    return Check(
-        name="scatter of the dwells",
-        statistic=chi2,
-        dof=dof,
-        p=p,
-        passed=p >= SCATTER_ALARM,
-        says=f"the dwells scatter {math.sqrt(chi2 / dof):.2f} times as much as the noise model says: something "
-        "changes from turn to turn (pointing, tilt, residual rotation, a bias that depends on the position)",
-    )
-
-
-def _trend(chi2: float) -> Check:
-    p = chi_square_tail(chi2, 1)
-    return Check(
-        name="constancy of the rate",
-        statistic=chi2,
-        dof=1,
-        p=p,
-        passed=p >= ALARM,
-        says="the alternation between north and south grows or fades through the record: look at the dwells, and "
-        "take the part of the record that is steady",
-    )
-
-
 def _missed(gains: Array, middle: Array) -> Check:
     worst = int(np.argmax(gains))
-    p = min(chi_square_tail(float(gains[worst]), 1) * len(gains), 1.0)
-    return Check(
-        name="order of the turns",
-        statistic=float(gains[worst]),
-        dof=1,
-        p=p,
-        passed=p >= ALARM,
-        says=f"from {middle[worst + 1]:.0f} s on the alternation is another: a turn was missed or counted twice "
-        "there; correct it with a file of turns",
+    return alarm(
+        "order of the turns",
+        float(gains[worst]),
+        1,
+        f"from {middle[worst + 1]:.0f} s on the alternation is another: a turn was missed or counted twice there; "
+        "correct it with a file of turns",
+        looks=len(gains),
     )

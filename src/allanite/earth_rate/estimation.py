@@ -10,12 +10,13 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.earth import EARTH_RATE
+from allanite.checks import inflation_of
+from allanite.earth import EARTH_RATE, checked_latitude
 from allanite.earth_rate.dwell_means import DwellMeans
 from allanite.earth_rate.noise_of_record import fit_noise
 from allanite.earth_rate.residuals import residual_checks
-from allanite.earth_rate.results import Check, DwellMean, EarthRateEstimate, Reading, Running, Stated
-from allanite.earth_rate.take import RATE, Decay, Take
+from allanite.earth_rate.results import DwellMean, EarthRateEstimate, Reading, Running
+from allanite.earth_rate.take import RATE, TIME_CONSTANT, Decay, Take
 from allanite.earth_rate.verdict import judge
 from allanite.errors import InputError
 from allanite.laws import normal_quantile, student_quantile
@@ -24,13 +25,16 @@ from allanite.recording import Kind, Recording
 from allanite.regression import LEVEL, Regression
 from allanite.reversals import Reversals, find_reversals
 from allanite.reversals.turns import DEAD_TIME
+from allanite.stated import Stated
 
-__all__ = ["DEAD_TIME", "measure_earth_rate"]
+__all__ = ["measure_earth_rate"]
 
 Array = NDArray[np.float64]
 Progress = Callable[[float, str], None]
 
 
+#: Probability of being less than three standard deviations above, in the normal law.
+THREE_SD = 0.99865
 #: Other dead times that are tried [s].
 DEAD_TIMES = (0.0, 0.5, 1.0, 2.0, 3.0, 5.0, 8.0, 12.0)
 
@@ -42,8 +46,8 @@ def measure_earth_rate(
     model: NoiseModel | None = None,
     channel: str | None = None,
     reversals: Reversals | None = None,
-    first: str | None = "north",
-    dead_time: float = DEAD_TIME,
+    first: str | None = None,
+    dead_time: float | None = None,
     settling: bool = False,
     warm_up: bool = False,
     temperature: str | None = None,
@@ -65,11 +69,11 @@ def measure_earth_rate(
     channel : str, optional
         Needed where the recording has several rates.
     reversals : Reversals, optional
-        When the sensor was turned; by default found from the signal.
+        When the sensor was turned, with their own `first` and `dead_time`; by default found from the signal.
     first : "north", "south" or None
         Direction of the first dwell, which one axis cannot tell: with None the sign of the rate is a choice.
-    dead_time : float [s]
-        Left out after each turn.
+    dead_time : float, optional [s]
+        Left out after each turn; 2 s by default.
     settling, warm_up : bool
         Fit a rotation that settles after each turn, or an exponential warm-up, beside the rate.
     temperature : str, optional
@@ -88,7 +92,7 @@ def measure_earth_rate(
     Raises
     ------
     InputError
-        A latitude at a pole, a channel that is no rate, no usable samples.
+        A latitude at a pole, a channel that is no rate, no usable samples, `first` or `dead_time` beside `reversals`.
 
     Notes
     -----
@@ -102,13 +106,16 @@ def measure_earth_rate(
     name = rate_channel(recording, channel)
     if reversals is None:
         advance(0.0, "looking for the turns")
-        reversals = find_reversals(recording, channel=name, first=first, dead_time=dead_time)
+        dead = DEAD_TIME if dead_time is None else dead_time
+        reversals = find_reversals(recording, channel=name, first=first, dead_time=dead)
+    elif first is not None or dead_time is not None:
+        raise InputError("the reversals that are given have their own first direction and dead time")
     advance(0.3, "averaging")
     take = Take.of(recording, name, reversals, latitude, temperature, model=model)
     source, open_question = "given", ""
     if model is None:
         advance(0.4, "fitting the noise of this record")
-        model, source = fit_noise(take.blocks, take.columns()[0], take.sampling), "this record"
+        model, source = fit_noise(take), "this record"
     else:
         model, open_question = _cautious(take, model)
     advance(0.7, "fitting the rate")
@@ -145,11 +152,7 @@ def rate_channel(recording: Recording, channel: str | None) -> str:
 
 
 def _refuse(latitude: float, confidence: float) -> None:
-    if not (math.isfinite(latitude) and abs(latitude) < math.radians(89.999)):
-        raise InputError(
-            f"latitude {math.degrees(latitude):g} deg: a horizontal axis sees the Earth by the cosine of the latitude, "
-            "nothing at a pole; give it in radians (degrees on the command line)"
-        )
+    checked_latitude(latitude)
     if not 0.5 <= confidence < 1:
         raise InputError(f"confidence must be from 0.5 to below 1, not {confidence!r}")
 
@@ -188,13 +191,14 @@ def _estimate(
     checks = (*residual_checks(fit, take, model, decays), *(dwells.checks() if separable else ()))
     rate, sd = fit[RATE]
     flip = -1.0 if take.reversals.first == "unknown" and rate < 0 else 1.0
-    readings = tuple(replace(r, rate=flip * r.rate) for r in dwells.readings())
-    inflation = _inflation(checks)
+    readings = dwells.readings()
+    inflation = inflation_of(checks)
     if source != "given":
         inflation = max(inflation, _own_scatter(readings, sd))
     budget = {"noise": sd * inflation, **{k: v * EARTH_RATE for k, v in stated.budget(take.latitude).items()}}
     total = math.sqrt(sum(v**2 for v in budget.values()))
-    half = _quantile(confidence, source, readings) * total
+    half = _quantile((1 + confidence) / 2, source, readings) * total
+    sure = _quantile(THREE_SD, source, readings) * total
     estimate = EarthRateEstimate(
         rate=flip * rate,
         sd=sd * inflation,
@@ -205,13 +209,13 @@ def _estimate(
         reason="",
         inflation=inflation,
         bias=_bias(take, model, decays, fit),
-        nuisances={n: fit[n] for n in fit.names if n not in (RATE, LEVEL)},
+        nuisances={n: fit[n] for n in fit.names if n not in (RATE, LEVEL) and not n.endswith(TIME_CONSTANT)},
         budget=budget,
-        readings=readings,
-        running=_running(take, fit, dwells, flip),
+        readings=tuple(replace(r, rate=flip * r.rate, sd=r.sd * inflation) for r in readings),
+        running=_running(take, fit, dwells, flip, inflation),
         dwells=_dwell_table(take, model, fit, decays),
         checks=checks,
-        dead_times=_dead_times(take, model, decays, flip) if separable else np.zeros((0, 3)),
+        dead_times=_dead_times(take, model, decays, flip, inflation) if separable else np.zeros((0, 3)),
         latitude=take.latitude,
         first=take.reversals.first,
         model=model,
@@ -222,14 +226,8 @@ def _estimate(
         channel=take.channel,
         source=take.recording.source,
     )
-    verdict, reason, advice = judge(estimate, separable=separable)
+    verdict, reason, advice = judge(estimate, separable=separable, sure=sure)
     return replace(estimate, verdict=verdict, reason=reason, advice=advice)
-
-
-def _inflation(checks: tuple[Check, ...]) -> float:
-    """Birge's ratio, of the check that asks for more."""
-    asking = [c for c in checks if not c.passed and c.name in ("scatter of the dwells", "size of the noise")]
-    return max([1.0, *(math.sqrt(c.statistic / c.dof) for c in asking)])
 
 
 def _own_scatter(readings: tuple[Reading, ...], sd: float) -> float:
@@ -238,12 +236,12 @@ def _own_scatter(readings: tuple[Reading, ...], sd: float) -> float:
     return max([1.0, *found])
 
 
-def _quantile(confidence: float, source: str, readings: tuple[Reading, ...]) -> float:
+def _quantile(p: float, source: str, readings: tuple[Reading, ...]) -> float:
     """Of the normal law; of Student's, by the number of pairs, where the noise comes from this record."""
+    if source == "given":
+        return normal_quantile(p)
     count = next((r.count for r in readings if r.name == "pairs"), 0)
-    if source == "given" or count < 2:
-        return normal_quantile((1 + confidence) / 2)
-    return student_quantile((1 + confidence) / 2, count - 1)
+    return student_quantile(p, max(count - 1, 1))
 
 
 def _bias(take: Take, model: NoiseModel, decays: list[Decay], fit: Regression) -> tuple[float, float]:
@@ -254,14 +252,14 @@ def _bias(take: Take, model: NoiseModel, decays: list[Decay], fit: Regression) -
     return take.regress(table[:, 1:], names[1:], model)[LEVEL]
 
 
-def _running(take: Take, fit: Regression, dwells: DwellMeans, flip: float) -> Running:
+def _running(take: Take, fit: Regression, dwells: DwellMeans, flip: float, inflation: float) -> Running:
     time = np.asarray(take.checkpoints() * take.blocks.dt, dtype=np.float64)
     rate, sd = fit.running[:, 0, 0], fit.running[:, 1, 0]
     members, weights = dwells.pairs()
     values, ends = (weights * dwells.mean[members]).sum(axis=1), dwells.middle[members[:, 1]]
     so_far = np.searchsorted(ends, time, side="right")
     sums = np.concatenate([[np.nan], np.cumsum(values) / np.arange(1, len(values) + 1)])
-    return Running(time=time, rate=flip * rate, sd=sd, pairs=flip * sums[so_far])
+    return Running(time=time, rate=flip * rate, sd=sd * inflation, pairs=flip * sums[so_far])
 
 
 def _dwell_table(
@@ -287,7 +285,7 @@ def _dwell_table(
     )
 
 
-def _dead_times(take: Take, model: NoiseModel, decays: list[Decay], flip: float) -> Array:
+def _dead_times(take: Take, model: NoiseModel, decays: list[Decay], flip: float, inflation: float) -> Array:
     """The estimate for other dead times, as long as half of a short dwell remains."""
     turns = np.array([t.stop for t in take.reversals.turns]) / take.reversals.rate
     room = float(np.quantile(np.diff(turns), 0.2)) / 2 if len(turns) > 1 else 0.0
@@ -295,5 +293,5 @@ def _dead_times(take: Take, model: NoiseModel, decays: list[Decay], flip: float)
     for dead in [d for d in DEAD_TIMES if d <= room]:
         again = take.with_dead_time(dead)
         value, sd = again.fit(model, decays)[RATE]
-        rows.append((dead, flip * value, sd))
+        rows.append((dead, flip * value, sd * inflation))
     return np.array(rows).reshape(-1, 3)

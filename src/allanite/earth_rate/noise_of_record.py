@@ -13,21 +13,20 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.block_means import BlockMeans
+from allanite.earth_rate.take import Take
 from allanite.errors import DataQualityError
 from allanite.noise import Flicker, NoiseModel, White
-from allanite.recording import Sampling
 from allanite.regression import regress
 
 __all__ = ["fit_noise"]
 
 Array = NDArray[np.float64]
 
-#: Rows are thinned to so many for the search: the noise at the pace of the turns is what is wanted.
+#: Most rows of the search: the beginning of the record has to speak for the rest.
 MOST_ROWS = 20_000
 
 
-def fit_noise(blocks: BlockMeans, columns: Array, sampling: Sampling) -> NoiseModel:
+def fit_noise(take: Take) -> NoiseModel:
     """White noise N and flicker B.
 
     Raises
@@ -37,7 +36,7 @@ def fit_noise(blocks: BlockMeans, columns: Array, sampling: Sampling) -> NoiseMo
     """
     from scipy.optimize import minimize
 
-    rows = slice(0, MOST_ROWS)
+    rows, blocks = slice(0, MOST_ROWS), take.blocks
     steps = np.diff(blocks.mean[rows])[(np.diff(blocks.span[rows]) == 0) & (blocks.span[rows][1:] >= 0)]
     spread = float(np.nanmedian(np.abs(steps))) if np.isfinite(steps).sum() >= 10 else 0.0
     if spread == 0:
@@ -45,7 +44,8 @@ def fit_noise(blocks: BlockMeans, columns: Array, sampling: Sampling) -> NoiseMo
             "the noise cannot be fitted to this record: it is too short, or its samples do not vary; give a noise "
             "model of the sensor at rest (--model)"
         )
-    start = spread / 0.9539 * math.sqrt(blocks.dt)  # median of |x1 - x2| is 0.9539 sd
+    table, names = take.columns()
+    known = slice(0 if take.reversals.turns else 1, None)  # without turns, rate and level are one column
 
     def model(logs: Array) -> NoiseModel:
         return NoiseModel.of(White(N=math.exp(logs[0])), Flicker(B=math.exp(logs[1])))
@@ -53,17 +53,16 @@ def fit_noise(blocks: BlockMeans, columns: Array, sampling: Sampling) -> NoiseMo
     def cost(logs: Array) -> float:
         fit = regress(
             blocks.mean[rows],
-            columns[rows, 1:] if np.ptp(np.nan_to_num(columns[rows, 0])) == 0 else columns[rows],
+            table[rows, known],
             model(logs),
             dt=blocks.dt,
-            names=[
-                str(i) for i in range(columns.shape[1] - int(np.ptp(np.nan_to_num(columns[rows, 0])) == 0))
-            ],
+            names=names[known],
             counts=blocks.part[rows],
-            sampling=sampling,
+            sampling=take.sampling,
         )
         return math.inf if fit.log_likelihood is None else -fit.log_likelihood
 
+    start = spread / 0.9539 * math.sqrt(blocks.dt)  # the median of |x1 - x2| is 0.9539 standard deviations
     guess = np.log([start, start / math.sqrt(100.0)])
     found = minimize(cost, guess, method="Nelder-Mead", options={"xatol": 0.01, "fatol": 0.02, "maxfev": 150})
     return model(found.x)

@@ -3,16 +3,13 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
 import numpy as np
 
-from allanite.earth_rate.dwell_means import ALARM
-from allanite.earth_rate.results import Check
+from allanite.checks import Check, alarm, size_check
 from allanite.earth_rate.take import Decay, Take
-from allanite.laws import chi_square_tail
-from allanite.noise import NoiseModel
+from allanite.noise import NoiseModel, White
 from allanite.recording import Kind
 from allanite.regression import Regression
 
@@ -30,7 +27,7 @@ def residual_checks(
     fit: Regression, take: Take, model: NoiseModel, decays: Sequence[Decay]
 ) -> tuple[Check, ...]:
     """Size of the noise; a warm-up, a rotation that settles after each turn, a temperature, unless fitted already."""
-    checks = [_size(fit.chi2, fit.dof)]
+    checks = [_size(take, model)]
     for kind, says in _SAYS.items():
         offered = take.offered(kind)  # type: ignore[arg-type]
         if offered and not any(d.kind == kind for d in decays):
@@ -47,20 +44,23 @@ def residual_checks(
     return tuple(checks)
 
 
-def _size(chi2: float, dof: int) -> Check:
-    p = chi_square_tail(chi2, dof)
-    return Check(
-        name="size of the noise",
-        statistic=chi2,
-        dof=dof,
-        p=p,
-        passed=p >= ALARM,
-        says=f"the noise of this record is {math.sqrt(chi2 / dof):.3f} times that of the model",
-    )
+def _size(take: Take, model: NoiseModel) -> Check:
+    """The Allan variance of the record at the length of a block against the model's: blind to drift and to turns.
+
+    Differences of neighbouring blocks, each block in one difference only, have twice that variance; blocks that were
+    measured in part have more white noise.
+    """
+    blocks = take.blocks
+    early, late = slice(0, blocks.size - 1, 2), slice(1, blocks.size, 2)
+    together = (blocks.span[early] == blocks.span[late]) & (blocks.span[early] >= 0)
+    part = np.minimum(blocks.part[early], blocks.part[late])[together]
+    step = (blocks.mean[late] - blocks.mean[early])[together]
+    white = sum(t.N**2 for t in model.terms if isinstance(t, White)) / blocks.dt
+    partly = white * (1 / blocks.part[early][together] + 1 / blocks.part[late][together] - 2)
+    variance = 2 * float(model.avar_sampled(1, blocks.dt, take.sampling)) + partly
+    return size_check(float((step**2 / variance)[part > 0].sum()), int(np.count_nonzero(part > 0)))
 
 
 def _gain(name: str, gains: list[float], says: str) -> Check:
     """The candidate column that takes most off the residuals, at the price of having looked at all of them."""
-    best = max([*gains, 0.0])
-    p = min(chi_square_tail(best, 1) * max(len(gains), 1), 1.0)
-    return Check(name=name, statistic=best, dof=1, p=p, passed=p >= ALARM, says=says)
+    return alarm(name, max([*gains, 0.0]), 1, says, looks=len(gains))

@@ -3,88 +3,21 @@
 
 from __future__ import annotations
 
-import math
-from dataclasses import asdict, dataclass, field
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.checks import Check
 from allanite.earth import EARTH_RATE
-from allanite.errors import InputError
 from allanite.noise import NoiseModel
+from allanite.plain_data import plain
 from allanite.reversals import Reversals
 
-__all__ = ["Check", "DwellMean", "EarthRateEstimate", "Reading", "Running", "Stated"]
+__all__ = ["DwellMean", "EarthRateEstimate", "Reading", "Running"]
 
 Array = NDArray[np.float64]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Stated:
-    """Standard uncertainties that only the user knows; they enter the interval and the budget.
-
-    Attributes
-    ----------
-    scale : float
-        Of the scale factor, relative.
-    latitude : float [rad]
-    tilt : float [rad]
-        Of the turntable's axis from the vertical, in the north-south plane.
-    heading : float [rad]
-        Of the direction of the sensitive axis in each dwell.
-    """
-
-    scale: float = 0.0
-    latitude: float = 0.0
-    tilt: float = 0.0
-    heading: float = 0.0
-
-    def __post_init__(self) -> None:
-        for name, value in asdict(self).items():
-            if not (isinstance(value, (int, float)) and math.isfinite(value) and value >= 0):
-                raise InputError(
-                    f"the stated uncertainty of {name} must be finite and not negative, not {value!r}"
-                )
-
-    def budget(self, latitude: float) -> dict[str, float]:
-        """What each contributes to the standard uncertainty of the Earth rate, relative to it.
-
-        The mean of the dwells is Omega (1 + e) [cos(latitude) cos(heading) + tilt sin(latitude)], so a tilt and an
-        error of latitude count tan(latitude) times. An error of heading is of second order: heading^2/2, whose root
-        mean square is sqrt(3)/2 of the variance.
-        """
-        slope = abs(math.tan(latitude))
-        return {
-            "scale factor": self.scale,
-            "latitude": slope * self.latitude,
-            "tilt": slope * self.tilt,
-            "heading": math.sqrt(3) / 2 * self.heading**2,
-        }
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Check:
-    """One question put to the residuals.
-
-    Attributes
-    ----------
-    name : str
-    statistic, dof : float
-        Chi-square and its expectation if the model holds.
-    p : float
-        Probability of a larger one if the model holds.
-    passed : bool
-    says : str
-        What it means and what to do, when it did not pass.
-    """
-
-    name: str
-    statistic: float
-    dof: float
-    p: float
-    passed: bool
-    says: str
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -261,18 +194,3 @@ class EarthRateEstimate:
             "model": self.model.to_json(),
             "reversals": self.reversals.to_json(),
         }  # fmt: skip
-
-
-def plain(value: Any) -> Any:
-    """Lists, dictionaries and finite numbers; None for what is not a number."""
-    if isinstance(value, np.ndarray):
-        return [plain(v) for v in value.tolist()]
-    if isinstance(value, (float, np.floating)):
-        return float(value) if math.isfinite(value) else None
-    if isinstance(value, (tuple, list)):
-        return [plain(v) for v in value]
-    if isinstance(value, dict):
-        return {k: plain(v) for k, v in value.items()}
-    if hasattr(value, "__dataclass_fields__"):
-        return {name: plain(getattr(value, name)) for name in value.__dataclass_fields__}
-    return value

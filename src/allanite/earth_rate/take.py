@@ -18,12 +18,14 @@ from allanite.recording import Recording, Sampling
 from allanite.regression import LEVEL, Regression, regress
 from allanite.reversals import Reversals
 
-__all__ = ["RATE", "Decay", "Take"]
+__all__ = ["RATE", "TIME_CONSTANT", "Decay", "Take"]
 
 Array = NDArray[np.float64]
 
 RATE = "rate"
 """Name of the coefficient that is wanted."""
+TIME_CONSTANT = ", time constant"
+"""End of the name of a coefficient that stands for the error of a time constant."""
 
 #: Blocks in a record without turns.
 BLOCKS_AT_REST = 4000
@@ -38,21 +40,36 @@ CHECKPOINTS = 400
 
 @dataclass(frozen=True, slots=True)
 class Decay:
-    """An exponential that the noise model does not know: a warm-up, or a rotation that settles after each turn."""
+    """An exponential that the noise model does not know: a warm-up, or a rotation that settles after each turn.
+
+    Attributes
+    ----------
+    kind : str
+    T : float [s]
+        Time constant.
+    fitted : bool
+        T was fitted to this very record: its error is allowed for, to first order, by the derivative to T as a
+        second column.
+    """
 
     kind: Literal["warm-up", "settling"]
     T: float
+    fitted: bool = False
 
     @property
     def name(self) -> str:
         """With the time constant."""
         return f"{self.kind} {self.T:.3g} s"
 
-    def column(self, take: Take) -> Array:
+    def columns(self, take: Take) -> dict[str, Array]:
         """Since the beginning of the record; or since each turn, in the direction of the turn."""
-        if self.kind == "warm-up":
-            return np.exp(-take.blocks.time / self.T)
-        return np.exp(-take.age / self.T) * np.nan_to_num(take.sign)
+        warms = self.kind == "warm-up"
+        age = take.blocks.time if warms else take.age
+        decay = np.exp(-age / self.T) * (1.0 if warms else np.nan_to_num(take.sign))
+        if not self.fitted:
+            return {self.name: decay}
+        slope = np.where(np.isfinite(age), age, 0.0) / self.T * decay
+        return {self.name: decay, self.name + TIME_CONSTANT: slope}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -147,8 +164,8 @@ class Take:
     def design(self, decays: Sequence[Decay]) -> tuple[Array, tuple[str, ...]]:
         """The columns and those of the decays, with their names."""
         table, names = self.columns()
-        more = [decay.column(self) for decay in decays]
-        return np.column_stack([table, *more]), (*names, *(decay.name for decay in decays))
+        more = {name: column for decay in decays for name, column in decay.columns(self).items()}
+        return np.column_stack([table, *more.values()]), (*names, *more)
 
     def fit(self, model: NoiseModel, decays: Sequence[Decay] = (), *, running: bool = False) -> Regression:
         """The regression; with a running estimate at the `checkpoints` where it is wanted."""
@@ -200,7 +217,7 @@ class Take:
         found = minimize_scalar(
             cost, bounds=(middle - 1.3, middle + 1.3), method="bounded", options={"xatol": 1e-3}
         )
-        return [Decay(kind, math.exp(float(found.x)))]
+        return [Decay(kind, math.exp(float(found.x)), fitted=True)]
 
 
 def _block_size(spans: NDArray[np.int64], recording: Recording, model: NoiseModel | None) -> int:

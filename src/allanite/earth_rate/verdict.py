@@ -6,44 +6,55 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from allanite.earth import EARTH_RATE
+from allanite.checks import SEEN, Check, grave
+from allanite.earth import DEG_H, EARTH_RATE
 
 if TYPE_CHECKING:
-    from allanite.earth_rate.results import Check, EarthRateEstimate
+    from allanite.earth_rate.results import EarthRateEstimate
 
 __all__ = ["judge"]
 
-#: A rate is seen from so many standard deviations on.
-SEEN = 3.0
-#: Scatter beyond so many times the model's says that the model is not that of this record.
-FOREIGN = 2.0
-_WIDENS = ("scatter of the dwells", "size of the noise")
-_DEG_H = math.pi / 180 / 3600
+Verdict = tuple[str, str, tuple[str, ...]]
+
+#: A cause before its consequences: a drift also makes the dwells scatter and the alternation look another.
+_CAUSES = ("warm-up", "settling", "order of the turns", "constancy of the rate", "scatter of the dwells")
 
 
-def judge(estimate: EarthRateEstimate, *, separable: bool) -> tuple[str, str, tuple[str, ...]]:
-    """Verdict, reason and advice."""
+def judge(estimate: EarthRateEstimate, *, separable: bool, sure: float) -> Verdict:
+    """Verdict, reason and advice.
+
+    Parameters
+    ----------
+    sure : float [rad/s]
+        Half the width of the interval that a rate of zero is in with the probability of three standard deviations.
+    """
     if not separable:
         return _not_separable(estimate)
     failed = sorted((c for c in estimate.checks if not c.passed), key=_rank)
-    grave = [c for c in failed if c.name not in _WIDENS or math.sqrt(c.statistic / c.dof) > FOREIGN]
-    advice = tuple(c.says for c in failed if c.name != "order of the turns" or failed[0].name != "warm-up")
-    if estimate.first == "unknown":
-        advice += (
-            "the direction of the first dwell is not known: the sign of the rate is a choice (--first)",
-        )
+    advice = _advice(estimate, failed)
     widened = "" if estimate.inflation == 1 else f", widened {estimate.inflation:.2f} times"
     size = f"{abs(estimate.rate) / estimate.total_sd:.1f} standard deviations"
-    if grave:
-        others = f" (also: {', '.join(c.name for c in grave[1:])})" if grave[1:] else ""
-        return "inconsistent", f"the residuals contradict the noise model: {grave[0].says}{others}", advice
-    if abs(estimate.rate) < SEEN * estimate.total_sd:
-        return "not resolved", f"the rate is {size}{widened} from zero, {SEEN:g} are needed", advice
+    bad = grave(failed)
+    if bad:
+        others = f" (also: {', '.join(c.name for c in bad[1:])})" if bad[1:] else ""
+        return "inconsistent", f"the residuals contradict the noise model: {bad[0].says}{others}", advice
+    if abs(estimate.rate) < sure:
+        few = (
+            ""
+            if sure <= SEEN * estimate.total_sd * 1.001
+            else " and more, for the noise is known from few dwells"
+        )
+        quiet = "".join(f"; {c.says}" for c in failed if c.widens and c.ratio < 1)
+        return (
+            "not resolved",
+            f"the rate is {size}{widened} from zero, {SEEN:g} are needed{few}{quiet}",
+            advice,
+        )
     low, high = estimate.interval
     if not low <= EARTH_RATE <= high:
-        span = f"{low / _DEG_H:.2f} to {high / _DEG_H:.2f} deg/h"
+        span = f"{low / DEG_H:.2f} to {high / DEG_H:.2f} deg/h"
         reason = (
-            f"the interval {span} excludes the known {EARTH_RATE / _DEG_H:.3f} deg/h ({abs(estimate.deviation):.1f} "
+            f"the interval {span} excludes the known {EARTH_RATE / DEG_H:.3f} deg/h ({abs(estimate.deviation):.1f} "
             "standard deviations): an error that follows the turns, or the scale factor, the latitude, the direction "
             "of the first dwell"
         )
@@ -52,19 +63,43 @@ def judge(estimate: EarthRateEstimate, *, separable: bool) -> tuple[str, str, tu
 
 
 def _rank(check: Check) -> int:
-    """A cause before its consequences: a drift also makes the dwells scatter and the noise large."""
-    causes = ("warm-up", "settling", "order of the turns", "constancy of the rate", *_WIDENS)
-    return (
-        causes.index(check.name) if check.name in causes else 1
-    )  # a companion channel, like the temperature
+    """The size of the noise comes first where it speaks of another sensor, last where it does not."""
+    if check.name == "size of the noise":
+        return -1 if grave([check]) or check.ratio < 1 else len(_CAUSES)
+    if check.name in _CAUSES:
+        return _CAUSES.index(check.name)
+    return 1  # a companion channel, like the temperature
 
 
-def _not_separable(estimate: EarthRateEstimate) -> tuple[str, str, tuple[str, ...]]:
-    level, sd = (x / _DEG_H for x in estimate.bias)
-    seen = EARTH_RATE * math.cos(estimate.latitude) / _DEG_H
+def _advice(estimate: EarthRateEstimate, failed: list[Check]) -> tuple[str, ...]:
+    """What the failed checks say, but for what a drift that is named already makes of the turns."""
+    drifts = any(c.name == "warm-up" for c in failed)
+    advice = tuple(c.says for c in failed if not (drifts and c.name == "order of the turns"))
+    if estimate.first == "unknown":
+        advice += (
+            "the direction of the first dwell is not known: the sign of the rate is a choice (--first)",
+        )
+    return advice
+
+
+def _not_separable(estimate: EarthRateEstimate) -> Verdict:
+    reversals = estimate.reversals
+    directions = {d.sign for d in reversals.dwells} - {0}
+    if reversals.turns and len(directions) < 2:
+        left = "no dwell" if not directions else "dwells of one direction only"
+        reason = (
+            f"there are {len(reversals.turns)} turns, but {left} of known direction between them: rate and bias are "
+            "one constant"
+        )
+        return "not separable", reason, ("a shorter dead time, or a file of turns, may give more dwells",)
+    level, sd = (x / DEG_H for x in estimate.bias)
+    seen = EARTH_RATE * math.cos(estimate.latitude) / DEG_H
+    known = "" if estimate.model_source == "given" else ", at least: the noise was fitted to this very record"
+    digits = max(0, 1 - math.floor(math.log10(sd))) if 0 < sd < math.inf else 2
+    north, south, either = (f"{x:.{digits}f}" for x in (level - seen, level + seen, level))
+    constant = f"{either} deg/h (standard deviation {sd:.2g}{known})"
     reason = (
-        f"without reversals the rate and the bias are one constant, {level:.4g} +- {sd:.2g} deg/h, and no filter tells "
-        f"them apart. Under the known rate the bias is {level - seen:.4g} deg/h if the axis points north, "
-        f"{level + seen:.4g} if south, {level:.4g} if east or west, each +- {sd:.2g}"
+        f"without reversals the rate and the bias are one constant, {constant}, and no filter tells them apart. Under "
+        f"the known rate the bias is {north} deg/h if the axis points north, {south} if south, {either} if east or west"
     )
     return "not separable", reason, ("turn the sensor by 180 deg, and back, at least a few times",)

@@ -10,8 +10,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.earth import EARTH_RATE
-from allanite.earth_rate.results import Check, Stated
+from allanite.checks import SEEN, Check, inflation_of, scatter_check, size_check
+from allanite.earth import EARTH_RATE, checked_latitude
 from allanite.errors import InputError
 from allanite.noise import NoiseModel
 from allanite.north.budget import axis_terms
@@ -29,15 +29,13 @@ from allanite.north.scatter import Scatter, scatter_of
 from allanite.north.solution import Solution, solve
 from allanite.north.tracks import Axes, Rotation, Track, axes_of, models_of, tracks_of
 from allanite.north.verdict import (
-    SEEN,
+    REASONS,
     drift_check,
-    inflation_of,
     judge,
-    scatter_check,
-    size_check,
 )
 from allanite.recording import Recording
 from allanite.reversals import Reversals
+from allanite.stated import Stated
 
 __all__ = ["check_latitude", "find_north"]
 
@@ -147,11 +145,7 @@ def check_latitude(latitude: float) -> None:
     InputError
         North is undefined there.
     """
-    if not (math.isfinite(latitude) and abs(latitude) < math.radians(89.999)):
-        raise InputError(
-            f"north is undefined at latitude {math.degrees(latitude):g} deg: a horizontal axis sees the Earth by the "
-            "cosine of the latitude, nothing at a pole; give it in radians (degrees on the command line)"
-        )
+    checked_latitude(latitude)
 
 
 def _checkpoints(track: Track) -> NDArray[np.int64]:
@@ -169,7 +163,7 @@ def _checks(solution: Solution, scatter: Scatter | None) -> tuple[Check, ...]:
     if solution.rank == 2:
         checks.append(drift_check(solution.drift))
     if scatter is not None and scatter.dof > 0:
-        checks.append(scatter_check(scatter.chi2, scatter.dof))
+        checks.append(scatter_check("positions", scatter.chi2, scatter.dof, REASONS))
     return tuple(checks)
 
 

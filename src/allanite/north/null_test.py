@@ -8,24 +8,24 @@ from dataclasses import replace
 
 import numpy as np
 
-from allanite.earth import EARTH_RATE
-from allanite.earth_rate.results import Stated
+from allanite.checks import grave, inflation_of, scatter_check, size_check
+from allanite.earth import DEG_H, EARTH_RATE
 from allanite.noise import NoiseModel
 from allanite.north.circle import half_width, seen_from
 from allanite.north.estimation import check_latitude
 from allanite.north.results import EastWestNull
 from allanite.north.scatter import Means
 from allanite.north.tracks import Track, axes_of, models_of, tracks_of
-from allanite.north.verdict import advice_of, grave, inflation_of, scatter_check, size_check
+from allanite.north.verdict import REASONS, advice_of
 from allanite.recording import Recording
 from allanite.regression import LEVEL, Regression, regress
 from allanite.reversals import Reversals
+from allanite.stated import Stated
 
 __all__ = ["east_west_null"]
 
 #: Dwells within so much of east or west count [rad].
 NEAR = math.radians(45.0)
-_DEG_H = math.pi / 180 / 3600
 
 
 def east_west_null(
@@ -111,7 +111,7 @@ def _result(
         seen = means.whitener @ np.sin(means.heading)
         left = means.whitener @ (means.mean - EARTH_RATE * math.cos(latitude) * np.cos(means.heading))
         left -= seen * (seen @ left) / (seen @ seen)
-        checks.append(scatter_check(float(left @ left), len(left) - 1))
+        checks.append(scatter_check("positions", float(left @ left), len(left) - 1, REASONS))
     inflation = inflation_of(checks)
     value, sd = fit["bias"]
     budget = {"noise": sd * inflation, **letting_in}
@@ -146,7 +146,7 @@ def _verdict(result: EastWestNull, *, separable: bool) -> tuple[str, str]:
     if bad:
         names = ", ".join(c.name for c in bad)
         return "inconsistent", f"the residuals contradict the noise model ({names}): {bad[0].says}"
-    value, total, limit = (x / _DEG_H for x in (result.value, result.total_sd, result.limit))
+    value, total, limit = (x / DEG_H for x in (result.value, result.total_sd, result.limit))
     if result.interval[0] <= 0 <= result.interval[1]:
         return (
             "no bias that follows the turns",

@@ -10,11 +10,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.checks import Check
 from allanite.earth import EARTH_RATE
-from allanite.earth_rate.results import Check, plain
 from allanite.noise import NoiseModel
 from allanite.north.circle import Arc
 from allanite.north.tracks import Rotation
+from allanite.plain_data import plain
 from allanite.reversals import Reversals
 
 __all__ = ["EastWestNull", "NorthEstimate", "RunningNorth"]

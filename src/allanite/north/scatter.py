@@ -21,7 +21,7 @@ __all__ = ["Means", "Scatter", "scatter_of"]
 
 Array = NDArray[np.float64]
 
-#: Most dwells of an axis; of more, evenly spaced ones are taken.
+#: Most dwells of an axis; of more, those in the middle are taken.
 MOST = 1500
 
 
@@ -55,7 +55,8 @@ class Means:
         dwells, rate = track.reversals.dwells, track.reversals.rate
         mean, whole = track.blocks.of_spans(len(dwells))
         good = [i for i, d in enumerate(dwells) if math.isfinite(d.heading) and whole[i] > 0]
-        kept = [good[i] for i in np.unique(np.linspace(0, len(good) - 1, min(len(good), MOST)).astype(int))]
+        least = max(len(good) - MOST, 0) // 2
+        kept = good[least : least + MOST]
         if len(kept) < 2:
             return None
         start, stop = (

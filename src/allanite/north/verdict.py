@@ -7,83 +7,32 @@ import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from allanite.earth_rate.results import Check
-from allanite.laws import chi_square_tail
+from allanite.checks import SEEN, Check, alarm, grave
+from allanite.earth import DEG_H
 
 if TYPE_CHECKING:
     from allanite.north.results import NorthEstimate
 
 __all__ = [
-    "SEEN",
+    "REASONS",
     "advice_of",
     "drift_check",
-    "grave",
-    "inflation_of",
     "judge",
-    "scatter_check",
-    "size_check",
 ]
 
-#: A vector is seen as that of the Earth from so many standard deviations on.
-SEEN = 3.0
-#: Below this probability a check did not pass; below the second one the scatter of the positions widens the interval.
-ALARM, SCATTER_ALARM = 1e-3, 1e-2
-#: Scatter beyond so many times the model's says that the model is not that of this record.
-FOREIGN = 2.0
-_WIDENS = ("scatter of the positions", "size of the noise")
-_DEG_H = math.pi / 180 / 3600
-
-
-def _chance(chi2: float, dof: int) -> float:
-    return chi_square_tail(chi2, dof) if dof > 0 else 1.0
-
-
-def size_check(chi2: float, dof: int) -> Check:
-    """Is the noise of the record that of the model?"""
-    p = _chance(chi2, dof)
-    ratio = math.sqrt(chi2 / max(dof, 1))
-    says = f"the noise of this record is {ratio:.3f} times that of the model"
-    return Check(name="size of the noise", statistic=chi2, dof=dof, p=p, passed=p >= ALARM, says=says)
-
-
-def scatter_check(chi2: float, dof: int) -> Check:
-    """Do the means of the positions scatter as the model says?"""
-    p = _chance(chi2, dof)
-    return Check(
-        name="scatter of the positions",
-        statistic=chi2,
-        dof=dof,
-        p=p,
-        passed=p >= SCATTER_ALARM,
-        says=f"the positions scatter {math.sqrt(chi2 / max(dof, 1)):.2f} times as much as the noise model says: an "
-        "error changes from position to position (heading, tilt, residual rotation, bias that depends on position)",
-    )
+#: What makes positions scatter.
+REASONS = "an error changes from position to position (heading, tilt, residual rotation, a bias by position)"
 
 
 def drift_check(chi2: float) -> Check:
     """Does the vector change through the record?"""
-    p = _chance(chi2, 2)
-    return Check(
-        name="constancy of the heading",
-        statistic=chi2,
-        dof=2,
-        p=p,
-        passed=p >= ALARM,
-        says="the Earth's rotation seems to move or to grow through the record: the table turned against the ground, "
-        "or its rate or its headings are not what was given",
+    return alarm(
+        "constancy of the heading",
+        chi2,
+        2,
+        "the Earth's rotation seems to move or to grow through the record: the table turned against the ground, or its "
+        "rate or its headings are not what was given",
     )
-
-
-def inflation_of(checks: Sequence[Check]) -> float:
-    """Birge's ratio, of the check that asks for more (R. T. Birge, Phys. Rev. 40 (1932) 207, eq. 14)."""
-    asking = [math.sqrt(c.statistic / c.dof) for c in checks if not c.passed and c.name in _WIDENS]
-    return max([1.0, *asking])
-
-
-def grave(checks: Sequence[Check]) -> list[Check]:
-    """Checks that take the result away, not just its precision."""
-    failed = [c for c in checks if not c.passed]
-    return [c for c in failed if c.name not in _WIDENS or math.sqrt(c.statistic / c.dof) > FOREIGN]
 
 
 def advice_of(checks: Sequence[Check]) -> tuple[str, ...]:
@@ -100,8 +49,8 @@ def judge(estimate: NorthEstimate, rank: int) -> tuple[str, str, tuple[str, ...]
     if bad:
         names = ", ".join(c.name for c in bad)
         return "inconsistent", f"the residuals contradict the noise model ({names}): {bad[0].says}", advice
-    low, high = (x / _DEG_H for x in estimate.horizontal_interval)
-    expected = estimate.expected_rate / _DEG_H
+    low, high = (x / DEG_H for x in estimate.horizontal_interval)
+    expected = estimate.expected_rate / DEG_H
     size = f"{estimate.signal_to_noise:.4g} standard deviations" + (
         "" if estimate.inflation == 1 else f", widened {estimate.inflation:.2f} times,"
     )

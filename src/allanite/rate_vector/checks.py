@@ -9,9 +9,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.earth_rate.results import Check, Stated
+from allanite.checks import Check
 from allanite.laws import chi_square_tail
 from allanite.rate_vector.levels import Levels
+from allanite.stated import Stated
 
 if TYPE_CHECKING:
     from allanite.rate_vector.vectors import Vectors
@@ -21,7 +22,7 @@ __all__ = ["angle_between", "latitude_check", "pose_check", "size_check"]
 Array = NDArray[np.float64]
 
 #: A check fails at this probability; the size of the noise, of which there are three, at the smaller one.
-ALARM, FOREIGN = 0.01, 1e-3
+ALARM, SIZE_ALARM = 0.01, 1e-3
 
 
 def size_check(name: str, given: Levels) -> Check:
@@ -32,7 +33,7 @@ def size_check(name: str, given: Levels) -> Check:
         statistic=given.chi2,
         dof=given.dof,
         p=p,
-        passed=p >= FOREIGN,
+        passed=p >= SIZE_ALARM,
         says=f"the quiet stretches of {name} scatter {math.sqrt(given.chi2 / given.dof):.2f} times as much as the "
         "model says: the interval comes from their own noise",
     )

@@ -9,7 +9,6 @@ from collections.abc import Callable, Mapping, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.earth_rate.results import Stated
 from allanite.errors import InputError
 from allanite.noise import NoiseModel
 from allanite.rate_vector.checks import angle_between, latitude_check, pose_check
@@ -20,6 +19,7 @@ from allanite.rate_vector.stretches import QUIET, RISE, WHY, Cells, cut, rest, r
 from allanite.rate_vector.vectors import Vectors, interval_of
 from allanite.rate_vector.verdict import STATEMENT, judge
 from allanite.recording import BLOCK, Kind, Recording
+from allanite.stated import Stated
 
 __all__ = ["measure_rate_vector"]
 

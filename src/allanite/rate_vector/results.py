@@ -10,8 +10,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.checks import Check
 from allanite.earth import EARTH_RATE
-from allanite.earth_rate.results import Check, plain
+from allanite.plain_data import plain
 
 __all__ = ["RateVector", "Span"]
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.earth_rate.results import Check
+from allanite.checks import Check
 from allanite.laws import normal_quantile, student_quantile
 from allanite.noise import NoiseModel
 from allanite.rate_vector.checks import size_check

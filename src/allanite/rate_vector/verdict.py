@@ -6,20 +6,18 @@ from __future__ import annotations
 import math
 from dataclasses import replace
 
-from allanite.earth import EARTH_RATE
+from allanite.checks import SEEN
+from allanite.earth import DEG_H, EARTH_RATE
 from allanite.rate_vector.results import RateVector
 
 __all__ = ["STATEMENT", "judge"]
 
-#: A length is seen from so many standard deviations on.
-SEEN = 3.0
-_DEG_H = math.pi / 180 / 3600
 _TURN = "turn the sensor about a known axis, which separates its biases from the Earth"
 
 STATEMENT = (
     "the length is |bias + Earth|: the biases of the three gyros are in it, and nothing but turning the sensor "
     "separates them from the Earth. Only a sensor whose biases are well below "
-    f"{EARTH_RATE / _DEG_H:.0f} deg/h measures the Earth's rotation this way"
+    f"{EARTH_RATE / DEG_H:.0f} deg/h measures the Earth's rotation this way"
 )
 
 
@@ -51,8 +49,8 @@ def _verdict(found: RateVector, rise: float) -> tuple[str, str, tuple[str, ...]]
             "over seconds as over parts of a second, which no noise of a sensor at rest does"
         )
         return "not resolved", reason, ("record longer, with nobody near the sensor and engines off",)
-    low, high = (x / _DEG_H for x in found.interval)
-    length, sd = found.length / _DEG_H, found.total_sd / _DEG_H
+    low, high = (x / DEG_H for x in found.interval)
+    length, sd = found.length / DEG_H, found.total_sd / DEG_H
     grave = [c for c in found.checks if not c.passed and c.name in ("latitude", "length in each pose")]
     if found.length < SEEN * found.total_sd:
         reason = (
@@ -63,8 +61,8 @@ def _verdict(found: RateVector, rise: float) -> tuple[str, str, tuple[str, ...]]
     if not found.interval[0] <= EARTH_RATE <= found.interval[1]:
         reason = (
             f"the length is |bias + Earth|: its interval {_text(low)} to {_text(high)} deg/h excludes the known "
-            f"{EARTH_RATE / _DEG_H:.3f} deg/h, so the biases are together at least "
-            f"{_text(max(low - EARTH_RATE / _DEG_H, EARTH_RATE / _DEG_H - high))} deg/h (or the scale factors are "
+            f"{EARTH_RATE / DEG_H:.3f} deg/h, so the biases are together at least "
+            f"{_text(max(low - EARTH_RATE / DEG_H, EARTH_RATE / DEG_H - high))} deg/h (or the scale factors are "
             "wrong): this is no measurement of the Earth"
         )
         return "inconsistent with Earth", reason, (_TURN,)
@@ -75,7 +73,7 @@ def _verdict(found: RateVector, rise: float) -> tuple[str, str, tuple[str, ...]]
     )
     reason = (
         f"{length:.3f} deg/h, and the interval {low:.3f} to {high:.3f} deg/h holds the known "
-        f"{EARTH_RATE / _DEG_H:.3f}; this is the Earth if the biases are well below it ({backed})"
+        f"{EARTH_RATE / DEG_H:.3f}; this is the Earth if the biases are well below it ({backed})"
     )
     return "resolved", reason, ()
 
