@@ -1,7 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Are the turns found? Random twins of the four takes, and twins at rest.
 
-Bar: at least 99.5 % of the turns found and every direction right, and no turn in 99 % of the twins at rest.
+Bar: at least 99.5 % of the turns found, and no turn in 99 % of the twins at rest. One turn that is lost or invented
+reverses all that follows, which the Earth rate's own check of the order of the turns has to see; takes with a wrong
+direction are counted.
 """
 
 from __future__ import annotations
@@ -40,22 +42,27 @@ def run(count: int, seed: int) -> Json:
         "static": count,
         "static_without_turns": quiet,
     }
-    row["passes"] = bool(
-        found >= RECALL * turns and row["takes_with_wrong_direction"] == 0 and quiet >= STATIC * count
-    )
+    row["passes"] = bool(found >= RECALL * turns and quiet >= STATIC * count)
     return row
 
 
 def random_take(number: int, seed: tuple[int, int]) -> Recording:
-    """A take whose operator, converter and faults are drawn anew: jittered dwells, turns that clip or do not."""
+    """A take whose operator, converter and faults are drawn anew: turns that clip or do not, dwells that vary, turns
+    that are forgotten or made twice."""
     chance = np.random.default_rng(seed)
     full_scale = chance.choice([30.0, 60.0, 110.0, 1000.0]) * DEGREE
+    even = np.full(60, 30.0)
+    doubled = np.where(np.arange(60) == chance.integers(5, 20), 8.0, 30.0)
+    uneven = np.exp(chance.uniform(math.log(10.0), math.log(120.0), size=60))
+    missed = (int(chance.integers(3, 20)),) if chance.integers(3) == 0 else ()
     return seed_paper.take(
         number,
         int(chance.integers(1 << 30)),
         flicker=bool(chance.integers(2)),
         faults=[f for f in FAULTS if chance.integers(2)],
-        dwell_sd=float(chance.choice([0.0, 1.0, 2.0])),
+        dwell=[even, even, doubled, uneven][int(chance.integers(4))],
+        dwell_sd=float(chance.choice([0.0, 1.0])),
+        missed=missed,
         overload=str(chance.choice(["clip", "nan", "1e38"])),
         full_scale=float(full_scale),
         onward=bool(chance.integers(2)),
