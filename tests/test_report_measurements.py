@@ -7,6 +7,7 @@ import json
 import math
 import re
 import shutil
+import subprocess
 from collections.abc import Iterator
 from html.parser import HTMLParser
 from pathlib import Path
@@ -17,11 +18,13 @@ import pytest
 import allanite as al
 from allanite.earth_rate import Stated, measure_earth_rate
 from allanite.errors import InputError
+from allanite.figures.records import overview
 from allanite.kalman import filter_recording
 from allanite.north import find_north
 from allanite.planning import plan
 from allanite.reference_aided import reference_aided
-from allanite.report import html_of
+from allanite.report import _filled, html_of
+from allanite.report.blocks import Section, page_of, table, text
 from allanite.reversals import Position, Reversals
 from allanite.simulation import Motion, seed_paper, simulate
 
@@ -109,6 +112,25 @@ def test_the_report_of_an_earth_rate(measured: dict[str, Any]) -> None:
         assert f'class="live" id="{figure}"' in page
     assert "Birge" in text
     assert text.count("passed") == len(measured["checks"])
+
+
+def test_with_its_record_every_place_on_the_page_has_a_name_of_its_own(
+    take: al.Recording, measured: dict[str, Any]
+) -> None:
+    page = html_of({**measured, "overview": overview(take, "gyro")})
+    assert_whole(page)
+    assert 'id="record-figure"' in page
+
+
+def test_north_without_anything_that_grew_has_a_page() -> None:
+    still = simulate(seed_paper.sensor(), rate=8.0, duration=120.0, seed=1)
+    stood = (
+        Position(start=0, stop=480, heading=math.pi / 2, sign=0),
+        Position(start=480, stop=960, heading=-math.pi / 2, sign=0),
+    )
+    cut = Reversals.cut(rate=8.0, n_samples=960, turns=(), positions=stood, source="file", first="unknown")
+    page = html_of(find_north(still, model=seed_paper.sensor(), latitude=seed_paper.LATITUDE, positions=cut))
+    assert_whole(page)
 
 
 def test_a_check_that_fails_stands_first_with_its_meaning(measured: dict[str, Any]) -> None:
@@ -266,3 +288,31 @@ def test_a_browser_draws_it_wide_and_narrow(browser: Any, measured: dict[str, An
     view.wait_for_timeout(300)
     assert view.evaluate("document.documentElement.scrollWidth") <= 390
     view.close()
+
+
+def test_no_printed_page_ends_with_the_head_of_a_table(browser: Any, tmp_path: Path) -> None:
+    reader = shutil.which("pdftotext")
+    if reader is None:
+        pytest.skip("no pdftotext: sudo apt-get install poppler-utils")
+    sections = []
+    for k in range(40):  # tables at every height of a page, short and long ones
+        rows = [(f"ROW{k}", "x")] * (3 if k % 2 else 14)
+        spacers = [text(f"spacer {i}") for i in range(k % 13)]
+        made = table((f"HEAD{k}", "b"), rows, caption=f"CAPTION{k}")
+        sections.append(Section(id=f"s{k}", title=f"Section {k}", blocks=[*spacers, *made]))
+    place = tmp_path / "tables.html"
+    place.write_text(
+        _filled("sections.html", page_of(title="t", kicker="k", facts=[], sections=sections)),
+        encoding="utf-8",
+    )
+    view = browser.new_page()
+    view.goto(place.as_uri())
+    view.pdf(path=tmp_path / "tables.pdf", format="A4")
+    view.close()
+    done = subprocess.run(
+        [reader, "-layout", str(tmp_path / "tables.pdf"), "-"], capture_output=True, text=True, check=True
+    )
+    ends = [page.split("\n") for page in done.stdout.split("\f") if page.strip()]
+    last = [next(line for line in reversed(page) if line.strip()) for page in ends]
+    assert len(last) > 10
+    assert not [line for line in last if "HEAD" in line or "CAPTION" in line]

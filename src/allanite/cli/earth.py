@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import click
@@ -14,6 +14,7 @@ from allanite.cli.options import (
     Duration,
     Durations,
     Goal,
+    Latitude,
     Rate,
     Share,
     accept_option,
@@ -32,7 +33,7 @@ __all__ = ["earth_rate", "north", "plan"]
 def latitude_option(command: Callable[..., Any]) -> Callable[..., Any]:
     """Where on Earth."""
     text = "Latitude in degrees, south negative: -23.31 or 23.31S."
-    return click.option("--latitude", type=Angle(), required=True, metavar="DEG", help=text)(command)
+    return click.option("--latitude", type=Latitude(), required=True, metavar="DEG", help=text)(command)
 
 
 def stated_options(command: Callable[..., Any]) -> Callable[..., Any]:
@@ -54,10 +55,14 @@ def stated_options(command: Callable[..., Any]) -> Callable[..., Any]:
 @click.option("--model", metavar="MODEL", help=MODEL + "  [default: fitted to the log itself]")
 @latitude_option
 @turn_options
+@click.option("--vector", is_flag=True, help="Three axes at rest: the rate vector and its length.")
 @click.option("--settling", is_flag=True, help="Fit a rotation that settles after each turn, too.")
 @click.option("--warm-up", is_flag=True, help="Fit an exponential warm-up, too.")
 @click.option("--temperature", metavar="CHANNEL", help="Fit this channel, too.")
 @stated_options
+@click.option(
+    "--bias-uncertainty", "bias", type=Rate(), default=0.0, help="Of each of three axes: 0.01deg/h."
+)
 @click.option("--confidence", type=float, default=0.95, show_default=True, help="Level of the interval.")
 @accept_option
 @result_options
@@ -68,12 +73,21 @@ def earth_rate(
 ) -> int:  # fmt: skip
     """Measure the Earth's rotation with a LOG of one horizontal axis that was turned between north and south.
 
-    The turns are read off the signal, or come from a file or a clock. "Not resolved" is a result as well. With --out
-    the folder gets report.html, earth-rate.json and dwells.csv.
+    The turns are read off the signal, or come from a file or a clock. Of a LOG of three axes at rest the length of the
+    rate vector is measured, with the biases in it. "Not resolved" is a result as well. With --out the folder gets
+    report.html and earth-rate.json with dwells.csv, or of three axes rate-vector.json with stretches.csv.
     """
     from allanite import delivery, terminal
     from allanite.earth_rate import Stated
 
+    _one_of(options, "turns", "dwell")
+    if options["vector"] and (
+        first or options["turns"] or options["dwell"] or settling or warm_up or temperature
+    ):
+        raise click.UsageError(
+            "--vector is for three axes at rest: leave out what is said of one axis that was turned (--first, "
+            "--turns, --dwell, --settling, --warm-up, --temperature)"
+        )
     delivery.refuse_measurement(out, figure, "earth-rate", ["dwells.csv"], force=force)
     stated = Stated(scale=scale, latitude=latitude_uncertainty, tilt=tilt, heading=heading)
     chosen = {"settling": settling, "warm_up": warm_up, "temperature": temperature, "stated": stated}
@@ -87,8 +101,25 @@ def earth_rate(
     if as_json:
         print_json(found.document)
     else:
-        terminal.show_earth_rate(found.document, done.files)
+        show = terminal.show_rate_vector if found.name == "rate-vector" else terminal.show_earth_rate
+        show(found.document, done.files)
     return LOSS if found.lossy else 0
+
+
+def _one_of(options: Mapping[str, Any], *names: str, needed: bool = False) -> None:
+    """Options that exclude one another, of which one may be needed.
+
+    Raises
+    ------
+    click.UsageError
+        Two of them, or none where one is needed.
+    """
+    given = [f"--{name}" for name in names if options[name] is not None]
+    allowed = " or ".join(f"--{name}" for name in names)
+    if len(given) > 1:
+        raise click.UsageError(f"give either {allowed}, not both")
+    if needed and not given:
+        raise click.UsageError(f"say how the table stood: {allowed}")
 
 
 @command("allanite north log.parquet --model study.json --latitude -23.31 --headings positions.csv")
@@ -102,6 +133,7 @@ def earth_rate(
 @click.option(
     "--rotation", type=Rate(), help="In place of positions, of a table that turned all the time: 6deg/s."
 )
+@click.option("--null", is_flag=True, help="Test east against west: does a bias follow the turns?")
 @click.option("--heading-at-start", type=Angle(), default=0.0, help="Of the first axis, with --rotation.")
 @click.option(
     "--dead-time", type=Duration(), default=2.0, show_default=True, help="Left out after each turn."
@@ -112,37 +144,61 @@ def earth_rate(
 @accept_option
 @result_options
 def north(
-    log: str, latitude: float, misalignment: float, confidence: float, scale: float, latitude_uncertainty: float,
-    tilt: float, heading: float, out: str | None, figure: str | None, force: bool, as_json: bool, **options: Any,
+    log: str, latitude: float, null: bool, misalignment: float, confidence: float, scale: float,
+    latitude_uncertainty: float, tilt: float, heading: float, out: str | None, figure: str | None, force: bool,
+    as_json: bool, **options: Any,
 ) -> int:  # fmt: skip
     """Find north with a LOG of one or two horizontal axes on a table that was turned.
 
     Headings are those of the first axis relative to a mark on the table; the azimuth of the mark is the result. One
     axis needs three positions around, two opposite positions need two axes. "No north" is a result as well.
+
+    With --null, a LOG of one axis turned between east and west, where the Earth adds nothing, tells whether a bias
+    follows the turns. Its headings are from north.
     """
     from allanite import delivery, terminal
     from allanite.earth_rate import Stated
 
-    delivery.refuse_measurement(out, figure, "north", force=force)
-    stated = Stated(scale=scale, latitude=latitude_uncertainty, tilt=tilt, heading=heading)
-    chosen = {"stated": stated, "misalignment": misalignment, "confidence": confidence}
-    place, name = place_of(log), "stdin" if log == "-" else None
+    _one_of(options, "headings", "rotation", needed=True)
+    delivery.refuse_measurement(out, figure, "east-west-null" if null else "north", force=force)
+    chosen: dict[str, Any] = {
+        "stated": Stated(scale=scale, latitude=latitude_uncertainty, tilt=tilt, heading=heading),
+        "confidence": confidence,
+    }
+    if null:
+        _refuse_with_null(options, figure, misalignment)
+        measure, show = delivery.null_of, terminal.show_null
+    else:
+        measure, show = delivery.north_of, terminal.show_north
+        chosen["misalignment"] = misalignment
+    options |= {"command": typed(), "source": "stdin" if log == "-" else None}
+    place = place_of(log)
     with terminal.progress(quiet=as_json) as advance:
-        found = delivery.north_of(
-            place,
-            latitude=latitude,
-            estimate=chosen,
-            command=typed(),
-            source=name,
-            progress=advance,
-            **options,
-        )
+        found = measure(place, latitude=latitude, estimate=chosen, progress=advance, **options)
     done = delivery.write_measurement(found, out, figure, force=force)
     if as_json:
         print_json(found.document)
     else:
-        terminal.show_north(found.document, done.files)
+        show(found.document, done.files)
     return LOSS if found.lossy else 0
+
+
+def _refuse_with_null(options: dict[str, Any], figure: str | None, misalignment: float) -> None:
+    """What the null test has no use for; its options are those that are left.
+
+    Raises
+    ------
+    click.UsageError
+        A rotation, a misalignment or a figure.
+    """
+    rotation = options.pop("rotation")
+    at_start = options.pop("heading_at_start")
+    if rotation is not None or at_start:
+        raise click.UsageError("--null needs positions: --headings, with headings from north")
+    if misalignment:
+        raise click.UsageError("--misalignment is for north: for --null, say --heading-uncertainty")
+    if figure is not None:
+        raise click.UsageError("the null test has no figure: leave --plot out, and see --out for the report")
 
 
 @command("allanite plan --model study.json --latitude -23.31 --goal 3%")

@@ -102,13 +102,12 @@ def export(consumer: str, study: str, output: str | None, force: bool, **options
     click.echo(text if target is None else target, nl=target is not None)
 
 
-@command("allanite report results/study.json -o report.html")
-@click.argument("study", type=click.Path(exists=True, dir_okay=False, allow_dash=True))
+@command("allanite report result/earth-rate.json -o report.html")
+@click.argument("file", type=click.Path(exists=True, dir_okay=False, allow_dash=True))
 @click.option("-o", "--output", default="report.html", show_default=True, type=click.Path(dir_okay=False))
 @force_option
-def report(study: str, output: str, force: bool) -> None:
-    """Write the report of a STUDY once more."""
-    from allanite.report import render
-    from allanite.study import Study
+def report(file: str, output: str, force: bool) -> None:
+    """Write the report of a FILE once more: of a study, or of the JSON that any other command left."""
+    from allanite.report import render_file
 
-    click.echo(render(Study.load(place_of(study)), output, force=force))
+    click.echo(render_file(place_of(file), output, force=force))

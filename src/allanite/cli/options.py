@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import json
+import math
 import re
 import shlex
 import shutil
@@ -26,6 +27,7 @@ __all__ = [
     "FindingCode",
     "Goal",
     "Lags",
+    "Latitude",
     "Names",
     "Rate",
     "Share",
@@ -44,6 +46,8 @@ __all__ = [
 STATISTICS = ("oadev", "adev", "mdev", "tdev", "hdev", "ohdev", "totdev")
 ENGINES = ("exact", "decimated", "auto")
 MODEL = "Noise of the sensor at rest: a study, what `fit --json` printed, or words as for `simulate`."
+_MOST_RADIANS = 1.6
+"""A latitude below this in degrees may be one in radians: half of pi is 1.571."""
 _SECONDS = {"": 1.0, "s": 1.0, "ms": 1e-3, "min": 60.0, "h": 3600.0, "d": 86400.0, "w": 604800.0}
 
 
@@ -149,6 +153,33 @@ class Angle(click.ParamType[Any]):
             return float(number) * factor * (-1.0 if side in ("S", "W") else 1.0)
         except (AttributeError, ValueError, InputError):
             self.fail(f"{value!r} is no angle: write -23.31, 23.31S, 0.1deg or 2mrad", param, ctx)
+
+
+class Latitude(Angle):
+    """An angle from the south pole to the north pole: degrees, south negative or with an S."""
+
+    name = "latitude"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        found = super().convert(value, param, ctx)
+        text = str(value).strip()
+        if text.endswith(("E", "W")):
+            self.fail(f"{value!r} is a longitude: a latitude is north or south, like 23.31S", param, ctx)
+        if not abs(found) <= 0.5 * math.pi * (1 + 1e-12):
+            self.fail(f"{value!r} lies beyond a pole: latitudes go from -90 to 90 degrees", param, ctx)
+        self._note(text, found)
+        return found
+
+    def _note(self, text: str, found: float) -> None:
+        """A bare number that small may have been meant in radians."""
+        bare = re.fullmatch(r"[-+−]?[\d.]+(?:[eE][-+−]?\d+)?", text)
+        if bare and 0 < abs(math.degrees(found)) < _MOST_RADIANS:
+            meant = math.degrees(math.degrees(found))
+            click.echo(
+                f"allanite: note: latitude {text} is taken as degrees, close to the equator; in radians it would be "
+                f"{meant:.2f} deg: write {text}rad for that, or {text}deg to be without this note",
+                err=True,
+            )
 
 
 class Rate(click.ParamType[Any]):

@@ -5,7 +5,7 @@ Each function is one line of a command, and can be called as well without the co
 """
 
 from allanite.delivery.curves import fit_file, joined, save_curve, simulate_to
-from allanite.delivery.earth import earth_rate_of, north_of, plan_of
+from allanite.delivery.earth import earth_rate_of, north_of, null_of, plan_of
 from allanite.delivery.filtering import aided_of, filter_of, refuse_corrected, save_corrected
 from allanite.delivery.measurement import Measured, refuse_measurement, write_measurement
 from allanite.delivery.pictures import Delivered, refuse_figure, save_figure
@@ -27,6 +27,7 @@ __all__ = [
     "is_lossy",
     "joined",
     "north_of",
+    "null_of",
     "plan_of",
     "read_part",
     "refuse_corrected",

@@ -1,22 +1,32 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Earth rate, north and plan, from a log and a model to everything that a report needs."""
+"""Earth rate, north, the null test and plan, from a log and a model to everything that a report needs."""
 
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from allanite.delivery.measurement import Measured, beside, provenance
 from allanite.delivery.recordings import file_sha256, read_part
-from allanite.delivery.turned import checked, gyro_of, gyros_of, model_for, placed_of, turns_of
+from allanite.delivery.turned import (
+    checked,
+    gyro_of,
+    gyros_of,
+    model_for,
+    part_of,
+    placed_of,
+    rates_of,
+    turns_of,
+)
+from allanite.delivery.vector import AXES, is_vector, vector_of
 from allanite.errors import InputError
 
 if TYPE_CHECKING:
     from allanite.recording import Recording
 
-__all__ = ["earth_rate_of", "north_of", "plan_of"]
+__all__ = ["earth_rate_of", "north_of", "null_of", "plan_of"]
 
 Json = Mapping[str, Any]
 Advance = Callable[[float, str], None]
@@ -33,6 +43,8 @@ def earth_rate_of(
     dwell: float | None = None,
     first: str | None = None,
     dead_time: float = 2.0,
+    vector: bool = False,
+    bias: float = 0.0,
     accept: Collection[str] = (),
     estimate: Mapping[str, Any] | None = None,
     command: str | None = None,
@@ -40,7 +52,10 @@ def earth_rate_of(
     progress: Advance | None = None,
     **options: Any,
 ) -> Measured:
-    """The Earth rate out of a log; see `measure_earth_rate`, whose further options `estimate` holds.
+    """The Earth rate out of a log of one axis that was turned, or the rate vector out of one of three axes at rest.
+
+    See `measure_earth_rate` and `measure_rate_vector`, whose further options `estimate` holds. Three channels of
+    rates are taken for the axes of one sensor, unless something is said about turns.
 
     Parameters
     ----------
@@ -50,6 +65,10 @@ def earth_rate_of(
         Part of the log; directions count from the beginning of the part.
     turns, dwell, first, dead_time
         See `turns_of`.
+    vector : bool
+        Three axes, even where they were turned by half a turn.
+    bias : float [rad/s]
+        Standard uncertainty of the bias of each of three axes.
     accept : collection of str
         Fatal findings to go on in spite of.
     **options
@@ -60,7 +79,21 @@ def earth_rate_of(
     advance = progress or (lambda fraction, what: None)
     advance(0.0, "reading")
     whole = _named(read_part(log, **options), source)
-    channel = gyro_of(whole)
+    if is_vector(whole, forced=vector, turned=_says_turned((turns, dwell, first), estimate)):
+        return vector_of(
+            part_of(whole, start, stop),
+            latitude=latitude,
+            model=None if model is None else str(model),
+            forced=vector,
+            accept=accept,
+            estimate={"bias": bias, **_of_vector(estimate)},
+            sha256=file_sha256(log),
+            command=command,
+            progress=advance,
+        )
+    if bias:
+        raise InputError("--bias-uncertainty is for three axes at rest: one axis has its bias fitted")
+    channel = _one_axis(whole)
     noise, model_name = model_for(model, channel)
     advance(0.1, "looking for the turns")
     part, reversals = turns_of(
@@ -89,6 +122,28 @@ def earth_rate_of(
         tables={"dwells.csv": _dwell_rows(document)},
         lossy=ready.lossy,
     )
+
+
+def _says_turned(said: Iterable[Any], estimate: Mapping[str, Any] | None) -> bool:
+    """Whether anything was said of turns, or of what is fitted beside a rate that turns."""
+    beside_it = [(estimate or {}).get(name) for name in ("settling", "warm_up", "temperature")]
+    return any(word not in (None, False) for word in (*said, *beside_it))
+
+
+def _one_axis(recording: Recording) -> str:
+    """The channel of the axis that was turned."""
+    rates = rates_of(recording)
+    if len(rates) == AXES:
+        raise InputError(
+            f"the log has three axes, {', '.join(rates)}, and turns are of one: choose the level axis with --channels; "
+            "three axes at rest need no word of turns"
+        )
+    return gyro_of(recording)
+
+
+def _of_vector(estimate: Mapping[str, Any] | None) -> dict[str, Any]:
+    """The options that both kinds of measurement have."""
+    return {name: value for name, value in (estimate or {}).items() if name in ("stated", "confidence")}
 
 
 def _named(recording: Recording, source: str | None) -> Recording:
@@ -178,6 +233,64 @@ def north_of(
         "model_name": models[channels[0]][1],
     }
     return Measured(result=found, document=document, name="north", tables={}, lossy=ready.lossy)
+
+
+def null_of(
+    log: str | os.PathLike[str],
+    *,
+    latitude: float,
+    model: str | os.PathLike[str],
+    headings: str | os.PathLike[str],
+    start: float | None = None,
+    stop: float | None = None,
+    dead_time: float = 2.0,
+    accept: Collection[str] = (),
+    estimate: Mapping[str, Any] | None = None,
+    command: str | None = None,
+    source: str | None = None,
+    progress: Advance | None = None,
+    **options: Any,
+) -> Measured:
+    """Does a bias follow the turns? See `east_west_null`, whose further options `estimate` holds.
+
+    Parameters
+    ----------
+    headings : path
+        Positions with their headings from north; times count from the first sample of the log.
+    start, stop : float, optional [s]
+        Part of the log.
+    **options
+        Those of `read`.
+    """
+    from allanite.north import east_west_null
+
+    advance = progress or (lambda fraction, what: None)
+    advance(0.0, "reading")
+    whole = _named(read_part(log, **options), source)
+    channel = gyro_of(whole)
+    noise, model_name = model_for(model, channel)
+    if noise is None:
+        raise InputError("the null test needs the noise model of the sensor at rest: --model")
+    part, positions = placed_of(whole, channel, headings, start=start, stop=stop, dead_time=dead_time)
+    advance(0.3, "looking for faults")
+    ready = checked(part, positions, [channel], accept=accept)
+    advance(0.5, "fitting the rates")
+    found = east_west_null(
+        ready.recording,
+        model=noise,
+        latitude=latitude,
+        positions=positions,
+        channel=channel,
+        **(estimate or {}),
+    )
+    document = {
+        **found.to_json(),
+        **beside(part, channel, ready.findings, file_sha256(log), command),
+        "model": noise.to_json(),
+        "model_name": model_name,
+        "reversals": positions.to_json(),
+    }
+    return Measured(result=document, document=document, name="east-west-null", tables={}, lossy=ready.lossy)
 
 
 def plan_of(

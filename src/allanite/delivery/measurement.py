@@ -59,12 +59,12 @@ class Measured:
 
 def beside(
     recording: Recording,
-    channel: str,
+    channel: str | None,
     findings: Iterable[Finding],
     sha256: str | None,
     command: str | None,
 ) -> dict[str, Any]:
-    """Provenance, facts of the record, the overview of a channel, and findings."""
+    """Provenance, facts of the record, the overview of a channel if one is named, and findings."""
     from allanite.figures.records import overview
 
     return {
@@ -76,7 +76,7 @@ def beside(
             "channels": [c.to_json() for c in recording.channels],
             "history": [dict(step) for step in recording.history],
         },
-        "overview": overview(recording, channel),
+        **({} if channel is None else {"overview": overview(recording, channel)}),
         "findings": [f.to_json() for f in findings],
     }
 

@@ -27,7 +27,19 @@ if TYPE_CHECKING:
     from allanite.recording import Recording
     from allanite.reversals import Reversals
 
-__all__ = ["Turned", "checked", "gyro_of", "gyros_of", "model_for", "placed_of", "turn_spans", "turns_of"]
+__all__ = [
+    "Turned",
+    "checked",
+    "gyro_of",
+    "gyros_of",
+    "judged",
+    "model_for",
+    "part_of",
+    "placed_of",
+    "rates_of",
+    "turn_spans",
+    "turns_of",
+]
 
 Json = Mapping[str, Any]
 
@@ -79,16 +91,37 @@ def gyros_of(recording: Recording, *, most: int) -> list[str]:
     InputError
         None, or more.
     """
+    rates = rates_of(recording)
+    if len(rates) > most:
+        count = "one" if most == 1 else f"at most {most}"
+        raise InputError(f"several channels of rates: {', '.join(rates)}; choose {count} with --channels")
+    return rates
+
+
+def rates_of(recording: Recording) -> list[str]:
+    """The channels of rates.
+
+    Raises
+    ------
+    InputError
+        None.
+    """
     from allanite.recording import Kind
 
     rates = [c.name for c in recording.channels if c.kind is Kind.RATE]
-    if 0 < len(rates) <= most:
-        return rates
     if rates:
-        count = "one" if most == 1 else f"at most {most}"
-        raise InputError(f"several channels of rates: {', '.join(rates)}; choose {count} with --channels")
+        return rates
+    kinds = {c.kind for c in recording.channels}
     has = ", ".join(f"{c.name} ({c.kind.value})" for c in recording.channels)
-    raise InputError(f"no channel of rates, but {has}; give the unit: --unit deg/s, or --scale-factor")
+    if kinds & {Kind.VOLTAGE, Kind.COUNTS}:
+        raise InputError(
+            f"no channel of rates, but {has}: give the scale factor of the data sheet, --scale-factor '24 mV/(deg/s)'"
+            " for volts or '131 LSB/(deg/s)' for counts"
+        )
+    raise InputError(
+        f"no channel of rates, but {has}; name the unit of the samples, --unit deg/s, or --unit gyro=deg/s,acc=g where "
+        "channels differ"
+    )
 
 
 def model_for(source: str | os.PathLike[str] | None, channel: str) -> tuple[NoiseModel | None, str]:
@@ -153,7 +186,7 @@ def turns_of(
 
     if turns is not None and dwell is not None:
         raise InputError("turns come either from a file (--turns) or by the clock (--dwell), not from both")
-    part = _part(whole, start, stop)
+    part = part_of(whole, start, stop)
     facts: dict[str, Any] = {"channel": channel, "first": first, "dead_time": dead_time}
     if turns is not None:
         listed = read_turns(turns, whole, **facts).window(round((start or 0.0) * whole.rate), part.n_samples)
@@ -175,7 +208,7 @@ def placed_of(
     """The part of a record between two times, and its positions from a file; one position where there is no file."""
     from allanite.reversals import Position, Reversals, read_positions
 
-    part = _part(whole, start, stop)
+    part = part_of(whole, start, stop)
     if headings is not None:
         listed = read_positions(headings, whole, channel=channel, dead_time=dead_time)
         return part, listed.window(round((start or 0.0) * whole.rate), part.n_samples)
@@ -191,7 +224,8 @@ def placed_of(
     return part, nothing
 
 
-def _part(whole: Recording, start: float | None, stop: float | None) -> Recording:
+def part_of(whole: Recording, start: float | None, stop: float | None) -> Recording:
+    """The part of a record between two times [s]; the whole where there is neither."""
     return whole if start is None and stop is None else whole.window(start, stop)
 
 
@@ -208,11 +242,39 @@ def checked(
     DataQualityError
         A fatal finding between the turns that was not accepted.
     """
+    ready = judged(recording, turn_spans(reversals), channels, accept=accept)
+    return replace(ready, findings=(*ready.findings, *reversals.findings))
+
+
+def judged(
+    recording: Recording,
+    spans: NDArray[np.int64],
+    channels: Sequence[str],
+    *,
+    where: str = "while the sensor was turned",
+    longest: float = LONGEST_TURN,
+    accept: Collection[str] = (),
+) -> Turned:
+    """The same for spans of samples in which the sensor is known to move.
+
+    Parameters
+    ----------
+    spans : ndarray of int64, shape (n, 2) [samples]
+        Half-open. What is wrong there alone is information.
+    where : str
+        Words for them.
+    longest : float [s]
+        Samples missing in a longer span are a loss.
+
+    Raises
+    ------
+    DataQualityError
+        A fatal finding outside of them that was not accepted.
+    """
     from allanite.health import Severity, check, prepare
 
     as_it_is = check(recording)
-    turns = turn_spans(reversals)
-    still = recording.excluding(dict.fromkeys(channels, turns), "turns") if len(turns) else recording
+    still = recording.excluding(dict.fromkeys(channels, spans), "turns") if len(spans) else recording
     at_rest = {
         (f.code, f.channel): f
         for f in check(still)
@@ -221,17 +283,14 @@ def checked(
     found: list[Finding] = []
     for f in as_it_is:
         kept = f if _is_of_the_log(f) else at_rest.pop((f.code, f.channel), None)
-        found.append(_of_the_turns(f) if kept is None else kept)
+        found.append(_of_the_spans(f, where) if kept is None else kept)
     found += at_rest.values()
     found = [_milder(f) if f.code in _JUDGED_LATER else f for f in found]
     found.sort(key=lambda f: f.severity.rank)
     ready, said = prepare(recording, found, accept=accept)
     serious = [f for f in said if f.severity is not Severity.INFO or f.excludes or _is_of_the_log(f)]
-    return Turned(
-        recording=ready,
-        findings=(*said, *reversals.findings),
-        lossy=is_lossy(_lost(f, reversals) for f in serious),
-    )
+    short = spans[spans[:, 1] - spans[:, 0] <= longest * recording.rate]
+    return Turned(recording=ready, findings=said, lossy=is_lossy(_lost(f, short) for f in serious))
 
 
 def turn_spans(reversals: Reversals) -> NDArray[np.int64]:
@@ -250,14 +309,14 @@ def _is_of_the_log(found: Finding) -> bool:
     return found.code == "missing" or CATALOGUE[found.code].group in ("Time", "Text")
 
 
-def _of_the_turns(found: Finding) -> Finding:
+def _of_the_spans(found: Finding, where: str) -> Finding:
     from allanite.health import Severity
 
     return replace(
         found,
         severity=Severity.INFO,
-        message=f"while the sensor was turned: {found.message}",
-        advice="none needed: it comes from turning",
+        message=f"{where}: {found.message}",
+        advice="none needed: it comes from moving the sensor",
         excludes=False,
         risk="",
     )
@@ -269,8 +328,8 @@ def _milder(found: Finding) -> Finding:
     return replace(found, severity=Severity.WARNING) if found.severity is Severity.FATAL else found
 
 
-def _lost(found: Finding, reversals: Reversals) -> Json:
-    """A finding as plain data, its count that of samples outside of turns where it names its samples."""
+def _lost(found: Finding, spans: NDArray[np.int64]) -> Json:
+    """A finding as plain data, its count that of samples outside of the spans where it names its samples."""
     import numpy as np
 
     from allanite.recording import merge_spans
@@ -278,11 +337,8 @@ def _lost(found: Finding, reversals: Reversals) -> Json:
     plain = found.to_json()
     if not len(found.spans):
         return plain
-    turns = turn_spans(reversals)
-    turns = merge_spans(turns[np.diff(turns, axis=1)[:, 0] <= LONGEST_TURN * reversals.rate])
-    before = np.cumsum(
-        np.column_stack([np.zeros(len(turns)), turns[:, 1] - turns[:, 0]])
-    )  # of turns, at their ends
-    ends = np.interp(found.spans, turns.ravel(), before) if len(turns) else np.zeros_like(found.spans)
+    spans = merge_spans(spans)
+    before = np.cumsum(np.column_stack([np.zeros(len(spans)), spans[:, 1] - spans[:, 0]]))  # at their ends
+    ends = np.interp(found.spans, spans.ravel(), before) if len(spans) else np.zeros_like(found.spans)
     inside = round(float(np.diff(ends, axis=1).sum()))
     return {**plain, "count": max(plain["count"] - inside, 0)}

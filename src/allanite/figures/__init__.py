@@ -34,8 +34,8 @@ def plot(
     ----------
     obj : object
         Study, AllanCurve, NoiseModel, Recording, Spectrum, one entry of a study's "channels", Reversals,
-        EarthRateEstimate, NorthEstimate, Filtered, ReferenceAided, Plan (or a list of plans), or a `PaperFigure` of
-        `allanite.figures.seed_paper`. The document of a result (`to_json`) does as well.
+        EarthRateEstimate, RateVector, NorthEstimate, Filtered, ReferenceAided, Plan (or a list of plans), or a
+        `PaperFigure` of `allanite.figures.seed_paper`. The document of a result (`to_json`) does as well.
     interactive : bool
         False: a Matplotlib figure, for ``savefig("curve.pdf")``. True: a Plotly figure, which needs no network.
     dark : bool
@@ -46,7 +46,8 @@ def plot(
         draw over it. NoiseModel: `tau`, the two ends [s]. Spectrum: `kind` of its channel.
         Recording: `channels`; `turns`, a result that holds turns, to mark them. Reversals: `recording`, and `zoom`,
         the number of a turn to look at closely. EarthRateEstimate: `view` ("whole", "record", "running", "dwells",
-        "residuals", "dead-time", "estimators", "bias") and `recording`, which its record needs. Filtered: `view`
+        "residuals", "dead-time", "estimators", "bias") and `recording`, which its record needs. RateVector: `view`
+        ("whole", "length", "means", "record") and `recording`, which all but the length need. Filtered: `view`
         ("whole", "series", "drift", "terms", "whiteness"). NorthEstimate: `view` ("whole", "compass", "running").
 
     Returns
@@ -244,7 +245,26 @@ def _north(north: Any, *, view: str = "whole") -> Sheet:
         "compass": lambda: [compass.compass_panel(document)],
         "running": lambda: compass.running_panels(document),
     }
-    return _column([panel for name, make in parts.items() if view in ("whole", name) for panel in make()])
+    panels = [panel for name, make in parts.items() if view in ("whole", name) for panel in make()]
+    if not panels:  # no azimuth and no rate at any time: there is nothing that could have grown
+        raise InputError(f"this search for north has no figure {view!r}")
+    return _column(panels)
+
+
+def _rate_vector(found: Any, *, view: str = "whole", recording: Any = None) -> Sheet:
+    from allanite.figures import vector
+
+    _known_view(view, vector.VIEWS, "a rate vector")
+    document = vector.document_of(found, recording)
+    parts: dict[str, Callable[[], Sequence[Panel]]] = {
+        "length": lambda: vector.length_panels(document),
+        "means": lambda: vector.mean_panels(document),
+        "record": lambda: vector.record_panels(document),
+    }
+    panels = [panel for name, make in parts.items() if view in ("whole", name) for panel in make()]
+    if not panels:
+        raise InputError("nothing to draw of this rate vector: give the record of it with recording=")
+    return _column(panels)
 
 
 def _plan(plan: Any) -> Sheet:
@@ -287,6 +307,7 @@ _DESCRIPTIONS: tuple[tuple[Callable[[object], bool], Callable[..., Sheet]], ...]
     (_document("allanite-study"), _study),
     (_document("allanite-earth-rate"), _earth_rate),
     (_document("allanite-filtered"), _filtered),
+    (_document("allanite-rate-vector"), _rate_vector),
     (_document("allanite-plan"), _plan),
     (_document("allanite-north"), _north),
     (_document("allanite-reference-aided"), _aided),
@@ -298,6 +319,7 @@ _DESCRIPTIONS: tuple[tuple[Callable[[object], bool], Callable[..., Sheet]], ...]
     (_named("Spectrum"), _spectrum),
     (_named("Reversals"), _reversals),
     (_named("EarthRateEstimate"), _earth_rate),
+    (_named("RateVector"), _rate_vector),
     (_named("Filtered"), _filtered),
     (_named("Plan"), _plan),
     (_named("NorthEstimate"), _north),

@@ -192,7 +192,7 @@ class Limit:
     side: str = "below right"
 
 
-SpanKind = Literal["gap", "finding", "turn", "dead", "disturbed", "unknown"]
+SpanKind = Literal["gap", "finding", "quiet", "turn", "dead", "disturbed", "unknown"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -221,6 +221,7 @@ SPAN_LOOKS: Mapping[SpanKind, SpanLook] = MappingProxyType(
     {
         "gap": SpanLook(colour="gap", opacity=0.35),
         "finding": SpanLook(colour="finding", opacity=0.9, top=0.05),
+        "quiet": SpanLook(colour="y", opacity=0.16, words="at rest, used"),
         "turn": SpanLook(colour="purple", opacity=0.3, words="turn"),
         "dead": SpanLook(colour="gap", opacity=0.3, words="dead time, not used"),
         "disturbed": SpanLook(colour="finding", opacity=0.4, words="disturbed, not used"),

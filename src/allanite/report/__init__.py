@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """A result as one self-contained HTML file: opens offline, prints, and reads without JavaScript.
 
-``study``, ``earth_rate``, ``filtered``, ``north``, ``plan``, ``demonstration``
+``study``, ``earth_rate``, ``rate_vector``, ``filtered``, ``north``, ``null_test``, ``plan``, ``demonstration``
     What the page of each result says, as plain data, from the plain document of the result.
 ``blocks``, ``pieces``
     What pages are made of.
+``vector_words``
+    Rate vector and null test in words, for the terminal as well.
 ``frame.html``
     How every page is laid out; ``study.html`` and ``sections.html`` fill it, ``page.css`` and ``page.js`` are put
     into it.
@@ -12,6 +14,7 @@
 
 from __future__ import annotations
 
+import json
 import os
 from collections.abc import Mapping
 from importlib import import_module
@@ -19,9 +22,9 @@ from pathlib import Path
 from typing import Any
 
 from allanite.atomic_file import fresh
-from allanite.errors import InputError
+from allanite.errors import AllaniteError, FormatError, InputError
 
-__all__ = ["html_of", "render"]
+__all__ = ["html_of", "render", "render_file"]
 
 _HERE = Path(__file__).parent
 
@@ -29,6 +32,8 @@ _HERE = Path(__file__).parent
 _PAGES = {
     "allanite-study": ("study", "study.html"),
     "allanite-earth-rate": ("earth_rate", "sections.html"),
+    "allanite-rate-vector": ("rate_vector", "sections.html"),
+    "allanite-east-west-null": ("null_test", "sections.html"),
     "allanite-filtered": ("filtered", "sections.html"),
     "allanite-reference-aided": ("filtered", "sections.html"),
     "allanite-north": ("north", "sections.html"),
@@ -44,7 +49,7 @@ def render(result: Any, path: str | os.PathLike[str], *, force: bool = False) ->
 
     Parameters
     ----------
-    result : Study, EarthRateEstimate, NorthEstimate, Filtered, ReferenceAided or Plan
+    result : Study, EarthRateEstimate, RateVector, NorthEstimate, EastWestNull, Filtered, ReferenceAided or Plan
         Or its document, as `to_json` gives it.
     path : path
         Of the HTML file.
@@ -75,6 +80,53 @@ def html_of(result: Any) -> str:
         raise InputError(f"no report of {document.get('format')!r}; there are those of {', '.join(_PAGES)}")
     module, template = _PAGES[document["format"]]
     return _filled(template, import_module(f"{__name__}.{module}").page(document))
+
+
+def render_file(source: str | os.PathLike[str], path: str | os.PathLike[str], *, force: bool = False) -> Path:
+    """Write the report of a document that allanite wrote: a study, or the JSON of any other result.
+
+    Raises
+    ------
+    InputError
+        No such file.
+    FormatError
+        Not JSON, no document of a result, a later version, or parts that are missing.
+    StorageError
+        As for `render`.
+    """
+    document = _loaded(Path(source))
+    try:
+        page = html_of(document)
+    except AllaniteError:
+        raise
+    except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
+        what = f"{error} is missing" if isinstance(error, KeyError) else str(error)
+        raise FormatError(f"{source}: this {document['format']} is damaged: {what}") from error
+    with fresh(path, force=force) as place:
+        place.write_text(page, encoding="utf-8")
+    return Path(path)
+
+
+def _loaded(path: Path) -> Mapping[str, Any]:
+    try:
+        document = json.loads(path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise InputError(f"no such file: {path}") from None
+    except (OSError, UnicodeDecodeError, json.JSONDecodeError, RecursionError) as error:
+        raise FormatError(f"{path} is not JSON: {error}") from None
+    found = document.get("format") if isinstance(document, Mapping) else None
+    if found not in _PAGES:
+        names = ", ".join(name.removeprefix("allanite-") for name in _PAGES)
+        said = "it names no format" if found is None else f"its format is {found!r}"
+        raise FormatError(f"{path} is no result of allanite: {said}; there are reports of {names}")
+    if found == "allanite-study":
+        from allanite.study import Study
+
+        return Study.from_json(document).document
+    if document.get("version") != 1:
+        version = document.get("version")
+        raise FormatError(f"{path} is version {version!r} of {found}; this allanite reads version 1")
+    return dict(document)
 
 
 def _document(result: Any) -> Mapping[str, Any]:

@@ -244,7 +244,7 @@ def _checks(document: Json) -> list[Block]:
 
 def _record(document: Json) -> list[Block]:
     blocks = drawn(
-        "record",
+        "record-figure",
         document,
         "The record: lowest and highest value of each block, with the turns marked.",
         f"Raw record of {document['channel']} with {len(document['reversals']['turns'])} turns.",

@@ -8,7 +8,9 @@ from allanite.terminal.measurements import (
     show_earth_rate,
     show_filtered,
     show_north,
+    show_null,
     show_plan,
+    show_rate_vector,
 )
 from allanite.terminal.study import show_curve, show_findings, show_models, show_recording, show_study
 
@@ -22,7 +24,9 @@ __all__ = [
     "show_findings",
     "show_models",
     "show_north",
+    "show_null",
     "show_plan",
+    "show_rate_vector",
     "show_recording",
     "show_study",
 ]

@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from allanite.report.vector_words import tone_of
 from allanite.terminal.console import console, table_of
 from allanite.terminal.study import show_findings
 from allanite.wording import (
@@ -25,10 +26,22 @@ from allanite.wording import (
 if TYPE_CHECKING:
     from rich.console import Console
 
-__all__ = ["show_aided", "show_demonstration", "show_earth_rate", "show_filtered", "show_north", "show_plan"]
+__all__ = [
+    "show_aided",
+    "show_demonstration",
+    "show_earth_rate",
+    "show_filtered",
+    "show_north",
+    "show_null",
+    "show_plan",
+    "show_rate_vector",
+]
 
 Json = Mapping[str, Any]
 
+_NOISE_ALONE = (
+    "The interval holds the noise alone: no uncertainty of scale factor, latitude, tilt or heading is stated."
+)
 _TONES = {"good": "bold green", "warning": "bold yellow", "fatal": "bold red"}
 
 
@@ -52,6 +65,98 @@ def show_earth_rate(document: Json, files: Sequence[object] = ()) -> None:
             "noise",
             f"{document.get('model_name', document['model_source'])}: {model_words(document['model'])}",
         ),
+    )
+    show_findings([f for f in document.get("findings", ()) if f["severity"] != "info"])
+    _wrote(out, files)
+
+
+def show_rate_vector(document: Json, files: Sequence[object] = ()) -> None:
+    """Verdict, length, vector, what was used and left out, checks, budget and advice of a `RateVector`'s document."""
+    from allanite.report.vector_words import latitude_words, pose_words, used_words
+
+    out = console()
+    _verdict(out, document["verdict"], document["reason"])
+    if document["length"] is not None:
+        _vector(out, document)
+    _left_out(out, document)
+    _checks(out, document["checks"])
+    _advice(out, document["advice"])
+    _facts(
+        out,
+        ("used", used_words(document)),
+        *(("poses", words) for words in [pose_words(document)] if words),
+        ("latitude", latitude_words(document)),
+        ("noise", document.get("model_name") or document["model_source"]),
+    )
+    out.print(sentence(document["statement"]))
+    out.print()
+    show_findings([f for f in document.get("findings", ()) if f["severity"] != "info"])
+    _wrote(out, files)
+
+
+def _vector(out: Console, document: Json) -> None:
+    """The length beside the known rate, the axes, and what the interval is made of."""
+    from rich.text import Text
+
+    from allanite.report.vector_words import EMPTY_BUDGET, axis_lines, length_lines, vector_budget
+
+    percent = f"{100 * document['confidence']:g} % interval"
+    table = table_of(("Rate vector", "deg/h", percent, "deg/s", percent))
+    for line in length_lines(document):
+        style = "bold" if line.kept else ""
+        table.add_row(
+            line.name, Text(line.value, style), line.range, Text(line.seconds, style), line.seconds_range
+        )
+    out.print(table)
+    out.print()
+    axes = table_of(("Axis", "deg/h", "± sd", "angle to the vector"))
+    for row in axis_lines(document):
+        axes.add_row(*row)
+    out.print(axes)
+    out.print()
+    _uncertainties(out, vector_budget(document), EMPTY_BUDGET)
+    out.print()
+
+
+def _left_out(out: Console, document: Json) -> None:
+    from allanite.report.vector_words import left_out_lines
+
+    table = table_of(("Left out because", "stretches", "together", "the longest"))
+    table.columns[0].no_wrap = False
+    for row in left_out_lines(document):
+        table.add_row(*row)
+    if document["left_out"]:
+        out.print(table)
+        out.print()
+
+
+def show_null(document: Json, files: Sequence[object] = ()) -> None:
+    """Verdict, the bias that follows the turns, what it would do to an Earth rate, budget, checks and advice."""
+    from rich.text import Text
+
+    from allanite.report.vector_words import null_budget, null_words
+    from allanite.wording import DEG_H, number
+
+    out = console()
+    _verdict(out, document["verdict"], document["reason"])
+    value, ends, limit = null_words(document)
+    if value != "–":
+        table = table_of(("East and west", "deg/h", f"{100 * document['confidence']:g} % interval"))
+        table.add_row("bias that follows the turns", Text(value, "bold"), ends)
+        table.add_row("excluded beyond", limit, "")
+        table.add_row("of an Earth rate, at most", number(document["error_of_rate"] / DEG_H, 3), "")
+        out.print(table)
+        out.print()
+        _uncertainties(out, null_budget(document))
+        out.print()
+    _checks(out, document["checks"])
+    _advice(out, document["advice"])
+    level, sd = (number(None if v is None else v / DEG_H, 4) for v in document["bias"])
+    _facts(
+        out,
+        ("bias that stays", f"{level} ± {sd} deg/h"),
+        ("latitude", angle(document["latitude"])),
+        ("noise", f"{document['model_name']}: {model_words(document['model'])}"),
     )
     show_findings([f for f in document.get("findings", ()) if f["severity"] != "info"])
     _wrote(out, files)
@@ -227,7 +332,7 @@ def _verdict(out: Console, verdict: str, reason: str) -> None:
 
     whole = headline(verdict, reason)
     text = Text(whole)
-    text.stylize(_TONES[tone(verdict)], 0, len(verdict))
+    text.stylize(_TONES[tone_of(verdict)], 0, len(verdict))
     out.print(text)
     out.print()
 
@@ -247,21 +352,20 @@ def _estimates(out: Console, document: Json) -> None:
 
 
 def _budget(out: Console, document: Json) -> None:
-    from rich.text import Text
-
-    lines = budget_lines(document)
-    if not lines:
-        out.print(
-            "The interval holds the noise alone: no uncertainty of scale factor, latitude, tilt or heading is stated."
-        )
-    table = table_of(("Standard uncertainty", "deg/h", "of the Earth rate"))
-    for name, value, share in lines:
-        table.add_row(name, Text(value, "dim" if not share else ""), share)
-    if lines:
-        out.print(table)
+    _uncertainties(out, budget_lines(document))
     if document["inflation"] > 1:
         out.print(f"The noise is widened {document['inflation']:.2f} times: see the checks.")
     out.print()
+
+
+def _uncertainties(out: Console, lines: Sequence[tuple[str, str, str]], empty: str = _NOISE_ALONE) -> None:
+    """The budget, or that there is none."""
+    from rich.text import Text
+
+    table = table_of(("Standard uncertainty", "deg/h", "of the Earth rate"))
+    for name, value, share in lines:
+        table.add_row(name, Text(value, "dim" if not share else ""), share)
+    out.print(table if lines else empty)
 
 
 def _nuisances(out: Console, document: Json) -> None:

@@ -1,0 +1,123 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What the report of the null test between east and west says, from its plain document."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from allanite.report.blocks import (
+    Block,
+    Section,
+    banner,
+    bullets,
+    drawn,
+    equation,
+    findings,
+    hero,
+    page_of,
+    pairs,
+    provenance,
+    table,
+    text,
+)
+from allanite.report.earth_rate import checks_table
+from allanite.report.vector_words import null_budget, null_words, tone_of
+from allanite.wording import DEG_H, angle, duration, model_words, number, sentence
+
+__all__ = ["page"]
+
+Json = Mapping[str, Any]
+
+
+def page(document: Json) -> dict[str, Any]:
+    """The page of a null test."""
+    recording = document.get("recording") or {}
+    reversals = document.get("reversals")
+    return page_of(
+        title=document.get("source") or "East and west",
+        kicker="Null test between east and west",
+        facts=[
+            ("Channel", document["channel"]),
+            ("Length", duration(recording["duration"]) if recording else ""),
+            ("Positions", str(len(reversals["positions"])) if reversals else ""),
+            ("Latitude", angle(document["latitude"])),
+        ],
+        sections=[
+            Section(id="verdict", title="Verdict", blocks=_verdict(document)),
+            Section(id="checks", title="Checks", blocks=_checks(document)),
+            Section(id="findings", title="Findings", blocks=findings(document)),
+            Section(id="record", title="Record", blocks=_record(document)),
+            Section(id="method", title="Method", blocks=_method(document)),
+            provenance(document),
+        ],
+    )
+
+
+def _verdict(document: Json) -> list[Block]:
+    verdict = document["verdict"]
+    blocks: list[Block] = [banner(tone_of(verdict), sentence(verdict), sentence(document["reason"]))]
+    blocks += bullets([sentence(words) for words in document["advice"]])
+    value, ends, limit = null_words(document)
+    if value == "–":
+        return blocks
+    error = number(document["error_of_rate"] / DEG_H, 3)
+    blocks.append(
+        hero(
+            value,
+            "deg/h follow the turns, + pointing east",
+            f"{100 * document['confidence']:g} % interval {ends} deg/h: none above {limit} deg/h",
+            f"in an Earth rate measured with such turns: at most {error} deg/h",
+            tone_of(verdict),
+        )
+    )
+    rows = null_budget(document)
+    return [
+        *blocks,
+        *table(
+            ("Source", "Standard uncertainty, deg/h", "Of the Earth rate"),
+            rows,
+            caption="Where the interval comes from.",
+            kept=[name == "together" for name, _, _ in rows],
+        ),
+    ]
+
+
+def _checks(document: Json) -> list[Block]:
+    level, sd = (number(None if v is None else v / DEG_H, 4) for v in document["bias"])
+    return [
+        *checks_table(document["checks"], "Questions put to what the fit leaves."),
+        pairs([("Bias that stays", f"{level} ± {sd} deg/h")]),
+    ]
+
+
+def _record(document: Json) -> list[Block]:
+    if not document.get("overview") or not document.get("reversals"):
+        return []
+    return drawn(
+        "record-figure",
+        document["reversals"],
+        "The record: lowest and highest value of each block.",
+        f"Raw record of {document['channel']}.",
+        recording=document["overview"],
+    )
+
+
+def _method(document: Json) -> list[Block]:
+    return [
+        text(
+            "Between east and west the horizontal part of the Earth's rotation does not change. What still follows the "
+            "turns is an error that between north and south would be taken for the Earth:"
+        ),
+        *equation("null_test"),
+        text(
+            "Positions within 45° of east or west are used. The test sees a bias that changes between these two: one "
+            "that points along north and south on the ground shows in the Earth rate and not here."
+        ),
+        pairs(
+            [
+                ("Noise model", document.get("model_name", "")),
+                ("Its terms", model_words(document["model"]) if document.get("model") else ""),
+            ]
+        ),
+    ]
