@@ -30,7 +30,7 @@ class Impulses:
     sigma : ndarray, shape (n,)
         Spread of such distances in the block.
     crowded : int
-        Samples in blocks with too many candidates to call them impulses.
+        Samples, missing ones aside, in blocks with too many candidates to call them impulses.
     """
 
     position: Index
@@ -77,7 +77,7 @@ class Spikes:
         size = self._sizes(block, step)
         hits = np.flatnonzero(size > self.STEPS)
         if len(hits) > self.CROWD * len(block) + 8:
-            self._crowded += len(block)
+            self._crowded += int(np.count_nonzero(~np.isnan(block)))
             return _NONE
         spots = np.unique(np.concatenate([hits - 1, hits]))
         spots = spots[spots >= 0]
@@ -90,7 +90,7 @@ class Spikes:
             spots = np.unique(far[:, None] + np.arange(-12, 13))
             far = self._far(block, spots[(spots >= 0) & (spots < len(block))], sigma)
         if len(far) > 0.25 * self.CROWD * len(block) + 8:
-            self._crowded += len(block)
+            self._crowded += int(np.count_nonzero(~np.isnan(block)))
             return _NONE
         far = self._isolated(block, far, sigma, size)
         if len(far):
