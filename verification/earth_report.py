@@ -72,14 +72,15 @@ def _faults(rows: list[Json]) -> list[str]:
     records, wrong = sum(r["records"] for r in rows), sum(r["wrong"] for r in rows)
     visible = [r for r in rows if r["fault"] not in INVISIBLE]
     own, of = sum(r["wrong_without_earth"] for r in visible), sum(r["records"] for r in visible)
+    bar = f"{100 * own / of:.1f} %; bar {100 * CONFIDENT:g} %, {_word(own <= CONFIDENT * of)}"
     lines = [
         "## Faults",
         "",
-        f"{records} takes with a fault: {wrong} confident wrong answers (off by more than 3 stated standard",
-        'deviations, verdict "resolved"). That verdict asks for agreement with the known rate, so it can hardly be',
-        f"wrong; the number that counts is that without this comparison: {own} of {of} takes with a fault that",
-        f"residuals can show, {100 * own / of:.1f} % (bar: {100 * CONFIDENT:g} %, {_word(own <= CONFIDENT * of)}).",
-        "A bias that follows the turns is an Earth rate to every estimator; it is listed, and no bar is set for it.",
+        f"Of {of} takes with a fault that residuals can show, {own} ({bar}) gave a wrong answer with confidence:",
+        "off by more than 3 stated standard deviations, with nothing against it but the comparison with the known rate.",
+        f'With that comparison there are {wrong} of {records}: "resolved" asks for agreement with the Earth, so it can',
+        "hardly be wrong. A bias that follows the turns is an Earth rate to every estimator; it is listed, and no bar",
+        "is set for it.",
         "",
         "| fault | takes | confident and wrong | without the known rate | verdicts |",
         "|---|---|---|---|---|",

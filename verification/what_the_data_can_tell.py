@@ -3,8 +3,8 @@
 
 Five questions to twins of the bench of the seed paper: what its filter is told and what it finds, how well any
 estimator could do, what reading the curve costs, what a record without reversals holds, and what the verdicts say
-when nothing, or something, is wrong. Everything is seeded; `python -m verification.what_the_data_can_tell` takes a
-minute or two on two cores.
+when nothing, or something, is wrong. Everything is seeded; `python -m verification limits` takes two to four
+minutes on two cores.
 
 `quotes` gives the rows and phrases in which the page says the numbers; a test holds the page against them.
 """

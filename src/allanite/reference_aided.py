@@ -13,7 +13,7 @@ for the states take up whatever is slow and is not the reference. Two readings o
 
 unsigned
     The mean of the corrected samples, as the figures are described. It tends to the reference that was typed in,
-    whatever the sensor saw: `follows` is 1.
+    on average and slowly, whatever the sensor saw: `follows` is 1.
 demodulated
     The reference and the corrected samples are taken with the sign of the heading, as the paper's reversals suggest.
     Then the sensor decides: twice the reference moves the result by some percent, and the result is about the plain
