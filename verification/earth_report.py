@@ -77,7 +77,7 @@ def _faults(rows: list[Json]) -> list[str]:
         "## Faults",
         "",
         f"Of {of} takes with a fault that residuals can show, {own} ({bar}) gave a wrong answer with confidence:",
-        "off by more than 3 stated standard deviations, with nothing against it but the comparison with the known rate.",
+        "off by more than 3 stated standard deviations, nothing against it but the comparison with the known rate.",
         f'With that comparison there are {wrong} of {records}: "resolved" asks for agreement with the Earth, so it can',
         "hardly be wrong. A bias that follows the turns is an Earth rate to every estimator; it is listed, and no bar",
         "is set for it.",

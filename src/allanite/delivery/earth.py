@@ -12,6 +12,7 @@ from allanite.delivery.measurement import Measured, beside, provenance
 from allanite.delivery.recordings import file_sha256, read_part
 from allanite.delivery.turned import (
     checked,
+    chosen_model,
     gyro_of,
     gyros_of,
     model_for,
@@ -94,7 +95,7 @@ def earth_rate_of(
     if bias:
         raise InputError("--bias-uncertainty is for three axes at rest: one axis has its bias fitted")
     channel = _one_axis(whole)
-    noise, model_name = model_for(model, channel)
+    noise, model_name = model_for(model, whole[channel])
     advance(0.1, "looking for the turns")
     part, reversals = turns_of(
         whole, channel, start=start, stop=stop, turns=turns, dwell=dwell, first=first, dead_time=dead_time
@@ -213,7 +214,7 @@ def north_of(
     advance(0.0, "reading")
     whole = _named(read_part(log, **options), source)
     channels = gyros_of(whole, most=2)
-    models = {name: model_for(model, name) for name in channels}
+    models = {name: model_for(model, whole[name]) for name in channels}
     part, positions = placed_of(whole, channels[0], headings, start=start, stop=stop, dead_time=dead_time)
     advance(0.3, "looking for faults")
     ready = checked(part, positions, channels, accept=accept)
@@ -268,7 +269,7 @@ def null_of(
     advance(0.0, "reading")
     whole = _named(read_part(log, **options), source)
     channel = gyro_of(whole)
-    noise, model_name = model_for(model, channel)
+    noise, model_name = model_for(model, whole[channel])
     if noise is None:
         raise InputError("the null test needs the noise model of the sensor at rest: --model")
     part, positions = placed_of(whole, channel, headings, start=start, stop=stop, dead_time=dead_time)
@@ -317,7 +318,7 @@ def plan_of(
     document = {
         **made.to_json(),
         "provenance": provenance("", command=command),
-        "model_name": model_for(model, name)[1],
+        "model_name": chosen_model(model, name)[1],
     }
     rows = [
         {

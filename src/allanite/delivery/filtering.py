@@ -51,7 +51,7 @@ def filter_of(
     recording = read_part(log, **options)
     recording = recording if source is None else replace(recording, source=source)
     channel = _one_of(recording)
-    noise, model_name = model_for(model, channel)
+    noise, model_name = model_for(model, recording[channel])
     advance(0.1, "looking for faults")
     ready, findings = prepare(recording, check(recording), accept=accept)
     if noise is None:
@@ -115,7 +115,7 @@ def aided_of(
     whole = read_part(log, **options)
     whole = whole if source is None else replace(whole, source=source)
     channel = gyro_of(whole)
-    noise, model_name = model_for(model, channel)
+    noise, model_name = model_for(model, whole[channel])
     part, reversals = turns_of(
         whole, channel, start=start, stop=stop, turns=turns, dwell=dwell, first=first, dead_time=dead_time
     )

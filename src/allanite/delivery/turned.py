@@ -24,12 +24,13 @@ if TYPE_CHECKING:
 
     from allanite.health import Finding
     from allanite.noise import NoiseModel
-    from allanite.recording import Recording
+    from allanite.recording import Channel, Recording
     from allanite.reversals import Reversals
 
 __all__ = [
     "Turned",
     "checked",
+    "chosen_model",
     "gyro_of",
     "gyros_of",
     "judged",
@@ -124,14 +125,24 @@ def rates_of(recording: Recording) -> list[str]:
     )
 
 
-def model_for(source: str | os.PathLike[str] | None, channel: str) -> tuple[NoiseModel | None, str]:
+def model_for(source: str | os.PathLike[str] | None, channel: Channel) -> tuple[NoiseModel | None, str]:
     """The model of a channel out of a study, a fit or words, and where it comes from.
 
     Raises
     ------
     InputError
-        Several models, and none of that channel.
+        Several models, and none of that channel; or a model of another kind of sensor.
     """
+    model, where = chosen_model(source, channel.name)
+    if model is not None:
+        _refuse_other_kind(model, where, channel)
+    return model, where
+
+
+def chosen_model(
+    source: str | os.PathLike[str] | None, channel: str
+) -> tuple[NoiseModel | None, str]:
+    """The same by the name of the channel alone, whatever its kind."""
     from allanite.model_file import load_models
 
     if source is None:
@@ -146,6 +157,22 @@ def model_for(source: str | os.PathLike[str] | None, channel: str) -> tuple[Nois
     raise InputError(
         f"{source} has no model of channel {channel!r}, but of {', '.join(models)}: write one of them into a file of "
         "its own, or name the channel of the log like that of the study"
+    )
+
+
+def _refuse_other_kind(model: NoiseModel, where: str, channel: Channel) -> None:
+    """Words and files say what sensor they are of: its numbers mean nothing for another."""
+    own = {"angle": "rate", "velocity": "acceleration"}.get(channel.kind.value, channel.kind.value)
+    if own == model.kind:
+        return
+    advice = "give the model of this channel"
+    if own == "unknown":
+        advice = "name the unit of the samples, as --unit deg/s"
+    elif own in ("voltage", "counts"):
+        advice = "give the scale factor of the data sheet, --scale-factor '24 mV/(deg/s)', or a model in that unit"
+    raise InputError(
+        f"channel {channel.name!r} is one of {channel.kind.value}, the noise model ({where}) is one of {model.kind}: "
+        f"{advice}"
     )
 
 

@@ -99,7 +99,7 @@ def vector_of(
 
     advance = progress or (lambda fraction, what: None)
     part, axes = _inertial(recording), rates_of(recording)
-    given = {name: model_for(model, name) for name in axes}
+    given = {name: model_for(model, part[name]) for name in axes}
     models = {name: made for name, (made, _) in given.items() if made is not None}
     options = {
         "channels": axes,
