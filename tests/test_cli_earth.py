@@ -19,6 +19,7 @@ from allanite.cli import main
 from allanite.cli.options import Angle, Goal, Latitude, Rate, Share
 from allanite.earth import EARTH_RATE
 from allanite.model_file import save_models
+from allanite.noise import White
 from allanite.recording_file import write_recording
 from allanite.simulation import Motion, seed_paper, simulate
 
@@ -95,6 +96,7 @@ def between_turns(bench: Path, number: int) -> slice:
         ("23.31 N", 23.31),
         ("0.1deg", 0.1),
         ("30arcmin", 0.5),
+        ("-23.31S", -23.31),
         ("−5", -5.0),
     ],
 )
@@ -105,7 +107,11 @@ def test_angles(text: str, degrees: float) -> None:
 def test_shares_rates_and_goals() -> None:
     assert [Share()(text) for text in ("3%", "500ppm", "0.03")] == [0.03, pytest.approx(5e-4), 0.03]
     assert Rate()("15 deg/h") == pytest.approx(15 * DEG / 3600)
-    assert [Goal()(text) for text in ("3 %", "1deg")] == [0.03, pytest.approx(DEG)]
+    assert [Goal()(text) for text in ("3 %", "0.03", "1deg")] == [
+        (0.03, False),
+        (0.03, False),
+        (pytest.approx(DEG), True),
+    ]
 
 
 @pytest.mark.parametrize(
@@ -119,6 +125,7 @@ def test_shares_rates_and_goals() -> None:
         ["--latitude", "95"],
         ["--latitude", "-2rad"],
         ["--latitude", "23.31W"],
+        ["--latitude=-23.31N"],
         [*LATITUDE, "--vector", "--first", "north"],
     ],
 )
@@ -270,6 +277,9 @@ def test_a_fault_between_the_turns_is_refused_unless_accepted(run: Run, bench: P
     assert done.code == 1
     assert "--accept clipping" in done.err
     assert run("earth-rate", log, *LATITUDE, "--model", MODEL, "--accept", "clipping").code == 0
+    wrong = run("earth-rate", log, *LATITUDE, "--model", MODEL, "--dwell", "40")
+    assert wrong.code == 1
+    assert "contradict each other: " in wrong.err.splitlines()[0] and "--accept clipping" in wrong.err
 
 
 def test_a_warm_up_is_found_and_fitted_when_asked(run: Run, tmp_path: Path) -> None:
@@ -374,7 +384,7 @@ def test_a_plan_says_how_long_and_its_files_agree(run: Run, tmp_path: Path) -> N
     ]
     done = run(*arguments, "--out", tmp_path / "plan")
     assert done.code == 0
-    assert done.out.startswith("5 % is reached after ")
+    assert done.out.startswith("5 % (one standard deviation) is reached after ")
     document = json.loads((tmp_path / "plan" / "plan.json").read_text(encoding="utf-8"))
     # With 2 s lost per turn: 3.5 % above the bound of 5.4 % in an hour without loss.
     assert document["sd"][1][0] / EARTH_RATE == pytest.approx(0.054 * 1.035, rel=0.02)
@@ -395,6 +405,82 @@ def test_a_plan_says_how_long_and_its_files_agree(run: Run, tmp_path: Path) -> N
         "1h",
     )
     assert "3 deg after" in north.out
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--goal", "3"], "write 3% or 0.03"),
+        (["--goal", "1deg"], "needs --north"),
+        (["--goal", "3%", "--north"], "an angle with --north"),
+    ],
+)
+def test_a_goal_that_may_mean_something_else_is_refused(run: Run, options: list[str], words: str) -> None:
+    done = run("plan", "--model", MODEL, *LATITUDE, *options)
+    assert (done.code, done.out) == (2, "")
+    assert words in " ".join(done.err.split())
+
+
+def test_a_plan_without_white_noise_is_doubted(run: Run, tmp_path: Path) -> None:
+    options = ["--dwells", "30", "--durations", "1h"]
+    done = run("plan", "--model", "B=5 deg/h", *LATITUDE, *options, "--out", tmp_path)
+    assert "Warning: The model has no white noise" in done.out
+    assert "The model has no white noise" in (tmp_path / "report.html").read_text(encoding="utf-8")
+    assert "Warning" not in run("plan", "--model", MODEL, *LATITUDE, *options).out
+
+
+def test_one_component_alone_gives_no_empty_table(run: Run, table: Path, tmp_path: Path) -> None:
+    with (table / "positions.csv").open(encoding="utf-8") as file:
+        rows = [row for row in csv.DictReader(file) if row["heading"] in ("0", "180")]
+    text = "".join(f"{r['start']},{r['stop']},{r['heading']}\n" for r in rows)
+    (tmp_path / "two.csv").write_text(f"start,stop,heading\n{text}", encoding="utf-8")
+    arguments = ["north", table / "table.parquet", "--model", GOOD, *LATITUDE]
+    done = run(*arguments, "--headings", tmp_path / "two.csv", "--accept", "not_at_rest")
+    assert done.code in (0, 3), done.err
+    assert "not both components are seen" in done.out
+    assert "Standard uncertainty" not in done.out
+    assert done.out.count("counted the other way the azimuth comes out mirrored") == 1
+
+
+def test_a_model_of_another_kind_of_sensor_is_refused(
+    run: Run, bench: Path, table: Path, tmp_path: Path
+) -> None:
+    quiet = al.NoiseModel.of(White(N=1e-3), kind="acceleration")
+    force = simulate(quiet, rate=8.0, duration=120.0, seed=1, unit="m/s²")
+    write_recording(force, tmp_path / "force.parquet")
+    save_models({"a": {**seed_paper.sensor().to_json()}}, tmp_path / "gyro.json")
+    for model in (MODEL, tmp_path / "gyro.json"):
+        done = run("filter", tmp_path / "force.parquet", "--model", model)
+        assert (done.code, done.out) == (1, "")
+        assert "is one of acceleration" in done.err and "is one of rate" in done.err
+    words = "N=0.1 m/s/√h"
+    turned = ["north", table / "table.parquet", "--headings", table / "positions.csv"]
+    for command in (["earth-rate", bench / "take.parquet"], turned):
+        done = run(*command, *LATITUDE, "--model", words)
+        assert done.code == 1 and "is one of acceleration" in done.err
+    assert "not of acceleration" in run("plan", *LATITUDE, "--model", words).err
+    assert run("filter", tmp_path / "force.parquet", "--model", words).code == 0
+
+
+def test_a_list_that_is_not_that_of_the_record_is_named_first(run: Run, bench: Path) -> None:
+    done = run("earth-rate", bench / "take.parquet", *LATITUDE, "--model", MODEL, "--dwell", "40")
+    assert done.code == 0, done.err
+    assert done.out.startswith("Signal and list contradict each other: 18 turns in the signal")
+    assert "wider range" not in done.out + done.err
+
+
+def test_volts_need_their_unit_and_the_heading_may_hold_it(run: Run, tmp_path: Path) -> None:
+    samples = "\n".join(f"{2.5 + 1e-3 * v:.6f}" for v in np.random.default_rng(1).standard_normal(640))
+    for name, known in (("gyro_V", True), ("gyro", False)):
+        (tmp_path / "volts.csv").write_text(f"{name}\n{samples}\n", encoding="utf-8")
+        options = ["--rate", "32", "--scale-factor", "24 mV/(deg/s)"]
+        done = run("info", tmp_path / "volts.csv", *options)
+        assert done.code == (0 if known else 1)
+        assert ("rate" in done.out) is known
+        assert ("--unit V" in done.err) is not known
+        if not known:
+            assert run("info", tmp_path / "volts.csv", *options, "--unit", "V").code == 0
+        assert "unit_missing" in run("info", tmp_path / "volts.csv", "--rate", "32").out
 
 
 # -- filter -------------------------------------------------------------------------------------------------
@@ -419,7 +505,38 @@ def test_a_filter_takes_the_drift_off_and_judges_the_model(run: Run, bench: Path
 def test_a_filter_is_for_a_sensor_at_rest(run: Run, bench: Path) -> None:
     done = run("filter", bench / "take.parquet", "--model", MODEL)
     assert done.code == 1
+    assert "turned: 23 turns" in done.err.splitlines()[0] and "earth-rate" in done.err.splitlines()[0]
     assert "--accept" in done.err
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        (["--smooth", "--reference", "15deg/h"], "--smooth"),
+        (["--first", "north"], "--first"),
+        (["--dwell", "30"], "--dwell"),
+        (["--correlation-time", "240s"], "--correlation-time"),
+    ],
+)
+def test_options_of_one_filter_are_refused_by_the_other(
+    run: Run, bench: Path, options: list[str], words: str
+) -> None:
+    done = run("filter", bench / "take.parquet", "--model", MODEL, *options)
+    assert (done.code, done.out) == (2, "")
+    assert words in done.err and "--reference" in done.err
+
+
+def test_flicker_is_given_its_correlation_time(run: Run, bench: Path) -> None:
+    flicker = MODEL.replace(" T=238.1 s,", "")
+    arguments = ["filter", bench / "take.parquet", "--reference", "15deg/h"]
+    done = run(*arguments, "--model", flicker)
+    assert done.code == 1 and "--correlation-time" in done.err
+    told = run(*arguments, "--model", flicker, "--correlation-time", "238.1s", "--json")
+    same = run(*arguments, "--model", MODEL, "--json")
+    means = [json.loads(d.out)["readings"][0]["mean_corrected"] for d in (told, same)]
+    assert means[0] == pytest.approx(means[1], rel=1e-2)  # the same floor, by the paper's formula and by ours
+    other = run(*arguments, "--model", MODEL, "--correlation-time", "100s")
+    assert other.code == 1 and "leave it out" in other.err
 
 
 def test_the_filter_that_is_told_the_rate_says_that_it_is_no_measurement(run: Run, bench: Path) -> None:

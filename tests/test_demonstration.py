@@ -89,6 +89,8 @@ def test_e_the_bound_is_that_of_the_published_noise(whole: tuple[Demonstration, 
         (r["flicker"], r["dead_time"]): [sd / EARTH_RATE for sd in r["sd"]]
         for r in whole[0].document["bound"]
     }
+    takes = [t["bound"] / EARTH_RATE for t in whole[0].document["takes"][:4]]
+    assert takes == pytest.approx([0.038, 0.121, 0.084, 0.054], rel=0.012)  # 2 h, 12, 25 and 60 min
     assert rows[False, 0.0] == pytest.approx([0.44, 0.121, 0.084, 0.054, 0.038], rel=0.012)
     assert rows[True, 0.0] == pytest.approx([0.52, 0.141, 0.097, 0.063, 0.044], rel=0.012)
 
@@ -111,6 +113,8 @@ def test_its_report_holds_every_figure_and_both_readings(whole: tuple[Demonstrat
     bare = " ".join(re.sub(r"<[^>]+>", " ", page.split('<script type="application/json"')[0]).split())
     for words in (
         "every unit that is typed in moves the mean",
+        "As it is, its verdict is “inconsistent”; with the warm-up fitted beside the rate it is “resolved”",
+        "2 by 7.3, 3 by 4.8, 4 by 19.4",
         "Unsigned: ",
         "Demodulated: ",
         "under the paper's own model",

@@ -219,8 +219,9 @@ def test_the_readings_may_not_be_mixed_up(both: tuple[list[ReferenceAided], list
 
 
 def test_four_takes_beside_the_bound_and_the_known_rate(estimate: EarthRateEstimate) -> None:
-    document = {**estimate.to_json(), "inflation": 2.0}
-    figure = figures.four_takes({2: estimate, 4: document})
+    figure = figures.four_takes(
+        {2: estimate, 4: estimate.to_json()}, bounds={2: estimate.sd, 4: estimate.sd / 2}
+    )
     (panel,) = figure.sheet.panels
     curves = {c.label or c.band_label: c for c in panel.curves}
     milli = DEG / 1000
@@ -236,4 +237,4 @@ def test_four_takes_beside_the_bound_and_the_known_rate(estimate: EarthRateEstim
     assert half[3] == pytest.approx(estimate.sd / 2, rel=1e-6)
     assert [name.split("\n")[0] for _, name in panel.x.names] == ["take 2, 12 min", "take 4, 60 min"]
     (without,) = figures.four_takes({2: estimate}, published=False).sheet.panels
-    assert not any(c.label.startswith("published") for c in without.curves)
+    assert not any(c.label.startswith("published") or "bound" in c.band_label for c in without.curves)

@@ -198,13 +198,24 @@ def test_goal_is_met_when_the_plan_says() -> None:
     again = plan(SEED, latitude=LONDRINA, dwells=[found.dwell], durations=[found.duration])
     assert again.total[0, 0] == pytest.approx(0.05 * EARTH_RATE, rel=1e-4)
     assert found.duration == found.reached.min()
-    assert "5 % is reached after" in found.says and f"dwells of {found.dwell:g} s" in found.says
+    assert (
+        "5 % (one standard deviation) is reached after" in found.says
+        and f"dwells of {found.dwell:g} s" in found.says
+    )
 
 
 def test_best_dwell_of_a_gyro_with_two_seconds_lost_is_20_to_30_s() -> None:
     found = plan(gyro(0.3, 5, 100, 5), latitude=0.5)
     assert found.dwell in (20.0, 30.0)
     assert set(found.best[found.durations >= 720.0]) <= {20.0, 30.0}
+
+
+def test_a_model_without_white_noise_is_doubted() -> None:
+    bare = NoiseModel.of(*(t for t in SEED.terms if not isinstance(t, White)))
+    options = {"latitude": LONDRINA, "dwells": [30.0], "durations": [3600.0]}
+    (note,) = plan(bare, **options).notes
+    assert "no white noise" in note
+    assert plan(SEED, **options).notes == ()
 
 
 def test_goal_below_the_stated_uncertainties_is_never_reached() -> None:

@@ -95,7 +95,7 @@ def test_verdict_findings_advice_and_provenance_stand_in_it(study: dict[str, Any
     assert "The model does not explain the curve" in text
     assert study["provenance"]["sha256"] in text
     assert study["provenance"]["command"] in text
-    assert "exclude: reason stuck value, samples acc_x 900" in text
+    assert "exclude reason: stuck value samples: acc_x 900" in text
     for word in ("IEEE Std 952", "Metrologia 45", "slope readings are biased"):
         assert word in text
 

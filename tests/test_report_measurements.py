@@ -220,6 +220,28 @@ def test_the_report_of_north() -> None:
     assert "Bias of gyro" in text
 
 
+def test_a_list_of_turns_that_the_signal_contradicts_leads_the_report(measured: dict[str, Any]) -> None:
+    found = {
+        "code": "turn_not_listed", "severity": "warning", "channel": "gyro", "message": "gyro: 18 turns in the signal",
+        "advice": "compare", "risk": "", "count": 18, "accepted": False, "places": [],
+    }  # fmt: skip
+    said = text_of(html_of({**measured, "findings": [found], "recording": {"rate": 32.0}}))
+    first = said.index("Signal and list contradict each other. 18 turns in the signal.")
+    assert first < said.index("95 % interval")
+    assert "contradict each other" not in text_of(html_of(measured))
+
+
+def test_steps_of_the_record_are_a_list_with_the_names_of_its_channels(measured: dict[str, Any]) -> None:
+    noise = {"kind": "rate", "terms": [{"type": "white", "N": 2.1e-4}]}
+    history = [
+        {"step": "simulate", "seed": 3, "models": {"gyro_x": noise}, "turns": list(range(40))},
+        {"step": "exclude", "terms": "none", "models": {"terms": 5}},
+    ]
+    page = html_of({**measured, "recording": {"rate": 32.0, "history": history}, "findings": []})
+    for line in ("seed: 3", "models: gyro_x N 0.722 deg/√h", "turns: 40 entries", "models: terms 5"):
+        assert f"<li>{line} </li>" in page
+
+
 def test_objects_and_their_documents_give_the_same_page(take: al.Recording, measured: dict[str, Any]) -> None:
     stated = Stated(scale=1e-3, heading=math.radians(3.0))
     found = measure_earth_rate(take, latitude=seed_paper.LATITUDE, model=seed_paper.sensor(), stated=stated)
@@ -287,6 +309,22 @@ def test_a_browser_draws_it_wide_and_narrow(browser: Any, measured: dict[str, An
     view.set_viewport_size({"width": 390, "height": 800})
     view.wait_for_timeout(300)
     assert view.evaluate("document.documentElement.scrollWidth") <= 390
+    view.close()
+
+
+def test_what_nobody_scrolled_to_is_drawn_before_it_is_printed(
+    browser: Any, measured: dict[str, Any], tmp_path: Path
+) -> None:
+    path = al.render(measured, tmp_path / "report.html")
+    view = browser.new_page(viewport={"width": 1180, "height": 400})
+    view.goto(path.as_uri())
+    count = "[...document.querySelectorAll('.live')].filter((p) => p.querySelector('.main-svg')).length"
+    places = view.locator(".live").count()
+    view.wait_for_timeout(300)  # for those that are in view
+    assert view.evaluate(count) < places
+    view.emulate_media(media="screen")
+    view.pdf(path=tmp_path / "screen.pdf", format="A4")
+    assert view.evaluate(count) == places
     view.close()
 
 

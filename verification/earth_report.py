@@ -136,7 +136,7 @@ def _picture(rows: list[Json], path: Path) -> None:
     axes[1].plot([], [], "x", color="0.5", label="plain pairs: rms error over the bound")
     axes[1].plot([], [], "s", color="#c8442c", label="Gauss-Markov bias")
     axes[1].plot([], [], "o", color="#0868ac", label="flicker")
-    axes[1].legend(fontsize=7, frameon=False, loc="lower right")
+    axes[1].legend(fontsize=7, frameon=False, loc="upper right")
     names = [f"{r['length']}, dwells {r['dwells']}" for r in rows]
     axes[0].set_yticks([-i for i in range(len(rows))], names, fontsize=7)
     figure.savefig(path, dpi=130)

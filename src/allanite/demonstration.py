@@ -17,6 +17,7 @@ import platform
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from datetime import UTC, datetime
+from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -155,13 +156,13 @@ def _week_part(study: Study, duration: float) -> Json:
     for symbol, published in truth.items():
         found = model.estimate("B_equiv" if symbol == "B" else symbol) or model.estimate(symbol)
         slope = channel["slopes"].get(symbol) or {}
+        plain = {} if found is None else found.to_json()
         rows.append(
             {
                 "symbol": symbol,
                 "published": published,
-                "value": None if found is None else found.value,
-                "lower": None if found is None else found.lower,
-                "upper": None if found is None else found.upper,
+                **{key: plain.get(key) for key in ("value", "lower", "upper")},
+                "supported": bool(plain.get("supported")),
                 "slope": slope.get("value"),
             }
         )
@@ -332,9 +333,28 @@ def _take_part(number: int, estimate: EarthRateEstimate) -> Json:
         "take": number,
         "published": seed_paper.TAKES[number].published,
         "turns": len(estimate.reversals.turns),
-        "bound": estimate.sd / estimate.inflation if math.isfinite(estimate.sd) else None,
+        "bound": _least_sd(estimate.duration),
         **plain,
     }
+
+
+@cache
+def _least_sd(duration: float, dead_time: float = 0.0, *, flicker: bool = False) -> float | None:
+    """Standard deviation of the Earth rate that the published noise allows in so long a record [rad/s].
+
+    With dwells of 30 s; None where such a record cannot tell. No estimate enters: it is a bound to hold them against.
+    """
+    from allanite.planning import plan
+
+    made = plan(
+        seed_paper.sensor(flicker=flicker),
+        latitude=seed_paper.LATITUDE,
+        dead_time=dead_time,
+        dwells=[seed_paper.DWELL],
+        durations=[duration],
+    )
+    sd = float(made.sd[0, 0])
+    return sd if math.isfinite(sd) else None
 
 
 def _aided(run: _Run) -> tuple[list[ReferenceAided], list[ReferenceAided]]:
@@ -362,21 +382,16 @@ def _short(reading: ReferenceAided) -> Json:
 
 def _bound() -> list[Json]:
     """What the noise of the published sensor allows, with dwells of 30 s: without and with 2 s lost per turn."""
-    from allanite.planning import plan
-
-    rows = []
-    for flicker in (False, True):
-        for dead in (0.0, 2.0):
-            made = plan(
-                seed_paper.sensor(flicker=flicker),
-                latitude=seed_paper.LATITUDE,
-                dead_time=dead,
-                dwells=[seed_paper.DWELL],
-                durations=BOUND_AT,
-            )
-            sds = [float(v) if math.isfinite(v) else None for v in made.sd[0]]
-            rows.append({"flicker": flicker, "dead_time": dead, "durations": list(BOUND_AT), "sd": sds})
-    return rows
+    return [
+        {
+            "flicker": flicker,
+            "dead_time": dead,
+            "durations": list(BOUND_AT),
+            "sd": [_least_sd(duration, dead, flicker=flicker) for duration in BOUND_AT],
+        }
+        for flicker in (False, True)
+        for dead in (0.0, 2.0)
+    ]
 
 
 # -- figures ----------------------------------------------------------------------------------------------
@@ -400,9 +415,13 @@ def _figures(
         demodulated={n: both[1] for n, both in aided.items()},
     )
     figures = {f"figure-{figure.number:02}": figure for figure in made}
-    figures["four-takes"] = four_takes({**{n: run.estimate for n, run in runs.items()}, 4: warm})
+    least = {n: _least_sd(run.estimate.duration) for n, run in runs.items()}
+    bounds = {n: sd for n, sd in least.items() if sd is not None}
+    figures["four-takes"] = four_takes(
+        {**{n: run.estimate for n, run in runs.items()}, 4: warm}, bounds=bounds
+    )
     figures["four-takes-with-faults"] = four_takes(
-        {1: runs[1].estimate, **{n: run.estimate for n, run in faulty.items()}}
+        {1: runs[1].estimate, **{n: run.estimate for n, run in faulty.items()}}, bounds=bounds
     )
     return figures
 

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from allanite.block_means import longest_block
 from allanite.earth import EARTH_RATE, checked_latitude
 from allanite.errors import InputError
-from allanite.noise import NoiseModel
+from allanite.noise import NoiseModel, White
 from allanite.north.budget import axis_terms
 from allanite.plain_data import plain
 from allanite.regression import Whitener
@@ -76,6 +76,8 @@ class Plan:
         What no record comes below, for the stated uncertainties; like `goal`.
     says : str
         The plan in a sentence or two.
+    notes : tuple of str
+        What makes the plan doubtful.
     budget : dict of str to float
         The stated uncertainties that make up the floor, like `goal`.
     dead_time : float [s]
@@ -97,6 +99,7 @@ class Plan:
     duration: float | None
     floor: float
     says: str
+    notes: tuple[str, ...] = ()
     budget: dict[str, float] = field(default_factory=dict)
     dead_time: float
     latitude: float
@@ -120,8 +123,8 @@ class Plan:
     def to_json(self) -> dict[str, Any]:
         """Plain data, SI units; null for what is infinite or does not exist."""
         names = (
-            "what", "says", "goal", "dwell", "duration", "floor", "budget", "dead_time", "latitude", "positions",
-            "axes", "dwells", "durations", "sd", "total", "best", "reached",
+            "what", "says", "notes", "goal", "dwell", "duration", "floor", "budget", "dead_time", "latitude",
+            "positions", "axes", "dwells", "durations", "sd", "total", "best", "reached",
         )  # fmt: skip
         return {
             "format": "allanite-plan",
@@ -390,6 +393,7 @@ def _plan(
         duration=float(reached[first]) if known else None,
         floor=floor,
         says=_sentence(scene, goal, dwells, reached, floor, budget, left),
+        notes=_notes(scene.model),
         budget=budget,
         dead_time=scene.dead_time,
         latitude=scene.latitude,
@@ -408,7 +412,7 @@ def _sentence(
     budget: dict[str, float],
     left: float,
 ) -> str:
-    aim = _amount(scene, goal)
+    aim = f"{_amount(scene, goal)} (one standard deviation)"
     if not np.isfinite(reached).any():
         if floor >= goal:
             worst = max(budget, key=lambda name: budget[name])
@@ -416,7 +420,10 @@ def _sentence(
                 f"{aim} is never reached: the stated uncertainties leave {_amount(scene, floor)}, most of it by "
                 f"{worst} ({_amount(scene, budget[worst])})"
             )
-        return f"{aim} is not reached within 30 days: noise and stated uncertainties leave {_amount(scene, left)} then"
+        return (
+            f"{aim} is not reached within 30 days: noise and stated uncertainties leave "
+            f"{_amount(scene, left)} then"
+        )
     first = int(np.argmin(reached))
     near = dwells[reached <= 1.05 * reached[first]]
     others = (
@@ -427,6 +434,15 @@ def _sentence(
         f"{aim} is reached after {_time(float(reached[first]))} with dwells of {dwells[first]:g} s, when {lost}"
         f"{others}"
     )
+
+
+def _notes(model: NoiseModel) -> tuple[str, ...]:
+    if any(isinstance(term, White) for term in model.terms):
+        return ()
+    note = (
+        "the model has no white noise, and every sensor has some: the plan is too good, its dwells too short"
+    )
+    return (note,)
 
 
 def _amount(scene: _Scene, value: float) -> str:

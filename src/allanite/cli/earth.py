@@ -10,6 +10,7 @@ import click
 
 from allanite.cli.options import (
     MODEL,
+    Aim,
     Angle,
     Duration,
     Durations,
@@ -206,7 +207,9 @@ def _refuse_with_null(options: dict[str, Any], figure: str | None, misalignment:
 @click.option("--channel", help="Whose model, where there are several.")
 @latitude_option
 @click.option("--north", is_flag=True, help="Plan a search for north instead of the Earth rate.")
-@click.option("--goal", type=Goal(), help="Standard deviation: 3%, or 1deg with --north.  [default: these]")
+@click.option(
+    "--goal", type=Goal(), help="One standard deviation: 3%, or 1deg with --north.  [default: these]"
+)
 @click.option("--dead-time", type=Duration(), default=2.0, show_default=True, help="Lost at each turn.")
 @click.option("--dwells", type=Durations(), help="Times from turn to turn: 10,30,5min.")
 @click.option("--durations", type=Durations(), help="Lengths of record: 10min,1h,2h.")
@@ -216,9 +219,9 @@ def _refuse_with_null(options: dict[str, Any], figure: str | None, misalignment:
 @stated_options
 @result_options
 def plan(
-    model: str, north: bool, dwells: list[float] | None, durations: list[float] | None, scale: float,
-    latitude_uncertainty: float, tilt: float, heading: float, out: str | None, figure: str | None, force: bool,
-    as_json: bool, **options: Any,
+    model: str, north: bool, goal: Aim | None, dwells: list[float] | None, durations: list[float] | None,
+    scale: float, latitude_uncertainty: float, tilt: float, heading: float, out: str | None, figure: str | None,
+    force: bool, as_json: bool, **options: Any,
 ) -> None:  # fmt: skip
     """Predict how well the Earth rate, or north, will be known: by dwell and length of record.
 
@@ -227,11 +230,18 @@ def plan(
     from allanite import delivery, terminal
     from allanite.earth_rate import Stated
 
+    if goal is not None and goal.is_angle != north:
+        raise click.UsageError(
+            "--goal is a share of the Earth rate, 3%; an angle needs --north"
+            if goal.is_angle
+            else "--goal is an angle with --north, 1deg"
+        )
     delivery.refuse_measurement(out, figure, "plan", ["plan.csv"], force=force)
     stated = Stated(scale=scale, latitude=latitude_uncertainty, tilt=tilt, heading=heading)
     given: dict[str, Any] = {
         name: value for name, value in (("dwells", dwells), ("durations", durations)) if value
     }
+    options["goal"] = None if goal is None else goal.value
     what = "north" if north else "rate"
     made = delivery.plan_of(place_of(model), what=what, stated=stated, command=typed(), **given, **options)
     done = delivery.write_measurement(made, out, figure, force=force)

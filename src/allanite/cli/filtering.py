@@ -3,12 +3,14 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import click
 
 from allanite.cli.options import (
     MODEL,
+    Duration,
     Rate,
     accept_option,
     log_options,
@@ -34,15 +36,18 @@ __all__ = ["filter_"]
     "--reference", type=Rate(), help="Run the seed paper's filter, told this rate along the axis: 15deg/h."
 )
 @click.option(
+    "--correlation-time", type=Duration(), help="With --reference: T of the state that stands for flicker."
+)
+@click.option(
     "-o", "--output", type=click.Path(dir_okay=False), help="Corrected series: .parquet, .npy or .csv."
 )
 @turn_options
 @accept_option
 @result_options
 def filter_(
-    log: str, smooth: bool, reference: float | None, output: str | None, first: str | None, turns: str | None,
-    dwell: float | None, dead_time: float, out: str | None, figure: str | None, force: bool, as_json: bool,
-    **options: Any,
+    log: str, smooth: bool, reference: float | None, correlation_time: float | None, output: str | None,
+    first: str | None, turns: str | None, dwell: float | None, dead_time: float, out: str | None,
+    figure: str | None, force: bool, as_json: bool, **options: Any,
 ) -> int:  # fmt: skip
     """Take the drift that a noise model knows off a LOG of a sensor at rest, and test whether the model holds.
 
@@ -51,6 +56,9 @@ def filter_(
     """
     from allanite import delivery, terminal
 
+    turned: dict[str, Any] = {"first": first, "turns": turns, "dwell": dwell}
+    alone = {**turned, "correlation_time": correlation_time}
+    _refuse_mixed(smooth, reference, [name for name, value in alone.items() if value is not None])
     delivery.refuse_measurement(out, figure, "filter", force=force)
     delivery.refuse_corrected(output, force=force)
     options |= {"command": typed(), "source": "stdin" if log == "-" else None}
@@ -59,7 +67,7 @@ def filter_(
         if reference is None:
             found = delivery.filter_of(place, smooth=smooth, progress=advance, **options)
         else:
-            turned: dict[str, Any] = {"first": first, "turns": turns, "dwell": dwell, "dead_time": dead_time}
+            turned |= {"dead_time": dead_time, "correlation_time": correlation_time}
             found = delivery.aided_of(place, reference=reference, progress=advance, **turned, **options)
     saved = [] if output is None else [delivery.save_corrected(found, output, force=force)]
     done = delivery.write_measurement(found, out, figure, force=force)
@@ -69,3 +77,24 @@ def filter_(
         show = terminal.show_filtered if reference is None else terminal.show_aided
         show(found.document, [*saved, *done.files])
     return LOSS if found.lossy else 0
+
+
+def _refuse_mixed(smooth: bool, reference: float | None, aided: Sequence[str]) -> None:
+    """Options of one filter beside those of the other.
+
+    Raises
+    ------
+    click.UsageError
+        Smoothing with a reference, or what belongs to the reference without one.
+    """
+    if smooth and reference is not None:
+        raise click.UsageError(
+            "--smooth is for the filter of the noise model, the filter that is told the rate has no smoother: leave "
+            "out --smooth or --reference"
+        )
+    if aided and reference is None:
+        names = ", ".join(f"--{name.replace('_', '-')}" for name in aided)
+        raise click.UsageError(
+            f"for the filter that is told the rate only: {names}. Add --reference; a record that was turned is "
+            "measured by allanite earth-rate"
+        )

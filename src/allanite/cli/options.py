@@ -12,7 +12,7 @@ import sys
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import click
 
@@ -20,6 +20,7 @@ __all__ = [
     "ENGINES",
     "MODEL",
     "STATISTICS",
+    "Aim",
     "Angle",
     "ByChannel",
     "Duration",
@@ -123,14 +124,32 @@ class Durations(click.ParamType[Any]):
         )
 
 
+class Aim(NamedTuple):
+    """A goal: a share, or an angle [rad]."""
+
+    value: float
+    is_angle: bool
+
+
 class Goal(click.ParamType[Any]):
-    """A share (3%), or an angle with its unit (1deg)."""
+    """A share (3% or 0.03), or an angle with its unit (1deg)."""
 
     name = "goal"
 
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
-        kind = Angle() if re.search(r"deg|rad|arc|°", str(value)) else Share()
-        return float(kind(value, param, ctx))
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Aim:
+        if isinstance(value, Aim):
+            return value
+        text = str(value).strip()
+        if re.search(r"deg|rad|arc|°", text):
+            return Aim(Angle()(text, param, ctx), True)
+        share = Share()(text, param, ctx)
+        if share >= 1.0 and not text.endswith(("%", "ppm")):
+            self.fail(
+                f"{text!r} alone would be {100 * share:g} %: write {text}% or {share / 100:g}; with --north {text}deg",
+                param,
+                ctx,
+            )
+        return Aim(share, False)
 
 
 class Angle(click.ParamType[Any]):
@@ -149,8 +168,12 @@ class Angle(click.ParamType[Any]):
         )
         try:
             number, unit, side = found.groups()  # type: ignore[union-attr]
-            factor = parse_unit(unit or "deg", Quantity.ANGLE).factor
-            return float(number) * factor * (-1.0 if side in ("S", "W") else 1.0)
+            size = float(number) * parse_unit(unit or "deg", Quantity.ANGLE).factor
+            if side in ("S", "W"):
+                return -abs(size)  # the sign and the letter say the same
+            if side and size < 0:
+                self.fail(f"{value!r} has both a minus sign and {side}: which is it?", param, ctx)
+            return size
         except (AttributeError, ValueError, InputError):
             self.fail(f"{value!r} is no angle: write -23.31, 23.31S, 0.1deg or 2mrad", param, ctx)
 

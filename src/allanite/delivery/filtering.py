@@ -12,9 +12,10 @@ from typing import TYPE_CHECKING, Any
 from allanite.delivery.measurement import Measured, beside
 from allanite.delivery.recordings import file_sha256, is_lossy, read_part
 from allanite.delivery.turned import checked, gyro_of, model_for, turn_spans, turns_of
-from allanite.errors import InputError
+from allanite.errors import DataQualityError, InputError
 
 if TYPE_CHECKING:
+    from allanite.noise import NoiseModel
     from allanite.recording import Recording
 
 __all__ = ["aided_of", "filter_of", "refuse_corrected", "save_corrected"]
@@ -53,9 +54,12 @@ def filter_of(
     channel = _one_of(recording)
     noise, model_name = model_for(model, recording[channel])
     advance(0.1, "looking for faults")
-    ready, findings = prepare(recording, check(recording), accept=accept)
     if noise is None:
         raise InputError("a filter needs the noise model of the sensor: --model")
+    try:
+        ready, findings = prepare(recording, check(recording), accept=accept)
+    except DataQualityError as error:
+        raise _refused(recording, channel, error) from None
     found = filter_recording(
         ready,
         noise,
@@ -78,6 +82,26 @@ def filter_of(
     return Measured(result=found, document=document, name="filter", tables={}, lossy=lossy)
 
 
+def _refused(recording: Recording, channel: str, error: DataQualityError) -> DataQualityError:
+    """The refusal; of a record that was turned, it says so first: there is nothing wrong with it but for a filter."""
+    from allanite.health.finding import plural
+    from allanite.recording import Kind
+    from allanite.reversals import find_reversals
+    from allanite.reversals.remarks import times
+
+    if recording[channel].kind not in (Kind.RATE, Kind.ANGLE):
+        return error
+    turns = find_reversals(recording, channel=channel).turns
+    if not turns:
+        return error
+    return DataQualityError(
+        f"the record seems to have been turned: {plural(len(turns), 'turn')}, at {times(recording.rate, turns)}. A "
+        "filter of the noise is for a sensor at rest; what a turned one saw of the Earth: allanite earth-rate. A part "
+        f"without turns: --from, --to\n{error}",
+        error.findings,
+    )
+
+
 def _one_of(recording: Recording) -> str:
     """The one channel that can bear a noise model."""
     names = [c.name for c in recording.channels if c.kind.noise_bearing]
@@ -91,6 +115,7 @@ def aided_of(
     *,
     model: str | os.PathLike[str],
     reference: float,
+    correlation_time: float | None = None,
     first: str | None = None,
     turns: str | os.PathLike[str] | None = None,
     dwell: float | None = None,
@@ -107,6 +132,16 @@ def aided_of(
 
     Turns are left out. With `first` the log is read in the second way, too: the reference with the sign of the
     heading.
+
+    Parameters
+    ----------
+    correlation_time : float, optional [s]
+        What the filter takes for T_b where the model has flicker.
+
+    Raises
+    ------
+    InputError
+        A model with flicker and no correlation time, or without the terms of the filter.
     """
     from allanite.reference_aided import reference_aided
 
@@ -116,21 +151,19 @@ def aided_of(
     whole = whole if source is None else replace(whole, source=source)
     channel = gyro_of(whole)
     noise, model_name = model_for(model, whole[channel])
+    if noise is None:
+        raise InputError("the filter needs the noise model of the sensor: --model")
+    _refuse_without_time(noise, correlation_time)
     part, reversals = turns_of(
         whole, channel, start=start, stop=stop, turns=turns, dwell=dwell, first=first, dead_time=dead_time
     )
     ready = checked(part, reversals, [channel], accept=accept)
     still = ready.recording.excluding({channel: turn_spans(reversals)}, "turns")
-    if noise is None:
-        raise InputError("the filter needs the noise model of the sensor: --model")
     advance(0.5, "filtering")
-    readings = [reference_aided(still, noise, reference=reference, channel=channel)]
+    told: dict[str, Any] = {"reference": reference, "channel": channel, "T": correlation_time}
+    readings = [reference_aided(still, noise, **told)]
     if first is not None and reversals.turns:
-        readings.append(
-            reference_aided(
-                ready.recording, noise, reference=reference, channel=channel, signs=reversals.signs()
-            )
-        )
+        readings.append(reference_aided(ready.recording, noise, signs=reversals.signs(), **told))
     document = {
         "format": "allanite-reference-aided",
         "version": 1,
@@ -143,6 +176,22 @@ def aided_of(
         "model_name": model_name,
     }
     return Measured(result=readings[-1], document=document, name="filter", tables={}, lossy=ready.lossy)
+
+
+def _refuse_without_time(model: NoiseModel, time: float | None) -> None:
+    """The seed paper's filter has one Gauss-Markov state for flicker, which needs a correlation time."""
+    from allanite.noise import Flicker, GaussMarkov
+
+    has_own = [t.T for t in model.terms if isinstance(t, GaussMarkov)]
+    if time is None and any(isinstance(t, Flicker) for t in model.terms):
+        raise InputError(
+            "the model has flicker (B without T), and the filter gives it one correlation time: --correlation-time "
+            "240s, or a model with T"
+        )
+    if time is not None and has_own and time not in has_own:
+        raise InputError(
+            f"--correlation-time {time:g} s, but the Gauss-Markov term of the model has {has_own[0]:g} s: leave it out"
+        )
 
 
 def refuse_corrected(path: str | os.PathLike[str] | None, *, force: bool) -> None:

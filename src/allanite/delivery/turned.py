@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from allanite.delivery.recordings import is_lossy
-from allanite.errors import InputError
+from allanite.errors import DataQualityError, InputError
 
 if TYPE_CHECKING:
     import numpy as np
@@ -48,6 +48,8 @@ Json = Mapping[str, Any]
 _MADE_BY_LEAVING_OUT = frozenset({"missing", "broken_up", "too_short"})
 #: A drift, a warm-up or a knock moves the signal. Whether that matters is judged with the noise model, dwell by dwell.
 _JUDGED_LATER = frozenset({"not_at_rest", "disturbance", "amplitude_drop", "spikes", "heavy_tails"})
+#: Findings by which the signal contradicts the turns that were given.
+CONTRADICTIONS = ("turn_not_listed", "turn_not_seen")
 #: A turn that no signal shows is as long as the gap that hides it: beyond this the gap is a loss [s].
 LONGEST_TURN = 15.0
 
@@ -139,9 +141,7 @@ def model_for(source: str | os.PathLike[str] | None, channel: Channel) -> tuple[
     return model, where
 
 
-def chosen_model(
-    source: str | os.PathLike[str] | None, channel: str
-) -> tuple[NoiseModel | None, str]:
+def chosen_model(source: str | os.PathLike[str] | None, channel: str) -> tuple[NoiseModel | None, str]:
     """The same by the name of the channel alone, whatever its kind."""
     from allanite.model_file import load_models
 
@@ -169,7 +169,9 @@ def _refuse_other_kind(model: NoiseModel, where: str, channel: Channel) -> None:
     if own == "unknown":
         advice = "name the unit of the samples, as --unit deg/s"
     elif own in ("voltage", "counts"):
-        advice = "give the scale factor of the data sheet, --scale-factor '24 mV/(deg/s)', or a model in that unit"
+        advice = (
+            "give the scale factor of the data sheet, --scale-factor '24 mV/(deg/s)', or a model in that unit"
+        )
     raise InputError(
         f"channel {channel.name!r} is one of {channel.kind.value}, the noise model ({where}) is one of {model.kind}: "
         f"{advice}"
@@ -269,8 +271,19 @@ def checked(
     DataQualityError
         A fatal finding between the turns that was not accepted.
     """
-    ready = judged(recording, turn_spans(reversals), channels, accept=accept)
-    return replace(ready, findings=(*ready.findings, *reversals.findings))
+    doubts = [f for f in reversals.findings if f.code in CONTRADICTIONS]
+    try:
+        ready = judged(recording, turn_spans(reversals), channels, accept=accept)
+    except DataQualityError as error:
+        if not doubts:
+            raise
+        # A list of turns that is wrong makes a good record look bad.
+        said = "".join(f"{f.message}\n    what to do: {f.advice}\n" for f in doubts)
+        raise DataQualityError(
+            f"signal and turns contradict each other: {said}{error}", (*doubts, *error.findings)
+        ) from None
+    others = [f for f in reversals.findings if f not in doubts]
+    return replace(ready, findings=(*doubts, *ready.findings, *others))
 
 
 def judged(
@@ -321,12 +334,16 @@ def judged(
 
 
 def turn_spans(reversals: Reversals) -> NDArray[np.int64]:
-    """Samples of the turns, with the dead time after each and the guard before."""
+    """Samples of the turns, with the dead time after each and the guard before; of those in the signal that a list
+    does not hold as well.
+    """
     import numpy as np
 
     before, after = (math.ceil(s * reversals.rate) for s in (reversals.guard, reversals.dead_time))
-    spans = [(max(t.start - before, 0), min(t.stop + after, reversals.n_samples)) for t in reversals.turns]
-    return np.array(spans, dtype=np.int64).reshape(-1, 2)
+    moved = [(t.start, t.stop) for t in reversals.turns]
+    moved += [(d.start, d.stop) for d in reversals.disturbed if d.kind == "turn"]
+    spans = [(max(a - before, 0), min(b + after, reversals.n_samples)) for a, b in moved]
+    return np.array(sorted(spans), dtype=np.int64).reshape(-1, 2)
 
 
 def _is_of_the_log(found: Finding) -> bool:

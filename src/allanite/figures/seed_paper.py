@@ -242,7 +242,7 @@ def figure_3(study: Any) -> PaperFigure:
     caption = (
         "Above, the points at which the paper's rules read N, B and K off the curve, and the fitted model; below, what "
         "either way gives as a part of the published value, which is the truth of the simulated sensor: a reading "
-        "off the curve has no interval, and its T_b is far off."
+        "off the curve has no interval, and takes T_b from a minimum that the other terms shift."
     )
     return PaperFigure.of(3, caption, panel, _coefficients_panel(channel))
 
@@ -460,18 +460,22 @@ def _aided(take: int, unsigned: Sequence[Any], demodulated: Sequence[Any]) -> Pa
 # -- the four takes ---------------------------------------------------------------------------------------
 
 
-def four_takes(estimates: Mapping[int, Any], *, published: bool = True) -> PaperFigure:
+def four_takes(
+    estimates: Mapping[int, Any], *, bounds: Mapping[int, float] | None = None, published: bool = True
+) -> PaperFigure:
     """The paper's results, the pairs, north-south-north and the regression of each take, beside bound and truth.
 
     Parameters
     ----------
     estimates : mapping of the number of a take (1 to 4) to EarthRateEstimate or its document
+    bounds : mapping of the number of a take to float, optional [rad/s]
+        Standard deviation that the noise of the sensor alone allows: `allanite.planning.plan`.
     published : bool
         Show what the paper found; its takes were other records than these.
     """
     found = {n: e if isinstance(e, Mapping) else e.to_json() for n, e in sorted(estimates.items())}
     wide = quantile(next(iter(found.values()))["confidence"])
-    curves = [_bound(found, wide)]
+    curves = [_bound([(bounds or {}).get(n, math.nan) for n in found], wide)]
     if published:
         rows = [(i, bench_of.TAKES[n].published / MILLI, 0.0) for i, n in enumerate(found)]
         curves.append(_estimates(rows, -0.3, "published by the paper, without interval", "x", "cross"))
@@ -499,25 +503,30 @@ def four_takes(estimates: Mapping[int, Any], *, published: bool = True) -> Paper
         title=TITLES[14],
         x=Axis(label="", limits=frame, names=names),
         y=Axis(label=f"Earth rate [{MILLI_NAME}]", limits=around(*ends)),
-        curves=(*(c for c in curves if c.x.size), level(EARTH_RATE / MILLI, frame, _EARTH)),
+        curves=(*(c for c in curves if np.isfinite(c.y).any()), level(EARTH_RATE / MILLI, frame, _EARTH)),
         height=0.5,
         key="above",
     )
     caption = (
         "The four takes of the simulated bench by three estimators, with 95 % intervals, and what the paper found in "
-        "its own: the grey boxes are what the noise of the sensor alone allows in a record of that length."
+        "its own"
+    )
+    caption += (
+        ": the grey boxes are what the noise of the sensor alone allows in a record of that length, no time lost in "
+        "turning."
+        if bounds
+        else "."
     )
     return PaperFigure.of(14, caption, panel)
 
 
-def _bound(found: Mapping[int, Json], wide: float) -> Curve:
+def _bound(bounds: Sequence[float], wide: float) -> Curve:
     """A box around the known rate for each take: as wide as the noise alone makes the best estimate."""
     x: list[float] = []
     half: list[float] = []
-    for i, estimate in enumerate(found.values()):
-        sd = math.nan if estimate["sd"] is None else estimate["sd"] / estimate["inflation"] / MILLI
+    for i, sd in enumerate(bounds):
         x += [i - 0.42, i + 0.42, i + 0.42]
-        half += [wide * sd, wide * sd, math.nan]
+        half += [wide * sd / MILLI, wide * sd / MILLI, math.nan]
     rate, reach = np.full(len(x), EARTH_RATE / MILLI), array(half)
     words = "95 % bound: noise alone, at its best"
     look: dict[str, Any] = {"label": "", "colour": "guide", "style": "thin", "band_label": words}

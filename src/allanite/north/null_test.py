@@ -147,13 +147,15 @@ def _verdict(result: EastWestNull, *, separable: bool) -> tuple[str, str]:
         names = ", ".join(c.name for c in bad)
         return "inconsistent", f"the residuals contradict the noise model ({names}): {bad[0].says}"
     value, total, limit = (x / DEG_H for x in (result.value, result.total_sd, result.limit))
+    digits = max(0, 1 - math.floor(math.log10(total))) if 0 < total < math.inf else 2
+    found = f"{value:.{digits}f} +- {total:.2g} deg/h (1 sd)"
     if result.interval[0] <= 0 <= result.interval[1]:
         return (
             "no bias that follows the turns",
-            f"none above {limit:.3g} deg/h ({value:.3g} +- {total:.2g} deg/h)",
+            f"none above {limit:.3g} deg/h; the turns give {found}",
         )
     reason = (
-        f"{value:.3g} +- {total:.2g} deg/h change sign between east and west, where the Earth adds nothing: an Earth "
-        f"rate measured with these turns may be wrong by {limit / math.cos(result.latitude):.3g} deg/h"
+        f"{found} change sign between east and west, where the Earth adds nothing: an Earth rate measured with these "
+        f"turns may be wrong by {limit / math.cos(result.latitude):.3g} deg/h"
     )
     return "a bias follows the turns", reason

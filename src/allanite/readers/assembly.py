@@ -7,6 +7,7 @@ columns become time, channels and companions, units are settled, and the samples
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
@@ -24,6 +25,7 @@ _FITTING = {
     "gyro": {Quantity.ANGLE_RATE, Quantity.ANGLE, Quantity.VOLTAGE, Quantity.COUNTS},
     "acc": {Quantity.ACCELERATION, Quantity.VELOCITY, Quantity.VOLTAGE, Quantity.COUNTS},
 }
+_VOLTS = re.compile(r"[_ .]([mµu]?V)$")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -273,6 +275,12 @@ def _channels(
         if isinstance(options.scale_factor, str) and factor is not None and not _factor_fits(factor, heading):
             factor = None
         result[i] = _channel(heading, given, factor, options.sampling, guesses)
+    if factors and all(result[i].kind is Kind.UNKNOWN for i in factors if i in result):
+        word, names = next(iter(factors.values())), ", ".join(c.name for c in result.values())
+        raise InputError(
+            f"the scale factor {word!r} needs the unit of the samples, and there is none for {names}: say it as well, "
+            "unit='V' (--unit V)"
+        )
     return result
 
 
@@ -280,8 +288,15 @@ def _channel(
     heading: Heading, given: str | None, factor: str | None, sampling: Sampling, guesses: list[str]
 ) -> Channel:
     unit = heading.unit if given is None else given
-    if factor is not None and not unit and parse_scale_factor(factor).sample is Quantity.COUNTS:
-        unit = "LSB"
+    if factor is not None and not unit:
+        sample = parse_scale_factor(factor).sample
+        volts = _VOLTS.search(
+            heading.name
+        )  # a unit only beside a factor that takes volts: V may mean vertical
+        if sample is Quantity.COUNTS:
+            unit = "LSB"
+        elif sample is Quantity.VOLTAGE and volts:
+            unit = volts[1]
     if given is None and unit and not _known(unit):
         guesses.append(f"unit {unit!r} of {heading.name} is not known: read as unknown")
         unit = ""

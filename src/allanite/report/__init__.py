@@ -5,8 +5,6 @@
     What the page of each result says, as plain data, from the plain document of the result.
 ``blocks``, ``pieces``
     What pages are made of.
-``vector_words``
-    Rate vector and null test in words, for the terminal as well.
 ``frame.html``
     How every page is laid out; ``study.html`` and ``sections.html`` fill it, ``page.css`` and ``page.js`` are put
     into it.

@@ -147,8 +147,11 @@ def table(
     return [made] if rows else []
 
 
-def pairs(rows: Sequence[tuple[str, str]], *, verbatim: bool = False) -> Block:
-    """Names with their values; those without a value are left out. `verbatim`: minus signs and powers as they are."""
+def pairs(rows: Sequence[tuple[str, str | tuple[str, ...]]], *, verbatim: bool = False) -> Block:
+    """Names with their values; those without a value are left out. `verbatim`: minus signs and powers as they are.
+
+    A value of several texts is a first line with a list below it.
+    """
     return {"kind": "pairs", "rows": [(name, value) for name, value in rows if value], "verbatim": verbatim}
 
 

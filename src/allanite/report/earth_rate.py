@@ -31,17 +31,18 @@ from allanite.wording import (
     budget_lines,
     capitalised,
     check_lines,
+    contradictions,
     duration,
     earth_rate_lines,
     model_words,
-    number,
     sentence,
     signed,
     tone,
     turn_words,
+    with_sd,
 )
 
-__all__ = ["ROSENBERG", "SEED", "checks_table", "estimates_table", "page"]
+__all__ = ["ROSENBERG", "SEED", "checks_table", "contradiction_banners", "estimates_table", "page"]
 
 Json = Mapping[str, Any]
 _MOST_DWELLS = 400
@@ -101,6 +102,7 @@ def _facts(document: Json) -> list[tuple[str, str]]:
 def _verdict(document: Json) -> list[Block]:
     verdict = document["verdict"]
     blocks: list[Block] = [
+        *contradiction_banners(document),
         banner(tone(verdict), sentence(verdict), sentence(document["reason"])),
     ]
     blocks += bullets([sentence(words) for words in document["advice"] if words not in document["reason"]])
@@ -121,6 +123,11 @@ def _verdict(document: Json) -> list[Block]:
         lines, f"Earth rate by each estimator, with {100 * document['confidence']:g} % intervals."
     )
     return [*blocks, *_budget(document)]
+
+
+def contradiction_banners(document: Json) -> list[Block]:
+    """Where the signal contradicts the turns that were given."""
+    return [banner("fatal", "Signal and list contradict each other.", w) for w in contradictions(document)]
 
 
 def estimates_table(lines: Iterable[Estimate], caption: str) -> list[Block]:
@@ -230,13 +237,12 @@ def _checks(document: Json) -> list[Block]:
         "Questions put to what the fit leaves. Chance: of so large a value if the noise model holds.",
     )
     for name, (value, sd) in document["nuisances"].items():
-        shown = f"{signed(value, DEG_H, 1)} ± {number(None if sd is None else sd / DEG_H, 2)} deg/h"
-        blocks.append(text(f"Fitted beside the rate: {name}, {shown}."))
+        blocks.append(text(f"Fitted beside the rate: {name}, {with_sd(value, sd, 'deg/h', DEG_H)}."))
     level, sd = document["bias"]
     name = (
         "Bias at the beginning of the record" if document["rate"] is not None else "Bias and Earth together"
     )
-    blocks.append(text(f"{name}: {number(level / DEG_H, 5)} ± {number(sd / DEG_H, 2)} deg/h."))
+    blocks.append(text(f"{name}: {with_sd(level, sd, 'deg/h', DEG_H)}."))
     if document["rate"] is not None:
         blocks.append(text(_COHERENT, note=True))
     return blocks

@@ -45,13 +45,13 @@ LJUNG_BOX = (
     "G. M. Ljung, G. E. P. Box, On a measure of lack of fit in time series models, Biometrika 65 (1978) 297."
 )
 _UNSIGNED = (
-    "Unsigned: the mean of the corrected samples as they come. It tends to the reference, whatever the sensor saw: "
-    "move the reference, and the mean moves with it, one to one."
+    "Unsigned: the mean of the corrected samples as they come. It moves with the reference by the share in the last "
+    "column, whatever the sensor saw; from a minute on that is all but one to one."
 )
 _DEMODULATED = (
-    "Demodulated: reference and samples are taken with the sign of the heading. Then the sensor decides but for a few "
-    "percent, and the result is about the plain pair estimate, some percent too small, because the filter takes part "
-    "of the alternating signal for flicker."
+    "Demodulated: reference and samples are taken with the sign of the heading. Then the reference counts less the "
+    "longer the record is, and the sensor decides the rest. The rest is no mean of the samples, but what the filter "
+    "leaves of them: it takes part of the alternating signal for flicker, so the Earth comes out too small."
 )
 READINGS = (_UNSIGNED, _DEMODULATED)
 """The two ways in which the seed paper's filtered takes can be read."""

@@ -22,7 +22,7 @@ from allanite.report.blocks import (
     table,
     text,
 )
-from allanite.report.earth_rate import ROSENBERG, checks_table
+from allanite.report.earth_rate import ROSENBERG, checks_table, contradiction_banners
 from allanite.wording import (
     DEG_H,
     angle,
@@ -30,10 +30,12 @@ from allanite.wording import (
     arcs_words,
     azimuth_words,
     duration,
+    heading_words,
+    horizontal_words,
     model_words,
-    number,
     sentence,
     tone,
+    with_sd,
 )
 
 __all__ = ["page"]
@@ -69,22 +71,18 @@ def _positions(document: Json) -> str:
     return str(len((document["reversals"] or {"positions": ()})["positions"]))
 
 
-def _in_deg_h(value: float | None) -> str:
-    return number(None if value is None else value / DEG_H, 4)
-
-
 def _verdict(document: Json) -> list[Block]:
     verdict = document["verdict"]
-    low, high = (_in_deg_h(v) for v in document["horizontal_interval"])
-    expected = _in_deg_h(document["expected_rate"])
+    rate, ends, expected = horizontal_words(document)
     return [
+        *contradiction_banners(document),
         banner(tone(verdict), sentence(verdict), sentence(document["reason"])),
         *bullets([sentence(words) for words in document["advice"]]),
         hero(
             azimuth_words(document),
             "azimuth of the mark, from north over east",
             f"{100 * document['confidence']:g} % interval: {arcs_words(document['interval'])}",
-            f"horizontal rate {_in_deg_h(document['horizontal_rate'])} deg/h [{low}, {high}]; expected {expected}",
+            f"horizontal rate {rate} deg/h {ends}; expected {expected}",
             tone(verdict),
         ),
         *table(
@@ -92,6 +90,7 @@ def _verdict(document: Json) -> list[Block]:
             angle_budget_lines(document),
             caption="Where the uncertainty comes from.",
         ),
+        *(text(sentence(words), note=True) for words in [heading_words(document)] if words),
     ]
 
 
@@ -115,10 +114,7 @@ def _pictures(document: Json) -> list[Block]:
 
 
 def _checks(document: Json) -> list[Block]:
-    biases = [
-        (name, f"{_in_deg_h(level)} ± {_in_deg_h(sd)} deg/h")
-        for name, (level, sd) in document["biases"].items()
-    ]
+    biases = [(name, with_sd(level, sd, "deg/h", DEG_H)) for name, (level, sd) in document["biases"].items()]
     return [
         *checks_table(document["checks"], "Questions put to what the fit leaves."),
         pairs([(f"Bias of {name}", words) for name, words in biases]),

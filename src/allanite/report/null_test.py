@@ -21,9 +21,19 @@ from allanite.report.blocks import (
     table,
     text,
 )
-from allanite.report.earth_rate import checks_table
-from allanite.report.vector_words import null_budget, null_words, tone_of
-from allanite.wording import DEG_H, angle, duration, model_words, number, sentence
+from allanite.report.earth_rate import checks_table, contradiction_banners
+from allanite.wording import (
+    DEG_H,
+    angle,
+    duration,
+    model_words,
+    null_budget,
+    null_words,
+    number,
+    sentence,
+    tone,
+    with_sd,
+)
 
 __all__ = ["page"]
 
@@ -56,7 +66,10 @@ def page(document: Json) -> dict[str, Any]:
 
 def _verdict(document: Json) -> list[Block]:
     verdict = document["verdict"]
-    blocks: list[Block] = [banner(tone_of(verdict), sentence(verdict), sentence(document["reason"]))]
+    blocks: list[Block] = [
+        *contradiction_banners(document),
+        banner(tone(verdict), sentence(verdict), sentence(document["reason"])),
+    ]
     blocks += bullets([sentence(words) for words in document["advice"]])
     value, ends, limit = null_words(document)
     if value == "–":
@@ -68,7 +81,7 @@ def _verdict(document: Json) -> list[Block]:
             "deg/h follow the turns, + pointing east",
             f"{100 * document['confidence']:g} % interval {ends} deg/h: none above {limit} deg/h",
             f"in an Earth rate measured with such turns: at most {error} deg/h",
-            tone_of(verdict),
+            tone(verdict),
         )
     )
     rows = null_budget(document)
@@ -84,10 +97,10 @@ def _verdict(document: Json) -> list[Block]:
 
 
 def _checks(document: Json) -> list[Block]:
-    level, sd = (number(None if v is None else v / DEG_H, 4) for v in document["bias"])
+    level, sd = document["bias"]
     return [
         *checks_table(document["checks"], "Questions put to what the fit leaves."),
-        pairs([("Bias that stays", f"{level} ± {sd} deg/h")]),
+        pairs([("Bias that stays", with_sd(level, sd, "deg/h", DEG_H))]),
     ]
 
 

@@ -98,6 +98,16 @@
   );
   places.forEach((place) => watcher.observe(place));
 
+  // Paper has no fold: what nobody scrolled to is drawn before it is printed.
+  window.addEventListener("beforeprint", () => {
+    for (const place of places) {
+      if (drawn.has(place)) continue;
+      watcher.unobserve(place);
+      draw(place);
+      place.style.minHeight = "";
+    }
+  });
+
   let waiting = 0;
   window.addEventListener("resize", () => {
     clearTimeout(waiting);

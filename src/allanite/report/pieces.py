@@ -6,6 +6,7 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 from urllib.parse import quote
@@ -14,6 +15,7 @@ from markupsafe import Markup, escape
 
 from allanite.figures import matplotlib, plotly
 from allanite.figures.panel import Sheet
+from allanite.wording import model_words
 
 __all__ = ["Figure", "clock", "finding_row", "provenance_rows", "with_powers"]
 
@@ -87,8 +89,11 @@ def clock(seconds: float) -> str:
     return f"{whole // 3600}:{whole % 3600 // 60:02}:{whole % 60:02}{part}"
 
 
-def provenance_rows(document: Json) -> list[tuple[str, str]]:
-    """Where a result comes from: file, command, versions, and every step of the record's history."""
+def provenance_rows(document: Json) -> list[tuple[str, str | tuple[str, ...]]]:
+    """Where a result comes from: file, command, versions, and every step of the record's history.
+
+    A step is its name and a line for each thing that is known of it; all else is text.
+    """
     found = document.get("provenance") or {}
     rows = [
         ("File", found.get("source")),
@@ -104,21 +109,31 @@ def provenance_rows(document: Json) -> list[tuple[str, str]]:
     ]
     history = (document.get("recording") or {}).get("history") or ()
     steps = [(f"Step {i}", _step(step)) for i, step in enumerate(history, 1)]
-    return [(name, str(value)) for name, value in [*rows, *steps] if value]
+    return [*((name, str(value)) for name, value in rows if value), *steps]
 
 
-def _step(step: Json) -> str:
-    return (
-        f"{step.get('step', 'step')}: {_said({k: v for k, v in step.items() if k != 'step'})}".removesuffix(
-            ": "
-        )
-    )
+def _step(step: Json) -> tuple[str, ...]:
+    """Its name, and a line for each thing that is known of it."""
+    known = {key: _said(part) for key, part in step.items() if key != "step"}
+    lines = (f"{_spoken(key)}: {words}" for key, words in known.items() if words)
+    return (_spoken(str(step.get("step", "step"))), *lines)
 
 
 def _said(value: Any) -> str:
     """Nested plain data in words."""
     if isinstance(value, Mapping):
+        if "terms" in value:
+            with suppress(
+                LookupError, TypeError, ValueError
+            ):  # a history is free-form: anything may be called that
+                return model_words(value)
         return ", ".join(f"{key} {words}" for key, part in value.items() if (words := _said(part)))
     if isinstance(value, list | tuple):
-        return ", ".join(map(_said, value)) if len(value) <= _MOST_SAID else f"{len(value)} values"
+        return ", ".join(map(_said, value)) if len(value) <= _MOST_SAID else f"{len(value)} entries"
+    if value is None:
+        return ""
     return f"{value:.6g}" if isinstance(value, float) else str(value)
+
+
+def _spoken(name: str) -> str:
+    return name.replace("_", " ")

@@ -10,6 +10,7 @@ from allanite.report.blocks import (
     Block,
     Cell,
     Section,
+    banner,
     drawn,
     equation,
     hero,
@@ -58,7 +59,7 @@ def _verdict(document: Json) -> list[Block]:
         ]
         for i, (dwell, cells, reached) in enumerate(made.rows)
     ]
-    blocks: list[Block] = []
+    blocks: list[Block] = [banner("warning", "Doubtful.", sentence(n)) for n in document.get("notes", ())]
     if document["duration"] is not None:
         blocks.append(
             hero(

@@ -22,17 +22,20 @@ from allanite.report.blocks import (
     text,
 )
 from allanite.report.earth_rate import checks_table, estimates_table
-from allanite.report.vector_words import (
+from allanite.wording import (
     EMPTY_BUDGET,
+    angle,
     axis_lines,
+    duration,
     latitude_words,
     left_out_lines,
     length_lines,
     pose_words,
+    sentence,
+    tone,
     used_words,
     vector_budget,
 )
-from allanite.wording import angle, duration, sentence, tone
 
 __all__ = ["page"]
 

@@ -6,13 +6,14 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from allanite.report.vector_words import tone_of
 from allanite.terminal.console import console, table_of
 from allanite.terminal.study import show_findings
 from allanite.wording import (
+    DEG_H,
     angle,
     budget_lines,
     check_lines,
+    contradictions,
     duration,
     earth_rate_lines,
     filter_verdict,
@@ -21,6 +22,7 @@ from allanite.wording import (
     sentence,
     tone,
     turn_words,
+    with_sd,
 )
 
 if TYPE_CHECKING:
@@ -48,6 +50,7 @@ _TONES = {"good": "bold green", "warning": "bold yellow", "fatal": "bold red"}
 def show_earth_rate(document: Json, files: Sequence[object] = ()) -> None:
     """Verdict, rate with the readings beside it, budget, checks and advice of an `EarthRateEstimate`'s document."""
     out = console()
+    _contradictions(out, document)
     _verdict(out, document["verdict"], document["reason"])
     if document["rate"] is not None:
         _estimates(out, document)
@@ -72,7 +75,7 @@ def show_earth_rate(document: Json, files: Sequence[object] = ()) -> None:
 
 def show_rate_vector(document: Json, files: Sequence[object] = ()) -> None:
     """Verdict, length, vector, what was used and left out, checks, budget and advice of a `RateVector`'s document."""
-    from allanite.report.vector_words import latitude_words, pose_words, used_words
+    from allanite.wording import latitude_words, pose_words, used_words
 
     out = console()
     _verdict(out, document["verdict"], document["reason"])
@@ -98,7 +101,7 @@ def _vector(out: Console, document: Json) -> None:
     """The length beside the known rate, the axes, and what the interval is made of."""
     from rich.text import Text
 
-    from allanite.report.vector_words import EMPTY_BUDGET, axis_lines, length_lines, vector_budget
+    from allanite.wording import EMPTY_BUDGET, axis_lines, length_lines, vector_budget
 
     percent = f"{100 * document['confidence']:g} % interval"
     table = table_of(("Rate vector", "deg/h", percent, "deg/s", percent))
@@ -119,7 +122,7 @@ def _vector(out: Console, document: Json) -> None:
 
 
 def _left_out(out: Console, document: Json) -> None:
-    from allanite.report.vector_words import left_out_lines
+    from allanite.wording import left_out_lines
 
     table = table_of(("Left out because", "stretches", "together", "the longest"))
     table.columns[0].no_wrap = False
@@ -134,10 +137,10 @@ def show_null(document: Json, files: Sequence[object] = ()) -> None:
     """Verdict, the bias that follows the turns, what it would do to an Earth rate, budget, checks and advice."""
     from rich.text import Text
 
-    from allanite.report.vector_words import null_budget, null_words
-    from allanite.wording import DEG_H, number
+    from allanite.wording import DEG_H, null_budget, null_words, number
 
     out = console()
+    _contradictions(out, document)
     _verdict(out, document["verdict"], document["reason"])
     value, ends, limit = null_words(document)
     if value != "–":
@@ -151,10 +154,10 @@ def show_null(document: Json, files: Sequence[object] = ()) -> None:
         out.print()
     _checks(out, document["checks"])
     _advice(out, document["advice"])
-    level, sd = (number(None if v is None else v / DEG_H, 4) for v in document["bias"])
+    level, sd = document["bias"]
     _facts(
         out,
-        ("bias that stays", f"{level} ± {sd} deg/h"),
+        ("bias that stays", with_sd(level, sd, "deg/h", DEG_H)),
         ("latitude", angle(document["latitude"])),
         ("noise", f"{document['model_name']}: {model_words(document['model'])}"),
     )
@@ -164,31 +167,37 @@ def show_null(document: Json, files: Sequence[object] = ()) -> None:
 
 def show_north(document: Json, files: Sequence[object] = ()) -> None:
     """Verdict, azimuth with its interval, the length of the vector, budget, checks and advice."""
-    from allanite.wording import DEG_H, angle_budget_lines, arcs_words, azimuth_words, number
+    from allanite.wording import (
+        angle_budget_lines,
+        arcs_words,
+        azimuth_words,
+        heading_words,
+        horizontal_words,
+        number,
+    )
 
     out = console()
+    _contradictions(out, document)
     _verdict(out, document["verdict"], document["reason"])
     percent = f"{100 * document['confidence']:g} % interval"
-    low, high = (number(None if v is None else v / DEG_H, 4) for v in document["horizontal_interval"])
     table = table_of(("", "Estimate", percent, "Expected"))
     table.add_row("azimuth of the mark", azimuth_words(document), arcs_words(document["interval"]), "")
-    seen, expected = (
-        number(None if document[k] is None else document[k] / DEG_H, 4)
-        for k in ("horizontal_rate", "expected_rate")
-    )
-    table.add_row("horizontal rate [deg/h]", seen, f"[{low}, {high}]", expected)
+    table.add_row("horizontal rate [deg/h]", *horizontal_words(document))
     out.print(table)
     out.print()
+    lines = angle_budget_lines(document)
     budget = table_of(("Standard uncertainty of the azimuth", "deg"))
-    for row in angle_budget_lines(document):
+    for row in lines:
         budget.add_row(*row)
-    out.print(budget)
-    out.print()
+    if lines:
+        out.print(budget)
+        out.print()
     _checks(out, document["checks"])
     _advice(out, document["advice"])
     _facts(
         out,
         ("axes", ", ".join(f"{name} at {angle(heading)}" for name, heading in document["axes"].items())),
+        *(("direction", words) for words in [heading_words(document)] if words),
         ("signal to noise", number(document["signal_to_noise"], 3)),
         ("latitude", angle(document["latitude"])),
         ("length", f"{duration(document['duration'])}, in means over {duration(document['block'])}"),
@@ -206,6 +215,8 @@ def show_plan(document: Json, files: Sequence[object] = ()) -> None:
 
     out = console()
     out.print(sentence(document["says"]))
+    for note in document.get("notes", ()):
+        out.print(Text(f"Warning: {sentence(note)}", _TONES["warning"]))
     out.print()
     made = plan_table(document)
     table = table_of(("Dwell", *made.durations, f"{goal_words(document)} after"))
@@ -332,9 +343,19 @@ def _verdict(out: Console, verdict: str, reason: str) -> None:
 
     whole = headline(verdict, reason)
     text = Text(whole)
-    text.stylize(_TONES[tone_of(verdict)], 0, len(verdict))
+    text.stylize(_TONES[tone(verdict)], 0, len(verdict))
     out.print(text)
     out.print()
+
+
+def _contradictions(out: Console, document: Json) -> None:
+    """Before everything: a list of turns that is not that of the record makes nonsense of what follows."""
+    from rich.text import Text
+
+    for words in contradictions(document):
+        text = Text(f"Signal and list contradict each other: {words}")
+        text.stylize(_TONES["fatal"], 0, len("Signal and list contradict each other"))
+        out.print(text)
 
 
 def _estimates(out: Console, document: Json) -> None:
@@ -369,11 +390,9 @@ def _uncertainties(out: Console, lines: Sequence[tuple[str, str, str]], empty: s
 
 
 def _nuisances(out: Console, document: Json) -> None:
-    from allanite.wording import DEG_H, number
-
     for name, (value, sd) in document["nuisances"].items():
         if value is not None and sd is not None:
-            out.print(f"fitted beside it: {name}, {number(value / DEG_H, 4)} ± {number(sd / DEG_H, 2)} deg/h")
+            out.print(f"fitted beside it: {name}, {with_sd(value, sd, 'deg/h', DEG_H)}")
     if document["nuisances"]:
         out.print()
 

@@ -6,10 +6,19 @@ documents of results and holds no formula: it rounds, chooses units and makes se
 
 ``numbers``  numbers, intervals, probabilities, time spans
 ``study``    noise coefficients and what a study says of them
-``rates``    Earth rate, north, filter and plan
+``rates``    Earth rate, filter and plan
+``north``    directions
+``vector``   rate vector and null test
 """
 
-from allanite.wording.numbers import duration, interval, number, probability
+from allanite.wording.north import (
+    angle_budget_lines,
+    arcs_words,
+    azimuth_words,
+    heading_words,
+    horizontal_words,
+)
+from allanite.wording.numbers import duration, interval, number, probability, with_sd
 from allanite.wording.rates import (
     AIDED,
     DEG,
@@ -20,13 +29,11 @@ from allanite.wording.rates import (
     WeekLine,
     aided_lines,
     angle,
-    angle_budget_lines,
-    arcs_words,
-    azimuth_words,
     budget_lines,
     capitalised,
     check_lines,
     consistency_lines,
+    contradictions,
     earth_rate_lines,
     estimate_of,
     filter_lines,
@@ -43,6 +50,7 @@ from allanite.wording.rates import (
     tone,
     turn_words,
     week_lines,
+    week_words,
 )
 from allanite.wording.study import (
     COLUMNS,
@@ -62,12 +70,25 @@ from allanite.wording.study import (
     verdict,
     worst,
 )
+from allanite.wording.vector import (
+    EMPTY_BUDGET,
+    axis_lines,
+    latitude_words,
+    left_out_lines,
+    length_lines,
+    null_budget,
+    null_words,
+    pose_words,
+    used_words,
+    vector_budget,
+)
 
 __all__ = [
     "AIDED",
     "COLUMNS",
     "DEG",
     "DEG_H",
+    "EMPTY_BUDGET",
     "EQUIVALENT",
     "GUARANTEE",
     "Check",
@@ -80,11 +101,13 @@ __all__ = [
     "angle",
     "angle_budget_lines",
     "arcs_words",
+    "axis_lines",
     "azimuth_words",
     "budget_lines",
     "capitalised",
     "check_lines",
     "consistency_lines",
+    "contradictions",
     "duration",
     "earth_rate_lines",
     "estimate_of",
@@ -93,14 +116,22 @@ __all__ = [
     "finding_kinds",
     "goal_words",
     "groups",
+    "heading_words",
     "headings",
     "headline",
+    "horizontal_words",
     "interval",
     "known_rate",
+    "latitude_words",
+    "left_out_lines",
+    "length_lines",
     "model_words",
+    "null_budget",
+    "null_words",
     "number",
     "people_unit",
     "plan_table",
+    "pose_words",
     "probability",
     "reading",
     "readings",
@@ -113,7 +144,11 @@ __all__ = [
     "take_name",
     "tone",
     "turn_words",
+    "used_words",
+    "vector_budget",
     "verdict",
     "week_lines",
+    "week_words",
+    "with_sd",
     "worst",
 ]

@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-__all__ = ["duration", "interval", "number", "probability"]
+__all__ = ["duration", "interval", "number", "probability", "with_sd"]
 
 
 def number(value: float | None, digits: int = 3) -> str:
@@ -39,6 +39,18 @@ def interval(value: float, lower: float | None, upper: float | None) -> tuple[st
     layout = _Layout.of(size, abs(value), min(max(digits, 2), 7))
     low, high = (layout.write(e) if e is not None and math.isfinite(e) else number(e) for e in (lower, upper))
     return layout.write(value), low, high
+
+
+def with_sd(value: float | None, sd: float | None, unit: str, factor: float = 1.0) -> str:
+    """A value with its standard deviation, both to the second digit of that.
+
+    >>> with_sd(-19.8634, 8.0412, "deg/h"), with_sd(1.25, None, "deg/h")
+    ('-19.9 ± 8.0 deg/h (1 sd)', 'not determined')
+    """
+    if value is None or sd is None or not (math.isfinite(value) and math.isfinite(sd)):
+        return "not determined"
+    middle, _, _ = interval(value / factor, (value - sd) / factor, (value + sd) / factor)
+    return f"{middle} ± {number(sd / factor, 2)} {unit} (1 sd)"
 
 
 @dataclass(frozen=True, slots=True)

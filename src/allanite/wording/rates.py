@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Earth rate, north, filter and plan in people's words: deg/h and deg/s, degrees, percent.
+"""Earth rate, filter and plan in people's words: deg/h and deg/s, degrees, percent.
 
 Everything here reads the plain documents of the results (`to_json`). Numbers that do not exist are null in them, and
 an en dash here.
@@ -14,7 +14,7 @@ from typing import Any
 
 from allanite.earth import EARTH_RATE
 from allanite.noise import GaussMarkov, NoiseModel
-from allanite.wording.numbers import duration, interval, number, probability
+from allanite.wording.numbers import duration, interval, number, probability, with_sd
 from allanite.wording.study import COLUMNS, people_unit
 
 __all__ = [
@@ -27,13 +27,11 @@ __all__ = [
     "WeekLine",
     "aided_lines",
     "angle",
-    "angle_budget_lines",
-    "arcs_words",
-    "azimuth_words",
     "budget_lines",
     "capitalised",
     "check_lines",
     "consistency_lines",
+    "contradictions",
     "earth_rate_lines",
     "estimate_of",
     "filter_lines",
@@ -50,6 +48,7 @@ __all__ = [
     "tone",
     "turn_words",
     "week_lines",
+    "week_words",
 ]
 
 Json = Mapping[str, Any]
@@ -61,12 +60,14 @@ _TONES = {
     "resolved": "good",
     "north found": "good",
     "consistent": "good",
+    "no bias that follows the turns": "good",
     "not resolved": "warning",
     "not separable": "warning",
     "no north": "warning",
     "the model does not hold": "fatal",
     "inconsistent": "fatal",
     "inconsistent with Earth": "fatal",
+    "a bias follows the turns": "fatal",
 }
 _SOURCES = {
     "detected": "found in the signal",
@@ -74,6 +75,7 @@ _SOURCES = {
     "period": "by the clock",
     "none": "none found",
 }
+_CONTRADICTIONS = ("turn_not_listed", "turn_not_seen")
 _READINGS = {
     "pairs": ("pairs of dwells", "the seed paper's estimator: (north − south) / (2 cos latitude)"),
     "north-south-north": ("north-south-north", "three dwells at a time: a linear drift cancels"),
@@ -120,6 +122,15 @@ def tone(verdict: str) -> str:
 def headline(verdict: str, reason: str) -> str:
     """Verdict and reason in one sentence."""
     return sentence(f"{verdict}: {reason}" if reason else verdict)
+
+
+def contradictions(document: Json) -> list[str]:
+    """Where the signal contradicts the turns that were given: nothing below it counts until that is settled."""
+    return [
+        sentence(f["message"].removeprefix(f"{f['channel']}: "))
+        for f in document.get("findings", ())
+        if f["code"] in _CONTRADICTIONS
+    ]
 
 
 def model_words(model: Json) -> str:
@@ -224,7 +235,8 @@ def earth_rate_lines(document: Json) -> list[Estimate]:
         half = quantile * reading["sd"]
         scatter = reading.get("scatter")
         if scatter is not None:
-            note += f"; by the scatter of its {reading['count']} values alone ±{number(quantile * scatter / DEG_H, 2)}"
+            alone = f"±{number(quantile * scatter / DEG_H, 2)} ({percent})"
+            note += f"; by the scatter of its {reading['count']} values alone {alone}"
         value = reading["rate"]
         lines.append(estimate_of(value, value - half, value + half, name=name, note=note))
     lines.append(known_rate(document["earth_rate"]))
@@ -312,45 +324,6 @@ def turn_words(reversals: Json, dwells: Sequence[Json] | None = None) -> str:
     return f"{text}, {reversals['dead_time']:g} s left out after each turn"
 
 
-# -- north ------------------------------------------------------------------------------------------------
-
-
-def arcs_words(arcs: Sequence[Json]) -> str:
-    """An interval of directions; it may wrap, be the whole circle, or two arcs.
-
-    >>> arcs_words([{"start": 6.2657, "stop": 0.0349, "width": 0.0523}])
-    '359.0° to 2.0°'
-    """
-    if not arcs:
-        return "no direction at all"
-    if any(arc["width"] >= 2 * math.pi for arc in arcs):
-        return "the whole circle"
-    return " and ".join(_arc(arc) for arc in arcs)
-
-
-def _arc(arc: Json) -> str:
-    decimals = min(max(1 - math.floor(math.log10(max(arc["width"] / DEG, 1e-9))), 0), 6)
-    return " to ".join(f"{arc[end] / DEG:.{decimals}f}°" for end in ("start", "stop"))
-
-
-def azimuth_words(document: Json) -> str:
-    """The azimuth with the digits that its standard deviation allows; candidates where there are two."""
-    sd = document["total_sd"] or document["sd"]
-    decimals = 2 if not sd else min(max(1 - math.floor(math.log10(sd / DEG)), 0), 6)
-    if document["azimuth"] is None:
-        found = [f"{c / DEG:.{decimals}f}°" for c in document["candidates"] if c is not None]
-        return " or ".join(found) or "–"
-    return f"{document['azimuth'] / DEG:.{decimals}f}°"
-
-
-def angle_budget_lines(document: Json) -> list[tuple[str, str]]:
-    """Source and standard uncertainty of the azimuth in degrees; the sum last."""
-    budget = {k: v for k, v in document["budget"].items() if v}
-    rows = [(name, number(value / DEG, 3)) for name, value in budget.items()]
-    whole = math.sqrt(sum(v**2 for v in budget.values()))
-    return [*rows, ("together", number(whole / DEG, 3))] if len(rows) > 1 else rows
-
-
 # -- plan -------------------------------------------------------------------------------------------------
 
 
@@ -408,7 +381,7 @@ def goal_words(document: Json) -> str:
 
 AIDED = (
     "This is no measurement. The filter was told the rate: where the samples are read as they come, every unit that is "
-    "typed in moves the mean of the corrected samples by one unit, whatever the sensor saw."
+    "typed in moves the mean of the corrected samples by the share in the last column, whatever the sensor saw."
 )
 """What must stand beside every result of the reference-aided filter."""
 
@@ -419,13 +392,11 @@ _TERMS = {"gauss_markov": "Gauss-Markov term"}
 def filter_lines(document: Json) -> list[tuple[str, str]]:
     """What a filter says in numbers: name, value."""
     unit, factor = people_unit(document["kind"], "mean", document["unit"])
-    rows = [("level under the drift", _with_sd(document["level"], document["level_sd"], unit, factor))]
+    rows = [("level under the drift", with_sd(document["level"], document["level_sd"], unit, factor))]
     for name, series in document["terms"].items():
         if name != "level" and series["value"]:
             words = _TERMS.get(name, name.replace("_", " "))
-            rows.append(
-                (f"{words} at the end", _with_sd(series["value"][-1], series["sd"][-1], unit, factor))
-            )
+            rows.append((f"{words} at the end", with_sd(series["value"][-1], series["sd"][-1], unit, factor)))
     means = [number(None if document[k] is None else document[k] / factor, 6) for k in _MEANS]
     rows.append(("mean, measured and corrected", f"{means[0]} and {means[1]} {unit}"))
     how = "smoothed, from the whole record" if document["smoothed"] else "filtered, from the samples so far"
@@ -442,13 +413,6 @@ def filter_verdict(document: Json) -> tuple[str, str]:
             words or "the innovations have the size and the whiteness that the noise model says",
         )
     return "the model does not hold", document["verdict"]
-
-
-def _with_sd(value: float | None, sd: float | None, unit: str, factor: float) -> str:
-    if value is None or sd is None:
-        return "not determined"
-    middle, _, _ = interval(value / factor, (value - sd) / factor, (value + sd) / factor)
-    return f"{middle} ± {number(sd / factor, 2)} {unit}"
 
 
 def consistency_lines(document: Json) -> list[tuple[str, str, str]]:
@@ -498,23 +462,42 @@ _WEEK_UNITS = {"N": ("deg/√s", DEG), "B": ("deg/s", DEG), "T": ("s", 1.0), "K"
 
 def week_lines(week: Json) -> list[WeekLine]:
     """N, B, T_b and K: published, fitted, and read off the curve by slope."""
-    lines = []
-    for row in week["parameters"]:
-        unit, factor = _WEEK_UNITS[row["symbol"]]
-        value, low, high = (None if row[k] is None else row[k] / factor for k in ("value", "lower", "upper"))
-        middle, lower, upper = ("not resolved", "", "") if value is None else interval(value, low, high)
-        lines.append(
-            WeekLine(
-                symbol="T_b" if row["symbol"] == "T" else row["symbol"],
-                unit=unit,
-                published=f"{row['published'] / factor:.5g} {unit}",
-                value=middle,
-                range=f"[{lower}, {upper}]" if value is not None else "",
-                slope="–" if row["slope"] is None else number(row["slope"] / factor),
-                inside=low is not None and high is not None and low <= row["published"] / factor <= high,
-            )
-        )
-    return lines
+    return [_week_line(row) for row in week["parameters"]]
+
+
+def _week_line(row: Json) -> WeekLine:
+    unit, factor = _WEEK_UNITS[row["symbol"]]
+    value, low, high = (None if row[k] is None else row[k] / factor for k in ("value", "lower", "upper"))
+    published = row["published"] / factor
+    if row["supported"] and value is not None:
+        middle, lower, upper = interval(value, low, high)
+        shown, ends = middle, f"[{lower}, {upper}]"
+    else:
+        shown, ends = "not bounded" if high is None else f"below {number(high)}", ""
+    return WeekLine(
+        symbol="T_b" if row["symbol"] == "T" else row["symbol"],
+        unit=unit,
+        published=f"{published:.5g} {unit}",
+        value=shown,
+        range=ends,
+        slope="–" if row["slope"] is None else number(row["slope"] / factor),
+        inside=(low or 0.0) <= published <= (math.inf if high is None else high),
+    )
+
+
+def week_words(week: Json) -> str:
+    """How many of the published values the sets hold: intervals and upper limits apart."""
+    lines = week_lines(week)
+    two_sided = [line for line in lines if line.range]
+    limits = [line for line in lines if line.value.startswith("below")]
+    held = sum(line.inside for line in two_sided)
+    words = [f"{held} of {len(two_sided)} published parameters with a 95 % interval lie inside it"]
+    if limits:
+        above = sum(line.inside for line in limits)
+        words.append(f"{above} of {len(limits)} with an upper limit alone lie below it")
+    if len(two_sided) + len(limits) < len(lines):
+        words.append(f"{len(lines) - len(two_sided) - len(limits)} is not bounded")
+    return "; ".join(words)
 
 
 _FAULTS = {

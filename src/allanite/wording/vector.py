@@ -1,8 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The rate vector and the null test in people's words, for the report and the terminal alike.
-
-Everything here reads the plain documents (`to_json`) and holds no formula.
-"""
+"""The rate vector and the null test in people's words."""
 
 from __future__ import annotations
 
@@ -11,18 +8,8 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from allanite.earth import EARTH_RATE
-from allanite.wording import (
-    DEG_H,
-    Estimate,
-    angle,
-    budget_lines,
-    duration,
-    estimate_of,
-    interval,
-    known_rate,
-    number,
-    tone,
-)
+from allanite.wording.numbers import duration, interval, number
+from allanite.wording.rates import DEG_H, Estimate, angle, budget_lines, estimate_of, known_rate
 
 __all__ = [
     "EMPTY_BUDGET",
@@ -33,7 +20,6 @@ __all__ = [
     "null_budget",
     "null_words",
     "pose_words",
-    "tone_of",
     "used_words",
     "vector_budget",
 ]
@@ -41,12 +27,6 @@ __all__ = [
 Json = Mapping[str, Any]
 
 EMPTY_BUDGET = "The interval holds the noise alone: no uncertainty of scale factor or bias is stated."
-_NULL_TONES = {"no bias that follows the turns": "good", "a bias follows the turns": "fatal"}
-
-
-def tone_of(verdict: str) -> str:
-    """Colour of a verdict, of the null test as well."""
-    return _NULL_TONES.get(verdict) or tone(verdict)
 
 
 # -- rate vector ------------------------------------------------------------------------------------------
