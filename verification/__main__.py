@@ -67,7 +67,7 @@ def _earth(order: Order) -> None:
         "takes": run_takes(order.count(1000), ROOT_SEED, _say, order.workers, order.cache),
         "turns": run_turns(order.count(200), ROOT_SEED),
         "faults": run_faults(order.count(60), ROOT_SEED, _say, order.workers, order.cache),
-        "warm_up": run_warm_up(order.count(200), ROOT_SEED, _say, order.workers, order.cache),
+        "warm_up": run_warm_up(order.count(100), ROOT_SEED, _say, order.workers, order.cache),
     }
     write_earth(parts, HERE / "results", seed=ROOT_SEED, date=order.date)
 

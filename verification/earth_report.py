@@ -59,10 +59,10 @@ def _turns(row: Json) -> list[str]:
     return [
         "## Turns",
         "",
-        f"{row['takes']} random takes (turns that clip or do not, overloads as missing samples, dwells that vary,",
-        f"knocks, residual rotation) hold {row['turns']} turns: {row['found']} found",
+        f"{row['takes']} random takes (turns that clip or do not, overloads as missing samples, uneven dwells,",
+        f"knocks, residual rotation, turns forgotten and made twice) hold {row['turns']} turns: {row['found']} found",
         f"({100 * row['found'] / row['turns']:.2f} %), {row['false']} false,",
-        f"{row['takes_with_wrong_direction']} takes with a wrong direction. Of {row['static']} records at rest, with",
+        f"{row['takes_with_wrong_direction']} takes with a wrong direction somewhere. Of {row['static']} records at rest, with",
         f"warm-up and knocks, {row['static_without_turns']} show no turn.",
         "",
     ]
