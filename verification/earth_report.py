@@ -62,8 +62,8 @@ def _turns(row: Json) -> list[str]:
         f"{row['takes']} random takes (turns that clip or do not, overloads as missing samples, uneven dwells,",
         f"knocks, residual rotation, turns forgotten and made twice) hold {row['turns']} turns: {row['found']} found",
         f"({100 * row['found'] / row['turns']:.2f} %), {row['false']} false,",
-        f"{row['takes_with_wrong_direction']} takes with a wrong direction somewhere. Of {row['static']} records at rest, with",
-        f"warm-up and knocks, {row['static_without_turns']} show no turn.",
+        f"{row['takes_with_wrong_direction']} takes with a wrong direction. Of {row['static']} records at rest,",
+        f"with warm-up and knocks, {row['static_without_turns']} show no turn.",
         "",
     ]
 
