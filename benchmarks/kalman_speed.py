@@ -270,11 +270,11 @@ def notes_of(best: dict[str, Result], long_runs: dict[str, Result], agreement: f
     if peers:
         ratios = [min(peers) / nanoseconds(best[name]) for name in (COVARIANCE, SQUARE_ROOT)]
         whole = [nanoseconds(best[WHOLE]) / nanoseconds(best[name]) for name in (COVARIANCE, SQUARE_ROOT)]
-        notes += [
+        beside = (
             f"statsmodels on the whole record takes {whole[0]:.0f} times the covariance form, {whole[1]:.0f} times the "
-            f"square-root form; repeated on a stretch that fits into the cache, {ratios[0]:.0f} and {ratios[1]:.0f}",
-            CHAIN,
-        ]
+            f"square-root form; repeated on a stretch that fits into the cache, {ratios[0]:.0f} and {ratios[1]:.0f}"
+        )
+        notes += [beside, CHAIN]
     for form, run in long_runs.items():
         notes.append(
             f"{run['steps']:.0e} steps, {form}: covariance symmetric: {'yes' if run['symmetric'] else 'NO'}, smallest "
