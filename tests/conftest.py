@@ -10,6 +10,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from shell import Done, Run
+
 ROOT = Path(__file__).resolve().parent.parent
 
 
@@ -35,3 +37,20 @@ def real_data() -> Callable[[str], Path]:
         return path
 
     return locate
+
+
+@pytest.fixture
+def run(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Run:
+    """Call the program as a shell would that does not say how wide the terminal is."""
+    from allanite.cli import main
+
+    monkeypatch.delenv("COLUMNS", raising=False)
+
+    def call(*arguments: object) -> Done:
+        capsys.readouterr()
+        with pytest.raises(SystemExit) as left:
+            main([str(a) for a in arguments])
+        said = capsys.readouterr()
+        return Done(int(left.value.code or 0), said.out, said.err)
+
+    return call

@@ -9,49 +9,23 @@ import math
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import pytest
 
 import allanite as al
-from allanite.cli import main
 from allanite.cli.options import Angle, Goal, Latitude, Rate, Share
 from allanite.earth import EARTH_RATE
 from allanite.model_file import save_models
 from allanite.noise import White
 from allanite.recording_file import write_recording
 from allanite.simulation import Motion, seed_paper, simulate
+from shell import Run
 
 MODEL = "N=0.0122 deg/√s, B=0.0027 deg/s, T=238.1 s, K=6.8314e-5 deg/s/√s"
 LATITUDE = ["--latitude", "23.31S"]
 DEG = math.pi / 180
-
-
-class Done(NamedTuple):
-    """How a command ended."""
-
-    code: int
-    out: str
-    err: str
-
-
-Run = Callable[..., Done]
-
-
-@pytest.fixture
-def run(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Run:
-    """Call the program as a shell would, in this process."""
-    monkeypatch.delenv("COLUMNS", raising=False)
-
-    def call(*arguments: object) -> Done:
-        capsys.readouterr()
-        with pytest.raises(SystemExit) as left:
-            main([str(a) for a in arguments])
-        said = capsys.readouterr()
-        return Done(int(left.value.code or 0), said.out, said.err)
-
-    return call
 
 
 @pytest.fixture(scope="module")

@@ -6,17 +6,15 @@ from __future__ import annotations
 import csv
 import json
 import math
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
 import allanite as al
-from allanite.cli import main
 from allanite.earth import EARTH_RATE
 from allanite.errors import FormatError, InputError
 from allanite.figures import sheet_of
@@ -25,9 +23,9 @@ from allanite.rate_vector import measure_rate_vector
 from allanite.recording_file import write_recording
 from allanite.report import html_of, render_file
 from allanite.simulation import Motion, simulate
+from shell import Run
 
 Array = NDArray[np.float64]
-Run = Callable[..., "Done"]
 
 DEG_H = math.pi / 180 / 3600
 RATE, LENGTH = 20.0, 600.0
@@ -37,29 +35,6 @@ KNOCK = (240.0, 270.0)
 BASE = EARTH_RATE * np.array([math.cos(LATITUDE) * 0.8, -math.cos(LATITUDE) * 0.6, math.sin(LATITUDE)])
 PLACE = ["--latitude", "48.1"]
 GOOD = "N=0.1 deg/√h, B=1 deg/h"
-
-
-class Done(NamedTuple):
-    """How a command ended."""
-
-    code: int
-    out: str
-    err: str
-
-
-@pytest.fixture
-def run(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Run:
-    """Call the program as a shell would, in this process."""
-    monkeypatch.delenv("COLUMNS", raising=False)
-
-    def call(*arguments: object) -> Done:
-        capsys.readouterr()
-        with pytest.raises(SystemExit) as left:
-            main([str(a) for a in arguments])
-        said = capsys.readouterr()
-        return Done(int(left.value.code or 0), said.out, said.err)
-
-    return call
 
 
 def rates(bias: float = 0.0) -> Array:

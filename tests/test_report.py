@@ -7,7 +7,6 @@ import json
 import re
 import shutil
 from collections.abc import Iterator
-from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
 
@@ -17,9 +16,9 @@ import allanite as al
 import sample_study
 from allanite.errors import StorageError
 from allanite.report import html_of, pieces
+from pages import Balance, document_of, text_of
 
 NASTY = "</script><img src=x onerror=alert(1)>{{ 7*7 }}\"'&"
-_VOID = {"meta", "link", "img", "br", "hr", "input"}
 
 
 @pytest.fixture(scope="module")
@@ -36,37 +35,6 @@ def small() -> dict[str, Any]:
     """A study of one channel: a report of it takes a quarter of the time."""
     whole = sample_study.build()
     return {**whole, "channels": whole["channels"][:1]}
-
-
-def document_of(page: str) -> str:
-    """The page without the scripts and the style."""
-    return re.sub(r"<(script|style)\b.*?</\1>", "", page, flags=re.S)
-
-
-def text_of(page: str) -> str:
-    import html
-
-    bare = re.sub(r"<[^>]+>", "", re.sub(r'src="[^"]*"', "", document_of(page)))
-    return " ".join(html.unescape(bare).split())
-
-
-class Balance(HTMLParser):
-    """Collects tags that are not closed in order."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.open: list[str] = []
-        self.wrong: list[str] = []
-        self.ids: list[str] = []
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        self.ids += [value for key, value in attrs if key == "id" and value]
-        if tag not in _VOID:
-            self.open.append(tag)
-
-    def handle_endtag(self, tag: str) -> None:
-        if not self.open or self.open.pop() != tag:
-            self.wrong.append(tag)
 
 
 # -- what it says -------------------------------------------------------------------------------------------

@@ -9,7 +9,6 @@ import re
 import shutil
 import subprocess
 from collections.abc import Iterator
-from html.parser import HTMLParser
 from pathlib import Path
 from typing import Any
 
@@ -27,40 +26,9 @@ from allanite.report import _filled, html_of
 from allanite.report.blocks import Section, page_of, table, text
 from allanite.reversals import Position, Reversals
 from allanite.simulation import Motion, seed_paper, simulate
+from pages import Balance, document_of, text_of
 
 NASTY = "</script><img src=x onerror=alert(1)>{{ 7*7 }}\"'&"
-_VOID = {"meta", "link", "img", "br", "hr", "input"}
-
-
-class Balance(HTMLParser):
-    """Collects tags that are not closed in order, and identities."""
-
-    def __init__(self) -> None:
-        super().__init__()
-        self.open: list[str] = []
-        self.wrong: list[str] = []
-        self.ids: list[str] = []
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        self.ids += [value for key, value in attrs if key == "id" and value]
-        if tag not in _VOID:
-            self.open.append(tag)
-
-    def handle_endtag(self, tag: str) -> None:
-        if not self.open or self.open.pop() != tag:
-            self.wrong.append(tag)
-
-
-def document_of(page: str) -> str:
-    """The page without the scripts and the style."""
-    return re.sub(r"<(script|style)\b.*?</\1>", "", page, flags=re.S)
-
-
-def text_of(page: str) -> str:
-    import html
-
-    bare = re.sub(r"<[^>]+>", " ", re.sub(r'src="[^"]*"', "", document_of(page)))
-    return " ".join(html.unescape(bare).split())
 
 
 def assert_whole(page: str) -> None:
