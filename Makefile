@@ -8,7 +8,7 @@ JOBS   ?= 2
 
 BIN := $(VENV)/bin
 # Python sources are live in an editable install; only these call for a rebuild.
-BUILD_INPUTS := pyproject.toml CMakeLists.txt $(wildcard kernels/*.cpp kernels/include/allanite/*.hpp)
+BUILD_INPUTS := pyproject.toml CMakeLists.txt $(wildcard kernels/*.cpp kernels/*.hpp kernels/include/allanite/*.hpp)
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:

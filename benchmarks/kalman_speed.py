@@ -5,11 +5,12 @@
 
 Three states: flicker as one Gauss-Markov state, a rate random walk, and the Earth's rotation, which changes its sign
 every 960 samples as the sensor is turned (a time-varying output). Each contender runs in a process of its own, in
-interleaved rounds, and the best time of each counts. Ours takes the record in blocks and makes the output of each block
-as it goes; memory is the peak of the process, less what it held before the samples were made, less the samples. The
-others are measured on a shorter stretch that fits into the cache, which is kind to them, and statsmodels on the whole
-record as well. statsmodels (0.14 or newer) and filterpy
-are left out where they are not installed.
+interleaved rounds, and the best time of each counts. Ours is `log_likelihood`, which filters a long record in strands
+side by side, with one thread and with two; and beside it the filter that goes row by row and tells each innovation.
+The outputs are views of a short table: they repeat. Memory is the peak of the process, less what it held before the
+samples were made, less the samples. The others are measured on a shorter stretch that fits into the cache, which is
+kind to them, and statsmodels on the whole record as well. statsmodels (0.14 or newer) and filterpy are left out where
+they are not installed.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -28,6 +30,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite import _kernels
+from allanite.kalman import Form, log_likelihood
 from allanite.noise import Flicker, NoiseModel, RandomWalk, StateSpace, White
 
 from .machine import describe, save
@@ -37,10 +40,11 @@ WHOLE = "statsmodels, whole record"
 N_SAMPLES = 19_353_600
 DWELL = 960
 BLOCK = 1 << 15
+LONGEST_BLOCK = 1 << 18
 STRETCH = 230_400  # two hours: what the others are measured on
 LONG_RUN = 10**8
-CHAIN = "one sample of the covariance form is a chain of 31 dependent cycles: 13 ns at 2.4 GHz, however it is written"
-ROUNDS = 2
+CHAIN = "row by row, one sample of the covariance form is a chain of 31 dependent cycles: 13 ns at 2.4 GHz"
+ROUNDS = 4
 DT = 1 / 32
 EARTH = 7.292115e-5 * np.cos(np.radians(23.31))
 # The sensor of the seed paper in SI: N [rad/sqrt(s)], B [rad/s], K [rad/s^(3/2)], T_b [s]
@@ -63,72 +67,91 @@ def signs(start: int, stop: int) -> Array:
     return 1.0 - 2.0 * (np.arange(start, stop) // DWELL % 2)
 
 
-class Model:
-    """A noise model, and the Earth rate as its last state."""
+def outputs_of(space: StateSpace, most_rows: int) -> Callable[[int, int], Array]:
+    """The rows of h from one to another, so many at most."""
+    table = np.tile(space.output, (2 * DWELL + most_rows, 1))
+    table[:, -1] = signs(0, len(table))
 
-    def __init__(
-        self, transition: Array, process: Array, output: Array, initial: Array, noise: float
-    ) -> None:
-        n = len(transition) + 1
-        self.transition, self.process, self.initial = np.eye(n), np.zeros((n, n)), np.zeros((n, n))
-        self.transition[:-1, :-1], self.process[:-1, :-1], self.initial[:-1, :-1] = (
-            transition,
-            process,
-            initial,
-        )
-        self.initial[-1, -1] = 1e-6
-        self.output, self.noise = np.append(output, 0.0), np.full((1, 1, 1), noise)
+    def outputs(start: int, stop: int) -> Array:
+        first = start % (2 * DWELL)
+        return table[first : first + stop - start]
+
+    return outputs
 
 
-def seed_model() -> Model:
+def with_earth(space: StateSpace) -> StateSpace:
+    """The Earth rate as the last state: constant, of unknown size."""
+    with_constant = space.with_constant(label="Earth rate")
+    initial = with_constant.initial.copy()
+    initial[-1, -1] = 1e-6
+    return replace(with_constant, initial=initial, diffuse=np.zeros(with_constant.size, dtype=bool))
+
+
+def seed_model() -> StateSpace:
     phi, variance = np.exp(-DT / T_B), (1.0760 * FLICKER) ** 2
-    process = np.diag([variance * (1 - phi**2), WALK**2 * DT])
-    return Model(np.diag([phi, 1.0]), process, np.ones(2), np.diag([variance, 0.0]), WHITE**2 / DT)
+    flicker_and_walk = StateSpace(
+        transition=np.diag([phi, 1.0]),
+        process=np.diag([variance * (1 - phi**2), WALK**2 * DT]),
+        output=np.ones(2),
+        noise=WHITE**2 / DT,
+        initial=np.diag([variance, 0.0]),
+        rate=np.ones(2),
+        labels=("flicker", "walk"),
+        diffuse=np.zeros(2, dtype=bool),
+    )
+    return with_earth(flicker_and_walk)
 
 
-def default_model() -> Model:
+def default_model() -> StateSpace:
     """What `state_space` makes of white noise, flicker and walk for a week: a sum of Gauss-Markov states."""
     terms = (White(N=WHITE), Flicker(B=FLICKER), RandomWalk(K=WALK))
-    space: StateSpace = NoiseModel(terms=terms).state_space(DT, record=N_SAMPLES * DT)
-    return Model(space.transition, space.process, space.output, space.initial, space.noise)
+    return with_earth(NoiseModel(terms=terms).state_space(DT, record=N_SAMPLES * DT))
 
 
 # ---- contenders: a record in, what was found out --------------------------------------------------------------------
 
 
-def ours(model: Model, y: Array, *, square_root: bool) -> Result:
-    """Log-likelihood and the last state; seconds in the filter, and with the outputs that had to be made."""
-    n, none = len(model.transition), np.empty((0, 1))
-    state, covariance, directions = np.zeros(n), model.initial.copy(), np.zeros((n, n))
+def ours(space: StateSpace, y: Array, *, form: Form, threads: int = 1) -> Result:
+    """Log-likelihood, in strands."""
+    outputs, times, value = outputs_of(space, min(LONGEST_BLOCK, len(y))), [], 0.0
+    for _ in range(3):
+        start = time.perf_counter()
+        value = log_likelihood(y, space, outputs=outputs, form=form, threads=threads)
+        times.append(time.perf_counter() - start)
+    return {"seconds": min(times), "log_likelihood": value}
+
+
+def row_by_row(space: StateSpace, y: Array, *, square_root: bool) -> Result:
+    """Log-likelihood, the innovations of each block, and the last state."""
+    n, none = space.size, np.empty((0, 1))
+    state, covariance, directions = np.zeros(n), space.initial.copy(), np.zeros((n, n))
     sums, counts = np.array([1.0, 0.0, 0.0, 1.0]), np.zeros(6, np.int64)
     if square_root:
         _kernels.kalman_factor(covariance)
-    outputs = np.empty((BLOCK, 1, n))
-    outputs[:] = model.output
-    no_drive, no_readout, nothing = np.empty((0, n)), np.empty((0, n)), np.empty((0, 0))
-    in_filter, begin = 0.0, time.perf_counter()
+    outputs, noise = outputs_of(space, min(BLOCK, len(y))), np.full((1, 1, 1), space.noise)
+    innovations, variances = np.empty((BLOCK, 1)), np.empty((BLOCK, 1))
+    no_drive, no_readout = np.empty((0, n)), np.empty((0, n))
+    begin = time.perf_counter()
     for start in range(0, len(y), BLOCK):
         block = y[start : start + BLOCK, None]
-        outputs[: len(block), 0, -1] = signs(start, start + len(block))
-        entry = time.perf_counter()
+        rows = len(block)
         _kernels.kalman_filter(
-            model.transition, model.process, outputs[: len(block)], model.noise, block, no_drive, no_readout,
-            state, covariance, directions, sums, counts, nothing, nothing, none, none, square_root,
+            space.transition, space.process, outputs(start, start + rows)[:, None], noise, block, no_drive, no_readout,
+            state, covariance, directions, sums, counts, none[:, :0], none[:, :0], innovations[:rows], variances[:rows],
+            square_root,
         )  # fmt: skip
-        in_filter += time.perf_counter() - entry
-    total = time.perf_counter() - begin
+    seconds = time.perf_counter() - begin
     if square_root:
         _kernels.kalman_compose(covariance)
     return {
-        "seconds": in_filter,
-        "seconds_with_outputs": total,
+        "seconds": seconds,
         "log_likelihood": _kernels.kalman_likelihood(sums, counts)[0],
         "state": state[-1],
         "variance": covariance[-1, -1],
     }
 
 
-def statsmodels(model: Model, y: Array, *, univariate: bool) -> Result:
+def statsmodels(model: StateSpace, y: Array, *, univariate: bool) -> Result:
     """Only the likelihood is kept: its fastest setting."""
     from statsmodels.tsa.statespace.kalman_filter import KalmanFilter
 
@@ -138,7 +161,7 @@ def statsmodels(model: Model, y: Array, *, univariate: bool) -> Result:
     design[0, -1] = signs(0, len(y))
     theirs = KalmanFilter(1, n, nobs=len(y), design=design, transition=model.transition, selection=np.eye(n))
     theirs.bind(y[None, :].copy())
-    theirs["obs_cov"], theirs["state_cov"] = model.noise[0], model.process
+    theirs["obs_cov"], theirs["state_cov"] = [[model.noise]], model.process
     theirs.initialize_known(np.zeros(n), model.initial)
     theirs.memory_conserve = theirs.memory_conserve | 0x3FF  # keep nothing that can be spared
     theirs.filter_univariate = univariate
@@ -150,7 +173,7 @@ def statsmodels(model: Model, y: Array, *, univariate: bool) -> Result:
     return {"seconds": min(times), "log_likelihood": value}
 
 
-def filterpy(model: Model, y: Array) -> Result:
+def filterpy(model: StateSpace, y: Array) -> Result:
     from filterpy.kalman import KalmanFilter
 
     n = len(model.transition)
@@ -158,7 +181,7 @@ def filterpy(model: Model, y: Array) -> Result:
     theirs.F, theirs.Q, theirs.R, theirs.P = (
         model.transition,
         model.process,
-        model.noise[0],
+        np.array([[model.noise]]),
         model.initial.copy(),
     )
     output, sign = model.output[None, :].copy(), signs(0, len(y))
@@ -170,13 +193,29 @@ def filterpy(model: Model, y: Array) -> Result:
     return {"seconds": time.perf_counter() - start, "state": float(theirs.x[-1, 0])}
 
 
-COVARIANCE, SQUARE_ROOT = "three states, covariance form", "three states, square-root form"
-DEFAULT, DEFAULT_ROOT = "default model, covariance form", "default model, square-root form"
+FORMS: tuple[Form, ...] = ("covariance", "square root")
+THREADS = {1: "one thread", 2: "two threads"}
+
+
+def name_of(form: Form, threads: int) -> str:
+    return f"three states, {form} form, {THREADS[threads]}"
+
+
+def strands_of(form: Form, threads: int) -> tuple[int, Callable[[Array], Result]]:
+    return N_SAMPLES, lambda y: ours(seed_model(), y, form=form, threads=threads)
+
+
+ROW_BY_ROW = {form: f"three states, {form} form, row by row" for form in FORMS}
+DEFAULT, DEFAULT_ROOT = (
+    "default model, covariance form, row by row",
+    "default model, square root form, row by row",
+)
 CONTENDERS: dict[str, tuple[int, Callable[[Array], Result]]] = {
-    COVARIANCE: (N_SAMPLES, lambda y: ours(seed_model(), y, square_root=False)),
-    SQUARE_ROOT: (N_SAMPLES, lambda y: ours(seed_model(), y, square_root=True)),
-    DEFAULT: (N_SAMPLES, lambda y: ours(default_model(), y, square_root=False)),
-    DEFAULT_ROOT: (N_SAMPLES // 10, lambda y: ours(default_model(), y, square_root=True)),
+    **{name_of(form, threads): strands_of(form, threads) for form in FORMS for threads in THREADS},
+    ROW_BY_ROW["covariance"]: (N_SAMPLES, lambda y: row_by_row(seed_model(), y, square_root=False)),
+    ROW_BY_ROW["square root"]: (N_SAMPLES, lambda y: row_by_row(seed_model(), y, square_root=True)),
+    DEFAULT: (N_SAMPLES, lambda y: row_by_row(default_model(), y, square_root=False)),
+    DEFAULT_ROOT: (N_SAMPLES // 10, lambda y: row_by_row(default_model(), y, square_root=True)),
     "statsmodels, conventional": (STRETCH, lambda y: statsmodels(seed_model(), y, univariate=False)),
     "statsmodels, univariate": (STRETCH, lambda y: statsmodels(seed_model(), y, univariate=True)),
     WHOLE: (N_SAMPLES, lambda y: statsmodels(seed_model(), y, univariate=False)),
@@ -208,11 +247,9 @@ def measure(name: str) -> Result:
 def long_run(*, square_root: bool) -> Result:
     """A hundred million steps of a steady filter: is the covariance still one, and the right one?"""
     model = seed_model()
-    model.transition[-1, -1], model.process[-1, -1] = (
-        0.99,
-        1e-12,
-    )  # an Earth rate that is never turned is not seen
-    model.output[-1] = 1.0
+    transition, process = model.transition.copy(), model.process.copy()
+    transition[-1, -1], process[-1, -1] = 0.99, 1e-12  # an Earth rate that is never turned is not seen
+    output, noise = np.ones((1, 1, 3)), np.full((1, 1, 1), model.noise)
     n, none, nothing = 3, np.empty((0, 1)), np.empty((0, 0))
     state, covariance, directions = np.zeros(n), model.initial.copy(), np.zeros((n, n))
     sums, counts, y = np.array([1.0, 0.0, 0.0, 1.0]), np.zeros(6, np.int64), samples(10**6)[:, None]
@@ -220,14 +257,14 @@ def long_run(*, square_root: bool) -> Result:
         _kernels.kalman_factor(covariance)
     for _ in range(LONG_RUN // len(y)):
         _kernels.kalman_filter(
-            model.transition, model.process, model.output[None, None, :], model.noise, y, np.empty((0, n)),
-            np.empty((0, n)), state, covariance, directions, sums, counts, nothing, nothing, none, none, square_root,
+            transition, process, output, noise, y, np.empty((0, n)), np.empty((0, n)), state, covariance, directions,
+            sums, counts, nothing, nothing, none, none, square_root,
         )  # fmt: skip
     if square_root:
         _kernels.kalman_compose(covariance)
     from scipy.linalg import solve_discrete_are
 
-    steady = solve_discrete_are(model.transition.T, model.output[:, None], model.process, model.noise[0])
+    steady = solve_discrete_are(transition.T, output[0].T, process, noise[0])
     eigenvalues = np.linalg.eigvalsh(covariance)
     return {
         "steps": LONG_RUN,
@@ -247,34 +284,38 @@ def nanoseconds(run: Result) -> float:
 
 
 def check_agreement(best: dict[str, Result]) -> float:
-    """Relative differences of log-likelihoods: our two forms, and ours from statsmodels on its stretch."""
-    forms = best[COVARIANCE]["log_likelihood"] / best[SQUARE_ROOT]["log_likelihood"] - 1
-    others = [
-        run for name, run in best.items() if name.startswith("statsmodels, ") and run["n_samples"] == STRETCH
-    ]
-    short = ours(seed_model(), samples(STRETCH), square_root=False)["log_likelihood"]
-    return max([abs(forms), *(abs(run["log_likelihood"] / short - 1) for run in others)])
+    """Relative differences of log-likelihoods: strands from row by row, form from form, ours from statsmodels."""
+    one = best[ROW_BY_ROW["covariance"]]["log_likelihood"]
+    whole = [run for name, run in best.items() if name.startswith("three states") or name == WHOLE]
+    short = row_by_row(seed_model(), samples(STRETCH), square_root=False)["log_likelihood"]
+    stretch = [best[name] for name in PEERS if name in best]
+    return max(
+        [abs(run["log_likelihood"] / one - 1) for run in whole]
+        + [abs(run["log_likelihood"] / short - 1) for run in stretch]
+    )
+
+
+def ratios(best: dict[str, Result], theirs: float, threads: int) -> str:
+    return " and ".join(f"{theirs / nanoseconds(best[name_of(form, threads)]):.0f}" for form in FORMS)
 
 
 def notes_of(best: dict[str, Result], long_runs: dict[str, Result], agreement: float) -> list[str]:
-    size = len(default_model().transition)
-    with_outputs = 1e9 * best[COVARIANCE]["seconds_with_outputs"] / N_SAMPLES
+    size = default_model().size
     notes = [
-        f"{N_SAMPLES} samples (default model, square-root form: a tenth), log-likelihood included, one thread",
+        f"{N_SAMPLES} samples (default model, square root form: a tenth), log-likelihood included",
+        "row by row each innovation and its variance are kept too, block by block",
         f"default model: white, flicker, walk and the Earth rate in {size} states",
-        f"the time-varying outputs are made block by block; with that the covariance form takes {with_outputs:.1f} ns",
         f"others: {STRETCH} samples and fewer, keeping as little as they can",
         f"largest relative difference of the log-likelihoods: {agreement:.0e}",
     ]
     peers = [nanoseconds(run) for name, run in best.items() if name in PEERS]
-    if peers:
-        ratios = [min(peers) / nanoseconds(best[name]) for name in (COVARIANCE, SQUARE_ROOT)]
-        whole = [nanoseconds(best[WHOLE]) / nanoseconds(best[name]) for name in (COVARIANCE, SQUARE_ROOT)]
-        beside = (
-            f"statsmodels on the whole record takes {whole[0]:.0f} times the covariance form, {whole[1]:.0f} times the "
-            f"square-root form; repeated on a stretch that fits into the cache, {ratios[0]:.0f} and {ratios[1]:.0f}"
+    for threads, words in THREADS.items() if peers else ():
+        notes.append(
+            f"{words}, covariance and square root form: {ratios(best, min(peers), threads)} times as fast as "
+            f"statsmodels repeated on a stretch that fits into the cache, "
+            f"{ratios(best, nanoseconds(best[WHOLE]), threads)} times as fast as statsmodels on the whole record"
         )
-        notes += [beside, CHAIN]
+    notes.append(CHAIN)
     for form, run in long_runs.items():
         notes.append(
             f"{run['steps']:.0e} steps, {form}: covariance symmetric: {'yes' if run['symmetric'] else 'NO'}, smallest "
@@ -299,7 +340,7 @@ def main() -> None:
         raise SystemExit(f"the contenders disagree by {agreement:.1e}: no speed is worth that")
     long_runs = {
         "covariance form": long_run(square_root=False),
-        "square-root form": long_run(square_root=True),
+        "square root form": long_run(square_root=True),
     }
     result: Result = {
         "machine": describe(*packages),

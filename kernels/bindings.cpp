@@ -3,8 +3,10 @@
 // Arrays are taken as they are (never converted, never copied): float64 or int64, C-contiguous, on the CPU.
 #include <nanobind/nanobind.h>
 #include <nanobind/ndarray.h>
+#include <nanobind/stl/array.h>
 #include <nanobind/stl/pair.h>
 
+#include <array>
 #include <memory>
 #include <utility>
 
@@ -12,7 +14,9 @@
 #include "allanite/noise.hpp"
 #include "allanite/online_allan.hpp"
 #include "allanite/smoother.hpp"
+#include "allanite/strands.hpp"
 #include "allanite/whiten.hpp"
+#include "strands_call.hpp"
 
 namespace nb = nanobind;
 using namespace nb::literals;
@@ -308,6 +312,47 @@ std::pair<double, double> kalman_likelihood(const Vector& sums, const Integers& 
     return {allanite::log_likelihood(likelihood), allanite::log_of(likelihood.diffuse_variances)};
 }
 
+/// The strands for the machine instructions that this processor has. All give the same digits.
+auto strands_of_this_processor() {
+#ifdef ALLANITE_WITH_AVX2
+    if (__builtin_cpu_supports("avx2")) return strands_for_avx2;
+#endif
+    return strands_for_all;
+}
+
+bool kalman_strands(const Matrix& transition, const Matrix& process, const std::array<Matrix, 4>& output,
+                    const std::array<Vector, 4>& noise, const std::array<Vector, 4>& y, const MatrixOut& numbers,
+                    const IntegersOut& counters, bool square_root, bool portable) {
+    const size_t n = transition.shape(0), rows = y[0].size(), outputs = output[0].shape(0), noises = noise[0].size();
+    require(1 <= n && Index(n) <= strands_most_states, "transition: the states must be 1 to 4");
+    require(has_shape(transition, n, n) && has_shape(process, n, n), "transition, process: must have shape (n, n)");
+    require(has_shape(numbers, size_t(allanite::strand_numbers(Index(n))), 4) && counters.size() == 8,
+            "numbers, counters: must have shapes (1 + n + 2 n**2 + (n + 1)**2, 4) and (8,)");
+    StrandsCall call{};
+    for (size_t l = 0; l < 4; ++l) {
+        require(y[l].size() == rows, "y: must be of one length");
+        require((outputs == 1 || outputs == rows) && has_shape(output[l], outputs, n),
+                "output: must have shape (1, n) or (rows, n)");
+        require((noises == 1 || noises == rows) && noise[l].size() == noises, "noise: must have shape (1,) or (rows,)");
+        call.y[l] = y[l].data();
+        call.output[l] = output[l].data();
+        call.noise[l] = noise[l].data();
+    }
+    Scratch scratch(allanite::strand_scratch(Index(n)));
+    call.states = ptrdiff_t(n);
+    call.rows = ptrdiff_t(rows);
+    call.output_step = outputs == 1 ? 0 : ptrdiff_t(n);
+    call.noise_step = noises == 1 ? 0 : 1;
+    call.square_root = square_root;
+    call.transition = transition.data();
+    call.process = process.data();
+    call.numbers = numbers.data();
+    call.counters = counters.data();
+    call.scratch = scratch.slice.data;
+    nb::gil_scoped_release unlocked;
+    return portable ? strands_for_all(call) : strands_of_this_processor()(call);
+}
+
 bool kalman_factor(const MatrixOut& covariance) {
     const size_t n = covariance.shape(0);
     require(has_shape(covariance, n, n), "covariance: must have shape (n, n)");
@@ -426,6 +471,20 @@ NB_MODULE(_kernels, m) {
           "Log-likelihood of the proper innovations, -ln(2 pi)/2 each included, and the sum of ln F_inf of the\n"
           "diffuse updates (which means something once the diffuse rank is 0), from the sums and counts of\n"
           "kalman_filter().");
+    m.def("kalman_strands", &kalman_strands, "transition"_a.noconvert(), "process"_a.noconvert(),
+          "output"_a.noconvert(), "noise"_a.noconvert(), "y"_a.noconvert(), "numbers"_a.noconvert(),
+          "counters"_a.noconvert(), "square_root"_a, "portable"_a = false,
+          "Filter a block of rows of four stretches of a record side by side, each from a guess of its first state.\n\n"
+          "One to four states, scalar measurements, nothing diffuse. output, noise and y: four arrays each, of shapes\n"
+          "(1 or rows, n), (1 or rows,) and (rows,); NaN and infinite samples are missing.\n"
+          "Carried, in and out, numbers (1 + n + 2 n**2 + (n + 1)**2, 4), a column for each strand: state (n),\n"
+          "covariance (n * n; square_root: its factors), effect of an error of the guess on the state (n * n, column\n"
+          "by column), upper half of the sums of products of innovation and effects on it, over S ((n + 1)**2),\n"
+          "mantissa of the product of S (1). Before the first row: guess, zeros, unit matrix, zeros, 1.\n"
+          "counters (8,), zeros before the first row: four exponents of the product of S, four counts of innovations.\n"
+          "False, and what is carried is spoilt, where a noise is not positive, an output is not finite, an innovation\n"
+          "has no variance or process is not positive semidefinite. portable: without the instructions that not every\n"
+          "processor has; the digits are the same.");
     m.def("kalman_factor", &kalman_factor, "covariance"_a.noconvert(),
           "P becomes U and D of P = U D U', in place: D on the diagonal, the unit upper triangular U above it.\n\n"
           "False if P is not positive semidefinite; it is spoilt then.");

@@ -167,6 +167,32 @@ def kalman_filter(
     return np.array(states), np.array(covariances), np.array(remaining), log_likelihood, log_diffuse
 
 
+def strand(
+    transition: Floats, process: Floats, output: Floats, noise: Floats, y: Floats, guess: Floats
+) -> tuple[Floats, Floats, Floats, Floats, float]:
+    """A stretch filtered from a guess of its first state: last state and covariance, effect of an error of the guess on
+    the state, sums of products of the innovation and its effects over S, sum of ln S.
+    """
+    n = len(guess)
+    state, covariance, effects, moments, logs = (
+        guess,
+        np.zeros((n, n)),
+        np.eye(n),
+        np.zeros((n + 1, n + 1)),
+        0.0,
+    )
+    for h, r, value in zip(output, noise, y, strict=True):
+        if np.isfinite(value) and np.isfinite(r):
+            variance = h @ covariance @ h + r
+            gain, seen = covariance @ h / variance, np.append(value - h @ state, h @ effects)
+            moments, logs = moments + np.outer(seen, seen) / variance, logs + float(np.log(variance))
+            state, effects = state + gain * seen[0], effects - np.outer(gain, seen[1:])
+            covariance = covariance - np.outer(gain, gain) * variance
+        state, effects = transition @ state, transition @ effects
+        covariance = transition @ covariance @ transition.T + process
+    return state, covariance, effects, moments, logs
+
+
 def block_diagonal(blocks: Floats) -> Floats:
     """(k, a, b) to (k a, k b)."""
     k, a, b = blocks.shape

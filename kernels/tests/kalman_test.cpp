@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "allanite/smoother.hpp"
+#include "allanite/strands.hpp"
 #include "allanite/whiten.hpp"
 
 using namespace allanite;
@@ -271,6 +272,134 @@ void float_beside_double() {
     }
 }
 
+/// Four strands of one case each, as their memory lies in arrays.
+template <int N>
+struct FourStrands {
+    Reals<double> numbers, scratch;
+    std::vector<int64_t> counters;
+    StrandState state;
+
+    FourStrands() : numbers(strand_numbers(N) * n_lanes), scratch(strand_scratch(N)), counters(2 * n_lanes) {
+        state = strand_state(N, whole(numbers), {counters.data(), Index(counters.size())});
+        for (Index l = 0; l < n_lanes; ++l) {
+            for (Index i = 0; i < N; ++i) {
+                state.x[i * n_lanes + l] = guess(i, l);
+                state.effects[i * (N + 1) * n_lanes + l] = 1.0;
+            }
+            state.mantissa[l] = 1.0;
+        }
+    }
+
+    static double guess(Index i, Index lane) { return double(i + 1) * double(lane) - 0.5; }
+
+    bool run(const Case<double>& c, const StrandRows& rows, bool square_root) {
+        const auto all = square_root ? strands<N, true> : strands<N, false>;
+        return all(whole(c.transition), whole(c.process), rows, state, whole(scratch));
+    }
+};
+
+/// Rows of four stretches of a case; the last stretch has samples of its own that are missing.
+template <int N>
+StrandRows rows_of(const Case<double>& c, Index first, Index count) {
+    StrandRows rows{};
+    rows.count = count;
+    rows.output_step = N;
+    for (Index l = 0; l < n_lanes; ++l) {
+        rows.y[l] = whole(c.y).part(l * c.rows / n_lanes + first, count);
+        rows.output[l] = whole(c.output).part((l * c.rows / n_lanes + first) * N, count * N);
+        rows.noise[l] = whole(c.noise);
+    }
+    return rows;
+}
+
+/// The filter that starts from the guess as if it were certain; and from there with one state off by one, for E.
+template <int N>
+Filter<double> filter_from_guess(const Case<double>& c, Index lane, Index off, bool square_root) {
+    Filter<double> f(c, false, 0);
+    for (double& element : f.p) element = 0.0;
+    for (Index i = 0; i < N; ++i) f.x[i] = FourStrands<N>::guess(i, lane) + (i == off ? 1.0 : 0.0);
+    f.template run<any_size>(c, square_root, lane * c.rows / n_lanes, c.rows / n_lanes);
+    return f;
+}
+
+/// Strands equal the filter from the same guess; an error of the guess acts as their effects and sums say.
+template <int N>
+void strands_beside_filter(bool is_diagonal, bool square_root) {
+    Case<double> c(N, 1, 80, is_diagonal);
+    c.drive.assign(c.drive.size(), 0.0);
+    FourStrands<N> four;
+    Index k = 0;
+    for (Index count : {1, 0, 6, 13}) {
+        check(four.run(c, rows_of<N>(c, k, count), square_root), "strands");
+        k += count;
+    }
+    const auto at = [&](Slice<double> numbers, Index i, Index l) { return numbers[i * n_lanes + l]; };
+    for (Index l = 0; l < n_lanes; ++l) {
+        const auto exact = filter_from_guess<N>(c, l, -1, square_root);
+        Reals<double> x, p;
+        for (Index i = 0; i < N; ++i) x.push_back(at(four.state.x, i, l));
+        for (Index i = 0; i < N * N; ++i) p.push_back(at(four.state.p, i, l));
+        check(near(x, exact.x, 1e-12) && near(p, exact.p, 1e-12), "strands: state and covariance");
+        const LogProduct<double> product{four.state.mantissa[l], four.state.exponent[l]};
+        check(near(log_of(product), log_of(exact.likelihood.variances), 1e-12), "strands: variances");
+        check(near(at(four.state.moments, 0, l), exact.likelihood.squares, 1e-12), "strands: squares");
+        check(four.state.count[l] == exact.likelihood.innovations, "strands: count");
+        for (Index j = 0; j < N; ++j) {
+            const auto off = filter_from_guess<N>(c, l, j, square_root);
+            for (Index i = 0; i < N; ++i) {
+                check(near(at(four.state.effects, j * N + i, l), off.x[i] - exact.x[i], 1e-11), "strands: effects");
+            }
+            const double cross = at(four.state.moments, j + 1, l);
+            const double own = at(four.state.moments, (j + 1) * (N + 1) + j + 1, l);
+            check(near(off.likelihood.squares, exact.likelihood.squares - 2 * cross + own, 1e-10), "strands: sums");
+        }
+    }
+}
+
+template <int N>
+void strands_of_any_kind() {
+    for (bool is_diagonal : {false, true}) {
+        for (bool square_root : {false, true}) strands_beside_filter<N>(is_diagonal, square_root);
+    }
+}
+
+void refused_strands() {
+    const double bad[] = {0.0, -1.0};
+    for (double value : bad) {
+        Case<double> c(2, 1, 8, true);
+        c.noise = {value};
+        FourStrands<2> four;
+        check(!four.run(c, rows_of<2>(c, 0, 2), false), "strands: noise that is not positive");
+    }
+    Case<double> c(2, 1, 8, true);
+    c.output[4] = nan<double>;
+    FourStrands<2> four;
+    check(!four.run(c, rows_of<2>(c, 0, 2), false), "strands: an output that is not a number");
+    c.output[4] = 1e200;
+    c.process = {1, 0, 0, -1};
+    check(!four.run(c, rows_of<2>(c, 0, 2), true), "strands: process noise that is no covariance");
+    LaneProducts products{Lanes(1.0), {four.counters.data(), n_lanes}};
+    for (int i = 0; i < 10; ++i) check(multiply_lanes(products, Lanes::of(1e-300, 1e300, 2.0, 1.0)), "lanes: product");
+    const LogProduct<double> small{products.mantissa[0], products.exponent[0]};
+    check(near(log_of(small), 10 * std::log(1e-300), 1e-14), "lanes: product of small numbers");
+    check(!multiply_lanes(products, Lanes::of(1.0, infinity<double>(), 1.0, 1.0)), "lanes: no variance");
+}
+
+/// A state without noise that died away thousands of rows ago leaves the others alone.
+template <int N>
+void a_state_that_died_away(bool is_diagonal) {
+    Case<double> c(2, 1, 12000, is_diagonal);
+    c.drive.assign(c.drive.size(), 0.0);
+    c.transition = {0.95, 0, is_diagonal ? 0 : 0.1, 0.9};
+    if (!is_diagonal) c.transition = {0.9, 0, 0.1, 0.9};
+    c.process = {is_diagonal ? 0.1 : 0.0, 0, 0, is_diagonal ? 0.0 : 0.1};
+    Filter<double> plain(c, false, 0), factors(c, true, 0);
+    plain.template run<any_size>(c, false, 0, c.rows);
+    factors.template run<N>(c, true, 0, c.rows);
+    check(near(log_likelihood(factors.likelihood), log_likelihood(plain.likelihood), 1e-12), "died away: likelihood");
+    check(near(factors.covariance(true), plain.covariance(false), 1e-12), "died away: covariance");
+}
+
 void products_of_many() {
     LogProduct<double> large, small;
     LogProduct<float> single;
@@ -327,6 +456,15 @@ int main() {
     koopman<any_size, double>(1e-13);
     koopman<1, float>(3e-6);
     float_beside_double();
+    strands_of_any_kind<1>();
+    strands_of_any_kind<2>();
+    strands_of_any_kind<3>();
+    strands_of_any_kind<4>();
+    refused_strands();
+    for (bool is_diagonal : {false, true}) {
+        a_state_that_died_away<2>(is_diagonal);
+        a_state_that_died_away<any_size>(is_diagonal);
+    }
     products_of_many();
     refused_factors();
     whitening();

@@ -2,6 +2,7 @@
 Compiled kernels. Arrays are float64 or int64, C-contiguous, and never converted here.
 """
 
+from collections.abc import Sequence
 from typing import Annotated
 
 import numpy
@@ -110,6 +111,22 @@ def kalman_likelihood(sums: Annotated[NDArray[numpy.float64], dict(shape=(None,)
     Log-likelihood of the proper innovations, -ln(2 pi)/2 each included, and the sum of ln F_inf of the
     diffuse updates (which means something once the diffuse rank is 0), from the sums and counts of
     kalman_filter().
+    """
+
+def kalman_strands(transition: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], process: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], output: Sequence[Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)]], noise: Sequence[Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)]], y: Sequence[Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)]], numbers: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu')], counters: Annotated[NDArray[numpy.int64], dict(shape=(None,), order='C', device='cpu')], square_root: bool, portable: bool = False) -> bool:
+    """
+    Filter a block of rows of four stretches of a record side by side, each from a guess of its first state.
+
+    One to four states, scalar measurements, nothing diffuse. output, noise and y: four arrays each, of shapes
+    (1 or rows, n), (1 or rows,) and (rows,); NaN and infinite samples are missing.
+    Carried, in and out, numbers (1 + n + 2 n**2 + (n + 1)**2, 4), a column for each strand: state (n),
+    covariance (n * n; square_root: its factors), effect of an error of the guess on the state (n * n, column
+    by column), upper half of the sums of products of innovation and effects on it, over S ((n + 1)**2),
+    mantissa of the product of S (1). Before the first row: guess, zeros, unit matrix, zeros, 1.
+    counters (8,), zeros before the first row: four exponents of the product of S, four counts of innovations.
+    False, and what is carried is spoilt, where a noise is not positive, an output is not finite, an innovation
+    has no variance or process is not positive semidefinite. portable: without the instructions that not every
+    processor has; the digits are the same.
     """
 
 def kalman_factor(covariance: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu')]) -> bool:

@@ -51,6 +51,18 @@ constexpr Scalar infinity() noexcept {
     return Scalar(INFINITY);
 }
 
+/// a where x > 0, else b. This and the next are all that a kernel asks about the sign of what it computes; scalars that
+/// are several numbers side by side (lanes.hpp) answer for each of them.
+template <class Scalar>
+constexpr Scalar where_positive(Scalar x, Scalar a, Scalar b) noexcept {
+    return x > Scalar(0) ? a : b;
+}
+
+template <class Scalar>
+constexpr bool nowhere_positive(Scalar x) noexcept {
+    return !(x > Scalar(0));
+}
+
 // ---- the transition -------------------------------------------------------------------------------------------------
 
 /// A transition matrix that is known to be diagonal but for some rows, as those of noise models are: a Markov state

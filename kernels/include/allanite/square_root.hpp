@@ -11,6 +11,16 @@
 
 namespace allanite {
 
+/// A variance below this is none, in any unit: its reciprocal would overflow, and digits of it are already lost.
+template <class Scalar>
+constexpr Scalar least_variance() noexcept {
+    if constexpr (sizeof(Scalar) == sizeof(float)) {
+        return Scalar(1e-36F);
+    } else {
+        return Scalar(1e-290);
+    }
+}
+
 /// A covariance becomes its factors, in place. A pivot that is nothing but rounding counts as zero.
 ///
 /// @param work  (n)
@@ -90,9 +100,9 @@ Measured<Scalar> update_factors(Slice<const Scalar> h, Scalar noise, Scalar y, S
     Scalar inverse_before = Scalar(0);  // never used with j = 0
     for (Index j = 0; j < n; ++j) {
         const Scalar before = sums[j], after = j + 1 < n ? sums[j + 1] : variance;
-        const Scalar inverse = after > Scalar(0) ? Scalar(1) / after : Scalar(0);
-        const Scalar g = gain[j], factor = f[j] * inverse_before;
-        if (after > Scalar(0)) u[j * n + j] *= before * inverse;
+        const Scalar inverse = where_positive(after, Scalar(1) / after, Scalar(0));
+        const Scalar g = gain[j], factor = f[j] * inverse_before, above_it = u[j * n + j];
+        u[j * n + j] = where_positive(after, above_it * (before * inverse), above_it);
         for (Index i = 0; i < j; ++i) {
             const Scalar above = u[i * n + j];
             u[i * n + j] = above - factor * gain[i];
@@ -132,7 +142,7 @@ void orthogonalise(Slice<Scalar> w, Slice<const Scalar> weights, Index n, Slice<
         for (Index l = 0; l < width; ++l) work[l] = weights[l] * row[l];
         const Scalar square = dot_in_fours(work, row);
         u[j * n + j] = square;
-        const Scalar inverse = square > Scalar(0) ? Scalar(1) / square : Scalar(0);
+        const Scalar inverse = where_positive(square - least_variance<Scalar>(), Scalar(1) / square, Scalar(0));
         for (Index i = 0; i < j; ++i) {
             const auto other = w.part(i * width, width);
             const Scalar share = dot_in_fours(work, other) * inverse;
@@ -211,14 +221,14 @@ void add_rank_one(Slice<Scalar> u, Index states, Index last, Scalar c, Slice<Sca
     const Index n = extent<N>(states);
     for (Index j = last; j > 0; --j) {
         const Scalar s = a[j], before = u[j * n + j], product = c * s, after = before + product * s;
-        if (!(after > Scalar(0))) continue;  // neither variance nor noise here
-        const Scalar inverse = Scalar(1) / after, slope = product * inverse;
+        if (nowhere_positive(after)) continue;  // neither variance nor noise here
+        const Scalar inverse = where_positive(after, Scalar(1) / after, Scalar(0)), slope = product * inverse;
         u[j * n + j] = after;
         for (Index i = 0; i < j; ++i) {
             a[i] -= s * u[i * n + j];
             u[i * n + j] += slope * a[i];
         }
-        c *= before * inverse;
+        c = where_positive(after, c * (before * inverse), c);
     }
     u[0] += c * a[0] * a[0];
 }
@@ -233,7 +243,11 @@ void predict_factors_diagonal(const Transition<Scalar>& f, const FactorPredictio
         for (Index j = i + 1; j < n; ++j) u[i * n + j] *= plan.ratios[i * n + j];
     }
     for (Index j = 0; j < n; ++j) {
-        if (plan.process[j * n + j] == Scalar(0)) continue;
+        if (plan.process[j * n + j] == Scalar(0)) {  // of a state that died away the column means nothing, and grows
+            const bool is_gone = nowhere_positive(u[j * n + j] - least_variance<Scalar>());
+            for (Index i = 0; is_gone && i <= j; ++i) u[i * n + j] = Scalar(0);
+            continue;
+        }
         for (Index i = 0; i < j; ++i) work[i] = plan.process[i * n + j];
         work[j] = Scalar(1);
         add_rank_one<N>(u, n, j, plan.process[j * n + j], work);

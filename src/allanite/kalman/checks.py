@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from allanite.errors import InputError
 from allanite.noise import StateSpace
 
-__all__ = ["checked_matrix", "checked_row", "checked_space"]
+__all__ = ["checked_matrix", "checked_row", "checked_shape", "checked_space"]
 
 Array = NDArray[np.float64]
 
@@ -54,11 +54,17 @@ def checked_space(space: StateSpace) -> StateSpace:
     return replace(made, noise=float(noise), diffuse=diffuse)
 
 
-def checked_matrix(value: ArrayLike, shape: tuple[int, ...], name: str) -> Array:
-    """An array of finite numbers of this shape."""
+def checked_shape(value: ArrayLike, shape: tuple[int, ...], name: str) -> Array:
+    """An array of numbers of this shape."""
     array = _numbers(value, name)
     if array.shape != shape:
         raise InputError(f"{name} must have shape {shape}, not {array.shape}")
+    return array
+
+
+def checked_matrix(value: ArrayLike, shape: tuple[int, ...], name: str) -> Array:
+    """An array of finite numbers of this shape."""
+    array = checked_shape(value, shape, name)
     with np.errstate(over="ignore", invalid="ignore"):
         sound = math.isfinite(array.sum())  # one pass without a copy; large numbers may overflow it
     if not (sound or np.isfinite(array).all()):

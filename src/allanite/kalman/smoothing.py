@@ -14,7 +14,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from allanite import _kernels
 from allanite.kalman.checks import checked_row
-from allanite.kalman.filtering import Checkpoint, FilterRun, Form, Sides
+from allanite.kalman.filtering import Checkpoint, FilterRun, Form
+from allanite.kalman.sides import Sides
 from allanite.noise import StateSpace
 from allanite.recording import BLOCK
 
@@ -90,7 +91,7 @@ def smooth(
         checkpoints.append(run.checkpoint())
         block = samples[start : start + size]
         run.feed(block, readout=False, innovations=False, **sides.of(start, len(block)))
-    sides.finish()
+    sides.finish(len(samples))
 
     def again(index: int) -> tuple[Array, dict[str, Array | None]]:
         block = samples[index * size : (index + 1) * size]
