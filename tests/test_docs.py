@@ -167,7 +167,12 @@ def command_reference() -> str:
 Made from the program's own help by `make docs`. Results go to stdout, everything else to stderr; `-` stands for stdin
 or stdout. Exit codes: 0 done, 1 failed, 2 wrong usage, 3 finished with loss (gaps, overloads, dropped rows).
 """
-    parts = [head, shown_help(), *(f"## {name}\n\n{shown_help(name)}" for name in cli.commands)]
+    names = [
+        words
+        for name, found in cli.commands.items()
+        for words in ((name,), *((name, inner) for inner in getattr(found, "commands", ())))
+    ]
+    parts = [head, shown_help(), *(f"## {' '.join(words)}\n\n{shown_help(*words)}" for words in names)]
     return "\n".join(parts)
 
 

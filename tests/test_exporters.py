@@ -353,7 +353,8 @@ def test_registry() -> None:
         assert module.SUMMARY
         assert list(GOLDEN.glob(f"{name}_*")), "every exporter has a golden file"
     with pytest.raises(InputError, match="there are: kalibr"):
-        exporters.exporter("openvins")
+        exporters.exporter("excel")
+    assert exporters.exporter("imu-tk") is exporters.exporter("imu_tk")
 
 
 def test_file_is_written_whole_and_never_by_accident(tmp_path: Path) -> None:

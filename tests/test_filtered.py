@@ -205,7 +205,7 @@ def test_memory_is_bounded(smooth: bool, monkeypatch: pytest.MonkeyPatch) -> Non
     kept = filter_recording(source, GYRO, smooth=smooth)
     monkeypatch.setattr("allanite.kalman.series.IN_MEMORY", 0)
     monkeypatch.setattr("allanite.kalman.filtered._ROWS", 1 << 11)
-    monkeypatch.setattr("allanite.kalman.smoothing._BYTES", 1 << 18)
+    monkeypatch.setattr("allanite.kalman.smoothing._BYTES", 1 << 19)
     shown: list[float] = []
     tracemalloc.start()
     result = filter_recording(source, GYRO, smooth=smooth, progress=shown.append)

@@ -122,7 +122,8 @@ def test_mpu9150_turned_by_hand_is_refused(real_data: Locate, unit: int) -> None
     said = check(recording)
     assert {name for code, name in serious(said) if code == "not_at_rest"} == {"gx", "gy", "gz"}
     assert "0.001065 rad/s" in table(said)["quantisation", "gx"].message
-    assert not {code for code, _ in serious(said)} - {"not_at_rest", "disturbance", "quantisation"}
+    assert not {code for code, _ in serious(said)} - {"not_at_rest", "disturbance", "quantisation", "motion"}
+    assert "the unit was turned" in table(said)["motion", None].message
 
 
 def test_icosahedron_poses_clipping_and_coarse_gyro(real_data: Locate) -> None:

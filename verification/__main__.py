@@ -100,6 +100,58 @@ def _rate_vector(order: Order) -> None:
     write_tables("rate_vector", title, parts, HERE / "results", seed=ROOT_SEED, date=order.date)
 
 
+def _rate_table(order: Order) -> None:
+    from verification.rate_table import run_rate_table
+    from verification.tables import write_tables
+
+    rows = run_rate_table(ROOT_SEED, _say, records=order.count(1000), workers=order.workers)
+    parts = {"Coverage of the 95 % intervals": rows}
+    title = "Response to a rate table"
+    write_tables("rate_table", title, parts, HERE / "results", seed=ROOT_SEED, date=order.date)
+
+
+def _triad(order: Order) -> None:
+    from verification.tables import write_tables
+    from verification.triad import run_triad
+
+    parts = run_triad(order.count(1000), ROOT_SEED, _say, order.workers, order.cache)
+    title = "Calibration and alignment of a unit"
+    write_tables("triad", title, parts, HERE / "results", seed=ROOT_SEED, date=order.date)
+
+
+def _alignment(order: Order) -> None:
+    from verification.alignment import run_battery
+    from verification.tables import write_tables
+
+    parts = {"Battery": run_battery(ROOT_SEED, _say, order.count(2000))}
+    title = "Alignment against the test battery"
+    write_tables("alignment", title, parts, HERE / "results", seed=ROOT_SEED, date=order.date)
+
+
+def _positions(order: Order) -> None:
+    from verification.position_planning import run_position_planning
+    from verification.tables import write_tables
+
+    parts = {"Planned against simulated": run_position_planning(ROOT_SEED, _say, order.count(1000))}
+    title = "Positions of a calibration, planned"
+    write_tables("position_planning", title, parts, HERE / "results", seed=ROOT_SEED, date=order.date)
+
+
+def _redundancy(order: Order) -> None:
+    from verification.redundancy import run_false_alarms, run_faults, run_intervals
+    from verification.tables import write_tables
+
+    parts = {
+        "False alarms, stated 5 % of records; shared noise where there is none, stated 1 %": run_false_alarms(
+            ROOT_SEED, _say, order.count(1000)
+        ),
+        "Coverage of 95 % intervals": run_intervals(ROOT_SEED, _say, order.count(1000)),
+        "Faults of one of six gyros": run_faults(ROOT_SEED, _say, order.count(200)),
+    }
+    title = "Redundant sensors"
+    write_tables("redundancy", title, parts, HERE / "results", seed=ROOT_SEED, date=order.date)
+
+
 def _limits(_: Order) -> None:
     from verification.what_the_data_can_tell import main as write
 
@@ -112,6 +164,11 @@ PARTS: dict[str, Callable[[Order], None]] = {
     "earth": _earth,
     "north": _north,
     "rate-vector": _rate_vector,
+    "rate-table": _rate_table,
+    "triad": _triad,
+    "alignment": _alignment,
+    "positions": _positions,
+    "redundancy": _redundancy,
     "limits": _limits,
 }
 

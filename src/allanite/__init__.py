@@ -12,7 +12,10 @@ Data go one way::
     NoiseModel + Recording --filter_recording--> Filtered
     NoiseModel + Recording that was turned --measure_earth_rate--> EarthRateEstimate
                                            --find_north--> NorthEstimate
-    NoiseModel --plan--> Plan, before a single sample is taken
+    Recording of a unit in several positions --calibrate--> CalibrationEstimate
+    Recording of a unit at rest or turned --align--> AlignmentEstimate
+    NoiseModel + Recording on a rate table --measure_rate_table--> RateTableEstimate
+    NoiseModel --plan, plan_positions--> Plan, PositionPlan, before a single sample is taken
 
 `Study` is the only thing that crosses from the science to the presentation. It is a plain, versioned
 JSON document; reports, figures and exporters read it and hold no formula.
@@ -82,6 +85,7 @@ from typing import TYPE_CHECKING
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
+    from .alignment import align
     from .allan import AllanCurve, allan_curve
     from .earth_rate import measure_earth_rate
     from .errors import AllaniteError
@@ -93,11 +97,14 @@ if TYPE_CHECKING:
     from .noise import NoiseModel
     from .north import find_north
     from .planning import plan
+    from .position_planning import plan_positions
+    from .rate_table import measure_rate_table
     from .readers import read
     from .recording import Channel, Recording
     from .report import render
     from .simulation import simulate
     from .study import Study, characterize
+    from .triad import calibrate
 
 __all__ = [
     "AllanCurve",
@@ -107,7 +114,9 @@ __all__ = [
     "Recording",
     "Study",
     "__version__",
+    "align",
     "allan_curve",
+    "calibrate",
     "characterize",
     "check",
     "export",
@@ -115,7 +124,9 @@ __all__ = [
     "find_north",
     "fit",
     "measure_earth_rate",
+    "measure_rate_table",
     "plan",
+    "plan_positions",
     "plot",
     "read",
     "render",
@@ -129,7 +140,9 @@ _HOMES = {
     "NoiseModel": "noise",
     "Recording": "recording",
     "Study": "study",
+    "align": "alignment",
     "allan_curve": "allan",
+    "calibrate": "triad",
     "characterize": "study",
     "check": "health",
     "export": "exporters",
@@ -137,7 +150,9 @@ _HOMES = {
     "find_north": "north",
     "fit": "fitting",
     "measure_earth_rate": "earth_rate",
+    "measure_rate_table": "rate_table",
     "plan": "planning",
+    "plan_positions": "position_planning",
     "plot": "figures",
     "read": "readers",
     "render": "report",

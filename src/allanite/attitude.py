@@ -11,6 +11,8 @@ References
 .. [2] H. D. Black, "A passive system for determining the attitude of a satellite", AIAA Journal 2 (1964) 1350 (TRIAD).
 .. [3] M. D. Shuster, S. D. Oh, "Three-axis attitude determination from vector observations", J. Guidance and Control 4
    (1981) 70 (QUEST; Davenport's matrix, eq. 30 and 63).
+.. [4] J. E. Bortz, "A new mathematical formulation for strapdown inertial navigation", IEEE Trans. Aerospace and
+   Electronic Systems 7 (1971) 61, eq. 6: the rotation vector; to the second order in the increment.
 """
 
 from __future__ import annotations
@@ -32,6 +34,7 @@ __all__ = [
     "rotation_vector",
     "skew",
     "triad",
+    "with_coning",
 ]
 
 Array = NDArray[np.float64]
@@ -164,6 +167,29 @@ def accumulated(turns: ArrayLike) -> Array:
         out[reach:] = out[:-reach] @ out[reach:]
         reach *= 2
     return out
+
+
+def with_coning(increments: ArrayLike, edges: ArrayLike | None = None) -> Array:
+    """The rotation vectors of increments, each the integral of the rate over a sample, shape (n, 3) [rad].
+
+    While the axis moves, the rotation over a sample is not the integral of the rate. What is missing follows from the
+    samples before and after, to second order [4]; the first and the last of a turn have none on one side, and stay.
+
+    Parameters
+    ----------
+    increments : array_like, shape (n, 3) [rad]
+    edges : array_like, shape (m + 1,), optional
+        Where each of several turns begins, and where the last one ends.
+    """
+    steps = np.asarray(increments, dtype=np.float64)
+    change = np.zeros_like(steps)
+    change[1:-1] = steps[2:] - steps[:-2]
+    bounds = np.asarray([0, len(steps)] if edges is None else edges, dtype=np.int64)
+    if len(steps):
+        change[bounds[:-1]] = change[bounds[1:] - 1] = 0.0
+    x, y, z = steps.T
+    dx, dy, dz = change.T
+    return np.asarray(steps + np.stack([y * dz - z * dy, z * dx - x * dz, x * dy - y * dx], axis=-1) / 24)
 
 
 def triad(first: ArrayLike, second: ArrayLike, first_known: ArrayLike, second_known: ArrayLike) -> Array:

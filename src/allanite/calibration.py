@@ -1,10 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """What three axes show of a true vector, and back: bias, scale factors, misalignments, with their covariance.
 
-    y = S (I + E) (x + q x^2) + b + a (T - T_0),   S = diag(scale),  E the misalignments (zero diagonal),       (1)
+    y = S (I + E) (x + q x^2) + b + a (T - T_0) + G f,   S = diag(scale),  E the misalignments (zero diagonal),  (1)
 
 y being the samples in the unit of the channel after its nominal scale (SI, or counts), x the true vector in SI along
 the axes of the body. E_xy is what y adds to the x axis: the angle [rad] by which the sensitive axis x leans towards y.
+G is of gyros alone, whose biases may follow the true specific force f along the axes of the body (g-sensitivity).
 
 The body needs a definition, for a common rotation of all axes moves it. With frame "z" the z axis of the accelerometers
 is that of the body and their y axis lies in its plane of y and z: E is upper triangular. With frame "x" their x axis is
@@ -27,7 +28,7 @@ from numpy.typing import ArrayLike, NDArray
 from allanite.columns import Column
 from allanite.errors import FormatError, InputError
 from allanite.plain_data import plain
-from allanite.recording import Recording
+from allanite.recording import Kind, Recording
 
 __all__ = ["ACCELEROMETER", "AXES", "GYRO", "Calibration", "Frame", "TriadErrors", "parameter_names"]
 
@@ -37,12 +38,18 @@ Frame = Literal["z", "x"]
 
 AXES = "xyz"
 ACCELEROMETER, GYRO = "accelerometer", "gyro"
-_PAIRS = tuple(a + b for a in AXES for b in AXES if a != b)
+_ALL_PAIRS = tuple(a + b for a in AXES for b in AXES)
+_PAIRS = tuple(p for p in _ALL_PAIRS if p[0] != p[1])
 _OF_FRAME = {"z": ("xy", "xz", "yz"), "x": ("yx", "zx", "zy")}
 
 
 def parameter_names(
-    sensor: str, *, frame: Frame | None = None, quadratic: bool = False, temperature: bool = False
+    sensor: str,
+    *,
+    frame: Frame | None = None,
+    quadratic: bool = False,
+    temperature: bool = False,
+    gravity_sensitivity: bool = False,
 ) -> tuple[str, ...]:
     """Names of the parameters of a triad: "gyro.bias_x", "gyro.scale_x", "gyro.misalignment_xy", ...
 
@@ -53,12 +60,19 @@ def parameter_names(
         Of a triad that defines the body: only three misalignments. Without it all six.
     quadratic, temperature : bool
         With "quadratic_x" [1/SI] and "bias_temperature_x" [SI/K].
+    gravity_sensitivity : bool
+        With "gravity_sensitivity_xx", "_xy", ... [rad/s/(m/s^2)]: what the force along the second axis adds to the
+        first. Accelerometers have none.
     """
-    kinds = ["bias", "scale", "misalignment"] + ["quadratic"] * quadratic + ["bias_temperature"] * temperature
-    pairs = _PAIRS if frame is None else _OF_FRAME[frame]
-    return tuple(
-        f"{sensor}.{kind}_{which}" for kind in kinds for which in (pairs if kind == "misalignment" else AXES)
-    )
+    kinds: dict[str, Sequence[str]] = {
+        "bias": AXES,
+        "scale": AXES,
+        "misalignment": _PAIRS if frame is None else _OF_FRAME[frame],
+        "quadratic": AXES if quadratic else (),
+        "bias_temperature": AXES if temperature else (),
+        "gravity_sensitivity": _ALL_PAIRS if gravity_sensitivity and sensor == GYRO else (),
+    }
+    return tuple(f"{sensor}.{kind}_{which}" for kind, places in kinds.items() for which in places)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -74,27 +88,52 @@ class TriadErrors:
     quadratic : ndarray, shape (3,) [1/SI]
     temperature : ndarray, shape (3,)
         Slope of the bias, in the unit of y per kelvin.
+    gravity_sensitivity : ndarray, shape (3, 3)
+        G, in the unit of y per m/s^2; zero for accelerometers.
     """
 
     bias: Array
     matrix: Array
     quadratic: Array = field(default_factory=lambda: np.zeros(3))
     temperature: Array = field(default_factory=lambda: np.zeros(3))
+    gravity_sensitivity: Array = field(default_factory=lambda: np.zeros((3, 3)))
 
-    def seen(self, true: ArrayLike, warmer: ArrayLike = 0.0) -> Array:
-        """y of true vectors, shape (..., 3), `warmer` [K] than the reference, shape (...)."""
+    def seen(self, true: ArrayLike, warmer: ArrayLike = 0.0, force: ArrayLike | None = None) -> Array:
+        """y of true vectors, shape (..., 3).
+
+        Parameters
+        ----------
+        true : array_like, shape (..., 3)
+        warmer : array_like, shape (...) [K]
+            Than the reference.
+        force : array_like, shape (..., 3) [m/s^2]
+            True specific force along the axes of the body; needed where the biases follow it.
+
+        Raises
+        ------
+        InputError
+            The biases follow the force, which is not given.
+        """
         x = np.asarray(true, dtype=np.float64)
-        drift = np.asarray(warmer, dtype=np.float64)[..., None] * self.temperature
-        return np.asarray((x + self.quadratic * x**2) @ self.matrix.T + self.bias + drift)
+        return np.asarray((x + self.quadratic * x**2) @ self.matrix.T + self._level(warmer, force))
 
-    def true(self, seen: ArrayLike, warmer: ArrayLike = 0.0) -> Array:
-        """The true vectors of y: the inverse of `seen`.
+    def true(self, seen: ArrayLike, warmer: ArrayLike = 0.0, force: ArrayLike | None = None) -> Array:
+        """The true vectors of y: the inverse of `seen`, with its parameters.
 
         The quadratic is solved for the root that is there without it, in the form that loses no digits.
         """
-        drift = np.asarray(warmer, dtype=np.float64)[..., None] * self.temperature
-        z = (np.asarray(seen, dtype=np.float64) - self.bias - drift) @ np.linalg.inv(self.matrix).T
+        y = np.asarray(seen, dtype=np.float64)
+        z = (y - self._level(warmer, force)) @ np.linalg.inv(self.matrix).T
         return np.asarray(2 * z / (1 + np.sqrt(1 + 4 * self.quadratic * z)))
+
+    def _level(self, warmer: ArrayLike, force: ArrayLike | None) -> Array:
+        """y where x is zero."""
+        level = self.bias + np.asarray(warmer, dtype=np.float64)[..., None] * self.temperature
+        if not self.gravity_sensitivity.any():
+            return np.asarray(level)
+        if force is None:
+            raise InputError(_FORCELESS)
+        return np.asarray(level + np.asarray(force, dtype=np.float64) @ self.gravity_sensitivity.T)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -192,7 +231,7 @@ class Calibration:
         """
         if sensor not in self.sensors:
             raise InputError(
-                f"this calibration is of {' and '.join(self.sensors) or 'nothing'}, not of a {sensor}"
+                f"this calibration is of {' and '.join(self.sensors) or 'nothing'}, not of the {sensor}"
             )
         return errors_of(dict(zip(self.names, self.values.tolist(), strict=True)), sensor)
 
@@ -212,7 +251,7 @@ class Calibration:
         for key, sd in sds.items():
             hit = np.array(
                 [
-                    n == key or (n.startswith(key + "_") and n[len(key) + 1 :] in (*AXES, *_PAIRS))
+                    n == key or (n.startswith(key + "_") and n[len(key) + 1 :] in (*AXES, *_ALL_PAIRS))
                     for n in self.names
                 ]
             )
@@ -228,30 +267,23 @@ class Calibration:
     def apply(self, recording: Recording) -> Recording:
         """A recording of true rates and accelerations in SI along the axes of the body.
 
-        Samples are combined as they are read, block by block. A sample with any of its three axes missing is missing.
+        Samples are combined as they are read, block by block. A sample with any of its three axes missing is missing;
+        of gyros that follow gravity, also one with any of the accelerometers missing.
 
         Raises
         ------
         InputError
-            Channels that the recording does not have, or a slope with temperature and no channel of it.
+            Channels that the recording does not have, biases that depend on temperature, or gyros that follow gravity
+            without the accelerometers.
         """
         columns, channels = list(recording.columns), list(recording.channels)
         for sensor in self.sensors:
-            names = self.channels.get(sensor, ())
-            if len(names) != 3:
-                raise InputError(f"this calibration does not name the three channels of its {sensor}")
-            places = [recording.index(n) for n in names]
-            errors = self.errors(sensor)
-            if errors.temperature.any():
-                raise InputError(
-                    "biases that depend on temperature cannot be taken off sample by sample; align and calibrate do so"
-                )
-            sources = tuple((recording.columns[i], recording.channels[i].scale) for i in places)
-            for axis, i in enumerate(places):
-                columns[i] = _Calibrated(sources=sources, errors=errors, axis=axis)
-                channels[i] = replace(
-                    channels[i], scale=1.0, unit="m/s²" if sensor == ACCELEROMETER else "rad/s"
-                )
+            triad = self._calibrated(recording, sensor)
+            for axis, name in enumerate(self.channels[sensor]):
+                i = recording.index(name)
+                columns[i] = _Axis(triad=triad, axis=axis)
+                kind, unit = _TRUE[sensor]
+                channels[i] = replace(channels[i], kind=kind, scale=1.0, unit=unit)
         step = {
             "step": "calibrate",
             "source": self.source,
@@ -261,6 +293,25 @@ class Calibration:
         return replace(
             recording, columns=tuple(columns), channels=tuple(channels), history=(*recording.history, step)
         )
+
+    def _calibrated(self, recording: Recording, sensor: str) -> _Triad:
+        """The true vectors of a triad in a recording."""
+        names = self.channels.get(sensor, ())
+        if len(names) != 3:
+            raise InputError(f"this calibration does not name the three channels of its {sensor}")
+        errors = self.errors(sensor)
+        if errors.temperature.any():
+            raise InputError(
+                "biases that depend on temperature cannot be taken off sample by sample; align and calibrate do so"
+            )
+        force = None
+        if errors.gravity_sensitivity.any():
+            if ACCELEROMETER not in self.sensors:
+                raise InputError(_FORCELESS)
+            force = self._calibrated(recording, ACCELEROMETER)
+        places = [recording.index(n) for n in names]
+        sources = tuple((recording.columns[i], recording.channels[i].scale) for i in places)
+        return _Triad(sources=sources, errors=errors, force=force)
 
     # -- files ------------------------------------------------------------------------------------------------
 
@@ -328,7 +379,11 @@ class Calibration:
             raise FormatError(f"{path} is not JSON: {error}") from None
 
 
-_ALL = tuple(n for s in (ACCELEROMETER, GYRO) for n in parameter_names(s, quadratic=True, temperature=True))
+_ALL = tuple(
+    n
+    for s in (ACCELEROMETER, GYRO)
+    for n in parameter_names(s, quadratic=True, temperature=True, gravity_sensitivity=True)
+)
 
 
 def errors_of(values: Mapping[str, float], sensor: str) -> TriadErrors:
@@ -345,15 +400,34 @@ def errors_of(values: Mapping[str, float], sensor: str) -> TriadErrors:
         matrix=row("scale", 1.0)[:, None] * lean,
         quadratic=row("quadratic"),
         temperature=row("bias_temperature"),
+        gravity_sensitivity=np.reshape(
+            [values.get(f"{sensor}.gravity_sensitivity_{pair}", 0.0) for pair in _ALL_PAIRS], (3, 3)
+        ),
     )
 
 
 @dataclass(frozen=True, slots=True)
-class _Calibrated:
-    """One axis of the true vectors of three columns."""
+class _Triad:
+    """The true vectors of three columns; `force` is that of the accelerometers, where it is needed."""
 
     sources: Sequence[tuple[Column, float]]
     errors: TriadErrors
+    force: _Triad | None
+
+    def read(self, start: int, stop: int) -> Array:
+        """Shape (n, 3), NaN where missing."""
+        parts = [(column.read(start, stop) + column.origin) * scale for column, scale in self.sources]
+        seen = np.stack(parts, axis=-1)
+        seen[np.abs(seen) >= _OVERLOAD] = np.nan
+        force = None if self.force is None else self.force.read(start, stop)
+        return self.errors.true(seen, force=force)
+
+
+@dataclass(frozen=True, slots=True)
+class _Axis:
+    """One axis of the true vectors, as a column."""
+
+    triad: _Triad
     axis: int
 
     @property
@@ -365,14 +439,17 @@ class _Calibrated:
         return np.dtype(np.float64)
 
     def __len__(self) -> int:
-        return len(self.sources[0][0])
+        return len(self.triad.sources[0][0])
 
     def read(self, start: int, stop: int) -> Array:
-        parts = [(column.read(start, stop) + column.origin) * scale for column, scale in self.sources]
-        seen = np.stack(parts, axis=-1)
-        seen[np.abs(seen) >= _OVERLOAD] = np.nan
-        return np.asarray(self.errors.true(seen)[:, self.axis])
+        return np.asarray(self.triad.read(start, stop)[:, self.axis])
 
 
+_FORCELESS = (
+    "the biases of these gyros follow gravity: what they show depends on the specific force, so the accelerometers are "
+    "needed, too"
+)
+#: What true vectors are.
+_TRUE = {ACCELEROMETER: (Kind.ACCELERATION, "m/s²"), GYRO: (Kind.RATE, "rad/s")}
 #: Overload words stay missing: beyond any sensor, and beyond any scale of one.
 _OVERLOAD = 1e30

@@ -15,64 +15,68 @@ namespace sensor {
 
 using Scalar = float;
 
-constexpr int n_states = 7;
+constexpr int n_states = 8;
 //   0: flicker, faster than a sample
 //   1: the slow end of flicker, and the turn-on bias, of which nothing is known
-//   2: flicker, correlation time 0.1 s
-//   3: flicker, correlation time 1 s
-//   4: flicker, correlation time 10 s
-//   5: flicker, correlation time 100 s
-//   6: mean over the sample of the states above
+//   2: flicker, correlation time 0.01581 s
+//   3: flicker, correlation time 0.1581 s
+//   4: flicker, correlation time 1.581 s
+//   5: flicker, correlation time 15.81 s
+//   6: flicker, correlation time 158.1 s
+//   7: mean over the sample of the states above
 
 constexpr Scalar rate = 10.0F;  ///< [Hz] samples per second that the filter is fed with
-constexpr Scalar noise = 7.5838543e-08F;  ///< [(rad/s)^2] variance of v
+constexpr Scalar noise = 7.58435759e-08F;  ///< [(rad/s)^2] variance of v
 
 /// F, row by row, over one sample interval.
 constexpr Scalar transition[n_states * n_states] = {
-    0.0F, 0.0F, 0.0F, 0.0F, 0.0F, 0.0F, 0.0F,
-    0.0F, 1.0F, 0.0F, 0.0F, 0.0F, 0.0F, 0.0F,
-    0.0F, 0.0F, 0.367879441F, 0.0F, 0.0F, 0.0F, 0.0F,
-    0.0F, 0.0F, 0.0F, 0.904837418F, 0.0F, 0.0F, 0.0F,
-    0.0F, 0.0F, 0.0F, 0.0F, 0.990049834F, 0.0F, 0.0F,
-    0.0F, 0.0F, 0.0F, 0.0F, 0.0F, 0.9990005F, 0.0F,
-    1.0F, 1.0F, 0.632120559F, 0.95162582F, 0.995016625F, 0.999500167F, 0.0F};
+    0.0F, 0.0F, 0.0F, 0.0F, 0.0F, 0.0F, 0.0F, 0.0F,
+    0.0F, 1.0F, 0.0F, 0.0F, 0.0F, 0.0F, 0.0F, 0.0F,
+    0.0F, 0.0F, 0.00179176283F, 0.0F, 0.0F, 0.0F, 0.0F, 0.0F,
+    0.0F, 0.0F, 0.0F, 0.531285609F, 0.0F, 0.0F, 0.0F, 0.0F,
+    0.0F, 0.0F, 0.0F, 0.0F, 0.938712941F, 0.0F, 0.0F, 0.0F,
+    0.0F, 0.0F, 0.0F, 0.0F, 0.0F, 0.993695403F, 0.0F, 0.0F,
+    0.0F, 0.0F, 0.0F, 0.0F, 0.0F, 0.0F, 0.999367744F, 0.0F,
+    1.0F, 1.0F, 0.15783058F, 0.741102524F, 0.969033481F, 0.996844378F, 0.999683839F, 0.0F};
 
 /// Covariance of w [(rad/s)^2], row by row.
 constexpr Scalar process[n_states * n_states] = {
-    4.26358598e-12F, 0.0F, 0.0F, 0.0F, 0.0F, 0.0F, 4.26358598e-12F,
-    0.0F, 9.38157567e-14F, 0.0F, 0.0F, 0.0F, 0.0F, 4.69078783e-14F,
-    0.0F, 0.0F, 3.65036286e-10F, 0.0F, 0.0F, 0.0F, 1.68689531e-10F,
-    0.0F, 0.0F, 0.0F, 7.6526602e-11F, 0.0F, 0.0F, 3.82314468e-11F,
-    0.0F, 0.0F, 0.0F, 0.0F, 8.35954401e-12F, 0.0F, 4.17973717e-12F,
-    0.0F, 0.0F, 0.0F, 0.0F, 0.0F, 8.43498031e-13F, 4.2174898e-13F,
-    4.26358598e-12F, 4.69078783e-14F, 1.68689531e-10F, 3.82314468e-11F, 4.17973717e-12F, 4.2174898e-13F, 1.03641902e-10F};
+    1.06608814e-13F, 0.0F, 0.0F, 0.0F, 0.0F, 0.0F, 0.0F, 1.06608814e-13F,
+    0.0F, 5.93342943e-14F, 0.0F, 0.0F, 0.0F, 0.0F, 0.0F, 2.96671471e-14F,
+    0.0F, 0.0F, 4.2216955e-10F, 0.0F, 0.0F, 0.0F, 0.0F, 6.65120912e-11F,
+    0.0F, 0.0F, 0.0F, 3.03007088e-10F, 0.0F, 0.0F, 0.0F, 1.46647573e-10F,
+    0.0F, 0.0F, 0.0F, 0.0F, 5.01615083e-11F, 0.0F, 0.0F, 2.50723973e-11F,
+    0.0F, 0.0F, 0.0F, 0.0F, 0.0F, 5.30645477e-12F, 0.0F, 2.65321854e-12F,
+    0.0F, 0.0F, 0.0F, 0.0F, 0.0F, 0.0F, 5.33671054e-13F, 2.66835518e-13F,
+    1.06608814e-13F, 2.96671471e-14F, 6.65120912e-11F, 1.46647573e-10F, 2.50723973e-11F, 2.65321854e-12F, 2.66835518e-13F, 9.55659751e-11F};
 
 /// h: what a sample holds of the states.
 constexpr Scalar output[n_states] = {
-    0.0F, 0.0F, 0.0F, 0.0F, 0.0F, 0.0F, 1.0F};
+    0.0F, 0.0F, 0.0F, 0.0F, 0.0F, 0.0F, 0.0F, 1.0F};
 
 /// r: the bias [rad/s] is bias . s, at the end of the sample.
 constexpr Scalar bias[n_states] = {
-    0.0F, 1.0F, 1.0F, 1.0F, 1.0F, 1.0F, 0.0F};
+    0.0F, 1.0F, 1.0F, 1.0F, 1.0F, 1.0F, 1.0F, 0.0F};
 
 /// State after the first sample y: start_gain * y.
 constexpr Scalar start_gain[n_states] = {
-    0.0F, 1.0F, 0.0F, 0.0F, 0.0F, 0.0F, 1.0F};
+    0.0F, 1.0F, 0.0F, 0.0F, 0.0F, 0.0F, 0.0F, 1.0F};
 
 /// Its covariance [(rad/s)^2].
 constexpr Scalar start_covariance[n_states * n_states] = {
-    4.26358598e-12F, -4.26358598e-12F, 0.0F, 0.0F, 0.0F, 0.0F, 0.0F,
-    -4.26358598e-12F, 7.73371751e-08F, -2.66862908e-10F, -4.01748733e-10F, -4.20067069e-10F, -4.2195989e-10F, 7.5838543e-08F,
-    0.0F, -2.66862908e-10F, 4.22170905e-10F, 0.0F, 0.0F, 0.0F, 0.0F,
-    0.0F, -4.01748733e-10F, 0.0F, 4.22170905e-10F, 0.0F, 0.0F, 0.0F,
-    0.0F, -4.20067069e-10F, 0.0F, 0.0F, 4.22170905e-10F, 0.0F, 0.0F,
-    0.0F, -4.2195989e-10F, 0.0F, 0.0F, 0.0F, 4.22170905e-10F, 0.0F,
-    0.0F, 7.5838543e-08F, 0.0F, 0.0F, 0.0F, 0.0F, 7.5838543e-08F};
+    1.06608814e-13F, -1.06608814e-13F, 0.0F, 0.0F, 0.0F, 0.0F, 0.0F, 0.0F,
+    -1.06608814e-13F, 7.74194792e-08F, -6.6631479e-11F, -3.12871923e-10F, -4.09097742e-10F, -4.20838693e-10F, -4.22037431e-10F, 7.58435759e-08F,
+    0.0F, -6.6631479e-11F, 4.22170905e-10F, 0.0F, 0.0F, 0.0F, 0.0F, 0.0F,
+    0.0F, -3.12871923e-10F, 0.0F, 4.22170905e-10F, 0.0F, 0.0F, 0.0F, 0.0F,
+    0.0F, -4.09097742e-10F, 0.0F, 0.0F, 4.22170905e-10F, 0.0F, 0.0F, 0.0F,
+    0.0F, -4.20838693e-10F, 0.0F, 0.0F, 0.0F, 4.22170905e-10F, 0.0F, 0.0F,
+    0.0F, -4.22037431e-10F, 0.0F, 0.0F, 0.0F, 0.0F, 4.22170905e-10F, 0.0F,
+    0.0F, 7.58435759e-08F, 0.0F, 0.0F, 0.0F, 0.0F, 0.0F, 7.58435759e-08F};
 
 /// Gain of the filter once it has settled: s += steady_gain * (y - output s), then s = transition s.
 constexpr Scalar steady_gain[n_states] = {
-    5.540527e-05F, 0.00110414451F, 0.00344312668F, 0.00481772893F, 0.00366626332F, 0.00165429446F, 0.0144786653F};
-constexpr Scalar steady_sd = 3.599017e-05F;  ///< [rad/s] of the bias with it, at rest
+    1.38544312e-06F, 0.000878113561F, 0.000865894018F, 0.00401233199F, 0.00473917283F, 0.00328110393F, 0.00136477321F, 0.0143689232F};
+constexpr Scalar steady_sd = 4.0380255e-05F;  ///< [rad/s] of the bias with it, at rest
 
 }  // namespace sensor
 

@@ -12,6 +12,11 @@ from allanite.cli import noise
 from allanite.cli import files
 from allanite.cli import filtering
 from allanite.cli import earth
+from allanite.cli import position_plan
+from allanite.cli import rate_table
+from allanite.cli import calibration
+from allanite.cli import alignment
+from allanite.cli import redundancy
 from allanite.cli import demo
 
 # isort: on
@@ -23,6 +28,8 @@ __all__ = [
     "ByChannel",
     "Duration",
     "Lags",
+    "alignment",
+    "calibration",
     "cli",
     "demo",
     "earth",
@@ -30,4 +37,7 @@ __all__ = [
     "filtering",
     "main",
     "noise",
+    "position_plan",
+    "rate_table",
+    "redundancy",
 ]

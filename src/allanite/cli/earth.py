@@ -26,15 +26,17 @@ from allanite.cli.options import (
     turn_options,
     typed,
 )
-from allanite.cli.program import LOSS, command
+from allanite.cli.program import LOSS, command, family
 
 __all__ = ["earth_rate", "north", "plan"]
 
 
+LATITUDE = "Latitude in degrees, south negative: -23.31 or 23.31S."
+
+
 def latitude_option(command: Callable[..., Any]) -> Callable[..., Any]:
     """Where on Earth."""
-    text = "Latitude in degrees, south negative: -23.31 or 23.31S."
-    return click.option("--latitude", type=Latitude(), required=True, metavar="DEG", help=text)(command)
+    return click.option("--latitude", type=Latitude(), required=True, metavar="DEG", help=LATITUDE)(command)
 
 
 def stated_options(command: Callable[..., Any]) -> Callable[..., Any]:
@@ -202,10 +204,10 @@ def _refuse_with_null(options: dict[str, Any], figure: str | None, misalignment:
         raise click.UsageError("the null test has no figure: leave --plot out, and see --out for the report")
 
 
-@command("allanite plan --model study.json --latitude -23.31 --goal 3%")
-@click.option("--model", metavar="MODEL", required=True, help=MODEL)
+@family("allanite plan --model study.json --latitude -23.31 --goal 3%")
+@click.option("--model", metavar="MODEL", help=f"{MODEL}  [required]")
 @click.option("--channel", help="Whose model, where there are several.")
-@latitude_option
+@click.option("--latitude", type=Latitude(), metavar="DEG", help=f"{LATITUDE}  [required]")
 @click.option("--north", is_flag=True, help="Plan a search for north instead of the Earth rate.")
 @click.option(
     "--goal", type=Goal(), help="One standard deviation: 3%, or 1deg with --north.  [default: these]"
@@ -219,17 +221,24 @@ def _refuse_with_null(options: dict[str, Any], figure: str | None, misalignment:
 @stated_options
 @result_options
 def plan(
-    model: str, north: bool, goal: Aim | None, dwells: list[float] | None, durations: list[float] | None,
+    model: str | None, north: bool, goal: Aim | None, dwells: list[float] | None, durations: list[float] | None,
     scale: float, latitude_uncertainty: float, tilt: float, heading: float, out: str | None, figure: str | None,
     force: bool, as_json: bool, **options: Any,
 ) -> None:  # fmt: skip
     """Predict how well the Earth rate, or north, will be known: by dwell and length of record.
 
-    Computed from the covariance alone: no sample is needed.
+    Computed from the covariance alone: no sample is needed. Which positions a calibration or an alignment needs is
+    planned by `allanite plan positions`.
     """
     from allanite import delivery, terminal
     from allanite.earth_rate import Stated
 
+    context = click.get_current_context()
+    if context.invoked_subcommand is not None:
+        return
+    if model is None or options["latitude"] is None:
+        name = "--model" if model is None else "--latitude"
+        raise click.MissingParameter(param_hint=f"'{name}'", param_type="option", ctx=context)
     if goal is not None and goal.is_angle != north:
         raise click.UsageError(
             "--goal is a share of the Earth rate, 3%; an angle needs --north"

@@ -70,8 +70,8 @@ def convert(log: str, output: str, force: bool, **options: Any) -> int:
 
 @command("allanite export kalibr results/study.json -o imu.yaml")
 @click.argument("consumer")
-@click.argument("study", type=click.Path(exists=True, dir_okay=False, allow_dash=True))
-@click.option("-o", "--output", help="File to write.  [default: stdout]")
+@click.argument("file", type=click.Path(exists=True, dir_okay=False, allow_dash=True))
+@click.option("-o", "--output", help="File to write, or folder for several.  [default: stdout]")
 @click.option("--walk", help="What becomes of flicker: upper-bound, k-only or horizon=<seconds>.")
 @click.option("--axes", help="One number for three axes: worst or rms.")
 @click.option("--inflate", type=float, help="Factor on all numbers; it is written into the file.")
@@ -90,15 +90,23 @@ def convert(log: str, output: str, force: bool, **options: Any) -> int:
     "--flicker", type=click.Choice(["sum", "single"]), help="States for flicker: several, or one.  [firmware]"
 )
 @click.option("--horizon", type=Duration(), help="Time over which flicker must hold.  [firmware]")
+@click.option(
+    "--model", type=click.Path(exists=True, dir_okay=False), help="Study with the noise.  [openvins]"
+)
+@click.option(
+    "--intrinsics", type=click.Choice(["kalibr", "rpng"]), help="Convention of the matrices.  [openvins]"
+)
 @force_option
-def export(consumer: str, study: str, output: str | None, force: bool, **options: Any) -> None:
-    """Write a STUDY in the format of a CONSUMER: kalibr or firmware."""
-    from allanite.exporters import export as write
-    from allanite.study import Study
+def export(consumer: str, file: str, output: str | None, force: bool, **options: Any) -> None:
+    """Write a FILE of allanite in the format of a CONSUMER.
+
+    From a study: kalibr or firmware. From a calibration: openvins (with --model for the noise) or imu-tk, which is
+    several files in the folder of -o.
+    """
+    from allanite import delivery
 
     target = None if output in (None, "-") else output
-    chosen = {key: value for key, value in options.items() if value is not None}
-    text = write(consumer, Study.load(place_of(study)), target, force=force, **chosen)
+    text = delivery.export_of(consumer, place_of(file), target, force=force, **options)
     click.echo(text if target is None else target, nl=target is not None)
 
 

@@ -13,7 +13,7 @@ import click
 from allanite import __version__
 from allanite.errors import AllaniteError, DataQualityWarning
 
-__all__ = ["LOSS", "cli", "command", "main"]
+__all__ = ["LOSS", "cli", "command", "example_of", "family", "main"]
 
 LOSS = 3
 _EXAMPLE = "\b\nExample:\n  {}"
@@ -54,6 +54,21 @@ def _show_warning(message: Warning | str, category: type[Warning], *where: Any, 
 @click.version_option(__version__, prog_name="allanite")
 def cli() -> None:
     """From a log of a sensor at rest to a noise model you can trust, a filter, and the Earth's rotation."""
+
+
+def example_of(example: str) -> str:
+    """The end of a command's help."""
+    return _EXAMPLE.format(example)
+
+
+def family(example: str, name: str | None = None) -> Callable[[Callable[..., Any]], click.Group]:
+    """A command of `cli` that has further commands under its name; it runs where none of them is named."""
+    return cli.group(
+        name,
+        epilog=_EXAMPLE.format(example),
+        invoke_without_command=True,
+        subcommand_metavar="[COMMAND]",
+    )
 
 
 def command(example: str, name: str | None = None) -> Callable[[Callable[..., Any]], click.Command]:

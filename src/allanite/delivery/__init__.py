@@ -4,12 +4,18 @@
 Each function is one line of a command, and can be called as well without the command line.
 """
 
+from allanite.delivery.alignment import alignment_of
+from allanite.delivery.calibration import calibration_of
 from allanite.delivery.curves import fit_file, joined, save_curve, simulate_to
 from allanite.delivery.earth import earth_rate_of, north_of, null_of, plan_of
+from allanite.delivery.exporting import export_of
 from allanite.delivery.filtering import aided_of, filter_of, refuse_corrected, save_corrected
 from allanite.delivery.measurement import Measured, refuse_measurement, write_measurement
 from allanite.delivery.pictures import Delivered, refuse_figure, save_figure
+from allanite.delivery.position_plan import position_plan_of
+from allanite.delivery.rate_table import rate_table_of
 from allanite.delivery.recordings import describe, file_sha256, has_gaps, is_lossy, read_part
+from allanite.delivery.redundancy import combination_of, directions_from, save_combined
 from allanite.delivery.study import RESULTS, curve_of, refuse_results, study_of, write_results
 
 __all__ = [
@@ -17,9 +23,14 @@ __all__ = [
     "Delivered",
     "Measured",
     "aided_of",
+    "alignment_of",
+    "calibration_of",
+    "combination_of",
     "curve_of",
     "describe",
+    "directions_from",
     "earth_rate_of",
+    "export_of",
     "file_sha256",
     "filter_of",
     "fit_file",
@@ -29,11 +40,14 @@ __all__ = [
     "north_of",
     "null_of",
     "plan_of",
+    "position_plan_of",
+    "rate_table_of",
     "read_part",
     "refuse_corrected",
     "refuse_figure",
     "refuse_measurement",
     "refuse_results",
+    "save_combined",
     "save_corrected",
     "save_curve",
     "save_figure",

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Collection, Iterable, Mapping
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from allanite.delivery.measurement import Measured, beside, provenance
@@ -16,6 +15,7 @@ from allanite.delivery.turned import (
     gyro_of,
     gyros_of,
     model_for,
+    models_for,
     part_of,
     placed_of,
     rates_of,
@@ -79,7 +79,7 @@ def earth_rate_of(
 
     advance = progress or (lambda fraction, what: None)
     advance(0.0, "reading")
-    whole = _named(read_part(log, **options), source)
+    whole = read_part(log, source=source, **options)
     if is_vector(whole, forced=vector, turned=_says_turned((turns, dwell, first), estimate)):
         return vector_of(
             part_of(whole, start, stop),
@@ -147,10 +147,6 @@ def _of_vector(estimate: Mapping[str, Any] | None) -> dict[str, Any]:
     return {name: value for name, value in (estimate or {}).items() if name in ("stated", "confidence")}
 
 
-def _named(recording: Recording, source: str | None) -> Recording:
-    return recording if source is None else replace(recording, source=source)
-
-
 def _dwell_rows(document: Json) -> list[Json]:
     """One row for each dwell, in people's units."""
     from allanite.wording import DEG_H
@@ -212,15 +208,15 @@ def north_of(
         raise InputError("say how the table stood: either positions (--headings) or a rotation (--rotation)")
     advance = progress or (lambda fraction, what: None)
     advance(0.0, "reading")
-    whole = _named(read_part(log, **options), source)
+    whole = read_part(log, source=source, **options)
     channels = gyros_of(whole, most=2)
-    models = {name: model_for(model, whole[name]) for name in channels}
+    models, where = models_for(model, [whole[name] for name in channels])
     part, positions = placed_of(whole, channels[0], headings, start=start, stop=stop, dead_time=dead_time)
     advance(0.3, "looking for faults")
     ready = checked(part, positions, channels, accept=accept)
     found = find_north(
         ready.recording,
-        model={name: made for name, (made, _) in models.items() if made is not None},
+        model=models,
         latitude=latitude,
         positions=positions if headings is not None else None,
         rotation=None if rotation is None else Rotation(rate=rotation, start=heading_at_start),
@@ -231,7 +227,7 @@ def north_of(
     document = {
         **found.to_json(),
         **beside(part, channels[0], ready.findings, file_sha256(log), command),
-        "model_name": models[channels[0]][1],
+        "model_name": where[channels[0]],
     }
     return Measured(result=found, document=document, name="north", tables={}, lossy=ready.lossy)
 
@@ -267,7 +263,7 @@ def null_of(
 
     advance = progress or (lambda fraction, what: None)
     advance(0.0, "reading")
-    whole = _named(read_part(log, **options), source)
+    whole = read_part(log, source=source, **options)
     channel = gyro_of(whole)
     noise, model_name = model_for(model, whole[channel])
     if noise is None:

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Collection, Mapping
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -49,8 +48,7 @@ def filter_of(
 
     advance = progress or (lambda fraction, what: None)
     advance(0.0, "reading")
-    recording = read_part(log, **options)
-    recording = recording if source is None else replace(recording, source=source)
+    recording = read_part(log, source=source, **options)
     channel = _one_of(recording)
     noise, model_name = model_for(model, recording[channel])
     advance(0.1, "looking for faults")
@@ -147,8 +145,7 @@ def aided_of(
 
     advance = progress or (lambda fraction, what: None)
     advance(0.0, "reading")
-    whole = read_part(log, **options)
-    whole = whole if source is None else replace(whole, source=source)
+    whole = read_part(log, source=source, **options)
     channel = gyro_of(whole)
     noise, model_name = model_for(model, whole[channel])
     if noise is None:

@@ -6,6 +6,7 @@ from __future__ import annotations
 import hashlib
 import os
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -31,12 +32,21 @@ _LOSSES = frozenset(
 
 
 def read_part(
-    path: str | os.PathLike[str], *, start: float | None = None, stop: float | None = None, **options: Any
+    path: str | os.PathLike[str],
+    *,
+    start: float | None = None,
+    stop: float | None = None,
+    source: str | None = None,
+    **options: Any,
 ) -> Recording:
-    """A log, or the part of it between two times [s] since its first sample; options are those of `read`."""
+    """A log, or the part of it between two times [s] since its first sample; options are those of `read`.
+
+    `source` replaces the name of the file.
+    """
     from allanite.readers import read
 
     recording = read(path, **options)
+    recording = recording if source is None else replace(recording, source=source)
     return recording if start is None and stop is None else recording.window(start, stop)
 
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Collection, Mapping
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -63,9 +62,7 @@ def study_of(
     """
     from allanite.study import characterize
 
-    recording = read_part(log, **options)
-    if source is not None:
-        recording = replace(recording, source=source)
+    recording = read_part(log, source=source, **options)
     origin = {"sha256": file_sha256(log), "command": command}
     return characterize(recording, accept=accept, statistic=statistic, progress=progress, provenance=origin)
 

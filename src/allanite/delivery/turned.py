@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -35,6 +35,7 @@ __all__ = [
     "gyros_of",
     "judged",
     "model_for",
+    "models_for",
     "part_of",
     "placed_of",
     "rates_of",
@@ -139,6 +140,15 @@ def model_for(source: str | os.PathLike[str] | None, channel: Channel) -> tuple[
     if model is not None:
         _refuse_other_kind(model, where, channel)
     return model, where
+
+
+def models_for(
+    source: str | os.PathLike[str] | None, channels: Iterable[Channel]
+) -> tuple[dict[str, NoiseModel], dict[str, str]]:
+    """The same of several channels: models by name, where there is one, and where they come from."""
+    given = {channel.name: model_for(source, channel) for channel in channels}
+    models = {name: model for name, (model, _) in given.items() if model is not None}
+    return models, {name: where for name, (_, where) in given.items()}
 
 
 def chosen_model(source: str | os.PathLike[str] | None, channel: str) -> tuple[NoiseModel | None, str]:
@@ -293,7 +303,9 @@ def judged(
     *,
     where: str = "while the sensor was turned",
     longest: float = LONGEST_TURN,
+    milder: Collection[str] = (),
     accept: Collection[str] = (),
+    reviewed: Callable[[Finding], Finding] | None = None,
 ) -> Turned:
     """The same for spans of samples in which the sensor is known to move.
 
@@ -305,6 +317,10 @@ def judged(
         Words for them.
     longest : float [s]
         Samples missing in a longer span are a loss.
+    milder : collection of str
+        Further findings that warn and do not refuse.
+    reviewed : callable, optional
+        What to make of a finding before it refuses or excludes anything.
 
     Raises
     ------
@@ -315,9 +331,10 @@ def judged(
 
     as_it_is = check(recording)
     still = recording.excluding(dict.fromkeys(channels, spans), "turns") if len(spans) else recording
+    moves_all_the_time = len(spans) == 1 and spans[0, 1] - spans[0, 0] >= recording.n_samples
     at_rest = {
         (f.code, f.channel): f
-        for f in check(still)
+        for f in (() if moves_all_the_time else check(still))
         if f.code not in _MADE_BY_LEAVING_OUT and not _is_of_the_log(f)
     }
     found: list[Finding] = []
@@ -325,7 +342,8 @@ def judged(
         kept = f if _is_of_the_log(f) else at_rest.pop((f.code, f.channel), None)
         found.append(_of_the_spans(f, where) if kept is None else kept)
     found += at_rest.values()
-    found = [_milder(f) if f.code in _JUDGED_LATER else f for f in found]
+    found = [_milder(f) if f.code in {*_JUDGED_LATER, *milder} else f for f in found]
+    found = [reviewed(f) for f in found] if reviewed is not None else found
     found.sort(key=lambda f: f.severity.rank)
     ready, said = prepare(recording, found, accept=accept)
     serious = [f for f in said if f.severity is not Severity.INFO or f.excludes or _is_of_the_log(f)]

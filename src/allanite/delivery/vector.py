@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from allanite.delivery.measurement import Measured, beside
-from allanite.delivery.turned import judged, model_for, rates_of
+from allanite.delivery.turned import judged, models_for, rates_of
 from allanite.errors import InputError
 
 if TYPE_CHECKING:
@@ -99,8 +99,7 @@ def vector_of(
 
     advance = progress or (lambda fraction, what: None)
     part, axes = _inertial(recording), rates_of(recording)
-    given = {name: model_for(model, part[name]) for name in axes}
-    models = {name: made for name, (made, _) in given.items() if made is not None}
+    models, where = models_for(model, [part[name] for name in axes])
     options = {
         "channels": axes,
         "latitude": latitude,
@@ -117,7 +116,7 @@ def vector_of(
     document: dict[str, Any] = {
         **found.to_json(),
         **beside(part, None, ready.findings, sha256, command),
-        "model_name": _model_name([name for _, name in given.values()]),
+        "model_name": _model_name(list(where.values())),
         "overviews": [overview(part, name) for name in axes],
     }
     document["quiet_means"] = quiet_means(ready.recording, document)

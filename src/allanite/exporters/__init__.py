@@ -1,11 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Somebody else's file from a study, one module per consumer.
+"""Somebody else's file from a study or a calibration, one module per consumer.
 
-`kalibr` is the example to imitate. To add a consumer: one module with `NAME`, `FILE_NAME`, `SUMMARY` and `write`,
-one word in `EXPORTERS`, one golden file in ``tests/published``.
+`kalibr` is the example to imitate. To add a consumer: one module with `NAME`, `FILE_NAME`, `SUMMARY`, `TAKES` and
+`write`, one word in `EXPORTERS`, one golden file in ``tests/published``.
 
-An exporter reads the plain document of a study, never the data and never a kernel. It writes what the consumer's own
-code will make of the numbers, says in a comment what was chosen, and refuses rather than guesses.
+An exporter reads the plain document of a study or of a calibration, never the data and never a kernel. It writes what
+the consumer's own code will make of the numbers, says in a comment what was chosen, and refuses rather than guesses.
 """
 
 from __future__ import annotations
@@ -14,16 +14,17 @@ import inspect
 import os
 from collections.abc import Mapping
 from importlib import import_module
-from typing import Any, Final, Protocol, cast
+from pathlib import Path
+from typing import Any, Final, Literal, Protocol, cast
 
-from allanite.atomic_file import fresh
+from allanite.atomic_file import fresh, make_folder, refuse_existing
 from allanite.errors import InputError
 from allanite.noise import NoiseModel
 
 __all__ = ["EXPORTERS", "Exporter", "export", "exporter"]
 
 #: Modules of this package that write a format.
-EXPORTERS: Final = ("kalibr", "firmware")
+EXPORTERS: Final = ("kalibr", "firmware", "openvins", "imu_tk")
 
 
 class Exporter(Protocol):
@@ -32,9 +33,10 @@ class Exporter(Protocol):
     NAME: str
     FILE_NAME: str
     SUMMARY: str
+    TAKES: Literal["study", "calibration"]
 
-    def write(self, document: Mapping[str, Any], **options: Any) -> str:
-        """The text of the file for a study document."""
+    def write(self, document: Mapping[str, Any], **options: Any) -> str | Mapping[str, str]:
+        """The text of the file for a document; texts by file name where there are several."""
         ...
 
 
@@ -46,9 +48,11 @@ def exporter(name: str) -> Exporter:
     InputError
         No such format; the message lists those there are.
     """
-    if name not in EXPORTERS:
-        raise InputError(f"no export format {name!r}; there are: {', '.join(EXPORTERS)}")
-    return cast(Exporter, import_module(f"{__name__}.{name}"))
+    module = name.replace("-", "_")
+    if module not in EXPORTERS:
+        there = ", ".join(known.replace("_", "-") for known in EXPORTERS)
+        raise InputError(f"no export format {name!r}; there are: {there}")
+    return cast(Exporter, import_module(f"{__name__}.{module}"))
 
 
 def export(
@@ -60,27 +64,29 @@ def export(
     rate: float | None = None,
     **options: Any,
 ) -> str:
-    """Write a study, or noise models, in the format of another program.
+    """Write a study, noise models or a calibration in the format of another program.
 
     Parameters
     ----------
     name : str
-        "kalibr": the imu.yaml of Kalibr. "firmware": a C++ header with the constants of a bias filter.
-    study : Study, dict or mapping of channel name to NoiseModel
-        A study, its document, or bare models (then `rate` is needed and their `kind` says what they are).
+        "kalibr": the imu.yaml of Kalibr. "firmware": a C++ header with the constants of a bias filter. Of a
+        calibration, "openvins": the kalibr_imu_chain.yaml of OpenVINS; "imu-tk": the .calib files of imu_tk.
+    study : Study, dict, mapping of channel name to NoiseModel, or Calibration
+        A study, its document, or bare models (then `rate` is needed and their `kind` says what they are). For
+        "openvins" and "imu-tk" a calibration, its document, or one that holds it.
     path : path, optional
-        Where to write; without it the text is only returned.
+        Where to write; without it the text is only returned. Of several files it is their folder.
     force : bool
         Replace a file that is there.
     rate : float, optional [Hz]
         Sample rate of bare models.
     **options
-        Those of the format's `write`, for example ``walk="k-only"``.
+        Those of the format's `write`, for example ``walk="k-only"``; ``model=`` of "openvins" is a study, or models.
 
     Returns
     -------
     str
-        The text of the file.
+        The text of the file; of several one after the other, each after a line with its name.
 
     Raises
     ------
@@ -96,16 +102,53 @@ def export(
     >>> print(export("kalibr", {"gyro": gyro}, rate=200.0).splitlines()[-1])
     gyroscope_random_walk: 1.000000e-06  # rad/s^2/sqrt(Hz)
     """
-    write = exporter(name).write
-    known = [p for p in inspect.signature(write).parameters if p != "document"]
+    module = exporter(name)
+    known = [p for p in inspect.signature(module.write).parameters if p != "document"]
     unknown = [o for o in options if o not in known]
     if unknown:
-        raise InputError(f"{name} has no option {unknown[0]!r}; there are: {', '.join(known)}")
-    text = write(_document(study, rate), **options)
+        there = ", ".join(known) or "none"
+        raise InputError(f"{name} has no option {unknown[0]!r}; there are: {there}")
+    if module.TAKES == "calibration":
+        if options.get("model") is not None:
+            options["model"] = _document(options["model"], rate)
+        content = module.write(_calibration(study, name), **options)
+    else:
+        content = module.write(_document(study, rate), **options)
+    if isinstance(content, Mapping):
+        return _several(content, path, force)
     if path is not None:
         with fresh(path, force=force) as place:
-            place.write_text(text, encoding="utf-8", newline="\n")
-    return text
+            place.write_text(content, encoding="utf-8", newline="\n")
+    return content
+
+
+def _several(content: Mapping[str, str], path: str | os.PathLike[str] | None, force: bool) -> str:
+    """Write files into a folder, all or none."""
+    if path is not None:
+        folder = Path(path)
+        refuse_existing(*(folder / name for name in content), force=force)
+        make_folder(folder)
+        for name, text in content.items():
+            with fresh(folder / name, force=force) as place:
+                place.write_text(text, encoding="utf-8", newline="\n")
+    return "\n".join(f"# {name}\n{text}" for name, text in content.items())
+
+
+def _calibration(source: Any, name: str) -> Mapping[str, Any]:
+    """The plain document of a calibration, or of a result that holds one."""
+    document = source.to_json() if hasattr(source, "to_json") else source
+    held = document.get("calibration", document) if isinstance(document, Mapping) else None
+    if not isinstance(held, Mapping) or held.get("format") != "allanite-calibration":
+        raise InputError(
+            f"{name} takes a calibration, as `allanite calibrate` leaves it, not {_named(document)}"
+        )
+    return held
+
+
+def _named(document: Any) -> str:
+    if isinstance(document, Mapping):
+        return f"a document of format {document.get('format')!r}"
+    return f"a {type(document).__name__}"
 
 
 def _document(study: Any, rate: float | None) -> Mapping[str, Any]:
@@ -114,6 +157,10 @@ def _document(study: Any, rate: float | None) -> Mapping[str, Any]:
     if not isinstance(study, Mapping) or not study:
         raise InputError(f"export needs a study or a mapping of channel names to noise models, not {study!r}")
     if not all(isinstance(value, NoiseModel) for value in study.values()):
+        if study.get("format") == "allanite-calibration" or isinstance(study.get("calibration"), Mapping):
+            raise InputError(
+                "a calibration holds no noise: export it with openvins or imu-tk, or give a study"
+            )
         if "channels" not in study or "recording" not in study:
             raise InputError("the document is not a study: it has no 'channels' and 'recording'")
         return study

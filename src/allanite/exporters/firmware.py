@@ -30,11 +30,12 @@ from allanite import __version__
 from allanite.errors import InputError
 from allanite.noise import NoiseModel, StateSpace
 
-__all__ = ["FILE_NAME", "NAME", "SUMMARY", "write"]
+__all__ = ["FILE_NAME", "NAME", "SUMMARY", "TAKES", "write"]
 
 NAME = "firmware"
 FILE_NAME = "model.hpp"
 SUMMARY = "C++ header for kalman.hpp: the states, covariances and gains of a bias filter at a given rate"
+TAKES = "study"
 
 Json = Mapping[str, Any]
 Array = NDArray[np.float64]

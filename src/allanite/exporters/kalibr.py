@@ -27,11 +27,12 @@ from allanite import __version__
 from allanite.errors import InputError
 from allanite.noise import FLICKER_FLOOR, SIGMA_PER_B, GaussMarkov
 
-__all__ = ["FILE_NAME", "NAME", "SUMMARY", "write"]
+__all__ = ["FILE_NAME", "NAME", "SUMMARY", "TAKES", "write"]
 
 NAME = "kalibr"
 FILE_NAME = "imu.yaml"
 SUMMARY = "Kalibr, and whoever reads its imu.yaml: white noise and bias random walk, continuous, SI"
+TAKES = "study"
 
 Json = Mapping[str, Any]
 

@@ -34,8 +34,9 @@ def plot(
     ----------
     obj : object
         Study, AllanCurve, NoiseModel, Recording, Spectrum, one entry of a study's "channels", Reversals,
-        EarthRateEstimate, RateVector, NorthEstimate, Filtered, ReferenceAided, Plan (or a list of plans), or a
-        `PaperFigure` of `allanite.figures.seed_paper`. The document of a result (`to_json`) does as well.
+        EarthRateEstimate, RateVector, NorthEstimate, AlignmentEstimate, CalibrationEstimate, Filtered,
+        ReferenceAided, Plan (or a list of plans), or a `PaperFigure` of `allanite.figures.seed_paper`. The document
+        of a result (`to_json`) does as well.
     interactive : bool
         False: a Matplotlib figure, for ``savefig("curve.pdf")``. True: a Plotly figure, which needs no network.
     dark : bool
@@ -49,6 +50,10 @@ def plot(
         "residuals", "dead-time", "estimators", "bias") and `recording`, which its record needs. RateVector: `view`
         ("whole", "length", "means", "record") and `recording`, which all but the length need. Filtered: `view`
         ("whole", "series", "drift", "terms", "whiteness"). NorthEstimate: `view` ("whole", "compass", "running").
+        AlignmentEstimate: `view` ("whole", "compass", "convergence", "residuals").
+        CalibrationEstimate: `view` ("whole", "sphere", "residuals", "parameters", "correlation").
+        Combination: `view` ("whole", "parity", "deviation", "gain"). PositionPlan: `view` ("whole", "sphere", "length",
+        "schemes"). StaticSpans: `view` ("whole", "level", "record") and `recording`, which the record needs.
 
     Returns
     -------
@@ -267,6 +272,103 @@ def _rate_vector(found: Any, *, view: str = "whole", recording: Any = None) -> S
     return _column(panels)
 
 
+def _static(found: Any, *, view: str = "whole", recording: Any = None) -> Sheet:
+    from allanite.figures import static
+
+    _known_view(view, static.VIEWS, "static spans")
+    document = static.document_of(found, recording)
+    parts: dict[str, Callable[[], Sequence[Panel]]] = {
+        "level": lambda: static.level_panels(document),
+        "record": lambda: static.record_panels(document),
+    }
+    panels = [panel for name, make in parts.items() if view in ("whole", name) for panel in make()]
+    if not panels:
+        raise InputError("nothing to draw of these static spans: give the record of them with recording=")
+    return _column(panels)
+
+
+def _calibration(estimate: Any, *, view: str = "whole") -> Sheet:
+    from allanite.figures import calibration
+
+    _known_view(view, calibration.VIEWS, "a calibration")
+    document = estimate if isinstance(estimate, Mapping) else estimate.to_json()
+    parts: dict[str, Callable[[], list[tuple[Panel, ...]]]] = {
+        "sphere": lambda: _rows_of(calibration.sphere_panels(document), 1),
+        "residuals": lambda: _rows_of(calibration.residual_panels(document), 1),
+        "parameters": lambda: calibration.parameter_panels(document),
+        "correlation": lambda: _rows_of(calibration.correlation_panels(document), 1),
+    }
+    # All panels of a sheet are of one width: those that stand side by side are a sheet of their own.
+    wanted = ("sphere", "residuals") if view == "whole" else (view,)
+    rows = [row for name in wanted for row in parts[name]()]
+    if not rows:
+        raise InputError(f"this calibration has no figure {view!r}")
+    return Sheet(rows=tuple(rows))
+
+
+def _alignment(found: Any, *, view: str = "whole") -> Sheet:
+    from allanite.figures import alignment
+
+    _known_view(view, alignment.VIEWS, "an alignment")
+    document = found if isinstance(found, Mapping) else found.to_json()
+    parts: dict[str, Callable[[], Sequence[Panel]]] = {
+        "compass": lambda: [alignment.compass_panel(document)],
+        "convergence": lambda: alignment.convergence_panels(document),
+        "residuals": lambda: alignment.residual_panels(document),
+    }
+    panels = [panel for name, make in parts.items() if view in ("whole", name) for panel in make()]
+    if not panels:
+        raise InputError(f"this alignment has no figure {view!r}")
+    return _column(panels)
+
+
+def _combination(combination: Any, *, view: str = "whole") -> Sheet:
+    from allanite.figures import redundancy
+
+    _known_view(view, redundancy.VIEWS, "combined sensors")
+    document = combination if isinstance(combination, Mapping) else combination.to_json()
+    parts = {
+        "parity": redundancy.parity_panel,
+        "deviation": redundancy.deviation_panel,
+        "gain": redundancy.gain_panel,
+    }
+    return _column([make(document) for name, make in parts.items() if view in ("whole", name)])
+
+
+def _rate_table(found: Any, *, view: str = "whole") -> Sheet:
+    from allanite.figures import response
+
+    _known_view(view, response.VIEWS, "a run on a rate table")
+    document = found if isinstance(found, Mapping) else found.to_json()
+    parts: dict[str, Callable[[], Sequence[Panel]]] = {
+        "response": lambda: response.response_panels(document),
+        "steps": lambda: response.step_panels(document),
+        "drift": lambda: response.drift_panels(document),
+        "noise": lambda: response.noise_panels(document),
+        "frequency": lambda: response.frequency_panels(document),
+    }
+    panels = [panel for name, make in parts.items() if view in ("whole", name) for panel in make()]
+    if not panels:
+        raise InputError(f"this run on a rate table has no figure {view!r}")
+    return _column(panels)
+
+
+def _position_plan(plan: Any, *, view: str = "whole") -> Sheet:
+    from allanite.figures import position_plan
+
+    _known_view(view, position_plan.VIEWS, "a plan of positions")
+    document = plan if isinstance(plan, Mapping) else plan.to_json()
+    parts: dict[str, Callable[[], Sequence[Panel]]] = {
+        "sphere": lambda: position_plan.sphere_panels(document),
+        "length": lambda: [position_plan.length_panel(document)],
+        "schemes": lambda: [position_plan.scheme_panel(document)],
+    }
+    panels = [panel for name, make in parts.items() if view in ("whole", name) for panel in make()]
+    if not panels:
+        raise InputError(f"this plan of positions has no figure {view!r}")
+    return _column(panels)
+
+
 def _plan(plan: Any) -> Sheet:
     from allanite.figures import plans
 
@@ -309,7 +411,13 @@ _DESCRIPTIONS: tuple[tuple[Callable[[object], bool], Callable[..., Sheet]], ...]
     (_document("allanite-filtered"), _filtered),
     (_document("allanite-rate-vector"), _rate_vector),
     (_document("allanite-plan"), _plan),
+    (_document("allanite-rate-table"), _rate_table),
+    (_document("allanite-combination"), _combination),
+    (_document("allanite-position-plan"), _position_plan),
+    (_document("allanite-static-spans"), _static),
     (_document("allanite-north"), _north),
+    (_document("allanite-calibration-estimate"), _calibration),
+    (_document("allanite-alignment"), _alignment),
     (_document("allanite-reference-aided"), _aided),
     (_holds("curve"), _channel),
     (_holds("turns", "dwells", "positions"), _reversals),
@@ -322,7 +430,13 @@ _DESCRIPTIONS: tuple[tuple[Callable[[object], bool], Callable[..., Sheet]], ...]
     (_named("RateVector"), _rate_vector),
     (_named("Filtered"), _filtered),
     (_named("Plan"), _plan),
+    (_named("RateTableEstimate"), _rate_table),
+    (_named("Combination"), _combination),
+    (_named("PositionPlan"), _position_plan),
+    (_named("StaticSpans"), _static),
     (_named("NorthEstimate"), _north),
+    (_named("CalibrationEstimate"), _calibration),
+    (_named("AlignmentEstimate"), _alignment),
     (_named("ReferenceAided"), _aided),
     (_all(_named("Plan")), _plan),
     (_all(_document("allanite-plan")), _plan),

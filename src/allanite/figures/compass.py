@@ -15,7 +15,7 @@ from allanite.figures.panel import Array, Axis, Curve, Panel, around, array
 from allanite.figures.records import clock
 from allanite.wording import interval, number
 
-__all__ = ["VIEWS", "compass", "compass_panel", "running_panels"]
+__all__ = ["VIEWS", "card", "compass", "compass_panel", "point_on", "rate_gauge", "running_panels"]
 
 Json = Mapping[str, Any]
 _Parts = list[Shape | Words]
@@ -34,21 +34,21 @@ def compass_panel(north: Json) -> Panel:
 
 def compass(north: Json) -> Drawing:
     """Directions of the table's mark that the record allows, on a sheet of 100 by 42."""
-    parts = [*_card(), *_arcs(north), *_needles(north), *_said(north), *_gauge(north)]
+    parts = [*card(), *_arcs(north), *_needles(north), *_said(north), *rate_gauge(north)]
     return Drawing(width=100.0, height=42.0, parts=tuple(parts))
 
 
-def _card() -> _Parts:
+def card() -> _Parts:
     """The card: a circle with its marks."""
     parts: _Parts = [circle(_CENTRE, _RADIUS, fill="gap", opacity=0.1, colour="guide", name="card")]
     for degrees in range(0, 360, 10):
         long = 1.6 if degrees % 90 == 0 else 1.0 if degrees % 30 == 0 else 0.5
-        parts.append(line(_at(degrees, _RADIUS - long), _at(degrees, _RADIUS), colour="guide"))
+        parts.append(line(point_on(degrees, _RADIUS - long), point_on(degrees, _RADIUS), colour="guide"))
     for degrees, name in ((0, "N"), (90, "E"), (180, "S"), (270, "W")):
-        x, y = _at(degrees, _RADIUS + 2.4)
+        x, y = point_on(degrees, _RADIUS + 2.4)
         parts.append(Words(x=x, y=y, text=name, bold=True, size=1.1))
     for degrees in (30, 60, 120, 150, 210, 240, 300, 330):
-        x, y = _at(degrees, _RADIUS + 2.4)
+        x, y = point_on(degrees, _RADIUS + 2.4)
         parts.append(Words(x=x, y=y, text=f"{degrees}", colour="guide", size=0.85))
     return parts
 
@@ -69,14 +69,14 @@ def _needles(north: Json) -> _Parts:
     if _anywhere(north):
         return [circle(_CENTRE, 0.8, fill="guide", colour=None)]
     if north["azimuth"] is not None:
-        tip = _at(math.degrees(north["azimuth"]), _RADIUS - 0.4)
+        tip = point_on(math.degrees(north["azimuth"]), _RADIUS - 0.4)
         colour = "ink" if north["verdict"] == "north found" else "guide"
         return [
             *arrow(_CENTRE, tip, colour=colour, width=1.8, name="mark"),
             circle(_CENTRE, 0.8, fill=colour, colour=None),
         ]
     return [
-        line(_CENTRE, _at(math.degrees(azimuth), _RADIUS - 0.4), dashed=True, name="candidate")
+        line(_CENTRE, point_on(math.degrees(azimuth), _RADIUS - 0.4), dashed=True, name="candidate")
         for azimuth in north["candidates"]
     ]
 
@@ -120,7 +120,7 @@ def _digits(width: float) -> int:
     return min(max(1 - math.floor(math.log10(math.degrees(width))), 0), 5) if width > 0 else 3
 
 
-def _gauge(north: Json) -> _Parts:
+def rate_gauge(north: Json) -> _Parts:
     """The horizontal rate on a scale from zero, beside the one that the Earth has at this latitude."""
     low, high = (v / DEG_H if v is not None else math.nan for v in north["horizontal_interval"])
     known = north["expected_rate"] / DEG_H
@@ -157,7 +157,8 @@ def _turned(azimuth: float) -> float:
     return math.pi / 2 - azimuth
 
 
-def _at(degrees: float, radius: float) -> Point:
+def point_on(degrees: float, radius: float) -> Point:
+    """Where a direction from north over east lies on the sheet, so far from the centre."""
     angle = _turned(math.radians(degrees))
     return _CENTRE[0] + radius * math.cos(angle), _CENTRE[1] + radius * math.sin(angle)
 

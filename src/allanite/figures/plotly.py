@@ -114,7 +114,7 @@ def spec(sheet: Sheet) -> Json:
     meta: Json = {"aspect": round(total / across, 5)}
     if any(panel.drawing for panel in sheet.panels):
         meta["drawn_at"] = size["width"]
-    if any(panel.drawing or panel.key == "above" for panel in sheet.panels):
+    if sheet.columns > 1 or any(panel.drawing or panel.key == "above" for panel in sheet.panels):
         meta["least"] = _LEAST[len(sheet.rows) > 1]
     layout = {**parts.layout, **_LOOK, **size, "margin": margin, "legend": legend, "meta": meta}
     return {"data": parts.data, "layout": layout}

@@ -256,6 +256,14 @@ CATALOGUE: dict[str, Entry] = {
         done="refused",
         advice="analyse a quiet part alone (--from, --to), or record at rest",
     ),
+    "motion": Entry(
+        group=_REST,
+        severity="warning",
+        means="the direction of gravity in three accelerometers changes by over 2 deg: the unit was turned",
+        risk="mean, drift and slow noise of all its axes hold the turn; slow turns show nowhere else",
+        done="kept",
+        advice="of a record that is meant to be at rest, analyse the part before the turn alone: --from, --to",
+    ),
     "amplitude_drop": Entry(
         group=_REST,
         severity="info",

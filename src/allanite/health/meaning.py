@@ -11,7 +11,7 @@ from allanite.health.finding import Finding, Severity, finding
 from allanite.health.survey import Survey
 from allanite.recording import Kind
 
-__all__ = ["aliasing", "bias_removed", "gravity", "unit", "unit_trap"]
+__all__ = ["aliasing", "bias_removed", "gravity", "triads", "unit", "unit_trap"]
 
 #: Standard gravity [m/s^2] (exact, CGPM 1901). Gravity on the ground is within 0.35 % of it.
 GRAVITY = 9.80665
@@ -101,7 +101,7 @@ def gravity(surveys: Sequence[Survey]) -> Iterator[Finding]:
     """The mean of an accelerometer triad is not 1 g long (battery B18)."""
     if any(moved(s) for s in surveys):
         return
-    for triad in _triads([s for s in surveys if s.channel.kind is Kind.ACCELERATION and s.present]):
+    for triad in triads([s for s in surveys if s.channel.kind is Kind.ACCELERATION and s.present]):
         norm = math.sqrt(sum((s.mean * s.channel.scale) ** 2 for s in triad))
         ratio = norm / GRAVITY
         if abs(ratio - 1.0) <= 0.01:
@@ -115,7 +115,7 @@ def gravity(surveys: Sequence[Survey]) -> Iterator[Finding]:
         )
 
 
-def _triads(accelerometers: Sequence[Survey]) -> list[tuple[Survey, ...]]:
+def triads(accelerometers: Sequence[Survey]) -> list[tuple[Survey, ...]]:
     """Threes of channels whose names differ in the axis alone; three unrelated names are one triad too."""
     groups: dict[str, list[Survey]] = {}
     for s in accelerometers:

@@ -237,7 +237,10 @@ class Flicker:
         a tenth of the record, and within 0.5 % at the last, half of it; with ratio 10 it is within 2 %.
         """
         longest = SLOW_RECORDS * max(record, dt)
-        parts = self.gauss_markov_sum(dt / FORGETFUL**10, longest * FORGETFUL**10, ratio)
+        # correlation times lie half a step on both sides of the longest: the variance below it, which is that of the
+        # level of a record, does not jump with the number of samples
+        steps = math.ceil(math.log(longest / dt * FORGETFUL**10) / math.log(ratio))
+        parts = self.gauss_markov_sum(longest * ratio ** (0.5 - steps), longest * FORGETFUL**10, ratio)
         middle = [g for g in parts if dt / FORGETFUL < g.T <= longest]
         fast = [
             gauss_markov_form(g.sigma, g.T, dt, "mean", self.type) for g in parts if dt / FORGETFUL >= g.T

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from allanite.checks import SEEN, Check, inflation_of, scatter_check, size_check
 from allanite.earth import EARTH_RATE, checked_latitude
 from allanite.errors import InputError
+from allanite.given_models import models_of
 from allanite.noise import NoiseModel
 from allanite.north.budget import axis_terms
 from allanite.north.circle import (
@@ -27,7 +28,7 @@ from allanite.north.circle import (
 from allanite.north.results import NorthEstimate, RunningNorth
 from allanite.north.scatter import Scatter, scatter_of
 from allanite.north.solution import Solution, solve
-from allanite.north.tracks import Axes, Rotation, Track, axes_of, models_of, tracks_of
+from allanite.north.tracks import Axes, Rotation, Track, axes_of, tracks_of
 from allanite.north.verdict import (
     REASONS,
     drift_check,
@@ -112,7 +113,7 @@ def find_north(
     seen_from(confidence)  # refuses a confidence that makes no sense
     advance = progress or (lambda fraction, what: None)
     axes = axes_of(recording, channels)
-    models = models_of(model, axes)
+    models = models_of(model, {name: recording[name].kind for name in axes})
     advance(0.0, "averaging")
     tracks = tracks_of(recording, axes, models, positions, rotation)
     advance(0.5, "fitting the Earth's rotation")

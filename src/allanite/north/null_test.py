@@ -10,12 +10,13 @@ import numpy as np
 
 from allanite.checks import grave, inflation_of, scatter_check, size_check
 from allanite.earth import DEG_H, EARTH_RATE
+from allanite.given_models import models_of
 from allanite.noise import NoiseModel
 from allanite.north.circle import half_width, seen_from
 from allanite.north.estimation import check_latitude
 from allanite.north.results import EastWestNull
 from allanite.north.scatter import Means
-from allanite.north.tracks import Track, axes_of, models_of, tracks_of
+from allanite.north.tracks import Track, axes_of, tracks_of
 from allanite.north.verdict import REASONS, advice_of
 from allanite.recording import Recording
 from allanite.regression import LEVEL, Regression, regress
@@ -77,7 +78,8 @@ def east_west_null(
     near = tuple(
         d for d in positions.dwells if math.isfinite(d.heading) and abs(math.sin(d.heading)) >= math.cos(NEAR)
     )
-    (track,) = tracks_of(recording, axes, models_of(model, axes), replace(positions, dwells=near), None)
+    models = models_of(model, {name: recording[name].kind for name in axes})
+    (track,) = tracks_of(recording, axes, models, replace(positions, dwells=near), None)
     horizontal = EARTH_RATE * math.cos(latitude)
     fit = regress(
         track.blocks.mean - horizontal * track.cosine,

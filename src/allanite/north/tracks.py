@@ -16,7 +16,7 @@ from allanite.noise import NoiseModel
 from allanite.recording import Kind, Recording, Sampling
 from allanite.reversals import Reversals
 
-__all__ = ["Axes", "Rotation", "Track", "axes_of", "models_of", "tracks_of"]
+__all__ = ["Axes", "Rotation", "Track", "axes_of", "tracks_of"]
 
 Array = NDArray[np.float64]
 Axes = str | Sequence[str] | Mapping[str, float]
@@ -128,26 +128,6 @@ def axes_of(recording: Recording, channels: Axes | None) -> dict[str, float]:
     if not channels:
         raise InputError("north needs at least one axis")
     return {name: float(offset) for name, offset in channels.items()}
-
-
-def models_of(
-    model: NoiseModel | Mapping[str, NoiseModel], axes: Mapping[str, float]
-) -> dict[str, NoiseModel]:
-    """The noise model of each axis.
-
-    Raises
-    ------
-    InputError
-        An axis has none, or one that is not of a sensor of rates.
-    """
-    found = {name: model.get(name) if isinstance(model, Mapping) else model for name in axes}
-    missing = [name for name, own in found.items() if own is None]
-    if missing:
-        raise InputError(f"no noise model for axis {missing[0]!r}; there are: {', '.join(map(str, model))}")  # type: ignore[arg-type]
-    for name, own in found.items():
-        if own is not None and own.kind != "rate":
-            raise InputError(f"the noise model of axis {name!r} is of {own.kind}, not of rates")
-    return {name: own for name, own in found.items() if own is not None}
 
 
 def tracks_of(

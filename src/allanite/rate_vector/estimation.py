@@ -10,6 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import InputError
+from allanite.given_models import models_of
 from allanite.noise import NoiseModel
 from allanite.rate_vector.checks import angle_between, latitude_check, pose_check
 from allanite.rate_vector.levels import Rows
@@ -88,7 +89,7 @@ def measure_rate_vector(
     _refuse(latitude, bias, confidence)
     advance = progress or (lambda fraction, what: None)
     names = _axes(recording, channels)
-    models = _models(model, names)
+    given = models_of(model, {name: recording[name].kind for name in names})
     cells = cut(recording, names, lambda part: advance(0.7 * part, "reading the rates"))
     state, pose, turns = _quiet(cells)
     facts = {
@@ -108,7 +109,7 @@ def measure_rate_vector(
     if rise > RISE:
         return judge(_nothing(facts), rise=rise)
     advance(0.8, "fitting the rates")
-    vectors = Vectors.of(Rows.of(cells, state, pose), names, models)
+    vectors = Vectors.of(Rows.of(cells, state, pose), names, [given.get(name) for name in names])
     vectors = vectors.widened(cells, state, pose, confidence)
     quiet = (state == QUIET) & (pose == vectors.longest)
     gravity = _gravity(recording, cells, quiet)
@@ -159,17 +160,6 @@ def _axes(recording: Recording, channels: Sequence[str] | None) -> list[str]:
             "the unit, e.g. deg/s"
         )
     return names
-
-
-def _models(
-    model: NoiseModel | Mapping[str, NoiseModel] | None, names: Sequence[str]
-) -> list[NoiseModel | None]:
-    if model is None or isinstance(model, NoiseModel):
-        return [model] * len(names)
-    missing = [n for n in names if n not in model]
-    if missing:
-        raise InputError(f"no noise model for {', '.join(missing)}; there are: {', '.join(model) or 'none'}")
-    return [model[n] for n in names]
 
 
 # -- what is quiet ----------------------------------------------------------------------------------------

@@ -24,8 +24,8 @@ from statistics import NormalDist
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.laws import chi_square_quantile
 from allanite.recording import BLOCK, Recording
+from allanite.static_spans.floor import chi_square, lowest_level
 
 __all__ = ["MOVING", "QUIET", "RISE", "SHORT", "WHY", "Cells", "cut", "rest", "restless", "settled"]
 
@@ -148,10 +148,10 @@ def rest(cells: Cells) -> NDArray[np.int64]:
         # differences of adjacent means are correlated: k of them are worth 2k/3 for white noise, k/2 for noise of
         # the angle
         dof = details / 2
-        high = MARGIN * _chi_square(dof, 1 - ALARM / tests)
-        low = MARGIN * _chi_square(dof, 1 - GROW)
+        high = MARGIN * chi_square(dof, 1 - ALARM / tests)
+        low = MARGIN * chi_square(dof, 1 - GROW)
         for axis in energy.T:
-            ratio = axis / _floor(axis, dof, high)
+            ratio = axis / lowest_level(axis, dof, high)
             with np.errstate(invalid="ignore"):
                 over |= ratio > high
                 near |= ratio > low
@@ -191,29 +191,6 @@ def restless(cells: Cells, state: NDArray[np.int64]) -> float:
             shorter = np.max(energy[:k], axis=0)
             rise = max(rise, float(np.max(np.divide(energy[k], shorter, out=np.zeros(3), where=shorter > 0))))
     return rise
-
-
-def _floor(energy: Array, dof: float, high: float) -> float:
-    """The lowest level that is the mean of the cells below `high` times it; infinite where samples hardly vary."""
-    known = np.sort(energy[~np.isnan(energy)])
-    varied = known[known > 0]
-    if len(varied) == 0 or 2 * len(varied) < len(known):
-        return math.inf
-    # the twentieth part of the cells is quiet, or the floor is too high
-    level = float(np.quantile(varied, 0.05)) / max(_chi_square(dof, 0.05), 0.1)
-    sums = np.concatenate(([0.0], np.cumsum(varied)))
-    for _ in range(100):
-        count = max(int(np.searchsorted(varied, high * level)), 1)
-        new = float(sums[count]) / count
-        if abs(new - level) <= 1e-6 * level:
-            break
-        level = new
-    return level
-
-
-def _chi_square(dof: float, p: float) -> float:
-    """Quantile of chi-square over its degrees of freedom."""
-    return chi_square_quantile(p, dof) / dof
 
 
 def _grown(over: Mask, near: Mask) -> Mask:

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """A result as one self-contained HTML file: opens offline, prints, and reads without JavaScript.
 
-``study``, ``earth_rate``, ``rate_vector``, ``filtered``, ``north``, ``null_test``, ``plan``, ``demonstration``
+``study``, ``earth_rate``, ``rate_vector``, ``filtered``, ``north``, ``calibration``, ``alignment``, ``plan``, ...
     What the page of each result says, as plain data, from the plain document of the result.
 ``blocks``, ``pieces``
     What pages are made of.
@@ -35,7 +35,12 @@ _PAGES = {
     "allanite-filtered": ("filtered", "sections.html"),
     "allanite-reference-aided": ("filtered", "sections.html"),
     "allanite-north": ("north", "sections.html"),
+    "allanite-rate-table": ("rate_table", "sections.html"),
+    "allanite-alignment": ("alignment", "sections.html"),
+    "allanite-calibration-estimate": ("calibration", "sections.html"),
     "allanite-plan": ("plan", "sections.html"),
+    "allanite-position-plan": ("position_plan", "sections.html"),
+    "allanite-combination": ("combination", "sections.html"),
     "allanite-demonstration": ("demonstration", "sections.html"),
 }
 #: Results whose plain document does not name its format.
@@ -47,7 +52,7 @@ def render(result: Any, path: str | os.PathLike[str], *, force: bool = False) ->
 
     Parameters
     ----------
-    result : Study, EarthRateEstimate, RateVector, NorthEstimate, EastWestNull, Filtered, ReferenceAided or Plan
+    result : Study, EarthRateEstimate, RateVector, NorthEstimate, CalibrationEstimate, Filtered, Plan, ...
         Or its document, as `to_json` gives it.
     path : path
         Of the HTML file.

@@ -9,21 +9,18 @@ from typing import Any
 from allanite.report.blocks import (
     Block,
     Cell,
-    Section,
     banner,
-    bullets,
     details,
     drawn,
     equation,
     findings,
     hero,
-    page_of,
     pairs,
-    provenance,
     references,
     table,
     text,
 )
+from allanite.report.measurement import judgement, measurement_page, rate_budget
 from allanite.wording import (
     DEG_H,
     Estimate,
@@ -35,7 +32,6 @@ from allanite.wording import (
     duration,
     earth_rate_lines,
     model_words,
-    sentence,
     signed,
     tone,
     turn_words,
@@ -67,19 +63,19 @@ BIRGE = (
 
 def page(document: Json) -> dict[str, Any]:
     """The page of an Earth rate."""
-    return page_of(
+    return measurement_page(
+        document,
         title=document.get("source") or "Earth rate",
         kicker="Earth rate from one turned axis",
         facts=_facts(document),
-        sections=[
-            Section(id="verdict", title="Verdict", blocks=_verdict(document)),
-            Section(id="pictures", title="Pictures", blocks=_pictures(document)),
-            Section(id="checks", title="Checks", blocks=_checks(document)),
-            Section(id="findings", title="Findings", blocks=findings(document)),
-            Section(id="record", title="Record", blocks=_record(document)),
-            Section(id="method", title="Method", blocks=_method()),
-            provenance(document),
-        ],
+        parts={
+            "verdict": _verdict,
+            "pictures": _pictures,
+            "checks": _checks,
+            "findings": findings,
+            "record": _record,
+            "method": _method,
+        },
     )
 
 
@@ -101,11 +97,8 @@ def _facts(document: Json) -> list[tuple[str, str]]:
 
 def _verdict(document: Json) -> list[Block]:
     verdict = document["verdict"]
-    blocks: list[Block] = [
-        *contradiction_banners(document),
-        banner(tone(verdict), sentence(verdict), sentence(document["reason"])),
-    ]
-    blocks += bullets([sentence(words) for words in document["advice"] if words not in document["reason"]])
+    advice = [words for words in document["advice"] if words not in document["reason"]]
+    blocks = [*contradiction_banners(document), *judgement(document, advice)]
     if document["rate"] is None:
         return blocks
     lines = earth_rate_lines(document)
@@ -157,12 +150,7 @@ def _budget(document: Json) -> list[Block]:
         ]
     widened = document["inflation"]
     note = f" The noise is widened {widened:.2f} times." if widened > 1 else ""
-    return table(
-        ("Source", "Standard uncertainty, deg/h", "Of the Earth rate"),
-        rows,
-        caption=f"Where the interval comes from.{note}",
-        kept=[name == "together" for name, _, _ in rows],
-    )
+    return rate_budget(rows, note)
 
 
 # -- pictures ---------------------------------------------------------------------------------------------
@@ -286,7 +274,7 @@ def _record(document: Json) -> list[Block]:
     return [*blocks, details(f"All {len(document['dwells'])} dwells", dwells)] if turned else blocks
 
 
-def _method() -> list[Block]:
+def _method(_: Json) -> list[Block]:
     return [
         text(
             "One horizontal axis at the latitude φ, pointing north or south, sees the horizontal part of the Earth's "

@@ -8,20 +8,18 @@ from typing import Any
 
 from allanite.report.blocks import (
     Block,
-    Section,
     banner,
     bullets,
     drawn,
     equation,
     findings,
-    page_of,
     pairs,
-    provenance,
     references,
     table,
     text,
 )
 from allanite.report.earth_rate import SEED
+from allanite.report.measurement import measurement_page
 from allanite.wording import (
     AIDED,
     aided_lines,
@@ -68,16 +66,9 @@ def page(document: Json) -> dict[str, Any]:
 
 
 def _filter_page(document: Json) -> dict[str, Any]:
-    verdict, reason = filter_verdict(document)
     samples = f"{document['samples']:,}".replace(",", "\u202f")
-    innovations = table(("Innovations", "Found", "If the model holds"), consistency_lines(document))
-    first: list[Block] = [
-        banner(tone(verdict), sentence(verdict), sentence(reason)),
-        pairs(filter_lines(document)),
-        *innovations,
-        *bullets([sentence(note) for note in document["notes"]]),
-    ]
-    return page_of(
+    return measurement_page(
+        document,
         title=document.get("source") or document["channel"],
         kicker="Filter of the noise model",
         facts=[
@@ -87,14 +78,23 @@ def _filter_page(document: Json) -> dict[str, Any]:
             ("Samples", samples),
             ("Noise", document.get("model_name", "")),
         ],
-        sections=[
-            Section(id="verdict", title="Verdict", blocks=first),
-            Section(id="pictures", title="Pictures", blocks=_filter_pictures(document)),
-            Section(id="findings", title="Findings", blocks=findings(document)),
-            Section(id="method", title="Method", blocks=_filter_method(document)),
-            provenance(document),
-        ],
+        parts={
+            "verdict": _filter_verdict,
+            "pictures": _filter_pictures,
+            "findings": findings,
+            "method": _filter_method,
+        },
     )
+
+
+def _filter_verdict(document: Json) -> list[Block]:
+    verdict, reason = filter_verdict(document)
+    return [
+        banner(tone(verdict), sentence(verdict), sentence(reason)),
+        pairs(filter_lines(document)),
+        *table(("Innovations", "Found", "If the model holds"), consistency_lines(document)),
+        *bullets([sentence(note) for note in document["notes"]]),
+    ]
 
 
 def _filter_pictures(document: Json) -> list[Block]:
@@ -157,28 +157,32 @@ def _filter_method(document: Json) -> list[Block]:
 
 
 def _aided_page(document: Json) -> dict[str, Any]:
-    readings: Sequence[Json] = document.get("readings") or [document]
-    notes = [sentence(note) for reading in readings for note in reading["notes"]]
-    return page_of(
+    return measurement_page(
+        document,
         title=document.get("source") or document["channel"],
         kicker="Reference-aided filter",
         facts=[("Channel", document["channel"]), ("Noise", document.get("model_name", ""))],
-        sections=[
-            Section(
-                id="verdict",
-                title="Verdict",
-                blocks=[
-                    banner("warning", "Reference-aided.", AIDED),
-                    *aided_table(readings),
-                    *bullets([*READINGS, *dict.fromkeys(notes)]),
-                ],
-            ),
-            Section(id="pictures", title="Pictures", blocks=_aided_pictures(readings)),
-            Section(id="findings", title="Findings", blocks=findings(document)),
-            Section(id="method", title="Method", blocks=_aided_method(document)),
-            provenance(document),
-        ],
+        parts={
+            "verdict": _aided_verdict,
+            "pictures": _aided_pictures,
+            "findings": findings,
+            "method": _aided_method,
+        },
     )
+
+
+def _readings(document: Json) -> Sequence[Json]:
+    return document.get("readings") or [document]
+
+
+def _aided_verdict(document: Json) -> list[Block]:
+    readings = _readings(document)
+    notes = [sentence(note) for reading in readings for note in reading["notes"]]
+    return [
+        banner("warning", "Reference-aided.", AIDED),
+        *aided_table(readings),
+        *bullets([*READINGS, *dict.fromkeys(notes)]),
+    ]
 
 
 def aided_table(readings: Sequence[Json], caption: str = "") -> list[Block]:
@@ -193,10 +197,10 @@ def aided_table(readings: Sequence[Json], caption: str = "") -> list[Block]:
     return table(heads, aided_lines(readings), caption=caption)
 
 
-def _aided_pictures(readings: Sequence[Json]) -> list[Block]:
+def _aided_pictures(document: Json) -> list[Block]:
     return [
         block
-        for reading in readings
+        for reading in _readings(document)
         for block in drawn(
             f"aided-{reading['reading']}",
             {"format": "allanite-reference-aided", **reading},

@@ -8,21 +8,17 @@ from typing import Any
 
 from allanite.report.blocks import (
     Block,
-    Section,
-    banner,
-    bullets,
     drawn,
     equation,
     findings,
     hero,
-    page_of,
     pairs,
-    provenance,
     references,
     table,
     text,
 )
 from allanite.report.earth_rate import ROSENBERG, checks_table, contradiction_banners
+from allanite.report.measurement import judgement, measurement_page
 from allanite.wording import (
     DEG_H,
     angle,
@@ -45,7 +41,8 @@ Json = Mapping[str, Any]
 
 def page(document: Json) -> dict[str, Any]:
     """The page of a search for north."""
-    return page_of(
+    return measurement_page(
+        document,
         title=document.get("source") or "North",
         kicker="North from the Earth's rotation",
         facts=[
@@ -54,14 +51,13 @@ def page(document: Json) -> dict[str, Any]:
             ("Positions", _positions(document)),
             ("Latitude", angle(document["latitude"])),
         ],
-        sections=[
-            Section(id="verdict", title="Verdict", blocks=_verdict(document)),
-            Section(id="pictures", title="Pictures", blocks=_pictures(document)),
-            Section(id="checks", title="Checks", blocks=_checks(document)),
-            Section(id="findings", title="Findings", blocks=findings(document)),
-            Section(id="method", title="Method", blocks=_method(document)),
-            provenance(document),
-        ],
+        parts={
+            "verdict": _verdict,
+            "pictures": _pictures,
+            "checks": _checks,
+            "findings": findings,
+            "method": _method,
+        },
     )
 
 
@@ -76,8 +72,7 @@ def _verdict(document: Json) -> list[Block]:
     rate, ends, expected = horizontal_words(document)
     return [
         *contradiction_banners(document),
-        banner(tone(verdict), sentence(verdict), sentence(document["reason"])),
-        *bullets([sentence(words) for words in document["advice"]]),
+        *judgement(document),
         hero(
             azimuth_words(document),
             "azimuth of the mark, from north over east",

@@ -8,20 +8,15 @@ from typing import Any
 
 from allanite.report.blocks import (
     Block,
-    Section,
-    banner,
-    bullets,
     drawn,
     equation,
     findings,
     hero,
-    page_of,
     pairs,
-    provenance,
-    table,
     text,
 )
 from allanite.report.earth_rate import checks_table, contradiction_banners
+from allanite.report.measurement import judgement, measurement_page, rate_budget
 from allanite.wording import (
     DEG_H,
     angle,
@@ -30,7 +25,6 @@ from allanite.wording import (
     null_budget,
     null_words,
     number,
-    sentence,
     tone,
     with_sd,
 )
@@ -44,7 +38,8 @@ def page(document: Json) -> dict[str, Any]:
     """The page of a null test."""
     recording = document.get("recording") or {}
     reversals = document.get("reversals")
-    return page_of(
+    return measurement_page(
+        document,
         title=document.get("source") or "East and west",
         kicker="Null test between east and west",
         facts=[
@@ -53,24 +48,19 @@ def page(document: Json) -> dict[str, Any]:
             ("Positions", str(len(reversals["positions"])) if reversals else ""),
             ("Latitude", angle(document["latitude"])),
         ],
-        sections=[
-            Section(id="verdict", title="Verdict", blocks=_verdict(document)),
-            Section(id="checks", title="Checks", blocks=_checks(document)),
-            Section(id="findings", title="Findings", blocks=findings(document)),
-            Section(id="record", title="Record", blocks=_record(document)),
-            Section(id="method", title="Method", blocks=_method(document)),
-            provenance(document),
-        ],
+        parts={
+            "verdict": _verdict,
+            "checks": _checks,
+            "findings": findings,
+            "record": _record,
+            "method": _method,
+        },
     )
 
 
 def _verdict(document: Json) -> list[Block]:
     verdict = document["verdict"]
-    blocks: list[Block] = [
-        *contradiction_banners(document),
-        banner(tone(verdict), sentence(verdict), sentence(document["reason"])),
-    ]
-    blocks += bullets([sentence(words) for words in document["advice"]])
+    blocks = [*contradiction_banners(document), *judgement(document)]
     value, ends, limit = null_words(document)
     if value == "–":
         return blocks
@@ -84,16 +74,7 @@ def _verdict(document: Json) -> list[Block]:
             tone(verdict),
         )
     )
-    rows = null_budget(document)
-    return [
-        *blocks,
-        *table(
-            ("Source", "Standard uncertainty, deg/h", "Of the Earth rate"),
-            rows,
-            caption="Where the interval comes from.",
-            kept=[name == "together" for name, _, _ in rows],
-        ),
-    ]
+    return [*blocks, *rate_budget(null_budget(document))]
 
 
 def _checks(document: Json) -> list[Block]:

@@ -9,17 +9,15 @@ from typing import Any
 from allanite.report.blocks import (
     Block,
     Cell,
-    Section,
     banner,
     drawn,
     equation,
     hero,
-    page_of,
     pairs,
-    provenance,
     table,
     text,
 )
+from allanite.report.measurement import measurement_page
 from allanite.wording import angle, duration, goal_words, model_words, number, plan_table, sentence
 
 __all__ = ["page"]
@@ -30,7 +28,8 @@ Json = Mapping[str, Any]
 def page(document: Json) -> dict[str, Any]:
     """The page of a plan."""
     rate = document["what"] == "rate"
-    return page_of(
+    return measurement_page(
+        document,
         title="Earth rate: how long, which dwell" if rate else "North: how long, which dwell",
         kicker="Plan",
         facts=[
@@ -40,12 +39,7 @@ def page(document: Json) -> dict[str, Any]:
             ("Positions", str(document["positions"])),
             ("Axes", str(document["axes"])),
         ],
-        sections=[
-            Section(id="verdict", title="Verdict", blocks=_verdict(document)),
-            Section(id="pictures", title="Pictures", blocks=_pictures(document)),
-            Section(id="method", title="Method", blocks=_method(document)),
-            provenance(document),
-        ],
+        parts={"verdict": _verdict, "pictures": _pictures, "method": _method},
     )
 
 

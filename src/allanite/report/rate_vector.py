@@ -8,20 +8,16 @@ from typing import Any
 
 from allanite.report.blocks import (
     Block,
-    Section,
-    banner,
-    bullets,
     drawn,
     equation,
     findings,
     hero,
-    page_of,
     pairs,
-    provenance,
     table,
     text,
 )
 from allanite.report.earth_rate import checks_table, estimates_table
+from allanite.report.measurement import judgement, measurement_page, rate_budget
 from allanite.wording import (
     EMPTY_BUDGET,
     angle,
@@ -44,32 +40,35 @@ Json = Mapping[str, Any]
 
 def page(document: Json) -> dict[str, Any]:
     """The page of a rate vector."""
-    return page_of(
+    return measurement_page(
+        document,
         title=document.get("source") or "Rate vector",
         kicker="Rate vector of three axes at rest",
         facts=[
             ("Axes", ", ".join(document["channels"])),
             ("Length", duration(document["duration"])),
-            ("At rest", f"{duration(document['quiet'])} ({100 * document['quiet'] / document['duration']:.3g} %)"),
+            (
+                "At rest",
+                f"{duration(document['quiet'])} ({100 * document['quiet'] / document['duration']:.3g} %)",
+            ),
             ("Latitude", "" if document["latitude"] is None else angle(document["latitude"])),
             ("Noise", document.get("model_name") or document["model_source"]),
         ],
-        sections=[
-            Section(id="verdict", title="Verdict", blocks=_verdict(document)),
-            Section(id="pictures", title="Pictures", blocks=_pictures(document)),
-            Section(id="record", title="What was used", blocks=_record(document)),
-            Section(id="checks", title="Checks", blocks=_checks(document)),
-            Section(id="findings", title="Findings", blocks=findings(document)),
-            Section(id="method", title="Method", blocks=_method(document)),
-            provenance(document),
-        ],
-    )  # fmt: skip
+        parts={
+            "verdict": _verdict,
+            "pictures": _pictures,
+            "record": _record,
+            "checks": _checks,
+            "findings": findings,
+            "method": _method,
+        },
+        titles={"record": "What was used"},
+    )
 
 
 def _verdict(document: Json) -> list[Block]:
     verdict = document["verdict"]
-    blocks: list[Block] = [banner(tone(verdict), sentence(verdict), sentence(document["reason"]))]
-    blocks += bullets([sentence(words) for words in document["advice"] if words not in document["reason"]])
+    blocks = judgement(document, [words for words in document["advice"] if words not in document["reason"]])
     if document["length"] is None:
         return blocks
     percent = f"{100 * document['confidence']:g} %"
@@ -98,12 +97,7 @@ def _budget(document: Json) -> list[Block]:
     rows = vector_budget(document)
     if not rows:
         return [text(EMPTY_BUDGET, note=True)]
-    return table(
-        ("Source", "Standard uncertainty, deg/h", "Of the Earth rate"),
-        rows,
-        caption="Where the interval comes from.",
-        kept=[name == "together" for name, _, _ in rows],
-    )
+    return rate_budget(rows)
 
 
 def _pictures(document: Json) -> list[Block]:

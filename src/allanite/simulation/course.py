@@ -28,7 +28,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Course", "Felt", "Turns", "mean_decay"]
+__all__ = ["FEW", "MANY", "SHORT", "Course", "Felt", "Turns", "mean_decay", "quadrature", "split"]
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -115,7 +115,7 @@ class Course:
 
     def means(self, edges: Array) -> Felt:
         """Means over the intervals between successive instants [s]."""
-        points, first = _split(edges, self.turns.joints)
+        points, first = split(edges, self.turns.joints)
         pieces = self._pieces(points[:-1], points[1:])
         if len(points) > len(edges):
             length = np.diff(points)
@@ -191,7 +191,7 @@ class Course:
         return Felt(cos, sin, rate)
 
     def _turning(self, turn: Indices, a: Array, b: Array, count: int) -> Felt:
-        nodes, weights = _quadrature(count)
+        nodes, weights = quadrature(count)
         start, span = self.turns.start[turn], (self.turns.stop - self.turns.start)[turn]
         angle, hand = self.turns.angle[turn], self.turns.hand[turn]
         u = ((a - start)[:, None] + (b - a)[:, None] * nodes) / span[:, None]
@@ -207,7 +207,7 @@ class Course:
             rate[near] += self.knock_size * _mean_of_period(np.clip(u, 0, 1), np.clip(v, 0, 1), v - u)
 
 
-def _split(edges: Array, joints: Array) -> tuple[Array, Indices]:
+def split(edges: Array, joints: Array) -> tuple[Array, Indices]:
     """Edges and the joints between them; where in that the samples begin."""
     low, high = np.searchsorted(joints, edges[[0, -1]])
     inside = np.unique(joints[low:high])
@@ -249,7 +249,7 @@ def _sum(shape: Callable[[int], Array], hand: Array) -> Array:
 
 
 @cache
-def _quadrature(count: int) -> tuple[Array, Array]:
+def quadrature(count: int) -> tuple[Array, Array]:
     """Nodes on [0, 1] and weights of sum 1."""
     nodes, weights = np.polynomial.legendre.leggauss(count)
     return (nodes + 1) / 2, weights / 2

@@ -18,12 +18,11 @@ from numpy.typing import ArrayLike, NDArray
 from allanite.errors import InputError
 
 from .course import Course, Turns
+from .given import Span, numbers, span
 
 __all__ = ["Motion", "Span"]
 
 Array = NDArray[np.float64]
-#: One value, or the two ends of a range from which each turn draws its own.
-Span = float | tuple[float, float]
 
 DEGREE = math.pi / 180
 #: How far a bell may be missed, as a part of the room between the shortest dwell and the longest turn.
@@ -300,41 +299,22 @@ def _made(**options: Any) -> Motion:
     return Motion(**options)
 
 
-def _numbers(name: str, given: object) -> tuple[float, ...]:
-    try:
-        array = np.atleast_1d(np.asarray(given, dtype=np.float64))
-    except (TypeError, ValueError):
-        raise InputError(f"motion: {name} must be numbers, not {given!r}") from None
-    if array.ndim != 1 or not np.isfinite(array).all():
-        raise InputError(f"motion: {name} must be finite numbers in one row, not {given!r}")
-    return tuple(array.tolist())
-
-
 def _number(name: str, given: object) -> float:
-    number = (*_numbers(name, given), math.nan)
+    number = (*numbers(f"motion: {name}", given), math.nan)
     if len(number) != 2:
         raise InputError(f"motion: {name} must be one number, not {given!r}")
     return number[0]
-
-
-def _span(name: str, given: object) -> Span:
-    ends = _numbers(name, given)
-    if len(ends) == 1:
-        return ends[0]
-    if len(ends) != 2 or ends[0] > ends[1]:
-        raise InputError(f"motion: {name} must be one number or the two ends of a range, not {given!r}")
-    return ends[0], ends[1]
 
 
 def _check(motion: Motion) -> None:
     """Numbers become float, sequences tuples; what cannot be turned that way is refused."""
     put = object.__setattr__
     for name in _TUPLES:
-        put(motion, name, _numbers(name, getattr(motion, name)))
+        put(motion, name, numbers(f"motion: {name}", getattr(motion, name)))
     for name in (*_FINITE, *_TILTS, *_NOT_NEGATIVE, "knock_length"):
         put(motion, name, _number(name, getattr(motion, name)))
     for name in ("settling_angle", "settling_time"):
-        put(motion, name, _span(name, getattr(motion, name)))
+        put(motion, name, span(f"motion: {name}", getattr(motion, name)))
     for name in _NOT_NEGATIVE:
         if getattr(motion, name) < 0:
             raise InputError(f"motion: {name} must not be negative, not {getattr(motion, name)!r}")

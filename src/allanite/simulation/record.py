@@ -29,7 +29,7 @@ from allanite.recording import ArrayColumn, Channel, Kind, Recording, Sampling, 
 from .motion import Motion
 from .signal import PerChannel, Scene, Signal, Temperature
 
-__all__ = ["simulate"]
+__all__ = ["MOTION_STREAM", "THERMOMETER_STREAM", "readings_of", "simulate", "stream_of"]
 
 Array = NDArray[np.float64]
 Progress = Callable[[float], None]
@@ -146,7 +146,7 @@ def simulate(
         temperature=temperature,
     )
     streams = _streams(seed, len(channels))
-    course = None if motion is None else motion.draw(n_samples / rate, _stream(seed, MOTION_STREAM))
+    course = None if motion is None else motion.draw(n_samples / rate, stream_of(seed, MOTION_STREAM))
     advance = _counter(progress, n_samples * len(channels))
     columns = []
     for channel, one, stream in zip(channels, models.values(), streams, strict=True):
@@ -164,7 +164,9 @@ def simulate(
     }
     if temperature is not None and temperature.channel is not None:
         channels += (Channel.of(temperature.channel, "°C", sampling=sampling),)
-        readings = _readings(temperature, n_samples, 1 / rate, sampling, _stream(seed, THERMOMETER_STREAM))
+        readings = readings_of(
+            temperature, n_samples, 1 / rate, sampling, stream_of(seed, THERMOMETER_STREAM)
+        )
         columns.append(ArrayColumn(readings))
     return Recording(
         channels=channels, columns=tuple(columns), rate=rate, start=start, history=(step,), source="simulated"
@@ -220,13 +222,24 @@ def _describes(model: NoiseModel, kind: Kind) -> bool:
 
 
 def _streams(seed: int, count: int) -> list[np.random.SeedSequence]:
+    return np.random.SeedSequence(_checked(seed)).spawn(count)
+
+
+def stream_of(seed: int, key: int) -> np.random.SeedSequence:
+    """The random stream of a seed that `key` names.
+
+    Raises
+    ------
+    InputError
+        Not a seed.
+    """
+    return np.random.SeedSequence(_checked(seed), spawn_key=(key,))
+
+
+def _checked(seed: object) -> int:
     if isinstance(seed, bool) or not isinstance(seed, (int, np.integer)) or seed < 0:
         raise InputError(f"seed must be a whole number, not negative; got {seed!r}")
-    return np.random.SeedSequence(int(seed)).spawn(count)
-
-
-def _stream(seed: int, key: int) -> np.random.SeedSequence:
-    return np.random.SeedSequence(int(seed), spawn_key=(key,))
+    return int(seed)
 
 
 def _counter(progress: Progress | None, total: int) -> Callable[[int], None]:
@@ -324,7 +337,7 @@ def _limit(motion: Motion | None, channel: Channel) -> Callable[[Array], None] |
     return limit
 
 
-def _readings(
+def readings_of(
     temperature: Temperature, n_samples: int, dt: float, sampling: Sampling, stream: np.random.SeedSequence
 ) -> Array:
     """Of the thermometer [°C]."""

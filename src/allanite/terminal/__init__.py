@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Results as text in a terminal: findings and tables on stdout, a progress bar on stderr."""
 
+from allanite.terminal.alignment import show_alignment
+from allanite.terminal.calibration import show_calibration
 from allanite.terminal.console import progress
 from allanite.terminal.measurements import (
     show_aided,
@@ -12,11 +14,17 @@ from allanite.terminal.measurements import (
     show_plan,
     show_rate_vector,
 )
+from allanite.terminal.position_plan import show_position_plan
+from allanite.terminal.rate_table import show_rate_table
+from allanite.terminal.redundancy import show_combination
 from allanite.terminal.study import show_curve, show_findings, show_models, show_recording, show_study
 
 __all__ = [
     "progress",
     "show_aided",
+    "show_alignment",
+    "show_calibration",
+    "show_combination",
     "show_curve",
     "show_demonstration",
     "show_earth_rate",
@@ -26,6 +34,8 @@ __all__ = [
     "show_north",
     "show_null",
     "show_plan",
+    "show_position_plan",
+    "show_rate_table",
     "show_rate_vector",
     "show_recording",
     "show_study",

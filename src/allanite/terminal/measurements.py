@@ -7,17 +7,25 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from allanite.terminal.console import console, table_of
-from allanite.terminal.study import show_findings
+from allanite.terminal.parts import (
+    TONES,
+    say_advice,
+    say_checks,
+    say_end,
+    say_facts,
+    say_files,
+    say_indented,
+    say_rows,
+    say_verdict,
+)
 from allanite.wording import (
     DEG_H,
     angle,
     budget_lines,
-    check_lines,
     contradictions,
     duration,
     earth_rate_lines,
     filter_verdict,
-    headline,
     model_words,
     sentence,
     tone,
@@ -44,21 +52,20 @@ Json = Mapping[str, Any]
 _NOISE_ALONE = (
     "The interval holds the noise alone: no uncertainty of scale factor, latitude, tilt or heading is stated."
 )
-_TONES = {"good": "bold green", "warning": "bold yellow", "fatal": "bold red"}
 
 
 def show_earth_rate(document: Json, files: Sequence[object] = ()) -> None:
     """Verdict, rate with the readings beside it, budget, checks and advice of an `EarthRateEstimate`'s document."""
     out = console()
     _contradictions(out, document)
-    _verdict(out, document["verdict"], document["reason"])
+    say_verdict(out, document["verdict"], document["reason"])
     if document["rate"] is not None:
         _estimates(out, document)
         _budget(out, document)
     _nuisances(out, document)
-    _checks(out, document["checks"])
-    _advice(out, document["advice"])
-    _facts(
+    say_checks(out, document["checks"])
+    say_advice(out, document["advice"])
+    say_facts(
         out,
         ("turns", turn_words(document["reversals"], document["dwells"])),
         ("direction", _direction(document)),
@@ -69,8 +76,7 @@ def show_earth_rate(document: Json, files: Sequence[object] = ()) -> None:
             f"{document.get('model_name', document['model_source'])}: {model_words(document['model'])}",
         ),
     )
-    show_findings([f for f in document.get("findings", ()) if f["severity"] != "info"])
-    _wrote(out, files)
+    say_end(out, document, files)
 
 
 def show_rate_vector(document: Json, files: Sequence[object] = ()) -> None:
@@ -78,13 +84,13 @@ def show_rate_vector(document: Json, files: Sequence[object] = ()) -> None:
     from allanite.wording import latitude_words, pose_words, used_words
 
     out = console()
-    _verdict(out, document["verdict"], document["reason"])
+    say_verdict(out, document["verdict"], document["reason"])
     if document["length"] is not None:
         _vector(out, document)
     _left_out(out, document)
-    _checks(out, document["checks"])
-    _advice(out, document["advice"])
-    _facts(
+    say_checks(out, document["checks"])
+    say_advice(out, document["advice"])
+    say_facts(
         out,
         ("used", used_words(document)),
         *(("poses", words) for words in [pose_words(document)] if words),
@@ -93,8 +99,7 @@ def show_rate_vector(document: Json, files: Sequence[object] = ()) -> None:
     )
     out.print(sentence(document["statement"]))
     out.print()
-    show_findings([f for f in document.get("findings", ()) if f["severity"] != "info"])
-    _wrote(out, files)
+    say_end(out, document, files)
 
 
 def _vector(out: Console, document: Json) -> None:
@@ -112,11 +117,7 @@ def _vector(out: Console, document: Json) -> None:
         )
     out.print(table)
     out.print()
-    axes = table_of(("Axis", "deg/h", "± sd", "angle to the vector"))
-    for row in axis_lines(document):
-        axes.add_row(*row)
-    out.print(axes)
-    out.print()
+    say_rows(out, ("Axis", "deg/h", "± sd", "angle to the vector"), axis_lines(document))
     _uncertainties(out, vector_budget(document), EMPTY_BUDGET)
     out.print()
 
@@ -141,7 +142,7 @@ def show_null(document: Json, files: Sequence[object] = ()) -> None:
 
     out = console()
     _contradictions(out, document)
-    _verdict(out, document["verdict"], document["reason"])
+    say_verdict(out, document["verdict"], document["reason"])
     value, ends, limit = null_words(document)
     if value != "–":
         table = table_of(("East and west", "deg/h", f"{100 * document['confidence']:g} % interval"))
@@ -152,17 +153,16 @@ def show_null(document: Json, files: Sequence[object] = ()) -> None:
         out.print()
         _uncertainties(out, null_budget(document))
         out.print()
-    _checks(out, document["checks"])
-    _advice(out, document["advice"])
+    say_checks(out, document["checks"])
+    say_advice(out, document["advice"])
     level, sd = document["bias"]
-    _facts(
+    say_facts(
         out,
         ("bias that stays", with_sd(level, sd, "deg/h", DEG_H)),
         ("latitude", angle(document["latitude"])),
         ("noise", f"{document['model_name']}: {model_words(document['model'])}"),
     )
-    show_findings([f for f in document.get("findings", ()) if f["severity"] != "info"])
-    _wrote(out, files)
+    say_end(out, document, files)
 
 
 def show_north(document: Json, files: Sequence[object] = ()) -> None:
@@ -178,23 +178,15 @@ def show_north(document: Json, files: Sequence[object] = ()) -> None:
 
     out = console()
     _contradictions(out, document)
-    _verdict(out, document["verdict"], document["reason"])
+    say_verdict(out, document["verdict"], document["reason"])
     percent = f"{100 * document['confidence']:g} % interval"
-    table = table_of(("", "Estimate", percent, "Expected"))
-    table.add_row("azimuth of the mark", azimuth_words(document), arcs_words(document["interval"]), "")
-    table.add_row("horizontal rate [deg/h]", *horizontal_words(document))
-    out.print(table)
-    out.print()
-    lines = angle_budget_lines(document)
-    budget = table_of(("Standard uncertainty of the azimuth", "deg"))
-    for row in lines:
-        budget.add_row(*row)
-    if lines:
-        out.print(budget)
-        out.print()
-    _checks(out, document["checks"])
-    _advice(out, document["advice"])
-    _facts(
+    mark = ("azimuth of the mark", azimuth_words(document), arcs_words(document["interval"]), "")
+    rate = ("horizontal rate [deg/h]", *horizontal_words(document))
+    say_rows(out, ("", "Estimate", percent, "Expected"), [mark, rate])
+    say_rows(out, ("Standard uncertainty of the azimuth", "deg"), angle_budget_lines(document))
+    say_checks(out, document["checks"])
+    say_advice(out, document["advice"])
+    say_facts(
         out,
         ("axes", ", ".join(f"{name} at {angle(heading)}" for name, heading in document["axes"].items())),
         *(("direction", words) for words in [heading_words(document)] if words),
@@ -203,8 +195,7 @@ def show_north(document: Json, files: Sequence[object] = ()) -> None:
         ("length", f"{duration(document['duration'])}, in means over {duration(document['block'])}"),
         *(("noise", f"{name}: {model_words(model)}") for name, model in document["models"].items()),
     )
-    show_findings([f for f in document.get("findings", ()) if f["severity"] != "info"])
-    _wrote(out, files)
+    say_end(out, document, files)
 
 
 def show_plan(document: Json, files: Sequence[object] = ()) -> None:
@@ -216,7 +207,7 @@ def show_plan(document: Json, files: Sequence[object] = ()) -> None:
     out = console()
     out.print(sentence(document["says"]))
     for note in document.get("notes", ()):
-        out.print(Text(f"Warning: {sentence(note)}", _TONES["warning"]))
+        out.print(Text(f"Warning: {sentence(note)}", TONES["warning"]))
     out.print()
     made = plan_table(document)
     table = table_of(("Dwell", *made.durations, f"{goal_words(document)} after"))
@@ -228,13 +219,13 @@ def show_plan(document: Json, files: Sequence[object] = ()) -> None:
         f"Standard deviation in {made.unit}, by length of record; bold: the best dwell for that length."
     )
     out.print()
-    _facts(
+    say_facts(
         out,
         ("lost at each turn", f"{document['dead_time']:g} s"),
         ("latitude", angle(document["latitude"])),
         ("noise", f"{document.get('model_name', 'given')}: {model_words(document['model'])}"),
     )
-    _wrote(out, files)
+    say_files(out, files)
 
 
 def show_filtered(document: Json, files: Sequence[object] = ()) -> None:
@@ -242,20 +233,12 @@ def show_filtered(document: Json, files: Sequence[object] = ()) -> None:
     from allanite.wording import consistency_lines, filter_lines
 
     out = console()
-    _verdict(out, *filter_verdict(document))
-    _facts(out, *filter_lines(document))
-    table = table_of(("Innovations", "found", "if the model holds"))
-    for row in consistency_lines(document):
-        table.add_row(*row)
-    out.print(table)
-    out.print()
-    for note in document["notes"]:
-        _indented(out, f"→ {sentence(note)}", "")
-    if document["notes"]:
-        out.print()
-    _facts(out, ("noise", f"{document.get('model_name', 'given')}: {model_words(document['model'])}"))
-    show_findings([f for f in document.get("findings", ()) if f["severity"] != "info"])
-    _wrote(out, files)
+    say_verdict(out, *filter_verdict(document))
+    say_facts(out, *filter_lines(document))
+    say_rows(out, ("Innovations", "found", "if the model holds"), consistency_lines(document))
+    say_advice(out, document["notes"])
+    say_facts(out, ("noise", f"{document.get('model_name', 'given')}: {model_words(document['model'])}"))
+    say_end(out, document, files)
 
 
 def show_aided(document: Json, files: Sequence[object] = ()) -> None:
@@ -266,20 +249,20 @@ def show_aided(document: Json, files: Sequence[object] = ()) -> None:
 
     out = console()
     text = Text(f"Reference-aided. {AIDED}")
-    text.stylize(_TONES["warning"], 0, len("Reference-aided"))
+    text.stylize(TONES["warning"], 0, len("Reference-aided"))
     out.print(text)
     out.print()
-    table = table_of(("Reading", "told [deg/h]", "raw mean", "corrected mean", "follows what it was told"))
-    for row in aided_lines(document["readings"]):
-        table.add_row(*row)
-    out.print(table)
-    out.print()
+    say_rows(
+        out,
+        ("Reading", "told [deg/h]", "raw mean", "corrected mean", "follows what it was told"),
+        aided_lines(document["readings"]),
+    )
     for reading in document["readings"]:
         for note in reading["notes"]:
-            _indented(out, f"→ {sentence(note)}", "")
+            say_indented(out, f"→ {sentence(note)}")
     out.print("The Earth rate is measured by `allanite earth-rate`, which is not told it.")
     out.print()
-    _wrote(out, files)
+    say_files(out, files)
 
 
 def show_demonstration(document: Json, files: Sequence[object] = ()) -> None:
@@ -327,7 +310,7 @@ def _takes(out: Console, rows: Sequence[Json]) -> None:
             number(None if pair is None else pair / DEG_H, 3),
             Text(line.value, "bold"),
             line.range,
-            Text(row["verdict"], _TONES[tone(row["verdict"])]),
+            Text(row["verdict"], TONES[tone(row["verdict"])]),
         )
     out.print(table)
     out.print("Known: 15.041 deg/h. The published takes were other records; these are simulated.")
@@ -337,24 +320,13 @@ def _takes(out: Console, rows: Sequence[Json]) -> None:
 # -- parts ------------------------------------------------------------------------------------------------
 
 
-def _verdict(out: Console, verdict: str, reason: str) -> None:
-    """Verdict and reason in one sentence, the verdict in its colour."""
-    from rich.text import Text
-
-    whole = headline(verdict, reason)
-    text = Text(whole)
-    text.stylize(_TONES[tone(verdict)], 0, len(verdict))
-    out.print(text)
-    out.print()
-
-
 def _contradictions(out: Console, document: Json) -> None:
     """Before everything: a list of turns that is not that of the record makes nonsense of what follows."""
     from rich.text import Text
 
     for words in contradictions(document):
         text = Text(f"Signal and list contradict each other: {words}")
-        text.stylize(_TONES["fatal"], 0, len("Signal and list contradict each other"))
+        text.stylize(TONES["fatal"], 0, len("Signal and list contradict each other"))
         out.print(text)
 
 
@@ -397,49 +369,7 @@ def _nuisances(out: Console, document: Json) -> None:
         out.print()
 
 
-def _checks(out: Console, checks: Sequence[Json]) -> None:
-    from rich.text import Text
-
-    if not checks:
-        return
-    table = table_of(("Check", "", "χ² (expected)", ""))
-    for line in check_lines(checks):
-        answer = Text("passed", "green") if line.passed else Text("not passed", "bold red")
-        table.add_row(line.name, answer, line.measure, line.chance)
-    out.print(table)
-    out.print()
-
-
-def _advice(out: Console, advice: Sequence[str]) -> None:
-    for words in advice:
-        _indented(out, f"→ {sentence(words)}", "")
-    if advice:
-        out.print()
-
-
 def _direction(document: Json) -> str:
     if document["first"] == "unknown":
         return "not known: the sign of the rate is a choice (--first)"
     return f"{document['first']} first"
-
-
-def _facts(out: Console, *facts: tuple[str, str]) -> None:
-    from rich.table import Table
-
-    grid = Table.grid(padding=(0, 2))
-    for name, value in facts:
-        grid.add_row(name, value)
-    out.print(grid)
-    out.print()
-
-
-def _indented(out: Console, text: str, style: str) -> None:
-    from rich.padding import Padding
-    from rich.text import Text
-
-    out.print(Padding(Text(text, style), (0, 0, 0, 2), expand=False))
-
-
-def _wrote(out: Console, files: Sequence[object]) -> None:
-    for file in files:
-        out.print(f"wrote {file}", soft_wrap=True)

@@ -73,8 +73,8 @@ class _Layout:
 
     def write(self, value: float) -> str:
         if self.power is None:
-            return f"{value:.{self.decimals}f}"
-        return f"{value / 10.0**self.power:.{self.decimals}f}e{self.power:+03d}"
+            return f"{value:z.{self.decimals}f}"  # z: no minus zero
+        return f"{value / 10.0**self.power:z.{self.decimals}f}e{self.power:+03d}"
 
 
 def _power(size: float, digits: int) -> int:

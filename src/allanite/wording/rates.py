@@ -59,14 +59,21 @@ DEG_H = DEG / 3600
 _TONES = {
     "resolved": "good",
     "north found": "good",
+    "bias not known": "warning",
     "consistent": "good",
     "no bias that follows the turns": "good",
+    "calibrated": "good",
+    "sensors agree": "good",
+    "a sensor is at fault": "warning",
+    "sensors contradict each other": "fatal",
     "not resolved": "warning",
     "not separable": "warning",
     "no north": "warning",
+    "partly calibrated": "warning",
     "the model does not hold": "fatal",
     "inconsistent": "fatal",
     "inconsistent with Earth": "fatal",
+    "not calibrated": "fatal",
     "a bias follows the turns": "fatal",
 }
 _SOURCES = {
@@ -298,7 +305,7 @@ def check_lines(checks: Iterable[Json]) -> list[Check]:
         Check(
             name=c["name"],
             passed=bool(c["passed"]),
-            measure=f"{number(c['statistic'], 3)} ({c['dof']:g})",
+            measure=f"{number(c['statistic'], 3)} ({round(c['dof'], 1):g})",
             chance=probability(c["p"]),
             says="" if c["passed"] else sentence(c["says"]),
         )

@@ -1,0 +1,113 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""From a log of a unit at rest to roll, pitch and heading: align."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import click
+
+from allanite.cli.earth import latitude_option
+from allanite.cli.options import (
+    MODEL,
+    Angle,
+    Names,
+    Rate,
+    Share,
+    accept_option,
+    log_options,
+    place_of,
+    print_json,
+    result_options,
+    typed,
+)
+from allanite.cli.program import LOSS, command
+
+__all__ = ["align"]
+
+
+class Acceleration(click.ParamType[Any]):
+    """An acceleration with its unit: 1mg, 50ug, 0.01m/s^2."""
+
+    name = "acceleration"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        if isinstance(value, (int, float)):
+            return float(value)
+        import re
+
+        from allanite.errors import InputError
+        from allanite.units import Quantity, parse_unit
+
+        found = re.fullmatch(r"\s*((?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(\S.*?)\s*", str(value))
+        try:
+            number, unit = found.groups()  # type: ignore[union-attr]
+            return float(number) * parse_unit(unit, Quantity.ACCELERATION).factor
+        except (AttributeError, ValueError, InputError):
+            self.fail(f"{value!r} is no acceleration: write 1mg, 50µg or 0.01m/s^2", param, ctx)
+
+
+@command("allanite align log.parquet --model study.json --calibration calibration.json --latitude 48.1")
+@click.argument("log")
+@log_options
+@click.option("--model", metavar="MODEL", help=MODEL + "  [default: from the log itself]")
+@click.option(
+    "--calibration",
+    type=click.Path(exists=True, dir_okay=False),
+    help="What `calibrate` wrote.  [default: nominal]",
+)
+@latitude_option
+@click.option("--height", type=float, default=0.0, metavar="M", help="Above the ellipsoid.")
+@click.option("--axes", default="FLU", show_default=True, help="Where x, y, z point: F B, R L, D U.")
+@click.option("--gyro-bias", type=Rate(), help="How well the biases repeat or are known, one sd: 0.01deg/h.")
+@click.option("--accelerometer-bias", type=Acceleration(), help="Likewise: 1mg.")
+@click.option("--gyro", type=Names(), metavar="NAMES", help="Channels x, y, z, where the units do not say.")
+@click.option("--accelerometer", type=Names(), metavar="NAMES", help="Likewise.")
+@click.option(
+    "--spans",
+    type=click.Path(exists=True, dir_okay=False),
+    help="CSV of the rests: start,stop in seconds.  [default: found]",
+)
+@click.option(
+    "--rotating/--resting", "rotation", default=None, help="It turned all the time.  [default: found]"
+)
+@click.option("--scale-uncertainty", "scale", type=Share(), default=0.0, help="Of the gyros: 0.1%.")
+@click.option("--latitude-uncertainty", type=Angle(), default=0.0, help="Of the latitude: 0.01deg.")
+@click.option("--tilt", type=Angle(), default=0.0, help="Of the levelling: 0.1deg.")
+@click.option("--heading-uncertainty", "heading", type=Angle(), default=0.0, help="Of the mounting: 0.1deg.")
+@click.option("--confidence", type=float, default=0.95, show_default=True, help="Level of the intervals.")
+@accept_option
+@result_options
+def align(
+    log: str, latitude: float, height: float, axes: str, gyro_bias: float | None, accelerometer_bias: float | None,
+    rotation: bool | None, scale: float, latitude_uncertainty: float, tilt: float, heading: float, confidence: float,
+    out: str | None, figure: str | None, force: bool, as_json: bool, **options: Any,
+) -> int:  # fmt: skip
+    """Find roll, pitch and heading with a LOG of three gyros and three accelerometers at rest.
+
+    Turn the unit by 180 deg about the vertical in between, or through several positions, or let it turn all the time:
+    that tells the biases of the gyros from the Earth's rotation. "No north" is a result as well. With --out the folder
+    gets report.html, alignment.json and stands.csv.
+    """
+    from allanite import delivery, terminal
+    from allanite.stated import Stated
+
+    delivery.refuse_measurement(out, figure, "alignment", ["stands.csv"], force=force)
+    options["estimate"] = {
+        "height": height,
+        "axes": axes,
+        "rotation": rotation,
+        "bias_repeatability": (gyro_bias, accelerometer_bias),
+        "stated": Stated(scale=scale, latitude=latitude_uncertainty, tilt=tilt, heading=heading),
+        "confidence": confidence,
+    }
+    options |= {"command": typed(), "source": "stdin" if log == "-" else None}
+    place = place_of(log)
+    with terminal.progress(quiet=as_json) as advance:
+        found = delivery.alignment_of(place, latitude=latitude, progress=advance, **options)
+    done = delivery.write_measurement(found, out, figure, force=force)
+    if as_json:
+        print_json(found.document)
+    else:
+        terminal.show_alignment(found.document, done.files)
+    return LOSS if found.lossy else 0

@@ -1,0 +1,127 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""From a log of a unit that was turned by hand to its calibration: calibrate."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import click
+
+from allanite.cli.options import (
+    MODEL,
+    Latitude,
+    Names,
+    accept_option,
+    log_options,
+    place_of,
+    print_json,
+    result_options,
+    typed,
+)
+from allanite.cli.program import LOSS, command
+
+__all__ = ["calibrate"]
+
+
+class Numbers(click.ParamType[Any]):
+    """Whole numbers from 1, and pairs of them, with commas between: 7,12-13."""
+
+    name = "numbers"
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> tuple[int | tuple[int, int], ...]:
+        if isinstance(value, tuple):
+            return value
+        found: list[int | tuple[int, int]] = []
+        for word in str(value).split(","):
+            ends = [int(end) if end.strip().isdecimal() else 0 for end in word.split("-")]
+            if len(ends) > 2 or min(ends) < 1:
+                self.fail(
+                    f"{value!r} are no numbers of positions: write 7 or 7,12, and 7-8 for a turn", param, ctx
+                )
+            found.append((ends[0], ends[1]) if len(ends) == 2 else ends[0])
+        return tuple(found)
+
+
+@command("allanite calibrate log.parquet --model study.json --latitude 48.1 --out calibration")
+@click.argument("log")
+@log_options
+@click.option(
+    "--gyro-log",
+    type=click.Path(exists=True, dir_okay=False),
+    help="Of the gyros, where LOG holds the accelerometers alone.",
+)
+@click.option("--model", metavar="MODEL", help=MODEL + "  [default: from the log itself]")
+@click.option("--latitude", type=Latitude(), metavar="DEG", help="For gravity and the Earth's rotation.")
+@click.option("--height", type=float, metavar="M", help="Above the ellipsoid, with --latitude.  [default: 0]")
+@click.option("--gravity", type=float, metavar="M/S2", help="Where it is known better: 9.81744.")
+@click.option(
+    "--gravity-uncertainty",
+    type=float,
+    default=0.0,
+    metavar="M/S2",
+    help="Standard uncertainty of gravity: 0.0003.",
+)
+@click.option("--gyro", type=Names(), metavar="NAMES", help="Channels x, y, z, where the units do not say.")
+@click.option("--accelerometer", type=Names(), metavar="NAMES", help="Likewise.")
+@click.option(
+    "--spans",
+    type=click.Path(exists=True, dir_okay=False),
+    help="CSV of the rests: start,stop in seconds.  [default: found]",
+)
+@click.option("--without", type=Numbers(), default=(), help="Positions to leave out: 7,12; a turn: 7-8.")
+@click.option(
+    "--frame",
+    type=click.Choice(["z", "x"]),
+    default="z",
+    show_default=True,
+    help="Axis of the accelerometers that is one of the body.",
+)
+@click.option("--quadratic", is_flag=True, help="Fit a quadratic term of each accelerometer, too.")
+@click.option("--no-drift", is_flag=True, help="Do not look for drifting biases: positions count alike.")
+@click.option(
+    "--reference-temperature",
+    type=float,
+    metavar="DEGC",
+    help="Fit slopes of the biases, too; give biases there.",
+)
+@click.option("--temperature", metavar="CHANNEL", help="Of temperature, where there are several.")
+@click.option("--confidence", type=float, default=0.95, show_default=True, help="Level of the intervals.")
+@accept_option
+@result_options
+def calibrate(
+    log: str, frame: str, quadratic: bool, no_drift: bool, temperature: str | None, reference_temperature: float | None,
+    confidence: float, gravity_uncertainty: float, out: str | None, figure: str | None, force: bool,
+    as_json: bool, **options: Any,
+) -> int:  # fmt: skip
+    """Calibrate three accelerometers, three gyros or both from a LOG of rests in many positions.
+
+    Turn the unit by hand and let it rest in each position. Gravity gives the accelerometers, the turns between the
+    rests and the Earth's rotation the gyros. What the positions leave open is said, with what to add. With --out the
+    folder gets report.html, calibration.json, which other commands take, and positions.csv.
+    """
+    from allanite import delivery, terminal
+
+    if options["height"] is not None and options["latitude"] is None:
+        raise click.UsageError("--height goes with --latitude: gravity depends on both")
+    delivery.refuse_measurement(out, figure, "calibration", ["positions.csv"], force=force)
+    options["estimate"] = {
+        "frame": frame,
+        "quadratic": quadratic,
+        "drift": not no_drift,
+        "temperature": temperature,
+        "reference_temperature": reference_temperature,
+        "confidence": confidence,
+        "stated": {"gravity": gravity_uncertainty} if gravity_uncertainty else {},
+    }
+    options |= {"command": typed(), "source": "stdin" if log == "-" else None}
+    place = place_of(log)
+    with terminal.progress(quiet=as_json) as advance:
+        found = delivery.calibration_of(place, progress=advance, **options)
+    done = delivery.write_measurement(found, out, figure, force=force)
+    if as_json:
+        print_json(found.document)
+    else:
+        terminal.show_calibration(found.document, done.files)
+    return LOSS if found.lossy else 0

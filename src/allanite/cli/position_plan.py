@@ -1,0 +1,128 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Which positions for a calibration or a heading: plan positions."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+import click
+
+from allanite.cli.earth import LATITUDE, plan
+from allanite.cli.options import (
+    MODEL,
+    Angle,
+    Duration,
+    Latitude,
+    Rate,
+    Share,
+    place_of,
+    print_json,
+    result_options,
+    typed,
+)
+from allanite.cli.program import example_of
+
+__all__ = ["positions"]
+
+
+class Goals(click.ParamType[Any]):
+    """Wanted standard deviations: gyro.scale=0.1%,accelerometer.bias=1mg; or an angle for a heading: 1deg."""
+
+    name = "goals"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        if not isinstance(value, str):
+            return value
+        if "=" not in value:
+            return Angle()(value, param, ctx)
+        out = {}
+        for part in value.split(","):
+            name, _, size = (text.strip() for text in part.partition("="))
+            sensor, _, rest = name.partition(".")
+            if sensor not in ("gyro", "accelerometer") or not rest or not size:
+                self.fail(f"{part!r}: write gyro.scale=0.1%, or accelerometer.bias_x=1mg", param, ctx)
+            out[name] = self._size(sensor, rest.partition("_")[0], size, param, ctx)
+        return out
+
+    def _size(
+        self, sensor: str, kind: str, text: str, param: click.Parameter | None, ctx: click.Context | None
+    ) -> float:
+        if kind == "scale":
+            return float(Share()(text, param, ctx))
+        if kind == "misalignment":
+            return float(Angle()(text, param, ctx))
+        if kind != "bias":
+            self.fail(f"{kind!r} is none of bias, scale and misalignment", param, ctx)
+        return float(Rate()(text, param, ctx)) if sensor == "gyro" else self._acceleration(text, param, ctx)
+
+    def _acceleration(self, text: str, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        from allanite.errors import InputError
+        from allanite.units import Quantity, parse_unit
+
+        found = re.fullmatch(r"([-+]?[\d.]+(?:[eE][-+]?\d+)?)\s*(\S.*)", text)
+        try:
+            number, unit = found.groups()  # type: ignore[union-attr]
+            return float(number) * parse_unit(unit, Quantity.ACCELERATION).factor
+        except (AttributeError, ValueError, InputError):
+            self.fail(f"{text!r} is no acceleration: write 1mg or 0.01 m/s^2", param, ctx)
+
+
+@plan.command(
+    "positions",
+    epilog=example_of("allanite plan positions --model study.json --latitude 48.1 --goal gyro.scale=0.05%"),
+)
+@click.option(
+    "--model",
+    "models",
+    metavar="MODEL",
+    multiple=True,
+    required=True,
+    help=f"{MODEL} Of each kind (repeatable).",
+)
+@click.option("--latitude", type=Latitude(), metavar="DEG", help=LATITUDE)
+@click.option(
+    "--goal",
+    "goals",
+    type=Goals(),
+    help="Standard deviations: gyro.bias=10deg/h,gyro.scale=0.1%,accelerometer.bias=1mg; 1deg with --heading.  "
+    "[default: 1 mg, 0.1 %, 1 mrad, 36 deg/h; 1 deg]",
+)
+@click.option("--heading", is_flag=True, help="Plan an alignment instead of a calibration.")
+@click.option("--time", type=Duration(), help="Make the best of this length instead: 10min.")
+@click.option(
+    "--candidates",
+    type=click.Choice(["faces", "edges", "all"]),
+    default="all",
+    show_default=True,
+    help="What the unit can be set to: faces of a box, its edges as well, its corners as well.",
+)
+@click.option("--most", type=int, default=18, show_default=True, help="Positions.")
+@click.option("--turn", type=Duration(), default=5.0, show_default=True, help="From one rest to the next.")
+@click.option("--shortest", type=Duration(), default=5.0, show_default=True, help="Rest.")
+@click.option("--rate", type=float, help="Samples per second.  [default: that of the study, or 100]")
+@result_options
+def positions(
+    models: tuple[str, ...], rate: float | None, out: str | None, figure: str | None, force: bool, as_json: bool,
+    **options: Any,
+) -> None:  # fmt: skip
+    """Plan which positions a unit should rest in, in which order, and how long.
+
+    For wanted standard deviations of a calibration (`allanite calibrate`), or of a heading (`allanite align`, with
+    --heading). Computed from the covariance alone: no sample is needed.
+    """
+    from allanite import delivery, terminal
+
+    if rate is not None:
+        options["rate"] = rate
+    if options["heading"] and options["latitude"] is None:
+        raise click.UsageError("--heading depends on the latitude: --latitude")
+    delivery.refuse_measurement(out, figure, "position-plan", ["positions.csv"], force=force)
+    places = [place_of(model) for model in models]
+    with terminal.progress(quiet=as_json) as advance:
+        made = delivery.position_plan_of(places, command=typed(), progress=advance, **options)
+    done = delivery.write_measurement(made, out, figure, force=force)
+    if as_json:
+        print_json(made.document)
+    else:
+        terminal.show_position_plan(made.document, done.files)

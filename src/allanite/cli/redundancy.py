@@ -1,0 +1,77 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Several sensors of one kind as one: combine."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import click
+
+from allanite.cli.options import (
+    MODEL,
+    Duration,
+    Share,
+    log_options,
+    place_of,
+    print_json,
+    result_options,
+    typed,
+)
+from allanite.cli.program import LOSS, command
+
+__all__ = ["combine"]
+
+
+@command("allanite combine gyros.parquet --model study.json --directions axes.csv -o combined.parquet")
+@click.argument("log")
+@log_options
+@click.option("--model", metavar="MODEL", required=True, help=f"{MODEL} One for all, or one for each.")
+@click.option(
+    "--directions",
+    type=click.Path(exists=True, dir_okay=False),
+    help="CSV of sensitive axes: channel,x,y,z.  [default: all along one]",
+)
+@click.option("--averaging", type=Duration(), help="Make the weights for averages over this time.")
+@click.option("--moving", is_flag=True, help="The sensors moved: weights from the models alone.")
+@click.option("--motion-error", type=Share(), default=0.0, help="Of scale factors, and of axes in rad: 0.1%.")
+@click.option("--window", type=Duration(), help="Of the parity.  [default: a thousandth of the record]")
+@click.option(
+    "--false-alarm", type=Share(), default="1%", show_default=True, help="Per record without a fault."
+)
+@click.option("--confidence", type=float, default=0.95, show_default=True, help="Level of the intervals.")
+@click.option("-o", "--output", type=click.Path(dir_okay=False), help="Combined: .parquet, .npy or .csv.")
+@result_options
+def combine(
+    log: str, moving: bool, averaging: float | None, window: float | None, false_alarm: float, motion_error: float,
+    confidence: float, output: str | None, out: str | None, figure: str | None, force: bool, as_json: bool,
+    **options: Any,
+) -> int:  # fmt: skip
+    """Combine the sensors of one kind in a LOG, and look for one that contradicts the others.
+
+    Weights come from the noise models and, at rest, from the noise that the sensors share. More sensors than axes have
+    a parity that no motion changes: steps, drifts, spikes, noise and a sensor that stands still show in it. Two more
+    than axes are needed to name the sensor.
+    """
+    from allanite import delivery, terminal
+
+    delivery.refuse_measurement(out, figure, "combination", ["weights.csv"], force=force)
+    delivery.refuse_corrected(output, force=force)
+    options["estimate"] = {
+        "rest": not moving,
+        "averaging": averaging,
+        "window": window,
+        "false_alarm": false_alarm,
+        "motion_error": motion_error,
+        "confidence": confidence,
+    }
+    options |= {"command": typed(), "source": "stdin" if log == "-" else None}
+    place = place_of(log)
+    with terminal.progress(quiet=as_json) as advance:
+        found = delivery.combination_of(place, progress=advance, **options)
+    saved = [] if output is None else [delivery.save_combined(found, output, force=force)]
+    done = delivery.write_measurement(found, out, figure, force=force)
+    if as_json:
+        print_json(found.document)
+    else:
+        terminal.show_combination(found.document, [*saved, *done.files])
+    return LOSS if found.lossy else 0

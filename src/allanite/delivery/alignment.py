@@ -1,0 +1,138 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The alignment of a unit out of its log, with everything that its report needs."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Collection, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from allanite.delivery.measurement import Measured, beside
+from allanite.delivery.recordings import file_sha256, read_part
+from allanite.delivery.rests import judged_at_rest, rests_of, thermometers
+from allanite.delivery.turned import models_for, part_of
+
+if TYPE_CHECKING:
+    from allanite.noise import NoiseModel
+    from allanite.recording import Recording
+    from allanite.static_spans import UnitAxes
+
+__all__ = ["STANDS", "alignment_of"]
+
+Json = Mapping[str, Any]
+Advance = Callable[[float, str], None]
+
+STANDS = "stands.csv"
+"""Name of the table of attitudes."""
+
+
+def alignment_of(
+    log: str | os.PathLike[str],
+    *,
+    latitude: float,
+    model: str | os.PathLike[str] | None = None,
+    calibration: str | os.PathLike[str] | None = None,
+    gyro: Sequence[str] | None = None,
+    accelerometer: Sequence[str] | None = None,
+    spans: str | os.PathLike[str] | None = None,
+    start: float | None = None,
+    stop: float | None = None,
+    accept: Collection[str] = (),
+    estimate: Mapping[str, Any] | None = None,
+    command: str | None = None,
+    source: str | None = None,
+    progress: Advance | None = None,
+    **options: Any,
+) -> Measured:
+    """The alignment of the unit that made a log; see `align`, whose further options `estimate` holds.
+
+    Parameters
+    ----------
+    log, model, calibration, spans : path
+        Whatever `read`, `load_models`, `Calibration.load` and `read_spans` understand; times of the spans count from
+        the first sample of the log.
+    gyro, accelerometer : sequence of str, optional
+        Channels x, y, z, where neither the calibration nor their kinds say.
+    start, stop : float, optional [s]
+        Part of the log.
+    accept : collection of str
+        Fatal findings to go on in spite of.
+    **options
+        Those of `read`.
+
+    Raises
+    ------
+    DataQualityError
+        A fatal finding at rest that was not accepted, or a unit that was neither at rest nor turning about one axis.
+    """
+    from allanite.alignment import align, unit_of
+    from allanite.calibration import Calibration
+
+    advance = progress or (lambda fraction, what: None)
+    advance(0.0, "reading")
+    whole = read_part(log, source=source, **options)
+    known = None if calibration is None else Calibration.load(os.fspath(calibration))
+    axes, _ = unit_of(whole, known, gyro, accelerometer)
+    whole = whole.select(*axes.names, *thermometers(whole))
+    part = part_of(whole, start, stop)
+    models = _models(model, part, axes)
+    advance(0.1, "looking for rest")
+    rests = rests_of(whole, part, axes, listing=spans, start=start, models=models)
+    turning = bool((estimate or {}).get("rotation"))
+    advance(0.3, "looking for faults")
+    # a unit that turned all the time is not cut where it turned
+    used = rests if len(rests) and not turning else None
+    ready = judged_at_rest(part, used, axes, accept=accept)
+    found = align(
+        ready.recording,
+        latitude=latitude,
+        model=models,
+        calibration=known,
+        spans=rests,
+        gyro=axes.gyro,
+        accelerometer=axes.accelerometer,
+        progress=lambda fraction, what: advance(0.5 + 0.5 * fraction, what),
+        **(estimate or {}),
+    )
+    document = {
+        **found.to_json(),
+        **beside(part, None, ready.findings, file_sha256(log), command),
+    }
+    return Measured(
+        result=document,
+        document=document,
+        name="alignment",
+        tables={STANDS: _rows(document)},
+        lossy=ready.lossy,
+    )
+
+
+def _models(
+    source: str | os.PathLike[str] | None, part: Recording, axes: UnitAxes
+) -> dict[str, NoiseModel] | None:
+    """By channel. A model of gyros alone, as words give it, leaves the accelerometers to the record."""
+    from allanite.model_file import load_models
+
+    if source is None:
+        return None
+    models, _ = load_models(source)
+    kinds = {model.kind for model in models.values()}
+    taking = [part[name] for name in axes.names if part[name].kind.value in kinds or len(kinds) > 1]
+    return models_for(source, taking)[0]
+
+
+def _rows(document: Json) -> list[Json]:
+    """One row for each attitude, in people's units."""
+    from allanite.wording import DEG, DEG_H
+
+    return [
+        {
+            "start_s": f"{s['start']:.6f}",
+            "stop_s": f"{s['stop']:.6f}",
+            "rest_s": f"{s['rest']:.6f}",
+            **{f"{name}_deg": f"{s[name] / DEG:.6f}" for name in ("roll", "pitch", "turned")},
+            **{f"residual_{a}_deg_h": f"{v / DEG_H:.6g}" for a, v in zip("xyz", s["residual"], strict=True)},
+            **{f"sd_{a}_deg_h": f"{v / DEG_H:.6g}" for a, v in zip("xyz", s["sd"], strict=True)},
+        }
+        for s in document["stands"]
+    ]

@@ -1,0 +1,177 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The calibration of a unit out of a log of rests, with everything that its report needs."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+from allanite.delivery.measurement import Measured, beside
+from allanite.delivery.recordings import file_sha256, read_part
+from allanite.delivery.rests import judged_at_rest, rests_of, thermometers
+from allanite.delivery.turned import models_for, part_of
+from allanite.delivery.two_logs import read_two
+from allanite.errors import DataQualityError
+
+if TYPE_CHECKING:
+    from allanite.recording import Recording
+    from allanite.static_spans import StaticSpans, UnitAxes
+
+__all__ = ["POSITIONS", "calibration_of"]
+
+Json = Mapping[str, Any]
+Advance = Callable[[float, str], None]
+
+POSITIONS = "positions.csv"
+"""Name of the table of positions."""
+
+#: Steps of the converter that no noise smooths are in the covariance of the means.
+_STEPS = frozenset({"quantisation_limited"})
+
+
+def calibration_of(
+    log: str | os.PathLike[str],
+    *,
+    gyro_log: str | os.PathLike[str] | None = None,
+    model: str | os.PathLike[str] | None = None,
+    latitude: float | None = None,
+    height: float | None = None,
+    gravity: float | None = None,
+    gyro: Sequence[str] | None = None,
+    accelerometer: Sequence[str] | None = None,
+    spans: str | os.PathLike[str] | None = None,
+    without: Collection[int | tuple[int, int]] = (),
+    start: float | None = None,
+    stop: float | None = None,
+    accept: Collection[str] = (),
+    estimate: Mapping[str, Any] | None = None,
+    command: str | None = None,
+    source: str | None = None,
+    progress: Advance | None = None,
+    **options: Any,
+) -> Measured:
+    """The calibration of the unit that made a log; see `calibrate`, whose further options `estimate` holds.
+
+    Parameters
+    ----------
+    log, model, spans : path
+        Whatever `read`, `load_models` and `read_spans` understand; times of the spans count from the first sample of
+        the log.
+    gyro_log : path, optional
+        Of the gyros, where `log` holds the accelerometers alone.
+    latitude, height, gravity : float, optional [rad], [m], [m/s^2]
+    gyro, accelerometer : sequence of str, optional
+        Channels x, y, z, where their kinds do not say.
+    without : collection of int or (int, int)
+        Numbers of positions, and of turns between two, to leave out.
+    start, stop : float, optional [s]
+        Part of the log.
+    accept : collection of str
+        Fatal findings to go on in spite of.
+    **options
+        Those of `read`.
+
+    Raises
+    ------
+    DataQualityError
+        A fatal finding in the rests that was not accepted.
+    """
+    from allanite.figures.static import document_of
+    from allanite.static_spans import unit_axes
+    from allanite.triad import calibrate
+
+    advance = progress or (lambda fraction, what: None)
+    advance(0.0, "reading")
+    if gyro_log is None:
+        whole = read_part(log, **options)
+    else:
+        named = {"accelerometer": accelerometer, "gyro": gyro}
+        whole, accelerometer, gyro = read_two(log, gyro_log, **named, **options)
+    whole = whole if source is None else replace(whole, source=source)
+    axes = unit_axes(whole, gyro, accelerometer)
+    whole = whole.select(*axes.names, *thermometers(whole, (estimate or {}).get("temperature")))
+    part = part_of(whole, start, stop)
+    given, where = models_for(model, [part[name] for name in axes.names])
+    models = given or None
+    advance(0.1, "looking for rest")
+    rests = _rests(whole, part, axes, listing=spans, start=start, models=models)
+    advance(0.3, "looking for faults")
+    ready = judged_at_rest(part, rests, axes, accept=accept, milder=_STEPS)
+    found = calibrate(
+        ready.recording,
+        spans=rests,
+        model=models,
+        latitude=latitude,
+        height=height or 0.0,
+        gravity=gravity,
+        gyro=axes.gyro,
+        accelerometer=axes.accelerometer,
+        without=without,
+        progress=lambda fraction, what: advance(0.5 + 0.5 * fraction, what),
+        **(estimate or {}),
+    )
+    document = {
+        **found.to_json(),
+        **beside(part, None, ready.findings, file_sha256(log), command),
+        "static_spans": document_of(rests, part),
+        "spans_source": "found" if rests.source == "detected" else "given",
+        "model_name": "" if model is None else next(iter(where.values())).split(", channel")[0],
+    }
+    return Measured(
+        result=document,
+        document=document,
+        name="calibration",
+        tables={POSITIONS: _rows(document)},
+        lossy=ready.lossy,
+    )
+
+
+def _rests(whole: Recording, part: Recording, axes: UnitAxes, **given: Any) -> StaticSpans:
+    """Rests as `rests_of` gives them.
+
+    Raises
+    ------
+    DataQualityError
+        None was found.
+    """
+    found = rests_of(whole, part, axes, **given)
+    if not len(found):
+        raise DataQualityError(
+            "the unit is nowhere at rest long enough: let it rest for 5 s at least in each position, or say when it "
+            "was at rest with --spans"
+        )
+    return found
+
+
+# -- the table --------------------------------------------------------------------------------------------
+
+
+def _rows(document: Json) -> list[Json]:
+    """One row for each position, in people's units."""
+    from allanite.units import STANDARD_GRAVITY
+    from allanite.wording import DEG_H
+
+    def shown(value: float | None, factor: float = 1.0) -> str:
+        return "" if value is None else f"{value / factor:.6g}"
+
+    return [
+        {
+            "number": p["number"],
+            "start_s": f"{p['start']:.6f}",
+            "stop_s": f"{p['stop']:.6f}",
+            "used": "yes" if p["used"] else "no",
+            "outlier": "yes" if p["outlier"] else "no",
+            **{f"up_{axis}": shown(value) for axis, value in zip("xyz", p["up"], strict=True)},
+            "excess_mg": shown(p["excess"], 1e-3 * STANDARD_GRAVITY),
+            "excess_sd_mg": shown(p["excess_sd"], 1e-3 * STANDARD_GRAVITY),
+            **{
+                f"rate_{axis}_deg_h": shown(value, DEG_H)
+                for axis, value in zip("xyz", p["rate"] or (None,) * 3, strict=True)
+            },
+            "misfit": shown(p["misfit"]),
+            "temperature": shown(p["temperature"]),
+        }
+        for p in document["positions"]
+    ]

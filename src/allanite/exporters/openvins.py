@@ -1,0 +1,260 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""kalibr_imu_chain.yaml of OpenVINS: https://docs.openvins.com (IMU intrinsics; gs-calibration and propagation pages).
+
+What is read of a sample (w and a in SI) along the axes of its IMU:
+
+    rate = R_IMUtoGYRO' Tw^-1 (w - b_w - Tg a_true),      a_true = R_IMUtoACC' Ta^-1 (a - b_a),
+
+so that w = Tw R_IMUtoGYRO rate + Tg a_true + b_w and a = Ta R_IMUtoACC a_true + b_a. Two conventions make the matrices
+unique, and the IMU frame with them:
+
+``kalibr``
+    Ta and Tw are lower triangular, R_IMUtoACC is the unit matrix. (J. Rehder et al., "Extending kalibr", ICRA 2016:
+    the scale-misalignment model.) This is the body of a calibration of frame "x".
+``rpng``
+    Ta and Tw are upper triangular, R_IMUtoGYRO is the unit matrix.
+
+a_true lies along the axes of that IMU: Tg is the gravity sensitivity of the calibration, its columns turned likewise.
+
+A calibration of another frame is turned: matrix = triangle times rotation (QR). The file says by how much its IMU is
+turned from the body of the calibration. Biases have no key: the filter finds them; a comment states them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite import __version__
+from allanite.attitude import rotation_vector
+from allanite.calibration import ACCELEROMETER, GYRO, Calibration
+from allanite.errors import InputError
+from allanite.exporters import kalibr
+from allanite.exporters.triads import (
+    lower_and_rotation,
+    notes_of,
+    plain_line,
+    propagated,
+    upper_and_rotation,
+)
+
+__all__ = ["FILE_NAME", "NAME", "SUMMARY", "TAKES", "Intrinsics", "intrinsics_of", "write"]
+
+NAME = "openvins"
+FILE_NAME = "kalibr_imu_chain.yaml"
+SUMMARY = "OpenVINS, with the names of Kalibr: Tw, Ta and rotations of a calibration, noise of a study"
+TAKES = "calibration"
+
+Json = Mapping[str, Any]
+Array = NDArray[np.float64]
+
+_CONVENTIONS = {
+    "kalibr": "lower triangular Tw and Ta, the IMU has the axes of the accelerometers",
+    "rpng": "upper triangular Tw and Ta, the IMU has the axes of the gyros",
+}
+_SI = {ACCELEROMETER: "m/s²", GYRO: "rad/s"}
+#: Parameters of the noise that are open without a model, in the order of the consumer's own files.
+_OPEN = (
+    ("accelerometer_noise_density", "m/s^2/sqrt(Hz)"),
+    ("accelerometer_random_walk", "m/s^3/sqrt(Hz)"),
+    ("gyroscope_noise_density", "rad/s/sqrt(Hz)"),
+    ("gyroscope_random_walk", "rad/s^2/sqrt(Hz)"),
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Intrinsics:
+    """Matrices of the consumer, shape (3, 3) each; see the module.
+
+    Attributes
+    ----------
+    gravity_sensitivity : ndarray
+        Of the gyros to the force along the axes of the consumer's IMU [rad/s/(m/s^2)].
+    body_to_imu : ndarray
+        Components along the axes of the calibration's body to those of the consumer's IMU.
+    """
+
+    gyro: Array
+    imu_to_gyro: Array
+    accelerometer: Array
+    imu_to_accelerometer: Array
+    gravity_sensitivity: Array
+    body_to_imu: Array
+
+
+def intrinsics_of(calibration: Calibration, convention: str = "kalibr") -> Intrinsics:
+    """The matrices of a calibration; a triad that it does not hold is perfect.
+
+    Raises
+    ------
+    InputError
+        Another convention, or axes that are not right-handed.
+    """
+    if convention not in _CONVENTIONS:
+        raise InputError(f"intrinsics must be {' or '.join(_CONVENTIONS)}, not {convention!r}")
+    held, one = calibration.sensors, np.eye(3)
+    gyro, accelerometer = (calibration.errors(s).matrix if s in held else one for s in (GYRO, ACCELEROMETER))
+    split = lower_and_rotation if convention == "kalibr" else upper_and_rotation
+    first, matrix = (ACCELEROMETER, accelerometer) if convention == "kalibr" else (GYRO, gyro)
+    own, to_imu = split(matrix) if first in held else (one, one)
+    second, other = (GYRO, gyro) if convention == "kalibr" else (ACCELEROMETER, accelerometer)
+    theirs, turn = split(other @ to_imu.T) if second in held else (one, one)
+    parts = {first: (own, one), second: (theirs, turn)}
+    pulled = calibration.errors(GYRO).gravity_sensitivity if GYRO in held else np.zeros((3, 3))
+    return Intrinsics(
+        gyro=parts[GYRO][0],
+        imu_to_gyro=parts[GYRO][1],
+        accelerometer=parts[ACCELEROMETER][0],
+        imu_to_accelerometer=parts[ACCELEROMETER][1],
+        gravity_sensitivity=pulled @ to_imu.T,
+        body_to_imu=to_imu,
+    )
+
+
+def write(
+    document: Json,
+    *,
+    model: Json | None = None,
+    intrinsics: str = "kalibr",
+    walk: str = "upper-bound",
+    axes: str = "worst",
+    inflate: float = 1.0,
+    correlation_time: float | None = None,
+    rostopic: str = "/imu0",
+    gyroscope: Sequence[str] | None = None,
+    accelerometer: Sequence[str] | None = None,
+) -> str:
+    """The text of kalibr_imu_chain.yaml.
+
+    Parameters
+    ----------
+    document : dict
+        A calibration's.
+    model : dict, optional
+        A study document, for the four numbers of noise; without it their lines are left open.
+    intrinsics : "kalibr" or "rpng"
+    walk, axes, inflate, correlation_time, rostopic, gyroscope, accelerometer
+        As for `kalibr`.
+
+    Raises
+    ------
+    InputError
+        A calibration of counts, axes that are not right-handed, or what `kalibr` refuses.
+    """
+    calibration = Calibration.from_json(document)
+    _refuse_counts(calibration)
+    noise: tuple[list[str], list[str]] = ([_WITHOUT_MODEL], _open_lines(rostopic))
+    if model is not None:
+        text = kalibr.write(
+            model, walk=walk, axes=axes, inflate=inflate, correlation_time=correlation_time, rostopic=rostopic,
+            gyroscope=gyroscope, accelerometer=accelerometer,
+        )  # fmt: skip
+        noise = _of_kalibr(text)
+    made = intrinsics_of(calibration, intrinsics)
+    spread = _spread(calibration, intrinsics)
+    lines = [
+        "%YAML:1.0",
+        "",
+        *(f"# {plain_line(text)}" for text in _head(calibration, made, intrinsics)),
+        *noise[0],
+        "",
+        "imu0:",
+        *_block("T_i_b", np.eye(4), "the body of the filter is this IMU"),
+        *(f"  {line}" for line in noise[1]),
+        "  time_offset: 0.0",
+        f'  model: "{intrinsics}"',
+        *_block("Tw", made.gyro, f"w = Tw R_IMUtoGYRO rate + b_w{_known(calibration, GYRO, spread[0])}"),
+        *_block("R_IMUtoGYRO", made.imu_to_gyro, _turned(made.imu_to_gyro)),
+        *_block("Ta", made.accelerometer,
+                f"a = Ta R_IMUtoACC force + b_a{_known(calibration, ACCELEROMETER, spread[1])}"),
+        *_block("R_IMUtoACC", made.imu_to_accelerometer, _turned(made.imu_to_accelerometer)),
+        *_block("Tg", made.gravity_sensitivity, _of_force(calibration, spread[2])),
+    ]  # fmt: skip
+    return "\n".join(lines) + "\n"
+
+
+_WITHOUT_MODEL = (
+    "# no noise model was given: fill in the four lines, or export again with the study of the sensor"
+)
+
+
+def _refuse_counts(calibration: Calibration) -> None:
+    for sensor in calibration.sensors:
+        unit = calibration.units.get(sensor, _SI[sensor])
+        if unit not in (_SI[sensor], _SI[sensor].replace("²", "^2")):
+            raise InputError(
+                f"the {sensor} is calibrated in {unit!r}, and OpenVINS reads {_SI[sensor]}: calibrate what the driver "
+                "publishes, or read the log with its scale factor (--scale-factor)"
+            )
+
+
+def _of_kalibr(text: str) -> tuple[list[str], list[str]]:
+    """The comments of an imu.yaml, and its keys."""
+    lines = text.splitlines()
+    first = lines.index("")
+    return ["#", *lines[:first]], lines[first + 1 :]
+
+
+def _open_lines(rostopic: str) -> list[str]:
+    return [f"rostopic: {rostopic}", "# update_rate:  # Hz", *(f"# {key}:  # {unit}" for key, unit in _OPEN)]
+
+
+def _head(calibration: Calibration, made: Intrinsics, convention: str) -> list[str]:
+    lines = [
+        f"IMU intrinsics for OpenVINS, written by allanite {__version__}",
+        *notes_of(calibration, gravity_sensitivity=True),
+        f"model {convention}: {_CONVENTIONS[convention]}",
+        f"this IMU is turned from the body of the calibration by the rotation vector {_vector(made.body_to_imu)} rad",
+    ]
+    for sensor in calibration.sensors:
+        errors = calibration.errors(sensor)
+        sds = [calibration[f"{sensor}.bias_{a}"][1] for a in "xyz"]
+        values = ", ".join(f"{v:.6e} (sd {s:.1e})" for v, s in zip(errors.bias, sds, strict=True))
+        key = "b_w" if sensor == GYRO else "b_a"
+        lines.append(f"{key} [{_SI[sensor].replace('²', '^2')}] has no key, the filter finds it: {values}")
+    missing = [s for s in (GYRO, ACCELEROMETER) if s not in calibration.sensors]
+    return [*lines, *(f"{s}: NOT CALIBRATED, taken as perfect" for s in missing)]
+
+
+def _vector(body_to_imu: Array) -> str:
+    return "[" + ", ".join(f"{v:.9f}" for v in rotation_vector(body_to_imu) + 0.0) + "]"
+
+
+def _turned(matrix: Array) -> str:
+    angle = float(np.linalg.norm(rotation_vector(matrix)))
+    return "" if angle == 0 else f"a rotation by {angle:.6f} rad"
+
+
+def _known(calibration: Calibration, sensor: str, sd: Array) -> str:
+    return f"; sd up to {sd.max():.1e}" if sensor in calibration.sensors else ""
+
+
+def _of_force(calibration: Calibration, sd: Array) -> str:
+    said = "effect of acceleration on the gyros, rad/s per m/s^2"
+    if not any(".gravity_sensitivity_" in name for name in calibration.names):
+        return f"{said}: none found, or not looked for"
+    return f"{said}; sd up to {sd.max():.1e}"
+
+
+def _spread(calibration: Calibration, convention: str) -> tuple[Array, Array, Array]:
+    """Standard deviations of the elements of Tw, Ta and Tg."""
+
+    def parts(which: Callable[[Intrinsics], Array]) -> Array:
+        def values(c: Calibration) -> Array:
+            return which(intrinsics_of(c, convention)).ravel()
+
+        variance = np.diag(propagated(calibration, values)[1])
+        return np.sqrt(np.maximum(variance, 0.0)).reshape(3, 3)
+
+    return parts(lambda m: m.gyro), parts(lambda m: m.accelerometer), parts(lambda m: m.gravity_sensitivity)
+
+
+def _block(key: str, matrix: Array, comment: str) -> list[str]:
+    head = f"  {key}:  # {comment}" if comment else f"  {key}:"
+    decimals = 1 if not (matrix % 1).any() else 12
+    rows = [", ".join(f"{v:{decimals + 3}.{decimals}f}" for v in row) for row in matrix + 0.0]
+    return [head, *(f"    - [{row} ]" for row in rows)]

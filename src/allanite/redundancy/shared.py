@@ -1,0 +1,123 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Noise that sensors share: temperature, a supply, a clock. Measured on a record at rest, pair by pair.
+
+At rest the sensors see a constant, which the second difference of the Allan variance does not feel. So the Allan
+covariance of two sensors,
+
+    C_ij(tau) = <D_i D_j> / 2,     D = difference of adjacent means over tau,
+
+is that of their noise alone. Its correlation coefficient has the interval of Fisher's z [1] with the degrees of
+freedom of the Allan variance at that tau; estimates of both come from the same windows.
+
+References
+----------
+.. [1] R. A. Fisher, "On the probable error of a coefficient of correlation deduced from a small sample", Metron 1
+   (1921) 3.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.allan.covariance import edf
+from allanite.laws import normal_quantile
+from allanite.noise import NoiseModel
+from allanite.redundancy.results import SharedNoise
+
+__all__ = ["AllanCovariance", "allan_covariance", "correlation_kept", "pairs_of"]
+
+Array = NDArray[np.float64]
+
+#: Probability that any pair of independent sensors is called correlated.
+FALSE_PAIR = 0.01
+#: Smallest eigenvalue left to a matrix of correlations.
+LEAST = 1e-3
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AllanCovariance:
+    """Allan covariance of n sensors over tau.
+
+    Attributes
+    ----------
+    tau : ndarray, shape (k,) [s]
+    matrix : ndarray, shape (k, n, n) [SI^2]
+    edf : ndarray, shape (k,)
+    """
+
+    tau: Array
+    matrix: Array
+    edf: Array
+
+
+def allan_covariance(means: Array, dt: float, model: NoiseModel) -> AllanCovariance:
+    """Overlapping Allan covariance at octaves of dt, from means of shape (windows, n); NaN: missing.
+
+    `model` says which noise the degrees of freedom belong to.
+    """
+    rows, n = means.shape
+    bad = np.concatenate([[0], np.cumsum(np.isnan(means).any(axis=1))])
+    phase = np.concatenate(
+        [np.zeros((1, n)), np.cumsum(np.nan_to_num(means - np.nanmean(means, axis=0)), axis=0)]
+    )
+    lags = [2**i for i in range(max(int(math.log2(max(rows // 4, 1))) + 1, 1))]
+    found = []
+    for m in lags:
+        use = bad[2 * m :] == bad[: -2 * m]
+        if use.sum() < 2 * m:
+            break
+        d = (phase[2 * m :] - 2 * phase[m:-m] + phase[: -2 * m])[use] / m
+        # gaps leave fewer windows: those of a shorter record
+        free = float(edf(model, [m], len(d) + 2 * m - 1, dt, "mean")[0])
+        found.append((m, d.T @ d / (2 * len(d)), free))
+    kept, matrix, freedom = (np.array(column) for column in zip(*found, strict=True))
+    return AllanCovariance(tau=kept * dt, matrix=matrix, edf=freedom)
+
+
+def pairs_of(
+    allan: AllanCovariance, tau: float, names: Sequence[str], confidence: float
+) -> tuple[SharedNoise, ...]:
+    """Correlation of every pair at the tau nearest to the wanted one, with its interval."""
+    at = int(np.argmin(np.abs(np.log(allan.tau / tau))))
+    c, spread = allan.matrix[at], math.sqrt(max(float(allan.edf[at]) - 2, 1.0))
+    count = len(names) * (len(names) - 1) // 2
+    wide = normal_quantile(0.5 + confidence / 2) / spread
+    strict = normal_quantile(1 - FALSE_PAIR / (2 * count)) / spread
+    found = []
+    for i in range(len(names)):
+        for j in range(i):
+            scale = math.sqrt(c[i, i] * c[j, j])
+            r = float(np.clip(c[i, j] / scale, -1 + 1e-12, 1 - 1e-12)) if scale > 0 else 0.0
+            z = math.atanh(r)
+            found.append(
+                SharedNoise(
+                    first=names[j],
+                    second=names[i],
+                    tau=float(allan.tau[at]),
+                    correlation=r,
+                    lower=math.tanh(z - wide),
+                    upper=math.tanh(z + wide),
+                    seen=abs(z) > strict,
+                )
+            )
+    return tuple(found)
+
+
+def correlation_kept(pairs: Sequence[SharedNoise], names: Sequence[str]) -> Array:
+    """Correlations that are seen, zero elsewhere, as a matrix that is one of correlations, shape (n, n)."""
+    r = np.eye(len(names))
+    for pair in pairs:
+        if pair.seen:
+            i, j = names.index(pair.first), names.index(pair.second)
+            r[i, j] = r[j, i] = pair.correlation
+    values, vectors = np.linalg.eigh(r)
+    if values[0] < LEAST:
+        r = (vectors * np.maximum(values, LEAST)) @ vectors.T
+        size = np.sqrt(np.diag(r))
+        r = r / np.outer(size, size)
+    return np.asarray(r)

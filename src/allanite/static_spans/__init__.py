@@ -1,0 +1,29 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""When is a hand-moved unit at rest? Static spans of a log of three gyros, three accelerometers, or both.
+
+``axes``       which channels are the triads.
+``cells``      the record in pieces of a twentieth of a second.
+``floor``      how much a sensor at rest moves, from a record most of which may be disturbed.
+``scan``       windows of many lengths against the noise: of a model, or the record's own.
+``scrutiny``   what has no spread and is no rest: frozen samples, even rotations, a hand that holds still.
+``detection``  the spans.
+``given``      spans that the user knows.
+"""
+
+from allanite.static_spans.axes import UnitAxes, unit_axes
+from allanite.static_spans.detection import find_static_spans
+from allanite.static_spans.given import given_spans, read_spans
+from allanite.static_spans.results import WHY, Level, MovingSpan, StaticSpan, StaticSpans
+
+__all__ = [
+    "WHY",
+    "Level",
+    "MovingSpan",
+    "StaticSpan",
+    "StaticSpans",
+    "UnitAxes",
+    "find_static_spans",
+    "given_spans",
+    "read_spans",
+    "unit_axes",
+]

@@ -1,0 +1,293 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Rounds: fit, add the scatter that is there, hold the Earth to its rate where it is seen, fit again."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.calibration import ACCELEROMETER, GYRO
+from allanite.checks import SCATTER_ALARM
+from allanite.earth import EARTH_RATE
+from allanite.triad.adjustment.design import SENSITIVITY, Observed, State, linearise
+from allanite.triad.adjustment.headings import headed_by_earth
+from allanite.triad.adjustment.scatter import Contrasts, Group, group_of, parameter_dof, shift, sizes_of
+from allanite.triad.adjustment.solution import Earth, Solution, solve
+from allanite.triad.adjustment.turning import Motion
+from allanite.triad.adjustment.weights import DRIFT, GROUPS, TURNS, Weights, groups_of
+from allanite.triad.results import EarthSeen
+
+__all__ = ["OPEN", "RESOLVED", "Adjustment", "adjust", "earth_prior", "nominal_of", "plausible_of"]
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+#: Plausible sizes: of a scale factor (relative), a misalignment [rad], a bias of an accelerometer [m/s^2] and of a
+#: gyro [rad/s], a quadratic term [s^2/m], how the bias of a gyro follows the specific force [rad s/m], slopes with
+#: temperature [m/s^2/K], [rad/s/K].
+PLAUSIBLE = {
+    "scale": {ACCELEROMETER: 0.1, GYRO: 0.1},
+    "misalignment": {ACCELEROMETER: 0.1, GYRO: 0.1},
+    "bias": {ACCELEROMETER: 1.0, GYRO: math.radians(10)},
+    "quadratic": {ACCELEROMETER: 1e-3, GYRO: 0.0},
+    "gravity_sensitivity": {ACCELEROMETER: 0.0, GYRO: 2e-3},
+    "bias_temperature": {ACCELEROMETER: 0.01, GYRO: math.radians(0.1)},
+}
+#: Standard deviations from which on the Earth's rotation is seen, and below which it is so long as it should be.
+RESOLVED, AGREES = 5.0, 4.0
+#: A parameter of which more than this part lies in open directions is assumed.
+OPEN = 0.1
+#: Biases that follow gravity explain the scatter of the gyros when they leave less than this part of it, and are looked
+#: for from so many degrees of freedom on.
+EXPLAINED, LEAST_DOF = 0.7, 20.0
+#: Rounds of scatter and fit.
+ROUNDS = 4
+
+
+def _kind(name: str) -> tuple[str, str]:
+    sensor, _, rest = name.partition(".")
+    return sensor, rest.rpartition("_")[0]
+
+
+def plausible_of(names: tuple[str, ...]) -> Array:
+    """Sizes of parameters beyond which one would not believe them."""
+    return np.array([PLAUSIBLE[_kind(n)[1]][_kind(n)[0]] for n in names])
+
+
+def nominal_of(names: tuple[str, ...]) -> Array:
+    """Values of a perfect unit."""
+    return np.array([1.0 if _kind(n)[1] == "scale" else 0.0 for n in names])
+
+
+def earth_prior(levelled: bool, latitude: float | None) -> Earth:
+    """What is known of the Earth's rotation before the gyros are asked: its length, and its vertical part by latitude.
+
+    A direction that is unknown gives each component the same variance, which adds up to the square of the length.
+    """
+    if levelled and latitude is not None:
+        down = np.array([0.0, 0.0, -EARTH_RATE * math.sin(latitude)])
+        level = EARTH_RATE * math.cos(latitude)
+        return Earth(free=np.eye(3)[:, :2], center=down, sd=level / math.sqrt(2))
+    return Earth(free=np.eye(3), center=np.zeros(3), sd=EARTH_RATE / math.sqrt(3))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Adjustment:
+    """The last fit and what led to it.
+
+    Attributes
+    ----------
+    observed : Observed
+        With the specific force among the causes of the gyros' biases where that was needed.
+    solution : Solution
+    weights : Weights
+    rows : dict of str to ndarray of int64
+    pure : dict of str to Group
+        Chi-square of each kind of observation under the noise and the scatter of the other kinds.
+    kinds : dict of str to (float, int)
+        The `shift` of each kind of observation under the noise and all that is beyond it.
+    shapes : dict of str to ndarray, shape (r, r)
+        Covariance of everything that may be beyond the noise, of unit size.
+    beyond, beyond_dof : dict of str to float
+        Sizes of what is, and degrees of freedom of their squares.
+    dof : ndarray, shape (p,)
+        Of the law of each parameter.
+    earth : EarthSeen or None
+    """
+
+    observed: Observed
+    solution: Solution
+    weights: Weights
+    rows: dict[str, Index]
+    pure: dict[str, Group]
+    kinds: dict[str, tuple[float, int]]
+    shapes: dict[str, Array]
+    beyond: dict[str, float]
+    beyond_dof: dict[str, float]
+    dof: Array
+    earth: EarthSeen | None
+
+
+def adjust(
+    observed: Observed,
+    weights: Weights,
+    start: State,
+    latitude: float | None,
+    *,
+    sure: bool,
+    drift: bool = True,
+) -> Adjustment:
+    """Fit, widen, fit again; with biases that follow gravity where the gyros at rest show them.
+
+    Parameters
+    ----------
+    observed, weights, start
+    latitude : float or None [rad]
+    sure : bool
+        The noise models are given. Otherwise a random walk of the biases, which no span shows by itself, is looked for
+        even where the residuals do not ask for it.
+    drift : bool
+        Such a walk may be looked for at all.
+    """
+    earth = None
+    if observed.triad(GYRO) is not None:
+        earth = earth_prior(observed.triads[0].sensor == ACCELEROMETER, latitude)
+    walks = {DRIFT[t.sensor] for t in observed.triads}
+    always, never = set() if sure or not drift else walks, set() if drift else walks
+    plain = _widened(observed, weights, start, earth, always, never)
+    asks = plain.pure[GYRO].p < SCATTER_ALARM if GYRO in plain.pure else False
+    if not asks or ACCELEROMETER not in plain.rows or plain.pure[GYRO].dof < LEAST_DOF:
+        return _finished(plain, earth)
+    following = _following_gravity(observed, plain.solution.state)
+    values = np.append(plain.solution.state.values, np.zeros(len(SENSITIVITY)))
+    state = replace(plain.solution.state, values=values)
+    found = _widened(following, weights, state, earth, always, never)
+    helps = _excess(found) < EXPLAINED**2 * _excess(plain)
+    return _finished(found if helps else plain, earth)
+
+
+def _excess(fit: Adjustment) -> float:
+    """Variance of the gyros at rest beyond the noise."""
+    rows = fit.rows[GYRO]
+    return sum(v**2 * float(np.diag(fit.shapes[n])[rows].mean()) for n, v in fit.beyond.items())
+
+
+def _following_gravity(observed: Observed, state: State) -> Observed:
+    """With gyros that follow gravity; during the turns it is that of the calibrated accelerometers."""
+    turning = observed.turning
+    if isinstance(turning, Motion) and turning.force is not None:
+        errors = observed.triads[0].errors(state.values[observed.place(ACCELEROMETER)])
+        turning = replace(turning, force=errors.true(turning.force))
+    return replace(observed, triads=(observed.triads[0], observed.gyro.following_gravity), turning=turning)
+
+
+def _widened(
+    observed: Observed, weights: Weights, start: State, earth: Earth | None, always: set[str], never: set[str]
+) -> Adjustment:
+    """The fit with what its residuals ask for beyond the noise."""
+    rows = groups_of(observed)
+    solution = _fit(observed, weights, start, earth)
+    headed = None if earth is None else headed_by_earth(observed, solution)
+    if headed is not None:
+        solution = _fit(observed, weights, headed, earth)
+    pure = {name: group_of(solution, rows[name]) for name in GROUPS if name in rows}
+    beyond: dict[str, float] = {}
+    dof: dict[str, float] = {}
+    shapes = _shapes(observed, weights, solution, rows)
+    wanted = (_wanted(pure) | always) - never
+    for _ in range(ROUNDS):
+        if not wanted:
+            break
+        before = beyond
+        noise = weights.with_beyond({}).covariance(
+            observed, solution.state, linearise(observed, solution.state)
+        )
+        contrasts = Contrasts.of(noise, solution.residual, _unknowns(observed, solution, earth))
+        beyond, dof = sizes_of(contrasts, {n: s for n, s in shapes.items() if n in wanted}, before)
+        pure = {n: contrasts.group(rows[n], _sum(shapes, beyond, but=n)) for n in pure}
+        if set(beyond) == set(before) and all(abs(v - before[n]) < 0.05 * v for n, v in beyond.items()):
+            break
+        weights = weights.with_beyond(beyond)
+        solution = _fit(observed, weights, solution.state, earth)
+        shapes = _shapes(observed, weights, solution, rows)
+        wanted = set(beyond) | (_wanted(pure) - wanted - never)
+    return Adjustment(
+        observed=observed,
+        solution=solution,
+        weights=weights,
+        rows=rows,
+        pure=pure,
+        kinds={},
+        shapes=shapes,
+        beyond=dict(weights.beyond),
+        beyond_dof=dof,
+        dof=np.zeros(0),
+        earth=None,
+    )
+
+
+def _wanted(pure: dict[str, Group]) -> set[str]:
+    """What the residuals ask for."""
+    alarmed = {n for n, g in pure.items() if g.p < SCATTER_ALARM}
+    return alarmed | {DRIFT[n] for n in alarmed if n in DRIFT}
+
+
+def _shapes(
+    observed: Observed, weights: Weights, solution: Solution, rows: dict[str, Index]
+) -> dict[str, Array]:
+    """Covariance of everything that may be beyond the noise, of unit size."""
+    predicted = linearise(observed, solution.state)
+    names = [*rows, *(DRIFT[t.sensor] for t in observed.triads if observed.n > 2)]
+    return {name: weights.shape(name, observed, predicted) for name in names}
+
+
+def _sum(shapes: dict[str, Array], beyond: dict[str, float], but: str = "") -> Array:
+    """Covariance of all that is beyond the noise, but for what is of one kind of observation.
+
+    The drift of the gyros is of the turns as much as of the means.
+    """
+    out = np.zeros_like(next(iter(shapes.values())))
+    for name, size in beyond.items():
+        if not but or name not in (but, DRIFT.get(GYRO if but == TURNS else but, "")):
+            out += size**2 * shapes[name]
+    return out
+
+
+def _fit(observed: Observed, weights: Weights, start: State, earth: Earth | None) -> Solution:
+    names = observed.names
+    return solve(
+        observed, weights, start, plausible=plausible_of(names), nominal=nominal_of(names), earth=earth
+    )
+
+
+def _finished(fit: Adjustment, earth: Earth | None) -> Adjustment:
+    """With the Earth held to its rate where it is seen, and the laws of the parameters."""
+    solution, seen = fit.solution, None
+    if earth is not None:
+        seen = _seen(solution, earth)
+        if seen.resolved and abs(seen.length - seen.expected) < AGREES * seen.length_sd:
+            solution = _fit(fit.observed, fit.weights, solution.state, replace(earth, length=seen.expected))
+    return replace(
+        fit,
+        solution=solution,
+        kinds={name: shift(solution, rows) for name, rows in fit.rows.items()},
+        dof=parameter_dof(solution, fit.shapes, fit.beyond, fit.beyond_dof),
+        earth=seen,
+    )
+
+
+def _unknowns(observed: Observed, solution: Solution, earth: Earth | None) -> Array:
+    """Columns of the design that the observations determine."""
+    predicted = linearise(observed, solution.state)
+    plausible = plausible_of(observed.names)
+    size = len(plausible)
+    kept = np.linalg.svd(np.column_stack([solution.open, np.zeros((size, 1))]), full_matrices=True)[0]
+    kept = kept[:, solution.open.shape[1] :] if solution.open.shape[1] else np.eye(size)
+    free = np.zeros((3, 0)) if earth is None else earth.directions(solution.state.earth)
+    table = np.column_stack(
+        [predicted.by_value * plausible @ kept, predicted.by_earth @ free, predicted.by_attitude]
+    )
+    return np.asarray(table[:, np.abs(table).sum(axis=0) > 0])
+
+
+def _seen(solution: Solution, earth: Earth) -> EarthSeen:
+    """The part of the Earth's rotation that was looked for, and whether it was found."""
+    vector = solution.state.earth
+    part = earth.free.T @ vector
+    covariance = earth.free.T @ solution.earth_covariance @ earth.free
+    length = float(np.linalg.norm(part))
+    along = part / length if length > 0 else np.zeros(len(part))
+    sd = math.sqrt(max(float(along @ covariance @ along), 0.0))
+    widest = math.sqrt(float(np.linalg.eigvalsh(covariance)[-1]))
+    expected = earth.sd * math.sqrt(earth.free.shape[1])
+    return EarthSeen(
+        vector=vector,
+        sd=np.sqrt(np.maximum(np.diag(solution.earth_covariance), 0.0)),
+        length=length,
+        length_sd=sd if length > 0 else widest,
+        expected=expected,
+        resolved=length > RESOLVED * widest and expected > RESOLVED * widest,
+    )

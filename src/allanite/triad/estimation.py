@@ -1,0 +1,235 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""From a recording that was put into several positions to the calibration of its triads."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Collection, Mapping, Sequence
+from datetime import UTC, datetime
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from allanite.calibration import ACCELEROMETER, GYRO, Frame
+from allanite.earth import normal_gravity
+from allanite.errors import DataQualityError, InputError
+from allanite.given_models import models_of
+from allanite.noise import NoiseModel
+from allanite.recording import Kind, Recording
+from allanite.static_spans import StaticSpans, find_static_spans, unit_axes
+from allanite.triad.adjustment import adjust
+from allanite.triad.gathering import gather
+from allanite.triad.outcome import Circumstances, outcome
+from allanite.triad.problem import problem_of
+from allanite.triad.results import CalibrationEstimate
+
+__all__ = ["STANDARD_GRAVITY", "calibrate"]
+
+Progress = Callable[[float, str], None]
+
+#: Conventional value [m/s^2] (3rd CGPM, 1901), where neither gravity nor the latitude is given.
+STANDARD_GRAVITY = 9.80665
+
+
+def calibrate(
+    recording: Recording,
+    *,
+    spans: StaticSpans | ArrayLike | None = None,
+    model: NoiseModel | Mapping[str, NoiseModel] | None = None,
+    latitude: float | None = None,
+    height: float = 0.0,
+    gravity: float | None = None,
+    gyro: Sequence[str] | None = None,
+    accelerometer: Sequence[str] | None = None,
+    frame: Frame = "z",
+    quadratic: bool = False,
+    drift: bool = True,
+    reference_temperature: float | None = None,
+    temperature: str | None = None,
+    without: Collection[int | tuple[int, int]] = (),
+    stated: Mapping[str, float] | None = None,
+    confidence: float = 0.95,
+    progress: Progress | None = None,
+) -> CalibrationEstimate:
+    """Biases, scale factors and misalignments of a unit that rested in several positions.
+
+    Parameters
+    ----------
+    recording : Recording
+        Of three accelerometers, three gyros or both, at rest in two positions or more and turned between them.
+    spans : StaticSpans or array_like, shape (n, 2) [samples], optional
+        When it was at rest; found in the recording by default.
+    model : NoiseModel or mapping of str to NoiseModel, optional
+        By name of the channel, or by role: "gyro", "accelerometer"; a single one is that of a single triad. In the
+        unit of the channels after their scale. Without it the noise is that within the spans.
+    latitude : float, optional [rad]
+        Gives gravity and the vertical part of the Earth's rotation.
+    height : float [m]
+        Above the ellipsoid.
+    gravity : float, optional [m/s^2]
+        In place of that of the latitude. Scale factors of accelerometers are proportional to its inverse.
+    gyro, accelerometer : sequence of str, optional
+        Channels x, y, z; needed where the recording does not tell. An empty sequence: do without.
+    frame : "z" or "x"
+        Which axes define the body, see `allanite.calibration`.
+    quadratic : bool
+        Estimate quadratic terms of the accelerometers too.
+    drift : bool
+        Look for a random walk of the biases where the positions scatter more than the noise. Without it every position
+        counts alike, as in the programs that most published coefficients come from.
+    reference_temperature : float, optional
+        Estimate the slopes of the biases with temperature, and give the biases at this one.
+    temperature : str, optional
+        Channel of it; the only one of its kind by default.
+    without : collection of int or (int, int)
+        Numbers of spans, from 1, to leave out; pairs of them: the turn from the one to the next.
+    stated : mapping of str to float, optional
+        Standard uncertainties that no record shows: "gravity" [m/s^2], or parameters as in
+        `Calibration.with_repeatability`.
+    confidence : float
+        Of the intervals.
+    progress : callable, optional
+        Called with the fraction done and what is being done.
+
+    Returns
+    -------
+    CalibrationEstimate
+
+    Raises
+    ------
+    InputError
+        Channels, spans, a latitude or a confidence that make no sense.
+    DataQualityError
+        No span at rest; accelerometers that do not show gravity; counts and too few positions.
+
+    Notes
+    -----
+    All unknowns are fitted together, see `allanite.triad.adjustment.design`. Biases are those during the recording:
+    add what another switching-on changes by `stated` or `Calibration.with_repeatability`.
+    """
+    advance = progress or (lambda fraction, what: None)
+    stated = dict(stated or {})
+    _refuse(latitude, gravity, frame, confidence, stated)
+    axes = unit_axes(recording, gyro, accelerometer).triads
+    heat = _temperature(recording, temperature, reference_temperature)
+    advance(0.0, "looking for static spans")
+    kinds = {
+        name: Kind.UNKNOWN for three in axes.values() for name in three
+    }  # in counts a model may be of any
+    models = models_of(model, kinds, roles=axes) or None
+    found = _spans(recording, spans, models, axes)
+    advance(0.2, "reading the spans")
+    data = gather(recording, axes, found.array, model=models, temperature=heat, without=without)
+    g, source = _gravity(gravity, latitude, height)
+    advance(0.4, "fitting")
+    problem = problem_of(data, recording, g, frame, quadratic, reference_temperature)
+    fit = adjust(
+        problem.observed, problem.weights, problem.start, latitude, sure=models is not None, drift=drift
+    )
+    advance(0.9, "judging")
+    return outcome(
+        Circumstances(
+            data=data,
+            problem=problem,
+            units={s: _unit(recording, three) for s, three in axes.items()},
+            spans=found.array,
+            remarks=found.findings,
+            frame=frame,
+            gravity=g,
+            gravity_source=source,
+            latitude=latitude,
+            reference_temperature=reference_temperature,
+            stated=stated,
+            spans_source="found" if spans is None else "given",
+            confidence=confidence,
+            date=_date(recording),
+            duration=recording.duration,
+            source=recording.source,
+        ),
+        fit,
+    )
+
+
+# -- what was asked for -----------------------------------------------------------------------------------
+
+
+def _refuse(
+    latitude: float | None, gravity: float | None, frame: str, confidence: float, stated: Mapping[str, float]
+) -> None:
+    if latitude is not None and not abs(latitude) <= math.pi / 2:
+        raise InputError(f"latitude {latitude!r}: give it in radians, from -pi/2 to pi/2")
+    if gravity is not None and not 9.7 <= gravity <= 9.9:
+        raise InputError(f"gravity {gravity!r}: on the ground it lies from 9.7 to 9.9 m/s²")
+    if frame not in ("z", "x"):
+        raise InputError(f"frame {frame!r}: it is 'z' or 'x'")
+    if not 0.5 <= confidence < 1:
+        raise InputError(f"confidence must be from 0.5 to below 1, not {confidence!r}")
+    for name, value in stated.items():
+        if not (math.isfinite(value) and value >= 0):
+            raise InputError(
+                f"the stated uncertainty of {name} must be finite and not negative, not {value!r}"
+            )
+
+
+def _temperature(recording: Recording, name: str | None, reference: float | None) -> str | None:
+    found = [c.name for c in recording.channels if c.kind is Kind.TEMPERATURE]
+    if name is not None:
+        return recording[name].name
+    if reference is not None and len(found) != 1:
+        raise InputError(
+            f"a reference temperature needs one channel of temperature; the recording has {len(found)}: say which with "
+            "temperature="
+        )
+    return found[0] if len(found) == 1 else None
+
+
+def _gravity(gravity: float | None, latitude: float | None, height: float) -> tuple[float, str]:
+    if gravity is not None:
+        return gravity, "given"
+    if latitude is not None:
+        return normal_gravity(latitude, height), "latitude"
+    return STANDARD_GRAVITY, "standard"
+
+
+def _spans(
+    recording: Recording,
+    spans: StaticSpans | ArrayLike | None,
+    models: Mapping[str, NoiseModel] | None,
+    axes: Mapping[str, tuple[str, ...]],
+) -> StaticSpans:
+    if isinstance(spans, StaticSpans):
+        return spans
+    if spans is None:
+        found = find_static_spans(
+            recording,
+            gyro=axes.get(GYRO, ()),
+            accelerometer=axes.get(ACCELEROMETER, ()),
+            model=models,
+        )
+        if not len(found):
+            raise DataQualityError(
+                "the unit is nowhere at rest long enough; give the spans, or record positions of 5 s at least"
+            )
+        return found
+    from allanite.static_spans import StaticSpan
+
+    edges = np.asarray(spans)
+    if edges.ndim != 2 or edges.shape[1] != 2 or not len(edges):
+        raise InputError("spans must be rows of two sample numbers: where each begins and ends")
+    return StaticSpans(
+        rate=recording.rate,
+        n_samples=recording.n_samples,
+        spans=tuple(StaticSpan(start=int(a), stop=int(b)) for a, b in edges),
+        source="given",
+    )
+
+
+def _unit(recording: Recording, names: tuple[str, ...]) -> str:
+    channel = recording[names[0]]
+    return {Kind.ACCELERATION: "m/s²", Kind.RATE: "rad/s"}.get(channel.kind, channel.unit or "counts")
+
+
+def _date(recording: Recording) -> str:
+    if recording.start is None:
+        return ""
+    return datetime.fromtimestamp(recording.start / 1e9, tz=UTC).isoformat(timespec="seconds")

@@ -1,0 +1,333 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""From a recording and its static spans to what is observed: means at rest, turns between them, noise of each axis."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.calibration import ACCELEROMETER, GYRO
+from allanite.errors import DataQualityError, InputError
+from allanite.noise import NoiseModel, White
+from allanite.recording import Recording, Sampling
+from allanite.triad.adjustment.interval_noise import Intervals, model_of_spans
+from allanite.triad.adjustment.rounding import Steps, of_integrals, of_means
+from allanite.triad.adjustment.turning import Motion
+
+__all__ = ["Gathered", "gather"]
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+#: So many samples in a row at the extreme of a channel, and this part of all that come near it (by the other part of
+#: the range): the converter was at its end. A smooth peak has more samples near it than at it.
+CLIPPED, AT_END, NEAR = 3, 0.8, 5e-3
+#: Samples of a span from which on its not varying says something.
+LEAST = 8
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Gathered:
+    """What a recording holds for a calibration, in the units of its channels after their scale.
+
+    Attributes
+    ----------
+    axes : dict of str to tuple of str
+        Channels of each triad.
+    edges : ndarray of int64, shape (n, 2) [samples]
+        Of the spans that are used.
+    numbers : tuple of int
+        Of these spans among all, from 1.
+    unused : dict of int to str
+        The others, and why: "left out", "samples missing".
+    means, whole : dict of str to ndarray, shape (n, 3)
+        Of each triad; samples measured.
+    coarse : dict of str to ndarray, shape (3, n, n)
+        Covariance that steps of the converter which no noise smooths add to the means.
+    held : ndarray, shape (3, m)
+        Variance that they add to the integral of each gyro over each turn.
+    temperature : ndarray, shape (n,) or None
+    before, after : ndarray of int64, shape (m,)
+        Used spans that a whole turn links.
+    motion : Motion or None
+        The gyros and accelerometers in these turns; None without.
+    dropped : dict of (int, int) to str
+        Turns between used spans that are not used, and why: places of the spans among them.
+    models : dict of str to NoiseModel
+    given : bool
+        The models were given.
+    sampling : dict of str to Sampling
+    rate : float [Hz]
+    n_samples : int
+    """
+
+    axes: Mapping[str, tuple[str, ...]]
+    edges: Index
+    numbers: tuple[int, ...]
+    unused: dict[int, str]
+    means: dict[str, Array]
+    whole: dict[str, Array]
+    coarse: dict[str, Array]
+    held: Array
+    temperature: Array | None
+    before: Index
+    after: Index
+    motion: Motion | None = field(repr=False)
+    dropped: dict[tuple[int, int], str]
+    models: dict[str, NoiseModel]
+    given: bool
+    sampling: dict[str, Sampling]
+    rate: float
+    n_samples: int
+
+    @property
+    def dt(self) -> float:
+        """Sample interval [s]."""
+        return 1 / self.rate
+
+    def spans(self, sensor: str) -> Intervals:
+        """The spans as intervals of a triad."""
+        return self._intervals(self.edges[:, 0], self.edges[:, 1], sensor)
+
+    def turns(self) -> Intervals:
+        """The turns as intervals of the gyros."""
+        return self._intervals(self.edges[self.before, 1], self.edges[self.after, 0], GYRO)
+
+    def _intervals(self, start: Index, stop: Index, sensor: str) -> Intervals:
+        return Intervals(
+            start=start.astype(np.float64),
+            stop=stop.astype(np.float64),
+            whole=(stop - start).astype(np.float64),
+            length=float(self.n_samples),
+            dt=self.dt,
+            sampling=self.sampling[sensor],
+        )
+
+
+def gather(
+    recording: Recording,
+    axes: Mapping[str, tuple[str, ...]],
+    edges: Index,
+    *,
+    model: Mapping[str, NoiseModel] | None,
+    temperature: str | None,
+    without: Collection[int | tuple[int, int]],
+) -> Gathered:
+    """Read a recording.
+
+    Raises
+    ------
+    InputError
+        Channels of angles or velocities, spans that do not exist.
+    DataQualityError
+        A channel that is stuck, or no span with samples of all axes.
+    """
+    for name in (n for three in axes.values() for n in three):
+        if recording[name].kind.integrated:
+            raise InputError(f"channel {name!r} holds {recording[name].kind.value}s; give the rates instead")
+    spans, turns = {n for n in without if isinstance(n, int)}, {n for n in without if not isinstance(n, int)}
+    unknown = sorted((spans | {n for turn in turns for n in turn}) - set(range(1, len(edges) + 1)))
+    if unknown:
+        raise InputError(f"there is no position {unknown[0]}; they are numbered from 1 to {len(edges)}")
+    y = {sensor: _samples(recording, three) for sensor, three in axes.items()}
+    means, whole = {}, {}
+    for sensor, samples in y.items():
+        means[sensor], whole[sensor] = _means(samples, edges)
+    unused = _unused(whole, spans)
+    use = np.array([k + 1 not in unused for k in range(len(edges))], dtype=np.bool_)
+    if not use.any():
+        raise DataQualityError("no static span has samples of every axis")
+    used = edges[use]
+    steps = {s: [Steps.of(v[:, k]) for k in range(3)] for s, v in y.items()}
+    coarse = {
+        s: np.stack([of_means(steps[s][k], [v[a:b, k] for a, b in used]) for k in range(3)])
+        for s, v in y.items()
+    }
+    models = _models(recording, axes, y, used, coarse, model)
+    warmth = _warmth(recording, temperature)
+    before, after, motion, dropped = _turns(y, used, recording.dt, warmth, _places(turns, use))
+    held = np.zeros((3, len(before)))
+    if motion is not None:
+        held = np.stack(
+            [of_integrals(steps[GYRO][k], motion.y[:, k], motion.edges, recording.dt) for k in range(3)]
+        )
+    return Gathered(
+        axes=axes,
+        edges=used,
+        numbers=tuple((np.flatnonzero(use) + 1).tolist()),
+        unused=unused,
+        means={s: v[use] for s, v in means.items()},
+        whole={s: v[use] for s, v in whole.items()},
+        coarse=coarse,
+        held=held,
+        temperature=None if warmth is None else _means(warmth[:, None], used)[0][:, 0],
+        before=before,
+        after=after,
+        motion=motion,
+        dropped=dropped,
+        models=models,
+        given=model is not None,
+        sampling={s: recording[three[0]].sampling for s, three in axes.items()},
+        rate=recording.rate,
+        n_samples=recording.n_samples,
+    )
+
+
+def _samples(recording: Recording, names: tuple[str, ...]) -> Array:
+    return np.stack(
+        [(recording.values(n) + recording.origin(n)) * recording[n].scale for n in names], axis=-1
+    )
+
+
+def _warmth(recording: Recording, name: str | None) -> Array | None:
+    return None if name is None else _samples(recording, (name,))[:, 0]
+
+
+def _means(samples: Array, edges: Index) -> tuple[Array, Array]:
+    """Means over spans and samples in them, shape (n, channels) each; NaN without samples."""
+    means, counts = [], []
+    for a, b in edges:
+        part = samples[a:b]
+        good = np.isfinite(part)
+        count = good.sum(axis=0)
+        offset = part[good.all(axis=1)][:1]  # keeps the digits of values far from zero
+        base = offset[0] if len(offset) else np.zeros(part.shape[1])
+        with np.errstate(invalid="ignore"):
+            means.append(base + np.where(good, part - base, 0.0).sum(axis=0) / count)
+        counts.append(count)
+    return np.array(means), np.array(counts, dtype=np.float64)
+
+
+def _places(turns: Collection[tuple[int, int]], use: NDArray[np.bool_]) -> set[tuple[int, int]]:
+    """Turns by the places of their positions among those that are used.
+
+    Raises
+    ------
+    InputError
+        A turn between positions that do not follow each other.
+    """
+    place = {int(k) + 1: i for i, k in enumerate(np.flatnonzero(use))}
+    for a, b in turns:
+        if a not in place or place.get(b) != place[a] + 1:
+            raise InputError(f"there is no turn from position {a} to {b}: they do not follow each other")
+    return {(place[a], place[b]) for a, b in turns}
+
+
+def _unused(whole: Mapping[str, Array], without: Collection[int]) -> dict[int, str]:
+    """Numbers of the spans that cannot or shall not be used, and why."""
+    empty = np.any([(counts == 0).any(axis=1) for counts in whole.values()], axis=0)
+    found = {int(k) + 1: "samples missing" for k in np.flatnonzero(empty)}
+    return dict(sorted((found | dict.fromkeys(without, "left out")).items()))
+
+
+def _models(
+    recording: Recording,
+    axes: Mapping[str, tuple[str, ...]],
+    y: Mapping[str, Array],
+    edges: Index,
+    coarse: Mapping[str, Array],
+    model: Mapping[str, NoiseModel] | None,
+) -> dict[str, NoiseModel]:
+    if model is not None:
+        return dict(model)
+    out = {}
+    for sensor, three in axes.items():
+        for axis, name in enumerate(three):
+            parts = [y[sensor][a:b, axis] for a, b in edges]
+            found = model_of_spans(parts, recording.dt)
+            steps = float(np.diag(coarse[sensor][axis]).max())
+            if found is None and steps > 0:  # the steps hide the noise, which is smaller than they are
+                found = NoiseModel.of(White(N=math.sqrt(steps * recording.dt)))
+            if found is None:
+                found = _silent(y[sensor][:, axis], edges, recording.dt)
+            if found is None:
+                raise DataQualityError(
+                    f"channel {name!r} does not vary, or the static spans are too short: its noise cannot be told. "
+                    "Give a noise model (--model), or longer spans"
+                )
+            out[name] = found
+    return out
+
+
+def _silent(samples: Array, edges: Index, dt: float) -> NoiseModel | None:
+    """Of a channel that varies between the spans and not within them: every mean may be off by what it resolves."""
+    if any(np.isfinite(samples[a:b]).sum() < LEAST for a, b in edges):
+        return None
+    gaps = np.diff(np.unique(samples[np.isfinite(samples)]))
+    if not len(gaps):
+        return None
+    length = float(np.diff(edges, axis=1).max()) * dt
+    return NoiseModel.of(White(N=float(gaps.min()) * math.sqrt(length)))
+
+
+# -- turns ----------------------------------------------------------------------------------------------------
+
+
+def _turns(
+    y: Mapping[str, Array],
+    edges: Index,
+    dt: float,
+    warmth: Array | None,
+    left_out: Collection[tuple[int, int]],
+) -> tuple[Index, Index, Motion | None, dict[tuple[int, int], str]]:
+    """Turns between neighbouring spans whose every sample is there."""
+    none: Index = np.zeros(0, dtype=np.int64)
+    gyro, force = y.get(GYRO), y.get(ACCELEROMETER)
+    if gyro is None or len(edges) < 2:
+        return none, none, None, {}
+    rails = [_rails(gyro[:, axis]) for axis in range(3)]
+    used, parts, heat, dropped = [], [], [], {}
+    for k in range(len(edges) - 1):
+        part = gyro[edges[k, 1] : edges[k + 1, 0]]
+        warm = np.zeros(len(part)) if warmth is None else warmth[edges[k, 1] : edges[k + 1, 0]]
+        why = "left out" if (k, k + 1) in left_out else _unusable(part, warm, rails)
+        if why:
+            dropped[k, k + 1] = why
+            continue
+        used.append(k)
+        parts.append(part)
+        heat.append(warm)
+    if not used:
+        return none, none, None, dropped
+    sizes = [len(p) for p in parts]
+    motion = Motion(
+        y=np.concatenate(parts),
+        warmer=np.concatenate(heat),
+        edges=np.concatenate([[0], np.cumsum(sizes)]),
+        dt=np.full(len(used), dt),
+        force=None if force is None else np.concatenate([force[edges[k, 1] : edges[k + 1, 0]] for k in used]),
+    )
+    first = np.array(used, dtype=np.int64)
+    return first, first + 1, motion, dropped
+
+
+def _rails(samples: Array) -> tuple[float, ...]:
+    """Ends of its range at which a channel was cut off."""
+    good = samples[np.isfinite(samples)]
+    if not len(good):
+        return ()
+    reach = NEAR * float(np.ptp(good))
+    ends = (float(good.min()), float(good.max()))
+    return tuple(e for e in ends if np.mean(good[np.abs(good - e) <= reach] == e) >= AT_END)
+
+
+def _unusable(part: Array, warm: Array, rails: Sequence[tuple[float, ...]]) -> str:
+    if len(part) < 2:
+        return "no samples between"
+    if not (np.isfinite(part).all() and np.isfinite(warm).all()):
+        return "samples missing"
+    for axis in range(3):
+        if any(_longest_run(part[:, axis] == end) >= CLIPPED for end in rails[axis]):
+            return "clipped"
+    return ""
+
+
+def _longest_run(hit: NDArray[np.bool_]) -> int:
+    if not hit.any():
+        return 0
+    edges = np.flatnonzero(np.diff(np.concatenate([[0], hit.astype(np.int8), [0]])))
+    return int((edges[1::2] - edges[::2]).max())

@@ -1,0 +1,125 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What may be said of a calibration: checks of the residuals, the verdict with its reason, and advice."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+from allanite.calibration import ACCELEROMETER, GYRO
+from allanite.checks import SCATTER_ALARM, Check, alarm
+from allanite.earth import DEG_H
+from allanite.triad.adjustment import Adjustment
+from allanite.triad.adjustment.weights import TURNS
+from allanite.triad.results import CalibrationEstimate, EarthSeen
+
+__all__ = ["WHAT", "checks_of", "judge"]
+
+#: Kinds of observations in words.
+WHAT = {ACCELEROMETER: "accelerometers at rest", GYRO: "gyros at rest", TURNS: "turns"}
+#: What makes them scatter beyond the noise.
+REASONS = {
+    ACCELEROMETER: "the unit moved while it rested, the accelerometers are not linear (quadratic terms), or their "
+    "biases follow the temperature",
+    GYRO: "the unit turned while it rested, or the biases of the gyros follow gravity or the temperature",
+    TURNS: "the turns were too fast or too rough for the rate of sampling, the gyros are not linear, or the clocks of "
+    "gyros and accelerometers differ",
+}
+
+
+def checks_of(fit: Adjustment) -> tuple[Check, ...]:
+    """Questions put to the residuals."""
+    checks = []
+    for name, group in fit.pure.items():
+        if group.dof < 0.5:
+            continue
+        checks.append(
+            Check(
+                name=f"scatter of the {WHAT[name]}",
+                statistic=group.chi2,
+                dof=group.dof,
+                p=group.p,
+                passed=group.p >= SCATTER_ALARM,
+                says=f"the {WHAT[name]} scatter {group.ratio:.3g} times as much as the noise says, which widens the "
+                f"intervals: {REASONS[name]}",
+                widens=True,
+            )
+        )
+    if fit.earth is not None and fit.earth.resolved:
+        checks.append(_earth_check(fit.earth))
+    return tuple(checks)
+
+
+def _earth_check(seen: EarthSeen) -> Check:
+    z = (seen.length - seen.expected) / seen.length_sd
+    return alarm(
+        "rate of the Earth",
+        z**2,
+        1,
+        f"the gyros at rest see a rotation of {seen.length / DEG_H:.4g} deg/h where the Earth has "
+        f"{seen.expected / DEG_H:.4g}: wrong latitude, biases that follow gravity, or a unit that turned",
+    )
+
+
+def judge(found: CalibrationEstimate, *, converged: bool, astray: str) -> CalibrationEstimate:
+    """With verdict, reason and advice."""
+    estimated = [p for p in found.parameters if p.status == "estimated"]
+    verdict, reason = _verdict(found, converged, astray, len(estimated))
+    return replace(found, verdict=verdict, reason=reason, advice=() if astray else _advice(found))
+
+
+def _advice(found: CalibrationEstimate) -> tuple[str, ...]:
+    """What to do, the most pressing first."""
+    advice = [c.says for c in found.checks if not c.passed]
+    if found.outliers:
+        said = (
+            ("it contradicts", "look at it")
+            if len(found.outliers) == 1
+            else ("they contradict", "look at them")
+        )
+        advice.insert(
+            0,
+            f"{', '.join(found.outliers)}: {said[0]} the rest; {said[1]} in the pictures and, if something happened "
+            f"there, calibrate without (--without {','.join(_numbers(found))})",
+        )
+    if found.temperature_span is not None and found.calibration.temperature is None and _drifts(found):
+        low, high = found.temperature_span
+        advice.append(
+            f"the temperature went from {low:.3g} to {high:.3g}: slopes of the biases with it may explain the scatter "
+            f"(--reference-temperature {(low + high) / 2:.0f})"
+        )
+    if found.add:
+        advice.append(f"to estimate what is assumed, add: {'; '.join(found.add)}")
+    elif found.assumed:
+        advice.extend(dict.fromkeys(a for p in found.parameters for a in p.advice))
+    return tuple(advice)
+
+
+def _numbers(found: CalibrationEstimate) -> list[str]:
+    """Of what contradicts the rest, as `without` takes them."""
+    positions = [str(p.number) for p in found.positions if p.outlier]
+    return positions + [f"{t.before}-{t.after}" for t in found.turns if t.outlier]
+
+
+def _drifts(found: CalibrationEstimate) -> bool:
+    return any(not c.passed and c.widens and "at rest" in c.name for c in found.checks)
+
+
+def _verdict(found: CalibrationEstimate, converged: bool, astray: str, estimated: int) -> tuple[str, str]:
+    used = sum(p.used for p in found.positions)
+    counted = f"{used} positions" if used != 1 else "one position"
+    if astray:
+        return "inconsistent", astray
+    if not converged:
+        return "inconsistent", "the fit does not settle: look at the axes, the units and the static spans"
+    earth = [c for c in found.checks if c.name == "rate of the Earth" and not c.passed]
+    if earth:
+        return "inconsistent", earth[0].says
+    if not estimated:
+        return "not calibrated", f"{counted} determine no parameter"
+    if found.assumed:
+        return (
+            "partly calibrated",
+            f"{counted} determine {estimated} of {len(found.parameters)} parameters; the others stay near nominal",
+        )
+    widened = " with intervals widened by scatter beyond the noise" if found.inflated else ""
+    return "calibrated", f"{counted} determine all {len(found.parameters)} parameters{widened}"
