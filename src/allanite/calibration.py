@@ -25,10 +25,10 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from allanite.columns import Column
+from allanite.columns import Calculated, Column
 from allanite.errors import FormatError, InputError
 from allanite.plain_data import plain
-from allanite.recording import Kind, Recording
+from allanite.recording import Kind, Recording, scaled_samples
 
 __all__ = ["ACCELEROMETER", "AXES", "GYRO", "Calibration", "Frame", "TriadErrors", "parameter_names"]
 
@@ -416,27 +416,19 @@ class _Triad:
 
     def read(self, start: int, stop: int) -> Array:
         """Shape (n, 3), NaN where missing."""
-        parts = [(column.read(start, stop) + column.origin) * scale for column, scale in self.sources]
-        seen = np.stack(parts, axis=-1)
-        seen[np.abs(seen) >= _OVERLOAD] = np.nan
+        seen = np.stack(
+            [scaled_samples(column, scale, start, stop) for column, scale in self.sources], axis=-1
+        )
         force = None if self.force is None else self.force.read(start, stop)
         return self.errors.true(seen, force=force)
 
 
 @dataclass(frozen=True, slots=True)
-class _Axis:
+class _Axis(Calculated):
     """One axis of the true vectors, as a column."""
 
     triad: _Triad
     axis: int
-
-    @property
-    def origin(self) -> float:
-        return 0.0
-
-    @property
-    def dtype(self) -> np.dtype[Any]:
-        return np.dtype(np.float64)
 
     def __len__(self) -> int:
         return len(self.triad.sources[0][0])
@@ -451,5 +443,3 @@ _FORCELESS = (
 )
 #: What true vectors are.
 _TRUE = {ACCELEROMETER: (Kind.ACCELERATION, "m/s²"), GYRO: (Kind.RATE, "rad/s")}
-#: Overload words stay missing: beyond any sensor, and beyond any scale of one.
-_OVERLOAD = 1e30

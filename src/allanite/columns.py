@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from allanite.errors import InputError
 
-__all__ = ["ArrayColumn", "Column", "Masked", "Slice", "Spliced", "merge_spans"]
+__all__ = ["ArrayColumn", "Calculated", "Column", "Masked", "Slice", "Spliced", "merge_spans"]
 
 Spans = NDArray[np.int64]
 Samples = NDArray[np.float64]
@@ -40,6 +40,20 @@ class Column(Protocol):
     def read(self, start: int, stop: int) -> Samples:
         """Samples [start, stop) as float64, as written (overload words included)."""
         ...
+
+
+class Calculated:
+    """What every column has whose samples are made as they are read: they are float64, and nothing is taken off."""
+
+    __slots__ = ()
+
+    @property
+    def origin(self) -> float:
+        return 0.0
+
+    @property
+    def dtype(self) -> np.dtype[Any]:
+        return np.dtype(np.float64)
 
 
 class ArrayColumn:

@@ -34,6 +34,7 @@ __all__ = [
     "checked_rate",
     "checked_samples",
     "merge_spans",
+    "scaled_samples",
 ]
 
 Sampling = Literal["mean", "point"]
@@ -387,6 +388,12 @@ class Recording:
         """Value subtracted from 64-bit integer samples far from zero; 0.0 for all others."""
         return self.columns[self.index(name)].origin
 
+    def scaled(self, name: str, start: int = 0, stop: int | None = None) -> Samples:
+        """Samples [start, stop) in SI (in their own unit without one), NaN where missing: for sums over channels."""
+        i = self.index(name)
+        column = self.columns[i]
+        return scaled_samples(column, self.channels[i].scale, start, len(column) if stop is None else stop)
+
     # -- derived recordings -------------------------------------------------------------------------------
 
     def select(self, *names: str) -> Recording:
@@ -447,6 +454,11 @@ class Recording:
         return replace(
             self, channels=tuple(change(c) for c in self.channels), history=(*self.history, dict(step))
         )
+
+
+def scaled_samples(column: Column, scale: float, start: int, stop: int) -> Samples:
+    """Samples [start, stop) of a column times its scale, NaN where missing."""
+    return (_without_overload(column.read(start, min(stop, len(column)))) + column.origin) * scale
 
 
 def _without_overload(block: Samples) -> Samples:

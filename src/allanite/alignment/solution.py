@@ -10,7 +10,7 @@ error of any result is a sum over the rows, whose noise is independent: its budg
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +29,10 @@ RANK = 1e-9
 TOUCHED = 1e-6
 #: Steps with the same derivatives, at the most: all is nearly linear.
 MOST_STEPS = 12
+#: Derivatives taken anew, at the most.
+MOST_SLOPES = 6
+#: A step so small that another would change nothing [standard deviations of the whitened rows].
+CLOSE = 1e-6
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -218,76 +222,94 @@ def solve(
     near : ndarray, optional
         Parameters close to the solution: derivatives are taken there and nowhere else.
     """
-    first = _slopes(geometry, knowledge, start if near is None else near)
-    p, unknown = _settled(geometry, knowledge, level, covariance, start, first)
-    slopes = _slopes(geometry, knowledge, p) if near is None else first
-    change, _ = _linear(geometry, knowledge, level, covariance, p, unknown, slopes)
-    p = knowledge.moved(start, unknown + change)
-    return _linear(geometry, knowledge, level, covariance, p, unknown + change, slopes)[1]
-
-
-def _slopes(geometry: Geometry, knowledge: Knowledge, p: Array) -> Array:
-    """Derivatives of the gyros by the unknown numbers, shape (n_stands, 3, n_unknown)."""
-    active = np.concatenate([knowledge.free, knowledge.known])
-    found = knowledge.spread(derivative(geometry.gyros, p, geometry.layout.steps, active))
-    return found.reshape(geometry.n_stands, 3, -1)
-
-
-def _settled(
-    geometry: Geometry,
-    knowledge: Knowledge,
-    level: Array,
-    covariance: Array,
-    start: Array,
-    slopes: Array,
-) -> tuple[Array, Array]:
-    """Steps with the same derivatives, until they no longer get smaller."""
-    p, unknown, before = start, np.zeros(knowledge.size), np.inf
-    for _ in range(MOST_STEPS):
-        change, found = _linear(geometry, knowledge, level, covariance, p, unknown, slopes)
-        step = float(np.abs(change * found.scale).max(initial=0.0))
-        if step >= before:
+    task = _Task(geometry=geometry, knowledge=knowledge, level=level, covariance=covariance, start=start)
+    if near is not None:
+        slopes = task.slopes(near)
+        return task.ended(task.settled(np.zeros(knowledge.size), slopes)[0], slopes)
+    unknown, before = task.first(), np.inf
+    slopes = task.slopes(knowledge.moved(start, unknown))
+    for _ in range(MOST_SLOPES):
+        unknown, way = task.settled(unknown, slopes)
+        slopes = task.slopes(knowledge.moved(start, unknown))
+        if way < CLOSE or way >= before:
             break
-        unknown, before = unknown + change, step
-        p = knowledge.moved(start, unknown)
-    return p, unknown
+        before = way
+    return task.ended(unknown, slopes)
 
 
-def _linear(
-    geometry: Geometry,
-    knowledge: Knowledge,
-    level: Array,
-    covariance: Array,
-    p: Array,
-    unknown: Array,
-    slopes: Array,
-) -> tuple[Array, Solution]:
-    """The linear least squares at some parameters, and how the unknown numbers have to change."""
-    n_prior = knowledge.factor.shape[1]
-    data = whitened(covariance, slopes)
-    prior = np.concatenate([np.zeros((n_prior, len(knowledge.free))), np.eye(n_prior)], axis=1)
-    rows = np.concatenate([data, prior])
-    residual = np.concatenate(
-        [whitened(covariance, level - geometry.gyros(p)), -unknown[len(knowledge.free) :]]
-    )
-    lengths = np.linalg.norm(rows, axis=0)
-    scale = np.where(lengths > 0, lengths, 1.0)
-    left, values, right = np.linalg.svd(rows / scale, full_matrices=True)
-    values = np.concatenate([values, np.zeros(len(scale) - len(values))])
-    keep = values > RANK
-    count = int(keep.sum())
-    half = right[keep].T / values[keep] / scale[:, None]
-    change = half @ (left[:, :count].T @ residual)
-    return change, Solution(
-        geometry=geometry,
-        knowledge=knowledge,
-        parameters=p,
-        slopes=slopes,
-        rows=rows,
-        n_data=len(data),
-        residual=residual - rows @ change,
-        inverse=half @ half.T,
-        unseen=right[~keep],
-        scale=scale,
-        rank=count,
-    )
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Task:
+    """What `solve` was given, and its steps."""
+
+    geometry: Geometry
+    knowledge: Knowledge
+    level: Array
+    covariance: Array
+    start: Array
+
+    def first(self) -> Array:
+        """The unknown numbers with all that is known held.
+
+        What is known enters the gyros multiplied by the rate of the Earth: at a rate of zero there is no derivative.
+        """
+        known = self.knowledge
+        held = replace(known, known=known.known[:0], factor=np.zeros((0, 0)))
+        alone = replace(self, knowledge=held)
+        free, _ = alone.settled(np.zeros(held.size), alone.slopes(self.start))
+        return np.concatenate([free, np.zeros(known.size - held.size)])
+
+    def slopes(self, p: Array) -> Array:
+        """Derivatives of the gyros by the unknown numbers, shape (n_stands, 3, n_unknown)."""
+        active = np.concatenate([self.knowledge.free, self.knowledge.known])
+        found = derivative(self.geometry.gyros, p, self.geometry.layout.steps, active)
+        return self.knowledge.spread(found).reshape(self.geometry.n_stands, 3, -1)
+
+    def settled(self, unknown: Array, slopes: Array) -> tuple[Array, float]:
+        """Steps with the same derivatives, until they no longer get smaller; and the way they went in all."""
+        whole, before = np.zeros(len(unknown)), np.inf
+        scale = whole
+        for _ in range(MOST_STEPS):
+            change, found = self.linear(unknown + whole, slopes)
+            scale, step = found.scale, float(np.abs(change * found.scale).max(initial=0.0))
+            if step >= before:
+                break
+            whole, before = whole + change, step
+            if step < CLOSE:
+                break
+        return unknown + whole, float(np.abs(whole * scale).max(initial=0.0))
+
+    def ended(self, unknown: Array, slopes: Array) -> Solution:
+        """One step more, and the least squares behind it."""
+        change, _ = self.linear(unknown, slopes)
+        return self.linear(unknown + change, slopes)[1]
+
+    def linear(self, unknown: Array, slopes: Array) -> tuple[Array, Solution]:
+        """The linear least squares at these unknown numbers, and how they have to change."""
+        known, p = self.knowledge, self.knowledge.moved(self.start, unknown)
+        n_prior = known.factor.shape[1]
+        data = whitened(self.covariance, slopes)
+        prior = np.concatenate([np.zeros((n_prior, len(known.free))), np.eye(n_prior)], axis=1)
+        rows = np.concatenate([data, prior])
+        off = whitened(self.covariance, self.level - self.geometry.gyros(p))
+        residual = np.concatenate([off, -unknown[len(known.free) :]])
+        lengths = np.linalg.norm(rows, axis=0)
+        scale = np.where(lengths > 0, lengths, 1.0)
+        left, values, right = np.linalg.svd(rows / scale, full_matrices=True)
+        values = np.concatenate([values, np.zeros(len(scale) - len(values))])
+        keep = values > RANK
+        count = int(keep.sum())
+        half = right[keep].T / values[keep] / scale[:, None]
+        change = half @ (left[:, :count].T @ residual)
+        return change, Solution(
+            geometry=self.geometry,
+            knowledge=known,
+            parameters=p,
+            slopes=slopes,
+            rows=rows,
+            n_data=len(data),
+            residual=residual - rows @ change,
+            inverse=half @ half.T,
+            unseen=right[~keep],
+            scale=scale,
+            rank=count,
+        )

@@ -89,18 +89,12 @@ def calibrated(
     force: Force | None = None,
 ) -> Array:
     """Samples as true vectors in the axes of the body, shape (n, 3), NaN where missing; `force` for gyros."""
-    seen = np.stack([_samples(recording, name, start, stop) for name in channels], axis=1)
+    seen = np.stack([recording.scaled(name, start, stop) for name in channels], axis=1)
     if warmer is not None:
         name, reference, slope = warmer
-        seen = seen - (_samples(recording, name, start, stop)[:, None] - reference) * slope
+        seen = seen - (recording.scaled(name, start, stop)[:, None] - reference) * slope
     needed = force is not None and errors.gravity_sensitivity.any()
     return errors.true(seen, force=force(start, stop) if needed else None)  # type: ignore[misc]
-
-
-def _samples(recording: Recording, name: str, start: int, stop: int) -> Array:
-    raw = np.array(recording.raw(name, start, stop), dtype=np.float64)
-    raw[np.abs(raw) >= 9.9e37] = np.nan
-    return np.asarray((raw + recording.origin(name)) * recording[name].scale)
 
 
 def turns_between(

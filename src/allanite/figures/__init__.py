@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 __all__ = ["plot", "sheet_of"]
 
 Json = Mapping[str, Any]
+Parts = dict[str, Callable[[], Sequence[Panel]]]
 
 
 @overload
@@ -194,7 +195,7 @@ def _earth_rate(estimate: Any, *, view: str = "whole", recording: Any = None) ->
     seen = document.get("overview") if recording is None else recording
     if view == "record":
         return _reversals(document, recording=seen, channel=document["channel"])
-    parts: dict[str, Callable[[], Sequence[Panel]]] = {
+    parts: Parts = {
         "record": lambda: [] if seen is None else [turned_panel(seen, document, channel=document["channel"])],
         "bias": lambda: [earth.open_panel(document)],
     }
@@ -208,10 +209,9 @@ def _earth_rate(estimate: Any, *, view: str = "whole", recording: Any = None) ->
             "estimators": lambda: [earth.estimator_panel(document)],
         }
         del parts["bias"]
-    panels = [panel for name, make in parts.items() if view in ("whole", name) for panel in make()]
-    if not panels:
-        raise InputError(f"this record has no figure {view!r}; there are: {', '.join(('whole', *parts))}")
-    return _column(panels)
+    return _in_view(
+        parts, view, f"this record has no figure {view!r}; there are: {', '.join(('whole', *parts))}"
+    )
 
 
 def _filtered(filtered: Any, *, view: str = "whole") -> Sheet:
@@ -219,7 +219,7 @@ def _filtered(filtered: Any, *, view: str = "whole") -> Sheet:
 
     _known_view(view, filters.VIEWS, "a filtered record")
     document = filters.document_of(filtered)
-    parts: dict[str, Callable[[], Sequence[Panel]]] = {
+    parts: Parts = {
         "series": lambda: filters.series_panels(document),
         "drift": lambda: [filters.drift_panel(document)],
         "terms": lambda: [filters.terms_panel(document)],
@@ -228,7 +228,7 @@ def _filtered(filtered: Any, *, view: str = "whole") -> Sheet:
     alone = [name for name in document["terms"] if name != "level"]
     if view == "whole" and len(alone) < 2:  # the drift is that one term
         del parts["terms"]
-    return _column([panel for name, make in parts.items() if view in ("whole", name) for panel in make()])
+    return _in_view(parts, view, f"this filtered record has no figure {view!r}")
 
 
 def _aided(aided: Any) -> Sheet:
@@ -246,14 +246,11 @@ def _north(north: Any, *, view: str = "whole") -> Sheet:
 
     _known_view(view, compass.VIEWS, "a search for north")
     document = north if isinstance(north, Mapping) else north.to_json()
-    parts: dict[str, Callable[[], Sequence[Panel]]] = {
+    parts: Parts = {
         "compass": lambda: [compass.compass_panel(document)],
         "running": lambda: compass.running_panels(document),
     }
-    panels = [panel for name, make in parts.items() if view in ("whole", name) for panel in make()]
-    if not panels:  # no azimuth and no rate at any time: there is nothing that could have grown
-        raise InputError(f"this search for north has no figure {view!r}")
-    return _column(panels)
+    return _in_view(parts, view, f"this search for north has no figure {view!r}")
 
 
 def _rate_vector(found: Any, *, view: str = "whole", recording: Any = None) -> Sheet:
@@ -261,15 +258,12 @@ def _rate_vector(found: Any, *, view: str = "whole", recording: Any = None) -> S
 
     _known_view(view, vector.VIEWS, "a rate vector")
     document = vector.document_of(found, recording)
-    parts: dict[str, Callable[[], Sequence[Panel]]] = {
+    parts: Parts = {
         "length": lambda: vector.length_panels(document),
         "means": lambda: vector.mean_panels(document),
         "record": lambda: vector.record_panels(document),
     }
-    panels = [panel for name, make in parts.items() if view in ("whole", name) for panel in make()]
-    if not panels:
-        raise InputError("nothing to draw of this rate vector: give the record of it with recording=")
-    return _column(panels)
+    return _in_view(parts, view, "nothing to draw of this rate vector: give the record of it with recording=")
 
 
 def _static(found: Any, *, view: str = "whole", recording: Any = None) -> Sheet:
@@ -277,14 +271,13 @@ def _static(found: Any, *, view: str = "whole", recording: Any = None) -> Sheet:
 
     _known_view(view, static.VIEWS, "static spans")
     document = static.document_of(found, recording)
-    parts: dict[str, Callable[[], Sequence[Panel]]] = {
+    parts: Parts = {
         "level": lambda: static.level_panels(document),
         "record": lambda: static.record_panels(document),
     }
-    panels = [panel for name, make in parts.items() if view in ("whole", name) for panel in make()]
-    if not panels:
-        raise InputError("nothing to draw of these static spans: give the record of them with recording=")
-    return _column(panels)
+    return _in_view(
+        parts, view, "nothing to draw of these static spans: give the record of them with recording="
+    )
 
 
 def _calibration(estimate: Any, *, view: str = "whole") -> Sheet:
@@ -311,15 +304,12 @@ def _alignment(found: Any, *, view: str = "whole") -> Sheet:
 
     _known_view(view, alignment.VIEWS, "an alignment")
     document = found if isinstance(found, Mapping) else found.to_json()
-    parts: dict[str, Callable[[], Sequence[Panel]]] = {
+    parts: Parts = {
         "compass": lambda: [alignment.compass_panel(document)],
         "convergence": lambda: alignment.convergence_panels(document),
         "residuals": lambda: alignment.residual_panels(document),
     }
-    panels = [panel for name, make in parts.items() if view in ("whole", name) for panel in make()]
-    if not panels:
-        raise InputError(f"this alignment has no figure {view!r}")
-    return _column(panels)
+    return _in_view(parts, view, f"this alignment has no figure {view!r}")
 
 
 def _combination(combination: Any, *, view: str = "whole") -> Sheet:
@@ -340,17 +330,14 @@ def _rate_table(found: Any, *, view: str = "whole") -> Sheet:
 
     _known_view(view, response.VIEWS, "a run on a rate table")
     document = found if isinstance(found, Mapping) else found.to_json()
-    parts: dict[str, Callable[[], Sequence[Panel]]] = {
+    parts: Parts = {
         "response": lambda: response.response_panels(document),
         "steps": lambda: response.step_panels(document),
         "drift": lambda: response.drift_panels(document),
         "noise": lambda: response.noise_panels(document),
         "frequency": lambda: response.frequency_panels(document),
     }
-    panels = [panel for name, make in parts.items() if view in ("whole", name) for panel in make()]
-    if not panels:
-        raise InputError(f"this run on a rate table has no figure {view!r}")
-    return _column(panels)
+    return _in_view(parts, view, f"this run on a rate table has no figure {view!r}")
 
 
 def _position_plan(plan: Any, *, view: str = "whole") -> Sheet:
@@ -358,15 +345,12 @@ def _position_plan(plan: Any, *, view: str = "whole") -> Sheet:
 
     _known_view(view, position_plan.VIEWS, "a plan of positions")
     document = plan if isinstance(plan, Mapping) else plan.to_json()
-    parts: dict[str, Callable[[], Sequence[Panel]]] = {
+    parts: Parts = {
         "sphere": lambda: position_plan.sphere_panels(document),
         "length": lambda: [position_plan.length_panel(document)],
         "schemes": lambda: [position_plan.scheme_panel(document)],
     }
-    panels = [panel for name, make in parts.items() if view in ("whole", name) for panel in make()]
-    if not panels:
-        raise InputError(f"this plan of positions has no figure {view!r}")
-    return _column(panels)
+    return _in_view(parts, view, f"this plan of positions has no figure {view!r}")
 
 
 def _plan(plan: Any) -> Sheet:
@@ -381,6 +365,14 @@ def _plan(plan: Any) -> Sheet:
 def _known_view(view: str, views: Sequence[str], what: str) -> None:
     if view not in views:
         raise InputError(f"no view {view!r} of {what}; there are: {', '.join(views)}")
+
+
+def _in_view(parts: Parts, view: str, nothing: str) -> Sheet:
+    """The panels of a view, or of all that there is, one below the other; `nothing` says that there are none."""
+    panels = [panel for name, make in parts.items() if view in ("whole", name) for panel in make()]
+    if not panels:
+        raise InputError(nothing)
+    return _column(panels)
 
 
 def _column(panels: Sequence[Panel]) -> Sheet:

@@ -197,7 +197,7 @@ def _quiet(part: Recording, name: str, document: Json, window: Limits) -> Limits
     """Limits around the samples that no turn and no disturbance touches, in the unit of the figure."""
     channel = part[name]
     _, factor = people_unit(channel.kind.value, "sd", channel.unit)
-    samples: Array = (part.values(name) + part.origin(name)) * channel.scale / factor
+    samples: Array = part.scaled(name) / factor
     time = window[0] + np.arange(samples.size) / part.rate
     used = np.zeros(samples.size, dtype=np.bool_)
     for dwell in document["dwells"]:

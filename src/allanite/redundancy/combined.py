@@ -11,9 +11,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.columns import Column
+from allanite.columns import Calculated, Column
 from allanite.noise import NoiseModel, TermType
-from allanite.recording import OVERLOAD, Channel, Kind, Recording
+from allanite.recording import Channel, Kind, Recording, scaled_samples
 from allanite.redundancy.geometry import FLAT, best_weights
 
 __all__ = ["combined_model", "combined_recording"]
@@ -111,7 +111,7 @@ class _Weighing:
 
 
 @dataclass(frozen=True, slots=True)
-class _Combined:
+class _Combined(Calculated):
     """One axis of the combined recording."""
 
     sources: Sequence[tuple[Column, float]]
@@ -119,14 +119,6 @@ class _Combined:
     differences: Array
     weighing: _Weighing
     axis: int
-
-    @property
-    def origin(self) -> float:
-        return 0.0
-
-    @property
-    def dtype(self) -> np.dtype[Any]:
-        return np.dtype(np.float64)
 
     def __len__(self) -> int:
         return len(self.sources[0][0])
@@ -144,9 +136,7 @@ class _Combined:
 
     def _sensor(self, i: int, start: int, stop: int) -> Array:
         column, scale = self.sources[i]
-        samples = column.read(start, stop)
-        y = (samples + column.origin) * scale - self.differences[i]
-        y[np.abs(samples) >= OVERLOAD] = np.nan
+        y = scaled_samples(column, scale, start, stop) - self.differences[i]
         for a, b in self.spans[i]:
             y[max(a - start, 0) : max(b - start, 0)] = np.nan
         return np.asarray(y)

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from allanite.terminal.console import console, table_of
@@ -35,6 +35,8 @@ from allanite.wording import (
 
 if TYPE_CHECKING:
     from rich.console import Console
+
+    from allanite.wording.rates import Estimate
 
 __all__ = [
     "show_aided",
@@ -104,19 +106,9 @@ def show_rate_vector(document: Json, files: Sequence[object] = ()) -> None:
 
 def _vector(out: Console, document: Json) -> None:
     """The length beside the known rate, the axes, and what the interval is made of."""
-    from rich.text import Text
-
     from allanite.wording import EMPTY_BUDGET, axis_lines, length_lines, vector_budget
 
-    percent = f"{100 * document['confidence']:g} % interval"
-    table = table_of(("Rate vector", "deg/h", percent, "deg/s", percent))
-    for line in length_lines(document):
-        style = "bold" if line.kept else ""
-        table.add_row(
-            line.name, Text(line.value, style), line.range, Text(line.seconds, style), line.seconds_range
-        )
-    out.print(table)
-    out.print()
+    _rates(out, "Rate vector", document, length_lines(document))
     say_rows(out, ("Axis", "deg/h", "± sd", "angle to the vector"), axis_lines(document))
     _uncertainties(out, vector_budget(document), EMPTY_BUDGET)
     out.print()
@@ -331,11 +323,16 @@ def _contradictions(out: Console, document: Json) -> None:
 
 
 def _estimates(out: Console, document: Json) -> None:
+    _rates(out, "Earth rate", document, earth_rate_lines(document))
+
+
+def _rates(out: Console, what: str, document: Json, lines: Iterable[Estimate]) -> None:
+    """Rates in two units, each with its interval; the one that is kept in bold."""
     from rich.text import Text
 
     percent = f"{100 * document['confidence']:g} % interval"
-    table = table_of(("Earth rate", "deg/h", percent, "deg/s", percent))
-    for line in earth_rate_lines(document):
+    table = table_of((what, "deg/h", percent, "deg/s", percent))
+    for line in lines:
         style = "bold" if line.kept else ""
         table.add_row(
             line.name, Text(line.value, style), line.range, Text(line.seconds, style), line.seconds_range

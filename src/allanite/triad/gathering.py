@@ -178,9 +178,7 @@ def gather(
 
 
 def _samples(recording: Recording, names: tuple[str, ...]) -> Array:
-    return np.stack(
-        [(recording.values(n) + recording.origin(n)) * recording[n].scale for n in names], axis=-1
-    )
+    return np.stack([recording.scaled(n) for n in names], axis=-1)
 
 
 def _warmth(recording: Recording, name: str | None) -> Array | None:
