@@ -11,10 +11,12 @@
 #include <utility>
 
 #include "allanite/allan.hpp"
+#include "allanite/biweight.hpp"
 #include "allanite/noise.hpp"
 #include "allanite/online_allan.hpp"
 #include "allanite/smoother.hpp"
 #include "allanite/strands.hpp"
+#include "allanite/theo.hpp"
 #include "allanite/whiten.hpp"
 #include "strands_call.hpp"
 
@@ -124,6 +126,23 @@ double total_squares(const Vector& phase, Index lag) {
     require(1 <= lag && lag < Index(phase.size()), "lag: must be between 1 and the record's length");
     nb::gil_scoped_release unlocked;
     return allanite::total_squares(slice(phase), lag);
+}
+
+double theo_squares(const Vector& head, const Vector& tail, Index depth, const Runs& runs) {
+    const Index size = Index(head.size() < tail.size() ? head.size() : tail.size());
+    require(1 <= depth && depth < size, "depth: must be between 1 and the length of head and tail");
+    require_runs(slice(runs), size - depth);
+    nb::gil_scoped_release unlocked;
+    return allanite::theo_squares(slice(head), slice(tail), depth, slice(runs));
+}
+
+std::pair<double, double> biweight_sums(const Vector& phase, Index lag, const Runs& runs, double scale, double cut) {
+    require(1 <= lag && lag <= Index(phase.size()), "lag: must be between 1 and the record's length");
+    require(scale > 0.0 && cut > 0.0, "scale, cut: must be positive");
+    require_runs(slice(runs), Index(phase.size()) - 2 * lag);
+    nb::gil_scoped_release unlocked;
+    const allanite::BiweightSums sums = allanite::biweight_sums(slice(phase), lag, slice(runs), scale, cut);
+    return {sums.psi, sums.slope};
 }
 
 void markov_noise(const Matrix& normals, const Vector& phi, const Vector& step_sd, const Vector& weight_now,
@@ -418,6 +437,14 @@ NB_MODULE(_kernels, m) {
           "The window of a start holds 3 lag - 1 samples.");
     m.def("total_squares", &total_squares, "phase"_a.noconvert(), "lag"_a,
           "Sum of squared second differences of the reflected phase over the centres 1..n-1. No gaps.");
+    m.def("theo_squares", &theo_squares, "head"_a.noconvert(), "tail"_a.noconvert(), "depth"_a,
+          "runs"_a.noconvert(),
+          "Theo1: sum over the windows of `runs` and d = 1..depth of\n"
+          "((tail[i+depth] - tail[i+depth-d]) - (head[i+d] - head[i]))**2 / d. For the phase itself depth = m/2 and\n"
+          "tail = phase[m - depth:]; for every s-th point of it head = phase[::s], tail = phase[m - s * depth::s].");
+    m.def("biweight_sums", &biweight_sums, "phase"_a.noconvert(), "lag"_a, "runs"_a.noconvert(), "scale"_a, "cut"_a,
+          "Sums of psi(u) and u psi'(u), psi(u) = u (1 - u/cut)**4 below the cut and 0 above, over the second\n"
+          "differences d of `runs`, u = d**2 / scale.");
     m.def("online_allan_size", &online_allan_size, "lags"_a.noconvert(), "order"_a = 2, "positions"_a = 64,
           "block"_a = 1024,
           "Lengths of the two arrays of a state: `numbers` (float64) and `counters` (int64). Begin with zeros.\n\n"

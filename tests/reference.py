@@ -72,6 +72,24 @@ def total_squares(y: Floats, m: int, offset: float = 0.0) -> float:
     return float(np.sum((x[centre - m] - 2 * x[centre] + x[centre + m]) ** 2))
 
 
+def theo_squares(y: Floats, m: int, offset: float = 0.0) -> tuple[float, int]:
+    """Theo1: sum over the complete windows and d = 1..m/2 of (sum of the last d - sum of the first d samples)²/d."""
+    use, x = complete(y, m), phase_of(y, offset)
+    total = 0.0
+    for d in range(1, m // 2 + 1):
+        z = x[: len(x) - m] - x[d : len(x) - m + d] - x[m - d : len(x) - d] + x[m:]
+        total += float(np.sum(z[use] ** 2)) / d
+    return total, int(use.sum())
+
+
+def biweight_sums(y: Floats, m: int, scale: float, cut: float, offset: float = 0.0) -> tuple[float, float]:
+    """Sums of psi(u) = u (1 - u/cut)⁴ below the cut and of u psi'(u), over the complete windows."""
+    u = differences(phase_of(y, offset), 2, m)[complete(y, 2 * m)] ** 2 / scale
+    u = u[u < cut]
+    t = 1 - u / cut
+    return float(np.sum(u * t**4)), float(np.sum(u * t**3 * (t - 4 * u / cut)))
+
+
 def online_squares(
     y: Floats, order: int, m: int, positions: int = 64, offset: float = 0.0
 ) -> tuple[float, int]:

@@ -108,7 +108,9 @@ def test_c7_a_sine_is_a_line_not_a_term() -> None:
     assert [round(line["frequency"], 3) for line in channel["spectrum"]["lines"]] == [0.5]
     assert "spectral_line" in {f.code for f in study.findings}
     model = study.models["signal"]
-    assert [t.type for t in model.terms] == ["white"]
+    assert [t.type for t in model.terms] == ["white", "sinusoid"]  # steady: a line of the model, and no noise
+    assert model.terms[1].amplitude == pytest.approx(3e-3, rel=0.02)
+    assert all(channel["curve"]["used"])
     n_ = model.estimate("N")
     assert n_ is not None and n_.lower < 1e-3 < n_.upper
 

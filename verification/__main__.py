@@ -152,6 +152,178 @@ def _redundancy(order: Order) -> None:
     write_tables("redundancy", title, parts, HERE / "results", seed=ROOT_SEED, date=order.date)
 
 
+def _likelihood(order: Order) -> None:
+    from verification.likelihood import run_chain, run_coverage, run_errors
+    from verification.tables import write_tables
+
+    count, workers = order.count(1000), order.workers
+    whole, chain = run_chain(count, ROOT_SEED, _say, workers)
+    parts = {
+        "Error over the Cramer-Rao bound": run_errors(count, ROOT_SEED, _say, workers) + whole,
+        "The short chain against the whole one": chain,
+        "Coverage of 95 % sets": run_coverage(count, ROOT_SEED, _say, workers),
+    }
+    title = "Likelihood"
+    write_tables("likelihood", title, parts, HERE / "results", seed=ROOT_SEED, date=order.date)
+
+
+def _overbound(order: Order) -> None:
+    from verification.overbound import run_overbound
+    from verification.tables import write_tables
+
+    parts = run_overbound(order.count(400), ROOT_SEED, _say, order.workers, order.cache)
+    title = "Bounds above the truth"
+    write_tables("overbound", title, parts, HERE / "results", seed=ROOT_SEED, date=order.date)
+
+
+def _variation(order: Order) -> None:
+    from verification.tables import write_tables
+    from verification.variation import run_changes, run_constant
+
+    parts = {
+        "Constant noise, said to change in at most 5 % of records": run_constant(
+            ROOT_SEED, _say, order.count(1000), order.workers
+        ),
+        "Noise that changes": run_changes(ROOT_SEED, _say, order.count(1000), order.workers),
+    }
+    title = "Deviation over time"
+    write_tables("variation", title, parts, HERE / "results", seed=ROOT_SEED, date=order.date)
+
+
+def _scoreboard(order: Order) -> None:
+    from verification.scoreboard.accuracy import run_accuracy
+    from verification.scoreboard.bars import run_bars
+    from verification.scoreboard.cost import BILLION, WEEK, run_billion, run_week
+    from verification.scoreboard.hardships import run_hardships
+    from verification.scoreboard.page import write_page
+    from verification.scoreboard.picture import draw
+    from verification.tables import write_tables
+
+    parts = {
+        "A week at 32 Hz": run_week(order.count(WEEK), _say, order.cache),
+        "A billion samples": run_billion(order.count(BILLION), _say, order.cache),
+        "What records are like": run_hardships(ROOT_SEED),
+        "Bars of the curve": run_bars(order.count(600), ROOT_SEED, _say),
+        "Parameters": run_accuracy(order.count, ROOT_SEED, _say, order.workers, order.cache),
+    }
+    write_tables("scoreboard", "Scoreboard", parts, HERE / "results", seed=ROOT_SEED, date=order.date)
+    draw(parts, HERE / "results" / "scoreboard.png")
+    write_page(parts, HERE.parent / "docs" / "scoreboard.md", seed=ROOT_SEED, date=order.date)
+
+
+def _battery(order: Order) -> None:
+    from verification.battery import run_battery
+    from verification.tables import write_tables
+
+    parts = run_battery(order.count, ROOT_SEED, _say, order.workers)
+    title = "Rows of the test battery that need many records"
+    write_tables("battery", title, parts, HERE / "results", seed=ROOT_SEED, date=order.date)
+
+
+def _comparison(order: Order) -> None:
+    from verification.comparison import run_coverage, run_power, run_size
+    from verification.tables import write_tables
+
+    count, workers = order.count(1000), order.workers
+    parts = {
+        "Records of one noise called different at 5 %": run_size(ROOT_SEED, _say, count, workers),
+        "One record of five differs": run_power(ROOT_SEED, _say, order.count(300), workers),
+        "Coverage of 95 % intervals of the kind of sensor": run_coverage(ROOT_SEED, _say, count, workers),
+    }
+    write_tables(
+        "comparison", "Comparison of records", parts, HERE / "results", seed=ROOT_SEED, date=order.date
+    )
+
+
+def _environment(order: Order) -> None:
+    from verification.environment import run_coverage, run_warm_up
+    from verification.tables import write_tables
+
+    parts = {
+        "Coverage of the 95 % interval of the temperature coefficient": run_coverage(
+            order.count(2000), ROOT_SEED, _say, order.workers, order.cache
+        ),
+        "Warm-ups found, without one and with one (+ amplitude in units of N)": run_warm_up(
+            order.count(2000), ROOT_SEED, _say, order.workers, order.cache
+        ),
+    }
+    title = "Effects of the environment"
+    write_tables("environment", title, parts, HERE / "results", seed=ROOT_SEED, date=order.date)
+
+
+def _statistics(order: Order) -> None:
+    from verification.statistics import (
+        LAGS,
+        run_alone,
+        run_bias,
+        run_coverage,
+        run_gain,
+        run_gaps,
+        run_outliers,
+    )
+    from verification.tables import write_tables
+
+    parts = {
+        f"Coverage of 68.27 % intervals under the model, {name}": run_coverage(
+            name, ROOT_SEED, _say, order.count(10_000)
+        )
+        for name in LAGS
+    }
+    parts |= {
+        "Coverage with a tenth missing": run_gaps(ROOT_SEED, _say, order.count(2000)),
+        "Coverage of 68.27 % intervals of the curve alone": run_alone(ROOT_SEED, _say, order.count(2000)),
+        "Degrees of freedom, 1024 samples": run_gain(),
+        "Allan variance over Theo1": run_bias(),
+        "Variance over truth under outliers": run_outliers(ROOT_SEED, _say, order.count(100)),
+    }
+    title = "Theo1, Haar and robust variance"
+    write_tables("statistics", title, parts, HERE / "results", seed=ROOT_SEED, date=order.date)
+
+
+def _spectrum(order: Order) -> None:
+    from verification.spectrum import run_fits, run_intervals, run_lines, run_power
+    from verification.tables import write_tables
+
+    intervals = run_intervals(ROOT_SEED, _say, order.count(1000), order.workers)
+    lines = run_lines(ROOT_SEED, _say, order.count(1000), order.workers)
+    power = run_power(ROOT_SEED, _say, order.count(200), order.workers)
+    fits, false, alarms = run_fits(ROOT_SEED, _say, order.count(500), order.workers, order.cache)
+    parts = {
+        "Coverage of the 95 % intervals of a density": intervals,
+        "A sinusoid in coloured noise": lines,
+        "Spectral fit: coverage and efficiency": fits,
+        "Spectral fit: declarations and time": false,
+        "Lags and frequencies said to disagree though the record is noise (at most 5 %)": alarms,
+        "Lags and frequencies said to disagree where something is wrong": power,
+    }
+    write_tables("spectrum", "Spectra", parts, HERE / "results", seed=ROOT_SEED, date=order.date)
+
+
+def _separation(order: Order) -> None:
+    from verification.cross_covariance import run_separation
+    from verification.tables import write_tables
+
+    rows = run_separation(ROOT_SEED, _say, order.count(2000), order.workers)
+    parts = {"Coverage of the 95 % intervals of every part": rows}
+    title = "Two and three sensors taken apart"
+    write_tables("separation", title, parts, HERE / "results", seed=ROOT_SEED, date=order.date)
+
+
+def _selection(order: Order) -> None:
+    from verification.selection import run_lines, run_population, run_scenarios
+    from verification.tables import write_tables
+
+    scenarios = run_scenarios(ROOT_SEED, _say, order.count(1000), order.workers)
+    terms, sets = run_population(ROOT_SEED, _say, order.count(3000), order.workers)
+    parts = {
+        "Right set of terms first, and absent terms called present": scenarios,
+        "Weight of a term, and how often it was there": terms,
+        "Weight of the first set, and how often it was the whole truth": sets,
+        "Records without a line": run_lines(ROOT_SEED, _say, order.count(1000), order.workers),
+    }
+    write_tables("selection", "Selection of terms", parts, HERE / "results", seed=ROOT_SEED, date=order.date)
+
+
 def _limits(_: Order) -> None:
     from verification.what_the_data_can_tell import main as write
 
@@ -169,14 +341,29 @@ PARTS: dict[str, Callable[[Order], None]] = {
     "alignment": _alignment,
     "positions": _positions,
     "redundancy": _redundancy,
+    "spectrum": _spectrum,
+    "environment": _environment,
+    "comparison": _comparison,
+    "variation": _variation,
+    "separation": _separation,
+    "selection": _selection,
+    "likelihood": _likelihood,
+    "overbound": _overbound,
+    "battery": _battery,
+    "statistics": _statistics,
     "limits": _limits,
+    "scoreboard": _scoreboard,
 }
+#: Runs only when named: the packages of others have to be installed, or the page would lose them.
+NAMED = {"scoreboard"}
 
 
 def main() -> None:
     """Command line of the verification runs."""
     parser = argparse.ArgumentParser(prog="python -m verification", description=__doc__)
-    parser.add_argument("parts", nargs="*", metavar="part", help=f"of {', '.join(PARTS)}; all by default")
+    parser.add_argument(
+        "parts", nargs="*", metavar="part", help=f"of {', '.join(PARTS)}; all but the last by default"
+    )
     parser.add_argument("--share", type=float, default=1.0, help="of the full number of records")
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
     parser.add_argument(
@@ -189,7 +376,7 @@ def main() -> None:
     given.cache.mkdir(exist_ok=True)
     today = datetime.now(UTC).date().isoformat()
     order = Order(share=given.share, workers=given.workers, cache=given.cache, date=today)
-    for name in given.parts or PARTS:
+    for name in given.parts or [part for part in PARTS if part not in NAMED]:
         PARTS[name](order)
 
 

@@ -7,8 +7,10 @@
 #include <vector>
 
 #include "allanite/allan.hpp"
+#include "allanite/biweight.hpp"
 #include "allanite/noise.hpp"
 #include "allanite/online_allan.hpp"
+#include "allanite/theo.hpp"
 
 using namespace allanite;
 using Reals = std::vector<double>;
@@ -133,6 +135,29 @@ void every_short_record_and_lag() {
     }
 }
 
+void inner_differences_and_biweight_to_the_last_window() {
+    for (Index n = 4; n <= 40; ++n) {
+        const Reals y = noise(n), x = phase_of(y);
+        for (Index depth = 1; 2 * depth <= n; ++depth) {
+            const Index m = 2 * depth, windows = n - m + 1;
+            const Integers runs{0, windows};
+            const auto tail = fixed(x).part(depth, Index(x.size()) - depth);
+            double sum = 0.0;
+            for (Index i = 0; i < windows; ++i) {
+                for (Index d = 1; d <= depth; ++d) {
+                    const double z = x[size_t(i + m)] - x[size_t(i + m - d)] - x[size_t(i + d)] + x[size_t(i)];
+                    sum += z * z / double(d);
+                }
+            }
+            check(near(theo_squares(fixed(x), tail, depth, fixed(runs)), sum, 1e-12), "Theo1: any window");
+            const Integers starts{0, n - 2 * depth + 1};
+            const BiweightSums all = biweight_sums(fixed(x), depth, fixed(starts), 1.0, 1e30);
+            check(near(all.psi, squares<2>(y, depth, n), 1e-12), "biweight: far below the cut all squares count");
+            check(biweight_sums(fixed(x), depth, fixed(starts), 1e-9, 1.0).slope == 0.0, "biweight: none above it");
+        }
+    }
+}
+
 void modified_begins_anew_without_a_seam() {
     const Reals y = noise(10000), x = phase_of(y);
     const Integers one{0, 9998}, two{0, 5000, 5000, 9998};
@@ -220,6 +245,7 @@ void markov_states() {
 int main() {
     ten_points();
     every_short_record_and_lag();
+    inner_differences_and_biweight_to_the_last_window();
     modified_begins_anew_without_a_seam();
     missing_samples();
     online_equals_exact();

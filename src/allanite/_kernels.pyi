@@ -43,6 +43,19 @@ def total_squares(phase: Annotated[NDArray[numpy.float64], dict(shape=(None,), o
     Sum of squared second differences of the reflected phase over the centres 1..n-1. No gaps.
     """
 
+def theo_squares(head: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], tail: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], depth: int, runs: Annotated[NDArray[numpy.int64], dict(shape=(None, 2), order='C', device='cpu', writable=False)]) -> float:
+    """
+    Theo1: sum over the windows of `runs` and d = 1..depth of
+    ((tail[i+depth] - tail[i+depth-d]) - (head[i+d] - head[i]))**2 / d. For the phase itself depth = m/2 and
+    tail = phase[m - depth:]; for every s-th point of it head = phase[::s], tail = phase[m - s * depth::s].
+    """
+
+def biweight_sums(phase: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], lag: int, runs: Annotated[NDArray[numpy.int64], dict(shape=(None, 2), order='C', device='cpu', writable=False)], scale: float, cut: float) -> tuple[float, float]:
+    """
+    Sums of psi(u) and u psi'(u), psi(u) = u (1 - u/cut)**4 below the cut and 0 above, over the second
+    differences d of `runs`, u = d**2 / scale.
+    """
+
 def online_allan_size(lags: Annotated[NDArray[numpy.int64], dict(shape=(None,), order='C', device='cpu', writable=False)], order: int = 2, positions: int = 64, block: int = 1024) -> tuple[int, int]:
     """
     Lengths of the two arrays of a state: `numbers` (float64) and `counters` (int64). Begin with zeros.

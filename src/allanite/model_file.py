@@ -34,7 +34,8 @@ _WORDS = re.compile(r"\s*([QNBKRT])(?:_b)?\s*=\s*((?:\d+\.?\d*|\.\d+)(?:[eE][+-]
 
 
 def load_models(path: str | os.PathLike[str]) -> tuple[dict[str, NoiseModel], float | None]:
-    """Noise models by channel name: of a study, of what ``allanite fit --json`` prints, of one model, or in words.
+    """Noise models by channel name: of a study, of what ``allanite fit --json`` prints, of one model, of a data sheet
+    (YAML, see `allanite.datasheet`), or in words.
 
     Returns
     -------
@@ -47,6 +48,10 @@ def load_models(path: str | os.PathLike[str]) -> tuple[dict[str, NoiseModel], fl
     FormatError
         Not JSON, or nothing that holds a model.
     """
+    if Path(path).suffix.lower() in (".yaml", ".yml"):
+        from allanite.datasheet import read_datasheet
+
+        return read_datasheet(path).models, None
     if "=" in str(path) and not Path(path).exists():
         model = model_of(str(path))
         return {"gyro" if model.kind == "rate" else "accelerometer": model}, None

@@ -59,6 +59,9 @@ class Regression:
         Under the noise model; infinite on the diagonal where unbounded.
     unbounded : tuple of str
         Coefficients that the design cannot tell apart.
+    condition : float
+        Longest over shortest combination of the whitened columns, each of unit length. Digits lost in the solution:
+        its logarithm; beyond 1/`RANK` the columns are not told apart.
     residuals : ndarray, shape (n,)
         Whitened: independent, of variance one, if the model holds; NaN where y is missing.
     chi2, dof : float, int
@@ -74,6 +77,7 @@ class Regression:
     coefficients: Array
     covariance: Array
     unbounded: tuple[str, ...]
+    condition: float
     residuals: Array
     chi2: float
     dof: int
@@ -236,6 +240,7 @@ def covariance_of(
 class _Design:
     """Whitened columns, each of unit length, by their singular values; the short directions are left out."""
 
+    condition: float
     lengths: Array
     left: Array
     values: Array
@@ -258,7 +263,12 @@ def _decompose(white: Array) -> _Design:
     keep = values > RANK
     touched = (np.abs(right[~keep]) > TOUCHED).any(axis=0)
     return _Design(
-        lengths=lengths, left=left[:, keep], values=values[keep], right=right[keep], touched=touched
+        condition=float(values[0] / values[-1]) if len(values) and values[-1] > 0 else math.inf,
+        lengths=lengths,
+        left=left[:, keep],
+        values=values[keep],
+        right=right[keep],
+        touched=touched,
     )
 
 
@@ -282,6 +292,7 @@ def _solve(
         coefficients=np.where(design.touched, np.nan, coefficients),
         covariance=design.covariance,
         unbounded=unbounded,
+        condition=design.condition,
         residuals=residuals,
         chi2=chi2,
         dof=dof,

@@ -17,7 +17,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import asdict, dataclass, replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -30,6 +30,9 @@ from allanite.health import Finding, Severity, check, prepare
 from allanite.health.finding import finding
 from allanite.noise import NoiseModel
 from allanite.recording import Channel, Kind, Recording
+
+if TYPE_CHECKING:
+    from allanite.environment import EnvironmentEstimate
 
 __all__ = ["Study", "characterize"]
 
@@ -155,6 +158,8 @@ def characterize(
     statistic: str = "oadev",
     taus: str | int | ArrayLike = "octave",
     confidence: float = 0.95,
+    temperature: str | Mapping[str, str] | None = None,
+    warm_up: Literal["model", "cut"] | None = None,
     threads: int | None = None,
     progress: Progress | None = None,
     provenance: Mapping[str, Any] | None = None,
@@ -170,6 +175,10 @@ def characterize(
         Of the curve that is shown; the fit always uses oadev.
     taus : "octave", "decade", "all", int or array_like [s]
     confidence : float
+    temperature : str or mapping of channel to str, optional
+        Thermometer, one for all channels or one for each, whose effect is taken off where the record resolves it.
+    warm_up : "model", "cut" or None
+        What to do about a warm-up; with a temperature it is looked for in any case, and told.
     threads : int, optional
     progress : callable, optional
         Called with the fraction done and what is being done.
@@ -191,10 +200,17 @@ def characterize(
     report(0.0, "looking for faults")
     found = check(recording, progress=report.part(0.0, 0.25))
     prepared, findings = prepare(recording, found, accept=accept)
-    names = [c.name for c in prepared.channels if c.kind.noise_bearing]
+    companions = {temperature} if isinstance(temperature, str) else set((temperature or {}).values())
+    names = [c.name for c in prepared.channels if c.kind.noise_bearing and c.name not in companions]
     if not names:
         raise InputError(
             "no channel of the recording carries sensor noise (only temperature or other companions)"
+        )
+    environment: dict[str, EnvironmentEstimate] = {}
+    if temperature is not None or warm_up is not None:
+        report(0.2, "effects of the environment")
+        prepared, findings, environment = _freed(
+            recording, prepared, findings, names, accept, temperature, warm_up, confidence
         )
     whole = prepared.select(*names)
     curve = allan_curve(
@@ -209,7 +225,7 @@ def characterize(
     if statistic != "oadev":
         fitted = allan_curve(whole, taus="octave", confidence=confidence, threads=threads)
     report(0.4, "fitting")
-    parts = _channels(whole, curve, fitted, confidence, threads, report)
+    parts = _channels(whole, curve, fitted, confidence, threads, report, environment)
     extra = [f for _, fs in parts for f in fs]
     document = {
         "format": FORMAT,
@@ -221,6 +237,31 @@ def characterize(
     }
     report(1.0, "done")
     return Study(_finite(document))
+
+
+def _freed(
+    recording: Recording,
+    prepared: Recording,
+    findings: tuple[Finding, ...],
+    names: Sequence[str],
+    accept: Collection[str],
+    temperature: str | Mapping[str, str] | None,
+    warm_up: Literal["model", "cut"] | None,
+    confidence: float,
+) -> tuple[Recording, tuple[Finding, ...], dict[str, EnvironmentEstimate]]:
+    """The recording without the effects of its environment; a cut one is looked at anew, so that places agree."""
+    from allanite.environment import free_of_environment, warm_ups_to_cut
+    from allanite.environment.remarks import remarks
+
+    same: Json = {"channels": names, "temperature": temperature, "confidence": confidence}
+    cuts = warm_ups_to_cut(prepared, **same) if warm_up == "cut" else None
+    last = max((w.cut or 0.0 for w in (cuts or {}).values()), default=0.0)
+    if last > 0:
+        cut = recording.window(last)
+        prepared, findings = prepare(cut, check(cut), accept=accept)
+    freed = free_of_environment(prepared, warm_up=warm_up, cuts=cuts, **same)
+    said = tuple(r for e in freed.estimates for r in remarks(e))
+    return freed.residual, (*findings, *said), {e.channel: e for e in freed.estimates}
 
 
 class _Steps:
@@ -246,13 +287,16 @@ def _channels(
     confidence: float,
     threads: int | None,
     report: _Steps,
+    environment: Mapping[str, EnvironmentEstimate],
 ) -> list[tuple[Json, list[Finding]]]:
     done = 0
 
     def one(name: str) -> tuple[Json, list[Finding]]:
         nonlocal done
-        shown = curve[name]
-        result = _channel(recording, name, shown, shown if fitted is curve else fitted[name], confidence)
+        shown, found = curve[name], environment.get(name)
+        result = _channel(
+            recording, name, shown, shown if fitted is curve else fitted[name], confidence, found
+        )
         done += 1
         report(0.4 + 0.6 * done / len(curve.names), f"fitting {name}")
         return result
@@ -262,37 +306,59 @@ def _channels(
 
 
 def _channel(
-    recording: Recording, name: str, curve: AllanCurve, fitted: AllanCurve, confidence: float
+    recording: Recording,
+    name: str,
+    curve: AllanCurve,
+    fitted: AllanCurve,
+    confidence: float,
+    environment: EnvironmentEstimate | None = None,
 ) -> tuple[Json, list[Finding]]:
     from allanite.fitting import fit
     from allanite.fitting.advice import advise
     from allanite.fitting.moments import lags_used
-    from allanite.spectrum import lags_to_exclude, power_spectrum, quiet_lags
+    from allanite.fitting.spectral.remarks import agreement_findings, spectral_findings
+    from allanite.spectrum import (
+        lags_to_exclude,
+        power_spectrum,
+        quiet_lags,
+        sinusoids,
+        without_stable_lines,
+    )
 
-    channel = recording[name]
-    spectrum = power_spectrum(recording, name)
+    channel, alone = recording[name], recording.select(name)
+    spectrum = left = power_spectrum(recording, name)
+    tones, same = sinusoids(spectrum), curve is fitted
+    if tones:  # steady lines are known, and go: what is left of the record is fitted
+        alone = without_stable_lines(recording, spectrum)
+        left = power_spectrum(alone, name)
+        fitted = allan_curve(alone, taus=fitted.tau, engine=_engine(fitted), confidence=confidence)
     # Lags of whole periods do not see a line: they are added, where the exact sums fit into memory.
-    if spectrum.lines and fitted.engine == "exact":
-        more = np.union1d(fitted.lags, quiet_lags(spectrum, fitted.lags)) * fitted.dt
-        same = curve is fitted
-        fitted = allan_curve(recording.select(name), taus=more, confidence=confidence)
-        curve = fitted if same else curve
-    bent = lags_to_exclude(spectrum, fitted.tau, avar=fitted.variance[:, 0], edf=fitted.edf[:, 0])
-    findings = _spectral_findings(spectrum, bent.reasons, name)
+    if left.lines and fitted.engine == "exact":
+        more = np.union1d(fitted.lags, quiet_lags(left, fitted.lags)) * fitted.dt
+        fitted = allan_curve(alone, taus=more, confidence=confidence)
+        if same and tones:
+            curve = allan_curve(recording.select(name), taus=more, confidence=confidence)
+    if environment is not None and environment.correction is not None:
+        fitted = environment.correction.applied(fitted)
+        if same and tones:
+            curve = environment.correction.applied(curve)
+    curve = fitted if same and not tones else curve
+    bent = lags_to_exclude(left, fitted.tau, avar=fitted.variance[:, 0], edf=fitted.edf[:, 0])
+    findings = spectral_findings(spectrum, bent.reasons, name)
     models: list[NoiseModel] = []
     try:
         model = fit(fitted, exclude=bent.excluded, confidence=confidence)
         models = list(model.families)
     except (DataQualityError, FitError) as refusal:
         findings.append(_not_fitted(name, str(refusal)))
-    if models and curve is fitted:
+    if models and same:
         curve = curve.with_model(models[0]) if models[0].terms else curve
     used = np.zeros(len(curve.lags), dtype=bool)
     if curve.statistic == "oadev":
         used = lags_used(fitted, bent.excluded)
     if models:
         used &= curve.tau >= models[0].goodness["shortest_tau"] * (1 - 1e-9)
-        findings += _misfit_findings(models[0], name)
+        findings += _misfit_findings(models[0], name) + agreement_findings(model, alone, left)
     advice = (
         advise(models[0], n_samples=curve.n_samples, dt=curve.dt, sampling=channel.sampling) if models else ()
     )
@@ -307,13 +373,27 @@ def _channel(
         "curve": {
             **curve.to_json(),
             "used": used.tolist(),
-            "excluded": list(bent.reasons) if used.any() else [],
+            "excluded": _reasons(curve, bent.reasons) if used.any() else [],
         },
+        **({} if environment is None else {"environment": environment.to_json()}),
         "spectrum": spectrum.to_json(),
-        "models": [m.to_json() for m in models],
+        "models": [replace(m, terms=(*m.terms, *tones)).to_json() for m in models],
         "slopes": _slopes(fitted, bent.excluded),
         "advice": [asdict(a) for a in advice],
     }, findings
+
+
+def _engine(curve: AllanCurve) -> Literal["exact", "decimated"]:
+    return "exact" if curve.engine == "exact" else "decimated"
+
+
+def _reasons(curve: AllanCurve, reasons: Sequence[str]) -> list[str]:
+    """Why lags are not in the fit: the spectrum's reasons, and the environment's for the others."""
+    out = curve.excluded[:, 0].tolist()
+    return [
+        r or ("what was taken off the record holds it" if o else "")
+        for r, o in zip(reasons, out, strict=True)
+    ]
 
 
 def _slopes(curve: AllanCurve, excluded: ArrayLike) -> Json:
@@ -324,37 +404,6 @@ def _slopes(curve: AllanCurve, excluded: ArrayLike) -> Json:
     except AllaniteError as refusal:
         return {"note": str(refusal)}
     return {e.symbol: {"value": e.value, "note": e.note} for e in read.estimates}
-
-
-def _spectral_findings(spectrum: Any, reasons: Sequence[str], name: str) -> list[Finding]:
-    found = []
-    lags = sum("line" in r for r in reasons)
-    if spectrum.lines:
-        listed = ", ".join(f"{line.frequency:.4g} Hz" for line in spectrum.lines[:5])
-        more = f" and {len(spectrum.lines) - 5} more" if len(spectrum.lines) > 5 else ""
-        found.append(
-            finding(
-                "spectral_line",
-                f"{name}: spectral line{'s' if len(spectrum.lines) > 1 else ''} at {listed}{more}; "
-                f"{lags} lag{'s' if lags != 1 else ''} kept out of the fit",
-                severity=Severity.WARNING,
-                channel=name,
-                count=len(spectrum.lines),
-            )
-        )
-    if spectrum.corner is not None:
-        lags = sum("low-pass" in r for r in reasons)
-        found.append(
-            finding(
-                "band_limited",
-                f"{name}: the density falls above {spectrum.corner:.3g} Hz (the sensor's own filter); "
-                f"{lags} lag{'s' if lags != 1 else ''} kept out of the fit",
-                severity=Severity.INFO,
-                channel=name,
-                count=lags,
-            )
-        )
-    return found
 
 
 def _misfit_findings(model: NoiseModel, name: str) -> list[Finding]:
@@ -419,7 +468,7 @@ def _overview(recording: Recording, channel: Channel) -> tuple[float, float, Jso
     scale = channel.scale
     ends = np.sort((np.stack([np.concatenate(low), np.concatenate(high)]) + origin) * scale, axis=0)
     middle = total / count if count else math.nan
-    sd = math.sqrt(max(square / count - middle**2, 0.0)) * abs(scale) if count else math.nan
+    sd = math.sqrt(max(square - total * middle, 0.0) / max(count - 1, 1)) * abs(scale) if count else math.nan
     mean = ((reference or 0.0) + middle + origin) * scale
     t = (np.arange(ends.shape[1]) + 0.5) * size * recording.dt
     return mean, sd, {"t": t.tolist(), "low": ends[0].tolist(), "high": ends[1].tolist()}

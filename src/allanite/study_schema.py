@@ -99,6 +99,7 @@ class ChannelEntry(_Part):
     models: list[ModelEntry]
     slopes: dict[str, Any]
     advice: list[dict[str, Any]]
+    environment: dict[str, Any] | None = None
 
 
 class StudyDocument(_Part):

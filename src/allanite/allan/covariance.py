@@ -40,7 +40,17 @@ from allanite.noise import (
 )
 from allanite.recording import merge_spans
 
-__all__ = ["LagPairs", "complete_starts", "covariance", "edf", "in_samples", "lag_pairs", "touching_starts"]
+__all__ = [
+    "LagPairs",
+    "complete_starts",
+    "covariance",
+    "cross_covariance",
+    "distance_nodes",
+    "edf",
+    "in_samples",
+    "lag_pairs",
+    "touching_starts",
+]
 
 Array = NDArray[np.float64]
 Spans = NDArray[np.int64]
@@ -153,7 +163,7 @@ def _build_pairs(lags: tuple[int, ...], n_samples: int, starts: Sequence[Spans] 
     pairs = [(a, b) for a in range(len(lags)) for b in range(a, len(lags))]
     distances, weights = [], []
     for a, b in pairs:
-        k, w = _nodes(lags[a], lags[b], n_samples)
+        k, w = distance_nodes(lags[a], lags[b], n_samples)
         if starts is None:
             w = w * _full_pairs(n_samples - 2 * lags[a] + 1, n_samples - 2 * lags[b] + 1, k)
             w /= (n_samples - 2 * lags[a] + 1) * (n_samples - 2 * lags[b] + 1)
@@ -210,7 +220,7 @@ def _chunks(n: int, size: int) -> list[tuple[int, int]]:
     return [(i, min(i + size, n)) for i in range(0, n, size)]
 
 
-def _nodes(m1: int, m2: int, n_samples: int) -> tuple[Array, Array]:
+def distance_nodes(m1: int, m2: int, n_samples: int) -> tuple[Array, Array]:
     """Distances and weights so that sum over whole k of f = sum of weight * f, f smooth between break points."""
     M1, M2 = n_samples - 2 * m1 + 1, n_samples - 2 * m2 + 1
     low, high = -(M1 - 1), M2 - 1

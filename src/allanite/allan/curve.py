@@ -13,13 +13,23 @@ from typing import Any, Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from allanite.allan import covariance, degrees
+from allanite.allan import degrees
 from allanite.allan.lags import choose_lags
+from allanite.allan.local_degrees import Degrees, RecordOfCurve, degrees_by_local_law, degrees_under
 from allanite.allan.online import decimable, decimated_sums
-from allanite.allan.statistics import STATISTICS, Statistic, longest_lag, phase_of, sums_of_squares
+from allanite.allan.robust import m_estimates
+from allanite.allan.statistics import (
+    STATISTICS,
+    Statistic,
+    complete_runs,
+    longest_lag,
+    phase_of,
+    sums_of_squares,
+)
+from allanite.allan.theo import hybrid_lags, is_heavy, sums_of_inner_squares, theo_lags
 from allanite.atomic_file import fresh
 from allanite.errors import DataQualityError, DataQualityWarning, FormatError, InputError
-from allanite.noise import Flicker, NoiseModel, Quantisation, RandomWalk, TermType, White
+from allanite.noise import NoiseModel
 from allanite.recording import Channel, Recording, Sampling
 
 __all__ = ["AllanCurve", "allan_curve"]
@@ -29,17 +39,12 @@ Spans = NDArray[np.int64]
 Engine = Literal["auto", "exact", "decimated"]
 
 LOCAL = "local power law at each lag; curve.with_model(model) gives the exact one"
-#: Local slope of AVAR -> power of frequency of the rate density, and the term that has it.
-_ALPHA = {-2: 2, -1: 0, 0: -1, 1: -2}
-_TERM: dict[int, TermType] = {
-    -2: Quantisation(Q=1.0),
-    -1: White(N=1.0),
-    0: Flicker(B=1.0),
-    1: RandomWalk(K=1.0),
+#: What an interval by the local power law does not hold.
+_NOTES = {
+    "theo1": "; the interval is that of Theo1, which is not the Allan deviation unless the noise is white",
+    "theobr": "; supposes that the noise keeps its kind beyond a tenth of the record",
+    "theoh": "; beyond a fifth of the record supposes that the noise keeps its kind",
 }
-#: The published edf of the total deviation is that of long lags. At short ones it falls as that of oadev does, by
-#: m^2/(m^2 + this): 5/4 for white noise [SP 1065, table 5]; for flicker and random walk by simulation.
-_SHORT = {-2: 1.25, -1: 1.25, 0: 0.4, 1: 0.0}
 #: A full-length phase above this many bytes makes "auto" take the decimated engine.
 _EXACT_BYTES = 2 << 30
 
@@ -51,13 +56,13 @@ class AllanCurve:
     Attributes
     ----------
     statistic : str
-        adev, oadev, hdev, ohdev, mdev, tdev or totdev.
+        adev, oadev, hdev, ohdev, mdev, tdev, totdev, haar, robust, theo1, theobr or theoh.
     lags : ndarray of int64, shape (n_lags,)
         In samples.
     tau : ndarray, shape (n_lags,) [s]
-        lags * dt: what was computed, never what was asked for.
+        lags * dt, for Theo1 0.75 lags * dt: what was computed, never what was asked for.
     deviation, lower, upper : ndarray, shape (n_lags, n_channels) [SI unit of the rate or acceleration]
-        Estimate and its equal-tailed chi-square interval; NaN where no term is complete.
+        Estimate and its equal-tailed chi-square interval; NaN where no term is complete, or no robust one is found.
     edf : ndarray, shape (n_lags, n_channels)
         Equivalent degrees of freedom of the variance.
     count : ndarray of int64, shape (n_lags, n_channels)
@@ -136,33 +141,42 @@ class AllanCurve:
 
     def starts(self, i: int = 0) -> list[Spans] | None:
         """Runs of complete windows at each lag of channel i; None where nothing is missing."""
-        missing = self.missing[i]
+        missing, pointwise = self.missing[i], self.channels[i].kind.integrated
         if len(missing) == 0:
             return None
         statistic = STATISTICS[self.statistic]
-        if self.channels[i].kind.integrated:
-            return [
-                covariance.touching_starts(missing, self.n_samples + 1, int(m), statistic.order)
-                for m in self.lags
-            ]
-        return [
-            covariance.complete_starts(missing, self.n_samples, statistic.window(int(m))) for m in self.lags
-        ]
+        return [complete_runs(statistic, int(m), missing, self.n_samples, pointwise) for m in self.lags]
+
+    def _record(self, i: int) -> RecordOfCurve:
+        return RecordOfCurve(
+            statistic=STATISTICS[self.statistic],
+            lags=self.lags,
+            count=self.count[:, i],
+            n_samples=self.n_samples,
+            sampling=self.channels[i].sampling,
+            starts=self.starts(i),
+        )
 
     def with_model(self, model: NoiseModel) -> AllanCurve:
-        """The same deviations with degrees of freedom and intervals exact under a model (one channel, oadev).
+        """The same deviations with degrees of freedom and intervals under a model.
+
+        Exact for oadev and haar, to 1 % for theo1, to first order in their inverse for robust, theobr and theoh.
+        The interval of theo1 is that of Theo1: its bias stays (`allan.theo_covariance.bias`).
 
         Raises
         ------
         InputError
-            Several channels, or a statistic without an exact covariance.
+            Several channels, or a statistic whose degrees of freedom are a published formula.
         """
-        if len(self.channels) != 1 or self.statistic != "oadev":
-            raise InputError("with_model needs the oadev curve of one channel: curve['x'].with_model(model)")
-        edf = covariance.edf(
-            model, self.lags, self.n_samples, self.dt, self.channels[0].sampling, self.starts()
-        )
-        return _with_edf(self, edf[:, None], f"exact under {model}")
+        if len(self.channels) != 1:
+            raise InputError("with_model needs the curve of one channel: curve['x'].with_model(model)")
+        if not STATISTICS[self.statistic].has_exact_degrees:
+            raise InputError(
+                f"the degrees of freedom of {self.statistic} under a model are not known; take oadev, haar, robust, "
+                "theo1, theobr or theoh"
+            )
+        how = "exact" if self.statistic in ("oadev", "haar") else "degrees of freedom"
+        return _with_degrees(self, [degrees_under(self._record(0), model, self.dt)], f"{how} under {model}")
 
     @classmethod
     def from_arrays(
@@ -236,7 +250,7 @@ class AllanCurve:
             missing=(np.zeros((0, 2), dtype=np.int64),),
             engine="elsewhere",
         )
-        return _with_edf(bare, _local_edf(bare, STATISTICS["oadev"], sigma[:, None] ** 2, 0)[:, None], LOCAL)
+        return _local(bare, sigma[:, None] ** 2)
 
     # -- files ------------------------------------------------------------------------------------------------
 
@@ -370,12 +384,15 @@ def allan_curve(
     ----------
     recording : Recording
     statistic : str
-        "oadev" (overlapping Allan deviation) unless there is a reason; adev, hdev, ohdev, mdev, tdev, totdev.
+        "oadev" (overlapping Allan deviation) unless there is a reason: adev, hdev, ohdev, mdev, tdev, totdev; "haar"
+        (Haar wavelet deviation, oadev/sqrt 2), "robust" (under outliers), "theo1", "theobr", "theoh" (beyond half of
+        the record; see `allanite.allan.theo`).
     taus : "octave", "decade", "all", int or array_like [s]
         See `allanite.allan.lags.choose_lags`. Lags the record does not support are refused, never rounded.
     engine : "auto", "exact" or "decimated"
         "decimated" needs fixed memory and one pass (oadev, octave and per-decade grids); "auto" takes it when the phase
-        would not fit in 2 GiB.
+        would not fit in 2 GiB. For the forms of Theo1 it means block means in long windows, "auto" where the exact
+        sums would take long; the memory is that of the phase.
     confidence : float
         Level of the intervals.
     threads : int, optional
@@ -400,9 +417,9 @@ def allan_curve(
     n = recording.n_samples - int(recording[names[0]].kind.integrated)
     if n < 3:
         raise DataQualityError(f"the recording has {n} samples; an Allan variance needs at least 3")
-    lags = choose_lags(taus, n, recording.dt, longest_lag(chosen, n))
-    way = _engine(engine, chosen, recording, taus)
-    lags = decimable(lags) if way == "decimated" else lags
+    lags = _lags(chosen, taus, n, recording.dt)
+    way = _engine(engine, chosen, recording, taus, lags)
+    lags = decimable(lags) if way == "decimated" and not chosen.theo else lags
     columns, missing = [], []
     for i, name in enumerate(names):
         step = None if progress is None else _scaled(progress, i, len(names))
@@ -413,7 +430,7 @@ def allan_curve(
     scale = np.array([abs(c.scale) for c in channels])
     variance = np.stack([v for v, _ in columns], axis=1)
     deviation = np.sqrt(variance) * scale
-    tau = lags.astype(np.float64) * recording.dt
+    tau = chosen.averaging(lags, n) * recording.dt
     if chosen.time:
         deviation = deviation * tau[:, None] / np.sqrt(3.0)
     bare = AllanCurve(
@@ -432,9 +449,7 @@ def allan_curve(
         missing=tuple(missing),
         engine=way,
     )
-    return _with_edf(
-        bare, np.stack([_local_edf(bare, chosen, variance, i) for i in range(len(names))], axis=1), LOCAL
-    )
+    return _local(bare, variance)
 
 
 def _chosen(statistic: str) -> Statistic:
@@ -444,9 +459,20 @@ def _chosen(statistic: str) -> Statistic:
         raise InputError(f"unknown statistic {statistic!r}; there are: {', '.join(STATISTICS)}") from None
 
 
-def _engine(engine: str, statistic: Statistic, recording: Recording, taus: object) -> str:
+def _lags(statistic: Statistic, taus: str | int | ArrayLike, n: int, dt: float) -> NDArray[np.int64]:
+    if statistic.hybrid:
+        return hybrid_lags(taus, n, dt)
+    return theo_lags(taus, n, dt) if statistic.theo else choose_lags(taus, n, dt, longest_lag(statistic, n))
+
+
+def _engine(
+    engine: str, statistic: Statistic, recording: Recording, taus: object, lags: NDArray[np.int64]
+) -> str:
     if engine not in ("auto", "exact", "decimated"):
         raise InputError(f"engine must be 'auto', 'exact' or 'decimated', not {engine!r}")
+    if statistic.theo:
+        heavy = engine == "decimated" or (engine == "auto" and is_heavy(lags, recording.n_samples))
+        return "decimated" if heavy else "exact"
     grid = isinstance(taus, (int, np.integer)) or (isinstance(taus, str) and taus != "all")
     able = statistic.name == "oadev" and grid
     able = able and not any(c.kind.integrated for c in recording.channels)
@@ -472,66 +498,39 @@ def _channel(
     threads: int | None,
     progress: Callable[[float], None] | None,
 ) -> tuple[Array, NDArray[np.int64], Spans]:
-    if engine == "decimated":
+    if engine == "decimated" and not statistic.theo:
         return decimated_sums(recording, name, lags, progress)
     halves = (None, None) if progress is None else (_scaled(progress, 0, 2), _scaled(progress, 1, 2))
     phase = phase_of(recording, name, halves[0])
-    variance, count = sums_of_squares(phase, statistic, lags, threads, halves[1])
-    return variance, count, phase.missing
+    if statistic.theo:
+        thinned = engine == "decimated"
+        sums = sums_of_inner_squares(phase, statistic, lags, threads, thinned=thinned, progress=halves[1])
+    elif statistic.robust:
+        sums = m_estimates(phase, lags, threads, halves[1])
+    else:
+        sums = sums_of_squares(phase, statistic, lags, threads, halves[1])
+    return *sums, phase.missing
 
 
-def _local_edf(curve: AllanCurve, statistic: Statistic, variance: Array, i: int) -> Array:
-    """Degrees of freedom from the power law that the curve follows at each lag."""
-    law = degrees.local_power_law(curve.lags, variance[:, i], curve.count[:, i])
-    starts = curve.starts(i)
-    out = np.full(len(curve.lags), np.nan)
-    grid = _thinned(len(curve.lags))
-    for mu in np.unique(law):
-        part = np.array([_one_edf(curve, statistic, int(mu), int(j), i, starts) for j in grid])
-        ok = np.isfinite(part) & (part > 0)
-        if ok.any():
-            here = law == mu
-            x = np.log(curve.lags.astype(np.float64))
-            out[here] = np.exp(np.interp(x[here], x[grid[ok]], np.log(part[ok])))
-    return np.where(curve.count[:, i] > 0, out, np.nan)
+def _local(curve: AllanCurve, variance: Array) -> AllanCurve:
+    """The curve with the degrees of freedom of the power law that each channel follows locally."""
+    columns = [degrees_by_local_law(curve._record(i), variance[:, i]) for i in range(len(curve.channels))]
+    return _with_degrees(curve, columns, LOCAL + _NOTES.get(curve.statistic, ""))
 
 
-def _thinned(n: int, most: int = 150) -> NDArray[np.int64]:
-    """Positions at which degrees of freedom are computed; a smooth function of lag is interpolated between."""
-    if n <= most:
-        return np.arange(n)
-    return np.unique(np.concatenate((np.round(np.geomspace(1, n, most)) - 1, np.arange(n - 10, n)))).astype(
-        np.int64
-    )
-
-
-def _one_edf(
-    curve: AllanCurve, statistic: Statistic, mu: int, j: int, i: int, starts: list[Spans] | None
-) -> float:
-    m, n = int(curve.lags[j]), curve.n_samples
-    if curve.count[j, i] == 0:
-        return float("nan")
-    if statistic.name == "oadev":
-        model = NoiseModel.of(_TERM[mu])
-        here = None if starts is None else [starts[j]]
-        return float(covariance.edf(model, [m], n, 1.0, curve.channels[i].sampling, here)[0])
-    if statistic.total:
-        return degrees.edf_total(_ALPHA[mu], n, m) * m**2 / (m**2 + _SHORT[mu])
-    full = degrees.edf_greenhall(
-        _ALPHA[mu], statistic.order, m, n + 1, overlapping=statistic.overlapping, modified=statistic.modified
-    )
-    whole = (n + 1 - statistic.window(m)) / (1 if statistic.overlapping else m)
-    return full if starts is None else max(1.0, full * min(1.0, curve.count[j, i] / max(whole, 1)))
-
-
-def _with_edf(curve: AllanCurve, edf: Array, basis: str) -> AllanCurve:
+def _with_degrees(curve: AllanCurve, columns: list[Degrees], basis: str) -> AllanCurve:
+    edf, shape = (np.stack([getattr(c, k) for c in columns], axis=1) for k in ("edf", "shape"))
+    none = ~np.isfinite(curve.deviation)
+    edf, shape = np.where(none, np.nan, edf), np.where(none, np.nan, shape)
     low, high = degrees.chi_square_factors(edf, curve.confidence)
+    if not np.array_equal(edf, shape, equal_nan=True):
+        low, high = degrees.shifted_factors(edf, shape, curve.confidence)
     zero = np.any(curve.deviation == 0)
     if zero:
         warnings.warn(
             "the deviation is exactly zero at some lags: the record does not resolve any noise there",
             DataQualityWarning,
-            stacklevel=3,
+            stacklevel=4,
         )
     return replace(
         curve, edf=edf, lower=curve.deviation * low, upper=curve.deviation * high, interval_basis=basis

@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 
 from allanite.errors import DataQualityError, InputError
 
-__all__ = ["chi_square_factors", "edf_greenhall", "edf_total", "local_power_law"]
+__all__ = ["chi_square_factors", "edf_greenhall", "edf_total", "local_power_law", "shifted_factors"]
 
 Array = NDArray[np.float64]
 
@@ -63,7 +63,26 @@ def chi_square_factors(edf: Array, confidence: float) -> tuple[Array, Array]:
     return low, high
 
 
-def local_power_law(lags: NDArray[np.int64], variance: Array, count: NDArray[np.int64]) -> NDArray[np.int64]:
+def shifted_factors(edf: Array, shape: Array, confidence: float) -> tuple[Array, Array]:
+    """As `chi_square_factors`, for a variance whose skewness is that of a chi-square law of `shape` degrees of freedom.
+
+    Over its mean the variance is taken as 1 + (X - shape)/sqrt(edf shape), X chi-square of `shape` degrees of freedom:
+    its first three moments are right (Imhof, Biometrika 48, 1961). shape = edf is the chi-square law.
+    """
+    from scipy.special import gammaincinv
+
+    tail = (1 - confidence) / 2
+    with np.errstate(invalid="ignore"):
+        low, high = (
+            1 / np.sqrt(1 + (2 * gammaincinv(shape / 2, p) - shape) / np.sqrt(edf * shape))
+            for p in (1 - tail, tail)
+        )
+    return low, high
+
+
+def local_power_law(
+    lags: NDArray[np.int64] | Array, variance: Array, count: NDArray[np.int64]
+) -> NDArray[np.int64]:
     """The exponent mu in {-2, -1, 0, 1} of AVAR ~ tau^mu nearest to the curve at each lag.
 
     The slope is taken over a factor of about four in lag, where at least 30 independent windows stand behind it;

@@ -21,7 +21,9 @@ def octave_lags(n_samples: int, window: int = 3) -> Lags:
     return np.array([1 << i for i in range(top.bit_length())], dtype=np.int64)
 
 
-def choose_lags(taus: str | int | ArrayLike, n_samples: int, dt: float, longest: int) -> Lags:
+def choose_lags(
+    taus: str | int | ArrayLike, n_samples: int, dt: float, longest: int, *, named_to: int | None = None
+) -> Lags:
     """Lags in samples, ascending.
 
     Parameters
@@ -33,6 +35,8 @@ def choose_lags(taus: str | int | ArrayLike, n_samples: int, dt: float, longest:
     dt : float [s]
     longest : int
         The longest lag that leaves one term, in samples.
+    named_to : int, optional
+        Where the named grids end instead of a third of the record, in samples.
 
     Raises
     ------
@@ -41,11 +45,11 @@ def choose_lags(taus: str | int | ArrayLike, n_samples: int, dt: float, longest:
     LimitError
         "all" for more than 300 000 samples.
     """
-    third = min(max(n_samples // 3, 1), longest)
+    top = min(max(n_samples // 3 if named_to is None else named_to, 1), longest)
     if isinstance(taus, str):
-        return _named(taus, third)
+        return _named(taus, top)
     if isinstance(taus, (int, np.integer)) and not isinstance(taus, bool):
-        return _per_decade(int(taus), third)
+        return _per_decade(int(taus), top)
     return _given(taus, dt, longest)
 
 

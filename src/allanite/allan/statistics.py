@@ -13,13 +13,18 @@ ohdev     the same, every i                              3m               sum/(6
 mdev      mean of m adjacent second differences          3m - 1           sum/(2 m^2 M)
 tdev      tau/sqrt(3) times mdev                         3m - 1
 totdev    second difference of the reflected phase       the record       sum/(2 m^2 (n - 1))
+haar      half of oadev's: the Haar wavelet variance     2m               sum/(4 m^2 M)
 ========  =============================================  ===============  =======================
+
+haar is the unbiased estimate by the maximal overlap (MODWT) wavelet transform [2]; m need not be a power of two. Two
+kinds are more than one sum: `robust` (an M-estimate in place of the mean) and `theo` (all inner differences).
 
 A term counts only if its whole window is present; M counts the terms.
 
 References
 ----------
 .. [1] W. Riley, "Handbook of Frequency Stability Analysis", NIST SP 1065 (2008), eqs 10-25.
+.. [2] D. Percival, "On estimation of the wavelet variance", Biometrika 82 (1995).
 """
 
 from __future__ import annotations
@@ -41,11 +46,15 @@ __all__ = [
     "STATISTICS",
     "Phase",
     "Statistic",
+    "complete_runs",
     "first_level",
+    "in_threads",
     "longest_lag",
     "merge_touching",
     "phase_of",
+    "processors",
     "sums_of_squares",
+    "total_length",
 ]
 
 Array = NDArray[np.float64]
@@ -68,6 +77,16 @@ class Statistic:
     order : int
         Order of the phase difference: 2 (Allan) or 3 (Hadamard).
     overlapping, modified, total, time : bool
+    halved : bool
+        Half of the Allan variance: the Haar wavelet variance.
+    robust : bool
+        An M-estimate of the Allan variance (`robust`).
+    theo : bool
+        Sums over all inner differences of a window (`theo`); lag m is the window, the averaging time 0.75 m.
+    unbiased : bool
+        Theo1 times the record's own ratio of the Allan variance to it.
+    hybrid : bool
+        The Allan deviation up to a fifth of the record, Theo1 without bias beyond.
     """
 
     name: str
@@ -76,15 +95,43 @@ class Statistic:
     modified: bool = False
     total: bool = False
     time: bool = False
+    halved: bool = False
+    robust: bool = False
+    theo: bool = False
+    unbiased: bool = False
+    hybrid: bool = False
 
     def window(self, m: int) -> int:
         """Samples that one term covers."""
+        if self.theo:
+            return m
         return 3 * m - 1 if self.modified else self.order * m
 
     @property
     def norm(self) -> int:
         """Variance = sum/(norm m^2 M)."""
+        if self.halved:
+            return 4
         return 2 if self.order == 2 else 6
+
+    @property
+    def by_points(self) -> bool:
+        """Does a term touch a few phase points only, so that a missing angle spoils no others?"""
+        return not (self.modified or self.theo)
+
+    @property
+    def has_exact_degrees(self) -> bool:
+        """Do its degrees of freedom follow from a model, not from a published formula?"""
+        return self.overlapping and self.order == 2 and not (self.modified or self.total)
+
+    def at(self, m: int, n_samples: int) -> Statistic:
+        """What the statistic is at this lag: itself, but for the hybrid one."""
+        return STATISTICS["oadev"] if self.hybrid and m <= n_samples // 5 else self
+
+    def averaging(self, lags: NDArray[np.int64], n_samples: int) -> Array:
+        """Averaging time of each lag in samples."""
+        part = [0.75 if self.at(int(m), n_samples).theo else 1.0 for m in lags]
+        return np.asarray(lags * np.array(part))
 
 
 STATISTICS = {
@@ -97,6 +144,11 @@ STATISTICS = {
         Statistic(name="mdev", order=2, modified=True),
         Statistic(name="tdev", order=2, modified=True, time=True),
         Statistic(name="totdev", order=2, total=True),
+        Statistic(name="haar", order=2, halved=True),
+        Statistic(name="robust", order=2, robust=True),
+        Statistic(name="theo1", order=2, theo=True),
+        Statistic(name="theobr", order=2, theo=True, unbiased=True),
+        Statistic(name="theoh", order=2, theo=True, unbiased=True, hybrid=True),
     )
 }
 
@@ -104,6 +156,22 @@ STATISTICS = {
 def longest_lag(statistic: Statistic, n_samples: int) -> int:
     """The longest lag with one term [samples]; a total deviation ends at half the record too."""
     return (n_samples + 1) // 3 if statistic.modified else n_samples // statistic.order
+
+
+def complete_runs(statistic: Statistic, m: int, missing: Spans, n_samples: int, pointwise: bool) -> Spans:
+    """Runs of positions at which a term of the statistic is complete.
+
+    Parameters
+    ----------
+    missing : ndarray of int64, shape (n_runs, 2)
+        Runs of missing samples; of missing phase points when `pointwise`.
+    """
+    part = statistic.at(m, n_samples)
+    if pointwise and part.by_points:
+        return touching_starts(missing, n_samples + 1, m, part.order)
+    if pointwise:
+        missing = merge_spans(np.clip(missing + [-1, 0], 0, n_samples))
+    return complete_starts(missing, n_samples, part.window(m))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -130,14 +198,7 @@ class Phase:
 
     def starts(self, statistic: Statistic, m: int) -> Spans:
         """Runs of positions at which a term of the statistic is complete."""
-        if self.pointwise and not statistic.modified:
-            return touching_starts(self.missing, len(self.x), m, statistic.order)
-        return complete_starts(self._missing_samples(), self.n_samples, statistic.window(m))
-
-    def _missing_samples(self) -> Spans:
-        if not self.pointwise:
-            return self.missing
-        return merge_spans(np.clip(self.missing + [-1, 0], 0, self.n_samples))
+        return complete_runs(statistic, m, self.missing, self.n_samples, self.pointwise)
 
 
 def phase_of(recording: Recording, name: str, progress: Progress | None = None) -> Phase:
@@ -224,9 +285,7 @@ def sums_of_squares(
         NaN where no term is complete.
     count : ndarray of int64, shape (n_lags,)
     """
-    workers = _processors() if threads is None else threads
-    if workers < 1:
-        raise InputError(f"threads must be at least 1, not {threads!r}")
+    workers = processors(threads)
     if statistic.total:
         sums, count = _total(phase, lags, workers)
     elif statistic.modified:
@@ -240,7 +299,18 @@ def sums_of_squares(
     return np.where(count > 0, variance, np.nan), count
 
 
-def _processors() -> int:
+def processors(threads: int | None) -> int:
+    """Threads to work with: as many as were asked for, or the processors this process may use.
+
+    Raises
+    ------
+    InputError
+        Fewer than one.
+    """
+    if threads is not None:
+        if threads < 1:
+            raise InputError(f"threads must be at least 1, not {threads!r}")
+        return threads
     affinity = getattr(os, "sched_getaffinity", None)
     return len(affinity(0)) if affinity is not None else os.cpu_count() or 1
 
@@ -253,7 +323,7 @@ def _overlapping(
         part = slice(first, first + len(runs))
         share = None if progress is None else _within(progress, first / len(lags), len(runs) / len(lags))
         sums[part] = _sums(phase, statistic, lags[part], runs, workers, share)
-        count[part] = [_total_length(r) for r in runs]
+        count[part] = [total_length(r) for r in runs]
     return sums, count
 
 
@@ -295,7 +365,7 @@ def _sums(
         if progress is not None:
             progress(done / blocks)
 
-    _in_threads(task, range(0, blocks, _TASK), workers)
+    in_threads(task, range(0, blocks, _TASK), workers)
     return np.asarray(partial.sum(axis=0))
 
 
@@ -308,8 +378,8 @@ def _modified(
     def task(i: int) -> None:
         sums[i] = _kernels.modified_squares(phase.x, int(lags[i]), runs[i])
 
-    _in_threads(task, range(len(lags)), workers)
-    return sums, np.array([_total_length(r) for r in runs], dtype=np.int64)
+    in_threads(task, range(len(lags)), workers)
+    return sums, np.array([total_length(r) for r in runs], dtype=np.int64)
 
 
 def _total(phase: Phase, lags: NDArray[np.int64], workers: int) -> tuple[Array, NDArray[np.int64]]:
@@ -322,7 +392,7 @@ def _total(phase: Phase, lags: NDArray[np.int64], workers: int) -> tuple[Array, 
     def task(i: int) -> None:
         sums[i] = _kernels.total_squares(phase.x, int(lags[i]))
 
-    _in_threads(task, range(len(lags)), workers)
+    in_threads(task, range(len(lags)), workers)
     return sums, np.full(len(lags), phase.n_samples - 1, dtype=np.int64)
 
 
@@ -345,11 +415,13 @@ def _inside(positions: NDArray[np.int64], runs: Spans) -> NDArray[np.bool_]:
     return np.asarray((run >= 0) & (positions < runs[np.maximum(run, 0), 1]))
 
 
-def _total_length(runs: Spans) -> int:
+def total_length(runs: Spans) -> int:
+    """Positions in all runs."""
     return int((runs[:, 1] - runs[:, 0]).sum())
 
 
-def _in_threads(task: Callable[[int], None], items: Sequence[int], workers: int) -> None:
+def in_threads(task: Callable[[int], None], items: Sequence[int], workers: int) -> None:
+    """Do the task for each item, in several threads at once."""
     if workers == 1 or len(items) < 2:
         for item in items:
             task(item)

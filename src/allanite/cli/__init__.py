@@ -9,6 +9,9 @@ One module for each family of commands; importing it is what registers them.
 # The order of the imports is that of the commands in the reference.
 # isort: off
 from allanite.cli import noise
+from allanite.cli import selection
+from allanite.cli import comparison
+from allanite.cli import spectrum
 from allanite.cli import files
 from allanite.cli import filtering
 from allanite.cli import earth
@@ -17,6 +20,10 @@ from allanite.cli import rate_table
 from allanite.cli import calibration
 from allanite.cli import alignment
 from allanite.cli import redundancy
+from allanite.cli import separation
+from allanite.cli import variation
+from allanite.cli import environment
+from allanite.cli import datasheet
 from allanite.cli import demo
 
 # isort: on
@@ -31,8 +38,11 @@ __all__ = [
     "alignment",
     "calibration",
     "cli",
+    "comparison",
+    "datasheet",
     "demo",
     "earth",
+    "environment",
     "files",
     "filtering",
     "main",
@@ -40,4 +50,8 @@ __all__ = [
     "position_plan",
     "rate_table",
     "redundancy",
+    "selection",
+    "separation",
+    "spectrum",
+    "variation",
 ]

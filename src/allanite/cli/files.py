@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from allanite.cli.options import ByChannel, Duration, force_option, log_options, place_of
+from allanite.cli.options import ByChannel, Duration, Share, force_option, log_options, place_of
 from allanite.cli.program import LOSS, command
 
 __all__ = ["convert", "export", "report", "simulate"]
@@ -95,6 +95,12 @@ def convert(log: str, output: str, force: bool, **options: Any) -> int:
 )
 @click.option(
     "--intrinsics", type=click.Choice(["kalibr", "rpng"]), help="Convention of the matrices.  [openvins]"
+)
+@click.option("--overbound", type=Share(), help="Write a bound above the sensor with this probability: 95%.")
+@click.option(
+    "--bound-until",
+    type=Duration(),
+    help="Longest averaging time of the bound.  [default: the longest lag fitted]",
 )
 @force_option
 def export(consumer: str, file: str, output: str | None, force: bool, **options: Any) -> None:

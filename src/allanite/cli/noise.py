@@ -12,6 +12,7 @@ from allanite.cli.options import (
     ENGINES,
     Lags,
     accept_option,
+    environment_options,
     force_option,
     json_option,
     log_options,
@@ -31,6 +32,7 @@ __all__ = ["allan", "characterize", "fit", "info"]
 @click.option(
     "--out", type=click.Path(file_okay=False), help="Folder for the results.  [default: <log>-allanite]"
 )
+@environment_options
 @accept_option
 @statistic_option("Of the curve that is shown")
 @click.option(
@@ -130,10 +132,10 @@ def allan(
 @log_options
 @click.option(
     "--method",
-    type=click.Choice(["moments", "slopes"]),
+    type=click.Choice(["moments", "slopes", "likelihood", "spectral"]),
     default="moments",
     show_default=True,
-    help="Full covariance with intervals, or the reading by slopes.",
+    help="Of the curve: full covariance, or the reading by slopes. Of a log: its samples, or its spectrum.",
 )
 @accept_option
 @click.option("-o", "--output", type=click.Path(dir_okay=False), help="Write the models as JSON.")

@@ -26,6 +26,7 @@ __all__ = [
     "Duration",
     "Durations",
     "FindingCode",
+    "Frequencies",
     "Goal",
     "Lags",
     "Latitude",
@@ -33,6 +34,7 @@ __all__ = [
     "Rate",
     "Share",
     "accept_option",
+    "environment_options",
     "force_option",
     "json_option",
     "log_options",
@@ -44,7 +46,9 @@ __all__ = [
     "typed",
 ]
 
-STATISTICS = ("oadev", "adev", "mdev", "tdev", "hdev", "ohdev", "totdev")
+STATISTICS = (
+    "oadev", "adev", "mdev", "tdev", "hdev", "ohdev", "totdev", "haar", "robust", "theo1", "theobr", "theoh",
+)  # fmt: skip
 ENGINES = ("exact", "decimated", "auto")
 MODEL = "Noise of the sensor at rest: a study, what `fit --json` printed, or words as for `simulate`."
 _MOST_RADIANS = 1.6
@@ -239,6 +243,20 @@ class Share(click.ParamType[Any]):
             self.fail(f"{value!r} is no share: write 3%, 500ppm or 0.03", param, ctx)
 
 
+class Frequencies(click.ParamType[Any]):
+    """Spectral lines: auto (the steady ones of the spectrum), none, or frequencies in Hz like 12.3,50."""
+
+    name = "lines"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        if value == "auto" or not isinstance(value, str):
+            return value
+        try:
+            return [] if value == "none" else [float(part) for part in value.split(",")]
+        except ValueError:
+            self.fail(f"{value!r}: write auto, none, or frequencies in Hz like 12.3,50", param, ctx)
+
+
 class FindingCode(click.ParamType[Any]):
     """Code of a finding."""
 
@@ -267,6 +285,20 @@ def log_options(command: Callable[..., Any]) -> Callable[..., Any]:
         click.option("--variable", help="Array or table of a file with several."),
         click.option("--delimiter", help="Of a text file: , ; tab blank |"),
         click.option("--decimal", help="Decimal point or comma of a text file."),
+    ]  # fmt: skip
+    for option in reversed(options):
+        command = option(command)
+    return command
+
+
+def environment_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Temperature and warm-up."""
+    options = [
+        click.option(
+            "--temperature", type=ByChannel(), metavar="COLUMN",
+            help="Take the effect of this column off: temp, or gyro_x=t1,gyro_y=t2.",
+        ),
+        click.option("--warm-up", type=click.Choice(["model", "cut"]), help="What to do with a warm-up that is found."),
     ]  # fmt: skip
     for option in reversed(options):
         command = option(command)

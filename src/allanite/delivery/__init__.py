@@ -5,9 +5,13 @@ Each function is one line of a command, and can be called as well without the co
 """
 
 from allanite.delivery.alignment import alignment_of
+from allanite.delivery.bounds import bounds_of, bounds_of_study, with_bounds
 from allanite.delivery.calibration import calibration_of
+from allanite.delivery.comparison import comparison_of
 from allanite.delivery.curves import fit_file, joined, save_curve, simulate_to
+from allanite.delivery.datasheet import datasheet_of
 from allanite.delivery.earth import earth_rate_of, north_of, null_of, plan_of
+from allanite.delivery.environment import environment_of, save_residual
 from allanite.delivery.exporting import export_of
 from allanite.delivery.filtering import aided_of, filter_of, refuse_corrected, save_corrected
 from allanite.delivery.measurement import Measured, refuse_measurement, write_measurement
@@ -16,7 +20,11 @@ from allanite.delivery.position_plan import position_plan_of
 from allanite.delivery.rate_table import rate_table_of
 from allanite.delivery.recordings import describe, file_sha256, has_gaps, is_lossy, read_part
 from allanite.delivery.redundancy import combination_of, directions_from, save_combined
+from allanite.delivery.selection import selection_of
+from allanite.delivery.separation import separation_of
+from allanite.delivery.spectrum import spectra_of
 from allanite.delivery.study import RESULTS, curve_of, refuse_results, study_of, write_results
+from allanite.delivery.variation import variation_of
 
 __all__ = [
     "RESULTS",
@@ -24,12 +32,17 @@ __all__ = [
     "Measured",
     "aided_of",
     "alignment_of",
+    "bounds_of",
+    "bounds_of_study",
     "calibration_of",
     "combination_of",
+    "comparison_of",
     "curve_of",
+    "datasheet_of",
     "describe",
     "directions_from",
     "earth_rate_of",
+    "environment_of",
     "export_of",
     "file_sha256",
     "filter_of",
@@ -51,8 +64,14 @@ __all__ = [
     "save_corrected",
     "save_curve",
     "save_figure",
+    "save_residual",
+    "selection_of",
+    "separation_of",
     "simulate_to",
+    "spectra_of",
     "study_of",
+    "variation_of",
+    "with_bounds",
     "write_measurement",
     "write_results",
 ]

@@ -63,11 +63,17 @@ def fit_file(
     lossy = False
     if _is_saved_curve(place):
         curve = AllanCurve.from_csv(place)
+        models = {name: fit(curve[name], method=method) for name in curve.names}
     else:
         recording = read_part(place, **options)
         prepared, findings = prepare(recording, check(recording), accept=accept)
-        curve, lossy = allan_curve(prepared), is_lossy(f.to_json() for f in findings)
-    models = {name: fit(curve[name], method=method) for name in curve.names}
+        lossy = is_lossy(f.to_json() for f in findings)
+        if method in ("likelihood", "spectral"):
+            names = [c.name for c in prepared.channels if c.kind.noise_bearing]
+            models = {name: fit(prepared, method=method, channel=name) for name in names}
+        else:
+            curve = allan_curve(prepared)
+            models = {name: fit(curve[name], method=method) for name in curve.names}
     channels = [
         {
             "name": name,

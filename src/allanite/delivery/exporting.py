@@ -16,6 +16,8 @@ def export_of(
     output: str | os.PathLike[str] | None = None,
     *,
     model: str | os.PathLike[str] | None = None,
+    overbound: float | None = None,
+    bound_until: float | None = None,
     force: bool = False,
     **options: Any,
 ) -> str:
@@ -29,6 +31,9 @@ def export_of(
         File to write; of several files their folder.
     model : path, optional
         Study with the noise, for a consumer that takes a calibration and noise.
+    overbound : float, optional
+        Write bounds that lie above the sensor with this probability in place of the fitted models, made of the terms
+        that the consumer knows; `bound_until` is their horizon [s].
     **options
         Those of the format; None: not given.
 
@@ -40,12 +45,31 @@ def export_of(
         Files that are not what they should be.
     """
     from allanite.calibration import Calibration
+    from allanite.delivery.bounds import bounds_of_study, with_bounds
+    from allanite.errors import InputError
     from allanite.exporters import export, exporter
     from allanite.study import Study
 
     chosen = {key: value for key, value in options.items() if value is not None}
+    module = exporter(consumer)
+    if overbound is None and bound_until is not None:
+        raise InputError("bound_until is the horizon of a bound: give overbound, its probability, too")
+
+    def loaded(path: str | os.PathLike[str]) -> Study:
+        study = Study.load(Path(path))
+        if overbound is None:
+            return study
+        bound = bounds_of_study(
+            study, probability=overbound, horizon=bound_until, terms=getattr(module, "TERMS", None)
+        )
+        return with_bounds(study, bound)
+
     if model is not None:
-        chosen["model"] = Study.load(Path(model))
-    takes = exporter(consumer).TAKES
-    held = Calibration.load(Path(source)) if takes == "calibration" else Study.load(Path(source))
-    return export(consumer, held, output, force=force, **chosen)
+        chosen["model"] = loaded(model)
+    if module.TAKES == "calibration":
+        if overbound is not None and model is None:
+            raise InputError(
+                f"{consumer} takes the noise from a study: give model, so that it can be bounded"
+            )
+        return export(consumer, Calibration.load(Path(source)), output, force=force, **chosen)
+    return export(consumer, loaded(source), output, force=force, **chosen)

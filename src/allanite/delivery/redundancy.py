@@ -21,7 +21,9 @@ __all__ = ["combination_of", "directions_from", "save_combined"]
 Advance = Callable[[float, str], None]
 
 #: The sensors are judged by their parity; these say the same of one alone, and a sensor at fault stays in the record.
-_JUDGED_HERE = frozenset({"not_at_rest", "disturbance", "spikes", "heavy_tails", "amplitude_drop", "stuck"})
+_JUDGED_HERE = frozenset(
+    {"not_at_rest", "disturbance", "spikes", "heavy_tails", "amplitude_drop", "noise_changes", "stuck"}
+)
 
 
 def combination_of(

@@ -34,6 +34,7 @@ _OF_ATTITUDES = frozenset(
         "not_at_rest",
         "disturbance",
         "amplitude_drop",
+        "noise_changes",
         "heavy_tails",
         "spikes",
         "motion",

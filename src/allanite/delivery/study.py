@@ -6,7 +6,7 @@ from __future__ import annotations
 import os
 from collections.abc import Callable, Collection, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from allanite.atomic_file import make_folder, refuse_existing
 from allanite.delivery.pictures import Delivered, refuse_figure, save_figure
@@ -51,6 +51,8 @@ def study_of(
     *,
     accept: Collection[str] = (),
     statistic: str = "oadev",
+    temperature: str | Mapping[str, str] | None = None,
+    warm_up: Literal["model", "cut"] | None = None,
     progress: Callable[[float, str], None] | None = None,
     command: str | None = None,
     source: str | None = None,
@@ -64,7 +66,15 @@ def study_of(
 
     recording = read_part(log, source=source, **options)
     origin = {"sha256": file_sha256(log), "command": command}
-    return characterize(recording, accept=accept, statistic=statistic, progress=progress, provenance=origin)
+    return characterize(
+        recording,
+        accept=accept,
+        statistic=statistic,
+        temperature=temperature,
+        warm_up=warm_up,
+        progress=progress,
+        provenance=origin,
+    )
 
 
 def write_results(
@@ -110,6 +120,7 @@ def curve_of(study: Study) -> AllanCurve:
     import numpy as np
 
     from allanite.allan import AllanCurve
+    from allanite.allan.statistics import STATISTICS
     from allanite.recording import Channel
 
     document = study.document
@@ -129,7 +140,7 @@ def curve_of(study: Study) -> AllanCurve:
     return AllanCurve(
         statistic=first["statistic"],
         lags=lags,
-        tau=lags * first["dt"],
+        tau=STATISTICS[first["statistic"]].averaging(lags, first["n_samples"]) * first["dt"],
         count=count,
         confidence=first["confidence"],
         channels=tuple(Channel.from_json(known[c["name"]]) for c in document["channels"]),

@@ -48,7 +48,9 @@ Json = Mapping[str, Any]
 #: Leaving the turns out makes these; they say nothing about the record.
 _MADE_BY_LEAVING_OUT = frozenset({"missing", "broken_up", "too_short"})
 #: A drift, a warm-up or a knock moves the signal. Whether that matters is judged with the noise model, dwell by dwell.
-_JUDGED_LATER = frozenset({"not_at_rest", "disturbance", "amplitude_drop", "spikes", "heavy_tails"})
+_JUDGED_LATER = frozenset(
+    {"not_at_rest", "disturbance", "amplitude_drop", "noise_changes", "spikes", "heavy_tails"}
+)
 #: Findings by which the signal contradicts the turns that were given.
 CONTRADICTIONS = ("turn_not_listed", "turn_not_seen")
 #: A turn that no signal shows is as long as the gap that hides it: beyond this the gap is a loss [s].

@@ -28,6 +28,7 @@ from numpy.typing import NDArray
 
 from allanite import __version__
 from allanite.errors import InputError
+from allanite.exporters.bounds import bound_comments, refuse_terms
 from allanite.noise import NoiseModel, StateSpace
 
 __all__ = ["FILE_NAME", "NAME", "SUMMARY", "TAKES", "write"]
@@ -87,7 +88,8 @@ def write(
     Raises
     ------
     InputError
-        No channel with a model, no such channel or family, no white noise, or an option that makes no sense.
+        No channel with a model, no such channel or family, no white noise, an option that makes no sense, or one that
+        would make less of a bound.
     """
     if scalar not in _DIGITS:
         raise InputError(f"scalar must be 'float' or 'double', not {scalar!r}")
@@ -97,6 +99,8 @@ def write(
     rate = _positive(recording["rate"] if filter_rate is None else filter_rate, "filter_rate")
     span = _positive(recording.get("duration", _HORIZON) if horizon is None else horizon, "horizon")
     axis = _axis(document, channel, 1 / rate, span)
+    if flicker == "single":
+        refuse_terms(axis["name"], axis["models"], ("Q", "N", "K", "R"))
     model = _with_flicker(_model(axis, family), flicker, correlation_time)
     kind = _sampling(document, axis["name"], sampling, rate)
     made = _discrete(model, 1 / rate, kind, span)
@@ -257,6 +261,10 @@ def _choices(
     if rate > recording["rate"] * (1 + 1e-9):
         lines.append(f"the study has {recording['rate']:.9g} Hz: above that the noise is EXTRAPOLATED")
     lines += [f"noise: {text}" for text in _terms(axis, model)]
+    bound = bound_comments(_plain(axis["name"]), axis["models"])
+    if bound and model.term("flicker") is not None:
+        bound.append("the states of its flicker hold that within 1 % of its Allan deviation")
+    lines += bound
     if len(axis["models"]) > 1:
         lines.append(
             f"the record cannot decide between {len(axis['models'])} models; this is the one of the family "

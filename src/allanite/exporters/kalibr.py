@@ -25,6 +25,7 @@ from typing import Any
 
 from allanite import __version__
 from allanite.errors import InputError
+from allanite.exporters.bounds import bound_comments, refuse_terms
 from allanite.noise import FLICKER_FLOOR, SIGMA_PER_B, GaussMarkov
 
 __all__ = ["FILE_NAME", "NAME", "SUMMARY", "TAKES", "write"]
@@ -33,6 +34,8 @@ NAME = "kalibr"
 FILE_NAME = "imu.yaml"
 SUMMARY = "Kalibr, and whoever reads its imu.yaml: white noise and bias random walk, continuous, SI"
 TAKES = "study"
+#: All that imu.yaml can say: a bound above the sensor is made of these.
+TERMS = ("N", "K")
 
 Json = Mapping[str, Any]
 
@@ -93,6 +96,7 @@ def write(
         raise InputError(_nothing_to_export(document))
     read = {triad: [_axis(c, choice) for c in channels] for triad, channels in chosen.items()}
     lines = _header(document, choice.comment, axes, inflate)
+    lines += _bound_lines([c for channels in chosen.values() for c in channels], axes)
     for triad, found in read.items():
         lines += _table(triad, found)
     lines += ["", f"rostopic: {rostopic}", f"update_rate: {_rate(document['recording']['rate'])}"]
@@ -301,6 +305,17 @@ def _header(document: Json, walk: tuple[str, ...], axes: str, inflate: float) ->
         "# B: IEEE Std 952 coefficient (floor of the Allan deviation / 0.664); [ ]: 95 % interval",
         "# quantisation and rate ramp have no slot here and are left out",
     ]
+
+
+def _bound_lines(channels: list[Json], axes: str) -> list[str]:
+    """Comments on models that are bounds, which this file must leave bounds."""
+    lines = []
+    for channel in channels:
+        refuse_terms(channel["name"], channel["models"], TERMS)
+        lines += [f"# {line}" for line in bound_comments(_plain(channel["name"]), channel["models"])]
+    if lines and axes != "worst":
+        raise InputError(f"a bound of all axes is that of the worst one: axes='worst', not {axes!r}")
+    return lines
 
 
 def _table(triad: str, axes: list[_Axis]) -> list[str]:

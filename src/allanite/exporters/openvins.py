@@ -48,6 +48,7 @@ NAME = "openvins"
 FILE_NAME = "kalibr_imu_chain.yaml"
 SUMMARY = "OpenVINS, with the names of Kalibr: Tw, Ta and rotations of a calibration, noise of a study"
 TAKES = "calibration"
+TERMS = kalibr.TERMS
 
 Json = Mapping[str, Any]
 Array = NDArray[np.float64]

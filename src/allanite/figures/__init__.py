@@ -45,7 +45,8 @@ def plot(
     **options
         Study: `view` ("channels": each channel with its terms; "groups": all axes of a kind together; "spectrum";
         "record") and `channels`, names of those wanted. Channel entry: `view`. AllanCurve: `model`, a NoiseModel to
-        draw over it. NoiseModel: `tau`, the two ends [s]. Spectrum: `kind` of its channel.
+        draw over it. NoiseModel: `tau`, the two ends [s]. Spectrum: `kind` of its channel,
+        `model` to draw over it, and `view` ("whole", "density", "ratio").
         Recording: `channels`; `turns`, a result that holds turns, to mark them. Reversals: `recording`, and `zoom`,
         the number of a turn to look at closely. EarthRateEstimate: `view` ("whole", "record", "running", "dwells",
         "residuals", "dead-time", "estimators", "bias") and `recording`, which its record needs. RateVector: `view`
@@ -53,7 +54,13 @@ def plot(
         ("whole", "series", "drift", "terms", "whiteness"). NorthEstimate: `view` ("whole", "compass", "running").
         AlignmentEstimate: `view` ("whole", "compass", "convergence", "residuals").
         CalibrationEstimate: `view` ("whole", "sphere", "residuals", "parameters", "correlation").
-        Combination: `view` ("whole", "parity", "deviation", "gain"). PositionPlan: `view` ("whole", "sphere", "length",
+        DatasheetVerdict: `view` ("whole", "curves", "ratio"). Bounds: `view` ("whole", "curves", "inflation").
+        Selection: `view` ("whole", "weights", "curves") and `channels`.
+        Separation: `view` ("whole", "parts", "correlation"). Variation: `view` ("whole", "map", "lines") and
+        `channels`. Combination: `view` ("whole", "parity", "deviation", "gain"). Comparison: `view` ("whole", "curves",
+        "parameters").
+        EnvironmentEstimate: `view` ("whole", "temperature", "deviation", "time").
+        PositionPlan: `view` ("whole", "sphere", "length",
         "schemes"). StaticSpans: `view` ("whole", "level", "record") and `recording`, which the record needs.
 
     Returns
@@ -170,10 +177,33 @@ def _recording(recording: Any, *, channels: Sequence[str] | None = None, turns: 
     return _column([replace(p, title=f"{n}: {p.title}") for n, p in zip(names, panels, strict=True)])
 
 
-def _spectrum(spectrum: Any, *, kind: str = "unknown", unit: str = "SI unit") -> Sheet:
-    from allanite.figures.spectra import spectrum_panel
+def _spectrum(
+    spectrum: Any, *, kind: str = "unknown", unit: str = "SI unit", model: Any = None, view: str = "whole"
+) -> Sheet:
+    channel = {
+        "name": spectrum.channel,
+        "kind": kind if model is None else model.kind,
+        "unit": unit,
+        "spectrum": spectrum.to_json(),
+        "model": None if model is None else model.to_json(),
+    }
+    return _spectra({"channels": [channel]}, view=view)
 
-    return Sheet(rows=((spectrum_panel(spectrum, kind, unit),),))
+
+def _spectra(document: Json, *, channel: str | None = None, view: str = "whole") -> Sheet:
+    from allanite.figures import spectra
+
+    _known_view(view, spectra.VIEWS, "a spectrum")
+    chosen = _chosen(document["channels"], None if channel is None else [channel])
+    panels: list[Panel] = []
+    for one in chosen:
+        if view in ("whole", "density"):
+            panels.append(spectra.spectrum_panel(one))
+        if view in ("whole", "ratio") and one.get("model"):
+            panels.append(spectra.ratio_panel(one))
+    if not panels:
+        raise InputError("the ratio to a model needs a model")
+    return _column(panels)
 
 
 def _reversals(
@@ -325,6 +355,76 @@ def _combination(combination: Any, *, view: str = "whole") -> Sheet:
     return _column([make(document) for name, make in parts.items() if view in ("whole", name)])
 
 
+def _datasheet(found: Any, *, view: str = "whole") -> Sheet:
+    from allanite.figures import datasheet
+
+    _known_view(view, datasheet.VIEWS, "a data sheet")
+    document = found if isinstance(found, Mapping) else found.to_json()
+    parts: Parts = {"curves": lambda: datasheet.sheet_panels(document)}
+    if document["channels"]:
+        parts["ratio"] = lambda: [datasheet.ratio_panel(document)]
+    return _in_view(parts, view, f"this data sheet alone has no figure {view!r}: nothing was measured")
+
+
+def _bounds(found: Any, *, view: str = "whole") -> Sheet:
+    from allanite.figures import datasheet
+
+    _known_view(view, ("whole", "curves", "inflation"), "bounds")
+    document = found if isinstance(found, Mapping) else found.to_json()
+    parts: Parts = {
+        "curves": lambda: datasheet.bound_panels(document),
+        "inflation": lambda: [datasheet.inflation_panel(document)],
+    }
+    return _in_view(parts, view, f"these bounds have no figure {view!r}")
+
+
+def _environment(found: Any, *, view: str = "whole") -> Sheet:
+    from allanite.figures import environment
+
+    _known_view(view, environment.VIEWS, "the environment of a sensor")
+    document = found if isinstance(found, Mapping) else found.to_json()
+    every = document.get("channels", [document])
+    parts: Parts = {
+        "temperature": lambda: [panel for one in every for panel in environment.branch_panels(one)],
+        "deviation": lambda: [panel for one in every for panel in environment.deviation_panels(one)],
+        "time": lambda: [panel for one in every for panel in environment.time_panels(one)],
+    }
+    return _in_view(parts, view, f"nothing was found that a figure {view!r} could show")
+
+
+def _separation(found: Any, *, view: str = "whole") -> Sheet:
+    from allanite.figures import separation
+
+    _known_view(view, separation.VIEWS, "sensors taken apart")
+    document = found if isinstance(found, Mapping) else found.to_json()
+    parts = {"parts": separation.part_panel, "correlation": separation.correlation_panel}
+    return _column([make(document) for name, make in parts.items() if view in ("whole", name)])
+
+
+def _selection(found: Any, *, view: str = "whole", channels: Sequence[str] | None = None) -> Sheet:
+    from allanite.figures import selection
+
+    _known_view(view, selection.VIEWS, "a selection of terms")
+    document = found if isinstance(found, Mapping) else found.to_json()
+    parts = {"weights": selection.weights_panel, "curves": selection.curves_panel}
+    chosen = _chosen(document["channels"], channels)
+    return _column([make(c) for c in chosen for name, make in parts.items() if view in ("whole", name)])
+
+
+def _variation(found: Any, *, view: str = "whole", channels: Sequence[str] | None = None) -> Sheet:
+    from allanite.figures import variation
+
+    _known_view(view, variation.VIEWS, "a variation")
+    document = found if isinstance(found, Mapping) else found.to_json()
+    panels: list[Panel] = []
+    for channel in _chosen(document["channels"], channels):
+        if view in ("whole", "map"):
+            panels.append(variation.map_panel(channel, document["duration"]))
+        if view in ("whole", "lines"):
+            panels += variation.line_panels(channel, document["duration"])
+    return _column(panels)
+
+
 def _rate_table(found: Any, *, view: str = "whole") -> Sheet:
     from allanite.figures import response
 
@@ -351,6 +451,19 @@ def _position_plan(plan: Any, *, view: str = "whole") -> Sheet:
         "schemes": lambda: [position_plan.scheme_panel(document)],
     }
     return _in_view(parts, view, f"this plan of positions has no figure {view!r}")
+
+
+def _comparison(comparison: Any, *, view: str = "whole") -> Sheet:
+    from allanite.figures import comparison as panels
+
+    _known_view(view, panels.VIEWS, "compared records")
+    document = comparison if isinstance(comparison, Mapping) else comparison.to_json()
+    rows: list[tuple[Panel, ...]] = []
+    for channel in document["channels"]:
+        drawn = [] if view == "parameters" else [panels.curves_panel(document, channel)]
+        drawn += [] if view == "curves" else panels.parameter_panels(document, channel)
+        rows += _rows_of(drawn, 2)
+    return Sheet(rows=tuple(rows))
 
 
 def _plan(plan: Any) -> Sheet:
@@ -403,9 +516,17 @@ _DESCRIPTIONS: tuple[tuple[Callable[[object], bool], Callable[..., Sheet]], ...]
     (_document("allanite-filtered"), _filtered),
     (_document("allanite-rate-vector"), _rate_vector),
     (_document("allanite-plan"), _plan),
+    (_document("allanite-spectrum"), _spectra),
     (_document("allanite-rate-table"), _rate_table),
     (_document("allanite-combination"), _combination),
+    (_document("allanite-separation"), _separation),
+    (_document("allanite-selection"), _selection),
+    (_document("allanite-variation"), _variation),
+    (_document("allanite-comparison"), _comparison),
+    (_document("allanite-environment"), _environment),
     (_document("allanite-position-plan"), _position_plan),
+    (_document("allanite-datasheet"), _datasheet),
+    (_document("allanite-overbound"), _bounds),
     (_document("allanite-static-spans"), _static),
     (_document("allanite-north"), _north),
     (_document("allanite-calibration-estimate"), _calibration),
@@ -424,7 +545,15 @@ _DESCRIPTIONS: tuple[tuple[Callable[[object], bool], Callable[..., Sheet]], ...]
     (_named("Plan"), _plan),
     (_named("RateTableEstimate"), _rate_table),
     (_named("Combination"), _combination),
+    (_named("Separation"), _separation),
+    (_named("Selection"), _selection),
+    (_named("Variation"), _variation),
+    (_named("Comparison"), _comparison),
+    (_named("EnvironmentEstimate"), _environment),
+    (_named("Environment"), _environment),
     (_named("PositionPlan"), _position_plan),
+    (_named("DatasheetVerdict"), _datasheet),
+    (_named("Bounds"), _bounds),
     (_named("StaticSpans"), _static),
     (_named("NorthEstimate"), _north),
     (_named("CalibrationEstimate"), _calibration),

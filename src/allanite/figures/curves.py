@@ -61,8 +61,13 @@ STATISTICS = {
     "hdev": "Hadamard deviation",
     "ohdev": "Hadamard deviation",
     "totdev": "Total deviation",
+    "haar": "Haar wavelet deviation",
+    "robust": "Robust Allan deviation",
+    "theo1": "Theo1 deviation",
+    "theobr": "Theo1 deviation, bias removed",
+    "theoh": "ThêoH deviation",
 }
-_OF_MODEL = ("adev", "oadev", "totdev")  # what a term's Allan variance describes
+_OF_MODEL = ("adev", "oadev", "totdev", "robust", "theobr", "theoh")  # what a term's Allan variance describes
 _SLOPE = {"Q": -1.0, "N": -0.5, "B": 0.0, "K": 0.5, "R": 1.0}
 _SLOPE_NAME = {-1.0: "−1", -0.5: "−1/2", 0.0: "0", 0.5: "+1/2", 1.0: "+1"}
 _READ_AT = {"Q": math.sqrt(3), "N": 1.0, "K": 3.0, "R": math.sqrt(2)}
@@ -245,8 +250,8 @@ def model_curve(
     curve: Json, model: Json, factor: float, rank: int, colour: str = "", label: str = ""
 ) -> Curve:
     """The model as these samples show it; the alternative family is dash-dotted."""
-    lags = array(curve["lags"])
-    m = np.geomspace(lags.min(), lags.max(), 160)
+    averaged = array(curve["tau"]) / curve["dt"]
+    m = np.geomspace(averaged.min(), averaged.max(), 160)
     variance = NoiseModel.from_json(model).avar_sampled(m, curve["dt"], curve["sampling"])
     family = "Gauss-Markov" if model.get("family") == "gauss-markov" else model.get("family")
     named = f"model ({family})" if family else "model"

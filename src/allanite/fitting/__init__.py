@@ -1,15 +1,17 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""NoiseModel from a curve: one file per estimator.
+"""NoiseModel from a curve or from a recording: one file or folder per estimator.
 
-``slopes``     the seed's reading of the curve, for comparison.
-``moments``    the fit: full covariance, non-negative terms, sets by test inversion.
-``families``   flicker or Gauss-Markov; ``sets`` test inversion; ``objective`` and ``design`` its numerics.
-``advice``     how long to record.
+``slopes``      the seed's reading of the curve, for comparison.
+``moments``     the fit of the curve: full covariance, non-negative terms, sets by test inversion.
+``families``    flicker or Gauss-Markov; ``sets`` test inversion; ``objective`` and ``design`` its numerics.
+``likelihood``  the fit of the samples themselves.
+``spectral``    the fit of their spectrum.
+``advice``      how long to record.
 """
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from allanite.errors import InputError
 
@@ -18,29 +20,39 @@ if TYPE_CHECKING:
 
     from allanite.allan import AllanCurve
     from allanite.noise import NoiseModel
+    from allanite.recording import Recording
 
 __all__ = ["fit"]
 
+_OF_CURVE = ("moments", "slopes")
+_OF_RECORDING = ("likelihood", "spectral")
+
 
 def fit(
-    curve: AllanCurve,
+    measured: AllanCurve | Recording,
     *,
-    method: str = "moments",
+    method: str | None = None,
     exclude: ArrayLike | None = None,
     confidence: float = 0.95,
+    **options: Any,
 ) -> NoiseModel:
-    """Fit a noise model to the Allan curve of one channel.
+    """Fit a noise model to the Allan curve of one channel, or to the samples of one channel.
 
     Parameters
     ----------
-    curve : AllanCurve
-        One channel; take it out of several by ``curve["x"]``.
-    method : "moments" or "slopes"
-        "moments" gives intervals and says what is not supported; "slopes" is the seed's reading, without either.
+    measured : AllanCurve or Recording
+        A curve of one channel (take it out of several by ``curve["x"]``), or a recording.
+    method : str, optional
+        Of a curve: "moments" (the default) gives intervals and says what is not supported; "slopes" is the seed's
+        reading, without either. Of a recording: "likelihood" (the default), within some percent of the best precision
+        that there is; "spectral", the same question put to the spectrum.
     exclude : array_like of bool, shape (n_lags,), optional
-        Lags to leave out.
+        Lags of a curve to leave out.
     confidence : float
         Level of the intervals.
+    **options
+        Of a recording: `channel`, and what the method takes besides: "likelihood" `lines` [Hz], `engine` and `block`
+        (see `allanite.fitting.likelihood.fit_likelihood`), "spectral" see `allanite.fitting.spectral.fit_spectral`.
 
     Returns
     -------
@@ -50,18 +62,58 @@ def fit(
     Raises
     ------
     InputError
-        An unknown method, several channels, or another statistic than oadev.
+        An unknown method or one for the other kind of input, several channels, or another statistic than oadev.
     DataQualityError
-        The curve holds no noise or too few lags.
+        No noise, or too few lags or samples.
     FitError
-        No minimum was found.
+        No optimum was found.
     """
-    if method == "moments":
-        from allanite.fitting.moments import fit_moments
+    from allanite.recording import Recording
 
-        return fit_moments(curve, exclude=exclude, confidence=confidence)
+    if isinstance(measured, Recording):
+        if exclude is not None:
+            raise InputError("exclude= leaves out lags of a curve; it means nothing for a recording")
+        return _fit_recording(measured, method or "likelihood", {**options, "confidence": confidence})
+    return _fit_curve(measured, method or "moments", exclude, confidence, options)
+
+
+def _fit_curve(
+    curve: AllanCurve, method: str, exclude: ArrayLike | None, confidence: float, options: dict[str, Any]
+) -> NoiseModel:
+    _check(
+        method, _OF_CURVE, "an Allan curve", _OF_RECORDING, "the recording itself: fit(recording, method=...)"
+    )
+    if options:
+        raise InputError(f"the fit of a curve takes no {', '.join(options)}")
     if method == "slopes":
         from allanite.fitting.slopes import read_slopes
 
         return read_slopes(curve, exclude=exclude)
-    raise InputError(f"method must be 'moments' or 'slopes', not {method!r}")
+    from allanite.fitting.moments import fit_moments
+
+    return fit_moments(curve, exclude=exclude, confidence=confidence)
+
+
+def _fit_recording(recording: Recording, method: str, options: dict[str, Any]) -> NoiseModel:
+    _check(
+        method, _OF_RECORDING, "a recording", _OF_CURVE, "its curve: fit(allan_curve(recording), method=...)"
+    )
+    fit_it: Any
+    if method == "spectral":
+        from allanite.fitting.spectral import fit_spectral as fit_it
+    else:
+        from allanite.fitting.likelihood import fit_likelihood as fit_it
+    try:
+        model: NoiseModel = fit_it(recording, **options)
+    except TypeError as error:
+        if "unexpected keyword argument" not in str(error):
+            raise
+        raise InputError(f"method={method!r}: {error}") from None
+    return model
+
+
+def _check(method: str, own: tuple[str, ...], what: str, other: tuple[str, ...], instead: str) -> None:
+    if method in own:
+        return
+    hint = f"; {method!r} works on {instead}" if method in other else ""
+    raise InputError(f"for {what} the method must be {' or '.join(map(repr, own))}, not {method!r}{hint}")

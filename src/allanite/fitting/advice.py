@@ -13,7 +13,7 @@ from allanite.errors import InputError
 from allanite.fitting.design import TIME_POWER, design_of
 from allanite.fitting.objective import Curve, solve
 from allanite.fitting.sets import fisher_sd
-from allanite.noise import Estimate, Flicker, GaussMarkov, NoiseModel, RandomWalk
+from allanite.noise import Estimate, Flicker, GaussMarkov, NoiseModel, RandomWalk, Sinusoid
 
 __all__ = ["Advice", "advise", "predicted_sd"]
 
@@ -51,7 +51,7 @@ def predicted_sd(model: NoiseModel, *, n_samples: int, dt: float, sampling: str 
     Parameters
     ----------
     model : NoiseModel
-        Of Q, N, B or Gauss-Markov, K, R.
+        Of Q, N, B or Gauss-Markov, K, R; sinusoids are passed over.
 
     Raises
     ------
@@ -77,6 +77,8 @@ def _coefficients(model: NoiseModel, dt: float) -> tuple[tuple[str, ...], np.nda
     values: dict[str, float] = {}
     T = None
     for term in model.terms:
+        if isinstance(term, Sinusoid):  # a line of known frequency takes next to nothing from the other terms
+            continue
         symbol = names.get(term.type)
         if symbol is None or symbol in values:
             raise InputError(f"prediction takes one term each of {', '.join(names)}; got {model}")

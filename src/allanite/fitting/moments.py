@@ -94,7 +94,12 @@ def fit_moments(
     FitError
         No minimum was found.
     """
-    if len(curve.channels) != 1 or curve.statistic != "oadev":
+    if curve.statistic != "oadev":
+        raise InputError(
+            f"the moment fit takes the oadev curve, not {curve.statistic}: the covariance between its lags is not "
+            "known here. Make it with allan_curve(recording); mark disturbed samples as missing first"
+        )
+    if len(curve.channels) != 1:
         raise InputError("the moment fit takes the oadev curve of one channel: fit(curve['x'])")
     chi_square_factors(np.array([1.0]), confidence)
     used = lags_used(curve, exclude)

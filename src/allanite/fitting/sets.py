@@ -19,7 +19,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import lru_cache
 
 import numpy as np
@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 
 from allanite.fitting.objective import Curve, Solution, distance, sensitivity
 
-__all__ = ["CERTAIN", "coefficient_set", "critical_value", "fisher_sd", "time_set"]
+__all__ = ["CERTAIN", "coefficient_set", "cone_point", "critical_value", "fisher_sd", "time_set"]
 
 Array = NDArray[np.float64]
 
@@ -53,10 +53,23 @@ def critical_value(
     Terms of the family that are not supported are taken to sit at zero, where they may only grow: the least favourable
     case. Supported ones move freely.
     """
+    return cone_point(*_directions(curve, at, symbol, supported), confidence)
+
+
+def cone_point(columns: Sequence[Array], kinds: tuple[str, ...], confidence: float) -> float:
+    """The distance that a true value exceeds with probability 1 - confidence, given the whitened problem.
+
+    Parameters
+    ----------
+    columns : sequence of ndarray, shape (n,)
+        Directions of unit length of the tested parameter (first) and of the others; none: the chi-square point.
+    kinds : tuple of "free" or "one-sided"
+        One for each column: a one-sided parameter sits at zero and may only grow.
+    confidence : float
+    """
     from scipy.special import chdtri
 
     plain = float(chdtri(1, 1 - confidence))
-    columns, kinds = _directions(curve, at, symbol, supported)
     if not columns or not np.all(np.isfinite(np.stack(columns))):
         return plain
     U = np.asarray(np.linalg.qr(np.stack(columns, axis=1), mode="r"), dtype=np.float64)

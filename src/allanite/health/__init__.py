@@ -11,6 +11,7 @@ A channel is read once, block by block (`survey`); the detectors are small funct
 `resolution`    the step of the values against the noise
 `repeats`       frozen readings, zeros, held samples, interleaved sensors, twin channels
 `disturbance`   impulses; stretches that move more, or less, than the rest
+`constancy`     noise that is larger in some parts of the record
 `motion`        a unit that was turned, by the direction of gravity
 `meaning`       units, gravity, removed bias, aperture
 `log`           time stamps and text, from the readers' notes
@@ -29,7 +30,7 @@ from itertools import groupby
 import numpy as np
 
 from allanite.errors import DataQualityError, InputError
-from allanite.health import disturbance, log, meaning, motion, repeats, resolution, values
+from allanite.health import constancy, disturbance, log, meaning, motion, repeats, resolution, values
 from allanite.health.catalogue import CATALOGUE, Entry
 from allanite.health.finding import Finding, Severity
 from allanite.health.survey import Survey, survey
@@ -79,6 +80,7 @@ CHANNEL_DETECTORS: tuple[Callable[[Survey], Iterator[Finding]], ...] = (
     disturbance.impulses,
     disturbance.rest,
     disturbance.amplitude_drop,
+    constancy.noise_changes,
     meaning.unit_trap,
     meaning.aliasing,
 )

@@ -30,6 +30,7 @@ __all__ = [
     "Unrest",
     "amplitude_drop",
     "excess_of",
+    "freedom_of",
     "half_before_gap",
     "impulses",
     "moved",
@@ -182,7 +183,7 @@ def _stand_out(scale: Scale, n_scales: int) -> Unrest | None:
     if windows < Energies.LEAST or quiet == 0.0:
         return None
     ratio = scale.energy / quiet
-    bar = max(LIVELY, 1.2 * _chi_square(_freedom(scale), 1.0 - ALARM / (windows * n_scales)))
+    bar = max(LIVELY, 1.2 * _chi_square(freedom_of(scale), 1.0 - ALARM / (windows * n_scales)))
     out = there & (np.nan_to_num(ratio) > bar)
     if not out.any():
         return None
@@ -192,10 +193,10 @@ def _stand_out(scale: Scale, n_scales: int) -> Unrest | None:
 def _quiet(scale: Scale) -> float:
     """Power of the quiet windows: the lower quartile over that of chi-square."""
     energy = scale.energy[~np.isnan(scale.energy)]
-    return float(np.quantile(energy, 0.25)) / _chi_square(_freedom(scale), 0.25) if len(energy) else 0.0
+    return float(np.quantile(energy, 0.25)) / _chi_square(freedom_of(scale), 0.25) if len(energy) else 0.0
 
 
-def _freedom(scale: Scale) -> float:
+def freedom_of(scale: Scale) -> float:
     """Degrees of freedom of a window's energy, from the ratios of neighbours.
 
     The logarithm of chi-square over nu has variance psi'(nu/2), about 1/(nu/2 - 1/2). Neighbouring windows share
@@ -271,7 +272,7 @@ def amplitude_drop(survey: Survey) -> Iterator[Finding]:
     if windows < Energies.LEAST or survey.lattice.step > 2.0 * survey.sigma:
         return
     usual = float(np.median(energy[there]))
-    low = min(0.5, _chi_square(join * _freedom(scale), ALARM / windows) / 1.2)
+    low = min(0.5, _chi_square(join * freedom_of(scale), ALARM / windows) / 1.2)
     with np.errstate(invalid="ignore"):
         out = there & (energy < low * usual)
     if out.any():

@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field, fields, replace
-from typing import Any
+from typing import TYPE_CHECKING, Any, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -15,6 +15,9 @@ from allanite.errors import InputError
 from allanite.noise.markov import MarkovForm
 from allanite.noise.state_space import StateSpace, stateless
 from allanite.noise.terms import TERMS, Ramp, Sinusoid, Term, TermType
+
+if TYPE_CHECKING:
+    from allanite.noise.datasheet import DatasheetEntries
 
 __all__ = ["Estimate", "NoiseModel"]
 
@@ -79,6 +82,8 @@ class NoiseModel:
         The other family, when the record cannot decide.
     kind, unit : str
         Kind of the channel, and its own unit where it has no SI unit.
+    overbound : dict
+        What an inflated model is inflated by and what it promises (`allanite.overbound`); empty for any other.
     """
 
     terms: tuple[TermType, ...]
@@ -91,6 +96,7 @@ class NoiseModel:
     alternative: NoiseModel | None = field(default=None, repr=False)
     kind: str = "rate"
     unit: str = ""
+    overbound: Mapping[str, Any] = field(default_factory=dict, repr=False)
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "terms", tuple(self.terms))
@@ -102,6 +108,36 @@ class NoiseModel:
     def of(cls, *terms: TermType, kind: str = "rate") -> NoiseModel:
         """The sum of these terms."""
         return cls(terms=terms, kind=kind)
+
+    @classmethod
+    def from_datasheet(cls, **entries: Unpack[DatasheetEntries]) -> NoiseModel:
+        """The model that a data sheet states; what can be read in two ways must be said (`allanite.noise.datasheet`).
+
+        Parameters
+        ----------
+        **entries : str
+            Numbers with their units: angle_random_walk or velocity_random_walk, noise_density (with density_is),
+            rms_noise (with bandwidth and bandwidth_is), bias_instability (with bias_instability_is, and maybe
+            bias_instability_tau), bias_stability, correlation_time, rate_random_walk or acceleration_random_walk,
+            rate_ramp or acceleration_ramp, quantisation.
+
+        Raises
+        ------
+        InputError
+            An entry that is not known, has no unit or the wrong one, is ambiguous, or contradicts another.
+
+        Examples
+        --------
+        >>> sheet = NoiseModel.from_datasheet(
+        ...     noise_density="0.005 deg/s/√Hz", density_is="one-sided",
+        ...     bias_instability="2 deg/h", bias_instability_is="minimum",
+        ... )
+        >>> str(sheet)
+        'NoiseModel(N=6.171e-05; B=1.46e-05)'
+        """
+        from allanite.noise.datasheet import sensor_sheet
+
+        return sensor_sheet(entries).model
 
     def __add__(self, other: NoiseModel | TermType) -> NoiseModel:
         terms = other.terms if isinstance(other, NoiseModel) else (other,)
@@ -188,6 +224,7 @@ class NoiseModel:
             "estimates": [e.to_json() for e in self.estimates],
             "covariance": dict(self.covariance),
             "goodness": dict(self.goodness),
+            **({"overbound": dict(self.overbound)} if self.overbound else {}),
             **other,
         }
 

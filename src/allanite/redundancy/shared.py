@@ -25,6 +25,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.allan.covariance import edf
+from allanite.allan.lags import octave_lags
+from allanite.allan.matrix import allan_matrix
 from allanite.laws import normal_quantile
 from allanite.noise import NoiseModel
 from allanite.redundancy.results import SharedNoise
@@ -60,23 +62,22 @@ def allan_covariance(means: Array, dt: float, model: NoiseModel) -> AllanCovaria
 
     `model` says which noise the degrees of freedom belong to.
     """
-    rows, n = means.shape
-    bad = np.concatenate([[0], np.cumsum(np.isnan(means).any(axis=1))])
-    phase = np.concatenate(
-        [np.zeros((1, n)), np.cumsum(np.nan_to_num(means - np.nanmean(means, axis=0)), axis=0)]
+    rows = len(means)
+    bad = np.isnan(means).any(axis=1)
+    edges = np.flatnonzero(np.diff(np.concatenate(([False], bad, [False])).astype(np.int8)))
+    levels = np.nan_to_num(means - np.nanmean(means, axis=0)).T
+    phases = np.concatenate([np.zeros((len(levels), 1)), np.cumsum(levels, axis=1)], axis=1)
+    lags = octave_lags(rows, window=4)
+    found = allan_matrix(phases, edges.astype(np.int64).reshape(-1, 2), lags)
+    enough = np.logical_and.accumulate(found.count >= 2 * lags)
+    # gaps leave fewer windows: those of a shorter record
+    free = [
+        float(edf(model, [m], count + 2 * m - 1, dt, "mean")[0])
+        for m, count in zip(lags[enough].tolist(), found.count[enough].tolist(), strict=True)
+    ]
+    return AllanCovariance(
+        tau=lags[enough].astype(np.float64) * dt, matrix=found.covariance[enough], edf=np.array(free)
     )
-    lags = [2**i for i in range(max(int(math.log2(max(rows // 4, 1))) + 1, 1))]
-    found = []
-    for m in lags:
-        use = bad[2 * m :] == bad[: -2 * m]
-        if use.sum() < 2 * m:
-            break
-        d = (phase[2 * m :] - 2 * phase[m:-m] + phase[: -2 * m])[use] / m
-        # gaps leave fewer windows: those of a shorter record
-        free = float(edf(model, [m], len(d) + 2 * m - 1, dt, "mean")[0])
-        found.append((m, d.T @ d / (2 * len(d)), free))
-    kept, matrix, freedom = (np.array(column) for column in zip(*found, strict=True))
-    return AllanCovariance(tau=kept * dt, matrix=matrix, edf=freedom)
 
 
 def pairs_of(

@@ -40,7 +40,15 @@ _PAGES = {
     "allanite-calibration-estimate": ("calibration", "sections.html"),
     "allanite-plan": ("plan", "sections.html"),
     "allanite-position-plan": ("position_plan", "sections.html"),
+    "allanite-environment": ("environment", "sections.html"),
     "allanite-combination": ("combination", "sections.html"),
+    "allanite-selection": ("selection", "sections.html"),
+    "allanite-separation": ("separation", "sections.html"),
+    "allanite-variation": ("variation", "sections.html"),
+    "allanite-comparison": ("comparison", "sections.html"),
+    "allanite-datasheet": ("datasheet", "sections.html"),
+    "allanite-overbound": ("datasheet", "sections.html"),
+    "allanite-spectrum": ("spectrum", "sections.html"),
     "allanite-demonstration": ("demonstration", "sections.html"),
 }
 #: Results whose plain document does not name its format.

@@ -10,15 +10,21 @@ from typing import Any
 from allanite.figures import sheet_of
 from allanite.figures.curves import STATISTICS
 from allanite.figures.panel import DARK, LIGHT
+from allanite.report.environment import pictures_of
 from allanite.report.pieces import Figure, finding_row, provenance_rows
 from allanite.wording import (
     COLUMNS,
     GUARANTEE,
     Group,
+    coefficient_lines,
     duration,
+    effect_lines,
+    environment_facts,
+    environment_sentences,
     finding_kinds,
     groups,
     headings,
+    line_lines,
     number,
     people_unit,
     probability,
@@ -42,6 +48,7 @@ def page(study: Json) -> dict[str, Any]:
     sections = [_section(i, group, study) for i, group in enumerate(groups(study["channels"]))]
     record, rate = _record_figure(study), study["recording"]["rate"]
     open_ = worst([f for f in study["findings"] if not f.get("accepted")])
+    environment = [_environment(c["environment"]) for c in study["channels"] if c.get("environment")]
     figures = [
         f
         for s in sections
@@ -64,13 +71,37 @@ def page(study: Json) -> dict[str, Any]:
         "statistics": sorted(
             {_in_a_sentence(STATISTICS[c["curve"]["statistic"]]) for c in study["channels"]}
         ),
-        "figures": {f.id: f.spec for f in [*figures, *([record] if record else [])]},
+        "residual": environment_sentences(study["channels"]),
+        "environment": environment,
+        "figures": {
+            f.id: f.spec
+            for f in [
+                *figures,
+                *([record] if record else []),
+                *(f for e in environment for f in e["figures"]),
+            ]
+        },
         "palettes": {"light": LIGHT, "dark": DARK},
     }
 
 
 def _in_a_sentence(name: str) -> str:
-    return name if name.startswith(("Allan", "Hadamard")) else name[0].lower() + name[1:]
+    return (
+        name
+        if name.startswith(("Allan", "Hadamard", "Haar", "Theo1", "ThêoH"))
+        else name[0].lower() + name[1:]
+    )
+
+
+def _environment(found: Json) -> dict[str, Any]:
+    """What temperature and warm-up did to one channel."""
+    return {
+        "channel": found["channel"],
+        "coefficients": coefficient_lines(found),
+        "facts": environment_facts(found),
+        "effects": effect_lines(found),
+        "figures": pictures_of(found),
+    }
 
 
 # -- one group of channels --------------------------------------------------------------------------------
@@ -96,12 +127,13 @@ def _section(index: int, group: Group, study: Json) -> dict[str, Any]:
             sheet_of(
                 {**study, "channels": [c for c in group.channels if c.get("spectrum")]}, view="spectrum"
             ),
-            f"{group.title}: root of the two-sided power spectral density; dashed, the model fitted to the curve. "
-            "Where they part, the curve holds something that is not noise.",
+            f"{group.title}: root of the two-sided power spectral density; dashed, the model fitted to the curve, as "
+            "these segments would show it. Where they part, the curve holds something that is not noise.",
             f"Spectrum of {names} with the model.",
         )
     return {
         "title": group.title,
+        "lines": [(c["name"], row) for c in group.channels if c.get("spectrum") for row in line_lines(c)],
         "verdict": verdict(group),
         "has_si": group.has_si,
         "table": _table(group),

@@ -40,7 +40,9 @@ PerChannel = float | Mapping[str, float]
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Temperature:
-    """The temperature of a sensor, T(t) = start + drift t + rise (1 - exp(-t/time_constant)), and its effect.
+    """The temperature of a sensor and its effect.
+
+    T(t) = start + drift t + rise (1 - exp(-t/time_constant)) + swing sin(2 pi t/period)
 
     Attributes
     ----------
@@ -48,6 +50,8 @@ class Temperature:
     drift : float [K/s]
     rise, time_constant : float [K], [s]
         Of the warming up; t counts from the first sample.
+    swing, period : float [K], [s]
+        Of day and night, or of a chamber.
     coefficient : float [rad/s/K]
         Bias per kelvin above `reference`.
     reference : float or None [°C]
@@ -62,23 +66,29 @@ class Temperature:
     drift: float = 0.0
     rise: float = 0.0
     time_constant: float = 1200.0
+    swing: float = 0.0
+    period: float = 86_400.0
     coefficient: float = 0.0
     reference: float | None = None
     noise: float = 0.0
     channel: str | None = "temperature"
 
     def __post_init__(self) -> None:
-        for name in ("start", "drift", "rise", "time_constant", "coefficient", "noise"):
+        for name in ("start", "drift", "rise", "time_constant", "swing", "period", "coefficient", "noise"):
             object.__setattr__(self, name, finite(f"temperature: {name}", getattr(self, name)))
         if self.reference is not None:
             object.__setattr__(self, "reference", finite("temperature: reference", self.reference))
-        if self.time_constant <= 0 or self.noise < 0:
-            raise InputError("temperature: time_constant must be positive [s], noise not negative [K]")
+        if self.time_constant <= 0 or self.period <= 0 or self.noise < 0:
+            raise InputError(
+                "temperature: time_constant and period must be positive [s], noise not negative [K]"
+            )
 
     def over(self, t: Array, span: float) -> Array:
         """Means over `span` seconds from t on; values at t where it is 0 [°C]."""
         gone = decayed(t, span, self.time_constant)
-        return np.asarray(self.start + self.drift * (t + span / 2) + self.rise * (1 - gone))
+        turn = 2 * np.pi / self.period
+        swing = self.swing * np.sinc(span / self.period) * np.sin(turn * (t + span / 2))
+        return np.asarray(self.start + self.drift * (t + span / 2) + self.rise * (1 - gone) + swing)
 
     def bias(self, t: Array, span: float) -> Array:
         """The same of the bias that it makes [rad/s]."""

@@ -54,13 +54,33 @@ class SpectralLine:
         -log10 of the probability that noise alone would show such a peak anywhere in the record: 3 and more. For a
         harmonic, anywhere among the multiples of its line.
     width : float [Hz]
-        Resolution of the spectrum there: the line is no wider, and its frequency is known to half of it.
+        Resolution of the spectrum there: the line is no wider.
+    amplitude_lower, amplitude_upper : float
+        Its 95 % interval; NaN where the record was not examined for it.
+    frequency_lower, frequency_upper : float [Hz]
+        Its 95 % interval. A line that is not stable lies somewhere within its width.
+    stable : bool
+        Amplitude and phase stay the same through the record: the line is a sinusoid.
+    coherence : float
+        Probability that a sinusoid in this noise scatters more from part to part of the record; NaN: not examined.
+    phase : float [rad]
+        Of a stable line, of its sine, at the first sample.
+    note : str
+        What a reader must know besides.
     """
 
     frequency: float
     amplitude: float
     significance: float
     width: float
+    amplitude_lower: float = math.nan
+    amplitude_upper: float = math.nan
+    frequency_lower: float = math.nan
+    frequency_upper: float = math.nan
+    stable: bool = False
+    coherence: float = math.nan
+    phase: float = math.nan
+    note: str = ""
 
 
 def find_lines(streams: Sequence[Periodogram]) -> tuple[SpectralLine, ...]:

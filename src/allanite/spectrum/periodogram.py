@@ -3,10 +3,11 @@
 
 The record is cut into half-overlapping segments under a Hann window (Welch 1967). For the low frequencies it is
 decimated by eight, again and again, and each decimated stream gets segments of its own: so every frequency is seen
-by long segments while no transform is longer than 16 384 points.
+by long segments while no transform is longer than 16 384 points. `welch` gives the periodogram of one kind of segment
+at the full rate alone.
 
-A missing sample has weight zero; nothing is put in its place. Segments (and decimated samples) that miss more than a
-small part of their weight are skipped and counted.
+Short runs of missing samples are bridged (see `holes`); longer ones have weight zero, and segments and decimated
+samples that miss more than a small part of their weight are skipped and counted.
 """
 
 from __future__ import annotations
@@ -21,7 +22,20 @@ from numpy.typing import NDArray
 
 from allanite.recording import Recording
 
-__all__ = ["Periodogram", "equivalent_dof", "periodograms"]
+from .holes import Bridge
+from .windows import HANN, Window
+
+__all__ = [
+    "FEWEST_SEGMENTS",
+    "SEGMENT",
+    "SHORTEST_SEGMENT",
+    "Periodogram",
+    "additive_dof",
+    "equivalent_dof",
+    "periodograms",
+    "rate_blocks",
+    "welch",
+]
 
 Array = NDArray[np.float64]
 
@@ -33,8 +47,10 @@ FEWEST_SEGMENTS = 4
 SHORTEST_SEGMENT = 16
 #: Bins 0 to 2 hold the mean and its leakage through the Hann window.
 FIRST_BIN = 3
-#: A segment may miss this share of its samples.
-SEGMENT_MISSING = 0.02
+#: A segment may miss this share of its weight: what lies under the ends of its window.
+SEGMENT_MISSING = 1e-3
+#: Shorter segments are tried where gaps leave less than this share of the segments.
+ENOUGH = 0.5
 
 DECIMATION = 8
 #: Usable band of a decimated stream over its rate: aliases are 80 dB down there.
@@ -56,9 +72,11 @@ class Periodogram:
     segment : int
         Samples per segment.
     segments, pairs, skipped : int
-        Segments averaged, pairs of them that overlap, segments skipped for missing samples.
+        Segments averaged, neighbouring pairs of them, segments skipped for missing samples.
     merged : int
         Bins of the transform in each bin.
+    edf : float
+        Equivalent degrees of freedom of one bin, for white noise.
     """
 
     frequency: Array
@@ -70,6 +88,7 @@ class Periodogram:
     pairs: int
     skipped: int
     merged: int = 1
+    edf: float = math.nan
 
     @property
     def resolution(self) -> float:
@@ -90,7 +109,10 @@ class Periodogram:
 
 
 def periodograms(
-    recording: Recording, name: str, progress: Callable[[float], None] | None = None
+    recording: Recording,
+    name: str,
+    progress: Callable[[float], None] | None = None,
+    least: int = FEWEST_SEGMENTS,
 ) -> list[Periodogram]:
     """Periodograms of a channel in its own unit, the full rate first, that share the frequencies among them.
 
@@ -101,39 +123,45 @@ def periodograms(
         A channel; angles and velocities are differenced to rates.
     progress : callable, optional
         Called with the fraction done.
+    least : int
+        Segments of each stream at least, overlaps not counted.
 
     Returns
     -------
     list of Periodogram
         Empty where no segment is complete enough. Segments are shortened when gaps leave no room for long ones.
     """
-    longest = SEGMENT
-    found: list[Periodogram] = []
-    while longest >= SHORTEST_SEGMENT and not found:
-        found = _run(recording, name, longest, progress)
+    longest, best, kept = SEGMENT, 0.0, list[Periodogram]()
+    while longest >= SHORTEST_SEGMENT and best < ENOUGH:
+        found = _run(recording, name, longest, least, progress)
+        share = min((p.segments / (p.segments + p.skipped) for p in found), default=0.0)
+        if share > best:
+            best, kept = share, found
         longest //= 8
-    return found
+    return kept
 
 
 def _run(
-    recording: Recording, name: str, longest: int, progress: Callable[[float], None] | None
+    recording: Recording, name: str, longest: int, least: int, progress: Callable[[float], None] | None
 ) -> list[Periodogram]:
-    streams = _plan(recording.n_samples, 1 / recording.rate, longest)
+    streams = _plan(recording.n_samples, 1 / recording.rate, longest, least)
     if not streams:
         return []
-    for done, block in _rates(recording, name):
-        _feed(streams, block)
+    bridge = Bridge()
+    for done, block in rate_blocks(recording, name):
+        _feed(streams, bridge(block))
         if progress is not None:
             progress(done / recording.n_samples)
-    kept = [s for s in streams if s.welch.segments >= FEWEST_SEGMENTS]
-    return _shares(kept) if kept else []
+    kept = [s for s in streams if s.welch.segments >= least]
+    white = bridge.lacking / recording.rate
+    return [replace(p, density=p.density + white) for p in _shares(kept)] if kept else []
 
 
-def _plan(n_samples: int, dt: float, longest: int) -> list[_Stream]:
-    """A stream for each decade or so; the last one's segments are a quarter of it."""
+def _plan(n_samples: int, dt: float, longest: int, least: int) -> list[_Stream]:
+    """A stream for each decade or so; the last one's segments are a quarter of it, or as `least` says."""
     streams: list[_Stream] = []
     gain: tuple[float, ...] = ()
-    while (room := n_samples // FEWEST_SEGMENTS) >= SHORTEST_SEGMENT:
+    while (room := n_samples // least) >= SHORTEST_SEGMENT:
         power = 1 << (room.bit_length() - 1)
         length = min(longest, power + power // 2 if power + power // 2 <= room else power)
         streams.append(_Stream(welch=_Welch(length), decimator=_Decimator(), dt=dt, stages=gain))
@@ -143,8 +171,53 @@ def _plan(n_samples: int, dt: float, longest: int) -> list[_Stream]:
     return streams
 
 
-def _rates(recording: Recording, name: str) -> Iterator[tuple[int, Array]]:
-    """Blocks of the channel as rates less a constant, with the number of samples read."""
+def welch(
+    recording: Recording,
+    name: str,
+    length: int,
+    *,
+    window: Window = HANN,
+    overlap: float = 0.5,
+    progress: Callable[[float], None] | None = None,
+) -> Periodogram:
+    """Averaged periodogram of segments of `length` samples at the full rate, in the channel's own unit.
+
+    Parameters
+    ----------
+    recording : Recording
+    name : str
+    length : int
+    window : Window
+    overlap : float
+        Part of a segment that it shares with the next.
+    progress : callable, optional
+
+    Returns
+    -------
+    Periodogram
+        Without segments where gaps leave none whole enough.
+    """
+    dt, whole = 1 / recording.rate, _Welch(length, window, max(round(length * (1 - overlap)), 1))
+    bridge = Bridge()
+    for done, block in rate_blocks(recording, name):
+        whole.feed(bridge(block))
+        if progress is not None:
+            progress(done / recording.n_samples)
+    return Periodogram(
+        frequency=np.arange(length // 2 + 1) / (length * dt),
+        density=(whole.density() + bridge.lacking) * dt,
+        first=window.order + 2,
+        last=length // 2 - window.order,
+        segment=length,
+        segments=whole.segments,
+        pairs=whole.pairs,
+        skipped=whole.skipped,
+        edf=whole.edf(),
+    )
+
+
+def rate_blocks(recording: Recording, name: str) -> Iterator[tuple[int, Array]]:
+    """Blocks of the channel as rates less a constant, with the number of samples read, in the channel's own unit."""
     integrated = recording[name].kind.integrated
     origin, last = math.nan, np.full(1, np.nan)
     for start, samples in recording.blocks(name):
@@ -183,6 +256,7 @@ def _shares(streams: list[_Stream]) -> list[Periodogram]:
                 segments=stream.welch.segments,
                 pairs=stream.welch.pairs,
                 skipped=stream.welch.skipped,
+                edf=stream.welch.edf(),
             )
         )
     return found
@@ -191,50 +265,74 @@ def _shares(streams: list[_Stream]) -> list[Periodogram]:
 # -- segments ---------------------------------------------------------------------------------------------
 
 
-def _hann(length: int) -> Array:
-    window: Array = np.sin(np.pi / length * np.arange(length)) ** 2
-    return window
-
-
 class _Welch:
-    """Sum of |Hann-windowed transform|^2 over half-overlapping segments of a stream fed in blocks."""
+    """Sum of |windowed transform|^2 over overlapping segments of a stream fed in blocks."""
 
-    __slots__ = ("_last_used", "_rest", "_sum", "_window", "length", "pairs", "segments", "skipped")
+    __slots__ = (
+        "_before",
+        "_hop",
+        "_lags",
+        "_rest",
+        "_shape",
+        "_sum",
+        "_window",
+        "length",
+        "segments",
+        "skipped",
+    )
 
-    def __init__(self, length: int) -> None:
+    def __init__(self, length: int, window: Window = HANN, hop: int | None = None) -> None:
         self.length = length
-        self.segments = self.pairs = self.skipped = 0
-        self._window = _hann(length)
+        self.segments = self.skipped = 0
+        self._shape = window
+        self._window = window.samples(length)
+        self._hop = length // 2 if hop is None else hop
         self._sum = np.zeros(length // 2 + 1)
         self._rest = np.zeros(0)
-        self._last_used = False
+        reach = -(-length // self._hop) - 1  # segments ahead that share samples with one
+        self._before = np.zeros(reach, dtype=bool)
+        self._lags = np.zeros(reach, dtype=np.int64)
+
+    @property
+    def pairs(self) -> int:
+        """Neighbouring segments that were both used."""
+        return int(self._lags[0]) if len(self._lags) else 0
 
     def feed(self, block: Array) -> None:
         stream = np.concatenate([self._rest, block])
-        hop = self.length // 2
-        count = max((len(stream) - self.length) // hop + 1, 0)
+        count = max((len(stream) - self.length) // self._hop + 1, 0)
         if count:
-            segments = np.lib.stride_tricks.sliding_window_view(stream, self.length)[::hop]
+            segments = np.lib.stride_tricks.sliding_window_view(stream, self.length)[:: self._hop]
             batch = max((1 << 17) // self.length, 1)
             for first in range(0, count, batch):
                 self._add(segments[first : first + batch])
-        self._rest = stream[count * hop :]
+        self._rest = stream[count * self._hop :]
 
     def _add(self, segments: Array) -> None:
         if math.isnan(float(segments.sum())):
             used, weighted = _weighted(segments, self._window)
         else:
             used, weighted = np.ones(len(segments), dtype=bool), segments * self._window
-        before = np.concatenate([[self._last_used], used[:-1]])
-        self.pairs += int(np.sum(before & used))
+        line = np.concatenate([self._before, used])
+        for lag in range(1, len(self._lags) + 1):
+            self._lags[lag - 1] += int(np.sum(line[len(self._before) - lag : -lag] & used))
+        self._before = line[len(used) :]
         self.segments += int(used.sum())
         self.skipped += int(np.sum(~used))
-        self._last_used = bool(used[-1])
         self._sum += _power(weighted)
 
     def density(self) -> Array:
         """Mean |transform|^2 over the energy of the window: the two-sided density at dt = 1."""
         return self._sum / (max(self.segments, 1) * float(np.sum(self._window**2)))
+
+    def edf(self) -> float:
+        """Equivalent degrees of freedom of a bin: 2 segments/(1 + 2 sum of the correlations of those that overlap).
+
+        The correlation of two powers is the squared correlation of the windows that they share [Welch 1967, eq. 6].
+        """
+        shared = self._shape.overlap(self.length, self._hop)[1:]
+        both = float(shared @ self._lags) / max(self.segments, 1)
+        return 2 * self.segments / (1 + 2 * both)
 
 
 def _power(segments: Array) -> Array:
@@ -249,7 +347,7 @@ def _power(segments: Array) -> Array:
 def _weighted(segments: Array, window: Array) -> tuple[NDArray[np.bool_], Array]:
     """Segments with missing samples: those used, and their windowed values, missing samples at weight zero."""
     missing = np.isnan(segments)
-    used = missing.sum(axis=1) <= SEGMENT_MISSING * segments.shape[1]
+    used = missing @ window**2 <= SEGMENT_MISSING * np.sum(window**2)
     segments, present = segments[used], ~missing[used]
     mean = np.zeros((len(segments), 1))
     holed = ~present.all(axis=1)  # elsewhere the window keeps the mean to bins that are not used
@@ -265,22 +363,36 @@ def equivalent_dof(bins: int, segments: int, pairs: int) -> float:
     Counts the correlation of neighbouring bins (4/9, 1/36) and of overlapping segments (1/36, ...), exactly so for
     white noise (Welch 1967, eq. 6, extended to bands of bins).
     """
+    within, between = _crowding(bins)
+    return float(2 * bins * segments / (within + 2 * pairs / segments * between))
+
+
+def additive_dof(edf: Array, bins: NDArray[np.int64]) -> Array:
+    """Degrees of freedom of neighbouring means that may be added up: what each knows that the others do not.
+
+    Two narrow means side by side share bins that are correlated; a sum of their `equivalent_dof` counts those twice.
+    """
+
+    def crowd(n: int) -> float:
+        within, between = _crowding(n)
+        return within + 2 * between
+
+    return np.array([e * crowd(int(n)) / crowd(1 << 20) for e, n in zip(edf, bins, strict=True)])
+
+
+def _crowding(bins: int) -> tuple[float, float]:
+    """Sum of the correlations of a bin with all bins of its band: within a segment, and with the next one."""
     same, overlapping = _hann_correlations()
     taper = np.maximum(1 - np.arange(len(same)) / bins, 0)
     within = taper[0] * same[0] + 2 * float(taper[1:] @ same[1:])
     between = taper[0] * overlapping[0] + 2 * float(taper[1:] @ overlapping[1:])
-    return float(2 * bins * segments / (within + 2 * pairs / segments * between))
+    return within, between
 
 
 @lru_cache(maxsize=1)
 def _hann_correlations() -> tuple[Array, Array]:
     """Correlation of the powers of bins d apart, d = 0...7: in one segment, and in two that overlap by half."""
-    length = 64
-    window = _hann(length)
-    energy = np.sum(window**2)
-    same = np.abs(np.fft.rfft(window**2)) / energy
-    overlapping = np.abs(np.fft.rfft(window[: length // 2] * window[length // 2 :], length)) / energy
-    return same[:8] ** 2, overlapping[:8] ** 2
+    return HANN.neighbours(64, 32, 7)
 
 
 # -- decimation -------------------------------------------------------------------------------------------

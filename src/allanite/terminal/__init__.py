@@ -3,7 +3,10 @@
 
 from allanite.terminal.alignment import show_alignment
 from allanite.terminal.calibration import show_calibration
+from allanite.terminal.comparison import show_comparison
 from allanite.terminal.console import progress
+from allanite.terminal.datasheet import show_bounds, show_datasheet
+from allanite.terminal.environment import show_environment
 from allanite.terminal.measurements import (
     show_aided,
     show_demonstration,
@@ -17,17 +20,25 @@ from allanite.terminal.measurements import (
 from allanite.terminal.position_plan import show_position_plan
 from allanite.terminal.rate_table import show_rate_table
 from allanite.terminal.redundancy import show_combination
+from allanite.terminal.selection import show_selection
+from allanite.terminal.separation import show_separation
+from allanite.terminal.spectrum import show_spectrum
 from allanite.terminal.study import show_curve, show_findings, show_models, show_recording, show_study
+from allanite.terminal.variation import show_variation
 
 __all__ = [
     "progress",
     "show_aided",
     "show_alignment",
+    "show_bounds",
     "show_calibration",
     "show_combination",
+    "show_comparison",
     "show_curve",
+    "show_datasheet",
     "show_demonstration",
     "show_earth_rate",
+    "show_environment",
     "show_filtered",
     "show_findings",
     "show_models",
@@ -38,5 +49,9 @@ __all__ = [
     "show_rate_table",
     "show_rate_vector",
     "show_recording",
+    "show_selection",
+    "show_separation",
+    "show_spectrum",
     "show_study",
+    "show_variation",
 ]

@@ -13,6 +13,7 @@ from allanite.wording import (
     Group,
     Reading,
     duration,
+    environment_sentences,
     finding_kinds,
     groups,
     headings,
@@ -40,6 +41,9 @@ def show_study(study: Json, files: Sequence[object] = (), notes: Sequence[str] =
     """Findings, the parameters in people's units and in SI, files, and what to do next."""
     out = console()
     show_findings(study["findings"])
+    for words in environment_sentences(study["channels"]):
+        out.print(words, soft_wrap=True)
+        out.print()
     _parameters(out, study["channels"])
     for note in notes:
         out.print(note, soft_wrap=True)

@@ -9,9 +9,16 @@ documents of results and holds no formula: it rounds, chooses units and makes se
 ``rates``    Earth rate, filter and plan
 ``north``    directions
 ``redundancy``  combined sensors
+``variation``  deviation over time
+``selection``  sets of terms
+``separation``  what sensors share, and what each has alone
+``comparison``  records beside one another
 ``vector``   rate vector and null test
 ``rate_table``  the response to a rate table
 ``alignment``  roll, pitch and heading
+``spectrum``  densities and lines
+``datasheet``  statements of a data sheet, and bounds above a model
+``environment``  temperature and warm-up
 ``calibration``  parameters, positions and turns of a self-calibration
 """
 
@@ -41,6 +48,24 @@ from allanite.wording.calibration import (
     sensor_words,
     still_open,
     turn_lines,
+)
+from allanite.wording.comparison import (
+    adjusted_p,
+    channel_table,
+    compared_unit,
+    comparison_facts,
+    outlier_lines,
+    parameter_name,
+    record_lines,
+    sameness_lines,
+)
+from allanite.wording.datasheet import bound_lines, bound_words, inflation_words, statement_lines
+from allanite.wording.environment import (
+    coefficient_lines,
+    effect_lines,
+    environment_facts,
+    environment_sentences,
+    temperature_unit,
 )
 from allanite.wording.north import (
     angle_budget_lines,
@@ -110,6 +135,21 @@ from allanite.wording.redundancy import (
     shared_lines,
     weight_lines,
 )
+from allanite.wording.selection import (
+    candidate_lines,
+    chosen_line_lines,
+    selection_facts,
+    term_lines,
+    weight_words,
+)
+from allanite.wording.separation import part_lines, part_term_lines, separation_facts
+from allanite.wording.spectrum import (
+    density_lines,
+    density_unit,
+    line_lines,
+    spectral_agreement,
+    spectrum_facts,
+)
 from allanite.wording.study import (
     COLUMNS,
     EQUIVALENT,
@@ -128,6 +168,7 @@ from allanite.wording.study import (
     verdict,
     worst,
 )
+from allanite.wording.variation import change_lines, constancy_lines, part_name, variation_facts
 from allanite.wording.vector import (
     EMPTY_BUDGET,
     axis_lines,
@@ -159,6 +200,7 @@ __all__ = [
     "Reading",
     "ResponseLine",
     "WeekLine",
+    "adjusted_p",
     "aided_lines",
     "alignment_budget",
     "angle",
@@ -169,20 +211,35 @@ __all__ = [
     "axis_lines",
     "azimuth_words",
     "bias_words",
+    "bound_lines",
+    "bound_words",
     "budget_lines",
     "calibrated_words",
     "calibration_facts",
     "calibration_name",
+    "candidate_lines",
     "capitalised",
+    "change_lines",
+    "channel_table",
     "check_lines",
+    "chosen_line_lines",
     "coarse_lines",
+    "coefficient_lines",
     "combination_facts",
+    "compared_unit",
+    "comparison_facts",
     "consistency_lines",
+    "constancy_lines",
     "contradictions",
+    "density_lines",
+    "density_unit",
     "direction_words",
     "duration",
     "earth_rate_lines",
     "earth_seen_words",
+    "effect_lines",
+    "environment_facts",
+    "environment_sentences",
     "estimate_of",
     "fault_lines",
     "filter_lines",
@@ -197,20 +254,27 @@ __all__ = [
     "headline",
     "horizontal_line",
     "horizontal_words",
+    "inflation_words",
     "interval",
     "known_rate",
     "latitude_line",
     "latitude_words",
     "left_out_lines",
     "length_lines",
+    "line_lines",
     "model_words",
     "naive_words",
     "null_budget",
     "null_words",
     "number",
+    "outlier_lines",
     "output_unit",
     "parameter_groups",
+    "parameter_name",
     "parameter_unit",
+    "part_lines",
+    "part_name",
+    "part_term_lines",
     "people_unit",
     "plan_facts",
     "plan_table",
@@ -221,14 +285,18 @@ __all__ = [
     "probability",
     "reading",
     "readings",
+    "record_lines",
     "response_budget",
     "response_lines",
     "rest_unit",
+    "sameness_lines",
     "scale_unit",
     "scatter_lines",
     "scheme_lines",
+    "selection_facts",
     "sensor_words",
     "sentence",
+    "separation_facts",
     "severity_order",
     "shape_words",
     "share",
@@ -236,21 +304,28 @@ __all__ = [
     "si_unit",
     "signed",
     "slope_reading",
+    "spectral_agreement",
+    "spectrum_facts",
     "stand_words",
     "standing_words",
+    "statement_lines",
     "step_rows",
     "still_open",
     "table_words",
     "take_name",
+    "temperature_unit",
+    "term_lines",
     "tone",
     "turn_lines",
     "turn_words",
     "used_words",
+    "variation_facts",
     "vector_budget",
     "verdict",
     "week_lines",
     "week_words",
     "weight_lines",
+    "weight_words",
     "with_sd",
     "worst",
 ]

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from allanite.earth import EARTH_RATE
-from allanite.noise import GaussMarkov, NoiseModel
+from allanite.noise import GaussMarkov, NoiseModel, Sinusoid
 from allanite.wording.numbers import duration, interval, number, probability, with_sd
 from allanite.wording.study import COLUMNS, people_unit
 
@@ -64,6 +64,13 @@ _TONES = {
     "no bias that follows the turns": "good",
     "calibrated": "good",
     "sensors agree": "good",
+    "constant within its intervals": "good",
+    "no shared noise is seen": "good",
+    "noise is shared": "good",
+    "no difference seen": "good",
+    "the terms are clear": "good",
+    "the records differ": "warning",
+    "meets the data sheet": "good",
     "a sensor is at fault": "warning",
     "sensors contradict each other": "fatal",
     "not resolved": "warning",
@@ -74,6 +81,7 @@ _TONES = {
     "inconsistent": "fatal",
     "inconsistent with Earth": "fatal",
     "not calibrated": "fatal",
+    "does not meet the data sheet": "fatal",
     "a bias follows the turns": "fatal",
 }
 _SOURCES = {
@@ -148,15 +156,17 @@ def model_words(model: Json) -> str:
     """
     made = NoiseModel.from_json(model)
     values: dict[str, float] = {}
+    lines: list[str] = []
     for term in made.terms:
-        if isinstance(term, GaussMarkov):
+        if isinstance(term, Sinusoid):
+            name, factor = people_unit(made.kind, "mean", made.unit)
+            lines.append(f"line {number(term.frequency, 4)} Hz of {number(term.amplitude / factor)} {name}")
+        elif isinstance(term, GaussMarkov):
             values |= {"B": term.B_equiv, "T": term.T}
         else:
             values |= {s: getattr(term, s) for s in COLUMNS if hasattr(term, s)}
-    return (
-        ", ".join(_coefficient(made.kind, made.unit, s, values[s]) for s in COLUMNS if s in values)
-        or "no noise"
-    )
+    noise = [_coefficient(made.kind, made.unit, s, values[s]) for s in COLUMNS if s in values]
+    return ", ".join([*noise, *lines]) or "no noise"
 
 
 def _coefficient(kind: str, unit: str, symbol: str, value: float) -> str:

@@ -1,0 +1,53 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Several records beside one another: compare."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import click
+
+from allanite.cli.options import accept_option, log_options, place_of, print_json, result_options, typed
+from allanite.cli.program import LOSS, command
+
+__all__ = ["compare"]
+
+
+@command("allanite compare monday.csv tuesday.csv wednesday.csv --unit deg/s --out compared")
+@click.argument("records", nargs=-1, required=True, metavar="RECORD RECORD...")
+@log_options
+@click.option("--names", help="Of the records: SN1,SN2,SN3.  [default: those of the files]")
+@click.option(
+    "--match",
+    multiple=True,
+    metavar="CHANNELS",
+    help="Channels that belong together: x, or one name for each record: x,gyro_x. Several times.",
+)
+@accept_option
+@click.option("--confidence", type=float, default=0.95, show_default=True, help="Level of the intervals.")
+@click.option("--level", type=float, default=0.05, show_default=True, help="Of the tests.")
+@result_options
+def compare(
+    records: tuple[str, ...], names: str | None, match: tuple[str, ...], confidence: float, level: float,
+    out: str | None, figure: str | None, force: bool, as_json: bool, **options: Any,
+) -> int:  # fmt: skip
+    """Compare several RECORDs, of one sensor or of several of a kind: are they the same, and how much do they scatter?
+
+    A RECORD is a log, a study.json (or the folder that holds one), or an allan.csv. Options of logs hold for all.
+    """
+    from allanite import delivery, terminal
+
+    delivery.refuse_measurement(out, figure, "comparison", ["parameters.csv"], force=force)
+    options["names"] = [n.strip() for n in names.split(",")] if names else None
+    options["matches"] = [[n.strip() for n in m.split(",")] if "," in m else m for m in match] or None
+    options["compare"] = {"confidence": confidence, "level": level}
+    with terminal.progress(quiet=as_json) as advance:
+        found = delivery.comparison_of(
+            [place_of(r) for r in records], command=typed(), progress=advance, **options
+        )
+    done = delivery.write_measurement(found, out, figure, force=force)
+    if as_json:
+        print_json(found.document)
+    else:
+        terminal.show_comparison(found.document, done.files)
+    return LOSS if found.lossy else 0

@@ -1,0 +1,48 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Which noise terms a log supports: select."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import click
+
+from allanite.cli.options import (
+    Frequencies,
+    accept_option,
+    log_options,
+    place_of,
+    print_json,
+    result_options,
+    typed,
+)
+from allanite.cli.program import LOSS, command
+
+__all__ = ["select"]
+
+
+@command("allanite select gyro.parquet --lines auto --out selection")
+@click.argument("log")
+@log_options
+@click.option("--lines", type=Frequencies(), default="auto", show_default=True, help=Frequencies.__doc__)
+@click.option("--confidence", type=float, default=0.95, show_default=True, help="Level of the intervals.")
+@accept_option
+@result_options
+def select(log: str, out: str | None, figure: str | None, force: bool, as_json: bool, **options: Any) -> int:
+    """Say which sum of noise terms a LOG supports, and how sure that is.
+
+    Quantisation, white noise, flicker, up to two Gauss-Markov terms, random walk, ramp and spectral lines: every set of
+    them with its weight, and the parameters with what is open about the set.
+    """
+    from allanite import delivery, terminal
+
+    delivery.refuse_measurement(out, figure, "selection", ["selection.csv"], force=force)
+    options |= {"command": typed(), "source": "stdin" if log == "-" else None}
+    with terminal.progress(quiet=as_json) as advance:
+        found = delivery.selection_of(place_of(log), progress=advance, **options)
+    done = delivery.write_measurement(found, out, figure, force=force)
+    if as_json:
+        print_json(found.document)
+    else:
+        terminal.show_selection(found.document, done.files)
+    return LOSS if found.lossy else 0

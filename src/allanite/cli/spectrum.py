@@ -1,0 +1,77 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Densities over frequency, with a model over them: spectrum."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import click
+
+from allanite.cli.options import (
+    MODEL,
+    Duration,
+    Share,
+    log_options,
+    place_of,
+    print_json,
+    result_options,
+    typed,
+)
+from allanite.cli.program import LOSS, command
+
+__all__ = ["spectrum"]
+
+
+@command("allanite spectrum gyro.csv --unit deg/s --model study.json --plot spectrum.pdf")
+@click.argument("log")
+@log_options
+@click.option("--model", metavar="MODEL", help=f"{MODEL} One for all channels, or one for each.")
+@click.option(
+    "--method",
+    type=click.Choice(["log", "welch"]),
+    default="log",
+    show_default=True,
+    help="Log-binned over all frequencies, or Welch's segments of one length.",
+)
+@click.option(
+    "--segment",
+    type=Duration(),
+    help="Length of Welch's segments.  [default: an eighth, at most 16384 samples]",
+)
+@click.option(
+    "--window",
+    type=click.Choice(["hann", "blackman", "blackman-harris"]),
+    default="hann",
+    show_default=True,
+    help="Of Welch's segments.",
+)
+@click.option("--overlap", type=Share(), default="50%", show_default=True, help="Of Welch's segments.")
+@click.option("--confidence", type=float, default=0.95, show_default=True, help="Level of the intervals.")
+@result_options
+def spectrum(
+    log: str, method: str, segment: float | None, window: str, overlap: float, confidence: float, out: str | None,
+    figure: str | None, force: bool, as_json: bool, **options: Any,
+) -> int:  # fmt: skip
+    """Show the power spectral density of a LOG with its intervals and lines, and a noise model over it.
+
+    Densities are two-sided. A line whose amplitude and phase stay the same through the record is said to be a sinusoid.
+    """
+    from allanite import delivery, terminal
+
+    delivery.refuse_measurement(out, figure, "spectrum", ["spectrum.csv"], force=force)
+    choices = {
+        "method": method,
+        "segment": segment,
+        "window": window,
+        "overlap": overlap,
+        "confidence": confidence,
+    }
+    options |= {"command": typed(), "source": "stdin" if log == "-" else None, "estimate": choices}
+    with terminal.progress(quiet=as_json) as advance:
+        found = delivery.spectra_of(place_of(log), progress=advance, **options)
+    done = delivery.write_measurement(found, out, figure, force=force)
+    if as_json:
+        print_json(found.document)
+    else:
+        terminal.show_spectrum(found.document, done.files)
+    return LOSS if found.lossy else 0

@@ -1,0 +1,104 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Effects of the environment, from a log to everything that a report needs."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Collection, Mapping
+from pathlib import Path
+from typing import Any, Literal
+
+from allanite.delivery.measurement import Measured, beside
+from allanite.delivery.recordings import file_sha256, has_gaps, read_part
+from allanite.errors import InputError
+
+__all__ = ["environment_of", "save_residual"]
+
+Advance = Callable[[float, str], None]
+_CURVE = ("tau", "before", "after", "deviation", "error", "share", "left")
+
+
+def environment_of(
+    log: str | os.PathLike[str],
+    *,
+    temperature: str | Mapping[str, str] | None = None,
+    warm_up: Literal["model", "cut"] | None = None,
+    model: str | os.PathLike[str] | None = None,
+    accept: Collection[str] = (),
+    confidence: float = 0.95,
+    command: str | None = None,
+    source: str | None = None,
+    progress: Advance | None = None,
+    **options: Any,
+) -> Measured:
+    """Temperature and warm-up in every channel of a log that carries sensor noise; see `free_of_environment`.
+
+    Parameters
+    ----------
+    model : path, optional
+        Noise of the sensors, known from elsewhere: one for all, or one for each.
+    **options
+        Those of `read`.
+
+    Raises
+    ------
+    InputError
+        No temperature and no warm-up to look at, or what `free_of_environment` refuses.
+    DataQualityError
+        A fatal finding that was not accepted.
+    """
+    from allanite.environment import free_of_environment
+    from allanite.environment.remarks import remarks
+    from allanite.health import check, prepare
+
+    advance = progress or (lambda fraction, what: None)
+    advance(0.0, "reading")
+    recording = read_part(log, source=source, **options)
+    prepared, findings = prepare(recording, check(recording), accept=accept)
+    thermometers = {temperature} if isinstance(temperature, str) else set((temperature or {}).values())
+    names = [c.name for c in prepared.channels if c.kind.noise_bearing and c.name not in thermometers]
+    if not names:
+        raise InputError("no channel of the recording carries sensor noise")
+    freed = free_of_environment(
+        prepared,
+        channels=names,
+        temperature=temperature,
+        warm_up=warm_up,
+        models=None if model is None else _models(model, names),
+        confidence=confidence,
+        progress=lambda fraction, what: advance(0.1 + 0.8 * fraction, what),
+    )
+    said = [*findings, *(r for e in freed.estimates for r in remarks(e))]
+    document = {
+        **freed.to_json(),
+        "confidence": confidence,
+        **beside(recording, None, said, file_sha256(log), command),
+    }
+    tables = {
+        f"{e.channel}.csv": [
+            dict(zip(_CURVE, row, strict=True))
+            for row in zip(*(getattr(e.correction, k).tolist() for k in _CURVE), strict=True)
+        ]
+        for e in freed.estimates
+        if e.correction is not None
+    }
+    return Measured(
+        result=freed, document=document, name="environment", tables=tables, lossy=has_gaps(prepared)
+    )
+
+
+def _models(source: str | os.PathLike[str], names: Collection[str]) -> dict[str, Any]:
+    """Models by channel; one alone stands for all."""
+    from allanite.model_file import load_models
+
+    models, _ = load_models(source)
+    if len(models) == 1:
+        return dict.fromkeys(names, next(iter(models.values())))
+    return dict(models)
+
+
+def save_residual(measured: Measured, path: str | os.PathLike[str], *, force: bool = False) -> Path:
+    """Write the recording without what was taken off."""
+    from allanite.recording_file import write_recording
+
+    return write_recording(measured.result.residual, path, force=force)

@@ -1,0 +1,210 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The maximum of a likelihood over a set of terms: Fisher scoring with coefficients that are not negative.
+
+A step goes to the maximum, among coefficients >= 0, of the quadratic with the expected information; it is halved until
+the likelihood rises. Correlation times are stepped in their logarithm, after a coarse scan, because the likelihood may
+have several maxima in them.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.fitting.likelihood.objective import Component, Point, Value
+
+__all__ = ["Peak", "Search", "maximise"]
+
+Array = NDArray[np.float64]
+Evaluate = Callable[[Point], Value]
+
+_STEPS = 60
+#: A step that promises less is the last one: 0.0014 standard deviations.
+_SETTLED = 1e-6
+_ROUGHLY = 0.03  # enough to tell which of several correlation times is worth a climb
+_FARTHEST = 1.0  # in ln T, in one step
+_SCAN, _SCAN_OF_TWO = 4.0, 10.0  # ratio of the correlation times tried first
+_AROUND = 5.0  # the same around known ones
+_CLOSE = 1.0  # in ln p
+
+
+@dataclass(frozen=True, slots=True)
+class Peak:
+    """A maximum: where, and what the record says there."""
+
+    at: Point
+    value: Value
+
+    @property
+    def log_likelihood(self) -> float:
+        return self.value.log_likelihood
+
+    def place(self, symbol: str) -> int:
+        """Position of the first component with this letter; -1 without one."""
+        symbols = [k.symbol for k in self.at.components]
+        return symbols.index(symbol) if symbol in symbols else -1
+
+    def coefficient(self, symbol: str) -> float:
+        """Variance coefficient of the first component with this letter; 0 without one."""
+        i = self.place(symbol)
+        return float(self.at.c[i]) if i >= 0 else 0.0
+
+    def moving(self) -> list[int]:
+        """Positions in the gradient of what has a value: positive coefficients and their correlation times."""
+        n = len(self.at.c)
+        timed = [i for i, k in enumerate(self.at.components) if k.T is not None]
+        found = [i for i in range(n) if self.at.c[i] > 0]
+        return found + [n + j for j, i in enumerate(timed) if self.at.c[i] > 0]
+
+    def log_covariance(self) -> tuple[list[int], Array]:
+        """Covariance of ln c and ln T of what has a value, with the positions in the gradient."""
+        at = self.moving()
+        n = len(self.at.c)
+        unit = np.array([self.at.c[i] if i < n else 1.0 for i in at])
+        H = self.value.information[np.ix_(at, at)] * np.outer(unit, unit)
+        scale = np.sqrt(np.maximum(np.diag(H), 1e-300))
+        return at, np.linalg.pinv(H / np.outer(scale, scale), rcond=1e-12) / np.outer(scale, scale)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Search:
+    """What may move.
+
+    Attributes
+    ----------
+    evaluate : callable
+        Value, gradient and information at a point.
+    times : (float, float)
+        Shortest and longest correlation time [samples].
+    """
+
+    evaluate: Evaluate
+    times: tuple[float, float]
+
+    def climb(self, start: Point, *, held: frozenset[int] = frozenset(), settled: float = _SETTLED) -> Peak:
+        """The maximum near `start`.
+
+        Parameters
+        ----------
+        held : set of int
+            Parameters that stay as they are, by their position in the gradient: coefficients, then correlation times.
+        settled : float
+            Promise at which to stop.
+        """
+        at, value = start, self.evaluate(start)
+        for _ in range(_STEPS):
+            step, promised = self._step(at, value, held)
+            if promised < settled:
+                break
+            size = 1.0
+            while size > 1e-4:
+                trial = self._moved(at, size * step)
+                new = self.evaluate(trial)
+                if new.log_likelihood > value.log_likelihood - 1e-12 * abs(value.log_likelihood):
+                    break
+                size /= 3
+            else:
+                break
+            gained = new.log_likelihood - value.log_likelihood
+            at, value = trial, new
+            if gained < settled / 10 and promised < 1e3 * settled:
+                break
+        return Peak(at, value)
+
+    def _step(self, at: Point, value: Value, held: frozenset[int]) -> tuple[Array, float]:
+        """Step of (c, ln T), and how much it promises."""
+        from scipy.optimize import nnls
+
+        n, g, H = len(at.c), value.gradient, value.information
+        timed = [i for i, k in enumerate(at.components) if k.T is not None]
+        moving = [i for i in range(n) if i not in held]
+        moving += [n + j for j, i in enumerate(timed) if n + j not in held and at.c[i] > 0]
+        moving = [i for i in moving if H[i, i] > 0]
+        step = np.zeros(len(g))
+        if not moving:
+            return step, 0.0
+        H, g = H[np.ix_(moving, moving)], g[moving]
+        scale = np.sqrt(np.diag(H))
+        H = H / np.outer(scale, scale)
+        H.flat[:: len(H) + 1] = 1 + 1e-9
+        shortest = math.log(self.times[0])
+        here = np.array(
+            [at.c[i] if i < n else math.log(at.components[timed[i - n]].T or 1) - shortest for i in moving]
+        )
+        L = np.linalg.cholesky(H)
+        y = here * scale
+        target = H @ y + g / scale
+        wanted = np.linalg.solve(H, target)
+        if wanted.min() < 0:
+            wanted = nnls(L.T, np.linalg.solve(L, target), maxiter=50 * len(H))[0]
+        d = wanted - y
+        promised = float(d @ (g / scale) - d @ H @ d / 2)
+        step[moving] = d / scale
+        step[n:] = np.clip(step[n:], -_FARTHEST, _FARTHEST)
+        return step, promised
+
+    def _moved(self, at: Point, step: Array) -> Point:
+        n = len(at.c)
+        c = np.maximum(at.c + step[:n], 0.0)
+        c[(at.c > 0) & (c < 1e-14 * at.c)] = 0.0
+        components, j = list(at.components), n
+        for i, k in enumerate(components):
+            if k.T is not None:
+                if step[j] != 0:
+                    T = min(max(k.T * math.exp(step[j]), self.times[0]), self.times[1])
+                    components[i] = Component(k.symbol, T)
+                j += 1
+        return replace(at, components=tuple(components), c=c)
+
+
+def maximise(
+    search: Search,
+    symbols: Sequence[str],
+    start: Callable[[tuple[Component, ...]], Array],
+    *,
+    slope: float | None = 0.0,
+    near: Peak | None = None,
+) -> Peak:
+    """The highest maximum over coefficients and correlation times.
+
+    Parameters
+    ----------
+    symbols : sequence of str
+        Letters of the random terms; G may stand twice.
+    start : callable
+        Coefficients to begin with, for components with known correlation times.
+    slope : float or None
+        Of the ramp; None: free.
+    near : Peak, optional
+        A maximum for more terms: correlation times are tried around its own only.
+    """
+    found: list[Peak] = []
+    for times in _tried(search.times, sum(s == "G" for s in symbols), near):
+        left = iter(times)
+        components = tuple(Component(s, next(left) if s == "G" else None) for s in symbols)
+        c = found[-1].at.c if found else start(components)
+        held = frozenset(range(len(c), len(c) + len(times)))
+        found.append(search.climb(Point(components, c, slope), held=held, settled=_ROUGHLY))
+    found.sort(key=lambda p: -p.log_likelihood)
+    # scans stop early, so the runner-up gets its chance where it is close
+    close = [p for p in found[:3] if p.log_likelihood > found[0].log_likelihood - _CLOSE]
+    return max((search.climb(p.at) for p in close), key=lambda p: p.log_likelihood)
+
+
+def _tried(ends: tuple[float, float], count: int, near: Peak | None) -> list[tuple[float, ...]]:
+    """Correlation times to begin with."""
+    if count == 0:
+        return [()]
+    shortest, longest = ends
+    known = [] if near is None else [k.T for k in near.at.components if k.T is not None]
+    if len(known) == count:
+        stretched = [tuple(t * f for t in known) for f in (1.0, _AROUND, 1 / _AROUND)]
+        return [t for t in stretched if shortest <= t[0] and t[-1] <= longest] or [tuple(known)]
+    ratio = _SCAN if count == 1 else _SCAN_OF_TWO
+    n = max(int(math.log(longest / shortest) / math.log(ratio)) + 2, count + 1)
+    return list(itertools.combinations([float(t) for t in np.geomspace(shortest, longest, n)], count))

@@ -1,0 +1,271 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Log-likelihood of a sum of terms, its gradient and its expected information, from the pools of a record.
+
+With the covariance V = sum_t c_t E_t of the vectors of a pool, their number n, mean m and second moments S, and r the
+vector that a ramp of unit slope makes,
+
+    ln p = -n/2 [d ln 2 pi + ln det V + tr V^-1 S(b)],     S(b) = S - b (m r' + r m') + b^2 r r',        (1)
+    d ln p / dc_t = n/2 tr V^-1 E_t V^-1 (S(b) - V),                                                     (2)
+    information_tu = n/2 tr V^-1 E_t V^-1 E_u,                                                           (3)
+
+less the same for the components that are given. The slope b follows from the rest in closed form (generalised least
+squares), so that (2) is the gradient of the profile over it.
+
+All in sample units: interval 1, variance coefficients c = Q^2, N^2, B^2, K^2, and sigma^2 of Gauss-Markov terms.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.fitting.design import LINEAR
+from allanite.fitting.likelihood.pool import Pool, autocovariance
+from allanite.fitting.likelihood.pyramid import Pyramid
+from allanite.noise import GaussMarkov, TermType
+
+__all__ = ["Component", "Objective", "Point", "Value"]
+
+Array = NDArray[np.float64]
+
+#: Step of ln T in the derivative of a covariance; its error is of the order of the square.
+_LOG_STEP = 1e-3
+#: Covariance matrices of Gauss-Markov terms that are kept.
+_KEPT = 200
+_LOG_2_PI = math.log(2 * math.pi)
+
+
+@dataclass(frozen=True, slots=True)
+class Component:
+    """One random term: its letter (Q, N, B, K or G), and the correlation time of a G [samples]."""
+
+    symbol: str
+    T: float | None = None
+
+    def unit(self, stretch: float = 1.0) -> TermType:
+        """The unit process, with its correlation time stretched by a factor."""
+        if self.T is None:
+            return LINEAR[self.symbol]
+        return GaussMarkov.from_sigma(1.0, self.T * stretch)
+
+
+@dataclass(frozen=True, slots=True)
+class Point:
+    """A place in parameter space.
+
+    Attributes
+    ----------
+    components : tuple of Component
+    c : ndarray, shape (n_components,)
+        Variance coefficients, not negative.
+    slope : float or None
+        Of the ramp per sample; None: whatever fits best.
+    """
+
+    components: tuple[Component, ...]
+    c: Array
+    slope: float | None = 0.0
+
+
+@dataclass(frozen=True, slots=True)
+class Value:
+    """What the record says there.
+
+    Attributes
+    ----------
+    log_likelihood : float
+    gradient : ndarray, shape (n_components + n_times,)
+        With the coefficients, then with ln T of each Gauss-Markov term in order.
+    information : ndarray, square
+        Expected, of the same.
+    slope, slope_information : float
+        The slope used, and the information on it.
+    """
+
+    log_likelihood: float
+    gradient: Array
+    information: Array
+    slope: float
+    slope_information: float
+
+
+@dataclass(frozen=True, slots=True)
+class _Part:
+    """The vectors of a pool, or of what is given in it (sign -1)."""
+
+    pool: int
+    sign: int
+    count: int
+    start: int
+    mean: Array
+    second: Array
+    tilt: Array
+
+
+@dataclass(slots=True)
+class Objective:
+    """Likelihood of the random terms of a record, in sample units; samples divided by `scale`.
+
+    Attributes
+    ----------
+    pyramid : Pyramid
+    sampling : "mean" or "point"
+    scale : float
+        Root mean square of the contrasts of the first level: keeps all numbers of order one, whatever the unit.
+    """
+
+    pyramid: Pyramid
+    sampling: str
+    scale: float
+    _parts: list[_Part] = field(default_factory=list)
+    _matrices: dict[Component, list[Array]] = field(default_factory=dict)
+
+    @classmethod
+    def of(cls, pyramid: Pyramid, sampling: str) -> Objective:
+        """The objective of a record."""
+        first = pyramid.pools[0]
+        inner = first.size - first.given
+        scale = math.sqrt(float(np.trace(first.second[:inner, :inner])) / inner)
+        new = cls(pyramid, sampling, scale)
+        if not (scale > 0 and math.isfinite(scale)):
+            return new  # constant samples: there is nothing to say, as the caller sees by the scale
+        for i, pool in enumerate(pyramid.pools):
+            for sign, start in ((1, 0), (-1, inner_of(pool))):
+                if start < pool.size:
+                    at = slice(start, None)
+                    new._parts.append(
+                        _Part(
+                            pool=i,
+                            sign=sign,
+                            count=pool.count,
+                            start=start,
+                            mean=pool.mean[at] / scale,
+                            second=pool.second[at, at] / scale**2,
+                            tilt=pool.tilt[at],
+                        )
+                    )
+        return new
+
+    # -- the model side -----------------------------------------------------------------------------------
+
+    def matrices(self, component: Component) -> list[Array]:
+        """E_t for every pool, shape (1, d, d); of a Gauss-Markov term its derivative with ln T too, shape (2, d, d)."""
+        if component not in self._matrices:
+            if len(self._matrices) > _KEPT:
+                self._matrices = {k: v for k, v in self._matrices.items() if k.T is None}
+            units = [component.unit()]
+            if component.T is not None:
+                units += [component.unit(math.exp(_LOG_STEP)), component.unit(math.exp(-_LOG_STEP))]
+            kind = {"N": 0, "Q": 1}.get(component.symbol, 2)
+            amount = np.ones(1) if kind < 2 else _with_derivative(self._slow_shares(units))
+
+            def series(count: int, block: int) -> Array:
+                return _with_derivative(self._series(units, count, block))
+
+            self._matrices[component] = [p.expected(series, (kind, amount)) for p in self.pyramid.pools]
+        return self._matrices[component]
+
+    def _series(self, units: Sequence[TermType], count: int, block: int) -> Array:
+        return np.array([autocovariance(u, count, block, self.sampling) for u in units])
+
+    def _slow_shares(self, units: Sequence[TermType]) -> Array:
+        """Extra noise of incomplete blocks that slow terms make, over that of a unit random walk."""
+        p = self.pyramid
+        if not p.gap_walk > 0:
+            return np.zeros(len(units))
+        return self._series(units, len(p.gap_shape), p.pools[0].block) @ p.gap_shape / p.gap_walk
+
+    def _stacked(self, components: Sequence[Component], times: Sequence[int], pool: int, c: Array) -> Array:
+        """E_t of a pool, and what the logarithm of each correlation time changes, shape (n, d, d)."""
+        found = [self.matrices(k)[pool] for k in components]
+        return np.array([*(f[0] for f in found), *(c[i] * found[i][1] for i in times)])
+
+    # -- the likelihood -----------------------------------------------------------------------------------
+
+    def value(self, at: Point) -> float:
+        """Logarithm of the likelihood of the samples as they are (their unit included)."""
+        return self._evaluate(at, times=(), derivatives=False).log_likelihood
+
+    def __call__(self, at: Point) -> Value:
+        """Value, gradient and information; a covariance that is not positive definite has the value -inf."""
+        times = tuple(i for i, k in enumerate(at.components) if k.T is not None)
+        return self._evaluate(at, times=times, derivatives=True)
+
+    def _evaluate(self, at: Point, *, times: tuple[int, ...], derivatives: bool) -> Value:
+        n = len(at.c)
+        size = n + len(times)
+        stacks = [self._stacked(at.components, times, i, at.c) for i in range(len(self.pyramid.pools))]
+        solved, log_det, dimensions = [], 0.0, 0
+        for part in self._parts:
+            E = stacks[part.pool][:, part.start :, part.start :]
+            V = np.tensordot(at.c, E[:n], axes=1)
+            inverse = _inverse(V)
+            if inverse is None:
+                nothing = np.zeros(size)
+                return Value(-math.inf, nothing, np.zeros((size, size)), 0.0, 0.0)
+            solved.append((E, V, inverse[0]))
+            log_det += part.sign * part.count * inverse[1]
+            dimensions += part.sign * part.count * len(V)
+        slope, slope_information = self._slope(at, [W for _, _, W in solved])
+        squares, gradient, information = 0.0, np.zeros(size), np.zeros((size, size))
+        for part, (E, V, W) in zip(self._parts, solved, strict=True):
+            S = part.second
+            if slope != 0.0:
+                cross = np.outer(part.mean, part.tilt)
+                S = S - slope * (cross + cross.T) + slope**2 * np.outer(part.tilt, part.tilt)
+            weight = part.sign * part.count
+            squares += weight * float(np.vdot(W, S))
+            if derivatives:
+                gradient += weight / 2 * (E.reshape(size, -1) @ (W @ (S - V) @ W).ravel())
+                inner = (W @ E @ W).reshape(size, -1)
+                information += weight / 2 * (inner @ E.reshape(size, -1).T)
+        value = -(dimensions * (_LOG_2_PI + 2 * math.log(self.scale)) + log_det + squares) / 2
+        value += self.pyramid.log_volume
+        return Value(
+            value, gradient, (information + information.T) / 2, slope * self.scale, slope_information
+        )
+
+    def _slope(self, at: Point, inverses: list[Array]) -> tuple[float, float]:
+        """Slope of the ramp (in units of the scale) and the information on it."""
+        seen = information = 0.0
+        for part, W in zip(self._parts, inverses, strict=True):
+            pull = part.sign * part.count * (W @ part.tilt)
+            seen += float(pull @ part.mean)
+            information += float(pull @ part.tilt)
+        if at.slope is not None:
+            return at.slope / self.scale, information / self.scale**2
+        return (seen / information if information > 0 else 0.0), information / self.scale**2
+
+
+def inner_of(pool: Pool) -> int:
+    """Number of components of a pool that are not given."""
+    return pool.size - pool.given if pool.given else pool.size
+
+
+def _with_derivative(values: Array) -> Array:
+    """The first, and the derivative with ln T from the two others (nothing without them)."""
+    if len(values) == 1:
+        return values
+    return np.stack([values[0], (values[1] - values[2]) / (2 * _LOG_STEP)])
+
+
+def _inverse(V: Array) -> tuple[Array, float] | None:
+    """V^-1 and ln det V; None where V is not positive definite. Scaled to a unit diagonal first."""
+    from scipy.linalg.lapack import dpotrf, dpotri
+
+    d = np.sqrt(np.maximum(V.diagonal(), 0.0))
+    if not d.min(initial=1.0) > 0 or not np.isfinite(d).all():
+        return None
+    outer = d[:, None] * d
+    root, failed = dpotrf(V / outer, lower=1, clean=1, overwrite_a=1)
+    if failed:
+        return None
+    log_det = 2 * float(np.log(root.diagonal()).sum() + np.log(d).sum())
+    half = dpotri(root, lower=1, overwrite_c=1)[0]
+    inverse = half + half.T
+    inverse.flat[:: len(V) + 1] /= 2
+    return inverse / outer, log_det

@@ -1,0 +1,258 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Confidence sets from the profile of a likelihood: every value that the record does not contradict.
+
+A value v of a parameter is contradicted when 2 (ln p_max - ln p_max|v) exceeds a critical value, all other parameters
+being free, their variances not negative. Variances near zero make that distance depart from chi-square; as for the
+fit of the curve, its point is drawn from the linearised problem [1]. A set that holds zero gives an upper limit.
+
+References
+----------
+.. [1] S. Self, K.-Y. Liang, "Asymptotic properties of maximum likelihood estimators and likelihood ratio tests under
+   nonstandard conditions", JASA 82 (1987) 605.
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Callable
+from dataclasses import replace
+from functools import lru_cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.fitting.likelihood.maximum import Peak, Search
+from allanite.fitting.likelihood.objective import Component
+
+__all__ = [
+    "coefficient_set",
+    "critical_value",
+    "relative_sd",
+    "slope_critical_value",
+    "slope_set",
+    "time_set",
+]
+
+Array = NDArray[np.float64]
+
+_DRAWS = 8000
+_TOLERANCE = 0.02  # in units of the square root of the distance
+_WIDEST = 50.0  # in ln c
+
+
+def relative_sd(peak: Peak) -> dict[int, float]:
+    """Standard deviation of ln c and ln T, by position in the gradient, of what has a value."""
+    at, covariance = peak.log_covariance()
+    return {i: math.sqrt(max(v, 0.0)) for i, v in zip(at, np.diag(covariance), strict=True)}
+
+
+# -- critical values --------------------------------------------------------------------------------------
+
+
+@lru_cache(maxsize=8)
+def _normals(k: int) -> Array:
+    draws = np.random.default_rng(952).standard_normal((_DRAWS, k))
+    draws.flags.writeable = False
+    return draws
+
+
+def critical_value(peak: Peak, tested: int, free: frozenset[int], confidence: float) -> float:
+    """The distance that the true value of parameter `tested` exceeds with probability 1 - confidence.
+
+    Parameters
+    ----------
+    tested : int
+        Position in the gradient.
+    free : frozenset of int
+        Parameters far from their border. The others are taken to sit at zero, where they may only grow: the least
+        favourable case.
+    """
+    from scipy.special import chdtri
+
+    H = peak.value.information
+    n = len(peak.at.c)
+    seen = [i for i in range(len(H)) if H[i, i] > 0 and (i < n or i in peak.moving())]
+    if tested not in seen:
+        return float(chdtri(1, 1 - confidence))
+    order = [tested, *(i for i in seen if i != tested)]
+    scale = np.sqrt(np.diag(H)[order])
+    scaled = H[np.ix_(order, order)] / np.outer(scale, scale)
+    root = np.linalg.cholesky(scaled + 1e-9 * np.eye(len(order))).T
+    sided = [k for k, i in enumerate(order) if k > 0 and i < n and i not in free]
+    loose = [k for k in range(len(order)) if k not in sided]
+    y = _normals(len(order))
+    gain = _explained(root, y, loose, sided) - _explained(root, y, [k for k in loose if k], sided)
+    return max(float(chdtri(1, 1 - confidence)), float(np.quantile(gain, confidence)))
+
+
+def _explained(root: Array, y: Array, loose: list[int], sided: list[int]) -> Array:
+    """Squared length of each draw's projection on the cone of the columns, those of `sided` with weights >= 0."""
+    best = np.zeros(len(y))
+    for size in range(len(sided) + 1):
+        for chosen in itertools.combinations(sided, size):
+            index = [*loose, *chosen]
+            if not index:
+                continue
+            Q, R = np.linalg.qr(root[:, index])
+            part = y @ Q
+            length = (part**2).sum(axis=1)
+            if chosen:
+                weights = part @ np.linalg.pinv(R)[len(loose) :].T
+                length = np.where((weights >= 0).all(axis=1), length, 0.0)
+            best = np.maximum(best, length)
+    return best
+
+
+def slope_critical_value(search: Search, best: Peak, confidence: float) -> float:
+    """The distance that the true slope of a ramp exceeds with probability 1 - confidence.
+
+    The noise at the lowest frequencies, which the slope is judged by, is itself known from few degrees of freedom, so
+    that slope/error follows Student's law. They are nu = 2/var, var being the variance of the logarithm of the slope's
+    own variance. With t from Student's law the distance is (nu + 1) ln(1 + t^2/nu).
+    """
+    from scipy.special import stdtrit
+
+    at, covariance = best.log_covariance()
+    n = len(best.at.c)
+    timed = [i for i, k in enumerate(best.at.components) if k.T is not None]
+
+    def information(i: int, step: float) -> float:
+        c, components = best.at.c.copy(), list(best.at.components)
+        if i < n:
+            c[i] *= math.exp(step)
+        else:
+            k = components[timed[i - n]]
+            components[timed[i - n]] = Component(k.symbol, (k.T or 1.0) * math.exp(step))
+        return search.evaluate(replace(best.at, c=c, components=tuple(components))).slope_information
+
+    step = 1e-3
+    slopes = [math.log(information(i, step) / information(i, -step)) / (2 * step) for i in at]
+    variance = float(np.array(slopes) @ covariance @ np.array(slopes))
+    dof = max(2 / max(variance, 1e-9), 1.0)
+    t = float(stdtrit(dof, (1 + confidence) / 2))
+    return (dof + 1) * math.log1p(t * t / dof)
+
+
+# -- sets -------------------------------------------------------------------------------------------------
+
+
+def coefficient_set(
+    search: Search, best: Peak, i: int, critical: float, scanned: Callable[[], Peak]
+) -> tuple[float, float]:
+    """Ends of the set of variance coefficient i.
+
+    Parameters
+    ----------
+    best : Peak
+        Nothing held.
+    critical : float
+        From `critical_value`.
+    scanned : callable
+        The best fit without the term, all correlation times tried.
+    """
+    near = best
+
+    def profile(value: float) -> float:
+        nonlocal near
+        start = replace(near.at, c=np.where(np.arange(len(near.at.c)) == i, value, near.at.c))
+        near = search.climb(start, held=frozenset({i}))
+        return _root_distance(best, near) - math.sqrt(critical)
+
+    estimate = float(best.at.c[i])
+    sd = relative_sd(best).get(i, 1.0)
+    lower = 0.0
+    if estimate > 0 and (sd < 0.03 or _root_distance(best, scanned()) > math.sqrt(critical)):
+        lower = _edge(profile, estimate, -1, sd, critical)
+        near = best
+    unseen = 0.1 / math.sqrt(best.value.information[i, i])  # far too little to be contradicted
+    return lower, _edge(profile, max(estimate, unseen), +1, sd if estimate > unseen else 1.0, critical)
+
+
+def time_set(search: Search, best: Peak, j: int, critical: float) -> tuple[float, float]:
+    """Ends of the set of the correlation time of component j [samples]; those of `search.times` where it has none."""
+    place = len(best.at.c) + [i for i, k in enumerate(best.at.components) if k.T is not None].index(j)
+    ends = []
+    for limit in search.times:
+        near = best
+
+        def profile(T: float) -> float:
+            nonlocal near
+            components = tuple(
+                Component(k.symbol, T) if i == j else k for i, k in enumerate(near.at.components)
+            )
+            near = search.climb(replace(near.at, components=components), held=frozenset({place}))
+            return _root_distance(best, near) - math.sqrt(critical)
+
+        here = best.at.components[j].T or 1.0
+        reach = abs(math.log(limit / here))
+        sd = min(max(relative_sd(best).get(place, 0.3), 1e-3), 1.0)
+        direction = 1 if limit > here else -1
+        ends.append(_edge(profile, here, direction, sd, critical, reach) if reach > 0 else limit)
+    return ends[0], ends[1]
+
+
+def slope_set(search: Search, best: Peak, critical: float) -> tuple[float, float]:
+    """Ends of the set of the slope of a ramp, with its sign."""
+    sd = 1 / math.sqrt(best.value.slope_information)
+    return _slope_end(search, best, critical, -sd), _slope_end(search, best, critical, sd)
+
+
+def _slope_end(search: Search, best: Peak, critical: float, sd: float) -> float:
+    """One end, on the side to which `sd` points."""
+    near, slope, direction = best, best.value.slope, math.copysign(1.0, sd)
+
+    def profile(away: float) -> float:
+        nonlocal near
+        near = search.climb(replace(near.at, slope=slope + direction * away))
+        return _root_distance(best, near) - math.sqrt(critical)
+
+    return slope + direction * _crossing(profile, abs(sd), critical)
+
+
+def _root_distance(best: Peak, null: Peak) -> float:
+    return math.sqrt(max(2 * (best.log_likelihood - null.log_likelihood), 0.0))
+
+
+def _edge(
+    profile: Callable[[float], float],
+    centre: float,
+    direction: int,
+    sd: float,
+    critical: float,
+    reach: float = _WIDEST,
+) -> float:
+    """Where the profile crosses zero on one side of `centre`, in logarithms; the end of `reach` where it does not."""
+    x = _crossing(lambda x: profile(centre * math.exp(direction * x)), min(sd, 0.75), critical, reach)
+    if x < reach or reach < _WIDEST:
+        return centre * math.exp(direction * min(x, reach))
+    return math.inf if direction > 0 else 0.0
+
+
+def _crossing(
+    profile: Callable[[float], float], sd: float, critical: float, reach: float = math.inf
+) -> float:
+    """Where a rising profile, -sqrt(critical) at 0, crosses zero; `reach` where it does not before."""
+    a, fa = 0.0, -math.sqrt(critical)
+    b = min(max(2.0 * sd, 1e-300), reach)
+    fb = profile(b)
+    while fb < -_TOLERANCE:
+        if b >= reach:
+            return reach
+        rise = max((fb - fa) / (b - a), 1e-300)
+        further = min(max(-1.1 * fb / rise, 0.1 * b), 2.0 * b)
+        a, fa, b = b, fb, min(b + further, reach)
+        fb = profile(b)
+    for _ in range(40):
+        if abs(fb) < _TOLERANCE or b - a < 1e-9 * b:
+            break
+        share = -fa / (fb - fa) if math.isfinite(fb) else 0.5
+        t = a + (b - a) * min(max(share, 0.1), 0.9)
+        ft = profile(t)
+        if abs(ft) < _TOLERANCE:
+            return t
+        if ft < 0:
+            a, fa = t, ft
+        else:
+            b, fb = t, ft
+    return b

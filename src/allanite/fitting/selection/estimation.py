@@ -1,0 +1,193 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Selection of a noise model: lines that pay, sets of terms with their weights.
+
+The weight of a set is exp(score/2) over the sum of all: at equal prices, the likelihood ratios in another form [1]. A
+term that gains nothing keeps 7 % of the weight so, because one too weak to be seen can never be excluded; a weight of
+0.7 to 0.8 is therefore as clear as a set gets. The weight of a term, that of all sets which hold it, is what to read.
+How often terms and sets of a weight are right is measured by `python -m verification selection`.
+
+References
+----------
+.. [1] K. P. Burnham, D. R. Anderson, "Model selection and multimodel inference", 2nd ed., Springer 2002, eq. 2.9.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from typing import Literal
+
+from allanite.errors import FitError, InputError
+from allanite.fitting.likelihood import LikelihoodProblem
+from allanite.fitting.selection.lines import GIVEN_WIDTHS, gains_of, line_price, steady_lines
+from allanite.fitting.selection.results import Candidate, ChosenLine, Selection
+from allanite.fitting.selection.search import Letters, Progress, Search
+from allanite.recording import Recording
+
+__all__ = ["select"]
+
+#: Candidates with less weight are not listed.
+_LISTED = 1e-3
+#: Goodness below which the shortest means are left out, that which is enough then, and the means tried [samples]: as in
+#: the likelihood fit.
+_NOT_EXPLAINED, _EXPLAINED = 1e-4, 1e-2
+_COARSER = (4, 16, 64, 256)
+_FEWEST_ROWS = 1000
+#: What a record is asked first; both families.
+_RICHEST: tuple[Letters, ...] = (("Q", "N", "B", "K", "R"), ("Q", "N", "G", "K", "R"))
+
+
+def select(
+    recording: Recording | LikelihoodProblem,
+    *,
+    channel: str | None = None,
+    lines: Sequence[float] | Literal["auto"] = (),
+    confidence: float = 0.95,
+    progress: Progress | None = None,
+) -> Selection:
+    """Find the sets of terms that a record at rest supports, with their weights.
+
+    Parameters
+    ----------
+    recording : Recording or LikelihoodProblem
+        A problem has its channel, and its lines removed, already.
+    channel : str, optional
+        Of a recording; may be left out where there is one.
+    lines : sequence of float [Hz], or "auto"
+        Spectral lines that may be terms: near these frequencies, or the steady lines of the spectrum. A line is a term
+        if its gain in likelihood pays its price (`line_price`).
+    confidence : float
+        Level of the intervals of the model.
+    progress : callable, optional
+        Told the share done and what is being tried.
+
+    Returns
+    -------
+    Selection
+
+    Raises
+    ------
+    InputError
+        A channel that is not there or not named, channel or lines besides a problem, a frequency outside ]0, rate/2[.
+    DataQualityError
+        Too few samples, or no noise in them.
+    FitError
+        No sum of terms describes the record.
+
+    Notes
+    -----
+    Where no sum of terms explains what happens within some samples (the sensor's filter), means over 4, 16, 64 or 256
+    of them are used.
+    """
+    if not 0 < confidence < 1:
+        raise InputError(f"confidence must lie between 0 and 1, not {confidence!r}")
+    if isinstance(recording, LikelihoodProblem):
+        if channel is not None or len(lines):
+            raise InputError(
+                "the problem has its channel and its lines already: leave out channel= and lines="
+            )
+        return _selected(Search(recording, progress), (), (), confidence)
+    problem = LikelihoodProblem.of(recording, channel)
+    frequencies, remarks, widths = _proposed(problem, lines, progress)
+    if frequencies:
+        problem = problem.with_lines(frequencies)
+    search = _explained_part(problem, progress)
+    search, tried = _paying(search, line_price(widths))
+    return _selected(search, tried, remarks, confidence)
+
+
+def _proposed(
+    problem: LikelihoodProblem, lines: Sequence[float] | Literal["auto"], progress: Progress | None
+) -> tuple[list[float], tuple[str, ...], float]:
+    """Frequencies of lines, what is said of others, and over how many widths of a line each was looked for."""
+    if isinstance(lines, str):
+        if lines != "auto":
+            raise InputError(f"lines must be frequencies in Hz, or 'auto', not {lines!r}")
+        if progress is not None:
+            progress(0.0, "looking for lines")
+        return (*steady_lines(problem), problem.n_samples / 2)
+    return [float(f) for f in lines], (), GIVEN_WIDTHS
+
+
+def _explained_part(problem: LikelihoodProblem, progress: Progress | None) -> Search:
+    """Longer and longer means, until a sum of terms explains the rest; the whole record where none does."""
+    whole = Search(problem, progress)
+    if _goodness(whole) >= _NOT_EXPLAINED:
+        return whole
+    for block in _COARSER:
+        if problem.n_samples // block < _FEWEST_ROWS:
+            break
+        coarse = LikelihoodProblem.of(
+            problem.recording, problem.channel.name, block=block, lines=problem.lines
+        )
+        search = Search(coarse, progress)
+        if _goodness(search) >= _EXPLAINED:
+            return search
+    return whole
+
+
+def _goodness(search: Search) -> float:
+    """How well the richest sets explain the record."""
+    if not math.isfinite(max(search.score(k) for k in _RICHEST)):
+        raise FitError(
+            "no sum of noise terms describes the record; look at the findings and at the time series"
+        )
+    return max(search.maxima[k].p for k in _RICHEST)
+
+
+def _paying(search: Search, price: float) -> tuple[Search, tuple[ChosenLine, ...]]:
+    """Leave the weakest line out until all that are left pay; every line that was tried, those kept first."""
+    left_out: list[ChosenLine] = []
+    while search.problem.lines:
+        letters, problem = search.best(), search.problem
+        terms = problem.sinusoids()
+        frequencies = [term.frequency for term in terms]
+        gains = gains_of(problem, letters, frequencies)
+        if min(gains) > price:
+            kept = zip(terms, gains, strict=True)
+            found = [
+                ChosenLine(frequency=t.frequency, amplitude=t.amplitude, gain=g, price=price) for t, g in kept
+            ]
+            return search, (*found, *left_out)
+        weakest = gains.index(min(gains))
+        left_out.insert(
+            0,
+            ChosenLine(frequency=frequencies[weakest], amplitude=math.nan, gain=min(gains), price=price),
+        )
+        rest = [f for i, f in enumerate(frequencies) if i != weakest]
+        search = Search(problem.with_lines(rest), search.progress)
+    return search, tuple(left_out)
+
+
+def _disguised(search: Search, letters: Letters) -> bool:
+    """A Gauss-Markov term with the longest time that is tried is a random walk under another name."""
+    found, longest = search.maxima[letters].parameters, search.problem.search.times[1] * search.problem.dt
+    times = [(found[s.replace("T", "sigma")], found[s]) for s in found if s.startswith("T")]
+    return letters != search.best() and any(size > 0 and T > 0.99 * longest for size, T in times)
+
+
+def _selected(
+    search: Search, lines: tuple[ChosenLine, ...], remarks: tuple[str, ...], confidence: float
+) -> Selection:
+    """All sets that were tried, by their scores."""
+    problem = search.problem
+    top = search.score(search.best())
+    scores = {k: search.score(k) - top for k in search.maxima if not _disguised(search, k)}
+    total = sum(math.exp(s / 2) for s in scores.values())
+    candidates = [
+        Candidate(letters=k, score=s, weight=math.exp(s / 2) / total, maximum=search.maxima[k])
+        for k, s in sorted(scores.items(), key=lambda item: -item[1])
+    ]
+    own = problem.channel
+    return Selection(
+        channel=own.name,
+        candidates=tuple(c for c in candidates if c.weight > _LISTED),
+        n_tried=len(candidates),
+        lines=lines,
+        remarks=remarks,
+        kind=own.kind.value,
+        unit="" if own.kind.has_si else own.unit,
+        shortest=problem.block * problem.dt,
+        confidence=confidence,
+        recording=problem.recording.select(own.name),
+    )

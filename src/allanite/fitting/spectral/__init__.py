@@ -1,0 +1,174 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The spectral fit: noise parameters from the whole record, frequency by frequency.
+
+``modes``       the slowest contrasts of the record, across gaps; ``ordinates`` these and the bins of the spectrum.
+``whittle``     the likelihood, its maximum; ``profile`` sets by likelihood ratio; ``misfit`` what no sum explains.
+``agreement``   do the lags and the frequencies tell the same model?
+``result``      from coefficients to a model.
+
+Notes
+-----
+The lowest 256 contrasts of 1024 block means reach 128 cycles in the record; above, Hann segments of a cascade of
+decimated records serve, whose points are chi-square with known degrees of freedom. Every expected value is exact:
+folding by sampling, the blocks, the window and gaps are in it, so that red noise may leak without doing harm. What
+is given up is a few percent of the information of the highest frequencies (the overlap of Hann windows).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+
+from allanite.errors import DataQualityError, InputError
+from allanite.fitting.spectral.misfit import Explained, best_explained
+from allanite.fitting.spectral.ordinates import Ordinates, ordinates_of
+from allanite.fitting.spectral.profile import fitted
+from allanite.fitting.spectral.result import model_of, verdict_of
+from allanite.noise import NoiseModel
+from allanite.recording import Recording
+from allanite.spectrum import SpectralLine, Spectrum, power_spectrum, sinusoids, without_stable_lines
+
+__all__ = ["fit_spectral", "spectral_ordinates"]
+
+FLICKER = ("Q", "N", "B", "K", "R")
+GAUSS_MARKOV = ("Q", "N", "G", "K", "R")
+_LETTERS = frozenset("QNBKRG")
+#: Twice the logarithm of the likelihood ratio that rejects flicker (1 in 100 records of white noise and a walk, which a
+#: long correlation time imitates), and a Gauss-Markov term, and from which the latter, which has one parameter more,
+#: stands first where the record cannot decide.
+_REJECTS_FLICKER, _REJECTS_GAUSS_MARKOV, _PREFERS_GAUSS_MARKOV = 10.0, 5.0, 4.0
+_FEWEST = 8  # ordinates that are needed
+#: Segments of the lowest frequencies of the spectrum: the ends of a record, which Hann windows lose, then count little.
+_SEGMENTS = 16
+
+
+def fit_spectral(
+    recording: Recording,
+    *,
+    channel: str | None = None,
+    terms: str | Sequence[str] | None = None,
+    confidence: float = 0.95,
+    progress: Callable[[float], None] | None = None,
+) -> NoiseModel:
+    """Noise model of one channel of a recording, by likelihood over frequency.
+
+    Parameters
+    ----------
+    recording : Recording
+    channel : str, optional
+        Needed where there are several.
+    terms : str or sequence of str, optional
+        The sum to fit, by letters: Q, N, B, K, R, and G for each Gauss-Markov term, as in "NGK" or "NGG". By default
+        the two families of the moment fit, Q N B K R and Q N G K R, and what the record supports of them.
+    confidence : float
+        Level of the sets.
+    progress : callable, optional
+        Called with the fraction done.
+
+    Returns
+    -------
+    NoiseModel
+        With `estimates`, `covariance`, `goodness`, and `alternative` where the two families cannot be told apart.
+        Stable lines of the spectrum are taken out first, and are terms of the model.
+
+    Raises
+    ------
+    InputError
+        No such channel, a letter that is no term, a letter but G twice, or no density among the terms.
+    DataQualityError
+        The record is too short, or holds no noise.
+    FitError
+        No sum of terms explains the spectrum.
+    """
+    name = _only_channel(recording) if channel is None else recording[channel].name
+    if not 0 < confidence < 1:
+        raise InputError(f"confidence must lie between 0 and 1, not {confidence!r}")
+    wanted = None if terms is None else _letters(terms)
+    data, spectrum = spectral_ordinates(recording, name, progress=progress)
+    candidates = (FLICKER, GAUSS_MARKOV) if wanted is None else (wanted,)
+    found = best_explained(data, candidates)
+    left_out = len(data.value) - len(found[0][0].data.value)
+    lines = sinusoids(spectrum)
+    models = []
+    for problem, at in _decided(found) if wanted is None else found:
+        family = "gauss-markov" if "G" in problem.letters else "flicker"
+        fit = fitted(problem, at, confidence, keep=wanted is not None)
+        model = model_of(fit, recording[name], confidence, family, left_out)
+        models.append(replace(model, terms=(*model.terms, *lines)))
+    models = _both_supported(models)
+    said = [replace(m, verdict=verdict_of(models)) for m in models]
+    return said[0] if len(said) == 1 else replace(said[0], alternative=said[1])
+
+
+def spectral_ordinates(
+    recording: Recording,
+    name: str,
+    *,
+    spectrum: Spectrum | None = None,
+    progress: Callable[[float], None] | None = None,
+) -> tuple[Ordinates, Spectrum]:
+    """What the fit looks at, and the log-binned spectrum with the lines of the record, stable ones taken out.
+
+    Raises
+    ------
+    DataQualityError
+        The record is too short, or holds no noise.
+    """
+    found = spectrum or power_spectrum(recording, name, progress=progress)
+    alone = without_stable_lines(recording, found)
+    clean = replace(power_spectrum(alone, name, least=_SEGMENTS), lines=_left(found))
+    data = ordinates_of(alone, clean)
+    if len(data.value) < _FEWEST:
+        raise DataQualityError(
+            f"the spectrum has {len(data.value)} points free of lines and gaps, a fit needs {_FEWEST}; record longer "
+            f"(now {recording.n_samples} samples)"
+        )
+    if not (data.value > 0).any():
+        raise DataQualityError("the density is zero everywhere: no noise is resolved (resolution limit)")
+    return data, found
+
+
+def _left(spectrum: Spectrum) -> tuple[SpectralLine, ...]:
+    """Lines that stay in the record."""
+    return tuple(line for line in spectrum.lines if not line.stable)
+
+
+def _only_channel(recording: Recording) -> str:
+    if len(recording.channels) != 1:
+        raise InputError(f"several channels: name one of {', '.join(recording.names)} (channel=)")
+    return recording.names[0]
+
+
+def _letters(terms: str | Sequence[str]) -> tuple[str, ...]:
+    letters = tuple(terms)
+    unknown = [s for s in letters if s not in _LETTERS]
+    if unknown:
+        raise InputError(
+            f"no noise term has the letter {unknown[0]!r}; there are Q, N, B, K, R, and G (Gauss-Markov)"
+        )
+    if any(letters.count(s) > 1 for s in _LETTERS - {"G"}) or not set(letters) - {"R"}:
+        raise InputError(
+            f"each of Q, N, B, K, R at most once, and one of them (but R) or G at least: not {terms!r}"
+        )
+    return letters
+
+
+def _decided(found: Explained) -> Explained:
+    """The family the record supports, or both, the better one first."""
+    (flicker, best), (markov, other) = found
+    gain = best.value - other.value
+    if gain > _REJECTS_FLICKER:
+        return [(markov, other)]
+    if -gain > _REJECTS_GAUSS_MARKOV or other.c[markov.markov[0]] == 0 or best.c[2] == 0:
+        return [(flicker, best)]
+    both = [(flicker, best), (markov, other)]
+    return both if gain < _PREFERS_GAUSS_MARKOV else both[::-1]
+
+
+def _both_supported(models: list[NoiseModel]) -> list[NoiseModel]:
+    """Two families only where each supports its own term: flicker alone where it needs no flicker."""
+    if len(models) == 2:
+        flicker = next(m for m in models if m.family == "flicker")
+        own = [any(e.symbol in ("B", "sigma") and e.supported for e in m.estimates) for m in models]
+        return models if all(own) else [flicker]
+    return models

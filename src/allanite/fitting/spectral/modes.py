@@ -1,0 +1,149 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The slowest movements of a record, as far as the samples that are there tell them.
+
+A periodogram loses the lowest frequencies to its window. Here they are seen by contrasts c_k = u_k . y of means over
+blocks, made for the two kinds of noise that matter: with d_j the variance of the white noise of block j, and L the
+precision of a random walk at the blocks that are there (the Laplacian of a path, each edge as strong as the gap that
+it crosses is short),
+
+    D^1/2 L D^1/2 w_k = lambda_k w_k,    u_k = D^-1/2 w_k,    0 = lambda_0 < lambda_1 < ...            (1)
+
+The contrasts are uncorrelated both in white noise (variance 1 each) and in a random walk (variance 1/lambda_k), do not
+see the level (u . 1 = 0), and cross gaps without closing or filling them. Without gaps they are the discrete cosine
+transform. For other noise they are nearly uncorrelated, and their variances follow from the autocovariance R of the
+block means:
+
+    E[c_k^2] = sum over h of g_k(h) R(h),    g_k the autocorrelation of u_k.                           (2)
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.noise import TermType, White
+from allanite.recording import Recording
+from allanite.spectrum.periodogram import rate_blocks
+
+__all__ = ["SlowModes", "slow_modes"]
+
+Array = NDArray[np.float64]
+
+#: Blocks of a record at most, and the part of the contrasts that is used: faster ones see the folding of the blocks.
+BLOCKS, PART = 1024, 4
+#: A block needs this part of its samples.
+_PRESENT = 0.5
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SlowModes:
+    """Contrasts of block means.
+
+    Attributes
+    ----------
+    value : ndarray, shape (n,) [SI]
+        c_k.
+    frequency : ndarray, shape (n,) [Hz]
+        Where a contrast listens; ascending.
+    slope : ndarray, shape (n,) [s]
+        c_k of a ramp of slope 1/s.
+    whole : bool
+        The contrasts hold all that the record tells (no block is longer than a sample).
+    """
+
+    value: Array
+    frequency: Array
+    slope: Array
+    whole: bool
+    _autocorrelation: Array
+    _size: int
+    _dt: float
+    _sampling: str
+
+    def variance(self, term: TermType) -> Array:
+        """E[c_k^2] of a term, shape (n,): eq. (2)."""
+        if isinstance(term, White):  # exact even where blocks miss samples
+            return np.full(len(self.value), term.N**2 / (self._size * self._dt))
+        return np.asarray(self._autocorrelation @ self._autocovariance(term))
+
+    def _autocovariance(self, term: TermType) -> Array:
+        """R(h) of the block means up to a constant: the second difference of the phase covariance."""
+        h = np.arange(-1, self._autocorrelation.shape[1] + 1, dtype=np.float64)
+        if self._sampling == "mean":  # means of means are means
+            phase = term.phase_covariance(np.abs(h), self._dt * self._size, "mean")
+        else:
+            phase = term.phase_covariance(np.abs(h) * self._size, self._dt, "point") / self._size**2
+        return np.asarray(2 * phase[1:-1] - phase[2:] - phase[:-2])
+
+
+def slow_modes(recording: Recording, name: str, *, blocks: int = BLOCKS) -> SlowModes:
+    """The slowest contrasts of a channel, a quarter of the blocks that are there; at most so many `blocks`."""
+    size = max(-(-recording.n_samples // blocks), 1)
+    mean, part = _block_means(recording, name, size)
+    there = np.flatnonzero(part >= _PRESENT)
+    dt, scale = 1 / recording.rate, abs(recording[name].scale)
+    count = len(there) - 1 if size == 1 else len(there) // PART
+    if count < 1:
+        none = np.zeros(0)
+        return SlowModes(
+            value=none, frequency=none, slope=none, whole=size == 1, _autocorrelation=np.zeros((0, 1)),
+            _size=size, _dt=dt, _sampling=recording[name].sampling,
+        )  # fmt: skip
+    rate, contrasts = _contrasts(there, 1 / part[there], count)
+    placed = np.zeros((count, len(part)))
+    placed[:, there] = contrasts
+    centre = (there + 0.5) * size * dt
+    return SlowModes(
+        value=contrasts @ (mean[there] * scale),
+        frequency=np.arcsin(np.minimum(np.sqrt(rate) / 2, 1.0)) / (math.pi * size * dt),
+        slope=contrasts @ (centre - centre.mean()),
+        whole=size == 1,
+        _autocorrelation=_autocorrelations(placed),
+        _size=size,
+        _dt=dt,
+        _sampling=recording[name].sampling,
+    )
+
+
+def _block_means(recording: Recording, name: str, size: int) -> tuple[Array, Array]:
+    """Means over blocks of the rate less a constant, in the channel's own unit, and the part of each that is there."""
+    rest, means, parts = np.zeros(0), [], []
+    for _, block in rate_blocks(recording, name):
+        stream = np.concatenate([rest, block])
+        rows = len(stream) // size
+        table, rest = stream[: rows * size].reshape(rows, size), stream[rows * size :]
+        present = ~np.isnan(table)
+        count = present.sum(axis=1)
+        means.append(np.where(present, table, 0.0).sum(axis=1) / np.maximum(count, 1))
+        parts.append(count / size)
+    return np.concatenate(means), np.concatenate(parts)
+
+
+def _contrasts(place: NDArray[np.int64], white: Array, count: int) -> tuple[Array, Array]:
+    """The `count` smallest lambda_k > 0 of eq. (1), and u_k as rows."""
+    n = len(place)
+    if place[-1] - place[0] == n - 1 and np.all(white == white[0]):  # whole: the cosine transform
+        k = np.arange(1, count + 1)
+        u = np.cos(np.pi / n * np.outer(k, np.arange(n) + 0.5)) * np.sqrt(2 / n / white[0])
+        return white[0] * 4 * np.sin(np.pi * k / (2 * n)) ** 2, u
+    from scipy.linalg import eigh_tridiagonal
+
+    edge = 1 / np.diff(place).astype(np.float64)
+    root = np.sqrt(white)
+    diagonal = (np.append(edge, 0.0) + np.append(0.0, edge)) * white
+    rate, w = eigh_tridiagonal(diagonal, -edge * root[1:] * root[:-1], select="i", select_range=(0, count))
+    return np.maximum(rate[1:], 0.0), (w[:, 1:] / root[:, None]).T
+
+
+def _autocorrelations(u: Array) -> Array:
+    """Autocorrelation of each row, lags of both signs folded onto the positive ones."""
+    from scipy.fft import irfft, next_fast_len, rfft
+
+    n = u.shape[1]
+    size = next_fast_len(2 * n)
+    found = irfft(np.abs(rfft(u, size, axis=1)) ** 2, size, axis=1)[:, :n]
+    found[:, 1:] *= 2
+    return np.asarray(found)

@@ -1,0 +1,282 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Sets of the parameters by likelihood ratio, with the other terms as non-negative nuisances.
+
+A set holds every value at which the best of the other parameters comes within the critical distance of the maximum.
+A term is supported when its set excludes zero. The critical distance is that of the moment fit's sets: chi-square where
+the nuisances are known, larger where several of them sit at zero and may only grow.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.fitting.sets import CERTAIN, cone_point
+from allanite.fitting.spectral.whittle import Problem, Solution
+from allanite.laws import chi_square_quantile, student_quantile
+
+__all__ = ["Fitted", "covariance", "deviations", "fitted", "ramp_point"]
+
+Array = NDArray[np.float64]
+
+_TOLERANCE = 0.01  # of the root of the distance
+_FARTHEST = 40.0  # in the logarithm of a coefficient
+_NEEDED = 6.0  # loss by leaving out all unsupported terms (95 % point for two) that calls one of them back
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Fitted:
+    """A sum of terms with the set of every parameter.
+
+    Attributes
+    ----------
+    problem : Problem
+    full : Solution
+        With every candidate term.
+    chosen : Solution
+        With the supported terms alone, and as many more as the spectrum needs: the point estimates.
+    supported : frozenset of int
+        Places of the supported letters.
+    sets : dict of int to (float, float)
+        Variance coefficients by place (a ramp: its squared slope); correlation times [s] by place + number of letters.
+    """
+
+    problem: Problem
+    full: Solution
+    chosen: Solution
+    supported: frozenset[int]
+    sets: dict[int, tuple[float, float]]
+
+
+def fitted(problem: Problem, full: Solution, confidence: float, *, keep: bool = False) -> Fitted:
+    """Sets, support and point estimates; with `keep` every term is taken as given and stays in the estimate."""
+    plain = chi_square_quantile(confidence, 1)
+    sd = deviations(problem, full)
+    rough = frozenset(
+        i
+        for i in range(len(problem.letters))
+        if _size(problem, full, i) > 0 and (sd.get(i, 1.0) < CERTAIN or _loss(problem, full, i, 0.0) > plain)
+    )
+    sets: dict[int, tuple[float, float]] = {}
+    for i, letter in enumerate(problem.letters):
+        ramp = letter == "R"
+        critical = (
+            ramp_point(problem, full, confidence) if ramp else _critical(problem, full, i, rough, confidence)
+        )
+        sets[i] = (
+            _ramp_set(problem, full, critical) if letter == "R" else _set(problem, full, i, critical, sd)
+        )
+    supported = frozenset(i for i in range(len(problem.letters)) if sets[i][0] > 0)
+    for k, g in enumerate(problem.markov):
+        if g in supported:
+            critical = _critical(problem, full, g + len(problem.letters), supported, confidence)
+            sets[g + len(problem.letters)] = _time_set(problem, full, k, critical)
+    chosen = full if keep else _chosen(problem, full, supported)
+    return Fitted(problem=problem, full=full, chosen=chosen, supported=supported, sets=sets)
+
+
+def deviations(problem: Problem, at: Solution) -> dict[int, float]:
+    """Relative standard deviation of each positive coefficient and of each correlation time, by place."""
+    J, places = _whitened(problem, at)
+    if not places:
+        return {}
+    inverse = np.linalg.pinv(J.T @ J, rcond=1e-12)
+    return {p: math.sqrt(max(float(inverse[k, k]), 0.0)) for k, p in enumerate(places)}
+
+
+def covariance(problem: Problem, at: Solution) -> tuple[Array, tuple[int, ...]]:
+    """Covariance of the logarithms of the positive coefficients and of the correlation times, and their places."""
+    J, places = _whitened(problem, at)
+    return np.asarray(np.linalg.pinv(J.T @ J, rcond=1e-12), dtype=np.float64), places
+
+
+def _whitened(problem: Problem, at: Solution) -> tuple[Array, tuple[int, ...]]:
+    slopes, places = problem.slopes(at)
+    return slopes * np.sqrt(problem.data.weight / 2)[:, None], places
+
+
+def _size(problem: Problem, at: Solution, i: int) -> float:
+    return at.ramp**2 if problem.letters[i] == "R" else float(at.c[i])
+
+
+def _loss(problem: Problem, full: Solution, i: int, value: float, near: Solution | None = None) -> float:
+    """How much worse the best fit is with a coefficient held."""
+    if problem.letters[i] == "R":
+        return problem.best(ramp=math.sqrt(value), near=near or full).value - full.value
+    cold = near is None and problem.letters[i] != "G"
+    start = None if cold else near or full
+    return problem.best(fixed={i: value}, near=start).value - full.value
+
+
+def _critical(
+    problem: Problem, full: Solution, place: int, supported: frozenset[int], confidence: float
+) -> float:
+    """Critical distance of a parameter: terms that are not supported sit at zero, where they may only grow."""
+    n = len(problem.letters)
+    A = problem.columns(full.times)
+    root = np.sqrt(problem.data.weight / 2) / full.mean
+    named = {i: A[:, i] * root for i in range(n) if problem.letters[i] != "R"}
+    for g, T in zip(problem.markov, full.times, strict=True):
+        if full.c[g] > 0:
+            named[g + n] = full.c[g] * problem.data.slope(T) * root
+    if place not in named:
+        return chi_square_quantile(confidence, 1)
+    order = [place, *(p for p in named if p != place)]
+    kinds = ["free", *("free" if p in supported or p >= n else "one-sided" for p in order[1:])]
+    norms = [float(np.linalg.norm(named[p])) for p in order]
+    kept = [k for k, size in enumerate(norms) if size > 1e-300 or k == 0]
+    columns = [named[order[k]] / max(norms[k], 1e-300) for k in kept]
+    return cone_point(columns, tuple(kinds[k] for k in kept), confidence)
+
+
+def ramp_point(problem: Problem, at: Solution, confidence: float) -> float:
+    """Critical distance of a ramp: that of Student's law, for the density about it is itself estimated.
+
+    A slope is told by the lowest contrasts alone, whose common level mu is known to var(ln mu) = 2/nu; the distance is
+    then (nu + 1) ln(1 + t^2/nu).
+    """
+    n = len(problem.data.ramp)
+    told = problem.data.ramp**2 / at.mean[:n]
+    if not told.sum() > 0:
+        return chi_square_quantile(confidence, 1)
+    columns = problem.columns(at.times) / at.mean[:, None]
+    columns = columns[:, columns.any(axis=0)]
+    scaled = columns / np.linalg.norm(columns, axis=0)
+    known = np.linalg.pinv(scaled.T @ (scaled * (problem.data.weight / 2)[:, None]), rcond=1e-10)
+    level = told @ scaled[:n] / told.sum()
+    nu = min(max(2 / float(level @ known @ level), 2.0), 1e6)
+    return (nu + 1) * math.log1p(student_quantile((1 + confidence) / 2, nu) ** 2 / nu)
+
+
+def _set(
+    problem: Problem, full: Solution, i: int, critical: float, sd: dict[int, float]
+) -> tuple[float, float]:
+    """Ends of a coefficient's set."""
+    here, spread = float(full.c[i]), sd.get(i, 1.0)
+    lower = 0.0
+    if here > 0 and (spread < CERTAIN or _loss(problem, full, i, 0.0) > critical):
+        lower = _edge(_Walk(problem, full, critical, i), here, -1, spread)
+    start = here if here > 0 else _first_guess(problem, full, i)
+    return lower, _edge(_Walk(problem, full, critical, i), start, +1, spread)
+
+
+def _ramp_set(problem: Problem, full: Solution, critical: float) -> tuple[float, float]:
+    """Ends of the set of the squared slope. L is a parabola in it, but for the other terms that give way."""
+    n = len(problem.data.ramp)
+    size = float(problem.data.weight[:n] / full.mean[:n] @ problem.data.ramp**2)
+    if size <= 0:
+        return 0.0, math.inf
+    sd = 1 / math.sqrt(size)
+
+    def beyond(slope: float) -> float:
+        return problem.best(ramp=slope, near=full).value - full.value - critical
+
+    ends = []
+    for side in (-1.0, 1.0):
+        inside, outside = 0.0, 2.0
+        while beyond(full.ramp + side * outside * sd) < 0 and outside < 1e6:
+            inside, outside = outside, 2 * outside
+        for _ in range(12):
+            middle = (inside + outside) / 2
+            inside, outside = (
+                (middle, outside) if beyond(full.ramp + side * middle * sd) < 0 else (inside, middle)
+            )
+        ends.append(full.ramp + side * outside * sd)
+    sizes = sorted(abs(e) for e in ends)
+    return (0.0 if ends[0] < 0 < ends[1] else sizes[0] ** 2), sizes[1] ** 2
+
+
+def _time_set(problem: Problem, full: Solution, k: int, critical: float) -> tuple[float, float]:
+    """Ends of the set of a correlation time; the ends of what is tried where the record sets none."""
+    g, ends = problem.markov[k], []
+    for limit in problem.data.times:
+        near = full
+
+        def beyond(log_T: float) -> float:
+            nonlocal near
+            near = problem.best(times={g: math.exp(log_T)}, near=near)
+            return near.value - full.value - critical
+
+        inside, last = math.log(full.times[k]), math.log(limit)
+        step, outside = math.copysign(0.2, last - inside), None
+        while outside is None and inside != last:
+            trial = inside + step
+            trial = last if (trial - last) * step > 0 else trial
+            if beyond(trial) > 0:
+                outside = trial
+            else:
+                inside, step = trial, 1.6 * step
+        for _ in range(7 if outside is not None else 0):
+            middle = (inside + outside) / 2  # type: ignore[operator]
+            inside, outside = (inside, middle) if beyond(middle) > 0 else (middle, outside)
+        ends.append(limit if outside is None else math.exp((inside + outside) / 2))
+    return ends[0], ends[1]
+
+
+@dataclass(slots=True)
+class _Walk:
+    """The profile of one coefficient, each value found from the last one."""
+
+    problem: Problem
+    full: Solution
+    critical: float
+    place: int
+    near: Solution | None = None
+
+    def __call__(self, value: float) -> float:
+        self.near = self.problem.best(fixed={self.place: value}, near=self.near or self.full)
+        loss = max(self.near.value - self.full.value, 0.0)
+        return math.sqrt(loss) - math.sqrt(self.critical)
+
+
+def _first_guess(problem: Problem, full: Solution, i: int) -> float:
+    """A value of an absent coefficient that is surely not seen: a thousandth of what would fill the spectrum."""
+    times = full.times
+    return float(np.min(full.mean / problem.columns(times)[:, i])) * 1e-3
+
+
+def _edge(profile: Callable[[float], float], centre: float, direction: int, spread: float) -> float:
+    """Where the profile crosses zero on one side, in the logarithm of the coefficient."""
+    step = direction * min(max(2.0 * spread, 1e-6), 1.5)
+    a, fa, b = 0.0, -math.inf, step
+    while (fb := profile(centre * math.exp(b))) < 0:
+        a, fa, step = b, fb, 1.8 * step
+        b += step
+        if abs(b) > _FARTHEST:
+            return math.inf if direction > 0 else 0.0
+    for _ in range(40):
+        share = -fa / (fb - fa) if math.isfinite(fa) and math.isfinite(fb) else 0.5
+        t = a + (b - a) * min(max(share, 0.1), 0.9)
+        ft = profile(centre * math.exp(t))
+        if abs(ft) < _TOLERANCE or abs(b - a) < 1e-9:
+            return centre * math.exp(t)
+        a, fa, b, fb = (t, ft, b, fb) if ft < 0 else (a, fa, t, ft)
+    return centre * math.exp(b)
+
+
+def _chosen(problem: Problem, full: Solution, supported: frozenset[int]) -> Solution:
+    """The supported terms, and as many more as the spectrum needs though none of them is resolved by itself."""
+    taken = set(supported)
+    at = _only(problem, full, taken)
+    while at.value - full.value > _NEEDED:
+        rest = [i for i in range(len(problem.letters)) if i not in taken and _size(problem, full, i) > 0]
+        if not rest:
+            break
+        tried = {i: _only(problem, full, taken | {i}) for i in rest}
+        best = min(rest, key=lambda i: tried[i].value)
+        taken.add(best)
+        at = tried[best]
+    return at
+
+
+def _only(problem: Problem, full: Solution, taken: set[int]) -> Solution:
+    absent = {i: 0.0 for i, s in enumerate(problem.letters) if i not in taken and s != "R"}
+    noise = [i for i, s in enumerate(problem.letters) if s != "R"]
+    if all(i in absent for i in noise):
+        return replace(full, value=math.inf)
+    flat = "R" in problem.letters and problem.letters.index("R") not in taken
+    return problem.best(fixed=absent, ramp=0.0 if flat else None, near=full)

@@ -1,0 +1,93 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What a spectrum says about a channel, as findings: its lines, its filter, and whether the curve's model holds."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+from allanite.errors import DataQualityError
+from allanite.fitting.spectral.agreement import disagreement
+from allanite.fitting.spectral.ordinates import ordinates_of
+from allanite.health.finding import Finding, Severity, finding, plural
+from allanite.noise import NoiseModel
+from allanite.recording import Recording
+from allanite.spectrum import Spectrum
+
+__all__ = ["agreement_findings", "spectral_findings"]
+
+_NAMED = 5  # lines that a message names
+
+
+def spectral_findings(spectrum: Spectrum, reasons: Sequence[str], name: str) -> list[Finding]:
+    """Lines and filter of a channel.
+
+    Parameters
+    ----------
+    spectrum : Spectrum
+    reasons : sequence of str
+        Per lag of the fitted curve: why it is kept out, "" where it is not.
+    name : str
+    """
+    found = []
+    if spectrum.lines:
+        steady = sum(line.stable for line in spectrum.lines)
+        message = f"{name}: spectral line{'s' if len(spectrum.lines) > 1 else ''} at {_listed(spectrum)}"
+        if steady:
+            whose = "it is" if len(spectrum.lines) == 1 else f"{steady} of them are"
+            message += f"; {whose} steady: taken out before the fit, and in the model as sinusoid"
+            message += "s" if steady > 1 else ""
+        if steady < len(spectrum.lines):
+            message += f"; {plural(sum('line' in r for r in reasons), 'lag')} kept out of the fit"
+        found.append(
+            finding(
+                "spectral_line", message, severity=Severity.WARNING, channel=name, count=len(spectrum.lines)
+            )
+        )
+    if spectrum.corner is not None:
+        lags = sum("low-pass" in r for r in reasons)
+        found.append(
+            finding(
+                "band_limited",
+                f"{name}: the density falls above {spectrum.corner:.3g} Hz (the sensor's own filter); "
+                f"{plural(lags, 'lag')} kept out of the fit",
+                severity=Severity.INFO,
+                channel=name,
+                count=lags,
+            )
+        )
+    return found
+
+
+def _listed(spectrum: Spectrum) -> str:
+    listed = ", ".join(f"{line.frequency:.4g} Hz" for line in spectrum.lines[:_NAMED])
+    more = len(spectrum.lines) - _NAMED
+    return listed + (f" and {more} more" if more > 0 else "")
+
+
+def agreement_findings(model: NoiseModel, recording: Recording, spectrum: Spectrum) -> list[Finding]:
+    """A finding where the spectrum of a channel does not know the model of its curve.
+
+    Parameters
+    ----------
+    model : NoiseModel
+        Fitted to the Allan curve.
+    recording : Recording
+        What it was fitted to.
+    spectrum : Spectrum
+        Of the same samples, log-binned.
+    """
+    try:
+        parted = disagreement(model, ordinates_of(recording, spectrum))
+    except DataQualityError:
+        return []
+    if parted is None:
+        return []
+    return [
+        finding(
+            "lag_and_frequency_disagree",
+            f"{spectrum.channel}: {parted.words}",
+            severity=Severity.WARNING,
+            channel=spectrum.channel,
+            count=1,
+        )
+    ]

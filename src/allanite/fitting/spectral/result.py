@@ -1,0 +1,187 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""From sets of variance coefficients to a noise model with estimates."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from allanite.fitting.spectral.misfit import chance
+from allanite.fitting.spectral.profile import Fitted, covariance
+from allanite.noise import SIGMA_PER_B, Estimate, GaussMarkov, NoiseModel, TermType, term_of
+from allanite.recording import Channel
+
+__all__ = ["model_of", "verdict_of"]
+
+_NAMES = {
+    "Q": "quantisation",
+    "N": "white noise",
+    "B": "flicker",
+    "sigma": "a Gauss-Markov term",
+    "sigma_2": "a second Gauss-Markov term",
+    "K": "random walk",
+    "R": "ramp",
+}
+
+
+def model_of(fit: Fitted, channel: Channel, confidence: float, family: str, left_out: int) -> NoiseModel:
+    """The model of a fit, its estimates in the order of the letters."""
+    problem, at = fit.problem, fit.chosen
+    estimates: list[Estimate] = []
+    for i, letter in enumerate(problem.letters):
+        if letter == "G":
+            estimates += _markov_estimates(fit, i)
+        else:
+            estimates.append(_estimate(fit, i, letter))
+    n = len(problem.data.value)
+    used = sum(c > 0 for c in at.c) + sum(at.c[g] > 0 for g in problem.markov)
+    return NoiseModel(
+        terms=_terms(fit),
+        family=family,
+        estimates=tuple(estimates),
+        confidence=confidence,
+        covariance=_covariance(fit),
+        goodness={
+            "chi2": problem.chi2(at),
+            "dof": max(n - int(used), 1),
+            "p": chance(problem, at),
+            "discrepancy": problem.data.discrepancy,
+            "shortest_tau": 0.5 / float(problem.data.frequency.max()),
+            "left_out": left_out,
+            "log_likelihood": -at.value / 2,
+        },
+        kind=channel.kind.value,
+        unit="" if channel.kind.has_si else channel.unit,
+    )
+
+
+def _suffix(fit: Fitted, i: int) -> str:
+    """Nothing for the first Gauss-Markov term, a number for the others."""
+    rank = fit.problem.markov.index(i)
+    return "" if rank == 0 else f"_{rank + 1}"
+
+
+def _time(fit: Fitted, i: int) -> float:
+    return fit.chosen.times[fit.problem.markov.index(i)]
+
+
+def _terms(fit: Fitted) -> tuple[TermType, ...]:
+    found: list[TermType] = []
+    for i, letter in enumerate(fit.problem.letters):
+        if letter == "R":
+            if i in fit.supported:
+                found.append(term_of("R", abs(fit.chosen.ramp), dt=fit.problem.data.dt))
+        elif fit.chosen.c[i] > 0:
+            size = math.sqrt(fit.chosen.c[i])
+            markov = letter == "G"
+            found.append(
+                GaussMarkov.from_sigma(size, _time(fit, i))
+                if markov
+                else term_of(letter, size, dt=fit.problem.data.dt)
+            )
+    return tuple(found)
+
+
+def _coefficient(fit: Fitted, i: int, of_full: bool = False) -> float:
+    at = fit.full if of_full else fit.chosen
+    return at.ramp**2 if fit.problem.letters[i] == "R" else float(at.c[i])
+
+
+def _estimate(fit: Fitted, i: int, symbol: str) -> Estimate:
+    low, high = (math.sqrt(v) for v in fit.sets[i])
+    if i not in fit.supported:
+        note = "upper limit"
+        if _coefficient(fit, i) > 0 and symbol != "R":
+            note += "; not resolved by itself, but the spectrum needs this term or one like it"
+        return Estimate(symbol=symbol, value=None, lower=0.0, upper=high, supported=False, note=note)
+    value, note = math.sqrt(_coefficient(fit, i)), ""
+    if not low <= value <= high:
+        value, note = math.sqrt(_coefficient(fit, i, of_full=True)), "estimate of the full family"
+    return Estimate(symbol=symbol, value=value, lower=low, upper=high, supported=True, note=note)
+
+
+def _markov_estimates(fit: Fitted, i: int) -> list[Estimate]:
+    end = _suffix(fit, i)
+    sigma = _estimate(fit, i, "sigma" + end)
+    equal = replace(
+        sigma,
+        symbol="B_equiv" + end,
+        value=None if sigma.value is None else sigma.value / SIGMA_PER_B,
+        lower=sigma.lower / SIGMA_PER_B,
+        upper=sigma.upper / SIGMA_PER_B,
+    )
+    return [sigma, equal, _time_estimate(fit, i, "T" + end)]
+
+
+def _time_estimate(fit: Fitted, i: int, symbol: str) -> Estimate:
+    place = i + len(fit.problem.letters)
+    if place not in fit.sets:
+        none = "no Gauss-Markov term is supported"
+        return Estimate(symbol=symbol, value=None, lower=0.0, upper=math.inf, supported=False, note=none)
+    (low, high), (shortest, longest) = fit.sets[place], fit.problem.data.times
+    starts, ends = low > shortest * 1.001, high < longest / 1.001
+    missing = " and ".join(word for word, there in (("lower", starts), ("upper", ends)) if not there)
+    return Estimate(
+        symbol=symbol,
+        value=min(max(_time(fit, i), low), high),
+        lower=low if starts else 0.0,
+        upper=high if ends else math.inf,
+        supported=starts and ends,
+        note=f"not identified: the record sets no {missing} end" if missing else "",
+    )
+
+
+def _covariance(fit: Fitted) -> dict[str, Any]:
+    """Covariance of the natural logarithms of the amplitudes in the model (and of T)."""
+    matrix, places = covariance(fit.problem, fit.chosen)
+    if not places:
+        return {}
+    n = len(fit.problem.letters)
+    half = np.array([0.5 if p < n else 1.0 for p in places])
+    return {
+        "symbols": [_symbol(fit, p) for p in places],
+        "of": "natural logarithms",
+        "matrix": (matrix * np.outer(half, half)).tolist(),
+    }
+
+
+def _symbol(fit: Fitted, place: int) -> str:
+    n = len(fit.problem.letters)
+    letter = fit.problem.letters[place % n]
+    if letter != "G":
+        return letter
+    return ("sigma" if place < n else "T") + _suffix(fit, place % n)
+
+
+def verdict_of(models: list[NoiseModel]) -> str:
+    """What the record supports, in one or a few sentences."""
+    first = models[0]
+    found = [_NAMES[e.symbol] for e in first.estimates if e.supported and e.symbol in _NAMES]
+    text = f"The record supports {_listed(found)}." if found else "The record supports no term by itself."
+    needed = [_NAMES[e.symbol] for e in first.estimates if "one like it" in e.note and e.symbol in _NAMES]
+    if needed:
+        text += f" It needs {_listed(needed)} or a term like it, and cannot tell which."
+    if len(models) == 2:
+        text += " It cannot tell flicker from a single Gauss-Markov term: both are shown."
+    facts = first.goodness
+    if facts["left_out"]:
+        top = 0.5 / facts["shortest_tau"]
+        text += (
+            f" Frequencies above {top:.3g} Hz follow no sum of terms (the sensor's filter, vibration) and are left "
+            "out."
+        )
+    if facts["discrepancy"]:
+        error = f"{facts['discrepancy']:.1%}"
+        text += f" No sum of terms explains the spectrum better than to {error}; the intervals hold that."
+    elif facts["p"] < 0.01:
+        text += (
+            f" The model does not explain the spectrum well (p = {facts['p']:.1g}): there is something else."
+        )
+    return text
+
+
+def _listed(words: list[str]) -> str:
+    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"

@@ -1,0 +1,237 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Deviation over time: windows against plain sums, their covariance against theory and simulation, changes found."""
+
+from __future__ import annotations
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+import allanite as al
+from allanite.allan.cells import Cells, cell_covariance, cells_of
+from allanite.allan.covariance import edf
+from allanite.allan.statistics import phase_of
+from allanite.errors import DataQualityError, InputError
+from allanite.noise import Flicker, GaussMarkov, NoiseModel, Quantisation, Ramp, RandomWalk, White
+from allanite.recording import Recording
+from allanite.variation import examine_variation
+from allanite.variation.constancy import Scatter, Whitened, excess_kurtosis, window_scores
+from allanite.variation.shapes import Shape, effect_of, shares_of
+from allanite.variation.sizes import _hansen
+from noise_records import binomial_bound
+
+WHITE = NoiseModel.of(White(N=1.0))
+SLOW = NoiseModel.of(White(N=1.0), Flicker(B=0.1), RandomWalk(K=1e-3))
+
+
+def record(y: np.ndarray, rate: float = 1.0) -> Recording:
+    return Recording.from_rate(y, rate=rate, unit="rad/s", names=["gyro"])
+
+
+def noise(model: NoiseModel, n: int, seed: int) -> np.ndarray:
+    made = al.simulate(model, rate=1.0, duration=float(n), seed=seed)
+    return made.values(made.names[0]).copy()
+
+
+def cells_by_hand(y: np.ndarray, m: int, length: int) -> list[tuple[int, float]]:
+    """Count and mean of the terms whose centre lies in each window, by the definition."""
+    x = np.concatenate(([0.0], np.cumsum(np.nan_to_num(y))))
+    bad = np.concatenate(([0], np.cumsum(np.isnan(y))))
+    found = []
+    for start in range(0, len(y), length):
+        terms = [
+            (x[i + 2 * m] - 2 * x[i + m] + x[i]) ** 2 / (2 * m * m)
+            for i in range(len(y) - 2 * m + 1)
+            if start <= i + m < start + length and bad[i + 2 * m] == bad[i]
+        ]
+        found.append((len(terms), float(np.mean(terms)) if terms else math.nan))
+    return [cell for cell in found if cell[0]]
+
+
+@pytest.mark.parametrize("gaps", [(), (slice(0, 3), slice(150, 152), slice(300, 420))], ids=["whole", "gaps"])
+def test_windows_are_the_sums_of_the_definition_and_add_up_to_the_curve(gaps: tuple[slice, ...]) -> None:
+    y = noise(SLOW, 700, 1)
+    for gap in gaps:
+        y[gap] = np.nan
+    cells = cells_of(phase_of(record(y), "gyro"), [1, 4, 8], [64, 64, 128])
+    for row, (m, length) in enumerate(((1, 64), (4, 64), (8, 128))):
+        here = cells.row == row
+        wanted = cells_by_hand(y, m, length)
+        assert cells.count[here].tolist() == [count for count, _ in wanted]
+        np.testing.assert_allclose(cells.variance[here], [mean for _, mean in wanted], rtol=1e-9)
+    curve = al.allan_curve(record(y), taus=[1.0, 4.0, 8.0])
+    np.testing.assert_allclose(cells.whole, curve.variance[:, 0], rtol=1e-12)
+
+
+@pytest.mark.parametrize(
+    "model",
+    [
+        WHITE,
+        NoiseModel.of(RandomWalk(K=0.1)),
+        NoiseModel.of(Flicker(B=1.0)),
+        NoiseModel.of(White(N=1.0), GaussMarkov.from_sigma(0.5, 40.0)),
+        NoiseModel.of(White(N=1.0), Ramp(R=1e-3)),
+        NoiseModel.of(Quantisation(Q=1.0, dt=1.0), White(N=0.2)),
+    ],
+    ids=["white", "walk", "flicker", "Gauss-Markov", "ramp", "quantisation"],
+)
+def test_covariance_of_windows_adds_up_to_that_of_the_whole_record(model: NoiseModel) -> None:
+    lags = [1, 2, 8, 32, 128]
+    cells = cells_of(phase_of(record(noise(WHITE, 4096, 2)), "gyro"), lags, [128, 128, 128, 128, 512])
+    V = cell_covariance(cells, model, 4096, 1.0, "mean")
+    assert np.allclose(V, V.T)
+    for row, m in enumerate(lags):
+        weight = np.where(cells.row == row, cells.count, 0) / cells.count[cells.row == row].sum()
+        expected = edf(model, [m], 4096, 1.0, "mean")[0]
+        mean = float(model.avar_sampled(float(m), 1.0, "mean"))
+        assert 2 * mean**2 / (weight @ V @ weight) == pytest.approx(expected, rel=1e-6)
+
+
+def test_covariance_of_neighbouring_windows_is_that_of_the_plain_double_sum() -> None:
+    m, length, n = 4, 16, 96
+    cells = cells_of(phase_of(record(noise(WHITE, n, 3)), "gyro"), [m], [length])
+    V = cell_covariance(cells, WHITE, n, 1.0, "mean")
+    w = np.repeat([1.0, -1.0], m) / m / math.sqrt(2)  # d of white noise as a filter of the samples
+    for a in range(3):
+        for b in range(3):
+            i = np.arange(cells.first[a], cells.last[a])[:, None]
+            j = np.arange(cells.first[b], cells.last[b])
+            r = np.correlate(w, w, "full")
+            k = np.clip(j - i + 2 * m - 1, -1, 4 * m - 1)
+            square = np.where((k >= 0) & (k < 4 * m - 1), np.append(r, 0.0)[k], 0.0) ** 2
+            assert V[a, b] == pytest.approx(2 * square.sum() / square.size, rel=1e-9, abs=1e-15)
+
+
+def test_chi_square_of_windows_has_its_law_and_gaps_make_it_no_larger() -> None:
+    """Cells under a known model: mean and spread of chi-square, and at most 5 % of p values below 5 %."""
+    runs, small, sums = 80, {False: 0, True: 0}, []
+    for gaps in (False, True):
+        scatter = None
+        for i in range(runs):
+            y = noise(SLOW, 1024, 1000 + i)
+            if gaps:
+                y[100:110], y[500:680] = np.nan, np.nan
+            cells = cells_of(phase_of(record(y), "gyro"), [1, 4, 16], [64, 64, 64])
+            if scatter is None:
+                mean = SLOW.avar_sampled(cells.lag.astype(float), 1.0, "mean")
+                V = cell_covariance(cells, SLOW, 1024, 1.0, "mean")
+                scatter = Scatter.of(V / np.outer(mean, mean))
+            fitted = Whitened.of(cells.variance, cells.row, scatter)
+            if not gaps:
+                sums.append(fitted.chi2)
+            here = np.flatnonzero(cells.row == 0)
+            chi2, scores = window_scores(cells.variance[here], scatter.of_cells(here))
+            small[gaps] += chi2 > 1.96**2 and math.erfc(abs(scores[0]) / math.sqrt(2)) < 0.05
+    dof = fitted.dof if not gaps else 45
+    assert abs(np.mean(sums) - dof) < 5 * math.sqrt(2 * dof / runs) + 0.03 * dof
+    assert max(small.values()) <= binomial_bound(runs, 0.05)
+
+
+def test_constant_noise_is_said_to_change_in_at_most_five_per_cent() -> None:
+    runs = 12
+    wrong = sum(
+        examine_variation(record(noise(SLOW, 2000, 50 + i)), models=SLOW, windows=16).verdict
+        != "constant within its intervals"
+        for i in range(runs)
+    )
+    assert wrong <= binomial_bound(runs, 0.05)
+
+
+def test_step_of_the_white_noise_is_found_with_its_time_and_size() -> None:
+    y = noise(WHITE, 20_000, 7)
+    y[13_000:] *= 1.3
+    found = examine_variation(record(y + noise(NoiseModel.of(RandomWalk(K=2e-3)), 20_000, 8)), windows=32)
+    channel = found["gyro"]
+    assert found.verdict == "the noise changes" and len(channel.changes) == 1
+    change = channel.changes[0]
+    assert (change.symbol, change.kind) == ("N", "step")
+    assert change.time_lower is not None and change.time_lower <= 13_000 <= change.time_upper  # type: ignore[operator]
+    assert change.lower <= 1.3 <= change.upper and change.upper - change.lower < 0.12
+    assert channel.lags[0].significant.any() and channel.p_left > 1e-3
+    assert found.reason.startswith("N grew by") and " h" in found.reason
+
+
+def test_drift_is_told_from_a_step() -> None:
+    y = noise(WHITE, 20_000, 9) * 1.6 ** (np.arange(20_000) / 20_000)
+    change = examine_variation(record(y), models=WHITE, windows=32).channels[0].changes[0]
+    assert change.kind == "drift" and change.time is None
+    assert change.lower <= 1.6 <= change.upper
+    assert "steadily" in change.says
+
+
+def test_noise_that_comes_and_goes_has_two_changes_and_a_factor_of_four_is_placed_to_a_part_of_a_window() -> (
+    None
+):
+    y = noise(WHITE, 16_000, 11)
+    y[6_000:9_000] *= 4.0
+    changes = examine_variation(record(y), models=WHITE, windows=32).channels[0].changes
+    assert len(changes) == 2
+    for change, time, ratio in zip(changes, (6_000, 9_000), (4.0, 0.25), strict=True):
+        assert abs(change.time - time) <= 250 and change.lower / 1.05 <= ratio <= change.upper * 1.05
+
+
+def test_intervals_widen_with_heavy_tails_and_not_with_a_step() -> None:
+    rng = np.random.default_rng(3)
+    tails, step = rng.standard_t(5.0, 30_000), rng.standard_normal(30_000)
+    step[15_000:] *= 2.0
+    found = []
+    for y in (tails, step):
+        phase = phase_of(record(y), "gyro")
+        found.append(excess_kurtosis(phase.x, cells_of(phase, [1], [512])))
+    assert found[0] > 1.0 and found[1] == 0.0
+
+
+def test_scale_of_the_data_does_not_matter_and_missing_samples_do_not_spoil_a_window() -> None:
+    y = noise(SLOW, 6000, 13)
+    y[4000:] *= 1.5
+    y[np.random.default_rng(1).random(6000) < 0.05] = np.nan
+    y[:400] = np.nan
+    small = NoiseModel.of(White(N=1e-7), Flicker(B=1e-8), RandomWalk(K=1e-10))
+    one, other = (
+        examine_variation(record(s * y), models=model, windows=16).channels[0]
+        for s, model in ((1.0, SLOW), (1e-7, small))
+    )
+    assert one.chi2 == pytest.approx(other.chi2, rel=1e-6)
+    assert one.changes[0].ratio == pytest.approx(other.changes[0].ratio, rel=1e-5)
+    assert one.lags[0].start[0] >= 375 and all(np.isfinite(lag.deviation).all() for lag in one.lags)
+
+
+def test_effect_of_changes_has_mean_one_at_every_lag() -> None:
+    cells = cells_of(phase_of(record(noise(SLOW, 4096, 2)), "gyro"), [1, 8, 64], [128, 128, 256])
+    shares = shares_of(NoiseModel.of(White(N=1.0), RandomWalk(K=0.02)), cells.lags, 1.0, "mean")
+    shapes = [Shape(symbol="N", time=1000.0), Shape(symbol="K", time=None), Shape(symbol="all", time=3000.0)]
+    effect = effect_of(shapes, np.array([0.5, -0.3, 0.0]), cells, shares)
+    for row in range(3):
+        here = cells.row == row
+        weight = (cells.stop - cells.start)[here]
+        assert np.average(effect[here], weights=weight) == pytest.approx(1.0, abs=1e-9)
+    assert np.allclose(effect_of([], np.zeros(0), cells, shares), 1.0)
+
+
+def test_quantile_of_the_time_is_that_of_the_published_law() -> None:
+    assert _hansen(0.95) == pytest.approx(7.35, abs=0.005)  # Hansen 2000, table I
+    assert _hansen(0.90) == pytest.approx(5.94, abs=0.005)
+    assert _hansen(0.99) == pytest.approx(10.59, abs=0.005)
+
+
+def test_document_is_plain_and_long_lags_are_left_out() -> None:
+    found = examine_variation(record(noise(SLOW, 4096, 1)), models=SLOW, windows=16)
+    document = json.loads(json.dumps(found.to_json(), allow_nan=False))
+    assert document["format"] == "allanite-variation"
+    for lag in document["channels"][0]["lags"]:
+        assert len(lag["start"]) >= 4 and lag["window"] >= 4 * lag["tau"]
+        assert all(a <= b <= c for a, b, c in zip(lag["lower"], lag["deviation"], lag["upper"], strict=True))
+
+
+def test_what_cannot_be_asked_is_refused() -> None:
+    with pytest.raises(DataQualityError, match="4 windows of 16 samples"):
+        examine_variation(record(np.random.default_rng(0).standard_normal(60)))
+    with pytest.raises(InputError, match="at least 4 windows"):
+        examine_variation(record(np.ones(100)), windows=2)
+    with pytest.raises(InputError, match="false_alarm must lie between 0 and 1"):
+        examine_variation(record(np.ones(100)), false_alarm=0.0)
+    with pytest.raises(InputError, match="no channel 'x'"):
+        examine_variation(record(noise(WHITE, 2000, 1)), models=WHITE)["x"]
+    assert isinstance(cells_of(phase_of(record(noise(WHITE, 300, 1)), "gyro"), [1], [64]), Cells)

@@ -1,0 +1,115 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Does a bound lie above the truth everywhere as often as it says, and what does that cost?
+
+The scenarios of the coverage run. Each record is fitted and bounded twice: as by default, up to the longest lag that
+the fit used; and by N and K alone up to four times the length of the record, as for an exported file that knows no
+other term. A bound covers when its Allan deviation is at least the true one at every one of 200 averaging times.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from concurrent.futures import ProcessPoolExecutor
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import allanite as al
+from allanite.noise import NoiseModel
+from allanite.overbound import overbound
+from verification.coverage import gates
+from verification.scenarios import SCENARIOS, Scenario
+
+__all__ = ["run_overbound"]
+
+Json = dict[str, Any]
+Say = Callable[[str], None]
+
+_PROBABILITY = 0.95
+_TIMES = 200
+#: Seed stream of this run, apart from that of the coverage run.
+_STREAM = 8
+
+
+def _kinds(scenario: Scenario) -> dict[str, Json]:
+    return {
+        "as by default": {},
+        "N and K alone, to four records": {"terms": ("N", "K"), "horizon": 4 * scenario.duration},
+    }
+
+
+def one(task: tuple[int, int, int]) -> Json:
+    """Simulate one record of a scenario, fit and bound it."""
+    root, number, index = task
+    scenario = SCENARIOS[number]
+    seed = int(np.random.SeedSequence([root, _STREAM, number, index]).generate_state(1, np.uint64)[0])
+    record = al.simulate(scenario.model, rate=scenario.rate, duration=scenario.duration, seed=seed)
+    curve = al.allan_curve(record, threads=1)
+    model = al.fit(curve)
+    found = {
+        kind: _against(overbound(curve, model, probability=_PROBABILITY, **options), scenario)
+        for kind, options in _kinds(scenario).items()
+    }
+    return {"index": index, **found}
+
+
+def _against(bound: NoiseModel, scenario: Scenario) -> Json:
+    """How the bound stands to the truth over its range."""
+    facts, dt = bound.overbound, 1 / scenario.rate
+    m = np.geomspace(facts["shortest"], facts["horizon"], _TIMES) / dt
+    ratio = np.sqrt(bound.avar_sampled(m, dt) / scenario.model.avar_sampled(m, dt))
+    return {
+        "least": float(ratio.min()),
+        "mean": float(np.exp(np.log(ratio).mean())),
+        "greatest": float(ratio.max()),
+        "over_fit": facts["mean"],
+    }
+
+
+def run_overbound(records: int, seed: int, say: Say, workers: int, folder: Path) -> dict[str, list[Json]]:
+    """Tables by kind of bound; records already in `folder` are not simulated again.
+
+    `covers`: share of records whose bound is above the truth everywhere, with the least share that 95 % allows.
+    `inflation`: mean over records of the bound over the truth, itself a mean over the logarithm of time; `most`: of
+    the greatest ratio; `below`: the worst ratio of a bound that does not cover.
+    """
+    tables: dict[str, list[Json]] = {}
+    for number, scenario in enumerate(SCENARIOS):
+        results = _records(number, records, seed, workers, folder)
+        for kind in _kinds(scenario):
+            row = _row(scenario, [r[kind] for r in results])
+            say(f"{kind}: {json.dumps(row)}")
+            tables.setdefault(f"Bounds at 95 %, {kind}", []).append(row)
+    return tables
+
+
+def _records(number: int, records: int, seed: int, workers: int, folder: Path) -> list[Json]:
+    path = folder / f"overbound-{number}.jsonl"
+    done = [json.loads(line) for line in path.read_text().splitlines()] if path.exists() else []
+    known = {d["index"] for d in done}
+    todo = [(seed, number, i) for i in range(records) if i not in known]
+    with ProcessPoolExecutor(workers) as pool, path.open("a") as out:
+        for result in pool.map(one, todo):
+            out.write(json.dumps(result) + "\n")
+            out.flush()
+            done.append(result)
+    return sorted(done, key=lambda d: d["index"])[:records]
+
+
+def _row(scenario: Scenario, results: list[Json]) -> Json:
+    least = np.array([r["least"] for r in results])
+    share, gate = float(np.mean(least >= 1)), gates(len(results))[0]
+    missed = least[least < 1]
+    return {
+        "scenario": scenario.name,
+        "records": len(results),
+        "covers": share,
+        "gate": gate,
+        "passes": share >= gate,
+        "inflation": float(np.mean([r["mean"] for r in results])),
+        "most": float(np.mean([r["greatest"] for r in results])),
+        "over_fit": float(np.mean([r["over_fit"] for r in results])),
+        "below": float(missed.min()) if len(missed) else None,
+    }
