@@ -4,6 +4,11 @@
 from __future__ import annotations
 
 import os
+
+# Before NumPy, and for all commands that tests start: several processes with small matrices, whose threads would only
+# wait for one another.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
 from collections.abc import Callable
 from pathlib import Path
 

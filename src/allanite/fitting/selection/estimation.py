@@ -33,8 +33,12 @@ _LISTED = 1e-3
 _NOT_EXPLAINED, _EXPLAINED = 1e-4, 1e-2
 _COARSER = (4, 16, 64, 256)
 _FEWEST_ROWS = 1000
-#: What a record is asked first; both families.
-_RICHEST: tuple[Letters, ...] = (("Q", "N", "B", "K", "R"), ("Q", "N", "G", "K", "R"))
+#: Rich sets, the quick ones first: what none of them explains, no set does.
+_RICHEST: tuple[Letters, ...] = (
+    ("Q", "N", "B", "K", "R"),
+    ("Q", "N", "G", "K", "R"),
+    ("Q", "N", "B", "G", "G", "K", "R"),
+)
 
 
 def select(
@@ -112,7 +116,7 @@ def _proposed(
 def _explained_part(problem: LikelihoodProblem, progress: Progress | None) -> Search:
     """Longer and longer means, until a sum of terms explains the rest; the whole record where none does."""
     whole = Search(problem, progress)
-    if _goodness(whole) >= _NOT_EXPLAINED:
+    if _explains(whole, _NOT_EXPLAINED):
         return whole
     for block in _COARSER:
         if problem.n_samples // block < _FEWEST_ROWS:
@@ -121,18 +125,26 @@ def _explained_part(problem: LikelihoodProblem, progress: Progress | None) -> Se
             problem.recording, problem.channel.name, block=block, lines=problem.lines
         )
         search = Search(coarse, progress)
-        if _goodness(search) >= _EXPLAINED:
+        if _explains(search, _EXPLAINED):
             return search
     return whole
 
 
-def _goodness(search: Search) -> float:
-    """How well the richest sets explain the record."""
-    if not math.isfinite(max(search.score(k) for k in _RICHEST)):
+def _explains(search: Search, least: float) -> bool:
+    """Whether one of the rich sets has at least this goodness.
+
+    Raises
+    ------
+    FitError
+        None of them can describe the record at all.
+    """
+    if any(math.isfinite(search.score(k)) and search.maxima[k].p >= least for k in _RICHEST):
+        return True
+    if not any(math.isfinite(search.score(k)) for k in _RICHEST):
         raise FitError(
             "no sum of noise terms describes the record; look at the findings and at the time series"
         )
-    return max(search.maxima[k].p for k in _RICHEST)
+    return False
 
 
 def _paying(search: Search, price: float) -> tuple[Search, tuple[ChosenLine, ...]]:
