@@ -6,7 +6,8 @@
 ``families``    flicker or Gauss-Markov; ``sets`` test inversion; ``objective`` and ``design`` its numerics.
 ``likelihood``  the fit of the samples themselves.
 ``spectral``    the fit of their spectrum.
-``advice``      how long to record.
+``selection``   which sums of terms a record may have, with their weights.
+``advice``      how long to record; ``verdict`` what a record supports, in words.
 """
 
 from __future__ import annotations

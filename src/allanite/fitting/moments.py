@@ -22,6 +22,7 @@ from allanite.fitting.families import FLICKER, GAUSS_MARKOV, Family, FamilyFit, 
 from allanite.fitting.misfit import Candidate, best_explained
 from allanite.fitting.objective import Solution, advantage, sensitivity
 from allanite.fitting.sets import fisher_sd
+from allanite.fitting.verdict import supported_words
 from allanite.noise import SIGMA_PER_B, Estimate, GaussMarkov, NoiseModel, TermType, term_of
 
 __all__ = ["fit_moments", "lags_used"]
@@ -142,21 +143,8 @@ def _families(chosen: Candidate, confidence: float) -> list[FamilyFit]:
 
 
 def _verdict(models: list[NoiseModel]) -> str:
-    names = {
-        "Q": "quantisation",
-        "N": "white noise",
-        "B": "flicker",
-        "sigma": "a Gauss-Markov term",
-        "K": "random walk",
-        "R": "ramp",
-    }
-    found = [names[e.symbol] for e in models[0].estimates if e.supported and e.symbol in names]
-    text = f"The record supports {_listed(found)}." if found else "The record supports no term by itself."
-    needed = [names[e.symbol] for e in models[0].estimates if "one like it" in e.note and e.symbol in names]
-    if needed:
-        text += f" It needs {_listed(needed)} or a term like it, and cannot tell which."
-    if len(models) == 2:
-        text += " It cannot tell flicker from a single Gauss-Markov term: both are shown."
+    words = supported_words(models)
+    text = words[0].upper() + words[1:]
     facts = models[0].goodness
     if facts["left_out"]:
         text += (
@@ -171,10 +159,6 @@ def _verdict(models: list[NoiseModel]) -> str:
     elif facts["p"] < 0.01:
         text += f" The model does not explain the curve well (p = {facts['p']:.1g}): something else is in the record."
     return text
-
-
-def _listed(words: list[str]) -> str:
-    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"
 
 
 # -- from sample units to a model --------------------------------------------------------------------------------

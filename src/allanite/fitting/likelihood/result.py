@@ -13,6 +13,7 @@ from allanite.fitting.likelihood.exact import sharpened, shifted
 from allanite.fitting.likelihood.family import FLICKER, GAUSS_MARKOV, FamilyFit, fit_family
 from allanite.fitting.likelihood.maximum import Peak
 from allanite.fitting.likelihood.problem import LikelihoodProblem
+from allanite.fitting.verdict import supported_words
 from allanite.noise import SIGMA_PER_B, Estimate, NoiseModel
 from allanite.recording import Recording
 
@@ -152,22 +153,7 @@ def _families(problem: LikelihoodProblem, peaks: Peaks, confidence: float) -> li
 
 
 def _verdict(models: list[NoiseModel]) -> str:
-    names = {
-        "Q": "quantisation",
-        "N": "white noise",
-        "B": "flicker",
-        "sigma": "a Gauss-Markov term",
-        "K": "random walk",
-        "R": "ramp",
-    }
-    found = [names[e.symbol] for e in models[0].estimates if e.supported and e.symbol in names]
-    text = "By maximum likelihood, "
-    text += f"the record supports {_listed(found)}." if found else "the record supports no term by itself."
-    needed = [names[e.symbol] for e in models[0].estimates if "one like it" in e.note and e.symbol in names]
-    if needed:
-        text += f" It needs {_listed(needed)} or a term like it, and cannot tell which."
-    if len(models) == 2:
-        text += " It cannot tell flicker from a single Gauss-Markov term: both are shown."
+    text = "By maximum likelihood, " + supported_words(models)
     facts = models[0].goodness
     if facts["left_out"]:
         text += (
@@ -180,10 +166,6 @@ def _verdict(models: list[NoiseModel]) -> str:
             "intervals do not hold that."
         )
     return text
-
-
-def _listed(words: list[str]) -> str:
-    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"
 
 
 # -- from sample units to a model -------------------------------------------------------------------------

@@ -11,20 +11,11 @@ import numpy as np
 
 from allanite.fitting.spectral.misfit import chance
 from allanite.fitting.spectral.profile import Fitted, covariance
+from allanite.fitting.verdict import supported_words
 from allanite.noise import SIGMA_PER_B, Estimate, GaussMarkov, NoiseModel, TermType, term_of
 from allanite.recording import Channel
 
 __all__ = ["model_of", "verdict_of"]
-
-_NAMES = {
-    "Q": "quantisation",
-    "N": "white noise",
-    "B": "flicker",
-    "sigma": "a Gauss-Markov term",
-    "sigma_2": "a second Gauss-Markov term",
-    "K": "random walk",
-    "R": "ramp",
-}
 
 
 def model_of(fit: Fitted, channel: Channel, confidence: float, family: str, left_out: int) -> NoiseModel:
@@ -158,15 +149,9 @@ def _symbol(fit: Fitted, place: int) -> str:
 
 def verdict_of(models: list[NoiseModel]) -> str:
     """What the record supports, in one or a few sentences."""
-    first = models[0]
-    found = [_NAMES[e.symbol] for e in first.estimates if e.supported and e.symbol in _NAMES]
-    text = f"The record supports {_listed(found)}." if found else "The record supports no term by itself."
-    needed = [_NAMES[e.symbol] for e in first.estimates if "one like it" in e.note and e.symbol in _NAMES]
-    if needed:
-        text += f" It needs {_listed(needed)} or a term like it, and cannot tell which."
-    if len(models) == 2:
-        text += " It cannot tell flicker from a single Gauss-Markov term: both are shown."
-    facts = first.goodness
+    words = supported_words(models)
+    text = words[0].upper() + words[1:]
+    facts = models[0].goodness
     if facts["left_out"]:
         top = 0.5 / facts["shortest_tau"]
         text += (
@@ -181,7 +166,3 @@ def verdict_of(models: list[NoiseModel]) -> str:
             f" The model does not explain the spectrum well (p = {facts['p']:.1g}): there is something else."
         )
     return text
-
-
-def _listed(words: list[str]) -> str:
-    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"
