@@ -68,7 +68,7 @@ def test_two_gauss_markov_terms() -> None:
     problem = LikelihoodProblem.of(record(model, duration=20_000.0))
     one, two = problem.maximum(("N", "G")), problem.maximum(("N", "G", "G"))
     variances = dict(zip(two.covariance["symbols"], np.diag(two.covariance["matrix"]), strict=True))
-    for symbol, value in (("sigma1", 1e-4), ("T1", 3.0), ("sigma2", 1e-4), ("T2", 150.0)):
+    for symbol, value in (("sigma", 1e-4), ("T", 3.0), ("sigma_2", 1e-4), ("T_2", 150.0)):
         assert_within(two.parameters[symbol], value, 3.5, variances[symbol])
     assert two.log_likelihood > one.log_likelihood + 20
     assert one.p < 1e-3 < two.p
@@ -86,10 +86,10 @@ def test_a_line_is_found_with_frequency_amplitude_and_phase() -> None:
     sine = found.terms[-1]
     assert isinstance(sine, Sinusoid)
     variances = dict(zip(found.covariance["symbols"], np.diag(found.covariance["matrix"]), strict=True))
-    assert math.sqrt(variances["amplitude1"]) == pytest.approx(math.sqrt(2 / 4000) * 1e-4 / 3e-5, rel=0.1)
-    assert_within(sine.amplitude, 3e-5, 3.5, variances["amplitude1"])
-    assert_within(sine.frequency, 1.234, 3.5, variances["frequency1"])
-    assert sine.phase == pytest.approx(0.7, abs=4 * 2 * math.sqrt(variances["amplitude1"]))
+    assert math.sqrt(variances["amplitude"]) == pytest.approx(math.sqrt(2 / 4000) * 1e-4 / 3e-5, rel=0.1)
+    assert_within(sine.amplitude, 3e-5, 3.5, variances["amplitude"])
+    assert_within(sine.frequency, 1.234, 3.5, variances["frequency"])
+    assert sine.phase == pytest.approx(0.7, abs=4 * 2 * math.sqrt(variances["amplitude"]))
     assert found.log_likelihood > problem.maximum(("N", "K")).log_likelihood + 20
     assert_within(found.parameters["N"], 1e-4, 3.5, variances["N"])
 
@@ -160,11 +160,41 @@ def test_the_ends_of_a_set_are_where_the_test_turns() -> None:
         at = replace(best.at, c=np.where(np.arange(4) == i, end, best.at.c))
         null = search.climb(at, held=frozenset({i}))
         assert 2 * (best.log_likelihood - null.log_likelihood) == pytest.approx(critical, rel=0.05)
-    low, high = slope_set(search, best, 3.84)
-    for end in (low, high):
-        null = search.climb(replace(best.at, slope=end))
-        assert 2 * (best.log_likelihood - null.log_likelihood) == pytest.approx(3.84, rel=0.05)
-    assert low < 0 < high
+
+
+def test_the_slope_of_a_ramp_has_the_interval_of_a_regression() -> None:
+    # in white noise alone the slope and its interval are those of any textbook
+    from scipy.stats import linregress, t
+
+    y = record(NoiseModel.of(White(N=1e-4)), rate=1.0, duration=900.0, seed=4)
+    samples = y.values(y.names[0])
+    problem = LikelihoodProblem.of(y)
+    best = problem.peak(("N",), slope=None, averaged=True)
+    low, high = slope_set(problem.search, best, 0.95)
+    line = linregress(np.arange(900.0), samples)
+    reach = t.ppf(0.975, 898) * line.stderr
+    assert (low, high) == pytest.approx((line.slope - reach, line.slope + reach), rel=2e-3)
+
+
+def test_given_terms_all_have_their_sets() -> None:
+    model = NoiseModel.of(
+        White(N=2e-5), GaussMarkov.from_sigma(1e-4, 3.0), GaussMarkov.from_sigma(1e-4, 150.0)
+    )
+    noise = record(model, duration=20_000.0)
+    given, found = al.fit(noise, terms="NGGK"), al.fit(noise)
+    for m in (given, found):
+        assert [t.type for t in m.terms if t.type == "gauss_markov"] == ["gauss_markov"] * 2
+        truth = {"N": 2e-5, "sigma": 1e-4, "T": 3.0, "sigma_2": 1e-4, "T_2": 150.0}
+        for symbol, value in truth.items():
+            e = m.estimate(symbol)
+            assert e is not None and e.supported and e.value is not None and e.lower < value < e.upper
+            assert e.lower < e.value < e.upper
+        walk = m.estimate("K")
+        assert walk is not None and not walk.supported
+    assert "a second Gauss-Markov term" in found.verdict
+    assert given.estimate("R") is None and found.estimate("R") is not None
+    with pytest.raises(InputError, match="letters"):
+        al.fit(noise, terms="NX")
 
 
 def test_c14_white_noise_alone_leaves_upper_limits() -> None:

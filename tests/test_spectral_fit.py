@@ -13,9 +13,10 @@ from scipy.signal import butter, sosfilt
 
 import allanite as al
 from allanite.errors import DataQualityError, InputError
+from allanite.fitting.slow_contrasts import slow_contrasts
 from allanite.fitting.spectral import fit_spectral, spectral_ordinates
 from allanite.fitting.spectral.agreement import disagreement
-from allanite.fitting.spectral.modes import _contrasts, slow_modes
+from allanite.fitting.spectral.modes import slow_modes
 from allanite.fitting.spectral.whittle import Problem
 from allanite.noise import (
     Flicker,
@@ -58,7 +59,7 @@ def test_contrasts_have_the_variance_of_the_dense_covariance(term: TermType, sam
     y[300:420] = np.nan
     record = Recording.from_rate(y, rate=RATE, unit="rad/s", names="x", sampling=sampling)
     there = np.flatnonzero(~np.isnan(y[::size]))
-    _, contrasts = _contrasts(there, np.ones(len(there)), len(there) // 4)
+    _, contrasts = slow_contrasts(there, np.ones(len(there)), len(there) // 4)
     weights = np.zeros((len(contrasts), n))
     for k in range(size):
         weights[:, there * size + k] = contrasts / size
@@ -72,7 +73,7 @@ def test_contrasts_have_the_variance_of_the_dense_covariance(term: TermType, sam
 def test_contrasts_are_uncorrelated_in_white_noise_and_in_a_walk_across_gaps() -> None:
     place = np.array([0, 1, 2, 3, 9, 10, 11, 40, 41, 42, 43, 44])
     white = np.linspace(1.0, 2.0, len(place))
-    rate, u = _contrasts(place, white, len(place) - 1)
+    rate, u = slow_contrasts(place, white, len(place) - 1)
     np.testing.assert_allclose(u.sum(axis=1), 0, atol=1e-12)
     np.testing.assert_allclose(u @ np.diag(white) @ u.T, np.eye(len(rate)), atol=1e-12)
     walk = np.minimum.outer(place, place).astype(float)

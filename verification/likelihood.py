@@ -22,7 +22,7 @@ from allanite.fitting.likelihood import LikelihoodProblem, fit_problem
 from allanite.fitting.likelihood.bands import bands
 from allanite.fitting.likelihood.objective import Component, Objective
 from allanite.fitting.likelihood.pool import Pool
-from allanite.fitting.likelihood.pyramid import BLOCK, Pyramid, build
+from allanite.fitting.likelihood.pyramid import BLOCK, TOP, Pyramid, build
 from allanite.noise import GaussMarkov, NoiseModel, RandomWalk, White
 from allanite.recording import Recording
 from allanite.spectrum import sampled_psd
@@ -103,9 +103,11 @@ def short_chain(seconds: Recording, seed: int) -> LikelihoodProblem:
 
 def _drawn(count: int, rng: np.random.Generator) -> Pool:
     """Second moments of the inside of so many blocks of the seed's sensor: Wishart, by Bartlett's decomposition."""
-    shape = build([np.zeros(BLOCK**2)], BLOCK**2).pools[0]
+    shape = build([np.zeros(BLOCK * TOP)], BLOCK * TOP).pools[0]
     one = Objective(
-        Pyramid(pools=(shape,), present=0, log_volume=0.0, gap_shape=np.zeros(1), gap_walk=0.0), "mean", 1.0
+        Pyramid(pools=(shape,), modes=None, present=0, log_volume=0.0, gap_shape=np.zeros(1), gap_walk=0.0),
+        "mean",
+        1.0,
     )
     V = np.zeros((shape.size, shape.size))
     for term in SEED.terms:

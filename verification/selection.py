@@ -119,7 +119,14 @@ def expected_problem(model: NoiseModel, *, n_samples: int, dt: float) -> Likelih
         )
         for i, pool in enumerate(shape.pools)
     )
-    objective = Objective.of(replace(shape, pools=pools), "mean")
+    modes = shape.modes
+    assert modes is not None
+    variances = np.asarray(sum(c * one.variances(k)[0] for k, c in parts))
+    whole = replace(shape, pools=pools, modes=replace(modes, value=np.sqrt(variances)))
+    objective = Objective.of(whole, "mean")
+    low = np.asarray(sum(c * one.matrices(k)[-1][0] for k, c in parts))
+    last = objective._parts[-1]
+    objective._parts[-1] = replace(last, second=low / objective.scale**2)
     nothing = Recording.from_rate(np.ones(8), rate=1 / dt, unit="rad/s")
     return LikelihoodProblem(
         channel=Channel(name="expected", kind=Kind.RATE, unit="rad/s", scale=1.0, sampling="mean"),

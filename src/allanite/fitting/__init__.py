@@ -3,11 +3,12 @@
 
 ``slopes``      the seed's reading of the curve, for comparison.
 ``moments``     the fit of the curve: full covariance, non-negative terms, sets by test inversion.
-``families``    flicker or Gauss-Markov; ``sets`` test inversion; ``objective`` and ``design`` its numerics.
+``families``    its sums of terms; ``sets`` test inversion; ``objective`` and ``design`` its numerics.
 ``likelihood``  the fit of the samples themselves.
 ``spectral``    the fit of their spectrum.
 ``selection``   which sums of terms a record may have, with their weights.
-``advice``      how long to record; ``verdict`` what a record supports, in words.
+``rivals``      flicker or Gauss-Markov; ``estimates`` from sets to estimates; ``verdict`` what is supported, in words.
+``advice``      how long to record.
 """
 
 from __future__ import annotations
@@ -52,8 +53,9 @@ def fit(
     confidence : float
         Level of the intervals.
     **options
-        Of a recording: `channel`, and what the method takes besides: "likelihood" `lines` [Hz], `engine` and `block`
-        (see `allanite.fitting.likelihood.fit_likelihood`), "spectral" see `allanite.fitting.spectral.fit_spectral`.
+        Of a recording: `channel`, `terms` (the letters to fit), and what the method takes besides: "likelihood"
+        `lines` [Hz], `engine` and `block` (see `allanite.fitting.likelihood.fit_likelihood`), "spectral" see
+        `allanite.fitting.spectral.fit_spectral`.
 
     Returns
     -------

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -18,23 +19,19 @@ from allanite.allan.curve import AllanCurve
 from allanite.allan.degrees import chi_square_factors
 from allanite.errors import DataQualityError, FitError, InputError
 from allanite.fitting.design import TIME_POWER
+from allanite.fitting.estimates import amplitude_estimate, equivalent_flicker, time_estimate
 from allanite.fitting.families import FLICKER, GAUSS_MARKOV, Family, FamilyFit, fit_family
 from allanite.fitting.misfit import Candidate, best_explained
 from allanite.fitting.objective import Solution, advantage, sensitivity
+from allanite.fitting.rivals import supported_families
 from allanite.fitting.sets import fisher_sd
 from allanite.fitting.verdict import supported_words
-from allanite.noise import SIGMA_PER_B, Estimate, GaussMarkov, NoiseModel, TermType, term_of
+from allanite.noise import Estimate, GaussMarkov, NoiseModel, TermType, term_of
 
 __all__ = ["fit_moments", "lags_used"]
 
 Array = NDArray[np.float64]
 
-#: Advantage of the rival, judged with a family's own weights, that rejects the family. By simulation: flicker
-#: records of any length exceed the first in at most 2.5 %, Gauss-Markov records the second in less than 1 %.
-_REJECTS_FLICKER = 8.0
-_REJECTS_GAUSS_MARKOV = 5.0
-#: Undecided: Gauss-Markov, which has one parameter more, stands first from here on.
-_PREFERS_GAUSS_MARKOV = 4.0
 #: Neighbouring lags nearer than this carry the same information (correlation 0.9998) and make C singular.
 _SPACING = 1.6
 
@@ -125,21 +122,21 @@ def fit_moments(
 
 
 def _families(chosen: Candidate, confidence: float) -> list[FamilyFit]:
-    """The family the record supports, or both, the better one first."""
+    """The family the record supports, or both, the better one first; each is judged with its own weights."""
     data, best, other = chosen.data, chosen.flicker, chosen.markov
-    flicker, markov = Family(data, FLICKER), Family(data, GAUSS_MARKOV)
     if not math.isfinite(best.value):
         raise FitError("no sum of noise terms explains the curve; look at the findings and at the curve")
-    against_flicker, against_markov = advantage(data, other, best), advantage(data, best, other)
-    if against_flicker > _REJECTS_FLICKER and against_markov < _REJECTS_GAUSS_MARKOV:
-        return [fit_family(markov, other, confidence)]
-    first = fit_family(flicker, best, confidence)
-    if against_markov > _REJECTS_GAUSS_MARKOV or other.coefficient("G") == 0 or "B" not in first.supported:
-        return [first]
-    second = fit_family(markov, other, confidence)
-    if "G" not in second.supported:
-        return [first]
-    return [first, second] if against_flicker < _PREFERS_GAUSS_MARKOV else [second, first]
+
+    def fitted(symbols: tuple[str, ...], solution: Solution, own: str) -> tuple[FamilyFit, bool]:
+        fit = fit_family(Family(data, symbols), solution, confidence)
+        return fit, own in fit.supported
+
+    return supported_families(
+        advantage(data, other, best),
+        advantage(data, best, other) if other.coefficient("G") > 0 else math.inf,
+        partial(fitted, FLICKER, best, "B"),
+        partial(fitted, GAUSS_MARKOV, other, "G"),
+    )
 
 
 def _verdict(models: list[NoiseModel]) -> str:
@@ -175,8 +172,7 @@ def _model(
     estimates = [_estimate(fit, s, scale, dt) for s in fit.family.symbols]
     if "G" in fit.family.symbols:
         sigma = next(e for e in estimates if e.symbol == "sigma")
-        estimates.append(_times(sigma, "B_equiv", 1 / SIGMA_PER_B))
-        estimates.append(_time_estimate(fit, dt))
+        estimates += [equivalent_flicker(sigma), _time_estimate(fit, dt)]
     return NoiseModel(
         terms=tuple(_term(s, chosen, scale, dt) for s in fit.family.symbols if chosen.coefficient(s) > 0),
         family="gauss-markov" if "G" in fit.family.symbols else "flicker",
@@ -198,51 +194,24 @@ def _amplitude(symbol: str, coefficient: float, scale: float, dt: float) -> floa
 
 def _estimate(fit: FamilyFit, symbol: str, scale: float, dt: float) -> Estimate:
     low, high = (_amplitude(symbol, c, scale, dt) for c in fit.sets[symbol])
-    name = "sigma" if symbol == "G" else symbol
-    if symbol not in fit.supported:
-        note = "upper limit"
-        if fit.selected.coefficient(symbol) > 0:
-            note += "; not resolved by itself, but the curve needs this term or one like it"
-        return Estimate(symbol=name, value=None, lower=0.0, upper=high, supported=False, note=note)
-    value = _amplitude(symbol, fit.selected.coefficient(symbol), scale, dt)
-    note = ""
-    if not low <= value <= high:
-        value = _amplitude(symbol, fit.best.coefficient(symbol), scale, dt)
-        note = "estimate of the full family"
-    return Estimate(symbol=name, value=value, lower=low, upper=high, supported=True, note=note)
-
-
-def _times(e: Estimate, symbol: str, factor: float) -> Estimate:
-    value = None if e.value is None else e.value * factor
-    return replace(e, symbol=symbol, value=value, lower=e.lower * factor, upper=e.upper * factor)
+    return amplitude_estimate(
+        "sigma" if symbol == "G" else symbol,
+        (low, high),
+        _amplitude(symbol, fit.selected.coefficient(symbol), scale, dt),
+        lambda: _amplitude(symbol, fit.best.coefficient(symbol), scale, dt),
+        supported=symbol in fit.supported,
+        measured="curve",
+    )
 
 
 def _time_estimate(fit: FamilyFit, dt: float) -> Estimate:
-    if "T" not in fit.sets or fit.selected.T is None:
-        return Estimate(
-            symbol="T",
-            value=None,
-            lower=0.0,
-            upper=math.inf,
-            supported=False,
-            note="no Gauss-Markov term is supported",
-        )
-    low, high = fit.sets["T"]
     shortest, longest = fit.family.times
-    closed = low > shortest * 1.001 and high < longest / 1.001
-    note = (
-        ""
-        if closed
-        else "not identified: the record sets no " + ("upper" if low > shortest * 1.001 else "lower") + " end"
-    )
-    value = min(max(fit.selected.T, low), high)
-    return Estimate(
-        symbol="T",
-        value=value * dt,
-        lower=low * dt if low > shortest * 1.001 else 0.0,
-        upper=high * dt if high < longest / 1.001 else math.inf,
-        supported=closed,
-        note=note,
+    ends = fit.sets.get("T") if fit.selected.T is not None else None
+    return time_estimate(
+        "T",
+        None if ends is None else (ends[0] * dt, ends[1] * dt),
+        (shortest * dt, longest * dt),
+        (fit.selected.T or 0.0) * dt,
     )
 
 

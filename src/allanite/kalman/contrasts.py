@@ -26,7 +26,9 @@ Array = NDArray[np.float64]
 _ROWS = 1 << 16
 
 
-def contrast_likelihood(space: StateSpace, samples: Array, *, slope: float | None = 0.0) -> float:
+def contrast_likelihood(
+    space: StateSpace, samples: Array, *, slope: float | None = 0.0, averaged: bool = False
+) -> float:
     """Logarithm of the density of the contrasts of samples.
 
     Parameters
@@ -37,6 +39,8 @@ def contrast_likelihood(space: StateSpace, samples: Array, *, slope: float | Non
         NaN where missing.
     slope : float or None
         Of a ramp, per sample; None: that which fits best.
+    averaged : bool
+        Without a slope: the mean density over all slopes instead.
     """
     n = len(samples)
     covariance, state = space.initial.copy(), np.zeros((space.size, 3))
@@ -56,4 +60,7 @@ def contrast_likelihood(space: StateSpace, samples: Array, *, slope: float | Non
     rest = products[np.ix_([0, 2], [0, 2])] - np.outer(products[1, [0, 2]], products[1, [0, 2]]) / ones
     b = rest[0, 1] / rest[1, 1] if slope is None else slope * n
     squares = rest[0, 0] - 2 * b * rest[0, 1] + b**2 * rest[1, 1]
-    return float(-((count - 1) * math.log(2 * math.pi) + total + math.log(ones / count) + squares) / 2)
+    level = total + math.log(ones / count)
+    if averaged and slope is None:
+        count, level = count - 1, level + math.log(rest[1, 1] / n**2)
+    return float(-((count - 1) * math.log(2 * math.pi) + level + squares) / 2)

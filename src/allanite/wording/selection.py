@@ -16,8 +16,8 @@ Json = Mapping[str, Any]
 
 #: Terms in the order of their averaging times, and which parameters they have.
 _PARAMETERS = {
-    "Q": ("Q",), "N": ("N",), "B": ("B",), "G": ("sigma", "B_equiv", "T"), "GG": ("sigma1", "T1", "sigma2", "T2"),
-    "K": ("K",), "R": ("R",),
+    "Q": ("Q",), "N": ("N",), "B": ("B",), "G": ("sigma", "B_equiv", "T"),
+    "GG": ("sigma", "B_equiv", "T", "sigma_2", "B_equiv_2", "T_2"), "K": ("K",), "R": ("R",),
 }  # fmt: skip
 _NAMES = {"G": "Gauss-Markov", "GG": "two Gauss-Markov terms"}
 
@@ -61,7 +61,7 @@ def _name(symbol: str) -> str:
 
 
 def _unit(channel: Json, symbol: str) -> tuple[str, float]:
-    return people_unit(channel["kind"], symbol.rstrip("12"), channel["unit"])
+    return people_unit(channel["kind"], symbol.removesuffix("_2"), channel["unit"])
 
 
 def term_lines(channel: Json) -> list[tuple[str, str, str]]:

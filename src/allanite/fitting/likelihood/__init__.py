@@ -7,7 +7,7 @@
 ``maximum``    the maximum over any sum of terms; ``profile`` confidence sets.
 ``lines``      spectral lines; ``exact`` all samples through the Kalman filter.
 ``problem``    LikelihoodProblem: what other fits and model selection are built on.
-``family``     flicker or Gauss-Markov with its sets; ``result`` the noise model.
+``family``     a sum of terms with its sets; ``coarser`` what part of a record terms explain; ``result`` the model.
 """
 
 from __future__ import annotations

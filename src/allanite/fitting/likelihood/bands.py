@@ -8,6 +8,7 @@ uncorrelated whatever the noise; the mean power of those with 2^b <= j < 2^(b+1)
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -16,7 +17,7 @@ from numpy.typing import NDArray
 from allanite.fitting.likelihood.objective import Component, Objective, Point, inner_of
 from allanite.fitting.likelihood.pool import Pool, contrasts
 
-__all__ = ["Band", "bands", "explained", "first_guess"]
+__all__ = ["Band", "ModeBand", "bands", "explained", "first_guess"]
 
 Array = NDArray[np.float64]
 
@@ -45,19 +46,63 @@ class Band:
     dof: float
     period: tuple[float, float]
 
-    def expected(self, matrix: Array) -> float:
-        """Power of vectors with this covariance."""
+    def expected(self, objective: Objective, component: Component) -> float:
+        """Power of a unit process."""
         n = len(self.weights)
-        return float(np.vdot(self.weights, matrix[:n, :n]))
+        return float(np.vdot(self.weights, objective.matrices(component)[self.pool][0, :n, :n]))
+
+    def seen(self, objective: Objective, at: Point, slope: float) -> tuple[float, float]:
+        """Power without a ramp over that of a model, and its degrees of freedom."""
+        pool, n = objective.pyramid.pools[self.pool], len(self.weights)
+        found = [objective.matrices(k)[self.pool][0, :n, :n] for k in at.components]
+        V = np.tensordot(at.c, np.array(found), axes=1)
+        S = pool.second[:n, :n] / objective.scale**2
+        m, r = pool.mean[:n] / objective.scale, pool.tilt[:n]
+        S = S - slope * (np.outer(m, r) + np.outer(r, m)) + slope**2 * np.outer(r, r)
+        mean, product = float(np.vdot(self.weights, V)), self.weights @ V
+        return float(np.vdot(self.weights, S)) / mean, pool.count * mean**2 / float(
+            np.vdot(product, product.T)
+        )
 
 
-def bands(objective: Objective) -> list[Band]:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ModeBand:
+    """Mean power of an octave of the modes.
+
+    Attributes
+    ----------
+    places : slice
+        Of the modes.
+    power, dof, period
+        As of a `Band`.
+    """
+
+    places: slice
+    power: float
+    dof: float
+    period: tuple[float, float]
+
+    def expected(self, objective: Objective, component: Component) -> float:
+        """Power of a unit process."""
+        return float(objective.variances(component)[0, self.places].mean())
+
+    def seen(self, objective: Objective, at: Point, slope: float) -> tuple[float, float]:
+        """Power without a ramp over that of a model, and its degrees of freedom."""
+        modes = objective.pyramid.modes
+        if modes is None:
+            return 1.0, 1.0
+        v = at.c @ np.array([objective.variances(k)[0, self.places] for k in at.components])
+        x = modes.value[self.places] / objective.scale - slope * modes.tilt[self.places]
+        return float(np.mean(x**2) / v.mean()), float(v.sum() ** 2 / (v**2).sum())
+
+
+def bands(objective: Objective) -> list[Band | ModeBand]:
     """All bands of a record, the quick ones first."""
-    found = []
+    found: list[Band | ModeBand] = []
     for i, pool in enumerate(objective.pyramid.pools):
-        if pool.count >= _LEAST_VECTORS or i == len(objective.pyramid.pools) - 1:
+        if pool.count >= _LEAST_VECTORS:
             found += _of_pool(i, pool, objective.scale)
-    return found
+    return found + _of_modes(objective)
 
 
 def _of_pool(index: int, pool: Pool, scale: float) -> list[Band]:
@@ -67,23 +112,51 @@ def _of_pool(index: int, pool: Pool, scale: float) -> list[Band]:
     wave = np.sqrt(2 / n) * np.cos(np.pi * np.outer(j, np.arange(n) + 0.5) / n)
     wave = wave @ contrasts(n).T
     found = []
-    for octave in range(int(math.log2(n - 1)) + 1 if n > 1 else 0):
-        inside = wave[2**octave - 1 : 2 ** (octave + 1) - 1]
+    for places in _octaves(inner):
+        inside = wave[places]
         weights = inside.T @ inside / len(inside)
         power = float(np.vdot(weights, pool.second[:inner, :inner])) / scale**2
-        longest = 2.0 * n * pool.block / 2**octave
-        period = (max(longest / 2, 2.0 * pool.block), longest)
         dof = float(pool.count * len(inside))
+        period = _period(n, pool.block, places)
         found.append(Band(pool=index, power=power, weights=weights, dof=dof, period=period))
     return found
 
 
-def first_guess(objective: Objective, components: tuple[Component, ...], found: list[Band]) -> Array:
+def _of_modes(objective: Objective) -> list[ModeBand]:
+    modes = objective.pyramid.modes
+    if modes is None:
+        return []
+    x = (modes.value / objective.scale) ** 2
+    return [
+        ModeBand(
+            places=places,
+            power=float(x[places].mean()),
+            dof=float(len(x[places])),
+            period=_period(len(x) + 1, modes.block, places),
+        )
+        for places in _octaves(len(x))
+    ]
+
+
+def _octaves(n: int) -> list[slice]:
+    """Octaves of the cosines 1, 2, ... n."""
+    return [slice(2**b - 1, min(2 ** (b + 1) - 1, n)) for b in range(n.bit_length())]
+
+
+def _period(n: int, block: int, places: slice) -> tuple[float, float]:
+    """Shortest and longest of n rows [samples]."""
+    longest = 2.0 * n * block / (places.start + 1)
+    return max(longest / 2, 2.0 * block), longest
+
+
+def first_guess(
+    objective: Objective, components: tuple[Component, ...], found: Sequence[Band | ModeBand]
+) -> Array:
     """Relative non-negative least squares on the bands: a safe start."""
     from scipy.optimize import nnls
 
     power = np.array([b.power for b in found])
-    expected = np.array([[b.expected(objective.matrices(k)[b.pool][0]) for k in components] for b in found])
+    expected = np.array([[b.expected(objective, k) for k in components] for b in found])
     used = power > 0
     weight = np.sqrt(np.minimum(np.array([b.dof for b in found]), 50.0))[used] / power[used]
     columns = expected[used] * weight[:, None]
@@ -95,7 +168,7 @@ def first_guess(objective: Objective, components: tuple[Component, ...], found: 
 
 
 def explained(
-    objective: Objective, at: Point, slope: float, found: list[Band], parameters: int
+    objective: Objective, at: Point, slope: float, found: Sequence[Band | ModeBand], parameters: int
 ) -> tuple[float, int, float]:
     """Chi-square of the powers of all bands against the model, degrees of freedom, probability.
 
@@ -103,21 +176,10 @@ def explained(
     """
     from scipy.special import chdtrc
 
-    chi2, used = 0.0, 0
-    b_slope = slope / objective.scale
+    chi2 = 0.0
     for b in found:
-        V = sum(c * objective.matrices(k)[b.pool][0] for c, k in zip(at.c, at.components, strict=True))
-        pool = objective.pyramid.pools[b.pool]
-        inner = len(b.weights)
-        V = np.asarray(V)[:inner, :inner]
-        S = pool.second[:inner, :inner] / objective.scale**2
-        m, r = pool.mean[:inner] / objective.scale, pool.tilt[:inner]
-        S = S - b_slope * (np.outer(m, r) + np.outer(r, m)) + b_slope**2 * np.outer(r, r)
-        mean = float(np.vdot(b.weights, V))
-        inner_product = b.weights @ V
-        spread = 2 * float(np.vdot(inner_product, inner_product.T)) / pool.count
-        edf = 2 * mean**2 / spread
-        z = (math.cbrt(float(np.vdot(b.weights, S)) / mean) - (1 - 2 / (9 * edf))) / math.sqrt(2 / (9 * edf))
-        chi2, used = chi2 + z * z, used + 1
-    dof = max(used - parameters, 1)
+        ratio, edf = b.seen(objective, at, slope / objective.scale)
+        spread = 2 / (9 * edf)
+        chi2 += (math.cbrt(ratio) - (1 - spread)) ** 2 / spread
+    dof = max(len(found) - parameters, 1)
     return chi2, dof, float(chdtrc(dof, chi2))

@@ -50,7 +50,7 @@ def exact_log_likelihood(samples: Array, at: Point, sampling: str) -> float:
     space = NoiseModel(terms=terms).state_space(
         1.0, sampling=sampling, record=float(len(samples)), ratio=_RATIO
     )
-    return contrast_likelihood(space, samples, slope=at.slope)
+    return contrast_likelihood(space, samples, slope=at.slope, averaged=at.averaged)
 
 
 def _sized(unit: TermType, size: float) -> TermType:
@@ -86,7 +86,7 @@ def sharpened(
             objective.scale
         )
 
-    n_contrasts = int(np.isfinite(y).sum()) - 1
+    n_contrasts = int(np.isfinite(y).sum()) - (2 if peak.at.averaged else 1)
     for _ in range(_ROUNDS):
         pull = _gradient(exact, peak) - peak.value.gradient
         moved = replace(search, evaluate=shifted(search.evaluate, peak, pull)).climb(peak.at)

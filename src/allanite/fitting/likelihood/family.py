@@ -1,13 +1,14 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""One candidate family by its likelihood: best fit, every parameter's set, what is supported, point estimates.
+"""A sum of terms by its likelihood: best fit, every parameter's set, what is supported, point estimates.
 
-The rules are those of the fit of the curve (`fitting.families`): sets by test inversion in the full family, in which
+The rules are those of the fit of the curve (`fitting.families`): sets by test inversion in the full sum, in which
 terms that are not supported stay as nuisances that are not negative; point estimates from the supported terms alone.
+Parameters are named by their place in the gradient: coefficients, then the correlation times of Gauss-Markov terms.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from allanite.fitting.likelihood.maximum import Peak
 from allanite.fitting.likelihood.problem import LikelihoodProblem
@@ -15,108 +16,127 @@ from allanite.fitting.likelihood.profile import (
     coefficient_set,
     critical_value,
     relative_sd,
-    slope_critical_value,
     slope_set,
     time_set,
 )
 
-__all__ = ["FLICKER", "GAUSS_MARKOV", "FamilyFit", "fit_family"]
+__all__ = ["FLICKER", "GAUSS_MARKOV", "TWO_GAUSS_MARKOV", "FamilyFit", "fit_family"]
 
 FLICKER = ("Q", "N", "B", "K")
 GAUSS_MARKOV = ("Q", "N", "G", "K")
+TWO_GAUSS_MARKOV = ("Q", "N", "G", "G", "K")
 _CERTAIN = 0.03  # relative standard deviation of a coefficient whose set cannot reach zero
 _NEEDED = 6.0  # loss by leaving out all unsupported terms (95 % point for two) that calls one of them back
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class FamilyFit:
-    """A family's fit.
+    """The fit of a sum of terms.
 
     Attributes
     ----------
     letters : tuple of str
         Random terms.
     best : Peak
-        Of the full family with a ramp.
+        Of all of them, averaged over the slopes of a ramp where there may be one.
     selected : Peak
-        Of the terms that are supported: the point estimates.
-    ramp : bool
-        Whether `selected` has one.
-    sets : dict of str to (float, float)
-        Variance coefficients by letter; "T" in samples; "R" the slope, signed.
-    supported : frozenset of str
+        The point estimates: the terms that are supported, or all that were given.
+    sets : dict of int to (float, float)
+        Variance coefficients, and correlation times [samples] of supported terms, by place.
+    supported : frozenset of int
+        Places of letters.
+    slope : (float, float) or None
+        Set of the slope of a ramp, with its sign; None: there is none.
     """
 
     letters: tuple[str, ...]
     best: Peak
     selected: Peak
-    ramp: bool
-    sets: dict[str, tuple[float, float]]
-    supported: frozenset[str]
+    sets: dict[int, tuple[float, float]]
+    supported: frozenset[int]
+    slope: tuple[float, float] | None
+
+    @property
+    def ramp(self) -> bool:
+        """Whether a ramp is supported."""
+        return self.slope is not None and (self.slope[0] > 0 or self.slope[1] < 0)
+
+    def supports(self, symbol: str) -> bool:
+        """Whether every term with this letter is supported."""
+        return all(i in self.supported for i, s in enumerate(self.letters) if s == symbol)
 
 
 def fit_family(
-    problem: LikelihoodProblem, letters: tuple[str, ...], best: Peak, confidence: float
+    problem: LikelihoodProblem,
+    letters: tuple[str, ...],
+    best: Peak,
+    confidence: float,
+    *,
+    ramp: bool = True,
+    keep: bool = False,
 ) -> FamilyFit:
-    """Sets, support and point estimates of a family whose best fit (with a ramp) is known."""
+    """Sets, support and point estimates of a sum of terms whose best fit is known.
+
+    Parameters
+    ----------
+    best : Peak
+        Averaged over slopes if there may be a `ramp`, else with none.
+    keep : bool
+        All terms are taken as given, and stay in the point estimates.
+    """
     search = problem.search
-    loss = {s: _Without(problem, letters, s, best) for s in letters}
+    without = [_Without(problem, letters, i, best) for i in range(len(letters))]
     sd = relative_sd(best)
     free = frozenset(
         i
-        for i, s in enumerate(letters)
-        if i in sd and (sd[i] < _CERTAIN or 2 * (best.log_likelihood - loss[s]().log_likelihood) > 3.84)
+        for i in range(len(letters))
+        if i in sd and (sd[i] < _CERTAIN or 2 * (best.log_likelihood - without[i]().log_likelihood) > 3.84)
     )
-    sets: dict[str, tuple[float, float]] = {}
-    for i, s in enumerate(letters):
+    sets: dict[int, tuple[float, float]] = {}
+    for i in range(len(letters)):
         critical = critical_value(best, i, free, confidence)
-        sets[s] = coefficient_set(search, best, i, critical, loss[s])
-    supported = {s for s in letters if sets[s][0] > 0}
-    if "G" in supported:
-        place = len(letters)
-        critical = critical_value(best, place, frozenset(letters.index(s) for s in supported), confidence)
-        sets["T"] = time_set(search, best, letters.index("G"), critical)
-    sets["R"] = slope_set(search, best, slope_critical_value(search, best, confidence))
-    if sets["R"][0] > 0 or sets["R"][1] < 0:
-        supported.add("R")
-    selected = _selected(problem, letters, best, supported)
-    return FamilyFit(
-        letters=letters,
-        best=best,
-        selected=selected,
-        ramp="R" in supported,
-        sets=sets,
-        supported=frozenset(supported),
-    )
+        sets[i] = coefficient_set(search, best, i, critical, without[i])
+    supported = frozenset(i for i in range(len(letters)) if sets[i][0] > 0)
+    timed = [i for i, s in enumerate(letters) if s == "G"]
+    for place, i in enumerate(timed, start=len(letters)):
+        if i in supported:
+            critical = critical_value(best, place, supported, confidence)
+            sets[place] = time_set(search, best, i, critical)
+    slope = slope_set(search, best, confidence) if ramp else None
+    known = FamilyFit(letters=letters, best=best, selected=best, sets=sets, supported=supported, slope=slope)
+    return known if keep else _selected(problem, known)
 
 
 class _Without:
-    """The best fit of a family without one of its terms, found when first asked for."""
+    """The best fit without one of the terms, found when first asked for."""
 
-    def __init__(self, problem: LikelihoodProblem, letters: tuple[str, ...], symbol: str, best: Peak) -> None:
-        self._ask = problem, tuple(s for s in letters if s != symbol), best
+    def __init__(self, problem: LikelihoodProblem, letters: tuple[str, ...], place: int, best: Peak) -> None:
+        self._ask = problem, letters[:place] + letters[place + 1 :], best
         self._found: Peak | None = None
 
     def __call__(self) -> Peak:
         if self._found is None:
             problem, letters, best = self._ask
-            self._found = problem.peak(letters, slope=None, near=best)
+            at = best.at
+            self._found = problem.peak(letters, slope=at.slope, averaged=at.averaged, near=best)
         return self._found
 
 
-def _selected(problem: LikelihoodProblem, letters: tuple[str, ...], best: Peak, supported: set[str]) -> Peak:
+def _selected(problem: LikelihoodProblem, fit: FamilyFit) -> FamilyFit:
     """The supported terms, and as many more as the record needs though none of them is resolved by itself."""
-    slope = None if "R" in supported else 0.0
-    chosen = [s for s in letters if s in supported]
-    fit = problem.peak(chosen, slope=slope, near=best) if chosen else None
-    while fit is None or 2 * (best.log_likelihood - fit.log_likelihood) > _NEEDED:
-        rest = [s for s in letters if s not in chosen and best.coefficient(s) > 0]
+    best = fit.best if fit.ramp else problem.search.climb(replace(fit.best.at, slope=0.0, averaged=False))
+
+    def of(places: list[int]) -> Peak:
+        letters = [fit.letters[i] for i in sorted(places)]
+        return problem.peak(letters, slope=best.at.slope, averaged=best.at.averaged, near=best)
+
+    chosen = sorted(fit.supported)
+    peak = of(chosen) if chosen else None
+    while peak is None or 2 * (best.log_likelihood - peak.log_likelihood) > _NEEDED:
+        rest = [i for i in range(len(fit.letters)) if i not in chosen and best.at.c[i] > 0]
         if not rest:
             break
-        tried = {
-            s: problem.peak([t for t in letters if t in (*chosen, s)], slope=slope, near=best) for s in rest
-        }
-        symbol = max(rest, key=lambda s: tried[s].log_likelihood)
-        chosen = [t for t in letters if t in (*chosen, symbol)]
-        fit = tried[symbol]
-    return best if fit is None else fit
+        tried = {i: of([*chosen, i]) for i in rest}
+        added = max(rest, key=lambda i: tried[i].log_likelihood)
+        chosen, peak = [*chosen, added], tried[added]
+    return fit if peak is None else replace(fit, selected=peak)

@@ -168,6 +168,7 @@ def maximise(
     start: Callable[[tuple[Component, ...]], Array],
     *,
     slope: float | None = 0.0,
+    averaged: bool = False,
     near: Peak | None = None,
 ) -> Peak:
     """The highest maximum over coefficients and correlation times.
@@ -180,6 +181,8 @@ def maximise(
         Coefficients to begin with, for components with known correlation times.
     slope : float or None
         Of the ramp; None: free.
+    averaged : bool
+        The mean over all slopes instead of the best: see `Point`.
     near : Peak, optional
         A maximum for more terms: correlation times are tried around its own only.
     """
@@ -189,7 +192,7 @@ def maximise(
         components = tuple(Component(s, next(left) if s == "G" else None) for s in symbols)
         c = found[-1].at.c if found else start(components)
         held = frozenset(range(len(c), len(c) + len(times)))
-        found.append(search.climb(Point(components, c, slope), held=held, settled=_ROUGHLY))
+        found.append(search.climb(Point(components, c, slope, averaged), held=held, settled=_ROUGHLY))
     found.sort(key=lambda p: -p.log_likelihood)
     # scans stop early, so the runner-up gets its chance where it is close
     close = [p for p in found[:3] if p.log_likelihood > found[0].log_likelihood - _CLOSE]

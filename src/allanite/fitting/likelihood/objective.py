@@ -8,8 +8,10 @@ vector that a ramp of unit slope makes,
     d ln p / dc_t = n/2 tr V^-1 E_t V^-1 (S(b) - V),                                                     (2)
     information_tu = n/2 tr V^-1 E_t V^-1 E_u,                                                           (3)
 
-less the same for the components that are given. The slope b follows from the rest in closed form (generalised least
-squares), so that (2) is the gradient of the profile over it.
+less the same for the components that are given. The slow contrasts of the last rows, but for the slowest, count as
+vectors of one component each. The slope b follows from the rest in closed form (generalised least
+squares), so that (2) is the gradient of the profile over it. Averaged over all slopes instead, ln p has
+(ln 2 pi - ln I)/2 more, I = n r' V^-1 r being the information on the slope, and (2) (n/2I) r' V^-1 E_t V^-1 r.
 
 All in sample units: interval 1, variance coefficients c = Q^2, N^2, B^2, K^2, and sigma^2 of Gauss-Markov terms.
 """
@@ -64,11 +66,15 @@ class Point:
         Variance coefficients, not negative.
     slope : float or None
         Of the ramp per sample; None: whatever fits best.
+    averaged : bool
+        Of a free slope: the likelihood is its mean over all slopes instead of its value at the best (restricted
+        likelihood), as it is for the level of the record. The noise is then not judged too small by what a ramp takes.
     """
 
     components: tuple[Component, ...]
     c: Array
     slope: float | None = 0.0
+    averaged: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -106,6 +112,15 @@ class _Part:
     tilt: Array
 
 
+@dataclass(frozen=True, slots=True)
+class _Singles:
+    """The quicker of the slow contrasts: vectors of one component, each with a variance of its own."""
+
+    first: int  # of the modes
+    value: Array
+    tilt: Array
+
+
 @dataclass(slots=True)
 class Objective:
     """Likelihood of the random terms of a record, in sample units; samples divided by `scale`.
@@ -122,14 +137,13 @@ class Objective:
     sampling: str
     scale: float
     _parts: list[_Part] = field(default_factory=list)
-    _matrices: dict[Component, list[Array]] = field(default_factory=dict)
+    _high: _Singles = field(default_factory=lambda: _Singles(0, np.zeros(0), np.zeros(0)))
+    _matrices: dict[Component, tuple[list[Array], Array]] = field(default_factory=dict)
 
     @classmethod
     def of(cls, pyramid: Pyramid, sampling: str) -> Objective:
         """The objective of a record."""
-        first = pyramid.pools[0]
-        inner = first.size - first.given
-        scale = math.sqrt(float(np.trace(first.second[:inner, :inner])) / inner)
+        scale = _scale(pyramid)
         new = cls(pyramid, sampling, scale)
         if not (scale > 0 and math.isfinite(scale)):
             return new  # constant samples: there is nothing to say, as the caller sees by the scale
@@ -148,12 +162,37 @@ class Objective:
                             tilt=pool.tilt[at],
                         )
                     )
+        if (modes := pyramid.modes) is not None:
+            x, tilt = modes.value / scale, modes.tilt
+            low, high = slice(modes.low), slice(modes.low, None)
+            new._parts.append(
+                _Part(
+                    pool=len(pyramid.pools),
+                    sign=1,
+                    count=1,
+                    start=0,
+                    mean=x[low],
+                    second=np.outer(x[low], x[low]),
+                    tilt=tilt[low],
+                )
+            )
+            new._high = _Singles(modes.low, x[high], tilt[high])
         return new
 
     # -- the model side -----------------------------------------------------------------------------------
 
     def matrices(self, component: Component) -> list[Array]:
-        """E_t for every pool, shape (1, d, d); of a Gauss-Markov term its derivative with ln T too, shape (2, d, d)."""
+        """E_t for every pool and the slowest modes, shape (1, d, d).
+
+        Of a Gauss-Markov term its derivative with ln T too, shape (2, d, d).
+        """
+        return self._expected(component)[0]
+
+    def variances(self, component: Component) -> Array:
+        """Variances of all modes, shape (1, n) or (2, n)."""
+        return self._expected(component)[1]
+
+    def _expected(self, component: Component) -> tuple[list[Array], Array]:
         if component not in self._matrices:
             if len(self._matrices) > _KEPT:
                 self._matrices = {k: v for k, v in self._matrices.items() if k.T is None}
@@ -166,7 +205,11 @@ class Objective:
             def series(count: int, block: int) -> Array:
                 return _with_derivative(self._series(units, count, block))
 
-            self._matrices[component] = [p.expected(series, (kind, amount)) for p in self.pyramid.pools]
+            found, variances = [p.expected(series, (kind, amount)) for p in self.pyramid.pools], np.zeros(0)
+            if self.pyramid.modes is not None:
+                low, variances = self.pyramid.modes.expected(series, (kind, amount))
+                found.append(low)
+            self._matrices[component] = found, variances
         return self._matrices[component]
 
     def _series(self, units: Sequence[TermType], count: int, block: int) -> Array:
@@ -181,8 +224,7 @@ class Objective:
 
     def _stacked(self, components: Sequence[Component], times: Sequence[int], pool: int, c: Array) -> Array:
         """E_t of a pool, and what the logarithm of each correlation time changes, shape (n, d, d)."""
-        found = [self.matrices(k)[pool] for k in components]
-        return np.array([*(f[0] for f in found), *(c[i] * found[i][1] for i in times)])
+        return _with_times([self.matrices(k)[pool] for k in components], times, c)
 
     # -- the likelihood -----------------------------------------------------------------------------------
 
@@ -198,19 +240,26 @@ class Objective:
     def _evaluate(self, at: Point, *, times: tuple[int, ...], derivatives: bool) -> Value:
         n = len(at.c)
         size = n + len(times)
-        stacks = [self._stacked(at.components, times, i, at.c) for i in range(len(self.pyramid.pools))]
+        stacks = [self._stacked(at.components, times, i, at.c) for i in range(self._parts[-1].pool + 1)]
         solved, log_det, dimensions = [], 0.0, 0
         for part in self._parts:
             E = stacks[part.pool][:, part.start :, part.start :]
             V = np.tensordot(at.c, E[:n], axes=1)
             inverse = _inverse(V)
             if inverse is None:
-                nothing = np.zeros(size)
-                return Value(-math.inf, nothing, np.zeros((size, size)), 0.0, 0.0)
+                return _impossible(size)
             solved.append((E, V, inverse[0]))
             log_det += part.sign * part.count * inverse[1]
             dimensions += part.sign * part.count * len(V)
-        slope, slope_information = self._slope(at, [W for _, _, W in solved])
+        singles = self._high
+        F = _with_times([self.variances(k)[:, singles.first :] for k in at.components], times, at.c)
+        v = at.c @ F[:n]
+        if not v.min(initial=1.0) > 0:
+            return _impossible(size)
+        log_det += float(np.log(v).sum())
+        dimensions += len(v)
+        slope, slope_information = self._slope(at, [W for _, _, W in solved], 1 / v)
+        averaged = at.averaged and at.slope is None and slope_information > 0
         squares, gradient, information = 0.0, np.zeros(size), np.zeros((size, size))
         for part, (E, V, W) in zip(self._parts, solved, strict=True):
             S = part.second
@@ -220,18 +269,34 @@ class Objective:
             weight = part.sign * part.count
             squares += weight * float(np.vdot(W, S))
             if derivatives:
-                gradient += weight / 2 * (E.reshape(size, -1) @ (W @ (S - V) @ W).ravel())
+                change = W @ (S - V) @ W
+                if averaged:
+                    pull = W @ part.tilt
+                    change += np.outer(pull, pull) / (slope_information * self.scale**2)
+                gradient += weight / 2 * (E.reshape(size, -1) @ change.ravel())
                 inner = (W @ E @ W).reshape(size, -1)
                 information += weight / 2 * (inner @ E.reshape(size, -1).T)
+        power = (singles.value - slope * singles.tilt) ** 2 / v
+        squares += float(power.sum())
+        if derivatives:
+            change = power - 1.0
+            if averaged:
+                change += singles.tilt**2 / v / (slope_information * self.scale**2)
+            F = F / v
+            gradient += F @ change / 2
+            information += F @ F.T / 2
         value = -(dimensions * (_LOG_2_PI + 2 * math.log(self.scale)) + log_det + squares) / 2
         value += self.pyramid.log_volume
+        if averaged:
+            value += (_LOG_2_PI - math.log(slope_information)) / 2
         return Value(
             value, gradient, (information + information.T) / 2, slope * self.scale, slope_information
         )
 
-    def _slope(self, at: Point, inverses: list[Array]) -> tuple[float, float]:
+    def _slope(self, at: Point, inverses: list[Array], weights: Array) -> tuple[float, float]:
         """Slope of the ramp (in units of the scale) and the information on it."""
-        seen = information = 0.0
+        weighted = weights * self._high.tilt
+        seen, information = float(weighted @ self._high.value), float(weighted @ self._high.tilt)
         for part, W in zip(self._parts, inverses, strict=True):
             pull = part.sign * part.count * (W @ part.tilt)
             seen += float(pull @ part.mean)
@@ -239,6 +304,25 @@ class Objective:
         if at.slope is not None:
             return at.slope / self.scale, information / self.scale**2
         return (seen / information if information > 0 else 0.0), information / self.scale**2
+
+
+def _scale(pyramid: Pyramid) -> float:
+    """Root mean square of the contrasts of the first level, or of the last rows where there is no other."""
+    if pyramid.pools:
+        first = pyramid.pools[0]
+        inner = inner_of(first)
+        return math.sqrt(float(np.trace(first.second[:inner, :inner])) / inner)
+    modes = pyramid.modes
+    return 0.0 if modes is None else math.sqrt(float(np.mean(modes.value**2)) / modes.block)
+
+
+def _impossible(size: int) -> Value:
+    return Value(-math.inf, np.zeros(size), np.zeros((size, size)), 0.0, 0.0)
+
+
+def _with_times(found: list[Array], times: Sequence[int], c: Array) -> Array:
+    """What each coefficient changes, then what the logarithm of each correlation time does."""
+    return np.array([*(f[0] for f in found), *(c[i] * found[i][1] for i in times)])
 
 
 def inner_of(pool: Pool) -> int:

@@ -17,12 +17,14 @@ from numpy.typing import NDArray
 
 from allanite.noise import TermType
 
-__all__ = ["EXTRA", "Partial", "Pool", "autocovariance", "contrasts"]
+__all__ = ["EXTRA", "KINDS", "Pool", "Series", "autocovariance", "contrasts"]
 
 Array = NDArray[np.float64]
 
 #: Kinds of noise whose share in the mean of an incomplete block is kept, in this order: white, quantisation, slow.
-EXTRA = 3
+KINDS = 3
+#: What is kept of a row: its extra noise of these kinds, and how much later its centre lies than that of a whole one.
+EXTRA = KINDS + 1
 
 
 def contrasts(n: int) -> Array:
@@ -46,39 +48,6 @@ def autocovariance(term: TermType, count: int, block: int, sampling: str) -> Arr
 
 #: series(count, block): see `Pool.expected`.
 Series = Callable[[int, int], Array]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Partial:
-    """Rows of which some are means over a part of their block: at its end, or around a gap.
-
-    Attributes
-    ----------
-    centre : ndarray, shape (K,)
-        Where the mean lies, in blocks.
-    shape : ndarray, shape (K, n)
-        Autocorrelation of the weights of the rows below that make the mean.
-    below : int
-        Samples in one of those.
-    """
-
-    centre: Array
-    shape: Array
-    below: int
-
-    def rows(self, own: Array, series: Series) -> Array:
-        """Autocovariances of the rows, shape (k, K, K).
-
-        Each one's own is exact; between two it is taken at the distance of their centres, which is exact for a random
-        walk: beyond one block its autocovariance is a straight line.
-        """
-        distance = np.minimum(np.abs(self.centre[:, None] - self.centre), own.shape[1] - 1.0)
-        low = np.clip(np.floor(distance).astype(np.int64), 1, own.shape[1] - 2)
-        slope = own[:, low + 1] - own[:, low]
-        found: Array = own[:, low] + slope * (distance - low)
-        diagonal = np.arange(len(self.centre))
-        found[:, diagonal, diagonal] = series(self.shape.shape[1], self.below) @ self.shape.T
-        return found
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -106,8 +75,6 @@ class Pool:
         slow noise relative to a random walk.
     tilt : ndarray, shape (d,)
         What a ramp of one unit per sample makes of u.
-    partial : Partial, optional
-        Rows that are not whole.
     """
 
     block: int
@@ -119,7 +86,6 @@ class Pool:
     lags: Array | None
     extra: Array | None
     tilt: Array
-    partial: Partial | None = None
 
     @property
     def size(self) -> int:
@@ -144,8 +110,6 @@ class Pool:
             width = self.mixing.shape[1]
             own = series(max(width, 3), self.block)
             rows = own[:, np.abs(np.arange(width)[:, None] - np.arange(width)[None, :])]
-        if self.partial is not None:
-            rows = self.partial.rows(own, series)
         covariance = self.mixing @ rows @ self.mixing.T
         if self.extra is not None:
             kind, amount = extra

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from allanite.errors import DataQualityError, InputError
 from allanite.fitting.design import TIME_POWER
-from allanite.fitting.likelihood.bands import Band, bands, explained, first_guess
+from allanite.fitting.likelihood.bands import Band, ModeBand, bands, explained, first_guess
 from allanite.fitting.likelihood.exact import sharpened, shifted
 from allanite.fitting.likelihood.lines import Line, fit_lines, without
 from allanite.fitting.likelihood.maximum import Peak, Search, maximise
@@ -22,7 +22,7 @@ from allanite.fitting.likelihood.pyramid import build
 from allanite.noise import GaussMarkov, Ramp, Sinusoid, TermType, term_of
 from allanite.recording import Channel, Recording
 
-__all__ = ["LETTERS", "LikelihoodProblem", "Maximum"]
+__all__ = ["LETTERS", "LikelihoodProblem", "Maximum", "checked_letters"]
 
 Array = NDArray[np.float64]
 
@@ -49,8 +49,9 @@ class Maximum:
         those of the exact likelihood to a fraction of one: it is neither penalised nor restricted, and ramp and lines
         enter as unknown functions fitted with the rest. The constant level is in every model and counts in none.
     parameters : dict of str to float [SI]
-        Q, N, B, K; |R|; sigma and T of the Gauss-Markov term, of two of them sigma1, T1 (the quicker) and sigma2, T2;
-        amplitude1, frequency1, ... of the lines. 0 for a term that the record would rather do without.
+        Q, N, B, K; |R|; sigma and T of the Gauss-Markov term, of two of them those of the quicker, and sigma_2 and T_2
+        of the slower; amplitude, frequency of a line, amplitude_2, ... of others. 0 for a term that the record would
+        rather do without.
     covariance : dict
         {"symbols": [...], "of": "natural logarithms", "matrix": [[...]]} of the parameters above zero, from the
         expected information (the Cramer-Rao bound at the estimate).
@@ -114,7 +115,7 @@ class LikelihoodProblem:
     block: int
     engine: str
     objective: Objective = field(repr=False)
-    octaves: tuple[Band, ...] = field(repr=False)
+    octaves: tuple[Band | ModeBand, ...] = field(repr=False)
     lines: tuple[Line, ...]
     recording: Recording = field(repr=False)
     correction: tuple[Peak, Array] | None = field(default=None, repr=False)
@@ -159,7 +160,7 @@ class LikelihoodProblem:
         name = _channel_of(recording, channel)
         n_rows = recording.n_samples // block
         pyramid = build(_averaged(without(_rates(recording, name), lines), block), n_rows, block)
-        if pyramid.present < _FEWEST or not pyramid.pools:
+        if pyramid.present < _FEWEST or pyramid.modes is None:
             raise DataQualityError(
                 f"channel {name!r} has {pyramid.present} usable samples, at least {_FEWEST} are needed"
             )
@@ -196,6 +197,10 @@ class LikelihoodProblem:
             )
         return LikelihoodProblem.of(self.recording, name, block=self.block, engine=self.engine, lines=found)
 
+    def coarser(self, block: int) -> LikelihoodProblem:
+        """The same from means over so many samples, with the lines that were removed."""
+        return LikelihoodProblem.of(self.recording, self.channel.name, block=block, lines=self.lines)
+
     @property
     def search(self) -> Search:
         """What climbs the likelihood."""
@@ -203,9 +208,16 @@ class LikelihoodProblem:
         evaluate = self.objective if self.correction is None else shifted(self.objective, *self.correction)
         return Search(evaluate=evaluate, times=(shortest, max(self.n_samples / _PART, 2 * shortest)))
 
-    def peak(self, letters: Sequence[str], *, slope: float | None = 0.0, near: Peak | None = None) -> Peak:
-        """The maximum in sample units, for random terms (no R); the slope is free where it is None."""
-        return maximise(self.search, letters, self.start, slope=slope, near=near)
+    def peak(
+        self,
+        letters: Sequence[str],
+        *,
+        slope: float | None = 0.0,
+        averaged: bool = False,
+        near: Peak | None = None,
+    ) -> Peak:
+        """The maximum in sample units, for random terms (no R); the slope is free where it is None: see `Point`."""
+        return maximise(self.search, letters, self.start, slope=slope, averaged=averaged, near=near)
 
     def start(self, components: tuple[Component, ...]) -> Array:
         """Coefficients to begin with."""
@@ -226,7 +238,7 @@ class LikelihoodProblem:
         InputError
             Unknown letters, one twice, more than two G, or no random term.
         """
-        letters = _checked(terms)
+        letters = checked_letters(terms)
         random = tuple(s for s in letters if s != "R")
         peak = self.peak(random, slope=None if "R" in letters else 0.0)
         if (engine or self.engine) == "exact":
@@ -272,7 +284,7 @@ class LikelihoodProblem:
         """Symbol of every entry of the gradient: coefficients, then correlation times."""
         timed = [i for i, k in enumerate(peak.at.components) if k.T is not None]
         order = sorted(timed, key=lambda i: peak.at.components[i].T or 0.0)
-        tag = {i: str(order.index(i) + 1) if len(timed) > 1 else "" for i in timed}
+        tag = {i: _numbered(order.index(i)) for i in timed}
         found = [f"sigma{tag[i]}" if i in tag else k.symbol for i, k in enumerate(peak.at.components)]
         return found + [f"T{tag[i]}" for i in timed]
 
@@ -285,8 +297,8 @@ class LikelihoodProblem:
                 values[name.replace("sigma", "T")] = k.T * self.dt
         if ramp:
             values["R"] = self.slope(peak.value.slope)
-        for i, line in enumerate(self.sinusoids(), start=1):
-            values |= {f"amplitude{i}": line.amplitude, f"frequency{i}": line.frequency}
+        for i, line in enumerate(self.sinusoids()):
+            values |= {f"amplitude{_numbered(i)}": line.amplitude, f"frequency{_numbered(i)}": line.frequency}
         return values
 
     def terms(self, peak: Peak, *, ramp: bool) -> tuple[TermType, ...]:
@@ -326,8 +338,8 @@ class LikelihoodProblem:
         extra: list[tuple[str, float]] = []
         if ramp and peak.value.slope != 0 and peak.value.slope_information > 0:
             extra.append(("R", 1 / (peak.value.slope_information * peak.value.slope**2)))
-        for i, line in enumerate(self.lines, start=1):
-            extra += self._line_variances(peak, line, str(i))
+        for i, line in enumerate(self.lines):
+            extra += self._line_variances(peak, line, _numbered(i))
         whole = np.zeros((len(symbols) + len(extra),) * 2)
         whole[: len(symbols), : len(symbols)] = matrix
         for k, (symbol, variance) in enumerate(extra, start=len(symbols)):
@@ -353,10 +365,22 @@ class LikelihoodProblem:
         ]
 
 
+def _numbered(i: int) -> str:
+    """What is added to the names of the i-th term of its kind: nothing, _2, _3, ..."""
+    return f"_{i + 1}" if i else ""
+
+
 # -- reading ----------------------------------------------------------------------------------------------
 
 
-def _checked(terms: Sequence[str]) -> tuple[str, ...]:
+def checked_letters(terms: Sequence[str]) -> tuple[str, ...]:
+    """A set of terms by its letters.
+
+    Raises
+    ------
+    InputError
+        Unknown letters, one twice, more than two G, or no random term.
+    """
     letters = tuple(terms)
     unknown = [s for s in letters if s not in LETTERS]
     twice = [s for s in set(letters) if letters.count(s) > (_MOST_MARKOV if s == "G" else 1)]

@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Confidence sets from the profile of a likelihood: every value that the record does not contradict.
 
-A value v of a parameter is contradicted when 2 (ln p_max - ln p_max|v) exceeds a critical value, all other parameters
-being free, their variances not negative. Variances near zero make that distance depart from chi-square; as for the
-fit of the curve, its point is drawn from the linearised problem [1]. A set that holds zero gives an upper limit.
+A value v of a variance or of a correlation time is contradicted when 2 (ln p_max - ln p_max|v) exceeds a critical
+value, all other parameters being free, their variances not negative. Variances near zero make that distance depart from
+chi-square; as for the fit of the curve, its point is drawn from the linearised problem [1]. A set that holds zero gives
+an upper limit. Where there may be a ramp the likelihood is averaged over its slope, whose own interval is that of
+generalised least squares.
 
 References
 ----------
@@ -29,7 +31,6 @@ __all__ = [
     "coefficient_set",
     "critical_value",
     "relative_sd",
-    "slope_critical_value",
     "slope_set",
     "time_set",
 ]
@@ -104,12 +105,12 @@ def _explained(root: Array, y: Array, loose: list[int], sided: list[int]) -> Arr
     return best
 
 
-def slope_critical_value(search: Search, best: Peak, confidence: float) -> float:
-    """The distance that the true slope of a ramp exceeds with probability 1 - confidence.
+def slope_set(search: Search, best: Peak, confidence: float) -> tuple[float, float]:
+    """Ends of the interval of the slope of a ramp, with its sign.
 
     The noise at the lowest frequencies, which the slope is judged by, is itself known from few degrees of freedom, so
-    that slope/error follows Student's law. They are nu = 2/var, var being the variance of the logarithm of the slope's
-    own variance. With t from Student's law the distance is (nu + 1) ln(1 + t^2/nu).
+    that slope/error follows Student's law. They are 2/var, var being the variance of the logarithm of the slope's own
+    variance (Satterthwaite).
     """
     from scipy.special import stdtrit
 
@@ -130,8 +131,8 @@ def slope_critical_value(search: Search, best: Peak, confidence: float) -> float
     slopes = [math.log(information(i, step) / information(i, -step)) / (2 * step) for i in at]
     variance = float(np.array(slopes) @ covariance @ np.array(slopes))
     dof = max(2 / max(variance, 1e-9), 1.0)
-    t = float(stdtrit(dof, (1 + confidence) / 2))
-    return (dof + 1) * math.log1p(t * t / dof)
+    reach = float(stdtrit(dof, (1 + confidence) / 2)) / math.sqrt(best.value.slope_information)
+    return best.value.slope - reach, best.value.slope + reach
 
 
 # -- sets -------------------------------------------------------------------------------------------------
@@ -190,24 +191,6 @@ def time_set(search: Search, best: Peak, j: int, critical: float) -> tuple[float
         direction = 1 if limit > here else -1
         ends.append(_edge(profile, here, direction, sd, critical, reach) if reach > 0 else limit)
     return ends[0], ends[1]
-
-
-def slope_set(search: Search, best: Peak, critical: float) -> tuple[float, float]:
-    """Ends of the set of the slope of a ramp, with its sign."""
-    sd = 1 / math.sqrt(best.value.slope_information)
-    return _slope_end(search, best, critical, -sd), _slope_end(search, best, critical, sd)
-
-
-def _slope_end(search: Search, best: Peak, critical: float, sd: float) -> float:
-    """One end, on the side to which `sd` points."""
-    near, slope, direction = best, best.value.slope, math.copysign(1.0, sd)
-
-    def profile(away: float) -> float:
-        nonlocal near
-        near = search.climb(replace(near.at, slope=slope + direction * away))
-        return _root_distance(best, near) - math.sqrt(critical)
-
-    return slope + direction * _crossing(profile, abs(sd), critical)
 
 
 def _root_distance(best: Peak, null: Peak) -> float:

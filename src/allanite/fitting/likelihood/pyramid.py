@@ -2,18 +2,20 @@
 """A record as a pyramid of block means: one pass, bounded memory, and what is left are a few small matrices.
 
 The record is cut into blocks of 32 samples; the means of the blocks are the rows of the next level, which are cut into
-blocks of 32 again, until some hundred rows are left. The density of the record is, without approximation, that of the
-last rows times that of the inside of every block given all that stands above and before it. The one approximation
-(Vecchia [1]) is to let the inside of a block depend only on its own mean, the means of its two neighbours and the
-second half of the block before. With that the insides of all blocks of a level enter through one matrix of second
-moments, and an evaluation costs the same for an hour and for a year.
+blocks again, until a thousand rows are left. The density of the record is, without approximation, that of the last rows
+times that of the inside of every block given all that stands above and before it. The one approximation (Vecchia [1])
+is to let the inside of a block depend only on its own mean, the means of its two neighbours and the second half of the
+block before. With that the insides of all blocks of a level enter through one matrix of second moments, and an
+evaluation costs the same for an hour and for a year. The last rows are transformed to contrasts that are nearly
+independent (`modes`).
 
 How little that loses can be computed: the tests compare the variance of this estimator with the Cramer-Rao bound of the
-whole record. With two levels below the top it is 0.1 to 2 % in standard deviation for mixtures of white noise, flicker,
-Gauss-Markov noise, quantisation and random walk, corner frequencies within the blocks included, and the stated errors
-are right to 2 %. With blocks as if they were independent the loss is up to 20 % (quantisation: 80 %), and the stated
-errors are up to 17 % too small; a filter through block means beside a Whittle likelihood inside the blocks [2] has that
-weakness too, as soon as a corner lies within the blocks.
+whole record: 0.1 to 2 % in standard deviation for mixtures of white noise, flicker, Gauss-Markov noise, quantisation
+and random walk, corner frequencies within the blocks included, and the stated errors are right to 2 %. With blocks as
+if they were independent the loss is up to 20 % (quantisation: 80 %), and the stated errors are up to 17 % too small; a
+filter through block means beside a Whittle likelihood inside the blocks [2] has that weakness too, as soon as a corner
+lies within the blocks. With blocks of 32 up to a dozen last rows the errors of a random walk and a ramp, which are told
+by the slowest movements alone, would be 6 and 15 % too small.
 
 Blocks with missing samples: the mean of those that are there is their row, whose excess of noise is kept; inside,
 groups of up to 16 successive samples count, with the distances that they happen to have.
@@ -33,17 +35,18 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.fitting.likelihood.pool import EXTRA, Partial, Pool, contrasts
+from allanite.fitting.likelihood.modes import Modes, modes_of
+from allanite.fitting.likelihood.pool import EXTRA, KINDS, Pool, contrasts
 
 __all__ = ["Pyramid", "block_sizes", "build"]
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 
-#: Rows in a block, and in those of a level of few rows.
-BLOCK, SMALL_BLOCK = 32, 16
-#: Rows that are left on top at most; they are treated as one vector.
-TOP = 128
+#: Rows in a block at most, and rows that are left on top at most.
+BLOCK, TOP = 32, 1024
+#: Rows in a block at least: of samples, whose quickest noise needs room, and of means.
+LEAST, LEAST_OF_MEANS = 16, 4
 #: A block with fewer than this share of its rows has no mean.
 LEAST_PART = 0.25
 #: Part of the numbers of a level that is left out where it has a shape of its own: the two ends of a long record.
@@ -54,9 +57,11 @@ GROUPS = (16, 8, 4, 2)
 
 def block_sizes(n_samples: int) -> list[int]:
     """Rows in a block, level by level."""
-    sizes, rows = [], n_samples
+    sizes: list[int] = []
+    rows = n_samples
     while rows > TOP:
-        sizes.append(BLOCK if rows >= 2 * TOP else SMALL_BLOCK)
+        least = LEAST_OF_MEANS if sizes else LEAST
+        sizes.append(min(max(-(-rows // TOP), least), BLOCK))
         rows = -(-rows // sizes[-1])
     return sizes
 
@@ -69,6 +74,8 @@ class Pyramid:
     ----------
     pools : tuple of Pool
         Their likelihoods add.
+    modes : Modes or None
+        The last rows; None where there are fewer than two.
     present : int
         Rows of the lowest level that are there.
     log_volume : float
@@ -81,6 +88,7 @@ class Pyramid:
     """
 
     pools: tuple[Pool, ...]
+    modes: Modes | None
     present: int
     log_volume: float
     gap_shape: Array
@@ -103,8 +111,6 @@ def build(chunks: Iterable[Array], n_rows: int, block: int = 1) -> Pyramid:
     for size in block_sizes(n_rows):
         levels.append(_Level(size=size, block=block, lowest=block == lowest))
         block *= size
-    if levels:
-        levels[-1].last = True
     top = _Rows([], [])
     present = 0
     for chunk in chunks:
@@ -114,14 +120,15 @@ def build(chunks: Iterable[Array], n_rows: int, block: int = 1) -> Pyramid:
         _climb(levels, i + 1, *level.close(), top)
     values, extra = top.joined()
     pools = [pool for level in levels for pool in level.pools()]
-    pools += _top_pool(values, extra, block, levels[-1].partial_rows(len(values)) if levels else None)
-    used = int(np.isfinite(values).sum())
+    modes = modes_of(values, extra, block)
     volume = -sum(np.log(level.size) / 2 * level.rows_made for level in levels) + np.log(block / lowest) / 2
+    volume += modes.log_volume if modes else 0.0
     first = levels[0] if levels else None
     return Pyramid(
         pools=tuple(pools),
+        modes=modes,
         present=present,
-        log_volume=float(volume) if used and levels else 0.0,
+        log_volume=float(volume),
         gap_shape=first.gap_shape if first else np.zeros(BLOCK),
         gap_walk=first.gap_walk if first else 0.0,
     )
@@ -133,32 +140,6 @@ def _climb(levels: list[_Level], i: int, values: Array, extra: Array, top: _Rows
         values, extra = level.feed(values, extra)
     top.values.append(values)
     top.extra.append(extra)
-
-
-def _top_pool(values: Array, extra: Array, block: int, partial: Partial | None) -> list[Pool]:
-    """The last rows: one vector of contrasts."""
-    here = np.flatnonzero(np.isfinite(values))
-    if len(here) < 2:
-        return []
-    C = contrasts(len(here))
-    mixing = np.zeros((len(C), len(values)))
-    mixing[:, here] = C
-    x = C @ (values[here] - values[here].mean())
-    spread = np.stack([(C * extra[here, k]) @ C.T for k in range(EXTRA)])
-    return [
-        Pool(
-            block=block,
-            given=0,
-            count=1,
-            mean=x,
-            second=np.outer(x, x),
-            mixing=mixing,
-            lags=None,
-            extra=spread if spread.any() else None,
-            tilt=mixing @ (block * (np.arange(len(values)) if partial is None else partial.centre)),
-            partial=partial,
-        )
-    ]
 
 
 @dataclass(slots=True)
@@ -203,7 +184,7 @@ class _Sums:
     ) -> Pool:
         """`change` takes the vectors that were summed to those of the pool, `mixing` the rows."""
         spread = self.extra / self.count
-        extra = np.stack([(mixing * spread[:, k]) @ mixing.T for k in range(EXTRA)])
+        extra = np.stack([(mixing * spread[:, k]) @ mixing.T for k in range(KINDS)])
         return Pool(
             block=block,
             given=given,
@@ -222,9 +203,7 @@ class _Level:
 
     def __init__(self, *, size: int, block: int, lowest: bool) -> None:
         self.size, self.block, self.lowest, self.edge = size, block, lowest, size // 2
-        self.last = False
-        self.rows_made = self._blocks_seen = 0
-        self._weights: dict[int, Array] = {}  # of the incomplete blocks of the last level
+        self.rows_made = 0
         self.gap_shape, self.gap_walk = np.zeros(BLOCK), 0.0
         self._pending = np.zeros(0), np.zeros((0, EXTRA))
         self._held = np.zeros((0, size)), np.zeros((0, size, EXTRA))
@@ -269,6 +248,7 @@ class _Level:
         """Row of each block for the next level, and by how much its noise exceeds that of a complete one."""
         mean = values.mean(axis=1)
         spread = extra.sum(axis=1) / self.size**2
+        spread[:, KINDS] *= self.size  # a mean, not a variance
         partial = np.flatnonzero(np.isnan(mean))
         if len(partial):
             here = np.isfinite(values[partial])
@@ -277,27 +257,12 @@ class _Level:
             partial, here, n = partial[enough], here[enough], n[enough][:, None]
             mean[partial] = np.where(here, values[partial], 0.0).sum(axis=1) / n[:, 0]
             spread[partial] = (extra[partial] * here[:, :, None]).sum(axis=1) / n**2
-            if self.last:
-                self._weights |= zip((partial + self._blocks_seen).tolist(), here / n, strict=True)
-            else:
-                spread[partial] += self._excess(here / n)
-        self._blocks_seen += len(values)
+            spread[partial, KINDS] *= n[:, 0]
+            spread[partial] += self._excess(here / n)
         return mean, spread
 
-    def partial_rows(self, n_rows: int) -> Partial | None:
-        """Rows made from incomplete blocks, of the last level."""
-        if not self._weights:
-            return None
-        weights = np.full((n_rows, self.size), 1 / self.size)
-        for i, w in self._weights.items():
-            weights[i] = w
-        centre = np.arange(n_rows) + (weights @ (np.arange(self.size) + 0.5)) / self.size - 0.5
-        shape = np.array([np.correlate(w, w, "full")[self.size - 1 :] for w in weights])
-        shape[:, 1:] *= 2
-        return Partial(centre=centre, shape=shape, below=self.block)
-
     def _excess(self, weights: Array) -> Array:
-        """Noise of means with these weights less that of the mean over the whole block, per unit coefficient.
+        """Noise of means with these weights less that of the mean over the whole block, per unit coefficient; offset.
 
         White noise and quantisation: difference of variances. Slow noise: variance of the difference, as that of a
         random walk.
@@ -313,7 +278,8 @@ class _Level:
             for k in range(self.size):  # in units of a row of the lowest level
                 product = float(np.sum(away[:, : self.size - k] * away[:, k:]))
                 self.gap_shape[k] += product if k == 0 else 2 * product
-        return np.stack([white, steps, walk], axis=1)
+        later = (weights @ np.arange(self.size) - (self.size - 1) / 2) * self.block
+        return np.stack([white, steps, walk, later], axis=1)
 
     # -- inside -------------------------------------------------------------------------------------------
 

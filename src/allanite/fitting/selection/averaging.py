@@ -17,15 +17,16 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 
+from allanite.fitting.estimates import equivalent_flicker
 from allanite.fitting.likelihood import Maximum
 from allanite.laws import normal_quantile
-from allanite.noise import SIGMA_PER_B, Estimate
+from allanite.noise import Estimate
 
 __all__ = ["averaged"]
 
 _WIDEST = 25.0  # in ln: beyond it an end is open
 #: Of a correlation time and of lines a candidate without them says nothing, rather than zero.
-_NOTHING_WITHOUT = ("T", "T1", "T2")
+_NOTHING_WITHOUT = ("T", "T_2")
 _NOTE = "averaged over the sets of terms by their weight"
 
 
@@ -42,9 +43,11 @@ def averaged(
         Their sum is the weight that is known of.
     """
     found = [_estimate(symbol, maxima, weights, confidence) for symbol in _symbols(maxima[0])]
-    for i in [i for i, e in enumerate(found) if e.symbol == "sigma"]:
-        found.insert(i + 1, _equivalent(found[i]))
-    return tuple(found)
+    return tuple(
+        e
+        for one in found
+        for e in ((one, equivalent_flicker(one)) if one.symbol.startswith("sigma") else (one,))
+    )
 
 
 def _symbols(best: Maximum) -> list[str]:
@@ -94,17 +97,3 @@ def _quantile(laws: Sequence[tuple[float, float, float]], total: float, q: float
         below = absent + sum(w * 0.5 * math.erfc((m - middle) / sd / math.sqrt(2)) for m, sd, w in present)
         low, high = (middle, high) if below < q else (low, middle)
     return math.exp(high) if high < max(m for m, *_ in present) + _WIDEST else math.inf
-
-
-def _equivalent(e: Estimate) -> Estimate:
-    """The flicker coefficient that has the same maximum of the Allan deviation."""
-    factor = 1 / SIGMA_PER_B
-    value = None if e.value is None else e.value * factor
-    return Estimate(
-        symbol="B_equiv",
-        value=value,
-        lower=e.lower * factor,
-        upper=e.upper * factor,
-        supported=e.supported,
-        note=e.note,
-    )

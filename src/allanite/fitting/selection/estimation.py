@@ -15,10 +15,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from functools import partial
 from typing import Literal
 
 from allanite.errors import FitError, InputError
 from allanite.fitting.likelihood import LikelihoodProblem
+from allanite.fitting.likelihood.coarser import EXPLAINED, explained_part
 from allanite.fitting.selection.lines import GIVEN_WIDTHS, gains_of, line_price, steady_lines
 from allanite.fitting.selection.results import Candidate, ChosenLine, Selection
 from allanite.fitting.selection.search import Letters, Progress, Search
@@ -28,11 +30,6 @@ __all__ = ["select"]
 
 #: Candidates with less weight are not listed.
 _LISTED = 1e-3
-#: Goodness below which the shortest means are left out, that which is enough then, and the means tried [samples]: as in
-#: the likelihood fit.
-_NOT_EXPLAINED, _EXPLAINED = 1e-4, 1e-2
-_COARSER = (4, 16, 64, 256)
-_FEWEST_ROWS = 1000
 #: Rich sets, the quick ones first: what none of them explains, no set does.
 _RICHEST: tuple[Letters, ...] = (
     ("Q", "N", "B", "K", "R"),
@@ -95,7 +92,7 @@ def select(
     frequencies, remarks, widths = _proposed(problem, lines, progress)
     if frequencies:
         problem = problem.with_lines(frequencies)
-    search = _explained_part(problem, progress)
+    search = explained_part(problem, partial(_searched, progress=progress))
     search, tried = _paying(search, line_price(widths))
     return _selected(search, tried, remarks, confidence)
 
@@ -113,38 +110,25 @@ def _proposed(
     return [float(f) for f in lines], (), GIVEN_WIDTHS
 
 
-def _explained_part(problem: LikelihoodProblem, progress: Progress | None) -> Search:
-    """Longer and longer means, until a sum of terms explains the rest; the whole record where none does."""
-    whole = Search(problem, progress)
-    if _explains(whole, _NOT_EXPLAINED):
-        return whole
-    for block in _COARSER:
-        if problem.n_samples // block < _FEWEST_ROWS:
-            break
-        coarse = LikelihoodProblem.of(
-            problem.recording, problem.channel.name, block=block, lines=problem.lines
-        )
-        search = Search(coarse, progress)
-        if _explains(search, _EXPLAINED):
-            return search
-    return whole
-
-
-def _explains(search: Search, least: float) -> bool:
-    """Whether one of the rich sets has at least this goodness.
+def _searched(problem: LikelihoodProblem, progress: Progress | None) -> tuple[Search, float]:
+    """A search in which the rich sets are known, up to one that explains the record, and how well it does.
 
     Raises
     ------
     FitError
         None of them can describe the record at all.
     """
-    if any(math.isfinite(search.score(k)) and search.maxima[k].p >= least for k in _RICHEST):
-        return True
-    if not any(math.isfinite(search.score(k)) for k in _RICHEST):
+    search, best = Search(problem, progress), -1.0
+    for letters in _RICHEST:
+        if math.isfinite(search.score(letters)):
+            best = max(best, search.maxima[letters].p)
+        if best >= EXPLAINED:
+            break
+    if best < 0:
         raise FitError(
             "no sum of noise terms describes the record; look at the findings and at the time series"
         )
-    return False
+    return search, best
 
 
 def _paying(search: Search, price: float) -> tuple[Search, tuple[ChosenLine, ...]]:

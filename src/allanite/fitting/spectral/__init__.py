@@ -16,14 +16,18 @@ is given up is a few percent of the information of the highest frequencies (the 
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import partial
 
 from allanite.errors import DataQualityError, InputError
+from allanite.fitting.rivals import supported_families
 from allanite.fitting.spectral.misfit import Explained, best_explained
 from allanite.fitting.spectral.ordinates import Ordinates, ordinates_of
-from allanite.fitting.spectral.profile import fitted
+from allanite.fitting.spectral.profile import Fitted, fitted
 from allanite.fitting.spectral.result import model_of, verdict_of
+from allanite.fitting.spectral.whittle import Problem, Solution
 from allanite.noise import NoiseModel
 from allanite.recording import Recording
 from allanite.spectrum import SpectralLine, Spectrum, power_spectrum, sinusoids, without_stable_lines
@@ -33,10 +37,9 @@ __all__ = ["fit_spectral", "spectral_ordinates"]
 FLICKER = ("Q", "N", "B", "K", "R")
 GAUSS_MARKOV = ("Q", "N", "G", "K", "R")
 _LETTERS = frozenset("QNBKRG")
-#: Twice the logarithm of the likelihood ratio that rejects flicker (1 in 100 records of white noise and a walk, which a
-#: long correlation time imitates), and a Gauss-Markov term, and from which the latter, which has one parameter more,
-#: stands first where the record cannot decide.
-_REJECTS_FLICKER, _REJECTS_GAUSS_MARKOV, _PREFERS_GAUSS_MARKOV = 10.0, 5.0, 4.0
+#: Twice the logarithm of the likelihood ratio that rejects flicker: 1 in 100 records of white noise and a walk, which a
+#: long correlation time imitates, exceed it.
+_REJECTS_FLICKER = 10.0
 _FEWEST = 8  # ordinates that are needed
 #: Segments of the lowest frequencies of the spectrum: the ends of a record, which Hann windows lose, then count little.
 _SEGMENTS = 16
@@ -89,13 +92,9 @@ def fit_spectral(
     found = best_explained(data, candidates)
     left_out = len(data.value) - len(found[0][0].data.value)
     lines = sinusoids(spectrum)
-    models = []
-    for problem, at in _decided(found) if wanted is None else found:
-        family = "gauss-markov" if "G" in problem.letters else "flicker"
-        fit = fitted(problem, at, confidence, keep=wanted is not None)
-        model = model_of(fit, recording[name], confidence, family, left_out)
-        models.append(replace(model, terms=(*model.terms, *lines)))
-    models = _both_supported(models)
+    fits = _families(found, confidence) if wanted is None else [fitted(*found[0], confidence, keep=True)]
+    models = [model_of(fit, recording[name], confidence, left_out) for fit in fits]
+    models = [replace(m, terms=(*m.terms, *lines)) for m in models]
     said = [replace(m, verdict=verdict_of(models)) for m in models]
     return said[0] if len(said) == 1 else replace(said[0], alternative=said[1])
 
@@ -153,22 +152,19 @@ def _letters(terms: str | Sequence[str]) -> tuple[str, ...]:
     return letters
 
 
-def _decided(found: Explained) -> Explained:
+def _families(found: Explained, confidence: float) -> list[Fitted]:
     """The family the record supports, or both, the better one first."""
     (flicker, best), (markov, other) = found
+
+    def judged(problem: Problem, at: Solution, own: str) -> tuple[Fitted, bool]:
+        fit = fitted(problem, at, confidence)
+        return fit, problem.letters.index(own) in fit.supported
+
     gain = best.value - other.value
-    if gain > _REJECTS_FLICKER:
-        return [(markov, other)]
-    if -gain > _REJECTS_GAUSS_MARKOV or other.c[markov.markov[0]] == 0 or best.c[2] == 0:
-        return [(flicker, best)]
-    both = [(flicker, best), (markov, other)]
-    return both if gain < _PREFERS_GAUSS_MARKOV else both[::-1]
-
-
-def _both_supported(models: list[NoiseModel]) -> list[NoiseModel]:
-    """Two families only where each supports its own term: flicker alone where it needs no flicker."""
-    if len(models) == 2:
-        flicker = next(m for m in models if m.family == "flicker")
-        own = [any(e.symbol in ("B", "sigma") and e.supported for e in m.estimates) for m in models]
-        return models if all(own) else [flicker]
-    return models
+    return supported_families(
+        gain,
+        -gain if other.c[markov.markov[0]] > 0 else math.inf,
+        partial(judged, flicker, best, "B"),
+        partial(judged, markov, other, "G"),
+        rejects_flicker=_REJECTS_FLICKER,
+    )

@@ -1,19 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The slowest movements of a record, as far as the samples that are there tell them.
 
-A periodogram loses the lowest frequencies to its window. Here they are seen by contrasts c_k = u_k . y of means over
-blocks, made for the two kinds of noise that matter: with d_j the variance of the white noise of block j, and L the
-precision of a random walk at the blocks that are there (the Laplacian of a path, each edge as strong as the gap that
-it crosses is short),
-
-    D^1/2 L D^1/2 w_k = lambda_k w_k,    u_k = D^-1/2 w_k,    0 = lambda_0 < lambda_1 < ...            (1)
-
-The contrasts are uncorrelated both in white noise (variance 1 each) and in a random walk (variance 1/lambda_k), do not
-see the level (u . 1 = 0), and cross gaps without closing or filling them. Without gaps they are the discrete cosine
-transform. For other noise they are nearly uncorrelated, and their variances follow from the autocovariance R of the
-block means:
-
-    E[c_k^2] = sum over h of g_k(h) R(h),    g_k the autocorrelation of u_k.                           (2)
+A periodogram loses the lowest frequencies to its window. Here they are seen by contrasts of means over blocks, which
+are nearly uncorrelated whatever the noise and cross gaps without closing or filling them: see `fitting.slow_contrasts`.
 """
 
 from __future__ import annotations
@@ -24,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.fitting.slow_contrasts import autocorrelations, slow_contrasts
 from allanite.noise import TermType, White
 from allanite.recording import Recording
 from allanite.spectrum.periodogram import rate_blocks
@@ -92,7 +82,7 @@ def slow_modes(recording: Recording, name: str, *, blocks: int = BLOCKS) -> Slow
             value=none, frequency=none, slope=none, whole=size == 1, _autocorrelation=np.zeros((0, 1)),
             _size=size, _dt=dt, _sampling=recording[name].sampling,
         )  # fmt: skip
-    rate, contrasts = _contrasts(there, 1 / part[there], count)
+    rate, contrasts = slow_contrasts(there, 1 / part[there], count)
     placed = np.zeros((count, len(part)))
     placed[:, there] = contrasts
     centre = (there + 0.5) * size * dt
@@ -101,7 +91,7 @@ def slow_modes(recording: Recording, name: str, *, blocks: int = BLOCKS) -> Slow
         frequency=np.arcsin(np.minimum(np.sqrt(rate) / 2, 1.0)) / (math.pi * size * dt),
         slope=contrasts @ (centre - centre.mean()),
         whole=size == 1,
-        _autocorrelation=_autocorrelations(placed),
+        _autocorrelation=autocorrelations(placed),
         _size=size,
         _dt=dt,
         _sampling=recording[name].sampling,
@@ -120,30 +110,3 @@ def _block_means(recording: Recording, name: str, size: int) -> tuple[Array, Arr
         means.append(np.where(present, table, 0.0).sum(axis=1) / np.maximum(count, 1))
         parts.append(count / size)
     return np.concatenate(means), np.concatenate(parts)
-
-
-def _contrasts(place: NDArray[np.int64], white: Array, count: int) -> tuple[Array, Array]:
-    """The `count` smallest lambda_k > 0 of eq. (1), and u_k as rows."""
-    n = len(place)
-    if place[-1] - place[0] == n - 1 and np.all(white == white[0]):  # whole: the cosine transform
-        k = np.arange(1, count + 1)
-        u = np.cos(np.pi / n * np.outer(k, np.arange(n) + 0.5)) * np.sqrt(2 / n / white[0])
-        return white[0] * 4 * np.sin(np.pi * k / (2 * n)) ** 2, u
-    from scipy.linalg import eigh_tridiagonal
-
-    edge = 1 / np.diff(place).astype(np.float64)
-    root = np.sqrt(white)
-    diagonal = (np.append(edge, 0.0) + np.append(0.0, edge)) * white
-    rate, w = eigh_tridiagonal(diagonal, -edge * root[1:] * root[:-1], select="i", select_range=(0, count))
-    return np.maximum(rate[1:], 0.0), (w[:, 1:] / root[:, None]).T
-
-
-def _autocorrelations(u: Array) -> Array:
-    """Autocorrelation of each row, lags of both signs folded onto the positive ones."""
-    from scipy.fft import irfft, next_fast_len, rfft
-
-    n = u.shape[1]
-    size = next_fast_len(2 * n)
-    found = irfft(np.abs(rfft(u, size, axis=1)) ** 2, size, axis=1)[:, :n]
-    found[:, 1:] *= 2
-    return np.asarray(found)

@@ -4,21 +4,21 @@
 from __future__ import annotations
 
 import math
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from allanite.fitting.estimates import amplitude_estimate, equivalent_flicker, time_estimate
 from allanite.fitting.spectral.misfit import chance
 from allanite.fitting.spectral.profile import Fitted, covariance
 from allanite.fitting.verdict import supported_words
-from allanite.noise import SIGMA_PER_B, Estimate, GaussMarkov, NoiseModel, TermType, term_of
+from allanite.noise import Estimate, GaussMarkov, NoiseModel, TermType, term_of
 from allanite.recording import Channel
 
 __all__ = ["model_of", "verdict_of"]
 
 
-def model_of(fit: Fitted, channel: Channel, confidence: float, family: str, left_out: int) -> NoiseModel:
+def model_of(fit: Fitted, channel: Channel, confidence: float, left_out: int) -> NoiseModel:
     """The model of a fit, its estimates in the order of the letters."""
     problem, at = fit.problem, fit.chosen
     estimates: list[Estimate] = []
@@ -31,7 +31,7 @@ def model_of(fit: Fitted, channel: Channel, confidence: float, family: str, left
     used = sum(c > 0 for c in at.c) + sum(at.c[g] > 0 for g in problem.markov)
     return NoiseModel(
         terms=_terms(fit),
-        family=family,
+        family="gauss-markov" if "G" in problem.letters else "flicker",
         estimates=tuple(estimates),
         confidence=confidence,
         covariance=_covariance(fit),
@@ -83,46 +83,24 @@ def _coefficient(fit: Fitted, i: int, of_full: bool = False) -> float:
 
 def _estimate(fit: Fitted, i: int, symbol: str) -> Estimate:
     low, high = (math.sqrt(v) for v in fit.sets[i])
-    if i not in fit.supported:
-        note = "upper limit"
-        if _coefficient(fit, i) > 0 and symbol != "R":
-            note += "; not resolved by itself, but the spectrum needs this term or one like it"
-        return Estimate(symbol=symbol, value=None, lower=0.0, upper=high, supported=False, note=note)
-    value, note = math.sqrt(_coefficient(fit, i)), ""
-    if not low <= value <= high:
-        value, note = math.sqrt(_coefficient(fit, i, of_full=True)), "estimate of the full family"
-    return Estimate(symbol=symbol, value=value, lower=low, upper=high, supported=True, note=note)
+    return amplitude_estimate(
+        symbol,
+        (low, high),
+        math.sqrt(_coefficient(fit, i)),
+        lambda: math.sqrt(_coefficient(fit, i, of_full=True)),
+        supported=i in fit.supported,
+        measured="spectrum",
+    )
 
 
 def _markov_estimates(fit: Fitted, i: int) -> list[Estimate]:
     end = _suffix(fit, i)
-    sigma = _estimate(fit, i, "sigma" + end)
-    equal = replace(
+    sigma, ends = _estimate(fit, i, "sigma" + end), fit.sets.get(i + len(fit.problem.letters))
+    return [
         sigma,
-        symbol="B_equiv" + end,
-        value=None if sigma.value is None else sigma.value / SIGMA_PER_B,
-        lower=sigma.lower / SIGMA_PER_B,
-        upper=sigma.upper / SIGMA_PER_B,
-    )
-    return [sigma, equal, _time_estimate(fit, i, "T" + end)]
-
-
-def _time_estimate(fit: Fitted, i: int, symbol: str) -> Estimate:
-    place = i + len(fit.problem.letters)
-    if place not in fit.sets:
-        none = "no Gauss-Markov term is supported"
-        return Estimate(symbol=symbol, value=None, lower=0.0, upper=math.inf, supported=False, note=none)
-    (low, high), (shortest, longest) = fit.sets[place], fit.problem.data.times
-    starts, ends = low > shortest * 1.001, high < longest / 1.001
-    missing = " and ".join(word for word, there in (("lower", starts), ("upper", ends)) if not there)
-    return Estimate(
-        symbol=symbol,
-        value=min(max(_time(fit, i), low), high),
-        lower=low if starts else 0.0,
-        upper=high if ends else math.inf,
-        supported=starts and ends,
-        note=f"not identified: the record sets no {missing} end" if missing else "",
-    )
+        equivalent_flicker(sigma),
+        time_estimate("T" + end, ends, fit.problem.data.times, _time(fit, i)),
+    ]
 
 
 def _covariance(fit: Fitted) -> dict[str, Any]:
