@@ -55,7 +55,22 @@ def _coverage(order: Order) -> None:
     for scenario in SCENARIOS:
         rows.append(evaluate(scenario, run(scenario.name, order.count(500), order.workers, order.cache)))
         _say(json.dumps(rows[-1], indent=1))
-    write_report(rows, HERE / "results", seed=ROOT_SEED, date=order.date)
+    title = "Coverage of the 95 % sets of the moment fit"
+    write_report("coverage", title, rows, HERE / "results", seed=ROOT_SEED, date=order.date)
+
+
+def _likelihood_coverage(order: Order) -> None:
+    from verification.coverage import evaluate, run
+    from verification.report import write_report
+    from verification.scenarios import HARDER, SCENARIOS
+
+    rows = []
+    for scenario in (*SCENARIOS, *HARDER):
+        found = run(scenario.name, order.count(2000), order.workers, order.cache, "likelihood")
+        rows.append(evaluate(scenario, found))
+        _say(json.dumps(rows[-1], indent=1))
+    title = "Coverage of the 95 % sets of the likelihood fit"
+    write_report("likelihood_coverage", title, rows, HERE / "results", seed=ROOT_SEED, date=order.date)
 
 
 def _earth(order: Order) -> None:
@@ -153,7 +168,7 @@ def _redundancy(order: Order) -> None:
 
 
 def _likelihood(order: Order) -> None:
-    from verification.likelihood import run_chain, run_coverage, run_errors
+    from verification.likelihood import run_chain, run_errors
     from verification.tables import write_tables
 
     count, workers = order.count(1000), order.workers
@@ -161,7 +176,6 @@ def _likelihood(order: Order) -> None:
     parts = {
         "Error over the Cramer-Rao bound": run_errors(count, ROOT_SEED, _say, workers) + whole,
         "The short chain against the whole one": chain,
-        "Coverage of 95 % sets": run_coverage(count, ROOT_SEED, _say, workers),
     }
     title = "Likelihood"
     write_tables("likelihood", title, parts, HERE / "results", seed=ROOT_SEED, date=order.date)
@@ -348,6 +362,7 @@ PARTS: dict[str, Callable[[Order], None]] = {
     "separation": _separation,
     "selection": _selection,
     "likelihood": _likelihood,
+    "likelihood-coverage": _likelihood_coverage,
     "overbound": _overbound,
     "battery": _battery,
     "statistics": _statistics,

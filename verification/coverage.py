@@ -17,7 +17,10 @@ from typing import Any
 import numpy as np
 
 import allanite as al
-from verification.scenarios import SCENARIOS, Scenario
+from allanite.fitting.likelihood import fit_problem
+from allanite.noise import NoiseModel
+from verification.scenarios import HARDER, SCENARIOS, Scenario
+from verification.short_chain import FROM, short_chain
 
 __all__ = ["evaluate", "gates", "run"]
 
@@ -32,13 +35,12 @@ def gates(runs: int) -> tuple[float, float]:
     return float(binom.ppf(0.0005, runs, 0.95) / runs), float(binom.ppf(0.9995, runs, 0.95) / runs)
 
 
-def one(scenario: int, index: int) -> Json:
+def one(method: str, name: str, index: int) -> Json:
     """Simulate one record of a scenario and fit it."""
-    chosen = SCENARIOS[scenario]
-    seed = int(np.random.SeedSequence([ROOT_SEED, scenario, index]).generate_state(1, np.uint64)[0])
-    record = al.simulate(chosen.model, rate=chosen.rate, duration=chosen.duration, seed=seed)
-    model = al.fit(al.allan_curve(record, threads=1))
-    printed = [model] if model.alternative is None else [model, model.alternative]
+    chosen = _named(name)
+    number = (*SCENARIOS, *HARDER).index(chosen)
+    seed = int(np.random.SeedSequence([ROOT_SEED, number, index]).generate_state(1, np.uint64)[0])
+    model = _by_likelihood(chosen, seed) if method == "likelihood" else _by_moments(chosen, seed)
     return {
         "index": index,
         "printed": [
@@ -47,24 +49,40 @@ def one(scenario: int, index: int) -> Json:
                 "p": m.goodness["p"],
                 "estimates": {e.symbol: [e.value, e.lower, e.upper, e.supported] for e in m.estimates},
             }
-            for m in printed
+            for m in model.families
         ],
     }
 
 
-def _worker(task: tuple[int, int]) -> Json:
+def _named(name: str) -> Scenario:
+    return next(s for s in (*SCENARIOS, *HARDER) if s.name == name)
+
+
+def _by_moments(scenario: Scenario, seed: int) -> NoiseModel:
+    return al.fit(al.allan_curve(scenario.record(seed), threads=1))
+
+
+def _by_likelihood(scenario: Scenario, seed: int) -> NoiseModel:
+    """The long ones of the seed's sensor by their means over a second: see `short_chain`."""
+    if scenario.n_samples > FROM and not scenario.missing:
+        return fit_problem(short_chain(scenario, seed))
+    return al.fit(scenario.record(seed), lines=scenario.lines, terms=scenario.terms or None)
+
+
+def _worker(task: tuple[str, str, int]) -> Json:
     return one(*task)
 
 
-def run(name: str, runs: int, workers: int, folder: Path) -> list[Json]:
+def run(name: str, runs: int, workers: int, folder: Path, method: str = "moments") -> list[Json]:
     """All records of one scenario; those already in `folder` are not simulated again."""
-    index = next(i for i, s in enumerate(SCENARIOS) if s.name == name)
-    path = folder / f"scenario-{index}.jsonl"
+    number = (*SCENARIOS, *HARDER).index(_named(name))
+    path = folder / (f"scenario-{number}.jsonl" if method == "moments" else f"{method}-{number}.jsonl")
     done = [json.loads(line) for line in path.read_text().splitlines()] if path.exists() else []
-    todo = [(index, i) for i in range(runs) if i not in {d["index"] for d in done}]
+    known = {d["index"] for d in done}
+    todo = [(method, name, i) for i in range(runs) if i not in known]
     begun = time.monotonic()
     with ProcessPoolExecutor(workers) as pool, path.open("a") as out:
-        for i, result in enumerate(pool.map(_worker, todo, chunksize=1), 1):
+        for i, result in enumerate(pool.map(_worker, todo, chunksize=4), 1):
             out.write(json.dumps(result) + "\n")
             out.flush()
             done.append(result)

@@ -13,13 +13,13 @@ __all__ = ["write_curves", "write_report"]
 Json = dict[str, Any]
 
 
-def write_report(rows: list[Json], folder: Path, *, seed: int, date: str) -> None:
-    """Write coverage.json, coverage.md and coverage.png."""
+def write_report(name: str, title: str, rows: list[Json], folder: Path, *, seed: int, date: str) -> None:
+    """Write <name>.json, <name>.md and <name>.png."""
     folder.mkdir(exist_ok=True)
     document = {"date": date, "seed": seed, "scenarios": rows}
-    (folder / "coverage.json").write_text(json.dumps(document, indent=1) + "\n")
-    (folder / "coverage.md").write_text(_table(rows, seed, date))
-    _picture(rows, folder / "coverage.png")
+    (folder / f"{name}.json").write_text(json.dumps(document, indent=1) + "\n")
+    (folder / f"{name}.md").write_text(_table(title, rows, seed, date))
+    _picture(rows, folder / f"{name}.png")
 
 
 def write_curves(rows: list[Json], lags: list[int], folder: Path, *, seed: int, date: str) -> None:
@@ -45,9 +45,9 @@ def write_curves(rows: list[Json], lags: list[int], folder: Path, *, seed: int, 
     (folder / "curves.md").write_text("\n".join(lines) + "\n")
 
 
-def _table(rows: list[Json], seed: int, date: str) -> str:
+def _table(title: str, rows: list[Json], seed: int, date: str) -> str:
     lines = [
-        "# Coverage of the 95 % sets",
+        f"# {title}",
         "",
         f"{date}, root seed {seed}; `make verify`. Every record counts, supported or not. *Bound*: relative standard",
         "deviation that the record allows at best. *rms*: relative root-mean-square error of the estimate, linear",
@@ -89,7 +89,7 @@ def _record(r: Json) -> str:
 
 
 def _name(symbol: str) -> str:
-    return {"T": "T_b", "B_equiv": "B_equiv"}.get(symbol, symbol)
+    return symbol.replace("T", "T_b")
 
 
 def _value(x: float) -> str:

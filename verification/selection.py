@@ -31,7 +31,7 @@ from scipy.stats import binom
 import allanite as al
 from allanite.fitting.likelihood import LikelihoodProblem
 from allanite.fitting.likelihood.bands import bands
-from allanite.fitting.likelihood.objective import Component, Objective
+from allanite.fitting.likelihood.objective import Objective
 from allanite.fitting.likelihood.pyramid import build
 from allanite.fitting.selection import PRICE, Selection, select
 from allanite.fitting.selection.search import MOST_MARKOV, ORDER, Letters, all_sets, ordered
@@ -46,8 +46,8 @@ from allanite.noise import (
     White,
 )
 from allanite.recording import Channel, Kind, Recording
-from verification.likelihood import short_chain
 from verification.scenarios import SCENARIOS, SEED
+from verification.short_chain import chained, coefficient, component
 
 __all__ = ["run_lines", "run_population", "run_scenarios"]
 
@@ -110,7 +110,7 @@ def expected_problem(model: NoiseModel, *, n_samples: int, dt: float) -> Likelih
     zeros = (np.zeros(min(chunk, n_samples - i)) for i in range(0, n_samples, chunk))
     shape = build(zeros, n_samples)
     one = Objective(shape, "mean", 1.0)
-    parts = [(_component(t, dt), _coefficient(t, dt)) for t in model.terms]
+    parts = [(component(t, dt), coefficient(t, dt)) for t in model.terms]
     pools = tuple(
         replace(
             pool,
@@ -139,18 +139,6 @@ def expected_problem(model: NoiseModel, *, n_samples: int, dt: float) -> Likelih
         lines=(),
         recording=nothing,
     )
-
-
-def _component(term: TermType, dt: float) -> Component:
-    return Component("G", term.T / dt) if isinstance(term, GaussMarkov) else Component(term.symbols[0])
-
-
-def _coefficient(term: TermType, dt: float) -> float:
-    """In sample units."""
-    if isinstance(term, GaussMarkov):
-        return term.sigma**2
-    symbol = term.symbols[0]
-    return float(getattr(term, symbol)) ** 2 * dt ** {"Q": -2, "N": -1, "B": 0, "K": 1}[symbol]
 
 
 def hardest_rival(case: Case) -> tuple[Letters, float, float]:
@@ -193,7 +181,7 @@ def _record(case: Case, seed: int) -> Recording:
 def _selected(case: Case, seed: int) -> Selection:
     if case.model is SEED:  # a week at 32 Hz: what the fit keeps of each second is drawn from its law
         seconds = al.simulate(SEED, rate=1.0, duration=case.duration, seed=seed)
-        return select(short_chain(seconds, seed))
+        return select(chained(SEED, seconds, seed))
     return select(_record(case, seed), lines="auto" if case.line else ())
 
 

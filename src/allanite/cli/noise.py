@@ -137,13 +137,18 @@ def allan(
     show_default=True,
     help="Of the curve: full covariance, or the reading by slopes. Of a log: its samples, or its spectrum.",
 )
+@click.option(
+    "--terms",
+    metavar="LETTERS",
+    help="The sum of terms to fit, for likelihood and spectral: Q N B K R, and G once or twice, as in NGGK.",
+)
 @accept_option
 @click.option("-o", "--output", type=click.Path(dir_okay=False), help="Write the models as JSON.")
 @force_option
 @json_option
 def fit(
-    curve_or_log: str, method: str, accept: tuple[str, ...], output: str | None, force: bool, as_json: bool,
-    **options: Any,
+    curve_or_log: str, method: str, terms: str | None, accept: tuple[str, ...], output: str | None, force: bool,
+    as_json: bool, **options: Any,
 ) -> int:  # fmt: skip
     """Fit noise models to a saved curve or to a log (CURVE_OR_LOG).
 
@@ -153,7 +158,7 @@ def fit(
 
     with terminal.progress(quiet=as_json) as advance:
         channels, lossy = delivery.fit_file(
-            place_of(curve_or_log), method=method, accept=accept, progress=advance, **options
+            place_of(curve_or_log), method=method, terms=terms, accept=accept, progress=advance, **options
         )
     models = {c["name"]: delivery.joined(c["models"]) for c in channels if c["models"]}
     if output is not None:

@@ -36,6 +36,7 @@ def fit_file(
     path: str | os.PathLike[str],
     *,
     method: str = "moments",
+    terms: str | None = None,
     accept: Collection[str] = (),
     progress: Callable[[float, str], None] | None = None,
     **options: Any,
@@ -51,12 +52,20 @@ def fit_file(
         Entries with "name", "kind", "unit" and "models", like those of a study's "channels".
     lossy : bool
         Whether samples or rows of the log did not take part; False for a curve.
+
+    Raises
+    ------
+    InputError
+        Letters of terms for a method that takes none.
     """
     from allanite.allan import AllanCurve, allan_curve
     from allanite.fitting import fit
     from allanite.health import check, prepare
 
     place = Path(path)
+    of_samples = method in ("likelihood", "spectral")
+    if terms is not None and not of_samples:
+        raise InputError(f"--method {method} takes no terms: give them with --method likelihood or spectral")
     if not _is_saved_curve(place) and method == "moments":
         document = study_of(place, accept=accept, progress=progress, **options).document
         return list(document["channels"]), is_lossy(document["findings"])
@@ -68,9 +77,9 @@ def fit_file(
         recording = read_part(place, **options)
         prepared, findings = prepare(recording, check(recording), accept=accept)
         lossy = is_lossy(f.to_json() for f in findings)
-        if method in ("likelihood", "spectral"):
+        if of_samples:
             names = [c.name for c in prepared.channels if c.kind.noise_bearing]
-            models = {name: fit(prepared, method=method, channel=name) for name in names}
+            models = {name: fit(prepared, method=method, channel=name, terms=terms) for name in names}
         else:
             curve = allan_curve(prepared)
             models = {name: fit(curve[name], method=method) for name in curve.names}

@@ -67,10 +67,14 @@ def _unit(channel: Json, symbol: str) -> tuple[str, float]:
 def term_lines(channel: Json) -> list[tuple[str, str, str]]:
     """Term, weight of the sets that hold it, and its parameters with their intervals if the best set holds it."""
     estimates = {e["symbol"]: e for e in channel["model"]["estimates"]}
+    elsewhere = (
+        "G" if "sigma_2" in estimates else "GG"
+    )  # of one and two Gauss-Markov terms, that which is not the best
     rows = []
     for letter, symbols in _PARAMETERS.items():
         weight = channel["presence"][letter]
-        found = [_estimate(channel, estimates[s]) for s in symbols if s in estimates]
+        shown = [s for s in symbols if s in estimates and letter != elsewhere]
+        found = [_estimate(channel, estimates[s]) for s in shown]
         if letter != "GG" or found or weight > 0.01:
             rows.append((_NAMES.get(letter, letter), weight_words(weight), ", ".join(found) or "–"))
     return rows

@@ -102,9 +102,28 @@ def fit_family(
         if i in supported:
             critical = critical_value(best, place, supported, confidence)
             sets[place] = time_set(search, best, i, critical)
-    slope = slope_set(search, best, confidence) if ramp else None
+    slope = _slope_set(problem, letters, best, supported, confidence) if ramp else None
     known = FamilyFit(letters=letters, best=best, selected=best, sets=sets, supported=supported, slope=slope)
     return known if keep else _selected(problem, known)
+
+
+def _slope_set(
+    problem: LikelihoodProblem,
+    letters: tuple[str, ...],
+    best: Peak,
+    supported: frozenset[int],
+    confidence: float,
+) -> tuple[float, float]:
+    """The wider of two intervals: with all terms, and with the supported ones alone.
+
+    A term that is not there takes some of the noise that slopes are judged by from one that is.
+    """
+    found = [slope_set(problem.search, best, confidence)]
+    if 0 < len(supported) < len(letters):
+        chosen = [letters[i] for i in sorted(supported)]
+        alone = problem.peak(chosen, slope=None, averaged=True, near=best)
+        found.append(slope_set(problem.search, alone, confidence))
+    return max(found, key=lambda ends: ends[1] - ends[0])
 
 
 class _Without:

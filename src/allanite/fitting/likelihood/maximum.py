@@ -191,7 +191,8 @@ def maximise(
         left = iter(times)
         components = tuple(Component(s, next(left) if s == "G" else None) for s in symbols)
         c = found[-1].at.c if found else start(components)
-        held = frozenset(range(len(c), len(c) + len(times)))
+        # two times that are both somewhat wrong mislead: there they move at once
+        held = frozenset(range(len(c), len(c) + len(times))) if len(times) < 2 else frozenset()
         found.append(search.climb(Point(components, c, slope, averaged), held=held, settled=_ROUGHLY))
     found.sort(key=lambda p: -p.log_likelihood)
     # scans stop early, so the runner-up gets its chance where it is close

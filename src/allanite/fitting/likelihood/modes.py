@@ -47,7 +47,7 @@ class Modes:
         Logarithm of the volume element from these to orthonormal contrasts of the rows that are there.
     shape : ndarray, shape (n_pairs + n, rows)
         Correlations of the weights: pairs of the low ones (lower triangle), then each with itself.
-    extra : ndarray, shape (3, n_pairs + n), optional
+    extra : ndarray, shape (KINDS, n_pairs + n), optional
         By how much incomplete rows exceed complete ones, as in `Pool`.
     """
 
@@ -60,12 +60,11 @@ class Modes:
     shape: Array
     extra: Array | None
 
-    def expected(self, series: Series, extra: tuple[int, Array]) -> tuple[Array, Array]:
+    def expected(self, series: Series, extra: Array) -> tuple[Array, Array]:
         """Covariances of the low ones, shape (k, low, low), and variances of all, shape (k, n); see `Pool.expected`."""
         found = series(max(self.rows, 3), self.block)[:, : self.rows] @ self.shape.T
         if self.extra is not None:
-            kind, amount = extra
-            found = found + amount[:, None] * self.extra[kind]
+            found = found + extra @ self.extra
         first, second = np.tril_indices(self.low)
         low = np.empty((len(found), self.low, self.low))
         low[:, first, second] = low[:, second, first] = found[:, : len(first)]
@@ -79,7 +78,7 @@ def modes_of(values: Array, extra: Array, block: int) -> Modes | None:
     ----------
     values : ndarray, shape (n,)
         Rows in order, NaN where missing.
-    extra : ndarray, shape (n, 4)
+    extra : ndarray, shape (n, KINDS + 1)
         Extra noise of incomplete rows, and how much later their centres lie [samples].
     block : int
         Samples in a row.

@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.fitting.design import LINEAR
-from allanite.fitting.likelihood.pool import Pool, autocovariance
+from allanite.fitting.likelihood.pool import KINDS, Pool, autocovariance
 from allanite.fitting.likelihood.pyramid import Pyramid
 from allanite.noise import GaussMarkov, TermType
 
@@ -38,6 +38,8 @@ Array = NDArray[np.float64]
 _LOG_STEP = 1e-3
 #: Covariance matrices of Gauss-Markov terms that are kept.
 _KEPT = 200
+#: Terms of the first kinds of extra noise.
+_QUICK = "NQ"
 _LOG_2_PI = math.log(2 * math.pi)
 
 
@@ -199,15 +201,14 @@ class Objective:
             units = [component.unit()]
             if component.T is not None:
                 units += [component.unit(math.exp(_LOG_STEP)), component.unit(math.exp(-_LOG_STEP))]
-            kind = {"N": 0, "Q": 1}.get(component.symbol, 2)
-            amount = np.ones(1) if kind < 2 else _with_derivative(self._slow_shares(units))
+            extra = self._extra(component.symbol, units)
 
             def series(count: int, block: int) -> Array:
                 return _with_derivative(self._series(units, count, block))
 
-            found, variances = [p.expected(series, (kind, amount)) for p in self.pyramid.pools], np.zeros(0)
+            found, variances = [p.expected(series, extra) for p in self.pyramid.pools], np.zeros(0)
             if self.pyramid.modes is not None:
-                low, variances = self.pyramid.modes.expected(series, (kind, amount))
+                low, variances = self.pyramid.modes.expected(series, extra)
                 found.append(low)
             self._matrices[component] = found, variances
         return self._matrices[component]
@@ -215,12 +216,17 @@ class Objective:
     def _series(self, units: Sequence[TermType], count: int, block: int) -> Array:
         return np.array([autocovariance(u, count, block, self.sampling) for u in units])
 
-    def _slow_shares(self, units: Sequence[TermType]) -> Array:
-        """Extra noise of incomplete blocks that slow terms make, over that of a unit random walk."""
-        p = self.pyramid
-        if not p.gap_walk > 0:
-            return np.zeros(len(units))
-        return self._series(units, len(p.gap_shape), p.pools[0].block) @ p.gap_shape / p.gap_walk
+    def _extra(self, symbol: str, units: Sequence[TermType]) -> Array:
+        """How much extra noise of each kind incomplete blocks have, shape (1, KINDS) or (2, KINDS)."""
+        found = np.zeros((len(units), KINDS))
+        if symbol in _QUICK:
+            found[:, _QUICK.index(symbol)] = 1.0
+        else:
+            for i, gaps in enumerate(self.pyramid.gaps):
+                if gaps.walk > 0:
+                    own = self._series(units, len(gaps.shape), gaps.block)
+                    found[:, len(_QUICK) + i] = own @ gaps.shape / gaps.walk
+        return _with_derivative(found)
 
     def _stacked(self, components: Sequence[Component], times: Sequence[int], pool: int, c: Array) -> Array:
         """E_t of a pool, and what the logarithm of each correlation time changes, shape (n, d, d)."""

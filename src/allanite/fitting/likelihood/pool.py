@@ -17,12 +17,15 @@ from numpy.typing import NDArray
 
 from allanite.noise import TermType
 
-__all__ = ["EXTRA", "KINDS", "Pool", "Series", "autocovariance", "contrasts"]
+__all__ = ["EXTRA", "KINDS", "LEVELS", "Pool", "Series", "autocovariance", "contrasts"]
 
 Array = NDArray[np.float64]
 
-#: Kinds of noise whose share in the mean of an incomplete block is kept, in this order: white, quantisation, slow.
-KINDS = 3
+#: Levels of blocks at most: of 1e10 samples.
+LEVELS = 5
+#: Kinds of noise whose share in the mean of an incomplete block is kept, in this order: white, quantisation, and slow
+#: noise by the level on which samples are missing.
+KINDS = 2 + LEVELS
 #: What is kept of a row: its extra noise of these kinds, and how much later its centre lies than that of a whole one.
 EXTRA = KINDS + 1
 
@@ -70,9 +73,9 @@ class Pool:
     lags : ndarray, shape (K, K, L), optional
         Rows at scattered places: which share of the vectors has rows i and j at distance l. Without it x are K adjacent
         rows.
-    extra : ndarray, shape (3, d, d), optional
+    extra : ndarray, shape (KINDS, d, d), optional
         Mean covariance by which incomplete rows exceed complete ones: per unit of white noise, of quantisation, and of
-        slow noise relative to a random walk.
+        slow noise relative to a random walk, level by level.
     tilt : ndarray, shape (d,)
         What a ramp of one unit per sample makes of u.
     """
@@ -92,7 +95,7 @@ class Pool:
         """Number of components."""
         return len(self.mean)
 
-    def expected(self, series: Series, extra: tuple[int, Array]) -> Array:
+    def expected(self, series: Series, extra: Array) -> Array:
         """Covariances of u, shape (k, d, d).
 
         Parameters
@@ -100,8 +103,8 @@ class Pool:
         series : callable
             series(count, block): autocovariances of means over `block` samples at distances 0 ... count - 1, of k
             processes, shape (k, count).
-        extra : (int, ndarray of shape (k,))
-            Which kind of extra noise of incomplete rows the term makes, and how much of it.
+        extra : ndarray, shape (k, KINDS)
+            How much extra noise of each kind the processes make in incomplete rows.
         """
         if self.lags is not None:
             own = series(self.lags.shape[2], self.block)
@@ -112,6 +115,5 @@ class Pool:
             rows = own[:, np.abs(np.arange(width)[:, None] - np.arange(width)[None, :])]
         covariance = self.mixing @ rows @ self.mixing.T
         if self.extra is not None:
-            kind, amount = extra
-            covariance = covariance + amount[:, None, None] * self.extra[kind]
+            covariance = covariance + np.tensordot(extra, self.extra, axes=1)
         return np.asarray((covariance + covariance.transpose(0, 2, 1)) / 2)

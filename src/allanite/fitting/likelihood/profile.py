@@ -38,6 +38,8 @@ __all__ = [
 Array = NDArray[np.float64]
 
 _DRAWS = 8000
+_FEWEST_DRAWS = 100
+_LEAST_VARIANCE = 0.1  # of the slope, relative to that at the best values
 _TOLERANCE = 0.02  # in units of the square root of the distance
 _WIDEST = 50.0  # in ln c
 
@@ -105,34 +107,65 @@ def _explained(root: Array, y: Array, loose: list[int], sided: list[int]) -> Arr
     return best
 
 
+# -- the slope of a ramp ----------------------------------------------------------------------------------
+
+
 def slope_set(search: Search, best: Peak, confidence: float) -> tuple[float, float]:
     """Ends of the interval of the slope of a ramp, with its sign.
 
     The noise at the lowest frequencies, which the slope is judged by, is itself known from few degrees of freedom, so
-    that slope/error follows Student's law. They are 2/var, var being the variance of the logarithm of the slope's own
-    variance (Satterthwaite).
+    that slope/error follows Student's law. With V the variance of the slope, drawn from all coefficients that the
+    record allows (none of them negative), they are 2 E(V)^2/var(V) (Satterthwaite), and E(V) is the error squared,
+    unless V at the best values is larger.
     """
     from scipy.special import stdtrit
 
-    at, covariance = best.log_covariance()
-    n = len(best.at.c)
-    timed = [i for i, k in enumerate(best.at.components) if k.T is not None]
+    here = 1 / best.value.slope_information
+    places, change = _slope_variance_gradient(search, best)
+    drawn = here + _allowed(best, places) @ change
+    drawn = np.maximum(drawn, _LEAST_VARIANCE * here)
+    mean, spread = max(float(drawn.mean()), here), float(drawn.var())
+    dof = max(2 * mean**2 / max(spread, 1e-9 * mean**2), 1.0)
+    reach = float(stdtrit(dof, (1 + confidence) / 2)) * math.sqrt(mean)
+    return best.value.slope - reach, best.value.slope + reach
 
-    def information(i: int, step: float) -> float:
-        c, components = best.at.c.copy(), list(best.at.components)
+
+def _slope_variance_gradient(search: Search, best: Peak) -> tuple[list[int], Array]:
+    """Parameters that the record knows something of, and what each changes the variance of the slope by."""
+    at, H = best.at, best.value.information
+    n, moving = len(at.c), best.moving()
+    timed = [i for i, k in enumerate(at.components) if k.T is not None]
+    places = [i for i in range(len(H)) if H[i, i] > 0 and (i < n or i in moving)]
+
+    def variance(i: int, step: float) -> float:
+        c, components = at.c.copy(), list(at.components)
         if i < n:
-            c[i] *= math.exp(step)
+            c[i] += step
         else:
             k = components[timed[i - n]]
             components[timed[i - n]] = Component(k.symbol, (k.T or 1.0) * math.exp(step))
-        return search.evaluate(replace(best.at, c=c, components=tuple(components))).slope_information
+        return 1 / search.evaluate(replace(at, c=c, components=tuple(components))).slope_information
 
-    step = 1e-3
-    slopes = [math.log(information(i, step) / information(i, -step)) / (2 * step) for i in at]
-    variance = float(np.array(slopes) @ covariance @ np.array(slopes))
-    dof = max(2 / max(variance, 1e-9), 1.0)
-    reach = float(stdtrit(dof, (1 + confidence) / 2)) / math.sqrt(best.value.slope_information)
-    return best.value.slope - reach, best.value.slope + reach
+    change = []
+    for i in places:
+        step = 1e-2 / math.sqrt(H[i, i])
+        below = step if i >= n or at.c[i] > step else 0.0
+        change.append((variance(i, step) - variance(i, -below)) / (step + below))
+    return places, np.array(change)
+
+
+def _allowed(best: Peak, places: list[int]) -> Array:
+    """Draws of the parameters less their best values, shape (n_draws, n): normal, no coefficient negative."""
+    n = len(best.at.c)
+    H = best.value.information[np.ix_(places, places)]
+    unit = np.sqrt(np.diag(H))
+    scaled = H / np.outer(unit, unit) + 1e-9 * np.eye(len(places))
+    middle = np.linalg.solve(scaled, best.value.gradient[places] / unit)
+    root = np.linalg.inv(np.linalg.cholesky(scaled))  # draws of N(middle, scaled^-1)
+    drawn = (middle + _normals(len(places)) @ root) / unit
+    floor = np.array([-best.at.c[i] if i < n else -math.inf for i in places])
+    kept = drawn[(drawn >= floor).all(axis=1)]
+    return kept if len(kept) >= _FEWEST_DRAWS else np.maximum(drawn, floor)
 
 
 # -- sets -------------------------------------------------------------------------------------------------

@@ -36,7 +36,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.fitting.likelihood.modes import Modes, modes_of
-from allanite.fitting.likelihood.pool import EXTRA, KINDS, Pool, contrasts
+from allanite.fitting.likelihood.pool import EXTRA, KINDS, LEVELS, Pool, contrasts
 
 __all__ = ["Pyramid", "block_sizes", "build"]
 
@@ -66,6 +66,26 @@ def block_sizes(n_samples: int) -> list[int]:
     return sizes
 
 
+@dataclass(frozen=True, slots=True)
+class Gaps:
+    """What incomplete blocks of a level lose.
+
+    Attributes
+    ----------
+    block : int
+        Samples in a row.
+    shape : ndarray
+        Sum over the incomplete blocks of the autocorrelation of the weights by which their mean differs from that of
+        the whole block.
+    walk : float
+        The same as variance of a unit random walk.
+    """
+
+    block: int
+    shape: Array
+    walk: float
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Pyramid:
     """What a record leaves.
@@ -81,18 +101,15 @@ class Pyramid:
     log_volume : float
         Logarithm of the volume element from the vectors back to orthonormal contrasts of the samples: makes values
         comparable with the density of the samples.
-    gap_shape : ndarray, shape (32,)
-        Sum over the incomplete blocks of the autocorrelation of the weights by which their mean differs from that of
-        the whole block, and `gap_walk`, the same as unit random walk variance.
-    gap_walk : float
+    gaps : tuple of Gaps
+        Level by level.
     """
 
     pools: tuple[Pool, ...]
     modes: Modes | None
     present: int
     log_volume: float
-    gap_shape: Array
-    gap_walk: float
+    gaps: tuple[Gaps, ...] = ()
 
 
 def build(chunks: Iterable[Array], n_rows: int, block: int = 1) -> Pyramid:
@@ -107,9 +124,10 @@ def build(chunks: Iterable[Array], n_rows: int, block: int = 1) -> Pyramid:
     block : int
         Samples in a row: 1 for the samples themselves.
     """
-    levels, lowest = [], block
+    levels: list[_Level] = []
+    lowest = block
     for size in block_sizes(n_rows):
-        levels.append(_Level(size=size, block=block, lowest=block == lowest))
+        levels.append(_Level(size=size, block=block, number=len(levels)))
         block *= size
     top = _Rows([], [])
     present = 0
@@ -123,14 +141,12 @@ def build(chunks: Iterable[Array], n_rows: int, block: int = 1) -> Pyramid:
     modes = modes_of(values, extra, block)
     volume = -sum(np.log(level.size) / 2 * level.rows_made for level in levels) + np.log(block / lowest) / 2
     volume += modes.log_volume if modes else 0.0
-    first = levels[0] if levels else None
     return Pyramid(
         pools=tuple(pools),
         modes=modes,
         present=present,
         log_volume=float(volume),
-        gap_shape=first.gap_shape if first else np.zeros(BLOCK),
-        gap_walk=first.gap_walk if first else 0.0,
+        gaps=tuple(Gaps(level.block, level.gap_shape, level.gap_walk) for level in levels),
     )
 
 
@@ -201,10 +217,10 @@ class _Sums:
 class _Level:
     """Blocks of `size` rows, each row the mean over `block` samples."""
 
-    def __init__(self, *, size: int, block: int, lowest: bool) -> None:
-        self.size, self.block, self.lowest, self.edge = size, block, lowest, size // 2
+    def __init__(self, *, size: int, block: int, number: int) -> None:
+        self.size, self.block, self.number, self.edge = size, block, number, size // 2
         self.rows_made = 0
-        self.gap_shape, self.gap_walk = np.zeros(BLOCK), 0.0
+        self.gap_shape, self.gap_walk = np.zeros(size), 0.0
         self._pending = np.zeros(0), np.zeros((0, EXTRA))
         self._held = np.zeros((0, size)), np.zeros((0, size, EXTRA))
         self._linked = _Sums(size + self.edge + 2, 3 * size)
@@ -273,13 +289,15 @@ class _Level:
         white = (np.sum(weights**2, axis=1) - whole) / self.block
         steps = (np.sum(np.diff(padded, axis=1) ** 2, axis=1) - 2 * whole**2) / self.block**2
         walk = np.sum(np.cumsum(away, axis=1) ** 2, axis=1) * self.block
-        if self.lowest:
-            self.gap_walk += float(walk.sum())
-            for k in range(self.size):  # in units of a row of the lowest level
-                product = float(np.sum(away[:, : self.size - k] * away[:, k:]))
-                self.gap_shape[k] += product if k == 0 else 2 * product
+        self.gap_walk += float(walk.sum())
+        for k in range(self.size):
+            product = float(np.sum(away[:, : self.size - k] * away[:, k:]))
+            self.gap_shape[k] += product if k == 0 else 2 * product
         later = (weights @ np.arange(self.size) - (self.size - 1) / 2) * self.block
-        return np.stack([white, steps, walk, later], axis=1)
+        found = np.zeros((len(weights), EXTRA))
+        found[:, 0], found[:, 1], found[:, KINDS] = white, steps, later
+        found[:, 2 + min(self.number, LEVELS - 1)] = walk
+        return found
 
     # -- inside -------------------------------------------------------------------------------------------
 
@@ -315,7 +333,7 @@ class _Level:
         vectors[:, -2] = mean[before] - mean[at]
         vectors[:, -1] = mean[after] - mean[at]
         noise = np.zeros((1, 3 * self.size, EXTRA))
-        if not self.lowest:
+        if self.number:
             noise = np.concatenate([extra[before], extra[at], extra[after]], axis=1)
         self._linked.add(vectors, noise)
 

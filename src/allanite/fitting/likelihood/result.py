@@ -11,7 +11,7 @@ from functools import partial
 from allanite.allan.degrees import chi_square_factors
 from allanite.errors import FitError, InputError
 from allanite.fitting.estimates import amplitude_estimate, equivalent_flicker, limit_estimate, time_estimate
-from allanite.fitting.likelihood.coarser import EXPLAINED, NOT_EXPLAINED, explained_part
+from allanite.fitting.likelihood.coarser import EXPLAINED, explained_part
 from allanite.fitting.likelihood.exact import sharpened, shifted
 from allanite.fitting.likelihood.family import (
     FLICKER,
@@ -50,7 +50,7 @@ def fit_likelihood(
     terms : str or sequence of str, optional
         The sum to fit, by letters: Q, N, B, K, R, and G once or twice for Gauss-Markov terms, as in "NGK" or "NGGK".
         By default flicker or a Gauss-Markov term, or both models, besides Q, N, K and R; and two Gauss-Markov terms
-        where one explains nothing.
+        where one does not explain the record and two do.
     lines : sequence of float [Hz]
         Spectral lines to be fitted with the noise.
     engine : "auto", "composite" or "exact"
@@ -112,6 +112,10 @@ def _refuse_nothing(*peaks: Peak) -> None:
 # -- which families ---------------------------------------------------------------------------------------
 
 
+#: Goodness of both families below which two Gauss-Markov terms are tried, and what they have to gain in 2 ln L: far
+#: more than noise gains by two more parameters.
+_DOUBTFUL, _PAYS_FOR_TWO = 0.05, 15.0
+
 Candidate = tuple[tuple[str, ...], Peak]  # letters and their best fit
 
 
@@ -130,10 +134,11 @@ def _looked_at(problem: LikelihoodProblem) -> tuple[_Looks, float]:
     )
     _refuse_nothing(*(peak for _, peak in both))
     p = max(problem.described(peak, letters).p for letters, peak in both)
-    if p < NOT_EXPLAINED:
+    if p < _DOUBTFUL:
         double = problem.peak(TWO_GAUSS_MARKOV, slope=None, averaged=True)
         better = problem.described(double, TWO_GAUSS_MARKOV).p
-        if better >= EXPLAINED:
+        gain = 2 * (double.log_likelihood - max(peak.log_likelihood for _, peak in both))
+        if better >= EXPLAINED and gain > _PAYS_FOR_TWO:
             return _Looks(problem, ((TWO_GAUSS_MARKOV, double),)), better
     return _Looks(problem, both), p
 
