@@ -17,11 +17,9 @@ from allanite.cli.options import (
     accept_option,
     log_options,
     place_of,
-    print_json,
-    result_options,
-    typed,
 )
-from allanite.cli.program import LOSS, command
+from allanite.cli.program import command
+from allanite.cli.results import Destination, result_options
 
 __all__ = ["align"]
 
@@ -81,7 +79,7 @@ class Acceleration(click.ParamType[Any]):
 def align(
     log: str, latitude: float, height: float, axes: str, gyro_bias: float | None, accelerometer_bias: float | None,
     rotation: bool | None, scale: float, latitude_uncertainty: float, tilt: float, heading: float, confidence: float,
-    out: str | None, figure: str | None, force: bool, as_json: bool, **options: Any,
+    to: Destination, **options: Any,
 ) -> int:  # fmt: skip
     """Find roll, pitch and heading with a LOG of three gyros and three accelerometers at rest.
 
@@ -92,7 +90,6 @@ def align(
     from allanite import delivery, terminal
     from allanite.stated import Stated
 
-    delivery.refuse_measurement(out, figure, "alignment", ["stands.csv"], force=force)
     options["estimate"] = {
         "height": height,
         "axes": axes,
@@ -101,13 +98,10 @@ def align(
         "stated": Stated(scale=scale, latitude=latitude_uncertainty, tilt=tilt, heading=heading),
         "confidence": confidence,
     }
-    options |= {"command": typed(), "source": "stdin" if log == "-" else None}
-    place = place_of(log)
-    with terminal.progress(quiet=as_json) as advance:
-        found = delivery.alignment_of(place, latitude=latitude, progress=advance, **options)
-    done = delivery.write_measurement(found, out, figure, force=force)
-    if as_json:
-        print_json(found.document)
-    else:
-        terminal.show_alignment(found.document, done.files)
-    return LOSS if found.lossy else 0
+    return to.deliver(
+        "alignment",
+        lambda **known: delivery.alignment_of(place_of(log), latitude=latitude, **known, **options),
+        terminal.show_alignment,
+        tables=["stands.csv"],
+        log=log,
+    )

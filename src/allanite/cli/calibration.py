@@ -14,11 +14,9 @@ from allanite.cli.options import (
     accept_option,
     log_options,
     place_of,
-    print_json,
-    result_options,
-    typed,
 )
-from allanite.cli.program import LOSS, command
+from allanite.cli.program import command
+from allanite.cli.results import Destination, result_options
 
 __all__ = ["calibrate"]
 
@@ -92,8 +90,7 @@ class Numbers(click.ParamType[Any]):
 @result_options
 def calibrate(
     log: str, frame: str, quadratic: bool, no_drift: bool, temperature: str | None, reference_temperature: float | None,
-    confidence: float, gravity_uncertainty: float, out: str | None, figure: str | None, force: bool,
-    as_json: bool, **options: Any,
+    confidence: float, gravity_uncertainty: float, to: Destination, **options: Any,
 ) -> int:  # fmt: skip
     """Calibrate three accelerometers, three gyros or both from a LOG of rests in many positions.
 
@@ -105,7 +102,6 @@ def calibrate(
 
     if options["height"] is not None and options["latitude"] is None:
         raise click.UsageError("--height goes with --latitude: gravity depends on both")
-    delivery.refuse_measurement(out, figure, "calibration", ["positions.csv"], force=force)
     options["estimate"] = {
         "frame": frame,
         "quadratic": quadratic,
@@ -115,13 +111,10 @@ def calibrate(
         "confidence": confidence,
         "stated": {"gravity": gravity_uncertainty} if gravity_uncertainty else {},
     }
-    options |= {"command": typed(), "source": "stdin" if log == "-" else None}
-    place = place_of(log)
-    with terminal.progress(quiet=as_json) as advance:
-        found = delivery.calibration_of(place, progress=advance, **options)
-    done = delivery.write_measurement(found, out, figure, force=force)
-    if as_json:
-        print_json(found.document)
-    else:
-        terminal.show_calibration(found.document, done.files)
-    return LOSS if found.lossy else 0
+    return to.deliver(
+        "calibration",
+        lambda **known: delivery.calibration_of(place_of(log), **known, **options),
+        terminal.show_calibration,
+        tables=["positions.csv"],
+        log=log,
+    )

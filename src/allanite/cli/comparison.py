@@ -7,8 +7,9 @@ from typing import Any
 
 import click
 
-from allanite.cli.options import accept_option, log_options, place_of, print_json, result_options, typed
-from allanite.cli.program import LOSS, command
+from allanite.cli.options import accept_option, log_options, place_of
+from allanite.cli.program import command
+from allanite.cli.results import Destination, result_options
 
 __all__ = ["compare"]
 
@@ -29,7 +30,7 @@ __all__ = ["compare"]
 @result_options
 def compare(
     records: tuple[str, ...], names: str | None, match: tuple[str, ...], confidence: float, level: float,
-    out: str | None, figure: str | None, force: bool, as_json: bool, **options: Any,
+    to: Destination, **options: Any,
 ) -> int:  # fmt: skip
     """Compare several RECORDs, of one sensor or of several of a kind: are they the same, and how much do they scatter?
 
@@ -37,17 +38,12 @@ def compare(
     """
     from allanite import delivery, terminal
 
-    delivery.refuse_measurement(out, figure, "comparison", ["parameters.csv"], force=force)
     options["names"] = [n.strip() for n in names.split(",")] if names else None
     options["matches"] = [[n.strip() for n in m.split(",")] if "," in m else m for m in match] or None
     options["compare"] = {"confidence": confidence, "level": level}
-    with terminal.progress(quiet=as_json) as advance:
-        found = delivery.comparison_of(
-            [place_of(r) for r in records], command=typed(), progress=advance, **options
-        )
-    done = delivery.write_measurement(found, out, figure, force=force)
-    if as_json:
-        print_json(found.document)
-    else:
-        terminal.show_comparison(found.document, done.files)
-    return LOSS if found.lossy else 0
+    return to.deliver(
+        "comparison",
+        lambda **known: delivery.comparison_of([place_of(r) for r in records], **known, **options),
+        terminal.show_comparison,
+        tables=["parameters.csv"],
+    )

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import Any
 
 import click
@@ -14,11 +15,9 @@ from allanite.cli.options import (
     accept_option,
     log_options,
     place_of,
-    print_json,
-    result_options,
-    typed,
 )
-from allanite.cli.program import LOSS, command
+from allanite.cli.program import command
+from allanite.cli.results import Destination, result_options
 
 __all__ = ["datasheet", "overbound"]
 
@@ -33,8 +32,7 @@ _FILE = click.Path(exists=True, dir_okay=False, allow_dash=True)
 @accept_option
 @result_options
 def datasheet(
-    sheet: str, log: str | None, study: str | None, out: str | None, figure: str | None, force: bool, as_json: bool,
-    **options: Any,
+    sheet: str, log: str | None, study: str | None, to: Destination, **options: Any,
 ) -> int:  # fmt: skip
     """Hold a sensor against its data SHEET (YAML): what it states, what was measured, and whether it is met.
 
@@ -42,18 +40,18 @@ def datasheet(
     """
     from allanite import delivery, terminal
 
-    delivery.refuse_measurement(out, figure, "datasheet", ["datasheet.csv"], force=force)
-    if log is not None:
-        options["source"] = "stdin" if log == "-" else None
-    options |= {"log": log and place_of(log), "study": study and place_of(study), "command": typed()}
-    with terminal.progress(quiet=as_json or log is None) as advance:
-        found = delivery.datasheet_of(sheet, progress=advance, **options)
-    done = delivery.write_measurement(found, out, figure, force=force)
-    if as_json:
-        print_json(found.document)
-    else:
-        terminal.show_datasheet(found.document, done.files)
-    return LOSS if found.lossy else 0
+    def measured(**known: Any) -> delivery.Measured:
+        places: dict[str, Any] = {"log": log and place_of(log), "study": study and place_of(study)}
+        return delivery.datasheet_of(sheet, **places, **known, **options)
+
+    return to.deliver(
+        "datasheet",
+        measured,
+        terminal.show_datasheet,
+        tables=["datasheet.csv"],
+        log=log,
+        quiet=log is None,
+    )
 
 
 @command("allanite overbound results/study.json -o bound.json --plot bound.pdf")
@@ -74,25 +72,23 @@ def datasheet(
 def overbound(
     study: str,
     output: str | None,
-    out: str | None,
-    figure: str | None,
-    force: bool,
-    as_json: bool,
+    to: Destination,
     **options: Any,
-) -> None:
+) -> int:
     """Inflate the noise models of a STUDY as little as puts them above the sensor everywhere.
 
     The bound is a noise model that every command takes; `allanite export --overbound 95%` writes one into a file.
     """
     from allanite import delivery, model_file, terminal
 
-    delivery.refuse_measurement(out, figure, "overbound", ["inflation.csv"], force=force)
-    with terminal.progress(quiet=as_json) as advance:
-        found = delivery.bounds_of(place_of(study), command=typed(), progress=advance, **options)
-    models = {name: model.to_json() for name, model in found.result.models.items()}
-    saved = [] if output is None else [model_file.save_models(models, output, force=force)]
-    done = delivery.write_measurement(found, out, figure, force=force)
-    if as_json:
-        print_json(found.document)
-    else:
-        terminal.show_bounds(found.document, [*saved, *done.files])
+    def save(found: delivery.Measured) -> Path:
+        models = {name: model.to_json() for name, model in found.result.models.items()}
+        return model_file.save_models(models, str(output), force=to.force)
+
+    return to.deliver(
+        "overbound",
+        lambda **known: delivery.bounds_of(place_of(study), **known, **options),
+        terminal.show_bounds,
+        tables=["inflation.csv"],
+        save=None if output is None else save,
+    )

@@ -3,7 +3,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 import click
@@ -21,12 +22,10 @@ from allanite.cli.options import (
     accept_option,
     log_options,
     place_of,
-    print_json,
-    result_options,
     turn_options,
-    typed,
 )
-from allanite.cli.program import LOSS, command, family
+from allanite.cli.program import command, family
+from allanite.cli.results import Destination, result_options
 
 __all__ = ["earth_rate", "north", "plan"]
 
@@ -72,7 +71,7 @@ def stated_options(command: Callable[..., Any]) -> Callable[..., Any]:
 def earth_rate(
     log: str, latitude: float, first: str | None, settling: bool, warm_up: bool, temperature: str | None,
     confidence: float, scale: float, latitude_uncertainty: float, tilt: float, heading: float,
-    out: str | None, figure: str | None, force: bool, as_json: bool, **options: Any,
+    to: Destination, **options: Any,
 ) -> int:  # fmt: skip
     """Measure the Earth's rotation with a LOG of one horizontal axis that was turned between north and south.
 
@@ -91,22 +90,21 @@ def earth_rate(
             "--vector is for three axes at rest: leave out what is said of one axis that was turned (--first, "
             "--turns, --dwell, --settling, --warm-up, --temperature)"
         )
-    delivery.refuse_measurement(out, figure, "earth-rate", ["dwells.csv"], force=force)
     stated = Stated(scale=scale, latitude=latitude_uncertainty, tilt=tilt, heading=heading)
     chosen = {"settling": settling, "warm_up": warm_up, "temperature": temperature, "stated": stated}
-    place, name = place_of(log), "stdin" if log == "-" else None
-    with terminal.progress(quiet=as_json) as advance:
-        found = delivery.earth_rate_of(
-            place, latitude=latitude, first=first, estimate={**chosen, "confidence": confidence}, command=typed(),
-            source=name, progress=advance, **options,
-        )  # fmt: skip
-    done = delivery.write_measurement(found, out, figure, force=force)
-    if as_json:
-        print_json(found.document)
-    else:
-        show = terminal.show_rate_vector if found.name == "rate-vector" else terminal.show_earth_rate
-        show(found.document, done.files)
-    return LOSS if found.lossy else 0
+    options |= {"latitude": latitude, "first": first, "estimate": {**chosen, "confidence": confidence}}
+
+    def show(document: Mapping[str, Any], files: Sequence[Path]) -> None:
+        of_three = document["format"] == "allanite-rate-vector"
+        (terminal.show_rate_vector if of_three else terminal.show_earth_rate)(document, files)
+
+    return to.deliver(
+        "earth-rate",
+        lambda **known: delivery.earth_rate_of(place_of(log), **known, **options),
+        show,
+        tables=["dwells.csv"],
+        log=log,
+    )
 
 
 def _one_of(options: Mapping[str, Any], *names: str, needed: bool = False) -> None:
@@ -148,8 +146,7 @@ def _one_of(options: Mapping[str, Any], *names: str, needed: bool = False) -> No
 @result_options
 def north(
     log: str, latitude: float, null: bool, misalignment: float, confidence: float, scale: float,
-    latitude_uncertainty: float, tilt: float, heading: float, out: str | None, figure: str | None, force: bool,
-    as_json: bool, **options: Any,
+    latitude_uncertainty: float, tilt: float, heading: float, to: Destination, **options: Any,
 ) -> int:  # fmt: skip
     """Find north with a LOG of one or two horizontal axes on a table that was turned.
 
@@ -163,27 +160,23 @@ def north(
     from allanite.earth_rate import Stated
 
     _one_of(options, "headings", "rotation", needed=True)
-    delivery.refuse_measurement(out, figure, "east-west-null" if null else "north", force=force)
     chosen: dict[str, Any] = {
         "stated": Stated(scale=scale, latitude=latitude_uncertainty, tilt=tilt, heading=heading),
         "confidence": confidence,
     }
     if null:
-        _refuse_with_null(options, figure, misalignment)
+        _refuse_with_null(options, to.figure, misalignment)
         measure, show = delivery.null_of, terminal.show_null
     else:
         measure, show = delivery.north_of, terminal.show_north
         chosen["misalignment"] = misalignment
-    options |= {"command": typed(), "source": "stdin" if log == "-" else None}
-    place = place_of(log)
-    with terminal.progress(quiet=as_json) as advance:
-        found = measure(place, latitude=latitude, estimate=chosen, progress=advance, **options)
-    done = delivery.write_measurement(found, out, figure, force=force)
-    if as_json:
-        print_json(found.document)
-    else:
-        show(found.document, done.files)
-    return LOSS if found.lossy else 0
+    options |= {"latitude": latitude, "estimate": chosen}
+    return to.deliver(
+        "east-west-null" if null else "north",
+        lambda **known: measure(place_of(log), **known, **options),
+        show,
+        log=log,
+    )
 
 
 def _refuse_with_null(options: dict[str, Any], figure: str | None, misalignment: float) -> None:
@@ -222,9 +215,8 @@ def _refuse_with_null(options: dict[str, Any], figure: str | None, misalignment:
 @result_options
 def plan(
     model: str | None, north: bool, goal: Aim | None, dwells: list[float] | None, durations: list[float] | None,
-    scale: float, latitude_uncertainty: float, tilt: float, heading: float, out: str | None, figure: str | None,
-    force: bool, as_json: bool, **options: Any,
-) -> None:  # fmt: skip
+    scale: float, latitude_uncertainty: float, tilt: float, heading: float, to: Destination, **options: Any,
+) -> int:  # fmt: skip
     """Predict how well the Earth rate, or north, will be known: by dwell and length of record.
 
     Computed from the covariance alone: no sample is needed. Which positions a calibration or an alignment needs is
@@ -235,7 +227,7 @@ def plan(
 
     context = click.get_current_context()
     if context.invoked_subcommand is not None:
-        return
+        return 0
     if model is None or options["latitude"] is None:
         name = "--model" if model is None else "--latitude"
         raise click.MissingParameter(param_hint=f"'{name}'", param_type="option", ctx=context)
@@ -245,16 +237,16 @@ def plan(
             if goal.is_angle
             else "--goal is an angle with --north, 1deg"
         )
-    delivery.refuse_measurement(out, figure, "plan", ["plan.csv"], force=force)
     stated = Stated(scale=scale, latitude=latitude_uncertainty, tilt=tilt, heading=heading)
     given: dict[str, Any] = {
         name: value for name, value in (("dwells", dwells), ("durations", durations)) if value
     }
     options["goal"] = None if goal is None else goal.value
-    what = "north" if north else "rate"
-    made = delivery.plan_of(place_of(model), what=what, stated=stated, command=typed(), **given, **options)
-    done = delivery.write_measurement(made, out, figure, force=force)
-    if as_json:
-        print_json(made.document)
-    else:
-        terminal.show_plan(made.document, done.files)
+    options |= {"what": "north" if north else "rate", "stated": stated, **given}
+    return to.deliver(
+        "plan",
+        lambda progress, **known: delivery.plan_of(place_of(model), **known, **options),
+        terminal.show_plan,
+        tables=["plan.csv"],
+        quiet=True,
+    )

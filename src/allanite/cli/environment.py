@@ -13,11 +13,9 @@ from allanite.cli.options import (
     environment_options,
     log_options,
     place_of,
-    print_json,
-    result_options,
-    typed,
 )
-from allanite.cli.program import LOSS, command
+from allanite.cli.program import command
+from allanite.cli.results import Destination, result_options
 
 __all__ = ["environment"]
 
@@ -32,7 +30,7 @@ __all__ = ["environment"]
 @accept_option
 @result_options
 def environment(
-    log: str, output: str | None, out: str | None, figure: str | None, force: bool, as_json: bool, **options: Any
+    log: str, output: str | None, to: Destination, **options: Any
 ) -> int:  # fmt: skip
     """What temperature and warm-up do to the sensors in a LOG, and the log without it.
 
@@ -41,16 +39,11 @@ def environment(
     """
     from allanite import delivery, terminal
 
-    delivery.refuse_measurement(out, figure, "environment", [], force=force)
-    delivery.refuse_corrected(output, force=force)
-    options |= {"command": typed(), "source": "stdin" if log == "-" else None}
-    place = place_of(log)
-    with terminal.progress(quiet=as_json) as advance:
-        found = delivery.environment_of(place, progress=advance, **options)
-    saved = [] if output is None else [delivery.save_residual(found, output, force=force)]
-    done = delivery.write_measurement(found, out, figure, force=force)
-    if as_json:
-        print_json(found.document)
-    else:
-        terminal.show_environment(found.document, [*saved, *done.files])
-    return LOSS if found.lossy else 0
+    delivery.refuse_corrected(output, force=to.force)
+    return to.deliver(
+        "environment",
+        lambda **known: delivery.environment_of(place_of(log), **known, **options),
+        terminal.show_environment,
+        log=log,
+        save=None if output is None else lambda found: delivery.save_residual(found, output, force=to.force),
+    )

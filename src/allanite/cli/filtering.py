@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import click
@@ -15,12 +15,10 @@ from allanite.cli.options import (
     accept_option,
     log_options,
     place_of,
-    print_json,
-    result_options,
     turn_options,
-    typed,
 )
-from allanite.cli.program import LOSS, command
+from allanite.cli.program import command
+from allanite.cli.results import Destination, result_options
 
 __all__ = ["filter_"]
 
@@ -46,8 +44,7 @@ __all__ = ["filter_"]
 @result_options
 def filter_(
     log: str, smooth: bool, reference: float | None, correlation_time: float | None, output: str | None,
-    first: str | None, turns: str | None, dwell: float | None, dead_time: float, out: str | None,
-    figure: str | None, force: bool, as_json: bool, **options: Any,
+    first: str | None, turns: str | None, dwell: float | None, dead_time: float, to: Destination, **options: Any,
 ) -> int:  # fmt: skip
     """Take the drift that a noise model knows off a LOG of a sensor at rest, and test whether the model holds.
 
@@ -59,24 +56,21 @@ def filter_(
     turned: dict[str, Any] = {"first": first, "turns": turns, "dwell": dwell}
     alone = {**turned, "correlation_time": correlation_time}
     _refuse_mixed(smooth, reference, [name for name, value in alone.items() if value is not None])
-    delivery.refuse_measurement(out, figure, "filter", force=force)
-    delivery.refuse_corrected(output, force=force)
-    options |= {"command": typed(), "source": "stdin" if log == "-" else None}
-    place = place_of(log)
-    with terminal.progress(quiet=as_json) as advance:
-        if reference is None:
-            found = delivery.filter_of(place, smooth=smooth, progress=advance, **options)
-        else:
-            turned |= {"dead_time": dead_time, "correlation_time": correlation_time}
-            found = delivery.aided_of(place, reference=reference, progress=advance, **turned, **options)
-    saved = [] if output is None else [delivery.save_corrected(found, output, force=force)]
-    done = delivery.write_measurement(found, out, figure, force=force)
-    if as_json:
-        print_json(found.document)
+    delivery.refuse_corrected(output, force=to.force)
+    measure: Callable[..., delivery.Measured] = delivery.filter_of
+    show = terminal.show_filtered
+    if reference is None:
+        options["smooth"] = smooth
     else:
-        show = terminal.show_filtered if reference is None else terminal.show_aided
-        show(found.document, [*saved, *done.files])
-    return LOSS if found.lossy else 0
+        measure, show = delivery.aided_of, terminal.show_aided
+        options |= {"reference": reference, "dead_time": dead_time, **alone}
+    return to.deliver(
+        "filter",
+        lambda **known: measure(place_of(log), **known, **options),
+        show,
+        log=log,
+        save=None if output is None else lambda found: delivery.save_corrected(found, output, force=to.force),
+    )
 
 
 def _refuse_mixed(smooth: bool, reference: float | None, aided: Sequence[str]) -> None:

@@ -40,7 +40,6 @@ __all__ = [
     "log_options",
     "place_of",
     "print_json",
-    "result_options",
     "statistic_option",
     "turn_options",
     "typed",
@@ -300,20 +299,6 @@ def environment_options(command: Callable[..., Any]) -> Callable[..., Any]:
         ),
         click.option("--warm-up", type=click.Choice(["model", "cut"]), help="What to do with a warm-up that is found."),
     ]  # fmt: skip
-    for option in reversed(options):
-        command = option(command)
-    return command
-
-
-def result_options(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Where a result goes."""
-    options = [
-        click.option("--out", type=click.Path(file_okay=False), help="Folder for report, JSON and tables."),
-        click.option(
-            "--plot", "figure", type=click.Path(dir_okay=False), help="Draw it: .pdf, .svg or .png."
-        ),
-    ]
-    command = force_option(json_option(command))
     for option in reversed(options):
         command = option(command)
     return command

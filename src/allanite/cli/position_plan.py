@@ -17,11 +17,9 @@ from allanite.cli.options import (
     Rate,
     Share,
     place_of,
-    print_json,
-    result_options,
-    typed,
 )
 from allanite.cli.program import example_of
+from allanite.cli.results import Destination, result_options
 
 __all__ = ["positions"]
 
@@ -103,9 +101,8 @@ class Goals(click.ParamType[Any]):
 @click.option("--rate", type=float, help="Samples per second.  [default: that of the study, or 100]")
 @result_options
 def positions(
-    models: tuple[str, ...], rate: float | None, out: str | None, figure: str | None, force: bool, as_json: bool,
-    **options: Any,
-) -> None:  # fmt: skip
+    models: tuple[str, ...], rate: float | None, to: Destination, **options: Any,
+) -> int:  # fmt: skip
     """Plan which positions a unit should rest in, in which order, and how long.
 
     For wanted standard deviations of a calibration (`allanite calibrate`), or of a heading (`allanite align`, with
@@ -117,12 +114,9 @@ def positions(
         options["rate"] = rate
     if options["heading"] and options["latitude"] is None:
         raise click.UsageError("--heading depends on the latitude: --latitude")
-    delivery.refuse_measurement(out, figure, "position-plan", ["positions.csv"], force=force)
-    places = [place_of(model) for model in models]
-    with terminal.progress(quiet=as_json) as advance:
-        made = delivery.position_plan_of(places, command=typed(), progress=advance, **options)
-    done = delivery.write_measurement(made, out, figure, force=force)
-    if as_json:
-        print_json(made.document)
-    else:
-        terminal.show_position_plan(made.document, done.files)
+    return to.deliver(
+        "position-plan",
+        lambda **known: delivery.position_plan_of([place_of(m) for m in models], **known, **options),
+        terminal.show_position_plan,
+        tables=["positions.csv"],
+    )

@@ -17,11 +17,9 @@ from allanite.cli.options import (
     accept_option,
     log_options,
     place_of,
-    print_json,
-    result_options,
-    typed,
 )
-from allanite.cli.program import LOSS, command
+from allanite.cli.program import command
+from allanite.cli.results import Destination, result_options
 
 __all__ = ["rate_table"]
 
@@ -60,7 +58,7 @@ _AXES = ("vertical", "up", "down", "horizontal", "unknown")
 def rate_table(
     log: str, nonlinearity: str, cross_axes: list[str] | None, temperature: str | None, offset: float | None,
     dead_time: float | None, axis: str, latitude: float | None, scale: float, misalignment: float,
-    confidence: float, out: str | None, figure: str | None, force: bool, as_json: bool, **options: Any,
+    confidence: float, to: Destination, **options: Any,
 ) -> int:  # fmt: skip
     """Measure scale factor, bias, nonlinearity and misalignment with a LOG of a sensor on a rate table.
 
@@ -71,23 +69,18 @@ def rate_table(
     from allanite import delivery, terminal
     from allanite.rate_table import TableUncertainty
 
-    delivery.refuse_measurement(out, figure, "rate-table", ["steps.csv"], force=force)
     chosen = {
         "nonlinearity": _degree(nonlinearity), "cross_axes": cross_axes, "temperature": temperature,
         "offset": offset, "dead_time": dead_time, "axis": axis, "latitude": latitude, "confidence": confidence,
         "stated": TableUncertainty(scale=scale, misalignment=misalignment),
     }  # fmt: skip
-    place, name = place_of(log), "stdin" if log == "-" else None
-    with terminal.progress(quiet=as_json) as advance:
-        found = delivery.rate_table_of(
-            place, estimate=chosen, command=typed(), source=name, progress=advance, **options
-        )
-    done = delivery.write_measurement(found, out, figure, force=force)
-    if as_json:
-        print_json(found.document)
-    else:
-        terminal.show_rate_table(found.document, done.files)
-    return LOSS if found.lossy else 0
+    return to.deliver(
+        "rate-table",
+        lambda **known: delivery.rate_table_of(place_of(log), estimate=chosen, **known, **options),
+        terminal.show_rate_table,
+        tables=["steps.csv"],
+        log=log,
+    )
 
 
 def _degree(text: str) -> int | str:

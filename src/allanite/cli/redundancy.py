@@ -13,11 +13,9 @@ from allanite.cli.options import (
     Share,
     log_options,
     place_of,
-    print_json,
-    result_options,
-    typed,
 )
-from allanite.cli.program import LOSS, command
+from allanite.cli.program import command
+from allanite.cli.results import Destination, result_options
 
 __all__ = ["combine"]
 
@@ -43,8 +41,7 @@ __all__ = ["combine"]
 @result_options
 def combine(
     log: str, moving: bool, averaging: float | None, window: float | None, false_alarm: float, motion_error: float,
-    confidence: float, output: str | None, out: str | None, figure: str | None, force: bool, as_json: bool,
-    **options: Any,
+    confidence: float, output: str | None, to: Destination, **options: Any,
 ) -> int:  # fmt: skip
     """Combine the sensors of one kind in a LOG, and look for one that contradicts the others.
 
@@ -54,8 +51,7 @@ def combine(
     """
     from allanite import delivery, terminal
 
-    delivery.refuse_measurement(out, figure, "combination", ["weights.csv"], force=force)
-    delivery.refuse_corrected(output, force=force)
+    delivery.refuse_corrected(output, force=to.force)
     options["estimate"] = {
         "rest": not moving,
         "averaging": averaging,
@@ -64,14 +60,11 @@ def combine(
         "motion_error": motion_error,
         "confidence": confidence,
     }
-    options |= {"command": typed(), "source": "stdin" if log == "-" else None}
-    place = place_of(log)
-    with terminal.progress(quiet=as_json) as advance:
-        found = delivery.combination_of(place, progress=advance, **options)
-    saved = [] if output is None else [delivery.save_combined(found, output, force=force)]
-    done = delivery.write_measurement(found, out, figure, force=force)
-    if as_json:
-        print_json(found.document)
-    else:
-        terminal.show_combination(found.document, [*saved, *done.files])
-    return LOSS if found.lossy else 0
+    return to.deliver(
+        "combination",
+        lambda **known: delivery.combination_of(place_of(log), **known, **options),
+        terminal.show_combination,
+        tables=["weights.csv"],
+        log=log,
+        save=None if output is None else lambda found: delivery.save_combined(found, output, force=to.force),
+    )

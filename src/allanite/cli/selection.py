@@ -12,11 +12,9 @@ from allanite.cli.options import (
     accept_option,
     log_options,
     place_of,
-    print_json,
-    result_options,
-    typed,
 )
-from allanite.cli.program import LOSS, command
+from allanite.cli.program import command
+from allanite.cli.results import Destination, result_options
 
 __all__ = ["select"]
 
@@ -28,7 +26,7 @@ __all__ = ["select"]
 @click.option("--confidence", type=float, default=0.95, show_default=True, help="Level of the intervals.")
 @accept_option
 @result_options
-def select(log: str, out: str | None, figure: str | None, force: bool, as_json: bool, **options: Any) -> int:
+def select(log: str, to: Destination, **options: Any) -> int:
     """Say which sum of noise terms a LOG supports, and how sure that is.
 
     Quantisation, white noise, flicker, up to two Gauss-Markov terms, random walk, ramp and spectral lines: every set of
@@ -36,13 +34,10 @@ def select(log: str, out: str | None, figure: str | None, force: bool, as_json: 
     """
     from allanite import delivery, terminal
 
-    delivery.refuse_measurement(out, figure, "selection", ["selection.csv"], force=force)
-    options |= {"command": typed(), "source": "stdin" if log == "-" else None}
-    with terminal.progress(quiet=as_json) as advance:
-        found = delivery.selection_of(place_of(log), progress=advance, **options)
-    done = delivery.write_measurement(found, out, figure, force=force)
-    if as_json:
-        print_json(found.document)
-    else:
-        terminal.show_selection(found.document, done.files)
-    return LOSS if found.lossy else 0
+    return to.deliver(
+        "selection",
+        lambda **known: delivery.selection_of(place_of(log), **known, **options),
+        terminal.show_selection,
+        tables=["selection.csv"],
+        log=log,
+    )

@@ -12,11 +12,9 @@ from allanite.cli.options import (
     accept_option,
     log_options,
     place_of,
-    print_json,
-    result_options,
-    typed,
 )
-from allanite.cli.program import LOSS, command
+from allanite.cli.program import command
+from allanite.cli.results import Destination, result_options
 
 __all__ = ["separate"]
 
@@ -29,8 +27,7 @@ __all__ = ["separate"]
 @accept_option
 @result_options
 def separate(
-    log: str, opposite: list[str], confidence: float, out: str | None, figure: str | None, force: bool, as_json: bool,
-    **options: Any,
+    log: str, opposite: list[str], confidence: float, to: Destination, **options: Any,
 ) -> int:  # fmt: skip
     """Take the noise of two or three sensors in a LOG apart: what each has alone, and what they share.
 
@@ -39,15 +36,11 @@ def separate(
     """
     from allanite import delivery, terminal
 
-    delivery.refuse_measurement(out, figure, "separation", ["separation.csv"], force=force)
     options["estimate"] = {"opposite": opposite, "confidence": confidence}
-    options |= {"command": typed(), "source": "stdin" if log == "-" else None}
-    place = place_of(log)
-    with terminal.progress(quiet=as_json) as advance:
-        found = delivery.separation_of(place, progress=advance, **options)
-    done = delivery.write_measurement(found, out, figure, force=force)
-    if as_json:
-        print_json(found.document)
-    else:
-        terminal.show_separation(found.document, done.files)
-    return LOSS if found.lossy else 0
+    return to.deliver(
+        "separation",
+        lambda **known: delivery.separation_of(place_of(log), **known, **options),
+        terminal.show_separation,
+        tables=["separation.csv"],
+        log=log,
+    )

@@ -13,11 +13,9 @@ from allanite.cli.options import (
     Share,
     log_options,
     place_of,
-    print_json,
-    result_options,
-    typed,
 )
-from allanite.cli.program import LOSS, command
+from allanite.cli.program import command
+from allanite.cli.results import Destination, result_options
 
 __all__ = ["spectrum"]
 
@@ -49,8 +47,8 @@ __all__ = ["spectrum"]
 @click.option("--confidence", type=float, default=0.95, show_default=True, help="Level of the intervals.")
 @result_options
 def spectrum(
-    log: str, method: str, segment: float | None, window: str, overlap: float, confidence: float, out: str | None,
-    figure: str | None, force: bool, as_json: bool, **options: Any,
+    log: str, method: str, segment: float | None, window: str, overlap: float, confidence: float,
+    to: Destination, **options: Any,
 ) -> int:  # fmt: skip
     """Show the power spectral density of a LOG with its intervals and lines, and a noise model over it.
 
@@ -58,7 +56,6 @@ def spectrum(
     """
     from allanite import delivery, terminal
 
-    delivery.refuse_measurement(out, figure, "spectrum", ["spectrum.csv"], force=force)
     choices = {
         "method": method,
         "segment": segment,
@@ -66,12 +63,10 @@ def spectrum(
         "overlap": overlap,
         "confidence": confidence,
     }
-    options |= {"command": typed(), "source": "stdin" if log == "-" else None, "estimate": choices}
-    with terminal.progress(quiet=as_json) as advance:
-        found = delivery.spectra_of(place_of(log), progress=advance, **options)
-    done = delivery.write_measurement(found, out, figure, force=force)
-    if as_json:
-        print_json(found.document)
-    else:
-        terminal.show_spectrum(found.document, done.files)
-    return LOSS if found.lossy else 0
+    return to.deliver(
+        "spectrum",
+        lambda **known: delivery.spectra_of(place_of(log), estimate=choices, **known, **options),
+        terminal.show_spectrum,
+        tables=["spectrum.csv"],
+        log=log,
+    )

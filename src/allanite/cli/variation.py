@@ -13,11 +13,9 @@ from allanite.cli.options import (
     accept_option,
     log_options,
     place_of,
-    print_json,
-    result_options,
-    typed,
 )
-from allanite.cli.program import LOSS, command
+from allanite.cli.program import command
+from allanite.cli.results import Destination, result_options
 
 __all__ = ["variation"]
 
@@ -34,8 +32,7 @@ __all__ = ["variation"]
 @accept_option
 @result_options
 def variation(
-    log: str, windows: int, false_alarm: float, confidence: float, out: str | None, figure: str | None, force: bool,
-    as_json: bool, **options: Any,
+    log: str, windows: int, false_alarm: float, confidence: float, to: Destination, **options: Any,
 ) -> int:  # fmt: skip
     """Say whether the noise of a LOG changes: the Allan deviation over time (dynamic Allan variance).
 
@@ -44,15 +41,11 @@ def variation(
     """
     from allanite import delivery, terminal
 
-    delivery.refuse_measurement(out, figure, "variation", ["variation.csv"], force=force)
     options["estimate"] = {"windows": windows, "false_alarm": false_alarm, "confidence": confidence}
-    options |= {"command": typed(), "source": "stdin" if log == "-" else None}
-    place = place_of(log)
-    with terminal.progress(quiet=as_json) as advance:
-        found = delivery.variation_of(place, progress=advance, **options)
-    done = delivery.write_measurement(found, out, figure, force=force)
-    if as_json:
-        print_json(found.document)
-    else:
-        terminal.show_variation(found.document, done.files)
-    return LOSS if found.lossy else 0
+    return to.deliver(
+        "variation",
+        lambda **known: delivery.variation_of(place_of(log), **known, **options),
+        terminal.show_variation,
+        tables=["variation.csv"],
+        log=log,
+    )
