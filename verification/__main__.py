@@ -338,6 +338,33 @@ def _selection(order: Order) -> None:
     write_tables("selection", "Selection of terms", parts, HERE / "results", seed=ROOT_SEED, date=order.date)
 
 
+def _recording(order: Order) -> None:
+    from verification.log_store import (
+        run_cost,
+        run_cuts,
+        run_deaths,
+        run_disks,
+        run_flips,
+        run_full,
+        run_week,
+    )
+    from verification.serial_imu import run_held, run_streams
+    from verification.tables import write_tables
+
+    parts = {
+        "Q1: killed at random moments": run_deaths(order.count(200), ROOT_SEED, _say),
+        "Q2: cut at every byte of the last batches": run_cuts(),
+        "Q2: every bit of a batch and of the opening": run_flips(),
+        "Q3: failures of the disk (strace)": run_disks(_say),
+        "Q4: /dev/full": run_full(),
+        "Q13: a week at 32 Hz": run_week(order.share),
+        "Cost of a batch": run_cost(),
+        "Frames out of faulty streams": run_streams(order.count(300), ROOT_SEED),
+        "Six channels at 2 kHz over a pty": run_held(600.0 * order.share),
+    }
+    write_tables("recording", "Recording", parts, HERE / "results", seed=ROOT_SEED, date=order.date)
+
+
 def _limits(_: Order) -> None:
     from verification.what_the_data_can_tell import main as write
 
@@ -366,6 +393,7 @@ PARTS: dict[str, Callable[[Order], None]] = {
     "overbound": _overbound,
     "battery": _battery,
     "statistics": _statistics,
+    "recording": _recording,
     "limits": _limits,
     "scoreboard": _scoreboard,
 }

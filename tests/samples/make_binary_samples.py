@@ -269,8 +269,63 @@ def rosbag() -> None:
     )
 
 
+def run() -> None:
+    from dataclasses import replace
+
+    from allanite.log_store import Batch, Header, LogStore, compact
+    from allanite.recording import Channel
+
+    place = folder("run")
+    names = [n for n in TRIADS if n.startswith("gyro")]
+    header = Header(
+        channels=tuple(Channel.of(n, "deg/s") for n in names),
+        rate=100.0,
+        instrument={"model": "made up", "serial": "12"},
+        settings={"range": 250},
+    )
+
+    def batch(a: int, b: int) -> Batch:
+        """Samples a to b, five of which are missing before the twentieth."""
+        counter = np.arange(a, b) + 5 * (a >= 20)
+        clock = counter * 10_000_000
+        return Batch(
+            counter=counter,
+            monotonic_ns=clock,
+            values=GYRO[a:b],
+            flags=np.zeros(b - a, dtype=np.uint8),
+            utc_ns=int(STAMPS[0] + clock[-1]),
+        )
+
+    with LogStore.create(place / "finished", header, rotate_bytes=3000) as store:
+        for a in range(0, N, 10):
+            store.append(batch(a, a + 10))
+    compact(place / "finished", place / "compacted.parquet")
+    with LogStore.create(place / "changed", header) as store:
+        store.append(batch(0, 20))
+        store.change(replace(header, settings={"range": 500}))
+        store.append(batch(20, 40))
+    shutil.copytree(place / "finished", place / "cut")
+    cut = max((place / "cut").glob("*.arrows"))
+    cut.write_bytes(cut.read_bytes()[:-100])
+    (place / "cut" / "manifest.jsonl").unlink()
+    facts = {"rate": 100, "channels": channels(names, "deg/s"), "start": int(STAMPS[0])}
+    whole = {**facts, "samples": 45, "first": first(GYRO[:, 0], GYRO[:, 1], GYRO[:, 2])}
+    whole["missing"] = dict.fromkeys(names, 5)
+    message = "000002.arrows \\(settings.range: 250 → 500\\)"
+    save(
+        place,
+        {
+            "finished": {**whole, "source": {"status": "success", "gaps": 1}},
+            "compacted.parquet": {**whole, "source": {"status": "success", "gaps": 1}},
+            "cut": {**whole, "samples": 35, "source": {"status": "unfinished"}, "guess": "the recorder died"},
+            "changed": {"error": "DataQualityError", "match": message},
+        },
+    )
+
+
 if __name__ == "__main__":
     numpy_file()
     parquet()
     matlab()
     rosbag()
+    run()

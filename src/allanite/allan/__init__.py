@@ -8,6 +8,7 @@
 ``lags``        which lags: octave, decade, all, per decade, or an array.
 ``covariance``  exact finite-sample mean, covariance and edf under a model.
 ``cells``       the variance window by window of time, with the covariance of all windows.
+``online``      one pass in fixed memory; ``live`` the curve of a record that is still being made.
 ``matrix``      Allan covariance of several channels.
 ``theo_covariance``  mean, bias and edf of Theo1 under a model.
 ``degrees``     intervals from degrees of freedom; published formulas of the others.

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import json
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal
@@ -426,15 +426,48 @@ def allan_curve(
         variance, count, gaps = _channel(recording, name, chosen, lags, way, threads, step)
         columns.append((variance, count))
         missing.append(gaps)
-    channels = tuple(recording[n] for n in names)
+    return curve_of_sums(
+        chosen,
+        lags,
+        columns,
+        missing,
+        channels=tuple(recording[n] for n in names),
+        dt=recording.dt,
+        n_samples=n,
+        confidence=confidence,
+        engine=way,
+    )
+
+
+def curve_of_sums(
+    statistic: Statistic,
+    lags: NDArray[np.int64],
+    columns: Sequence[tuple[Array, NDArray[np.int64]]],
+    missing: Sequence[Spans],
+    *,
+    channels: tuple[Channel, ...],
+    dt: float,
+    n_samples: int,
+    confidence: float,
+    engine: str,
+) -> AllanCurve:
+    """A curve whose variances are known, with the intervals of its local power law.
+
+    Parameters
+    ----------
+    columns : sequence of (ndarray, ndarray of int64), each of shape (n_lags,)
+        Of each channel, variance [own unit^2] and windows.
+    missing : sequence of ndarray of int64, shape (n_runs, 2)
+        Of each channel.
+    """
     scale = np.array([abs(c.scale) for c in channels])
     variance = np.stack([v for v, _ in columns], axis=1)
     deviation = np.sqrt(variance) * scale
-    tau = chosen.averaging(lags, n) * recording.dt
-    if chosen.time:
+    tau = statistic.averaging(lags, n_samples) * dt
+    if statistic.time:
         deviation = deviation * tau[:, None] / np.sqrt(3.0)
     bare = AllanCurve(
-        statistic=statistic,
+        statistic=statistic.name,
         lags=lags,
         tau=tau,
         deviation=deviation,
@@ -444,10 +477,10 @@ def allan_curve(
         count=np.stack([c for _, c in columns], axis=1),
         confidence=confidence,
         channels=channels,
-        dt=recording.dt,
-        n_samples=n,
+        dt=dt,
+        n_samples=n_samples,
         missing=tuple(missing),
-        engine=way,
+        engine=engine,
     )
     return _local(bare, variance)
 

@@ -18,7 +18,7 @@ from allanite.allan.statistics import first_level, merge_touching
 from allanite.errors import DataQualityError
 from allanite.recording import Recording
 
-__all__ = ["decimable", "decimated_sums"]
+__all__ = ["OnlineSums", "decimable", "decimated_sums"]
 
 Array = NDArray[np.float64]
 Lags = NDArray[np.int64]
@@ -33,6 +33,46 @@ def decimable(lags: Lags) -> Lags:
     level = np.maximum(np.floor(np.log2(lags / _POSITIONS)), 0).astype(np.int64)
     step = np.int64(1) << level
     return np.unique((lags + step // 2) // step * step)
+
+
+class OnlineSums:
+    """Sums of squares of one channel at decimable lags, block by block, in fixed memory.
+
+    Parameters
+    ----------
+    lags : ndarray of int64, shape (n_lags,)
+    offset : float
+        Near the level of the samples, [own unit]: keeps digits.
+    """
+
+    def __init__(self, lags: Lags, offset: float) -> None:
+        self.lags, self.offset = lags, offset
+        sizes = _kernels.online_allan_size(lags, _ORDER, _POSITIONS, _BLOCK)
+        self._numbers, self._counters = np.zeros(sizes[0]), np.zeros(sizes[1], np.int64)
+        self._missing: list[Lags] = []
+        self.n_samples = 0
+
+    def feed(self, block: Array) -> None:
+        """The next samples, NaN where missing."""
+        block = np.ascontiguousarray(block)
+        self._missing.append(_kernels.missing_runs(block, self.n_samples))
+        _kernels.online_allan_feed(
+            self._numbers, self._counters, self.lags, _ORDER, _POSITIONS, _BLOCK, block, self.offset
+        )
+        self.n_samples += len(block)
+
+    def read(self) -> tuple[Array, Lags, Lags]:
+        """Variance [own unit^2], windows that it stands for, runs of missing samples: see `decimated_sums`."""
+        lags = self.lags
+        sums, terms = _kernels.online_allan_read(
+            self._numbers, self._counters, lags, _ORDER, _POSITIONS, _BLOCK
+        )
+        self._missing = [merge_touching(np.concatenate(self._missing))] if self._missing else []
+        missing = self._missing[0] if self._missing else np.zeros((0, 2), np.int64)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            variance = np.where(terms > 0, sums / (2 * lags.astype(np.float64) ** 2 * terms), np.nan)
+        stride = np.int64(1) << np.maximum(np.floor(np.log2(lags / _POSITIONS)), 0).astype(np.int64)
+        return variance, np.minimum(terms * stride, self.n_samples - 2 * lags + 1), missing
 
 
 def decimated_sums(
@@ -56,25 +96,12 @@ def decimated_sums(
     DataQualityError
         Every sample is missing.
     """
-    numbers, counters = (
-        np.zeros(size, dtype)
-        for size, dtype in zip(
-            _kernels.online_allan_size(lags, _ORDER, _POSITIONS, _BLOCK), (np.float64, np.int64), strict=True
-        )
-    )
-    offset = first_level(recording, name)
-    runs = []
+    sums = OnlineSums(lags, first_level(recording, name))
     for start, block in recording.blocks(name):
-        block = np.ascontiguousarray(block)
-        runs.append(_kernels.missing_runs(block, start))
-        _kernels.online_allan_feed(numbers, counters, lags, _ORDER, _POSITIONS, _BLOCK, block, offset)
+        sums.feed(block)
         if progress is not None:
             progress((start + len(block)) / recording.n_samples)
-    sums, terms = _kernels.online_allan_read(numbers, counters, lags, _ORDER, _POSITIONS, _BLOCK)
-    missing = merge_touching(np.concatenate(runs))
+    variance, count, missing = sums.read()
     if len(missing) and int((missing[:, 1] - missing[:, 0]).sum()) == recording.n_samples:
         raise DataQualityError(f"channel {name!r}: all {recording.n_samples} samples are missing")
-    with np.errstate(divide="ignore", invalid="ignore"):
-        variance = np.where(terms > 0, sums / (2 * lags.astype(np.float64) ** 2 * terms), np.nan)
-    stride = np.int64(1) << np.maximum(np.floor(np.log2(lags / _POSITIONS)), 0).astype(np.int64)
-    return variance, np.minimum(terms * stride, recording.n_samples - 2 * lags + 1), missing
+    return variance, count, missing

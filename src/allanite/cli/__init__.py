@@ -24,6 +24,8 @@ from allanite.cli import separation
 from allanite.cli import variation
 from allanite.cli import environment
 from allanite.cli import datasheet
+from allanite.cli import recording
+from allanite.cli import recovery
 from allanite.cli import demo
 
 # isort: on
@@ -49,6 +51,8 @@ __all__ = [
     "noise",
     "position_plan",
     "rate_table",
+    "recording",
+    "recovery",
     "redundancy",
     "selection",
     "separation",

@@ -7,6 +7,7 @@ Each function is one line of a command, and can be called as well without the co
 from allanite.delivery.alignment import alignment_of
 from allanite.delivery.bounds import bounds_of, bounds_of_study, with_bounds
 from allanite.delivery.calibration import calibration_of
+from allanite.delivery.capture import captured_document, record_to
 from allanite.delivery.comparison import comparison_of
 from allanite.delivery.curves import fit_file, joined, save_curve, simulate_to
 from allanite.delivery.datasheet import datasheet_of
@@ -15,10 +16,12 @@ from allanite.delivery.environment import environment_of, save_residual
 from allanite.delivery.exporting import export_of
 from allanite.delivery.filtering import aided_of, filter_of, refuse_corrected, save_corrected
 from allanite.delivery.measurement import Measured, refuse_measurement, write_measurement
+from allanite.delivery.monitor import RunWatch
 from allanite.delivery.pictures import Delivered, refuse_figure, save_figure
 from allanite.delivery.position_plan import position_plan_of
 from allanite.delivery.rate_table import rate_table_of
 from allanite.delivery.recordings import describe, file_sha256, has_gaps, is_lossy, read_part
+from allanite.delivery.recovery import recovery_of
 from allanite.delivery.redundancy import combination_of, directions_from, save_combined
 from allanite.delivery.selection import selection_of
 from allanite.delivery.separation import separation_of
@@ -30,11 +33,13 @@ __all__ = [
     "RESULTS",
     "Delivered",
     "Measured",
+    "RunWatch",
     "aided_of",
     "alignment_of",
     "bounds_of",
     "bounds_of_study",
     "calibration_of",
+    "captured_document",
     "combination_of",
     "comparison_of",
     "curve_of",
@@ -56,6 +61,8 @@ __all__ = [
     "position_plan_of",
     "rate_table_of",
     "read_part",
+    "record_to",
+    "recovery_of",
     "refuse_corrected",
     "refuse_figure",
     "refuse_measurement",

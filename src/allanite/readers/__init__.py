@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Files in, a Recording out: `read` finds out by the content which reader a file belongs to.
 
-One module per format: `numpy_file` (the example to imitate), `parquet`, `matlab`, `rosbag`, `text`. They share
+One module per format: `numpy_file` (the example to imitate), `run`, `parquet`, `matlab`, `rosbag`, `text`. They share
 `assembly` (columns to a Recording), `arrays` (named arrays to columns), `headings` (what a column name says),
 `stamps` (which column is time), `timebase` (stamps to an even grid), `spool` (unpacking within limits) and
 `sandbox` (parsing in a child process); `joining` makes one log of several files.
@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 __all__ = ["READERS", "read"]
 
 #: Modules of this package that read a format, in the order in which they are asked.
-READERS: Final = ("numpy_file", "parquet", "matlab", "rosbag", "text")
+READERS: Final = ("numpy_file", "run", "parquet", "matlab", "rosbag", "text")
 
 _HEAD = 4096
 
@@ -84,8 +84,9 @@ def read(
     ----------
     path : path, or sequence of paths
         Text of any dialect (also .gz, .xz, .bz2), NumPy .npy and .npz, Parquet, Arrow and Feather, MATLAB .mat
-        (version 5), ROS 1 bags and ROS 2 folders, .db3 and .mcap files. The content decides, not the suffix.
-        Several files of one log are joined by their time stamps, in whatever order they are given.
+        (version 5), ROS 1 bags and ROS 2 folders, .db3 and .mcap files, and runs of `allanite record` by their
+        folder. The content decides, not the suffix. Several files of one log are joined by their time stamps, in
+        whatever order they are given.
     unit : str or mapping, optional
         Unit of the samples where the file does not hold it: "deg/s", or by channel name or group,
         {"gyro": "deg/s", "acc": "g"}. A unit that nobody gives stays unknown; it is never assumed.
@@ -102,8 +103,8 @@ def read(
     topic : str, optional
         For ROS logs with several IMU topics.
     variable : str, optional
-        For files with several tables: name of the array (.npz, .mat), or the record type or sensor identity
-        (text).
+        For files with several tables: name of the array (.npz, .mat), the record type or sensor identity
+        (text), or the part of a run whose settings changed ("2").
 
     Returns
     -------
@@ -161,7 +162,7 @@ def _reader_for(path: Path) -> Reader:
             return reader
     if path.is_dir():
         raise FormatError(
-            f"{path} is a folder without a ROS 2 recording (metadata.yaml, .db3 or .mcap files)"
+            f"{path} is a folder without a run (manifest.jsonl) or a ROS 2 recording (metadata.yaml, .db3, .mcap)"
         )
     raise FormatError(
         f"{path.name} is binary and of no known format. Samples without a header are read with "

@@ -3,6 +3,7 @@
 
 from allanite.terminal.alignment import show_alignment
 from allanite.terminal.calibration import show_calibration
+from allanite.terminal.capture import show_captured
 from allanite.terminal.comparison import show_comparison
 from allanite.terminal.console import progress
 from allanite.terminal.datasheet import show_bounds, show_datasheet
@@ -17,8 +18,10 @@ from allanite.terminal.measurements import (
     show_plan,
     show_rate_vector,
 )
+from allanite.terminal.monitor import monitoring, show_monitor
 from allanite.terminal.position_plan import show_position_plan
 from allanite.terminal.rate_table import show_rate_table
+from allanite.terminal.recovery import show_recovery
 from allanite.terminal.redundancy import show_combination
 from allanite.terminal.selection import show_selection
 from allanite.terminal.separation import show_separation
@@ -27,11 +30,13 @@ from allanite.terminal.study import show_curve, show_findings, show_models, show
 from allanite.terminal.variation import show_variation
 
 __all__ = [
+    "monitoring",
     "progress",
     "show_aided",
     "show_alignment",
     "show_bounds",
     "show_calibration",
+    "show_captured",
     "show_combination",
     "show_comparison",
     "show_curve",
@@ -42,6 +47,7 @@ __all__ = [
     "show_filtered",
     "show_findings",
     "show_models",
+    "show_monitor",
     "show_north",
     "show_null",
     "show_plan",
@@ -49,6 +55,7 @@ __all__ = [
     "show_rate_table",
     "show_rate_vector",
     "show_recording",
+    "show_recovery",
     "show_selection",
     "show_separation",
     "show_spectrum",

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
     from allanite.allan import AllanCurve
 
-__all__ = ["show_curve", "show_findings", "show_models", "show_recording", "show_study"]
+__all__ = ["curve_table", "show_curve", "show_findings", "show_models", "show_recording", "show_study"]
 
 Json = Mapping[str, Any]
 
@@ -106,11 +106,11 @@ def show_curve(curve: AllanCurve) -> None:
     out = console()
     room = max(1, (out.width - 20) // 30)
     for first in range(0, len(curve.channels), room):
-        out.print(_curve_table(curve, range(first, min(first + room, len(curve.channels)))))
+        out.print(curve_table(curve, range(first, min(first + room, len(curve.channels)))))
     out.print(f"{curve.statistic}, {100 * curve.confidence:g} % intervals ({curve.interval_basis})")
 
 
-def _curve_table(curve: AllanCurve, which: range) -> Table:
+def curve_table(curve: AllanCurve, which: range) -> Table:
     symbol = "Q" if curve.statistic == "tdev" else "adev"
     units = [people_unit(curve.channels[i].kind.value, symbol, curve.channels[i].unit) for i in which]
     table: Table = table_of(

@@ -1,0 +1,30 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Instrument -> log store: a run that survives silence, unplugging, a stalling disk and clocks that are set.
+
+``session``    the run: one thread listens, one writes.
+``listener``   asks again, connects again, checks who answers.
+``numbering``  every sample gets its number; where some are missing the numbers jump, with the reason.
+``ring``       room for what the disk has not taken yet.
+``clock``      intervals from a clock that goes on while the host sleeps; what the wall clock does is written down.
+``space``      how much room a run needs; ``stopping`` signals.
+"""
+
+from __future__ import annotations
+
+from allanite.capture.clock import HostClock
+from allanite.capture.listener import Patience
+from allanite.capture.session import Captured, Progress, capture
+from allanite.capture.space import Space, space_of
+from allanite.capture.stopping import Stop, stopping_on_signals
+
+__all__ = [
+    "Captured",
+    "HostClock",
+    "Patience",
+    "Progress",
+    "Space",
+    "Stop",
+    "capture",
+    "space_of",
+    "stopping_on_signals",
+]

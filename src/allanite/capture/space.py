@@ -1,0 +1,60 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""How much room a run needs on the disk, and how much there is."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from dataclasses import dataclass
+from pathlib import Path
+
+__all__ = ["Space", "batch_seconds", "bytes_per_second", "space_of"]
+
+#: What a batch costs besides its samples [bytes]: measured, one to twenty channels.
+_OVERHEAD = 450
+#: Bytes of a sample besides its values: counter, clock, flags.
+_BESIDE = 17
+#: A run is warned of when less than so many times its need is free.
+_SAFE = 2.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Space:
+    """Room on the disk of a run.
+
+    Attributes
+    ----------
+    needed : float or None [bytes]
+        None: the run has no planned end.
+    free : int [bytes]
+    seconds : float [s]
+        For how long the free room lasts.
+    """
+
+    needed: float | None
+    free: int
+    seconds: float
+
+    @property
+    def enough(self) -> bool:
+        """Twice the need is free."""
+        return self.needed is None or self.free >= _SAFE * self.needed
+
+
+def batch_seconds(rate: float) -> float:
+    """Length of a batch [s]: all that a kill can lose. A second at low rates, where batches cost the more."""
+    return 1.0 if rate <= 100 else 0.5
+
+
+def bytes_per_second(rate: float, channels: int) -> float:
+    """What a run writes."""
+    return rate * (_BESIDE + 8 * channels) + _OVERHEAD / batch_seconds(rate)
+
+
+def space_of(folder: str | os.PathLike[str], rate: float, channels: int, seconds: float | None) -> Space:
+    """Room on the disk that holds a folder, which need not be there yet."""
+    place = Path(folder).absolute()
+    while not place.exists():
+        place = place.parent
+    free, each = shutil.disk_usage(place).free, bytes_per_second(rate, channels)
+    return Space(needed=None if seconds is None else each * seconds, free=free, seconds=free / each)

@@ -1,0 +1,394 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Driver of the 3458A: sets it up with every setting read back, and turns its stream of bytes into blocks.
+
+The meter numbers no reading, so the counter of a block is ours: readings that follow one another are counted, and
+`Pace` asks the clock where counting cannot tell. What is not certain is left out and said.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Mapping
+
+from allanite.errors import InputError, InstrumentError
+from allanite.instruments import Block, Identity, InstrumentTimeout
+from allanite.instruments.hp3458a import commands
+from allanite.instruments.hp3458a.commands import Settings
+from allanite.instruments.hp3458a.pace import Pace
+from allanite.instruments.hp3458a.stream import IntegerStream, LineStream, Stream
+from allanite.instruments.hp3458a.transports import Transport, open_transport
+from allanite.recording import Channel
+
+__all__ = ["HP3458A"]
+
+#: Longest wait for the answer to a query [s]; RESET keeps the meter busy for a while.
+ANSWER = 5.0
+#: A query that an older meter does not know is given less.
+OPTIONAL_ANSWER = 1.0
+#: Longest draining of what an interrupted meter still sends [s].
+DRAIN = 3.0
+QUIET = 0.1
+#: A block that took longer than its readings by so many seconds and three periods came after a silence; readings that
+#: may have queued up in it.
+LATE, LONGEST_QUEUE = 0.05, 10_000
+#: Seconds of readings in one block, and their largest number.
+BLOCK, LARGEST_BLOCK = 0.1, 65536
+
+
+class HP3458A:
+    """One meter.
+
+    Parameters
+    ----------
+    resource : str or callable
+        As `open_transport` takes it; or a function that returns a transport.
+    settings : Settings
+    name : str
+        Of the channel.
+    scale_factor : str, optional
+        Of the sensor at the input, e.g. ``"24.0 mV/(deg/s)"``.
+    speed : float or None
+        Of the meter's time against ours: 1 for a real one. None for a simulator without pace: then there is no clock
+        to compare with, and each rejected line counts as one reading lost.
+    block : float [s]
+        Span of one block in the meter's time.
+
+    Notes
+    -----
+    1. The meter tells no serial number. The number of its calibrations (CALNUM?) and the text that the laboratory
+       left (CALSTR?) stand for it: both stay as they are for as long as nobody calibrates it.
+    2. Its temperature can only be asked while it does not measure: at the start and at each new arming.
+    """
+
+    def __init__(
+        self,
+        resource: str | Callable[[], Transport],
+        settings: Settings,
+        *,
+        name: str = "voltage",
+        scale_factor: str | None = None,
+        speed: float | None = 1.0,
+        block: float = BLOCK,
+    ) -> None:
+        if speed is not None and not speed > 0:
+            raise InputError(f"3458A: speed {speed!r} must be positive, or None for a simulator without pace")
+        self._connect: Callable[[], Transport] = (
+            (lambda: open_transport(resource)) if isinstance(resource, str) else resource
+        )
+        self._asked = settings
+        self._channel = Channel.of(
+            name, "V", sampling="mean", aperture=_planned_aperture(settings), scale_factor=scale_factor
+        )
+        self._speed = speed
+        self._block = min(max(round(settings.rate * block), 1), LARGEST_BLOCK)
+        self._period = settings.period
+        self._settings: dict[str, object] = {}
+        self._scale = 0.0
+        self._link: Transport | None = None
+        self._pace = Pace(period_ns=self._period * 1e9, speed=speed)
+        self._stream: Stream | None = None
+        self._armed_at = self._heard_at = 0
+        self._running = False
+        self._out_of_step = False
+
+    @property
+    def channels(self) -> tuple[Channel, ...]:
+        """One channel in volts, with the aperture read back."""
+        return (self._channel,)
+
+    @property
+    def rate(self) -> float:
+        """Readings per second [Hz], by the TIMER read back."""
+        return 1 / self._period
+
+    @property
+    def settings(self) -> Mapping[str, object]:
+        """Every setting by name, read back; the lines sent; aperture, period and the factor sqrt(Ts/Ta)."""
+        return self._settings
+
+    # ---- opening -------------------------------------------------------------------------------------------------
+
+    def open(self) -> Identity:
+        """Clear, set, read everything back.
+
+        Raises
+        ------
+        InstrumentError
+            No link, another model, an error of the meter, or a setting that reads back otherwise.
+        """
+        self.close()
+        self._link = self._connect()
+        try:
+            return self._set_up()
+        except BaseException:
+            self.close()
+            raise
+
+    def _set_up(self) -> Identity:
+        link = self._linked()
+        link.clear()
+        self._send(commands.CLEAR[0])
+        if not self._drain(QUIET)[1]:
+            raise InstrumentError(
+                "3458A: it keeps talking after a device clear; is another program reading it? Switch it off and on"
+            )
+        base, *rest = commands.base_lines(self._asked)
+        sent = [*commands.CLEAR, base, *rest]
+        self._send(commands.CLEAR[1])
+        self._send(base)
+        identity = self._identify()
+        self._ask("ERR?")  # errors of whoever used it before are not ours
+        for line in rest:
+            self._send(line)
+        self._refuse_errors()
+        self._read_back()
+        self._settings["sent"] = sent
+        return identity
+
+    def _identify(self) -> Identity:
+        model = self._ask("ID?").strip()
+        if model != "HP3458A":
+            raise InstrumentError(
+                f"this is no 3458A: ID? answers {model!r} instead of 'HP3458A'; check the address"
+            )
+        firmware = self._ask("REV?").strip()
+        serial = f"CALNUM {self._ask('CALNUM?').strip()}"
+        try:
+            text = self._ask("CALSTR?", OPTIONAL_ANSWER).strip().strip('"')
+        except InstrumentTimeout:
+            text = ""
+        serial = f"{serial} {text}".strip()
+        return Identity(maker="Agilent/HP", model="3458A", serial=serial, firmware=firmware)
+
+    def _refuse_errors(self) -> None:
+        said = self._ask("ERRSTR?").strip()
+        if not said.startswith("0"):
+            raise InstrumentError(
+                f"3458A: it reports {said!r} after its settings were sent; a setting is not one that this meter takes"
+            )
+        self._settings = {"errors": said}
+
+    def _read_back(self) -> None:
+        problems = []
+        for readback in commands.read_backs(self._asked):
+            got = commands.numbers_of(readback.query, self._ask(readback.query).encode())
+            self._settings[readback.name] = got[0] if len(got) == 1 else got
+            if problem := commands.refusals(readback, got):
+                problems.append(problem)
+        if problems:
+            raise InstrumentError("3458A: settings did not take: " + "; ".join(problems))
+        aperture, period = self._number("aperture"), self._number("timer")
+        self._scale, self._period = self._number("scale"), period
+        self._settings |= {
+            "period": period,
+            "aliasing_factor": commands.aliasing_factor(aperture, period),
+        }
+        channel = self._channel
+        self._channel = Channel(
+            name=channel.name,
+            kind=channel.kind,
+            unit=channel.unit,
+            scale=channel.scale,
+            sampling="mean",
+            aperture=aperture,
+        )
+        self._pace.period_ns = period * 1e9
+
+    def _number(self, name: str) -> float:
+        value = self._settings[name]
+        assert isinstance(value, float)  # noqa: S101
+        return value
+
+    # ---- measuring -----------------------------------------------------------------------------------------------
+
+    def start(self) -> None:
+        """Arm. A second start in the life of this object continues the counter, with RESYNC on its first sample.
+
+        Raises
+        ------
+        InstrumentError
+            A meter that was started before has other settings now: open it again.
+        """
+        first = self._stream is None
+        self._stream = self._new_stream()
+        if not first:
+            self._recover()
+        else:
+            self._arm()
+
+    def read(self, timeout: float) -> Block:
+        """What has come; see `Instrument.read`."""
+        stream = self._stream
+        if self._link is None or stream is None or not self._running:
+            raise InputError("3458A: read before start; call open and start first")
+        remarks: list[str] = []
+        facts: dict[str, object] = {}
+        if self._out_of_step:
+            self._recover()
+            remarks.append("settings asked back and armed again; the readings meanwhile are missing")
+        elif stream.left <= 0:
+            self._rearm(f"its counter of {self._asked.readings_per_arm} readings was full", remarks, facts)
+        data, waited = self._gather(stream, timeout)
+        if not data and self._count_is_over():
+            self._rearm("it ended its count before all of it was seen", remarks, facts)
+            data, waited = self._gather(stream, timeout)
+        if not data:
+            # At a high rate the clock cannot tell what was lost meanwhile: arm anew.
+            self._out_of_step = self._speed is not None and not self._pace.judges
+            raise InstrumentTimeout(f"3458A: no reading within {timeout:g} s")
+        apart = (time.monotonic_ns() - self._heard_at) * 1e-9
+        silent = self._pace.judges and apart > (self._block + 3) * self._step + LATE
+        if silent:
+            data, waited = self._all_of(stream, data, waited)
+        self._heard_at = now = time.monotonic_ns()
+        decoded = stream.feed(data, self._clock(), awaited=waited > 0.3 * self._step, silent=silent)
+        # Brought to rest by the next read, so that nothing can go wrong before these samples are given.
+        self._out_of_step = not decoded.in_step
+        return Block(
+            values=decoded.values[:, None],
+            flags=decoded.flags,
+            counter=decoded.counter,
+            received_ns=now,
+            remarks=(*remarks, *decoded.remarks),
+            facts=facts,
+        )
+
+    def stop(self) -> None:
+        """Device clear, hold, drain, and back to the state of the front panel; a lost link is no error here."""
+        self._running = False
+        if self._link is None:
+            return
+        try:
+            self._link.clear()
+            self._send(commands.STOP[0])
+            self._drain(QUIET)
+            self._send(commands.STOP[1])
+        except InstrumentError:
+            # A link that is gone has nothing to stop.
+            return
+
+    def close(self) -> None:
+        """Give the link back."""
+        self._running = False
+        if self._link is not None:
+            self._link.close()
+            self._link = None
+
+    def _new_stream(self) -> Stream:
+        if self._asked.format == "ASCII":
+            return LineStream(pace=self._pace)
+        return IntegerStream(pace=self._pace, scale=self._scale, range_volts=self._asked.range_volts)
+
+    @property
+    def _step(self) -> float:
+        """Time between readings on our clock [s]."""
+        return self._period / (self._speed or 1.0)
+
+    def _gather(self, stream: Stream, timeout: float) -> tuple[bytes, float]:
+        """Bytes of at most one block, and how long they took."""
+        count = min(self._block, max(stream.left, 1))
+        asked = time.monotonic()
+        data = self._linked().read_bytes(
+            count * stream.width - stream.begun % stream.width,
+            timeout + (count - 1) * self._step,
+            message=stream.message,
+        )
+        return data, time.monotonic() - asked
+
+    def _all_of(self, stream: Stream, data: bytes, waited: float) -> tuple[bytes, float]:
+        """After a silence: everything that was on its way, up to a reading that had to be waited for."""
+        for _ in range(LONGEST_QUEUE):
+            begun = (stream.begun + len(data)) % stream.width
+            asked = time.monotonic()
+            more = self._linked().read_bytes(stream.width - begun, 2 * self._step, message=stream.message)
+            waited = time.monotonic() - asked
+            data += more
+            if not more or waited > 0.3 * self._step:
+                break
+        return data, waited
+
+    # ---- arming --------------------------------------------------------------------------------------------------
+
+    def _arm(self) -> None:
+        assert self._stream is not None  # noqa: S101
+        self._stream.armed(self._asked.readings_per_arm)
+        self._send(commands.ARM)
+        self._armed_at = self._clock()
+        self._heard_at = time.monotonic_ns()
+        self._running = True
+
+    def _rearm(self, why: str, remarks: list[str], facts: dict[str, object]) -> None:
+        """New zero, all settings and the temperature asked back, new count. The meter is idle here."""
+        left_over, _ = self._drain(min(max(3 * self._period, QUIET / 5), 1.0))
+        if left_over:
+            remarks.append(f"{len(left_over)} bytes beyond the count were left aside")
+        if not self._asked.autozero:
+            self._send(commands.REZERO)
+        self._read_back()
+        facts["temperature_c"] = self._settings["temperature_c"]
+        self._resume()
+        remarks.append(f"armed again, because {why}; the readings meanwhile are missing")
+
+    def _recover(self) -> None:
+        """Bring a meter of unknown state to rest, see that its settings are ours, arm."""
+        self._linked().clear()
+        self._send(commands.CLEAR[0])
+        self._drain(QUIET)
+        for line in commands.trigger_lines(self._asked):
+            self._send(line)
+        self._read_back()
+        self._resume()
+
+    def _resume(self) -> None:
+        assert self._stream is not None  # noqa: S101
+        self._stream.interrupted()
+        self._out_of_step = False
+        self._arm()
+
+    def _count_is_over(self) -> bool:
+        """True when the meter must have given all readings of its count, whatever we saw of them."""
+        if self._speed is None:
+            return False
+        return self._clock() - self._armed_at > (self._asked.readings_per_arm + 1) * self._period * 1e9
+
+    # ---- wire ----------------------------------------------------------------------------------------------------
+
+    def _clock(self) -> int:
+        """Monotonic time in the meter's scale [ns]."""
+        return round(time.monotonic_ns() * (self._speed or 1.0))
+
+    def _linked(self) -> Transport:
+        if self._link is None:
+            raise InstrumentError("3458A: not connected; call open first")
+        return self._link
+
+    def _send(self, line: str) -> None:
+        self._linked().write(line.encode("ascii"))
+
+    def _ask(self, query: str, timeout: float | None = None) -> str:
+        timeout = ANSWER if timeout is None else timeout
+        self._send(query)
+        answer = self._linked().read_line(timeout)
+        if not answer.endswith(b"\n"):
+            raise InstrumentTimeout(
+                f"3458A: {query} got {answer!r} and no end of line within {timeout:g} s; is the address right, and "
+                "is the meter switched on and not held by another program?"
+            )
+        return answer.decode("ascii", "replace")
+
+    def _drain(self, quiet: float) -> tuple[bytes, bool]:
+        """Read until nothing comes for `quiet` seconds; what came, and whether it became quiet in time."""
+        deadline = time.monotonic() + DRAIN
+        came = bytearray()
+        while time.monotonic() < deadline:
+            part = self._linked().read_bytes(4096, quiet, message=None)
+            if not part:
+                return bytes(came), True
+            came += part
+        return bytes(came), False
+
+
+def _planned_aperture(settings: Settings) -> float | None:
+    """Aperture before the meter is asked; in periods of a mains that nobody has measured yet there is none."""
+    command, number = settings.integration
+    return number if command == "APER" else None

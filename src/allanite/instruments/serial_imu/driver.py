@@ -1,0 +1,323 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A described device on a serial port as an instrument.
+
+The driver joins three things: the port, the framer, and the clock of the host. The clock tells what a counter cannot:
+how often it turned while nothing came, and how long a device was away that began to count anew.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import time
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.errors import InstrumentError
+from allanite.instruments import Block, Flag, Identity, InstrumentTimeout, host_ns
+from allanite.instruments.serial_imu.description import Description, PortSettings, read_description
+from allanite.instruments.serial_imu.framing import Framer, Samples
+from allanite.instruments.serial_imu.port import SerialPort
+from allanite.instruments.serial_imu.tally import Tally
+from allanite.recording import Channel
+
+__all__ = ["SerialImu"]
+
+#: The host reads late by this much, now and then [s]; what the clock says of a gap is worth no more.
+JITTER = 0.05
+#: The port is emptied that often [s]: a kernel keeps 4096 bytes, 36 ms at a million baud.
+_POLL = 0.01
+#: Half a frame that stays half for so many intervals of a sample, and at least so long [s], is given up.
+_PATIENCE = (20, 0.5)
+#: With so many bytes at once there are more: no waiting [bytes].
+_PLENTY = 1024
+
+
+class _Port(Protocol):
+    def read(self, timeout: float) -> bytes: ...
+    def write(self, payload: bytes) -> None: ...
+    def close(self) -> None: ...
+    def usb_serial_number(self) -> str: ...
+
+
+class SerialImu:
+    """A device that sends frames or lines over a serial port: an `allanite.instruments.Instrument`.
+
+    Parameters
+    ----------
+    port : str
+        "/dev/ttyUSB0", "COM3".
+    description : Description or path
+        Of the device: `read_description`.
+    gather : float [s]
+        `read` waits this long for more after the first bytes, so that a block holds several samples.
+    connect : callable, optional
+        What opens the port; for tests.
+
+    Notes
+    -----
+    Nothing is reconnected in here. After an `InstrumentError` call `close`, `open`, `start`: counts go on, and the
+    first sample is flagged RESYNC. Where the device has a counter, the number of the sample tells how long it was away.
+    """
+
+    def __init__(
+        self,
+        port: str,
+        description: Description | str | os.PathLike[str],
+        *,
+        gather: float = 0.1,
+        connect: Callable[[str, PortSettings], _Port] = SerialPort,
+    ) -> None:
+        self.description = (
+            description if isinstance(description, Description) else read_description(description)
+        )
+        self._name, self._connect, self._gather = port, connect, gather
+        self._port: _Port | None = None
+        self._framer = Framer(self.description)
+        self._told = Tally()
+        self._channels = self.description.channels
+        self._clock = HostClock(self.description)
+
+    @property
+    def channels(self) -> tuple[Channel, ...]:
+        """Channels in the order of the description."""
+        return self._channels
+
+    @property
+    def rate(self) -> float:
+        """Samples per second that the description states [Hz]."""
+        return self.description.rate
+
+    @property
+    def settings(self) -> Mapping[str, object]:
+        """Port and description: all that decides how bytes became numbers."""
+        told = self.description.model_dump(mode="json", by_alias=True, exclude_defaults=True)
+        return {"port": self._name, "line": self.description.port.model_dump(), "description": told}
+
+    @property
+    def tally(self) -> Tally:
+        """What was dropped since the first `open`, and why."""
+        return self._framer.tally
+
+    # -- the instrument -----------------------------------------------------------------------------------
+
+    def open(self) -> Identity:
+        """Open the port and, if the description says how, ask who is there.
+
+        Raises
+        ------
+        InstrumentError
+            No port, or no answer that fits.
+        """
+        self.close()
+        self._port = self._connect(self._name, self.description.port)
+        try:
+            told = self._ask()
+            serial = told.get("serial") or self.description.serial or self._port.usb_serial_number()
+        except InstrumentError:
+            self.close()
+            raise
+        return Identity(
+            maker=self.description.maker,
+            model=self.description.model,
+            serial=serial,
+            firmware=told.get("firmware", ""),
+        )
+
+    def start(self) -> None:
+        """Send what makes the device begin; one that always sends needs nothing."""
+        for text in self.description.start:
+            self._opened().write(text.payload)
+
+    def read(self, timeout: float) -> Block:
+        """Samples that have come, waiting at most `timeout` seconds for the first of them.
+
+        Raises
+        ------
+        InstrumentTimeout
+            Nothing came, or bytes but no frame.
+        InstrumentError
+            The port is gone.
+        """
+        received = 0
+        deadline = time.monotonic() + timeout
+        parts: list[Samples] = []
+        heard, until = 0, deadline
+        while not parts or time.monotonic() < until:
+            arrived = self._opened().read(
+                max(min(until - time.monotonic(), _POLL if parts else timeout), 0.0)
+            )
+            now = host_ns()
+            heard += len(arrived)
+            self._give_up_halves(bool(arrived), now)
+            samples = self._framer.feed(arrived)
+            if len(samples):
+                received = now
+                if not parts:
+                    until = min(time.monotonic() + self._gather, max(deadline, time.monotonic()))
+                parts.append(samples)
+            elif not parts and time.monotonic() >= deadline:
+                self._refuse(timeout, heard)
+            if parts and len(arrived) < _PLENTY:  # let bytes gather: one wake-up each few milliseconds
+                time.sleep(max(min(until - time.monotonic(), _POLL), 0.0))
+        return self._block(_joined(parts), received)
+
+    def stop(self) -> None:
+        """Send what makes the device end; a port that is gone gives no error."""
+        if self._port is None:
+            return
+        try:
+            for text in self.description.stop:
+                self._port.write(text.payload)
+        except InstrumentError:
+            return
+
+    def close(self) -> None:
+        """Give the port back."""
+        if self._port is not None:
+            self._port.close()
+            self._port = None
+            self._framer.cut()
+
+    # -- inside -------------------------------------------------------------------------------------------
+
+    def _opened(self) -> _Port:
+        if self._port is None:
+            raise InstrumentError(f"{self._name} is not open: call open() first")
+        return self._port
+
+    def _ask(self) -> dict[str, str]:
+        question = self.description.identity
+        if question is None:
+            return {}
+        port = self._opened()
+        port.write(question.ask.payload)
+        pattern = re.compile(question.answer.encode("utf-8"))
+        heard, deadline = b"", time.monotonic() + question.seconds
+        while (left := deadline - time.monotonic()) > 0:
+            heard = (heard + port.read(left))[-8192:]  # samples may come in between
+            if found := pattern.search(heard):
+                given = {name: text or b"" for name, text in found.groupdict().items()}
+                return {name: text.decode("latin-1").strip() for name, text in given.items()}
+        raise InstrumentError(
+            f"{self._name}: no answer to the question for the identity within {question.seconds:g} s. Is it the "
+            f"device that the description is of ({self.description.model}), and {self.description.port.baud} baud?"
+        )
+
+    def _give_up_halves(self, arrived: bool, now: int) -> None:
+        """The rest of a frame that does not come is not the beginning of another one."""
+        intervals, seconds = _PATIENCE
+        patience = max(intervals / self.rate, seconds)
+        if not arrived and self._framer.pending and self._clock.silent(now) > patience:
+            self._framer.cut()
+        if arrived:
+            self._clock.heard(now)
+
+    def _refuse(self, timeout: float, heard: int) -> None:
+        if not heard:
+            raise InstrumentTimeout(f"{self._name}: nothing came within {timeout:g} s")
+        fresh = self._framer.tally.since(self._told)
+        raise InstrumentTimeout(
+            f"{self._name}: {heard} bytes came within {timeout:g} s but no sample of {self.description.model} "
+            f"({'; '.join(fresh.sentences()) or 'no whole frame yet'}). Do description and baud rate fit?"
+        )
+
+    def _block(self, samples: Samples, received: int) -> Block:
+        placed = self._clock.placed(samples, received)
+        tally = self._framer.tally
+        remarks = tally.since(self._told).sentences()
+        self._told = tally
+        return Block(
+            values=placed.values,
+            flags=placed.flags,
+            counter=placed.counter,
+            received_ns=received,
+            remarks=remarks,
+        )
+
+
+def _joined(parts: list[Samples]) -> Samples:
+    if len(parts) == 1:
+        return parts[0]
+    jumps, before = [], 0
+    for part in parts:
+        jumps += [replace(jump, index=before + jump.index) for jump in part.jumps]
+        before += len(part)
+    counters = [part.counter for part in parts if part.counter is not None]
+    return Samples(
+        values=np.concatenate([part.values for part in parts]),
+        flags=np.concatenate([part.flags for part in parts]),
+        counter=np.concatenate(counters) if counters else None,
+        jumps=tuple(jumps),
+    )
+
+
+class HostClock:
+    """Numbers of samples where the counter leaves them open: nearest to what the clock of the host says.
+
+    A counter is trusted where it goes on, and in small gaps. A far jump is as large as the clock says, put right by
+    what the counter went forward where both agree. Where the clock ran on by whole turns more than the counter, it
+    turned while nothing came.
+    """
+
+    def __init__(self, described: Description) -> None:
+        counter = described.counter
+        self._turn = 0.0 if counter is None else counter.turns_at / counter.step
+        self._rate = described.rate
+        self._shift = 0
+        self._last: tuple[int, int] | None = None
+        self._heard: int | None = None
+
+    def heard(self, now: int) -> None:
+        """Bytes have come."""
+        self._heard = now
+
+    def silent(self, now: int) -> float:
+        """For how long none have [s]."""
+        return 0.0 if self._heard is None else (now - self._heard) * 1e-9
+
+    def placed(self, samples: Samples, now: int) -> Samples:
+        """The same samples with their numbers put right; `now` [ns] is when the last of them was there."""
+        if samples.counter is None:
+            return samples
+        numbers, flags = samples.counter + self._shift, samples.flags.copy()
+        if self._last is not None:
+            number, then = self._last
+            gone = (now - then) * 1e-9 * self._rate
+            self._settle(numbers, flags, samples, number, gone)
+        self._last = int(numbers[-1]), now
+        return replace(samples, flags=flags, counter=numbers)
+
+    def _settle(
+        self,
+        numbers: NDArray[np.int64],
+        flags: NDArray[np.uint8],
+        samples: Samples,
+        last: int,
+        gone: float,
+    ) -> None:
+        """Shift, in place, what follows a jump that the clock contradicts."""
+        short = gone - float(numbers[-1] - last)
+        allowed = 2 + self._rate * JITTER + 0.02 * gone
+        if abs(short) <= allowed:
+            return
+        before = np.concatenate([[last], numbers[:-1]])
+        far = [jump for jump in samples.jumps if jump.far]
+        if far:
+            jump = max(far, key=lambda j: int(numbers[j.index] - before[j.index]))
+            at, step = jump.index, int(numbers[jump.index] - before[jump.index])
+            wanted = max(step + short, 1.0)
+            turned = jump.turned + self._turn * round((wanted - jump.turned) / self._turn)
+            agree = turned >= 1 and abs(turned - wanted) <= allowed
+            shift = round(turned if agree else wanted) - step
+        else:
+            at = max((j.index for j in samples.jumps), key=lambda i: numbers[i] - before[i], default=0)
+            shift = round(self._turn * round(short / self._turn)) if short > 0.75 * self._turn else 0
+        if shift:
+            numbers[at:] += shift
+            flags[at] |= Flag.RESYNC
+            self._shift += shift

@@ -1,0 +1,191 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A finished run in one Parquet file: the same rows, header and manifest included, in half the space at 32 Hz."""
+
+from __future__ import annotations
+
+import json
+import os
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.atomic_file import fresh
+from allanite.errors import DataQualityError, FormatError, StorageError
+from allanite.log_store.batch import Batch
+from allanite.log_store.header import Header
+from allanite.log_store.run import Run, open_run
+from allanite.log_store.survey import Piece, Survey
+
+if TYPE_CHECKING:
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+__all__ = ["KEY", "compact", "is_compact", "survey_of"]
+
+#: Of the metadata of the file.
+KEY: Final = b"allanite.run"
+
+_ROWS: Final = 1 << 20  # of a row group
+
+
+def compact(
+    folder: str | os.PathLike[str],
+    path: str | os.PathLike[str],
+    *,
+    part: int | None = None,
+    force: bool = False,
+) -> Path:
+    """Write a finished run as one Parquet file, and read it back; the run itself is left as it is.
+
+    Parameters
+    ----------
+    folder, path : path
+    part : int, optional
+        Where the settings changed in mid-run.
+    force : bool
+        Replace a file that is there.
+
+    Raises
+    ------
+    StorageError
+        The run is still going, the file exists, what was read back is not what was written, or the disk refuses.
+    DataQualityError
+        The run is damaged, without samples, or its settings change and no part is named.
+    """
+    import pyarrow.parquet as pq
+
+    run = open_run(folder)
+    if run.status == "recording":
+        raise StorageError(f"{run.folder} is still being recorded: compact it when it is finished")
+    survey = run.survey(part)
+    if survey.faults:
+        found = "; ".join(f"{name}: {why}" for name, why in survey.faults.items())
+        raise DataQualityError(f"{run.folder} is damaged ({found}): recover it first, with allanite recover")
+    schema = _schema(survey.header, run)
+    with fresh(path, force=force) as place:
+        with pq.ParquetWriter(place, schema, compression="zstd") as writer:
+            for group in _groups(run, part, schema):
+                writer.write_table(group)
+        back = pq.ParquetFile(place)
+        for k, group in enumerate(_groups(run, part, schema)):
+            if not back.read_row_group(k).equals(group):
+                raise StorageError(
+                    f"{path}: what was read back is not what was written; write it to another disk"
+                )
+    return Path(path)
+
+
+def is_compact(path: Path) -> bool:
+    """True for a file that `compact` wrote."""
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    try:
+        return KEY in (pq.read_schema(path).metadata or {})
+    except (pa.ArrowException, OSError, ValueError):
+        return False
+
+
+def survey_of(path: str | os.PathLike[str]) -> tuple[Survey, str]:
+    """What `Run.survey` says, of a file that `compact` wrote; and how the run ended.
+
+    Raises
+    ------
+    FormatError
+        The file is damaged.
+    """
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    place = Path(path)
+    try:
+        with pq.ParquetFile(place) as file:
+            facts = json.loads(file.schema_arrow.metadata[KEY])
+            header = Header.from_json(facts["header"])
+            pieces = [_piece(place, file, k) for k in range(file.num_row_groups)]
+    except (pa.ArrowException, OSError, ValueError, KeyError, TypeError) as error:
+        raise FormatError(
+            f"{place.name}: damaged ({type(error).__name__}); make it once more from the run"
+        ) from None
+    return Survey.of(header, pieces, {}, torn=False), str(facts["status"])
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _GroupRows:
+    """The rows of one row group; see `allanite.log_store.rows`."""
+
+    path: Path
+    group: int
+    count: int
+
+    def read(self, name: str) -> NDArray[np.float64]:
+        import pyarrow as pa
+        import pyarrow.parquet as pq
+
+        try:
+            with pq.ParquetFile(self.path) as file:
+                column = file.read_row_group(self.group, columns=[name], use_threads=False).column(0)
+                return np.asarray(column, dtype=np.float64)
+        except (pa.ArrowException, OSError, ValueError) as error:
+            raise FormatError(f"{self.path.name}: row group {self.group} is damaged ({error})") from None
+
+
+def _piece(path: Path, file: pq.ParquetFile, k: int) -> Piece:
+    group = file.read_row_group(k, columns=["counter", "monotonic_ns", "utc_ns"])
+    counter, monotonic, utc = (np.asarray(column) for column in group.columns)
+    ends = np.flatnonzero(np.append(np.diff(utc) != 0, True))[[0, -1]]
+    clocks = np.stack([counter, monotonic, utc], axis=1)[ends]
+    return Piece.of(_GroupRows(path=path, group=k, count=counter.size), counter, clocks)
+
+
+def _schema(header: Header, run: Run) -> pa.Schema:
+    import pyarrow as pa
+
+    facts = {
+        "header": header.to_json(),
+        "status": run.status,
+        "reason": run.reason,
+        "manifest": list(run.manifest),
+    }
+    return pa.schema(
+        [
+            pa.field("counter", pa.int64(), nullable=False),
+            pa.field("monotonic_ns", pa.int64(), nullable=False),
+            pa.field("utc_ns", pa.int64(), nullable=False),
+            pa.field("flags", pa.uint8(), nullable=False),
+            *(
+                pa.field(c.name, pa.float64(), nullable=False, metadata={"unit": c.unit})
+                for c in header.channels
+            ),
+        ],
+        metadata={KEY: json.dumps(facts, ensure_ascii=False)},
+    )
+
+
+def _groups(run: Run, part: int | None, schema: pa.Schema) -> Iterator[pa.Table]:
+    """The rows of a run in tables of about a million; each of them one row group."""
+    waiting: list[Batch] = []
+    for batch in run.batches(part):
+        waiting.append(batch)
+        if sum(map(len, waiting)) >= _ROWS:
+            yield _table(waiting, schema)
+            waiting = []
+    if waiting:
+        yield _table(waiting, schema)
+
+
+def _table(batches: list[Batch], schema: pa.Schema) -> pa.Table:
+    import pyarrow as pa
+
+    columns: list[NDArray[Any]] = [
+        np.concatenate([b.counter for b in batches]),
+        np.concatenate([b.monotonic_ns for b in batches]),
+        np.repeat(np.array([b.utc_ns for b in batches], dtype=np.int64), [len(b) for b in batches]),
+        np.concatenate([b.flags for b in batches]),
+        *np.concatenate([b.values for b in batches]).T,
+    ]
+    return pa.table([pa.array(c) for c in columns], schema=schema)

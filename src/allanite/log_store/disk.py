@@ -1,0 +1,54 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The few calls that a run makes to the file system, in one place, so that tests can let each of them fail."""
+
+from __future__ import annotations
+
+import errno
+import os
+from pathlib import Path
+
+__all__ = ["Disk"]
+
+
+class Disk:
+    """The file system as it is."""
+
+    def create(self, path: Path) -> int:
+        """Open a new file for appending; its descriptor."""
+        return os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_APPEND | os.O_CLOEXEC, 0o666)
+
+    def open_or_create(self, path: Path) -> int:
+        """Open a file for appending, whether it is there or not; its descriptor."""
+        return os.open(path, os.O_WRONLY | os.O_CREAT | os.O_APPEND | os.O_CLOEXEC, 0o666)
+
+    def write(self, descriptor: int, data: bytes) -> int:
+        """Write once; the number of bytes that went in."""
+        return os.write(descriptor, data)
+
+    def sync(self, descriptor: int) -> None:
+        """Return when the data are on the medium."""
+        os.fdatasync(descriptor)
+
+    def sync_folder(self, folder: Path) -> None:
+        """Return when the names of the files in a folder are on the medium."""
+        descriptor = os.open(folder, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
+        try:
+            os.fsync(descriptor)
+        finally:
+            os.close(descriptor)
+
+    def close(self, descriptor: int) -> None:
+        """Let go of a file; what a failed close means is said by the sync before it."""
+        os.close(descriptor)
+
+    def write_whole(self, descriptor: int, data: bytes) -> None:
+        """Write at once and in whole.
+
+        Raises
+        ------
+        OSError
+            Also when fewer bytes went in than were given: the disk is about to be full.
+        """
+        done = self.write(descriptor, data)
+        if done != len(data):
+            raise OSError(errno.ENOSPC, f"only {done} of {len(data)} bytes were written")

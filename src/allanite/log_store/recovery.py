@@ -1,0 +1,256 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A run that is damaged, made one that is whole: what verifies goes into a new folder, what does not is named.
+
+Of each segment the batches up to the first that does not verify are kept, and those behind the damage that verify
+again. The original is never touched.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from allanite.errors import StorageError
+from allanite.log_store.batch import Batch
+from allanite.log_store.header import Header
+from allanite.log_store.manifest import NAME
+from allanite.log_store.message import END, Message, Opening, Stop, find_message, message_at
+from allanite.log_store.run import Run, open_run
+from allanite.log_store.segment import Segment, opening_of, segment_name, segment_numbers
+from allanite.log_store.writing import LogStore
+
+__all__ = ["Loss", "Recovery", "recover"]
+
+Advance = Callable[[float], None]
+
+#: Lines of the manifest that a new run writes for itself.
+_OWN = frozenset({"run", "closed", "change", "end"})
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Loss:
+    """Bytes of a run that hold nothing to be relied on.
+
+    Attributes
+    ----------
+    file : str
+    offset, size : int
+        Place of the bytes in the file.
+    rows : int or None
+        Samples that are missing there by their counter; None where nothing tells.
+    why : str
+    """
+
+    file: str
+    offset: int
+    size: int
+    rows: int | None
+    why: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Recovery:
+    """What was found in a run, and what was not.
+
+    Attributes
+    ----------
+    folder : Path
+    out : Path or None
+        Where it was written; None where nothing was.
+    kept : int
+        Samples.
+    losses : tuple of Loss
+    status : str
+        How the run ended; see `Run`.
+    """
+
+    folder: Path
+    out: Path | None
+    kept: int
+    losses: tuple[Loss, ...]
+    status: str
+
+    @property
+    def lost(self) -> int:
+        """Samples that are known to be missing."""
+        return sum(loss.rows or 0 for loss in self.losses)
+
+    @property
+    def exit_code(self) -> int:
+        """0 all there, 3 with loss, 1 nothing."""
+        return (3 if self.losses else 0) if self.kept else 1
+
+    def to_json(self) -> dict[str, Any]:
+        """Plain data."""
+        return {
+            "folder": str(self.folder),
+            "out": None if self.out is None else str(self.out),
+            "status": self.status,
+            "kept": self.kept,
+            "lost": self.lost,
+            "losses": [asdict(loss) for loss in self.losses],
+        }
+
+
+def recover(
+    folder: str | os.PathLike[str], out: str | os.PathLike[str] | None, *, progress: Advance | None = None
+) -> Recovery:
+    """Read what can be read of a run, and write it as a new one.
+
+    Parameters
+    ----------
+    folder : path
+    out : path or None
+        Another folder, without a run; None only looks.
+    progress : callable, optional
+        Called with the fraction that is done.
+
+    Raises
+    ------
+    InputError, FormatError
+        There is no run.
+    StorageError
+        It is still being recorded; `out` holds a run; the disk refuses.
+
+    Notes
+    -----
+    A batch that was being written when the writer died is a loss, although it was never acknowledged.
+    """
+    run = open_run(folder)
+    if run.status == "recording":
+        raise StorageError(
+            f"{folder} is still being recorded: read it as it is, or stop the recorder to recover it"
+        )
+    rescue, store = _Rescue(run), None
+    with ExitStack() as stack:
+        for batch, header in rescue.batches(progress or (lambda fraction: None)):
+            if out is None:
+                continue
+            if store is None:
+                store = stack.enter_context(LogStore.create(out, header))
+            elif header != store.header:
+                store.change(header)
+            store.append(batch)
+        if store is not None:
+            _close(store, run, rescue.losses)
+    return Recovery(
+        folder=run.folder,
+        out=None if store is None else store.folder,
+        kept=rescue.kept,
+        losses=tuple(rescue.losses),
+        status=run.status,
+    )
+
+
+def _close(store: LogStore, run: Run, losses: Sequence[Loss]) -> None:
+    """Hand on what the manifest says, and what was lost."""
+    for event in run.manifest:
+        if event["kind"] not in _OWN:
+            store.note(**event)
+    for loss in losses:
+        store.note("loss", **asdict(loss))
+    store.note("recovered", run=run.folder.name, status=run.status, reason=run.reason)
+    if run.status in ("success", "abort", "fail"):
+        store.close(run.status, run.reason)  # type: ignore[arg-type]
+    else:
+        store.close("fail", "the recorder died; recovered")
+
+
+class _Rescue:
+    """One pass over the bytes of a run."""
+
+    def __init__(self, run: Run) -> None:
+        self.kept = 0
+        self.losses: list[Loss] = []
+        self._run = run
+        self._counter: int | None = None
+        self._closed: dict[str, Mapping[str, Any]] = {
+            e["segment"]: e for e in run.manifest if e["kind"] == "closed"
+        }
+        self._open: list[Loss] = []  # not yet known how many samples they held
+
+    def batches(self, progress: Advance) -> Iterator[tuple[Batch, Header]]:
+        openings = _openings(self._run)
+        names = {segment_name(n) for n in segment_numbers(self._run.folder)}
+        everything = sorted(names | set(self._closed))
+        for k, name in enumerate(everything):
+            progress(k / len(everything))
+            if self._counter is None and self._closed.get(name, {}).get("first") is not None:
+                self._counter = self._closed[name]["first"] - 1
+            if name not in names:
+                self._lose(name, 0, self._closed[name]["bytes"], "the file is missing")
+            else:
+                for message in self._messages(Segment.load(self._run.folder / name), openings):
+                    batch = message.batch().after(self._counter)
+                    if batch is not None:
+                        self._settle(batch.first)
+                        self._counter = batch.last
+                        self.kept += len(batch)
+                        yield batch, message.opening.header
+            if name in self._closed:
+                self._settle_closed(self._closed[name])
+        self.losses += self._open
+        if lines := self._run.damaged_lines:
+            self.losses.append(
+                Loss(file=NAME, offset=0, size=0, rows=0, why=f"{lines} damaged line(s) left out")
+            )
+
+    def _messages(self, segment: Segment, openings: Sequence[Opening]) -> Iterator[Message]:
+        """The batches of a segment, those behind damage as well; what lies between them is lost."""
+        data, opening, at = segment.data, segment.opening or openings[0], 0
+        while at < len(data) and data[at : at + len(END) + 1] != END:
+            found = message_at(data, at, opening)
+            if isinstance(found, Stop):
+                why = found.why if segment.opening else segment.fault.why
+                behind = _next_message(data, at, openings)
+                start = behind[0] if behind else len(data)
+                self._lose(segment.name, segment.offset + at, start - at, why or "bytes behind the end")
+                if behind is None:
+                    return
+                found = behind[1]
+                opening = found.opening
+            at = found.end
+            yield found
+
+    def _lose(self, file: str, offset: int, size: int, why: str) -> None:
+        if size:
+            self._open.append(Loss(file=file, offset=offset, size=size, rows=None, why=why))
+
+    def _settle(self, counter: int) -> None:
+        """A batch follows: what its number leaves out was lost, and nothing if it leaves out nothing."""
+        missing = counter - self._counter - 1 if self._counter is not None else None
+        if missing != 0:
+            for k, loss in enumerate(self._open):
+                self.losses.append(loss if k else replace(loss, rows=missing))
+        self._open.clear()
+
+    def _settle_closed(self, facts: Mapping[str, Any]) -> None:
+        """The end of a segment of which the manifest says how it ended."""
+        if facts["last"] is not None and (self._counter is None or self._counter < facts["last"]):
+            if not self._open:
+                self._lose(facts["segment"], 0, facts["bytes"], "its end is missing")
+            self._settle(facts["last"] + 1)
+            self._counter = facts["last"]
+        else:
+            self._open.clear()  # behind what was acknowledged
+
+
+def _next_message(data: bytes, at: int, openings: Sequence[Opening]) -> tuple[int, Message] | None:
+    """The first batch behind a place that verifies under any of the openings, and where it begins."""
+    hits = [hit for opening in openings if (hit := find_message(data, at, opening)) is not None]
+    return min(hits, key=lambda hit: hit[0], default=None)
+
+
+def _openings(run: Run) -> list[Opening]:
+    """All openings of a run; each segment may do with that of another, or with what the manifest says."""
+    found = (opening_of(run.folder / segment_name(n)) for n in segment_numbers(run.folder))
+    known = {opening.crc: opening for opening in found if opening is not None}
+    for event in run.manifest:
+        if event["kind"] == "run":
+            opening = Opening.of(Header.from_json(event["header"]), event["run"])
+            known.setdefault(opening.crc, opening)
+    return list(known.values())

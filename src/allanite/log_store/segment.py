@@ -1,0 +1,164 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Segments as they are read: batch by batch as far as they verify, or from where somebody has read before."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import BinaryIO, Final
+
+from allanite.errors import DataQualityError, FormatError, StorageError
+from allanite.log_store.batch import Batch
+from allanite.log_store.message import LONGEST_METADATA, Message, Opening, Stop, message_at
+
+__all__ = ["Position", "Segment", "opening_of", "read_on", "segment_name", "segment_numbers"]
+
+_NAME: Final = re.compile(r"(\d{6,})\.arrows")
+
+
+def segment_name(number: int) -> str:
+    """File name of a segment, from 1."""
+    return f"{number:06d}.arrows"
+
+
+def segment_numbers(folder: Path) -> list[int]:
+    """Numbers of the segments in a folder, in order."""
+    found = (_NAME.fullmatch(path.name) for path in folder.iterdir())
+    return sorted(int(match[1]) for match in found if match)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Segment:
+    """A segment, or the rest of one, in memory.
+
+    Attributes
+    ----------
+    name : str
+    opening : Opening or None
+        None where it cannot be read.
+    data : bytes
+        From byte `offset` on.
+    offset : int
+    fault : Stop
+        Why the opening cannot be read.
+    """
+
+    name: str
+    opening: Opening | None
+    data: bytes
+    offset: int
+    fault: Stop = field(default_factory=Stop)
+
+    @classmethod
+    def load(cls, path: Path, offset: int = 0) -> Segment:
+        """Read a segment from a byte on; what was before is not looked at, but for the opening.
+
+        Raises
+        ------
+        StorageError
+            The disk refuses.
+        """
+        try:
+            with path.open("rb") as file:
+                opening, fault = _opening(file)
+                offset = max(offset, len(opening.data) if opening else 0)
+                file.seek(offset)
+                return cls(name=path.name, opening=opening, data=file.read(), offset=offset, fault=fault)
+        except OSError as error:
+            raise StorageError(
+                f"{path} cannot be read: {error.strerror or error}; copy the run elsewhere"
+            ) from None
+
+    def messages(self, at: int = 0) -> Iterator[Message]:
+        """The batches that verify, up to the first that does not; `end` counts from the beginning of the file."""
+        if self.opening is None:
+            return
+        while isinstance(found := message_at(self.data, at, self.opening), Message):
+            at = found.end
+            yield replace(found, end=self.offset + at)
+
+    def stop(self, at: int) -> Stop:
+        """Why the batches end at this byte of the file."""
+        if self.opening is None:
+            return self.fault
+        found = message_at(self.data, at - self.offset, self.opening)
+        return found if isinstance(found, Stop) else Stop()
+
+
+def opening_of(path: Path) -> Opening | None:
+    """The opening of a segment; None where it cannot be read."""
+    with path.open("rb") as file:
+        return _opening(file)[0]
+
+
+def _opening(file: BinaryIO) -> tuple[Opening | None, Stop]:
+    head = file.read(8)
+    head += file.read(min(int.from_bytes(head[4:], "little"), LONGEST_METADATA))
+    try:
+        return Opening.read(head), Stop()
+    except FormatError as error:
+        torn = len(head) < 8 or len(head) < 8 + int.from_bytes(head[4:8], "little")
+        return None, Stop(why=str(error), torn=torn) if head else Stop()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Position:
+    """How far somebody has read who follows a run.
+
+    Attributes
+    ----------
+    segment, offset : int
+        Number of the segment, and the byte where its next batch begins.
+    counter : int or None
+        The last sample read.
+    opening : int or None
+        CRC-32 of the opening under which it was read.
+    """
+
+    segment: int = 1
+    offset: int = 0
+    counter: int | None = None
+    opening: int | None = None
+
+
+def read_on(folder: Path, position: Position) -> tuple[list[Batch], Position]:
+    """The batches behind a position, at most those of one segment, and the position behind them.
+
+    A batch that is cut or does not verify is "not yet": it is waited for, until there is a next segment.
+
+    Raises
+    ------
+    DataQualityError
+        The settings have changed.
+    StorageError
+        The disk refuses.
+    """
+    while True:
+        # Looked for first: once there is a next one, nothing is added to this one.
+        later = [n for n in segment_numbers(folder) if n > position.segment]
+        path = folder / segment_name(position.segment)
+        batches: list[Batch] = []
+        if path.exists():
+            batches, position = _rest(Segment.load(path, position.offset), position)
+        if later:
+            position = replace(position, segment=later[0], offset=0)
+        if batches or not later:
+            return batches, position
+
+
+def _rest(segment: Segment, position: Position) -> tuple[list[Batch], Position]:
+    batches = []
+    for message in segment.messages():
+        if position.opening not in (None, message.opening.crc):
+            raise DataQualityError(
+                f"the settings change at {segment.name}: what follows is another part of the run, to be followed from "
+                f"Position(segment={position.segment})"
+            )
+        batch = message.batch().after(position.counter)
+        position = replace(position, offset=message.end, opening=message.opening.crc)
+        if batch is not None:
+            batches.append(batch)
+            position = replace(position, counter=batch.last)
+    return batches, position

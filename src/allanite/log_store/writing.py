@@ -1,0 +1,354 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The writer of a run: batches go in, and what is acknowledged is on the medium."""
+
+from __future__ import annotations
+
+import errno
+import hashlib
+import os
+import secrets
+import time
+from collections.abc import Callable
+from pathlib import Path
+from types import TracebackType
+from typing import Any, Final, Literal, Self
+
+from allanite.atomic_file import make_folder
+from allanite.errors import InputError, StorageError
+from allanite.log_store.batch import Batch
+from allanite.log_store.disk import Disk
+from allanite.log_store.header import Header
+from allanite.log_store.manifest import Manifest
+from allanite.log_store.message import END, Opening, encode
+from allanite.log_store.segment import segment_name
+
+__all__ = ["LogStore", "Status"]
+
+Status = Literal["success", "abort", "fail"]
+
+#: A batch so long after the last sync is synced [s]. Batches come each half second or are synced one by one: what is
+#: written is never older than a second when it is synced.
+_SYNC_AFTER: Final = 0.5
+
+_ADVICE: Final = {
+    errno.ENOSPC: "make room, or record to another disk",
+    errno.EDQUOT: "your quota is used up: make room, or record to another disk",
+    errno.EIO: "the disk fails: save what is on it, look into the kernel's log (dmesg), and record to another one",
+    errno.EROFS: "the disk is read-only, perhaps because it failed: look into the kernel's log (dmesg)",
+    errno.EACCES: "choose a folder that you may write to",
+}
+
+
+class _Segment:
+    """The segment that is being written, and what of it is on the medium."""
+
+    def __init__(self, folder: Path, number: int, opening: Opening, disk: Disk) -> None:
+        self.name = segment_name(number)
+        self.opening = opening
+        self.begun = time.monotonic()
+        self.size = self.rows = self.batches = 0
+        self.first: int | None = None
+        self.last: int | None = None
+        self._disk = disk
+        self._digest = hashlib.sha256()
+        self._descriptor = disk.create(folder / self.name)
+        try:
+            self._put(opening.data)
+            self.acknowledge()
+            disk.sync_folder(folder)
+        except OSError:
+            disk.close(self._descriptor)
+            raise
+
+    def write(self, batch: Batch) -> None:
+        self._put(encode(batch, self.batches, self.opening))
+        self.batches += 1
+        self.rows += len(batch)
+        self.first = batch.first if self.first is None else self.first
+        self.last = batch.last
+
+    def acknowledge(self) -> None:
+        """Sync, and remember what can be relied on from now on."""
+        self._disk.sync(self._descriptor)
+        self._relied_on = {
+            "segment": self.name, "rows": self.rows, "first": self.first, "last": self.last, "bytes": self.size,
+            "sha256": self._digest.hexdigest(),
+        }  # fmt: skip
+
+    def finish(self) -> dict[str, Any]:
+        """End the stream; the facts for the manifest."""
+        self._put(END)
+        self.acknowledge()
+        return self.abandon()
+
+    def abandon(self) -> dict[str, Any]:
+        """Let go of the file as it is: after a failed sync nothing more may be believed of it."""
+        if self._descriptor >= 0:
+            descriptor, self._descriptor = self._descriptor, -1
+            self._disk.close(descriptor)
+        return self._relied_on
+
+    def _put(self, data: bytes) -> None:
+        self._disk.write_whole(self._descriptor, data)
+        self._digest.update(data)
+        self.size += len(data)
+
+
+class LogStore:
+    """A run that is being written; made by `create`, used as a context manager.
+
+    A write or a sync that fails ends its segment: the kernel reports a failed sync once, and a second one on the same
+    file would seem to succeed. What was not acknowledged is written once more, into a new segment; if that fails as
+    well, a `StorageError` says so and the store takes nothing more. Readers drop what they then see twice.
+
+    Attributes
+    ----------
+    folder : Path
+    acknowledged : int or None
+        Number of the last sample that is on the medium.
+    """
+
+    def __init__(
+        self, folder: Path, header: Header, rotate_seconds: float, rotate_bytes: int, disk: Disk
+    ) -> None:
+        self.folder = folder
+        self.acknowledged: int | None = None
+        self._disk, self._rotate = disk, (rotate_seconds, rotate_bytes)
+        self._written: int | None = None
+        self._waiting: list[Batch] = []  # not yet acknowledged
+        self._synced = time.monotonic()
+        self._open, self._number = True, 1
+        self._opening = Opening.of(header, secrets.token_hex(8))
+        self._manifest = Manifest(folder, disk)
+        try:
+            self._manifest.add(
+                "run", {"run": self._opening.run, "process": os.getpid(), "header": header.to_json()}
+            )
+            disk.sync_folder(folder.parent)
+            self._segment = _Segment(folder, 1, self._opening, disk)
+        except BaseException:
+            self._manifest.close()
+            raise
+
+    @classmethod
+    def create(
+        cls,
+        folder: str | os.PathLike[str],
+        header: Header,
+        *,
+        rotate_seconds: float = 600.0,
+        rotate_bytes: int = 64 << 20,
+        disk: Disk | None = None,
+    ) -> Self:
+        """Begin a run in a folder, which is made if it is not there.
+
+        Parameters
+        ----------
+        folder : path
+        header : Header
+        rotate_seconds, rotate_bytes : float [s], int
+            A segment that is older or larger is closed, and the next one begun.
+        disk : Disk, optional
+            Calls to the file system, for tests.
+
+        Raises
+        ------
+        StorageError
+            The folder holds a run, another process writes to it, or the disk refuses.
+        """
+        place = make_folder(folder)
+        try:
+            return cls(place, header, rotate_seconds, rotate_bytes, disk or Disk())
+        except OSError as error:
+            raise StorageError(f"no run can be begun in {place}: {_said(error)}") from error
+
+    @property
+    def header(self) -> Header:
+        """The header of the part that is being written."""
+        return self._opening.header
+
+    # -- samples ----------------------------------------------------------------------------------------------
+
+    def append(self, batch: Batch) -> None:
+        """Write a batch, at once; it is acknowledged within a second if batches keep coming (see `sync`).
+
+        Raises
+        ------
+        InputError
+            Another number of channels than in the header, or a counter that does not go on from the last batch.
+        StorageError
+            The disk refuses. `acknowledged` says what is safe.
+        """
+        self._refuse_unfit(batch)
+        if self._is_full():
+            self._attempt(self._next_segment)
+        self._waiting.append(batch)
+        self._written = batch.last
+        self._attempt(self._write_last)
+
+    def sync(self) -> None:
+        """Acknowledge what was appended: to be called when nothing has come for a while.
+
+        Raises
+        ------
+        StorageError
+            As of `append`.
+        """
+        self._refuse_closed()
+        if self._waiting:
+            self._attempt(self._acknowledge)
+
+    def change(self, header: Header) -> None:
+        """Go on with another header, in a new segment: the settings of the instrument have changed.
+
+        Such a run is read part by part, never as one.
+
+        Raises
+        ------
+        StorageError
+            As of `append`.
+        """
+        self.sync()
+        differences = self._opening.header.differences(header)
+        self._opening = Opening.of(header, self._opening.run)
+        self._attempt(self._next_segment)
+        self.note("change", segment=self._segment.name, differences=differences)
+
+    # -- what else happened -----------------------------------------------------------------------------------
+
+    def note(self, kind: str, **facts: Any) -> None:
+        """Append a line to the manifest: a gap, a step of the wall clock, a temperature, a reconnection, free space.
+
+        Of a gap, say `counter` (number of the first sample that is missing) and `reason`.
+
+        Raises
+        ------
+        StorageError
+            The disk refuses.
+        """
+        self._refuse_closed()
+        try:
+            self._manifest.add(kind, facts)
+        except OSError as error:
+            raise StorageError(f"the manifest of {self.folder} cannot be written: {_said(error)}") from error
+
+    def close(self, status: Status = "success", reason: str = "") -> None:
+        """End the run: the last segment, and a line with the status. Nothing happens if it is closed.
+
+        Raises
+        ------
+        StorageError
+            The disk refuses. `acknowledged` says what is safe.
+        """
+        if not self._open:
+            return
+        try:
+            self.sync()
+            self._finish_segment()
+            self._manifest.add("end", {"status": status, "reason": reason, "last": self.acknowledged})
+        except OSError as error:
+            raise self._failure(error) from error
+        finally:
+            self._let_go()
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        if kind is None:
+            self.close("success")
+        elif self._open:
+            stopped = issubclass(kind, (KeyboardInterrupt, SystemExit))
+            self.close("abort" if stopped else "fail", f"{kind.__name__}: {error}".removesuffix(": "))
+
+    # -- inside -----------------------------------------------------------------------------------------------
+
+    def _refuse_closed(self) -> None:
+        if not self._open:
+            raise StorageError(f"the run in {self.folder} is closed: begin another one")
+
+    def _refuse_unfit(self, batch: Batch) -> None:
+        self._refuse_closed()
+        channels = len(self._opening.header.channels)
+        if batch.values.shape[1] != channels:
+            raise InputError(
+                f"a batch of {batch.values.shape[1]} channels for a run of {channels}: `change` begins another part"
+            )
+        if self._written is not None and batch.first <= self._written:
+            raise InputError(
+                f"sample {batch.first} after sample {self._written}: the counter of a run rises; where an instrument "
+                "begins anew, go on from the last number"
+            )
+
+    def _attempt(self, step: Callable[[], None]) -> None:
+        try:
+            step()
+        except OSError as error:
+            self._begin_anew(error)
+
+    def _write_last(self) -> None:
+        self._segment.write(self._waiting[-1])
+        if time.monotonic() - self._synced >= _SYNC_AFTER:
+            self._acknowledge()
+
+    def _acknowledge(self) -> None:
+        self._segment.acknowledge()
+        self.acknowledged = self._written
+        self._waiting.clear()
+        self._synced = time.monotonic()
+
+    def _is_full(self) -> bool:
+        seconds, size = self._rotate
+        return self._segment.size >= size or time.monotonic() - self._segment.begun >= seconds
+
+    def _next_segment(self) -> None:
+        self._finish_segment()
+        self._open_segment()
+
+    def _finish_segment(self) -> None:
+        facts = self._segment.finish()
+        self.acknowledged = self._written
+        self._waiting.clear()
+        self._manifest.add("closed", facts)
+
+    def _open_segment(self) -> None:
+        self._number += 1
+        self._segment = _Segment(self.folder, self._number, self._opening, self._disk)
+
+    def _begin_anew(self, error: OSError) -> None:
+        """After a failed write or sync: a new segment for all that is not acknowledged, or the end."""
+        try:
+            self._manifest.add("closed", {**self._segment.abandon(), "error": _said(error)})
+            self._open_segment()
+            for batch in self._waiting:
+                self._segment.write(batch)
+            self._acknowledge()
+        except OSError as second:
+            self._let_go()
+            raise self._failure(second) from error
+
+    def _let_go(self) -> None:
+        """Close the files, whatever the disk says to it, and unlock."""
+        self._open = False
+        for release in (self._segment.abandon, self._manifest.close):
+            try:
+                release()
+            except OSError:
+                continue  # closed all the same
+
+    def _failure(self, error: OSError) -> StorageError:
+        lost = sum(map(len, self._waiting))
+        safe = "nothing was" if self.acknowledged is None else f"all up to sample {self.acknowledged} is"
+        return StorageError(
+            f"the run in {self.folder} cannot go on: {_said(error)}; {safe} stored"
+            + (f", the {lost} samples after it may be lost" if lost else "")
+        )
+
+
+def _said(error: OSError) -> str:
+    """What the disk said, and what to do."""
+    said = error.strerror or str(error)
+    advice = _ADVICE.get(error.errno or 0)
+    return f"{said}: {advice}" if advice else said

@@ -1,0 +1,395 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The capture: every sample once, under its number, whatever the instrument, the disk and the clocks do."""
+
+from __future__ import annotations
+
+import os
+import signal
+import threading
+import time
+from collections.abc import Callable, Iterator, Mapping
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from allanite.capture import Captured, HostClock, Patience, Progress, Stop, capture, stopping_on_signals
+from allanite.capture.clock import ClockWatch
+from allanite.capture.listener import Listener
+from allanite.capture.numbering import Numbered, Numbering
+from allanite.capture.ring import Ring
+from allanite.capture.space import bytes_per_second, space_of
+from allanite.errors import InputError, InstrumentError
+from allanite.instruments import Block, Flag, Identity, InstrumentTimeout
+from allanite.log_store import open_run
+from allanite.recording import Channel, Kind
+
+RATE = 100.0
+GYRO = Channel(name="gyro", kind=Kind.RATE, unit="rad/s", scale=1.0, sampling="mean")
+QUICK = Patience(timeout=0.01, silences=3, reconnections=3, full=0.0, pause=0.001, longest_pause=0.002)
+SAME = Identity(maker="Maker", model="M1", serial="7")
+
+Step = Block | Exception | Callable[[], Block]
+
+
+class Scripted:
+    """An instrument that does what its script says, call by call of `read`."""
+
+    def __init__(
+        self, script: list[Step], identities: tuple[Identity | Exception, ...] = (), wait: float = 0.0
+    ) -> None:
+        self.steps: Iterator[Step] = iter(script)
+        self.identities = iter(identities)
+        self.wait = wait
+        self.calls: list[str] = []
+
+    @property
+    def channels(self) -> tuple[Channel, ...]:
+        return (GYRO,)
+
+    @property
+    def rate(self) -> float:
+        return RATE
+
+    @property
+    def settings(self) -> Mapping[str, object]:
+        return {"aperture": 0.005, "range": 10}
+
+    def open(self) -> Identity:
+        self.calls.append("open")
+        found = next(self.identities, SAME)
+        if isinstance(found, Exception):
+            raise found
+        return found
+
+    def start(self) -> None:
+        self.calls.append("start")
+
+    def read(self, timeout: float) -> Block:
+        time.sleep(self.wait)
+        step = next(self.steps, None)
+        if step is None:
+            time.sleep(timeout)
+            raise InstrumentTimeout("nothing came in 10 ms")
+        if isinstance(step, Exception):
+            raise step
+        return step if isinstance(step, Block) else step()
+
+    def stop(self) -> None:
+        self.calls.append("stop")
+
+    def close(self) -> None:
+        self.calls.append("close")
+
+
+def block(
+    first: int, n: int = 10, *, counter: bool = True, flags: int = 0, remarks: tuple[str, ...] = ()
+) -> Block:
+    number = np.arange(first, first + n, dtype=np.int64)
+    marks = np.zeros(n, dtype=np.uint8)
+    marks[0] = flags
+    return Block(
+        values=number[:, None].astype(float),
+        flags=marks,
+        counter=number if counter else None,
+        remarks=remarks,
+    )
+
+
+def recorded(
+    script: list[Step],
+    folder: Path,
+    *,
+    seconds: float | None = 1.0,
+    identities: tuple[Identity | Exception, ...] = (),
+) -> tuple[Captured, Scripted]:
+    instrument = Scripted(script, identities)
+    return capture(instrument, folder, duration=seconds, patience=QUICK), instrument
+
+
+def stored(folder: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    batches = list(open_run(folder).batches())
+    return (
+        np.concatenate([b.counter for b in batches]),
+        np.concatenate([b.values[:, 0] for b in batches]),
+        np.concatenate([b.flags for b in batches]),
+    )
+
+
+# -- the normal course --------------------------------------------------------------------------------------
+
+
+def test_every_sample_is_stored_once_under_its_number(tmp_path: Path) -> None:
+    told: list[Progress] = []
+    instrument = Scripted([block(i) for i in range(1000, 1250, 10)])
+    done = capture(instrument, tmp_path / "run", duration=2.0, patience=QUICK, progress=told.append)
+    counter, values, flags = stored(tmp_path / "run")
+    assert counter.tolist() == list(range(200))  # the run counts from zero, and ends with its duration
+    assert values.tolist() == list(range(1000, 1200))
+    assert not flags.any()
+    assert (done.samples, done.missing, done.gaps, done.dropped, done.status) == (200, 0, 0, 0, "success")
+    assert told[-1].samples == 200 and told[-1].share == 1.0 and told[-1].values == (1199.0,)
+    run = open_run(tmp_path / "run")
+    assert run.status == "success"
+    assert run.header.instrument["serial"] == "7" and run.header.aperture == 0.005
+    assert instrument.calls[:2] == ["open", "start"] and instrument.calls[-2:] == ["stop", "close"]
+
+
+def test_a_counter_of_the_instrument_tells_gaps(tmp_path: Path) -> None:
+    done, _ = recorded(
+        [block(0), block(15, remarks=("a frame with a wrong checksum",)), block(25, 80)], tmp_path / "run"
+    )
+    counter, values, _ = stored(tmp_path / "run")
+    assert counter.tolist() == [*range(10), *range(15, 100)]
+    assert values.tolist() == counter.tolist()
+    assert (done.missing, done.gaps) == (5, 1)
+    gap = next(e for e in open_run(tmp_path / "run").manifest if e["kind"] == "gap")
+    assert (gap["counter"], gap["samples"]) == (10, 5) and "checksum" in gap["reason"]
+
+
+# -- silence and links (battery rows Q6, Q7) ----------------------------------------------------------------
+
+
+@pytest.mark.parametrize("silences", [1, 2])
+def test_q6_short_silence_is_asked_again(silences: int, tmp_path: Path) -> None:
+    quiet: list[Step] = [InstrumentTimeout("silent")] * silences
+    done, instrument = recorded([block(0), *quiet, block(10, 90)], tmp_path / "run")
+    counter, values, flags = stored(tmp_path / "run")
+    assert values.tolist() == list(range(100))  # nothing twice
+    assert flags[10] == Flag.RESYNC and counter[10] >= 10
+    assert instrument.calls.count("open") == 1
+    assert [e["kind"] for e in open_run(tmp_path / "run").manifest].count("silence") == silences
+    assert done.status == "success"
+
+
+def test_q6_long_silence_makes_the_link_anew(tmp_path: Path) -> None:
+    quiet: list[Step] = [InstrumentTimeout("silent")] * 10
+    _, instrument = recorded([block(0), *quiet, block(0, 200)], tmp_path / "run")
+    events = [e["kind"] for e in open_run(tmp_path / "run").manifest]
+    assert (events.count("silence"), events.count("reconnected")) == (10, 3)
+    assert instrument.calls.count("open") >= 4
+    _, values, flags = stored(tmp_path / "run")
+    assert values[:10].tolist() == list(range(10)) and flags[10] == Flag.RESYNC
+
+
+def test_q6_silence_for_ever_ends_with_an_error_and_a_readable_run(tmp_path: Path) -> None:
+    gone: tuple[Identity | Exception, ...] = (SAME, *[InstrumentError("no such port")] * 10)
+    with pytest.raises(InstrumentError, match="did not come back in 3 attempts: no such port"):
+        recorded([block(0)], tmp_path / "run", identities=gone)
+    run = open_run(tmp_path / "run")
+    assert run.status == "fail"
+    assert stored(tmp_path / "run")[1].tolist() == list(range(10))
+
+
+def test_q7_unplugged_and_back(tmp_path: Path) -> None:
+    script: list[Step] = [block(0), InstrumentError("the port is gone"), block(0, 95)]
+    identities: tuple[Identity | Exception, ...] = (SAME, InstrumentError("no such port"), SAME)
+    done, _ = recorded(script, tmp_path / "run", identities=identities)
+    counter, values, flags = stored(tmp_path / "run")
+    assert values[10] == 0.0 and flags[10] == Flag.RESYNC and counter[10] >= 10
+    events = open_run(tmp_path / "run").manifest
+    assert [e["kind"] for e in events if e["kind"] in ("lost", "reconnected")] == ["lost", "reconnected"]
+    assert done.samples == len(counter)
+
+
+def test_q7_another_serial_number_is_another_recording(tmp_path: Path) -> None:
+    other = Identity(maker="Maker", model="M1", serial="8")
+    with pytest.raises(
+        InstrumentError, match="another instrument answers: Maker M1 8 in place of Maker M1 7"
+    ):
+        recorded([block(0), InstrumentError("gone"), block(10)], tmp_path / "run", identities=(SAME, other))
+    assert stored(tmp_path / "run")[1].tolist() == list(range(10))
+
+
+def test_an_instrument_that_does_not_answer_leaves_no_run(tmp_path: Path) -> None:
+    with pytest.raises(InstrumentError, match="no such port"):
+        recorded([], tmp_path / "run", identities=(InstrumentError("no such port"),))
+    assert not (tmp_path / "run").exists()
+    with pytest.raises(InputError, match="positive"):
+        recorded([], tmp_path / "run", seconds=0.0)
+
+
+# -- numbers ------------------------------------------------------------------------------------------------
+
+
+def test_without_a_counter_the_clock_says_what_is_missing_after_an_interruption() -> None:
+    numbering, second = Numbering(RATE), 10**9
+    first = numbering.take(block(0, counter=False), 5 * second)
+    assert first.counter.tolist() == list(range(10))
+    assert first.monotonic_ns[-1] - first.monotonic_ns[0] == 9 * second // 100
+    even = numbering.take(block(0, counter=False), int(5.3 * second))  # late, but nothing was interrupted
+    assert even.counter[0] == 10 and not even.gaps
+    numbering.interrupt("silent")
+    late = numbering.take(block(0, counter=False), int(8.3 * second))
+    assert late.counter[-1] == 19 + 300
+    assert (late.gaps[0].counter, late.gaps[0].samples, late.gaps[0].reason) == (20, 290, "silent")
+    assert late.flags[0] == Flag.RESYNC
+
+
+def test_a_pause_inside_a_block_is_a_gap_there() -> None:
+    numbering = Numbering(RATE)
+    numbering.take(block(0, counter=False), 10**9)
+    marks = np.zeros(10, dtype=np.uint8)
+    marks[4] = Flag.RESYNC
+    paused = Block(values=np.zeros((10, 1)), flags=marks, remarks=("the counter of the meter was set anew",))
+    found = numbering.take(paused, 10**9 + 3 * 10**9)
+    assert found.counter.tolist() == [10, 11, 12, 13, *range(304, 310)]
+    assert found.gaps[0].samples == 290 and "anew" in found.gaps[0].reason
+
+
+def test_a_counter_that_begins_anew_goes_on_by_the_clock() -> None:
+    numbering = Numbering(RATE)
+    numbering.take(block(500), 10**9)
+    numbering.interrupt("reconnected")
+    found = numbering.take(block(0), 2 * 10**9)
+    assert found.counter[-1] == 9 + 100 and found.gaps[0].samples == 90
+
+
+def test_nothing_goes_back() -> None:
+    numbering = Numbering(RATE)
+    numbering.take(block(0), 10**9)
+    numbering.interrupt("silent")
+    found = numbering.take(block(0), 10**9 + 1)  # the clock says that hardly any time has passed
+    assert found.counter[0] == 10
+
+
+# -- clocks (battery rows Q9, Q10) --------------------------------------------------------------------------
+
+
+class Clock(HostClock):
+    """Clocks that do as they are told."""
+
+    def __init__(self) -> None:
+        self.time, self.slept, self.wall = 10**12, 0, 10**18
+
+    def now(self) -> int:
+        return self.time + self.slept
+
+    def awake(self) -> int:
+        return self.time
+
+    def utc(self) -> int:
+        return self.wall + self.time + self.slept
+
+
+@pytest.mark.parametrize("hour", [3600, -3600])
+def test_q9_a_wall_clock_that_is_set_changes_no_interval(hour: int) -> None:
+    clock = Clock()
+    watch, numbering = ClockWatch(clock), Numbering(RATE)
+    before = numbering.take(block(0), clock.now())
+    clock.time += 10**8
+    clock.wall += hour * 10**9
+    after = numbering.take(block(10), clock.now())
+    assert after.monotonic_ns[0] - before.monotonic_ns[0] == 10**8
+    (event,) = watch.look()
+    assert (event.what, event.seconds) == ("step", pytest.approx(hour))
+    assert watch.look() == []
+
+
+def test_q10_a_host_that_sleeps_leaves_a_gap_as_long() -> None:
+    clock = Clock()
+    watch, numbering = ClockWatch(clock), Numbering(RATE)
+    numbering.take(block(0, counter=False), clock.now())
+    clock.slept += 60 * 10**9
+    numbering.interrupt("nothing came in 2 s")
+    found = numbering.take(block(0, counter=False), clock.now())
+    assert found.gaps[0].samples == 6000 - 10
+    assert [e.what for e in watch.look()] == ["sleep"]
+
+
+# -- back pressure (battery row Q11) ------------------------------------------------------------------------
+
+
+def test_q11_a_writer_that_stalls_loses_nothing_while_there_is_room_and_counts_the_rest() -> None:
+    instrument = Scripted([block(10 * i) for i in range(20)])
+    listener = Listener(instrument, SAME, room=100, patience=QUICK)
+    listener.start()
+    time.sleep(0.1)  # nobody takes anything
+    taken = []
+    listener.stop()
+    listener.join()
+    while not listener.ring.exhausted:
+        item = listener.ring.take(0.01)
+        taken += [item] if isinstance(item, Numbered) else []
+    assert np.concatenate([t.counter for t in taken]).tolist() == list(range(100))
+    assert listener.dropped == 100
+
+
+def test_q11_dropped_samples_are_a_gap_before_the_next() -> None:
+    go = threading.Event()
+
+    def last() -> Block:
+        go.wait(5)
+        return block(30)
+
+    instrument = Scripted([block(0), block(10), block(20), last])
+    listener = Listener(instrument, SAME, room=10, patience=QUICK)
+    listener.start()
+    time.sleep(0.05)
+    first = listener.ring.take(1.0)
+    go.set()
+    second = listener.ring.take(1.0)
+    listener.stop()
+    listener.join()
+    assert isinstance(first, Numbered) and isinstance(second, Numbered)
+    assert second.counter[0] == 30
+    (gap,) = second.gaps
+    assert (gap.counter, gap.samples) == (10, 20) and "too slow" in gap.reason
+
+
+def test_a_ring_gives_what_it_took_in_its_order() -> None:
+    ring: Ring[int] = Ring(3)
+    assert [ring.put(i, 1) for i in range(4)] == [True, True, True, False]
+    ring.close()
+    assert [ring.take(0.01) for _ in range(4)] == [0, 1, 2, None]
+    assert ring.exhausted
+
+
+def test_a_ring_takes_one_item_of_any_size_and_waits_for_room() -> None:
+    ring: Ring[int] = Ring(3)
+    assert ring.put(1, 1000)
+    assert not ring.put(2, 1, 0.01)
+    threading.Timer(0.05, ring.take, (0.0,)).start()
+    assert ring.put(2, 1, 5.0)
+
+
+# -- the end (battery row Q14), and room on the disk (Q5) -----------------------------------------------------
+
+
+@pytest.mark.parametrize("name", ["SIGINT", "SIGTERM", "SIGHUP"])
+def test_q14_a_signal_ends_the_run_with_its_name(name: str, tmp_path: Path) -> None:
+    number = getattr(signal, name)
+    instrument = Scripted([block(10 * i) for i in range(1000)], wait=0.001)
+    before = signal.getsignal(number)
+    with stopping_on_signals() as stop:
+        done = capture(
+            instrument,
+            tmp_path / "run",
+            patience=QUICK,
+            stop=stop,
+            progress=lambda state: os.kill(os.getpid(), number),
+        )
+    assert signal.getsignal(number) is before
+    assert (done.status, done.reason) == ("abort", name)
+    run = open_run(tmp_path / "run")
+    assert run.status == "abort"
+    counter, values, _ = stored(tmp_path / "run")
+    assert len(counter) == done.samples > 0 and values.tolist() == list(range(len(counter)))
+
+
+def test_a_stop_of_the_caller_counts_once() -> None:
+    stop = Stop()
+    assert not stop.asked
+    stop.ask("enough")
+    stop.ask("more")
+    assert stop.asked and stop.reason == "enough"
+
+
+def test_q5_room_is_told_before_the_start(tmp_path: Path) -> None:
+    week = 7 * 86400.0
+    space = space_of(tmp_path / "not" / "yet", 32.0, 1, week)
+    assert space.needed == pytest.approx(week * bytes_per_second(32.0, 1))
+    assert 500e6 < space.needed < 1000e6  # measured: some 750 MB a week
+    assert space.enough == (space.free > 2 * space.needed)
+    assert space_of(tmp_path, 1e9, 100, week).enough is False
+    assert space_of(tmp_path, 32.0, 1, None).enough
