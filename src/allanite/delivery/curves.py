@@ -10,7 +10,7 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from allanite.delivery.recordings import is_lossy, read_part
+from allanite.delivery.recordings import is_lossy, noise_channels, ready_log
 from allanite.delivery.study import study_of
 from allanite.errors import InputError
 
@@ -60,7 +60,6 @@ def fit_file(
     """
     from allanite.allan import AllanCurve, allan_curve
     from allanite.fitting import fit
-    from allanite.health import check, prepare
 
     place = Path(path)
     of_samples = method in ("likelihood", "spectral")
@@ -74,12 +73,13 @@ def fit_file(
         curve = AllanCurve.from_csv(place)
         models = {name: fit(curve[name], method=method) for name in curve.names}
     else:
-        recording = read_part(place, **options)
-        prepared, findings = prepare(recording, check(recording), accept=accept)
+        prepared, findings = ready_log(place, accept=accept, **options)
         lossy = is_lossy(f.to_json() for f in findings)
         if of_samples:
-            names = [c.name for c in prepared.channels if c.kind.noise_bearing]
-            models = {name: fit(prepared, method=method, channel=name, terms=terms) for name in names}
+            models = {
+                name: fit(prepared, method=method, channel=name, terms=terms)
+                for name in noise_channels(prepared)
+            }
         else:
             curve = allan_curve(prepared)
             models = {name: fit(curve[name], method=method) for name in curve.names}

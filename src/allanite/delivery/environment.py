@@ -9,8 +9,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from allanite.delivery.measurement import Measured, beside
-from allanite.delivery.recordings import file_sha256, has_gaps, read_part
-from allanite.errors import InputError
+from allanite.delivery.recordings import file_sha256, has_gaps, models_from, noise_channels, ready_log
 
 __all__ = ["environment_of", "save_residual"]
 
@@ -49,22 +48,23 @@ def environment_of(
     """
     from allanite.environment import free_of_environment
     from allanite.environment.remarks import remarks
-    from allanite.health import check, prepare
 
     advance = progress or (lambda fraction, what: None)
-    advance(0.0, "reading")
-    recording = read_part(log, source=source, **options)
-    prepared, findings = prepare(recording, check(recording), accept=accept)
+    prepared, findings = ready_log(
+        log,
+        accept=accept,
+        source=source,
+        progress=lambda fraction, what: advance(0.1 * fraction, what),
+        **options,
+    )
     thermometers = {temperature} if isinstance(temperature, str) else set((temperature or {}).values())
-    names = [c.name for c in prepared.channels if c.kind.noise_bearing and c.name not in thermometers]
-    if not names:
-        raise InputError("no channel of the recording carries sensor noise")
+    names = noise_channels(prepared.select(*(n for n in prepared.names if n not in thermometers)))
     freed = free_of_environment(
         prepared,
         channels=names,
         temperature=temperature,
         warm_up=warm_up,
-        models=None if model is None else _models(model, names),
+        models=None if model is None else models_from(model, names),
         confidence=confidence,
         progress=lambda fraction, what: advance(0.1 + 0.8 * fraction, what),
     )
@@ -72,7 +72,7 @@ def environment_of(
     document = {
         **freed.to_json(),
         "confidence": confidence,
-        **beside(recording, None, said, file_sha256(log), command),
+        **beside(prepared, None, said, file_sha256(log), command),
     }
     tables = {
         f"{e.channel}.csv": [
@@ -85,16 +85,6 @@ def environment_of(
     return Measured(
         result=freed, document=document, name="environment", tables=tables, lossy=has_gaps(prepared)
     )
-
-
-def _models(source: str | os.PathLike[str], names: Collection[str]) -> dict[str, Any]:
-    """Models by channel; one alone stands for all."""
-    from allanite.model_file import load_models
-
-    models, _ = load_models(source)
-    if len(models) == 1:
-        return dict.fromkeys(names, next(iter(models.values())))
-    return dict(models)
 
 
 def save_residual(measured: Measured, path: str | os.PathLike[str], *, force: bool = False) -> Path:

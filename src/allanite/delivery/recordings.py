@@ -5,16 +5,28 @@ from __future__ import annotations
 
 import hashlib
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from allanite.errors import InputError
+
 if TYPE_CHECKING:
     from allanite.health import Finding
+    from allanite.noise import NoiseModel
     from allanite.recording import Recording
 
-__all__ = ["describe", "file_sha256", "has_gaps", "is_lossy", "read_part"]
+__all__ = [
+    "describe",
+    "file_sha256",
+    "has_gaps",
+    "is_lossy",
+    "models_from",
+    "noise_channels",
+    "read_part",
+    "ready_log",
+]
 
 Json = Mapping[str, Any]
 
@@ -48,6 +60,62 @@ def read_part(
     recording = read(path, **options)
     recording = recording if source is None else replace(recording, source=source)
     return recording if start is None and stop is None else recording.window(start, stop)
+
+
+def ready_log(
+    log: str | os.PathLike[str],
+    *,
+    accept: Collection[str] = (),
+    judged_elsewhere: Collection[str] = (),
+    source: str | None = None,
+    progress: Callable[[float, str], None] | None = None,
+    **options: Any,
+) -> tuple[Recording, tuple[Finding, ...]]:
+    """A log that was looked through for faults, without the samples that these exclude; and what was found.
+
+    Parameters
+    ----------
+    accept : collection of str
+        Codes of fatal findings to go on in spite of.
+    judged_elsewhere : collection of str
+        Codes of findings that the measurement comes to itself.
+    **options
+        Those of `read_part`.
+
+    Raises
+    ------
+    DataQualityError
+        A fatal finding that was not accepted.
+    """
+    from allanite.health import check, prepare
+
+    advance = progress or (lambda fraction, what: None)
+    advance(0.0, "reading")
+    recording = read_part(log, source=source, **options)
+    found = check(recording, progress=lambda fraction: advance(fraction, "looking for faults"))
+    return prepare(recording, [f for f in found if f.code not in judged_elsewhere], accept=accept)
+
+
+def noise_channels(recording: Recording) -> list[str]:
+    """Names of the channels that carry sensor noise.
+
+    Raises
+    ------
+    InputError
+        There is none.
+    """
+    names = [c.name for c in recording.channels if c.kind.noise_bearing]
+    if not names:
+        raise InputError("no channel of the recording carries sensor noise")
+    return names
+
+
+def models_from(source: str | os.PathLike[str], names: Sequence[str]) -> dict[str, NoiseModel]:
+    """The models of a file or of words by channel; one alone stands for all these channels."""
+    from allanite.model_file import load_models
+
+    models, _ = load_models(source)
+    return dict.fromkeys(names, next(iter(models.values()))) if len(models) == 1 else dict(models)
 
 
 def describe(recording: Recording, findings: Iterable[Finding]) -> dict[str, Any]:

@@ -7,14 +7,11 @@ import csv
 import os
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from allanite.delivery.measurement import Measured, beside
-from allanite.delivery.recordings import file_sha256, has_gaps, read_part
+from allanite.delivery.recordings import file_sha256, has_gaps, models_from, read_part
 from allanite.errors import FormatError, InputError
-
-if TYPE_CHECKING:
-    from allanite.noise import NoiseModel
 
 __all__ = ["combination_of", "directions_from", "save_combined"]
 
@@ -67,7 +64,7 @@ def combination_of(
         recording = recording.select(*names)
     found = combine(
         recording,
-        models=_models(model),
+        models=models_from(model, recording.names),
         directions=None if axes is None else list(axes.values()),
         channels=names,
         progress=lambda fraction, what: advance(0.1 + 0.7 * fraction, what),
@@ -91,14 +88,6 @@ def combination_of(
         tables={"weights.csv": rows},
         lossy=has_gaps(recording),
     )
-
-
-def _models(source: str | os.PathLike[str]) -> NoiseModel | dict[str, NoiseModel]:
-    """Models by channel; one alone stands for all sensors."""
-    from allanite.model_file import load_models
-
-    models, _ = load_models(source)
-    return next(iter(models.values())) if len(models) == 1 else models
 
 
 def directions_from(path: str | os.PathLike[str]) -> dict[str, Sequence[float]]:

@@ -8,8 +8,7 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import Any, Literal
 
 from allanite.delivery.measurement import Measured, beside
-from allanite.delivery.recordings import file_sha256, has_gaps, read_part
-from allanite.errors import InputError
+from allanite.delivery.recordings import file_sha256, has_gaps, noise_channels, ready_log
 
 __all__ = ["selection_of"]
 
@@ -46,16 +45,16 @@ def selection_of(
     """
     from allanite.fitting.selection import select
     from allanite.fitting.selection.results import document_of
-    from allanite.health import check, prepare
 
     advance = progress or (lambda fraction, what: None)
-    advance(0.0, "reading")
-    recording = read_part(log, source=source, **options)
-    names = [c.name for c in recording.channels if c.kind.noise_bearing]
-    if not names:
-        raise InputError("no channel of the recording carries sensor noise")
-    found = check(recording, progress=lambda fraction: advance(0.2 * fraction, "looking for faults"))
-    ready, findings = prepare(recording, found, accept=accept)
+    ready, findings = ready_log(
+        log,
+        accept=accept,
+        source=source,
+        progress=lambda fraction, what: advance(0.2 * fraction, what),
+        **options,
+    )
+    names = noise_channels(ready)
     selections = [
         select(ready, channel=name, lines=lines, confidence=confidence, progress=_part(advance, i, names))
         for i, name in enumerate(names)

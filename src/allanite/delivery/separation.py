@@ -8,7 +8,7 @@ from collections.abc import Callable, Collection, Mapping
 from typing import Any
 
 from allanite.delivery.measurement import Measured, beside
-from allanite.delivery.recordings import file_sha256, has_gaps, read_part
+from allanite.delivery.recordings import file_sha256, has_gaps, ready_log
 
 __all__ = ["separation_of"]
 
@@ -44,13 +44,15 @@ def separation_of(
         A fatal finding that was not accepted.
     """
     from allanite.cross_covariance import separate_noise
-    from allanite.health import check, prepare
 
     advance = progress or (lambda fraction, what: None)
-    advance(0.0, "reading")
-    recording = read_part(log, source=source, **options)
-    found = check(recording, progress=lambda fraction: advance(0.4 * fraction, "looking for faults"))
-    ready, findings = prepare(recording, found, accept=accept)
+    ready, findings = ready_log(
+        log,
+        accept=accept,
+        source=source,
+        progress=lambda fraction, what: advance(0.4 * fraction, what),
+        **options,
+    )
     result = separate_noise(
         ready, progress=lambda fraction, what: advance(0.4 + 0.6 * fraction, what), **(estimate or {})
     )

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.delivery.measurement import Measured, beside
-from allanite.delivery.recordings import file_sha256, has_gaps, read_part
+from allanite.delivery.recordings import file_sha256, has_gaps, models_from, noise_channels, read_part
 from allanite.errors import InputError
 
 if TYPE_CHECKING:
@@ -49,18 +49,13 @@ def spectra_of(
         No channel that carries noise, no model for one, or what `power_spectrum` refuses.
     """
     from allanite.health import check
-    from allanite.model_file import load_models
     from allanite.spectrum import power_spectrum
 
     advance = progress or (lambda fraction, what: None)
     advance(0.0, "reading")
     recording = read_part(log, source=source, **options)
-    names = [c.name for c in recording.channels if c.kind.noise_bearing]
-    if not names:
-        raise InputError("no channel of the recording carries sensor noise")
-    models = {} if model is None else load_models(model)[0]
-    if len(models) == 1:
-        models = dict.fromkeys(names, next(iter(models.values())))
+    names = noise_channels(recording)
+    models = {} if model is None else models_from(model, names)
     missing = [name for name in names if models and name not in models]
     if missing:
         raise InputError(f"no model for {', '.join(missing)} in {model}; it has {', '.join(models)}")

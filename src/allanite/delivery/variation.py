@@ -5,13 +5,10 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Collection, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from allanite.delivery.measurement import Measured, beside
-from allanite.delivery.recordings import file_sha256, has_gaps, read_part
-
-if TYPE_CHECKING:
-    from allanite.noise import NoiseModel
+from allanite.delivery.recordings import file_sha256, has_gaps, models_from, noise_channels, ready_log
 
 __all__ = ["variation_of"]
 
@@ -49,17 +46,20 @@ def variation_of(
     DataQualityError
         A fatal finding that was not accepted.
     """
-    from allanite.health import check, prepare
     from allanite.variation import examine_variation
 
     advance = progress or (lambda fraction, what: None)
-    advance(0.0, "reading")
-    recording = read_part(log, source=source, **options)
-    found = check(recording, progress=lambda fraction: advance(0.3 * fraction, "looking for faults"))
-    ready, findings = prepare(recording, [f for f in found if f.code not in _JUDGED_HERE], accept=accept)
+    ready, findings = ready_log(
+        log,
+        accept=accept,
+        judged_elsewhere=_JUDGED_HERE,
+        source=source,
+        progress=lambda fraction, what: advance(0.3 * fraction, what),
+        **options,
+    )
     result = examine_variation(
         ready,
-        models=None if model is None else _models(model),
+        models=None if model is None else models_from(model, noise_channels(ready)),
         progress=lambda fraction, what: advance(0.3 + 0.7 * fraction, what),
         **(estimate or {}),
     )
@@ -75,14 +75,6 @@ def variation_of(
         tables={"variation.csv": _rows(document)},
         lossy=has_gaps(ready),
     )
-
-
-def _models(source: str | os.PathLike[str]) -> NoiseModel | dict[str, NoiseModel]:
-    """Models by channel; one alone stands for all channels."""
-    from allanite.model_file import load_models
-
-    models, _ = load_models(source)
-    return next(iter(models.values())) if len(models) == 1 else models
 
 
 def _rows(document: Json) -> list[dict[str, Any]]:

@@ -17,7 +17,7 @@ from allanite.report.blocks import (
     table,
     text,
 )
-from allanite.report.measurement import measurement_page, views
+from allanite.report.measurement import known_facts, measurement_page, views
 from allanite.wording import (
     combination_facts,
     duration,
@@ -71,12 +71,12 @@ def page(document: Json) -> dict[str, Any]:
 
 
 def _verdict(document: Json) -> list[Block]:
-    verdict = document["verdict"]
     return [
-        banner(tone(verdict), sentence(verdict), f"{document['reason']}."),
+        # the reason may begin with the name of a channel: as it is written
+        banner(tone(document["verdict"]), sentence(document["verdict"]), f"{document['reason']}."),
         *table(("Fault", "Sensor", "From", "To", "Size"), fault_lines(document)),
         *bullets([sentence(remark) for remark in document["remarks"]]),
-        pairs([(name.capitalize(), words) for name, words in combination_facts(document)]),
+        known_facts(combination_facts(document)),
     ]
 
 
@@ -86,7 +86,7 @@ def _pictures(document: Json) -> list[Block]:
         ("deviation", "Allan deviation of the combined axes beside the best sensor."),
         ("gain", "How many times better than the best sensor."),
     )
-    return views(document, [(view, words, words) for view, words in pictures])
+    return views(document, pictures)
 
 
 def _noise(document: Json) -> list[Block]:

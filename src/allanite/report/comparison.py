@@ -8,7 +8,6 @@ from typing import Any
 
 from allanite.report.blocks import (
     Block,
-    banner,
     bullets,
     drawn,
     equation,
@@ -18,7 +17,7 @@ from allanite.report.blocks import (
     table,
     text,
 )
-from allanite.report.measurement import measurement_page
+from allanite.report.measurement import judgement, known_facts, measurement_page
 from allanite.wording import (
     channel_table,
     comparison_facts,
@@ -28,7 +27,6 @@ from allanite.wording import (
     record_lines,
     sameness_lines,
     sentence,
-    tone,
 )
 
 __all__ = ["page"]
@@ -78,9 +76,8 @@ def page(document: Json) -> dict[str, Any]:
 
 
 def _verdict(document: Json) -> list[Block]:
-    verdict = document["verdict"]
     return [
-        banner(tone(verdict), sentence(verdict), sentence(document["reason"])),
+        *judgement(document, ()),
         *table(
             ("Channel", "Allan curves", "Parameters", "Lags that differ alone"),
             sameness_lines(document),
@@ -128,7 +125,7 @@ def _parameters(document: Json) -> list[Block]:
 def _records(document: Json) -> list[Block]:
     return [
         *table(("Record", "Log", "Rate", "Length", "Samples"), record_lines(document)),
-        pairs([(name.capitalize(), words) for name, words in comparison_facts(document)]),
+        known_facts(comparison_facts(document)),
     ]
 
 

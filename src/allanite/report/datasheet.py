@@ -9,7 +9,6 @@ from typing import Any
 from allanite.report.blocks import (
     Block,
     Cell,
-    banner,
     cards,
     findings,
     heading,
@@ -18,7 +17,7 @@ from allanite.report.blocks import (
     table,
     text,
 )
-from allanite.report.measurement import measurement_page, views
+from allanite.report.measurement import judgement, measurement_page, views
 from allanite.wording import (
     bound_lines,
     bound_words,
@@ -27,7 +26,6 @@ from allanite.wording import (
     model_words,
     sentence,
     statement_lines,
-    tone,
 )
 
 __all__ = ["page"]
@@ -76,7 +74,7 @@ def _sheet(document: Json) -> dict[str, Any]:
 
 
 def _sheet_verdict(document: Json) -> list[Block]:
-    blocks = [banner(tone(document["verdict"]), sentence(document["verdict"]), sentence(document["reason"]))]
+    blocks = judgement(document, ())
     for channel in document["channels"]:
         heads = ("Statement", "Data sheet", "Measured, 95 % interval", "Ratio", "Verdict")
         rows = [
@@ -98,7 +96,7 @@ def _sheet_pictures(document: Json) -> list[Block]:
     pictures = [("curves", "Allan deviation, measured and as the data sheet states it.")]
     if document["channels"]:
         pictures.append(("ratio", "Measured over stated, with the 95 % interval of the measurement."))
-    return views(document, [(view, words, words) for view, words in pictures])
+    return views(document, pictures)
 
 
 def _sheet_method(document: Json) -> list[Block]:
@@ -150,7 +148,7 @@ def _bound_pictures(document: Json) -> list[Block]:
         ("curves", "Measured Allan deviation, the fitted model, and the bound above the sensor."),
         ("inflation", "How many times the fitted deviation the bound is."),
     )
-    return views(document, [(view, words, words) for view, words in pictures])
+    return views(document, pictures)
 
 
 def _bound_method(_: Json) -> list[Block]:

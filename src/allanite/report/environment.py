@@ -10,25 +10,20 @@ from allanite.figures import sheet_of
 from allanite.report.blocks import (
     Block,
     Cell,
-    banner,
-    bullets,
     findings,
     heading,
-    pairs,
     references,
     shown,
     table,
     text,
 )
-from allanite.report.measurement import measurement_page
+from allanite.report.measurement import judgement, known_facts, measurement_page
 from allanite.report.pieces import Figure
 from allanite.wording import (
     coefficient_lines,
     duration,
     effect_lines,
     environment_facts,
-    sentence,
-    tone,
 )
 
 __all__ = ["page", "pictures_of"]
@@ -68,13 +63,12 @@ def _verdict(document: Json) -> list[Block]:
     for found in document["channels"]:
         blocks += [
             heading(found["channel"]),
-            banner(tone(found["verdict"]), sentence(found["verdict"]), sentence(found["reason"])),
-            *bullets([sentence(words) for words in found["advice"]]),
+            *judgement(found),
             *table(
                 ("Bias by", f"{100 * found['confidence']:g} % interval", "", ""),
                 [(*row[:3], Cell(text="", below=row[3])) for row in coefficient_lines(found)],
             ),
-            pairs([(name.capitalize(), words) for name, words in environment_facts(found)]),
+            known_facts(environment_facts(found)),
         ]  # fmt: skip
     return blocks
 

@@ -6,10 +6,10 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from allanite.report.blocks import Block, Section, banner, bullets, drawn, page_of, provenance, table
+from allanite.report.blocks import Block, Section, banner, bullets, drawn, page_of, pairs, provenance, table
 from allanite.wording import sentence, tone
 
-__all__ = ["judgement", "measurement_page", "rate_budget", "views"]
+__all__ = ["judgement", "known_facts", "measurement_page", "rate_budget", "views"]
 
 Json = Mapping[str, Any]
 
@@ -38,7 +38,7 @@ def measurement_page(
 
 
 def judgement(document: Json, advice: Sequence[str] | None = None) -> list[Block]:
-    """The verdict with its reason, and what to do; `advice` in place of that of the document."""
+    """The verdict with its reason, and what to do or to know; `advice` in place of that of the document."""
     verdict = document["verdict"]
     return [
         banner(tone(verdict), sentence(verdict), sentence(document["reason"])),
@@ -56,10 +56,15 @@ def rate_budget(rows: Sequence[tuple[str, str, str]], note: str = "") -> list[Bl
     )
 
 
-def views(document: Json, pictures: Sequence[tuple[str, str, str]]) -> list[Block]:
-    """Figures of a result, each a view with its caption and its words."""
+def known_facts(facts: Sequence[tuple[str, str]]) -> Block:
+    """Facts as their wording names them."""
+    return pairs([(name.capitalize(), words) for name, words in facts])
+
+
+def views(document: Json, pictures: Sequence[tuple[str, ...]]) -> list[Block]:
+    """Figures of a result, each a view with its caption, and words in its place where they are not the caption."""
     return [
         block
-        for view, caption, words in pictures
-        for block in drawn(view, document, caption, words, view=view)
+        for view, caption, *words in pictures
+        for block in drawn(view, document, caption, words[0] if words else caption, view=view)
     ]

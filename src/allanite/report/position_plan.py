@@ -12,12 +12,11 @@ from allanite.report.blocks import (
     banner,
     equation,
     hero,
-    pairs,
     references,
     table,
     text,
 )
-from allanite.report.measurement import measurement_page, views
+from allanite.report.measurement import known_facts, measurement_page, views
 from allanite.wording import (
     duration,
     plan_facts,
@@ -80,7 +79,7 @@ def _pictures(document: Json) -> list[Block]:
         ("length", "Standard deviations over their goals, by length of the record."),
         ("schemes", "This plan and the usual schemes."),
     )
-    return views(document, [(view, words, words) for view, words in pictures])
+    return views(document, pictures)
 
 
 def _known(document: Json) -> list[Block]:
@@ -90,7 +89,7 @@ def _known(document: Json) -> list[Block]:
     ]
     return [
         *table(("Parameter", "Unit", "Standard deviation", "Goal"), rows, caption="Under the noise alone."),
-        pairs([(name.capitalize(), words) for name, words in plan_facts(document)]),
+        known_facts(plan_facts(document)),
     ]
 
 

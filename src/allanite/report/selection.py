@@ -8,8 +8,6 @@ from typing import Any
 
 from allanite.report.blocks import (
     Block,
-    banner,
-    bullets,
     drawn,
     equation,
     findings,
@@ -19,15 +17,13 @@ from allanite.report.blocks import (
     table,
     text,
 )
-from allanite.report.measurement import measurement_page
+from allanite.report.measurement import judgement, measurement_page
 from allanite.wording import (
     candidate_lines,
     chosen_line_lines,
     duration,
     selection_facts,
-    sentence,
     term_lines,
-    tone,
     weight_words,
 )
 
@@ -73,13 +69,10 @@ def page(document: Json) -> dict[str, Any]:
 
 
 def _verdict(document: Json) -> list[Block]:
-    verdict, channels = document["verdict"], document["channels"]
+    channels = document["channels"]
     told = [f"{c['name']}: {c['verdict']}" for c in channels] if len(channels) > 1 else []
     told += [f"{c['name']}: {remark}" for c in channels for remark in c["remarks"]]
-    return [
-        banner(tone(verdict), sentence(verdict), sentence(document["reason"])),
-        *bullets([sentence(words) for words in told]),
-    ]
+    return judgement(document, told)
 
 
 def _sets(document: Json) -> list[Block]:

@@ -8,17 +8,14 @@ from typing import Any
 
 from allanite.report.blocks import (
     Block,
-    banner,
-    bullets,
     equation,
     findings,
-    pairs,
     references,
     table,
     text,
 )
-from allanite.report.measurement import measurement_page, views
-from allanite.wording import duration, part_lines, part_term_lines, sentence, separation_facts, tone
+from allanite.report.measurement import judgement, known_facts, measurement_page, views
+from allanite.wording import duration, part_lines, part_term_lines, separation_facts
 
 __all__ = ["page"]
 
@@ -57,11 +54,9 @@ def page(document: Json) -> dict[str, Any]:
 
 
 def _verdict(document: Json) -> list[Block]:
-    verdict = document["verdict"]
     return [
-        banner(tone(verdict), sentence(verdict), sentence(document["reason"])),
-        *bullets([sentence(remark) for remark in document["remarks"]]),
-        pairs([(name.capitalize(), words) for name, words in separation_facts(document)]),
+        *judgement(document, document["remarks"]),
+        known_facts(separation_facts(document)),
     ]
 
 
@@ -70,7 +65,7 @@ def _pictures(document: Json) -> list[Block]:
         ("parts", "Allan deviation of what each sensor has alone, and of what all share."),
         ("correlation", "Correlation of the sensors over the averaging time."),
     )
-    return views(document, [(view, words, words) for view, words in pictures])
+    return views(document, pictures)
 
 
 def _noise(document: Json) -> list[Block]:

@@ -8,7 +8,6 @@ from typing import Any
 
 from allanite.report.blocks import (
     Block,
-    banner,
     bullets,
     drawn,
     equation,
@@ -18,14 +17,13 @@ from allanite.report.blocks import (
     table,
     text,
 )
-from allanite.report.measurement import measurement_page
+from allanite.report.measurement import judgement, known_facts, measurement_page
 from allanite.wording import (
     change_lines,
     constancy_lines,
     duration,
     model_words,
     sentence,
-    tone,
     variation_facts,
 )
 
@@ -64,17 +62,16 @@ def page(document: Json) -> dict[str, Any]:
 
 
 def _verdict(document: Json) -> list[Block]:
-    verdict = document["verdict"]
     remarks = [f"{c['name']}: {remark}" for c in document["channels"] for remark in c["remarks"]]
     return [
-        banner(tone(verdict), sentence(verdict), sentence(document["reason"])),
+        *judgement(document, ()),
         *table(
             ("Channel", "What", "When", "After over before", "Chance"),
             change_lines(document),
             caption=f"Changes with their {100 * document['confidence']:g} % intervals.",
         ),
         *bullets([sentence(remark) for remark in remarks]),
-        pairs([(name.capitalize(), words) for name, words in variation_facts(document)]),
+        known_facts(variation_facts(document)),
     ]
 
 
