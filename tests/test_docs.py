@@ -20,8 +20,6 @@ import inspect
 import os
 import re
 import shlex
-import subprocess
-import sys
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -30,6 +28,7 @@ import numpy as np
 import pytest
 
 from allanite.health.catalogue import findings_page
+from tests.shell import Run
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
@@ -93,23 +92,16 @@ def shown(wanted: str, text: str) -> bool:
     return re.search(".*".join(parts), squeezed) is not None
 
 
-def assert_command_runs(step: Step, where: str) -> None:
+def assert_command_runs(step: Step, where: str, run: Run) -> None:
     program, *words = shlex.split(step.command, comments=True)
     assert program == "allanite", (
         f"{where}: only allanite itself is run here; put a skip comment before the block"
     )
-    done = subprocess.run(
-        [sys.executable, "-m", "allanite", *words],
-        capture_output=True,
-        text=True,
-        timeout=120,
-        env={**os.environ, "COLUMNS": "120", "NO_COLOR": "1"},
-        check=False,
-    )
-    report = f"{where}: $ {step.command}\n{done.stdout}\n{done.stderr}"
-    assert done.returncode == step.code, report
+    done = run(*words)
+    report = f"{where}: $ {step.command}\n{done.out}\n{done.err}"
+    assert done.code == step.code, report
     for wanted in step.output:
-        assert shown(wanted, done.stdout + done.stderr), f"{report}\ndoes not contain: {wanted}"
+        assert shown(wanted, done.out + done.err), f"{report}\ndoes not contain: {wanted}"
 
 
 def assert_python_runs(step: Step, page: Path, names: dict[str, object]) -> None:
@@ -118,14 +110,16 @@ def assert_python_runs(step: Step, page: Path, names: dict[str, object]) -> None
 
 
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(ROOT).as_posix())
-def test_page_runs(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_page_runs(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, run: Run) -> None:
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "120")
+    monkeypatch.setenv("NO_COLOR", "1")
     names: dict[str, object] = {"__name__": "__main__"}
     for step in steps(page):
         if step.file:
             Path(step.file).write_text(step.content, encoding="utf-8")
         elif step.command:
-            assert_command_runs(step, f"{page.name}:{step.line}")
+            assert_command_runs(step, f"{page.name}:{step.line}", run)
         else:
             assert_python_runs(step, page, names)
 

@@ -172,10 +172,10 @@ def _likelihood(order: Order) -> None:
     from verification.tables import write_tables
 
     count, workers = order.count(1000), order.workers
-    whole, chain = run_chain(count, ROOT_SEED, _say, workers)
+    few = order.count(100)
     parts = {
-        "Error over the Cramer-Rao bound": run_errors(count, ROOT_SEED, _say, workers) + whole,
-        "The short chain against the whole one": chain,
+        "Error over the Cramer-Rao bound": run_errors(count, ROOT_SEED, _say, workers, order.cache),
+        "The short chain against the whole one": run_chain(few, ROOT_SEED, _say, workers, order.cache),
     }
     title = "Likelihood"
     write_tables("likelihood", title, parts, HERE / "results", seed=ROOT_SEED, date=order.date)
@@ -196,9 +196,9 @@ def _variation(order: Order) -> None:
 
     parts = {
         "Constant noise, said to change in at most 5 % of records": run_constant(
-            ROOT_SEED, _say, order.count(1000), order.workers
+            ROOT_SEED, _say, order.count(1000), order.workers, order.cache
         ),
-        "Noise that changes": run_changes(ROOT_SEED, _say, order.count(1000), order.workers),
+        "Noise that changes": run_changes(ROOT_SEED, _say, order.count(1000), order.workers, order.cache),
     }
     title = "Deviation over time"
     write_tables("variation", title, parts, HERE / "results", seed=ROOT_SEED, date=order.date)
@@ -240,9 +240,13 @@ def _comparison(order: Order) -> None:
 
     count, workers = order.count(1000), order.workers
     parts = {
-        "Records of one noise called different at 5 %": run_size(ROOT_SEED, _say, count, workers),
-        "One record of five differs": run_power(ROOT_SEED, _say, order.count(300), workers),
-        "Coverage of 95 % intervals of the kind of sensor": run_coverage(ROOT_SEED, _say, count, workers),
+        "Records of one noise called different at 5 %": run_size(
+            ROOT_SEED, _say, count, workers, order.cache
+        ),
+        "One record of five differs": run_power(ROOT_SEED, _say, order.count(300), workers, order.cache),
+        "Coverage of 95 % intervals of the kind of sensor": run_coverage(
+            ROOT_SEED, _say, count, workers, order.cache
+        ),
     }
     write_tables(
         "comparison", "Comparison of records", parts, HERE / "results", seed=ROOT_SEED, date=order.date
@@ -317,7 +321,7 @@ def _separation(order: Order) -> None:
     from verification.cross_covariance import run_separation
     from verification.tables import write_tables
 
-    rows = run_separation(ROOT_SEED, _say, order.count(2000), order.workers)
+    rows = run_separation(ROOT_SEED, _say, order.count(2000), order.workers, order.cache)
     parts = {"Coverage of the 95 % intervals of every part": rows}
     title = "Two and three sensors taken apart"
     write_tables("separation", title, parts, HERE / "results", seed=ROOT_SEED, date=order.date)
@@ -327,13 +331,13 @@ def _selection(order: Order) -> None:
     from verification.selection import run_lines, run_population, run_scenarios
     from verification.tables import write_tables
 
-    scenarios = run_scenarios(ROOT_SEED, _say, order.count(1000), order.workers)
-    terms, sets = run_population(ROOT_SEED, _say, order.count(3000), order.workers)
+    scenarios = run_scenarios(ROOT_SEED, _say, order.count(1000), order.workers, order.cache)
+    terms, sets = run_population(ROOT_SEED, _say, order.count(3000), order.workers, order.cache)
     parts = {
         "Right set of terms first, and absent terms called present": scenarios,
         "Weight of a term, and how often it was there": terms,
         "Weight of the first set, and how often it was the whole truth": sets,
-        "Records without a line": run_lines(ROOT_SEED, _say, order.count(1000), order.workers),
+        "Records without a line": run_lines(ROOT_SEED, _say, order.count(1000), order.workers, order.cache),
     }
     write_tables("selection", "Selection of terms", parts, HERE / "results", seed=ROOT_SEED, date=order.date)
 

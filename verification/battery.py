@@ -11,7 +11,6 @@ import math
 import os
 import re
 from collections.abc import Callable
-from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -29,12 +28,12 @@ from allanite.fitting.objective import Curve, solve
 from allanite.noise import Flicker, GaussMarkov, NoiseModel, Quantisation, Ramp, RandomWalk, White
 from allanite.recording import Recording
 from verification.curves import MODELS
+from verification.spread import Say, spread
 
 __all__ = ["run_battery"]
 
 Json = dict[str, Any]
 Array = NDArray[np.float64]
-Say = Callable[[str], None]
 Count = Callable[[int], int]
 
 
@@ -220,8 +219,8 @@ def _sum(records: int, seed: int, workers: int) -> list[Json]:
     rows = []
     for number, (name, (truth, rate, duration)) in enumerate(_SUMS.items()):
         bound = predicted_sd(truth, n_samples=round(rate * duration), dt=1 / rate)
-        with ProcessPoolExecutor(workers) as pool:
-            scores = list(pool.map(_summed, [(name, _seed(seed, 22, number, i)) for i in range(records)]))
+        tasks = [(name, _seed(seed, 22, number, i)) for i in range(records)]
+        scores = spread(_summed, tasks, workers=workers, chunk=1)
         for symbol in _parameters(truth):
             stated = [s[symbol] for s in scores]
             known = [abs(x) for x in stated if x is not None]
@@ -310,8 +309,8 @@ def _taken_for_flicker(seed: int) -> tuple[bool, bool]:
 
 
 def _wrong_model(records: int, seed: int, workers: int) -> list[Json]:
-    with ProcessPoolExecutor(workers) as pool:
-        found = np.array(list(pool.map(_taken_for_flicker, [_seed(seed, 25, i) for i in range(records)])))
+    tasks = [_seed(seed, 25, i) for i in range(records)]
+    found = np.array(spread(_taken_for_flicker, tasks, workers=workers, chunk=1))
     low, alone = (float(x) for x in found.mean(axis=0))
     row = {"model": "white + Gauss-Markov, 11 h", "records": records, "p_of_flicker_below_0.01": low}
     return [{**row, "Gauss-Markov_alone_printed": alone, "passes": low >= 0.9 and alone >= 0.9}]

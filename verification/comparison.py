@@ -8,9 +8,9 @@ about half of the records resolve; and records of different length, rate and sam
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from multiprocessing import Pool
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -20,11 +20,11 @@ from allanite.comparison import Comparison, compare
 from allanite.noise import Flicker, NoiseModel, RandomWalk, White
 from allanite.recording import Sampling
 from allanite.simulation import simulate
+from verification.spread import Say, place_of, spread
 
 __all__ = ["run_coverage", "run_power", "run_size"]
 
 Json = dict[str, Any]
-Say = Callable[[str], None]
 
 #: Upper 99.9 % binomial bound of 5 % in 1000 comparisons, and lower one of 95 %.
 MOST, LEAST = 0.074, 0.927
@@ -90,12 +90,13 @@ def _size(task: tuple[int, int]) -> Json:
     return out
 
 
-def run_size(seed: int, say: Say, records: int, workers: int) -> list[Json]:
+def run_size(seed: int, say: Say, records: int, workers: int, cache: Path | None) -> list[Json]:
     """Share of comparisons of one truth that are called different at 5 %."""
     rows = []
     for i, setting in enumerate(SETTINGS):
-        with Pool(workers) as pool:
-            found = pool.map(_size, [(i, seed % 10_000 + 10_000 * i + j) for j in range(records)])
+        tasks = [(i, seed % 10_000 + 10_000 * i + j) for j in range(records)]
+        place = place_of(cache, "comparison", setting.name, setting.k)
+        found = spread(_size, tasks, workers=workers, say=say, place=place)
         row: Json = {"setting": setting.name, "records": setting.k, "comparisons": records}
         for name in ("channel", "curves", "joint", "lags", "stands out", "N", "B", "K"):
             p = [f[name] for f in found if name in f]
@@ -136,14 +137,13 @@ def _power(task: tuple[str, int]) -> Json:
     }
 
 
-def run_power(seed: int, say: Say, records: int, workers: int) -> list[Json]:
+def run_power(seed: int, say: Say, records: int, workers: int, cache: Path | None) -> list[Json]:
     """One record of five differs: how often it is seen, and named."""
     rows = []
     for i, name in enumerate(DIFFERENCES):
-        with Pool(workers) as pool:
-            found = pool.map(
-                _power, [(name, 500_000 + seed % 10_000 + 10_000 * i + j) for j in range(records)]
-            )
+        tasks = [(name, 500_000 + seed % 10_000 + 10_000 * i + j) for j in range(records)]
+        place = place_of(cache, "comparison", name)
+        found = spread(_power, tasks, workers=workers, say=say, place=place)
         row: Json = {"the fifth has": name, "comparisons": records}
         for key in ("channel", "parameter", "named", "wrong"):
             row[key] = sum(f[key] for f in found) / records
@@ -175,17 +175,18 @@ def _coverage(task: tuple[int, float, int]) -> Json:
     return out
 
 
-def run_coverage(seed: int, say: Say, records: int, workers: int) -> list[Json]:
+def run_coverage(seed: int, say: Say, records: int, workers: int, cache: Path | None) -> list[Json]:
     """Coverage of the 95 % intervals of the middle, the spread and the next sensor."""
     rows = []
     for k in (3, 10):
-        for spread in SPREADS:
+        for sd in SPREADS:
             first = 2_000_000 + seed % 10_000 + 10_000 * len(rows)
-            with Pool(workers) as pool:
-                found = pool.map(_coverage, [(k, spread, first + j) for j in range(records)])
+            tasks = [(k, sd, first + j) for j in range(records)]
+            place = place_of(cache, "comparison", "coverage", k, sd)
+            found = spread(_coverage, tasks, workers=workers, say=say, place=place)
             for symbol in ("N", "B", "K"):
                 seen = [f[symbol] for f in found if f[symbol] is not None]
-                row: Json = {"records": k, "spread": spread, "parameter": symbol, "comparisons": len(seen)}
+                row: Json = {"records": k, "spread": sd, "parameter": symbol, "comparisons": len(seen)}
                 for i, name in enumerate(("mean", "spread_covered", "next")):
                     row[name] = sum(s[i] for s in seen) / max(len(seen), 1)
                 row["gate"] = len(seen) < 500 or min(row["mean"], row["spread_covered"], row["next"]) >= LEAST

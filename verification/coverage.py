@@ -7,10 +7,7 @@ is one-sided and only its lower gate applies. Gates are 99.9 % binomial bounds f
 
 from __future__ import annotations
 
-import json
 import math
-import time
-from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -21,6 +18,7 @@ from allanite.fitting.likelihood import fit_problem
 from allanite.noise import NoiseModel
 from verification.scenarios import HARDER, SCENARIOS, Scenario
 from verification.short_chain import FROM, short_chain
+from verification.spread import spread
 
 __all__ = ["evaluate", "gates", "run"]
 
@@ -76,20 +74,9 @@ def _worker(task: tuple[str, str, int]) -> Json:
 def run(name: str, runs: int, workers: int, folder: Path, method: str = "moments") -> list[Json]:
     """All records of one scenario; those already in `folder` are not simulated again."""
     number = (*SCENARIOS, *HARDER).index(_named(name))
-    path = folder / (f"scenario-{number}.jsonl" if method == "moments" else f"{method}-{number}.jsonl")
-    done = [json.loads(line) for line in path.read_text().splitlines()] if path.exists() else []
-    known = {d["index"] for d in done}
-    todo = [(method, name, i) for i in range(runs) if i not in known]
-    begun = time.monotonic()
-    with ProcessPoolExecutor(workers) as pool, path.open("a") as out:
-        for i, result in enumerate(pool.map(_worker, todo, chunksize=4), 1):
-            out.write(json.dumps(result) + "\n")
-            out.flush()
-            done.append(result)
-            if i % 50 == 0:
-                left = (time.monotonic() - begun) / i * (len(todo) - i)
-                print(f"{name}: {len(done)}/{runs}, {left:.0f} s left", flush=True)
-    return sorted(done, key=lambda d: d["index"])[:runs]
+    place = folder / (f"scenario-{number}.jsonl" if method == "moments" else f"{method}-{number}.jsonl")
+    tasks = [(method, name, i) for i in range(runs)]
+    return spread(_worker, tasks, workers=workers, say=print, place=place)
 
 
 def evaluate(scenario: Scenario, results: list[Json]) -> Json:

@@ -3,9 +3,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from concurrent.futures import ProcessPoolExecutor
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,12 +15,12 @@ from allanite.cross_covariance import separate_noise
 from allanite.noise import Flicker, NoiseModel, RandomWalk, White
 from allanite.recording import Recording
 from allanite.simulation import simulate
+from verification.spread import Say, place_of, spread
 
 __all__ = ["run_separation"]
 
 Json = dict[str, Any]
 Array = NDArray[np.float64]
-Say = Callable[[str], None]
 
 SAMPLES = 16_384
 OWN = NoiseModel.of(White(N=1.0), Flicker(B=0.03))
@@ -78,12 +77,20 @@ def _covers(root: int, case: int, i: int) -> tuple[dict[str, bool], bool]:
     return held, found.verdict == "noise is shared"
 
 
-def run_separation(seed: int, say: Say, runs: int = 2000, workers: int = 1) -> list[Json]:
+def run_separation(
+    seed: int, say: Say, runs: int = 2000, workers: int = 1, cache: Path | None = None
+) -> list[Json]:
     """One row for each case: the coverage of every interval, least and largest of those with a truth above zero."""
     rows = []
     for case, (name, _, own, common, _) in enumerate(CASES):
-        with ProcessPoolExecutor(workers) as pool:
-            found = list(pool.map(partial(_covers, seed, case), range(runs), chunksize=8))
+        found = spread(
+            partial(_covers, seed, case),
+            range(runs),
+            workers=workers,
+            say=say,
+            place=place_of(cache, "separation", name),
+            chunk=8,
+        )
         keys = list(dict.fromkeys(k for held, _ in found for k in held))
         counts = {k: sum(k in held for held, _ in found) for k in keys}
         share = {k: sum(held.get(k, False) for held, _ in found) / counts[k] for k in keys}

@@ -8,11 +8,9 @@ at 32 Hz: of the parameters only N knows the difference, by 0.09 % in place of 0
 
 from __future__ import annotations
 
-import json
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import replace
-from multiprocessing import Pool
 from pathlib import Path
 from typing import Any
 
@@ -27,11 +25,11 @@ from allanite.recording import Recording
 from allanite.regression import covariance_of
 from allanite.reversals import periodic_reversals
 from allanite.simulation import seed_paper, simulate
+from verification.spread import Say, place_of, spread
 
 __all__ = ["CONFIDENT", "FAULTS", "INVISIBLE", "LENGTHS", "run_faults", "run_takes", "run_warm_up"]
 
 Json = dict[str, Any]
-Say = Callable[[str], None]
 
 #: Take lengths of the paper [s].
 LENGTHS = {"12 min": 720.0, "25 min": 1500.0, "60 min": 3600.0, "2 h": 7200.0}
@@ -112,7 +110,8 @@ def _one_twin(job: tuple[int, bool, int]) -> list[Json]:
 def run_takes(twins: int, seed: int, say: Say, workers: int = 2, cache: Path | None = None) -> list[Json]:
     """Coverage, calibration and efficiency, one row for each noise, dwell and length."""
     jobs = [(seed, flicker, k) for k in range(twins) for flicker in (False, True)]
-    found = [row for rows in _spread(_one_twin, jobs, say, workers, cache) for row in rows]
+    place = place_of(cache, "takes", seed)
+    found = [row for rows in spread(_one_twin, jobs, workers=workers, say=say, place=place) for row in rows]
     keys = sorted({(r["noise"], r["dwells"], r["length"]) for r in found}, key=_order)
     return [
         _summary(key, [r for r in found if (r["noise"], r["dwells"], r["length"]) == key]) for key in keys
@@ -244,7 +243,13 @@ def _with_hole(record: Recording, start: float, length: float, kind: str) -> Rec
 
 def run_faults(each: int, seed: int, say: Say, workers: int = 2, cache: Path | None = None) -> list[Json]:
     """How often a fault leads to a confident wrong answer, one row for each kind."""
-    found = _spread(_faulty, [(seed, name, k) for k in range(each) for name in FAULTS], say, workers, cache)
+    found = spread(
+        _faulty,
+        [(seed, name, k) for k in range(each) for name in FAULTS],
+        workers=workers,
+        say=say,
+        place=place_of(cache, "faults", seed),
+    )
     rows = []
     for name in FAULTS:
         own = [r for r in found if r["fault"] == name]
@@ -273,28 +278,15 @@ def _warm(job: tuple[int, str, float, float, int]) -> bool:
 def run_warm_up(each: int, seed: int, say: Say, workers: int = 2, cache: Path | None = None) -> list[Json]:
     """How often a warm-up is named, by its amplitude and time constant."""
     cases = [(length, a, T) for length in ("25 min", "60 min") for T in TIMES for a in AMPLITUDES]
-    found = _spread(_warm, [(seed, *case, k) for case in cases for k in range(each)], say, workers, cache)
+    found = spread(
+        _warm,
+        [(seed, *case, k) for case in cases for k in range(each)],
+        workers=workers,
+        say=say,
+        place=place_of(cache, "warm", seed, each),
+    )
     shares = np.array(found).reshape(len(cases), each).mean(axis=1)
     return [
         {"length": length, "amplitude_deg_s": a, "time_constant": T, "records": each, "named": float(share)}
         for (length, a, T), share in zip(cases, shares, strict=True)
     ]
-
-
-def _spread(
-    work: Callable[[Any], Any], jobs: list[Any], say: Say, workers: int, cache: Path | None
-) -> list[Any]:
-    """The jobs on several processes, in order, with a word now and then; those in the cache are done."""
-    name = work.__name__.strip("_")
-    place = None if cache is None else cache / f"{name}-{jobs[0][0]}-{len(jobs)}.jsonl"
-    out = [json.loads(line) for line in place.read_text().splitlines()] if place and place.exists() else []
-    with Pool(workers) as pool:
-        done: Iterable[Any] = pool.imap(work, jobs[len(out) :], chunksize=4)
-        for result in done:
-            out.append(result)
-            if place is not None:
-                with place.open("a") as file:
-                    file.write(json.dumps(result, default=bool) + "\n")
-            if len(out) % max(len(jobs) // 20, 1) == 0:
-                say(f"{name}: {len(out)} of {len(jobs)}")
-    return out

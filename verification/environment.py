@@ -22,13 +22,12 @@ from allanite.environment import regress_environment
 from allanite.noise import Flicker, GaussMarkov, NoiseModel, RandomWalk, White
 from allanite.recording import Recording
 from allanite.simulation import Temperature, simulate
-from verification.earth_rate import _spread
+from verification.spread import Say, place_of, spread
 
 __all__ = ["SCENARIOS", "WARM_UPS", "run_coverage", "run_warm_up", "twin"]
 
 Json = dict[str, Any]
 Array = NDArray[np.float64]
-Say = Callable[[str], None]
 
 #: 99.9 % band of a coverage of 95 % in 2000 records.
 GATE = (0.9335, 0.9655)
@@ -148,7 +147,7 @@ def run_coverage(count: int, seed: int, say: Say, workers: int = 1, cache: Path 
     """Coverage of the 95 % interval of the coefficient, by scenario."""
     rows = []
     for name, scenario in SCENARIOS.items():
-        found = _spread(twin, [(seed, name, k) for k in range(count)], say, workers, _place(cache, name))
+        found = _of_all(twin, count, seed, name, say, workers, cache)
         known = [f for f in found if f["sd"]]
         coverage = float(np.mean([f["inside"] for f in found]))
         rows.append(
@@ -175,7 +174,7 @@ def run_warm_up(count: int, seed: int, say: Say, workers: int = 1, cache: Path |
     """How often noise alone is called a warm-up, stated at most 5 %; and how often one is found."""
     rows = []
     for name in (*WARM_UPS, *(f"{n} + {a}" for n in ("flicker", "random walk", "all terms") for a in (1, 3))):
-        found = _spread(warm_twin, [(seed, name, k) for k in range(count)], say, workers, _place(cache, name))
+        found = _of_all(warm_twin, count, seed, name, say, workers, cache)
         share, real = float(np.mean([f["found"] for f in found])), " + " in name
         rows.append(
             {
@@ -192,9 +191,14 @@ def run_warm_up(count: int, seed: int, say: Say, workers: int = 1, cache: Path |
     return rows
 
 
-def _place(cache: Path | None, name: str) -> Path | None:
-    if cache is None:
-        return None
-    place = cache / ("environment-" + name.replace(" ", "-").replace(",", "").replace("'", ""))
-    place.mkdir(exist_ok=True, parents=True)
-    return place
+def _of_all(
+    work: Callable[[tuple[int, str, int]], Json],
+    count: int,
+    seed: int,
+    name: str,
+    say: Say,
+    workers: int,
+    cache: Path | None,
+) -> list[Json]:
+    tasks = [(seed, name, k) for k in range(count)]
+    return spread(work, tasks, workers=workers, say=say, place=place_of(cache, "environment", name))

@@ -8,8 +8,7 @@ The terms are given (N, a Gauss-Markov term, K), as they are for the bound. Long
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
-from multiprocessing import Pool as Processes
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -25,11 +24,11 @@ from allanite.noise import GaussMarkov
 from allanite.recording import Recording
 from verification.scenarios import SCENARIOS, Scenario
 from verification.short_chain import chained, short_chain
+from verification.spread import Say, place_of, spread
 
 __all__ = ["run_chain", "run_errors"]
 
 Json = dict[str, Any]
-Say = Callable[[str], None]
 
 LENGTHS = {"24 h": "seed's sensor, 24 h", "7 days": "seed's sensor, 7 days"}
 NAMES = ("N", "B_equiv", "T", "K")
@@ -58,7 +57,7 @@ def _short(task: tuple[str, int]) -> Json:
 
 
 def _both(task: tuple[str, int]) -> Json:
-    """A full record: by both chains, and by moments."""
+    """A full record: by both chains."""
     length, seed = task
     scenario = scenario_of(length)
     record = scenario.record(seed)
@@ -67,8 +66,12 @@ def _both(task: tuple[str, int]) -> Json:
     return {
         "whole": _estimates(LikelihoodProblem.of(record)),
         "short": _estimates(chained(scenario.model, means, seed)),
-        "moments": _by_moments(record),
     }
+
+
+def _full(task: tuple[str, int]) -> Json:
+    length, seed = task
+    return _by_moments(scenario_of(length).record(seed))
 
 
 def _by_moments(record: Recording) -> Json:
@@ -86,14 +89,15 @@ def _by_moments(record: Recording) -> Json:
 # -- tables -----------------------------------------------------------------------------------------------
 
 
-def run_errors(records: int, seed: int, say: Say, workers: int) -> list[Json]:
-    """Root-mean-square error of each parameter over the bound, by likelihood."""
+def run_errors(records: int, seed: int, say: Say, workers: int, cache: Path | None = None) -> list[Json]:
+    """Root-mean-square error of each parameter over the bound."""
     rows = []
-    with Processes(workers) as pool:
+    for method, work, bar in (("likelihood", _short, BY_LIKELIHOOD), ("moments", _full, BY_MOMENTS)):
         for length in LENGTHS:
-            tasks = [(length, seed + i) for i in range(records)]
-            rows += _errors("likelihood", length, pool.map(_short, tasks, chunksize=4), BY_LIKELIHOOD)
-            say(str(rows[-4:]))
+            tasks, place = [(length, seed + i) for i in range(records)], place_of(cache, method, length)
+            found = spread(work, tasks, workers=workers, say=say, place=place)
+            rows += _errors(method, length, found, bar)
+            say(str(rows[-len(NAMES) :]))
     return rows
 
 
@@ -123,28 +127,26 @@ def _errors(method: str, length: str, found: list[Json], bar: float) -> list[Jso
     return rows
 
 
-def run_chain(records: int, seed: int, say: Say, workers: int) -> tuple[list[Json], list[Json]]:
-    """Full records: the moment fit over the bound, and what the short chain changes."""
-    errors, chain = [], []
-    with Processes(workers) as pool:
-        for length in LENGTHS:
-            found = pool.map(_both, [(length, seed + i) for i in range(records)], chunksize=1)
-            errors += _errors("likelihood, whole chain", length, [r["whole"] for r in found], BY_LIKELIHOOD)
-            errors += _errors("moments", length, [r["moments"] for r in found], BY_MOMENTS)
-            limits = scenario_of(length).bounds()
-            for name in NAMES:
-                away = np.array([math.log(r["short"][name] / r["whole"][name]) for r in found]) / limits[name]
-                # N is drawn anew: two independent values of one law; the others come from the same means
-                expected = math.sqrt(2.0) if name == "N" else 0.0
-                chain.append(
-                    {
-                        "record": length,
-                        "parameter": name,
-                        "records": records,
-                        "rms_difference_over_bound": float(np.sqrt(np.mean(away**2))),
-                        "expected": expected,
-                        "mean_difference_over_bound": float(away.mean()),
-                    }
-                )
-            say(str(errors[-8:]))
-    return errors, chain
+def run_chain(records: int, seed: int, say: Say, workers: int, cache: Path | None = None) -> list[Json]:
+    """What the short chain changes against the whole one, of the same records."""
+    chain = []
+    for length in LENGTHS:
+        tasks, place = [(length, seed + i) for i in range(records)], place_of(cache, "chains", length)
+        found = spread(_both, tasks, workers=workers, say=say, place=place, chunk=1)
+        limits = scenario_of(length).bounds()
+        for name in NAMES:
+            away = np.array([math.log(r["short"][name] / r["whole"][name]) for r in found]) / limits[name]
+            # N is drawn anew: two independent values of one law; the others come from the same means
+            expected = math.sqrt(2.0) if name == "N" else 0.0
+            chain.append(
+                {
+                    "record": length,
+                    "parameter": name,
+                    "records": records,
+                    "rms_difference_over_bound": float(np.sqrt(np.mean(away**2))),
+                    "expected": expected,
+                    "mean_difference_over_bound": float(away.mean()),
+                }
+            )
+        say(str(chain[-len(NAMES) :]))
+    return chain

@@ -9,8 +9,6 @@ other term. A bound covers when its Allan deviation is at least the true one at 
 from __future__ import annotations
 
 import json
-from collections.abc import Callable
-from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 from typing import Any
 
@@ -21,11 +19,11 @@ from allanite.noise import NoiseModel
 from allanite.overbound import overbound
 from verification.coverage import gates
 from verification.scenarios import SCENARIOS, Scenario
+from verification.spread import Say, spread
 
 __all__ = ["run_overbound"]
 
 Json = dict[str, Any]
-Say = Callable[[str], None]
 
 _PROBABILITY = 0.95
 _TIMES = 200
@@ -77,25 +75,14 @@ def run_overbound(records: int, seed: int, say: Say, workers: int, folder: Path)
     """
     tables: dict[str, list[Json]] = {}
     for number, scenario in enumerate(SCENARIOS):
-        results = _records(number, records, seed, workers, folder)
+        tasks = [(seed, number, i) for i in range(records)]
+        place = folder / f"overbound-{number}.jsonl"
+        results = spread(one, tasks, workers=workers, say=say, place=place, chunk=1)
         for kind in _kinds(scenario):
             row = _row(scenario, [r[kind] for r in results])
             say(f"{kind}: {json.dumps(row)}")
             tables.setdefault(f"Bounds at 95 %, {kind}", []).append(row)
     return tables
-
-
-def _records(number: int, records: int, seed: int, workers: int, folder: Path) -> list[Json]:
-    path = folder / f"overbound-{number}.jsonl"
-    done = [json.loads(line) for line in path.read_text().splitlines()] if path.exists() else []
-    known = {d["index"] for d in done}
-    todo = [(seed, number, i) for i in range(records) if i not in known]
-    with ProcessPoolExecutor(workers) as pool, path.open("a") as out:
-        for result in pool.map(one, todo):
-            out.write(json.dumps(result) + "\n")
-            out.flush()
-            done.append(result)
-    return sorted(done, key=lambda d: d["index"])[:records]
 
 
 def _row(scenario: Scenario, results: list[Json]) -> Json:

@@ -18,10 +18,10 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -48,12 +48,12 @@ from allanite.noise import (
 from allanite.recording import Channel, Kind, Recording
 from verification.scenarios import SCENARIOS, SEED
 from verification.short_chain import chained, coefficient, component
+from verification.spread import Say, place_of, spread
 
 __all__ = ["run_lines", "run_population", "run_scenarios"]
 
 Json = dict[str, Any]
 Array = NDArray[np.float64]
-Say = Callable[[str], None]
 
 _HOUR = 3600.0
 #: Bars: right set where it is distinguishable, an absent term called present.
@@ -201,16 +201,20 @@ def _seed(*parts: int) -> int:
     return int(np.random.SeedSequence(parts).generate_state(1)[0])
 
 
-def _runs(work: Callable[[int], Json], runs: int, workers: int) -> Iterator[Json]:
-    with ProcessPoolExecutor(workers) as pool:
-        yield from pool.map(work, range(runs), chunksize=2)
-
-
-def run_scenarios(seed: int, say: Say, runs: int = 1000, workers: int = 1) -> list[Json]:
+def run_scenarios(
+    seed: int, say: Say, runs: int = 1000, workers: int = 1, cache: Path | None = None
+) -> list[Json]:
     """Every scenario: right set first, and absent terms called present."""
     rows = []
     for index, case in enumerate(CASES):
-        found = list(_runs(partial(_outcome, index, seed), runs, workers))
+        found = spread(
+            partial(_outcome, index, seed),
+            range(runs),
+            workers=workers,
+            say=say,
+            place=place_of(cache, "selection", case.name),
+            chunk=2,
+        )
         rows.append(_row(case, found))
         say(str(rows[-1]))
     return rows
@@ -290,9 +294,17 @@ def _drawn(root: int, i: int) -> Json:
     }
 
 
-def run_population(seed: int, say: Say, runs: int = 3000, workers: int = 1) -> tuple[list[Json], list[Json]]:
+def run_population(
+    seed: int, say: Say, runs: int = 3000, workers: int = 1, cache: Path | None = None
+) -> tuple[list[Json], list[Json]]:
     """Weights of terms and of sets against how often they are right."""
-    found = list(_runs(partial(_drawn, seed), runs, workers))
+    found = spread(
+        partial(_drawn, seed),
+        range(runs),
+        workers=workers,
+        say=say,
+        place=place_of(cache, "selection", "population"),
+    )
     terms = _binned([pair for r in found for pair in r["terms"]], _TERM_BINS)
     sets = _binned([(r["weight"], r["right"]) for r in found], _SET_BINS)
     for row in (*terms, *sets):
@@ -333,11 +345,19 @@ def _line(given: bool, root: int, i: int) -> Json:
     }
 
 
-def run_lines(seed: int, say: Say, runs: int = 1000, workers: int = 1) -> list[Json]:
+def run_lines(
+    seed: int, say: Say, runs: int = 1000, workers: int = 1, cache: Path | None = None
+) -> list[Json]:
     """Records without a line: at most 1 % may be given one."""
     rows = []
     for given in (True, False):
-        found = list(_runs(partial(_line, given, seed), runs, workers))
+        found = spread(
+            partial(_line, given, seed),
+            range(runs),
+            workers=workers,
+            say=say,
+            place=place_of(cache, "selection", "line given" if given else "line searched"),
+        )
         wrong = sum(r["kept"] for r in found)
         rows.append(
             {

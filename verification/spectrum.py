@@ -10,8 +10,7 @@ from __future__ import annotations
 import json
 import math
 import time
-from collections.abc import Callable, Iterator
-from concurrent.futures import ProcessPoolExecutor
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -30,11 +29,11 @@ from allanite.recording import Recording
 from allanite.spectrum import power_spectrum, sampled_psd, without_stable_lines
 from verification.coverage import evaluate, gates
 from verification.scenarios import SCENARIOS
+from verification.spread import Say, place_of, spread
 
 __all__ = ["run_fits", "run_intervals", "run_lines", "run_power"]
 
 Json = dict[str, Any]
-Say = Callable[[str], None]
 Array = NDArray[np.float64]
 
 _RATE = 100.0
@@ -76,20 +75,20 @@ def _covered(noise: str, method: Any, gaps: bool, task: tuple[int, int]) -> tupl
 def run_intervals(root: int, say: Say, records: int, workers: int) -> list[Json]:
     """Coverage of the 95 % interval by the true folded density, and of that of the lowest points alone."""
     rows = []
-    with ProcessPoolExecutor(workers) as pool:
-        for i, noise in enumerate(_NOISES):
-            for method in ("log", "welch"):
-                for gaps in (False, True):
-                    tasks = [(root, i, k) for k in range(records)]
-                    found = list(pool.map(partial(_covered, noise, method, gaps), tasks, chunksize=8))
-                    low, every = (np.array([f[k] for f in found]).sum(axis=0) for k in (0, 1))
-                    row: Json = {"noise": noise, "method": method, "gaps": gaps, "records": records}
-                    for name, (hits, points) in (("lowest points", low), ("all points", every)):
-                        bounds = gates(int(points))
-                        row[name] = hits / points
-                        row[f"{name} pass"] = bool(bounds[0] <= hits / points <= bounds[1])
-                    rows.append(row)
-                    say(json.dumps(row))
+    for i, noise in enumerate(_NOISES):
+        for method in ("log", "welch"):
+            for gaps in (False, True):
+                tasks = [(root, i, k) for k in range(records)]
+                work = partial(_covered, noise, method, gaps)
+                found = spread(work, tasks, workers=workers, chunk=8)
+                low, every = (np.array([f[k] for f in found]).sum(axis=0) for k in (0, 1))
+                row: Json = {"noise": noise, "method": method, "gaps": gaps, "records": records}
+                for name, (hits, points) in (("lowest points", low), ("all points", every)):
+                    bounds = gates(int(points))
+                    row[name] = hits / points
+                    row[f"{name} pass"] = bool(bounds[0] <= hits / points <= bounds[1])
+                rows.append(row)
+                say(json.dumps(row))
     return rows
 
 
@@ -117,26 +116,25 @@ def _line(share: float, task: tuple[int, int]) -> tuple[bool, bool, bool, bool]:
 def run_lines(root: int, say: Say, records: int, workers: int) -> list[Json]:
     """A sinusoid in coloured noise, by its amplitude over that which is just found."""
     rows = []
-    with ProcessPoolExecutor(workers) as pool:
-        for share in (1.0, 2.0, 8.0):
-            tasks = [(root, 77, k) for k in range(records)]
-            found = np.array(list(pool.map(partial(_line, share), tasks, chunksize=4)))
-            seen = found[found[:, 0]]
-            steady = seen[seen[:, 1]]
-            low, high = gates(len(steady))
-            amplitude, frequency = steady[:, 2].mean(), steady[:, 3].mean()
-            rows.append(
-                {
-                    "amplitude": share * _LINE.amplitude,
-                    "records": records,
-                    "found": float(found[:, 0].mean()),
-                    "called steady": float(seen[:, 1].mean()),
-                    "amplitude covered": float(amplitude),
-                    "frequency covered": float(frequency),
-                    "pass": bool(low <= amplitude <= high and low <= frequency <= high),
-                }
-            )
-            say(json.dumps(rows[-1]))
+    for share in (1.0, 2.0, 8.0):
+        tasks = [(root, 77, k) for k in range(records)]
+        found = np.array(spread(partial(_line, share), tasks, workers=workers))
+        seen = found[found[:, 0]]
+        steady = seen[seen[:, 1]]
+        low, high = gates(len(steady))
+        amplitude, frequency = steady[:, 2].mean(), steady[:, 3].mean()
+        rows.append(
+            {
+                "amplitude": share * _LINE.amplitude,
+                "records": records,
+                "found": float(found[:, 0].mean()),
+                "called steady": float(seen[:, 1].mean()),
+                "amplitude covered": float(amplitude),
+                "frequency covered": float(frequency),
+                "pass": bool(low <= amplitude <= high and low <= frequency <= high),
+            }
+        )
+        say(json.dumps(rows[-1]))
     return rows
 
 
@@ -175,26 +173,16 @@ def _fit(task: tuple[int, int, int]) -> Json:
     }
 
 
-def _records(root: int, scenario: int, records: int, workers: int, folder: Path) -> Iterator[Json]:
-    """Records of a scenario; those already in `folder` are not simulated again."""
-    path = folder / f"spectral-{scenario}.jsonl"
-    done = [json.loads(line) for line in path.read_text().splitlines()] if path.exists() else []
-    todo = [(root, scenario, k) for k in range(records) if k not in {d["index"] for d in done}]
-    with ProcessPoolExecutor(workers) as pool, path.open("a") as out:
-        for result in pool.map(_fit, todo):
-            out.write(json.dumps(result, default=float) + "\n")
-            out.flush()
-            done.append(result)
-    return iter(sorted(done, key=lambda d: d["index"])[:records])
-
-
 def run_fits(
     root: int, say: Say, records: int, workers: int, folder: Path
 ) -> tuple[list[Json], list[Json], list[Json]]:
     """Rows of parameters, of false declarations, and of false alarms between lags and frequencies."""
     parameters, false, alarms = [], [], []
     for i, scenario in enumerate(SCENARIOS):
-        results = list(_records(root, i, records, workers, folder))
+        tasks = [(root, i, k) for k in range(records)]
+        results = spread(
+            _fit, tasks, workers=workers, say=say, place=place_of(folder, "spectral", i), chunk=1
+        )
         judged = evaluate(scenario, results)
         for row in judged["parameters"]:
             bound, rms = row["bound"], row["rms"]
@@ -284,19 +272,18 @@ def _seen(case: str, size: float, task: tuple[int, int]) -> tuple[bool, bool]:
 def run_power(root: int, say: Say, records: int, workers: int) -> list[Json]:
     """Share of records in which the comparison says that lags and frequencies disagree."""
     rows = []
-    with ProcessPoolExecutor(workers) as pool:
-        for i, (case, (_, sizes)) in enumerate(_CASES.items()):
-            for size in sizes:
-                tasks = [(root, 100 + i, k) for k in range(records)]
-                found = np.array(list(pool.map(partial(_seen, case, size), tasks)))
-                rows.append(
-                    {
-                        "case": case if math.isclose(size, 0.0) else f"{case} {size:g}",
-                        "records": records,
-                        "lags and frequencies disagree": float(found[:, 0].mean()),
-                        "the fit in lag says so itself": float(found[:, 1].mean()),
-                        "either": float(found.any(axis=1).mean()),
-                    }
-                )
-                say(json.dumps(rows[-1]))
+    for i, (case, (_, sizes)) in enumerate(_CASES.items()):
+        for size in sizes:
+            tasks = [(root, 100 + i, k) for k in range(records)]
+            found = np.array(spread(partial(_seen, case, size), tasks, workers=workers, chunk=1))
+            rows.append(
+                {
+                    "case": case if math.isclose(size, 0.0) else f"{case} {size:g}",
+                    "records": records,
+                    "lags and frequencies disagree": float(found[:, 0].mean()),
+                    "the fit in lag says so itself": float(found[:, 1].mean()),
+                    "either": float(found.any(axis=1).mean()),
+                }
+            )
+            say(json.dumps(rows[-1]))
     return rows

@@ -28,13 +28,12 @@ from allanite.noise import Flicker, NoiseModel, White
 from allanite.recording import Recording
 from allanite.simulation import UnitMotion, simulate_unit, true_attitudes
 from allanite.triad import CalibrationEstimate, Prediction
-from verification.earth_rate import _spread
+from verification.spread import Say, place_of, spread
 
 __all__ = ["ALIGNMENTS", "CALIBRATIONS", "GATE", "NEAR", "align_twin", "calibrate_twin", "run_triad"]
 
 Json = dict[str, Any]
 Array = NDArray[np.float64]
-Say = Callable[[str], None]
 
 DEG = math.pi / 180
 DEG_H, DEG_RT_H, G = DEG / 3600, DEG / 60, 9.80665
@@ -459,10 +458,8 @@ def run_triad(
     summary = []
     for name in designs:
         one = _calibrate if name in CALIBRATIONS else _align
-        place = None if cache is None else cache / name.replace(" ", "-").replace(",", "")
-        if place is not None:
-            place.mkdir(exist_ok=True, parents=True)
-        found = _spread(one, [(seed, name, k) for k in range(count)], say, workers, place)
+        tasks = [(seed, name, k) for k in range(count)]
+        found = spread(one, tasks, workers=workers, say=say, place=place_of(cache, "triad", name))
         rows = _parameter_rows(found) if name in CALIBRATIONS else _angle_rows(found)
         summary.append(_design_row(name, found, rows))
         parts[f"{name[0].upper()}{name[1:]}"] = rows

@@ -4,9 +4,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
-from concurrent.futures import ProcessPoolExecutor
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,12 +16,12 @@ from allanite.noise import Flicker, GaussMarkov, NoiseModel, RandomWalk, White
 from allanite.recording import Recording
 from allanite.simulation import simulate
 from allanite.variation import examine_variation
+from verification.spread import Say, place_of, spread
 
 __all__ = ["run_changes", "run_constant"]
 
 Json = dict[str, Any]
 Array = NDArray[np.float64]
-Say = Callable[[str], None]
 
 SAMPLES, LEVEL = 40_000, 0.05
 WHITE = NoiseModel.of(White(N=1.0))
@@ -77,16 +76,19 @@ def _constant(root: int, case: int, i: int) -> tuple[bool, bool, int, int]:
     return found.verdict != "constant within its intervals", marked > 0, own, len(found.lags)
 
 
-def _runs(work: Callable[[int], Any], runs: int, workers: int) -> Iterator[Any]:
-    with ProcessPoolExecutor(workers) as pool:
-        yield from pool.map(work, range(runs), chunksize=4)
-
-
-def run_constant(seed: int, say: Say, runs: int = 1000, workers: int = 1) -> list[Json]:
+def run_constant(
+    seed: int, say: Say, runs: int = 1000, workers: int = 1, cache: Path | None = None
+) -> list[Json]:
     """Records whose noise is constant."""
     rows = []
     for case, (name, *_) in enumerate(CONSTANT):
-        found = list(_runs(partial(_constant, seed, case), runs, workers))
+        found = spread(
+            partial(_constant, seed, case),
+            range(runs),
+            workers=workers,
+            say=say,
+            place=place_of(cache, "variation", name),
+        )
         wrong, marked = (sum(r[k] for r in found) for k in (0, 1))
         own = sum(r[2] for r in found) / sum(r[3] for r in found)
         bar = binom.ppf(0.999, runs, LEVEL)
@@ -128,11 +130,19 @@ def _changed(root: int, case: int, i: int) -> tuple[bool, bool, bool, bool, floa
     return True, right, one.lower <= factor <= one.upper, timed, one.ratio
 
 
-def run_changes(seed: int, say: Say, runs: int = 1000, workers: int = 1) -> list[Json]:
+def run_changes(
+    seed: int, say: Say, runs: int = 1000, workers: int = 1, cache: Path | None = None
+) -> list[Json]:
     """Records whose noise changes: seen, rightly named, and the intervals of those with one change."""
     rows = []
     for case, (name, _, factor, _) in enumerate(CHANGES):
-        found = list(_runs(partial(_changed, seed, case), runs, workers))
+        found = spread(
+            partial(_changed, seed, case),
+            range(runs),
+            workers=workers,
+            say=say,
+            place=place_of(cache, "variation", name),
+        )
         single = [r for r in found if math.isfinite(r[4])]
         named = [r for r in single if r[1]]
         low, high = (binom.ppf(q, max(len(named), 1), 0.95) / max(len(named), 1) for q in (0.0005, 0.9995))
