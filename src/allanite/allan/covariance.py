@@ -265,7 +265,7 @@ def cross_covariance(term: TermType, m1: Array, m2: Array, k: Array, sampling: s
     if isinstance(term, Ramp):
         return np.zeros_like(k)
     inside = (k > -2 * m2) & (k < 2 * m1)
-    reaches = isinstance(term, (Flicker, GaussMarkov, Sinusoid))
+    reaches = isinstance(term, (Flicker, Sinusoid))
     closed = isinstance(term, Quantisation)  # single points, also at the very ends of the support
     where = np.ones_like(inside) if reaches or closed else inside
     out = np.zeros_like(k)

@@ -431,11 +431,11 @@ _EXP_SERIES = np.array([(-1) ** n / math.factorial(n) for n in range(3, 20)])
 def _exp_rest(u: Array) -> Array:
     """e^-u - 1 + u - u^2/2 without cancellation: a series below u = 0.5."""
     u = np.asarray(u, dtype=np.float64)
+    rest = np.asarray(np.exp(-u) - 1 + u - u**2 / 2)
     small = u < 0.5
-    s = np.where(small, u, 0.0)
-    return np.where(
-        small, s**3 * np.polynomial.polynomial.polyval(s, _EXP_SERIES), np.exp(-u) - 1 + u - u**2 / 2
-    )
+    s = u[small]
+    rest[small] = s**3 * np.polynomial.polynomial.polyval(s, _EXP_SERIES)
+    return rest
 
 
 def _sinh_minus(a: float) -> float:
