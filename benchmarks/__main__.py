@@ -3,10 +3,20 @@
 
 from pathlib import Path
 
-from . import allan_speed, characterize_speed, decimation_loss, kalman_speed, simulation_speed
+from . import (
+    allan_speed,
+    characterize_speed,
+    decimation_loss,
+    kalman_speed,
+    page_speed,
+    read_speed,
+    simulation_speed,
+)
 
 decimation_loss.main()
 simulation_speed.main()
 allan_speed.main()
 kalman_speed.main()
+read_speed.main()
 characterize_speed.main(Path())
+page_speed.main()

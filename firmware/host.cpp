@@ -6,7 +6,7 @@
 #include <cstdio>
 #include <cstdlib>
 
-#include "bias_filter.hpp"
+#include <model.hpp>  // of the folder that the compiler is told: -I
 
 namespace {
 
@@ -20,9 +20,9 @@ double next_uniform(uint64_t& seed) {
 
 int main(int count, char** words) {
     const long rows = count > 1 ? std::strtol(words[1], nullptr, 10) : 2000;
-    static firmware::BiasFilter filter;
-    static firmware::FixedGainFilter fixed;
-    firmware::begin(filter);
+    static sensor::BiasFilter filter;
+    static sensor::FixedGainFilter fixed;
+    sensor::begin(filter);
     uint64_t seed = 1;
     const double sd = std::sqrt(double(sensor::noise));
     for (long k = 0; k < rows; ++k) {
@@ -30,11 +30,11 @@ int main(int count, char** words) {
         const double noise = std::sqrt(3.0) * sd * next_uniform(seed);
         const double drift = 2 * sd * std::sin(double(k) / 500) + 10 * sd;
         const auto y = moves ? allanite::not_a_number<sensor::Scalar>() : sensor::Scalar(noise + drift);
-        if (k == 1) firmware::begin(fixed, y);
-        const auto innovation = firmware::on_sample(filter, y);
-        if (k > 0) firmware::on_sample(fixed, y);
-        std::printf("%.17g %.17g %.17g %.17g %.17g\n", double(y), double(innovation), double(firmware::bias(filter)),
-                    double(firmware::bias_variance(filter)), double(firmware::bias(fixed)));
+        if (k == 1) sensor::begin(fixed, y);
+        const auto innovation = sensor::on_sample(filter, y);
+        if (k > 0) sensor::on_sample(fixed, y);
+        std::printf("%.17g %.17g %.17g %.17g %.17g\n", double(y), double(innovation), double(sensor::bias(filter)),
+                    double(sensor::bias_variance(filter)), double(sensor::bias(fixed)));
     }
     return 0;
 }

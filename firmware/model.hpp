@@ -2,13 +2,16 @@
 // Bias filter of channel gyro, the only one
 // written by allanite 0.1.0 from samples or models in memory
 // discrete at 100 Hz; a sample is the mean over its interval
-// noise: white N = 8.726646e-05
-// noise: flicker B = 2.424068e-05
-// noise: random walk K = 4.040114e-07
+// noise: white N = 8.726646e-05 rad/s/sqrt(Hz)
+// noise: flicker B = 2.424068e-05 rad/s
+// noise: random walk K = 4.040114e-07 rad/s/sqrt(s)
 // flicker: a sum of Gauss-Markov states from one sample to 600 s, a factor 10 apart
-// firmware/bias_filter.hpp of allanite is a filter that uses these constants
+// needs the headers allanite/*.hpp of kernels/include, C++17, no heap, no exceptions
 #ifndef ALLANITE_SENSOR_MODEL_HPP
 #define ALLANITE_SENSOR_MODEL_HPP
+
+#include <allanite/kalman.hpp>
+#include <allanite/square_root.hpp>
 
 namespace sensor {
 
@@ -56,8 +59,8 @@ constexpr Scalar process[n_states * n_states] = {
 constexpr Scalar output[n_states] = {
     0.0F, 0.0F, 0.0F, 0.0F, 0.0F, 0.0F, 0.0F, 0.0F, 1.0F};
 
-/// r: the bias [rad/s] is bias . s, at the end of the sample.
-constexpr Scalar bias[n_states] = {
+/// r: the bias [rad/s] is r . s, at the end of the sample.
+constexpr Scalar bias_of_states[n_states] = {
     0.0F, 1.0F, 1.0F, 1.0F, 1.0F, 1.0F, 1.0F, 1.0F, 0.0F};
 
 /// State after the first sample y: start_gain * y.
@@ -80,6 +83,102 @@ constexpr Scalar start_covariance[n_states * n_states] = {
 constexpr Scalar steady_gain[n_states] = {
     5.12920651e-06F, 0.000348415088F, 0.000528765438F, 0.00051563495F, 0.000379737043F, 0.000175452379F, 5.15354378e-05F, 5.88244755e-05F, 0.0020380515F};
 constexpr Scalar steady_sd = 4.1922471e-05F;  ///< [rad/s] of the bias with it, at rest
+
+// -- the filter -------------------------------------------------------------------------------------------------------
+
+using allanite::Index;
+using allanite::Slice;
+
+template <class T, Index size>
+constexpr Slice<T> all_of(T (&array)[size]) noexcept {
+    return {array, size};
+}
+
+/// Everything the filter carries, and its scratch. The covariance is kept as its factors U and D (one matrix): no
+/// rounding can make it less than positive, whatever the length of the run.
+struct BiasFilter {
+    Scalar state[n_states];
+    Scalar factors[n_states * n_states];
+    bool is_started;
+    Scalar gain[n_states];
+    Scalar transition_parts[allanite::transition_numbers(n_states)];
+    Scalar process_parts[allanite::factor_prediction_numbers(n_states)];
+    Scalar work[allanite::orthogonalise_scratch(n_states, n_states)];
+    allanite::Transition<Scalar> transition_plan;
+    allanite::FactorPrediction<Scalar> process_plan;
+};
+
+/// Before the first sample. The filter must stay where it is in memory from then on: it points into itself.
+inline void begin(BiasFilter& f) noexcept {
+    f.is_started = false;
+    f.transition_plan = allanite::split_transition<Scalar>(all_of(transition), n_states, all_of(f.transition_parts));
+    f.process_plan = allanite::plan_factors<Scalar>(f.transition_plan, all_of(process), all_of(f.process_parts));
+    for (Index i = 0; i < n_states; ++i) f.state[i] = Scalar(0);
+}
+
+/// State and covariance of the next sample.
+inline void predict(BiasFilter& f) noexcept {
+    allanite::predict_state<n_states, Scalar>(f.transition_plan, all_of(f.state), all_of(f.gain));
+    allanite::predict_factors<n_states, Scalar>(f.transition_plan, f.process_plan, all_of(f.factors), all_of(f.work));
+}
+
+/// One sample: y at rest; not a number while the sensor moves, or where the sample is missing. Returns the innovation,
+/// not a number where there is none.
+inline Scalar on_sample(BiasFilter& f, Scalar y) noexcept {
+    Scalar innovation = allanite::not_a_number<Scalar>();
+    if (!f.is_started) {
+        if (!allanite::is_finite(y)) return innovation;
+        for (Index i = 0; i < n_states; ++i) f.state[i] = start_gain[i] * y;
+        for (Index i = 0; i < n_states * n_states; ++i) f.factors[i] = start_covariance[i];
+        f.is_started = allanite::factor<Scalar>(all_of(f.factors), n_states, all_of(f.gain));
+    } else {
+        innovation = allanite::update_factors<n_states, Scalar>(all_of(output), noise, y, all_of(f.state),
+                                                                all_of(f.factors), all_of(f.gain), all_of(f.work))
+                         .innovation;
+    }
+    predict(f);
+    return innovation;
+}
+
+/// What to subtract from the samples; 0 before the first.
+inline Scalar bias(const BiasFilter& f) noexcept {
+    return allanite::dot<n_states>(all_of(bias_of_states), all_of(f.state));
+}
+
+/// Its variance; not a number before the first sample.
+inline Scalar bias_variance(const BiasFilter& f) noexcept {
+    if (!f.is_started) return allanite::not_a_number<Scalar>();
+    Scalar product[n_states];
+    allanite::product_of_factors<Scalar>(all_of(f.factors), all_of(bias_of_states), all_of(product));
+    return allanite::dot<n_states>(all_of(bias_of_states), all_of(product));
+}
+
+// -- with the steady gain ---------------------------------------------------------------------------------------------
+
+/// The same with the gain that the filter settles at: no covariance, a few multiplications per sample. It takes long to
+/// forget where it starts, so begin() it with a mean of samples at rest.
+struct FixedGainFilter {
+    Scalar state[n_states];
+};
+
+inline void begin(FixedGainFilter& f, Scalar mean_at_rest) noexcept {
+    for (Index i = 0; i < n_states; ++i) f.state[i] = start_gain[i] * mean_at_rest;
+}
+
+inline void on_sample(FixedGainFilter& f, Scalar y) noexcept {
+    const Scalar innovation = y - allanite::dot<n_states>(all_of(output), all_of(f.state));
+    Scalar next[n_states];
+    for (Index i = 0; allanite::is_finite(y) && i < n_states; ++i) f.state[i] += steady_gain[i] * innovation;
+    for (Index i = 0; i < n_states; ++i) {
+        next[i] = Scalar(0);
+        for (Index j = 0; j < n_states; ++j) next[i] += transition[i * n_states + j] * f.state[j];
+    }
+    for (Index i = 0; i < n_states; ++i) f.state[i] = next[i];
+}
+
+inline Scalar bias(const FixedGainFilter& f) noexcept {
+    return allanite::dot<n_states>(all_of(bias_of_states), all_of(f.state));
+}
 
 }  // namespace sensor
 

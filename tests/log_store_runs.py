@@ -72,6 +72,13 @@ def numbers_of(folder: Path) -> list[int]:
     return found
 
 
+def gaps_of(folder: Path) -> list[tuple[int, int]]:
+    """The first sample that is missing and how many, where the counter jumps."""
+    found = open_run(folder).survey()
+    ends = (found.begins + found.counts)[:-1]
+    return [(int(a), int(b - a)) for a, b in zip(ends, found.begins[1:], strict=True)]
+
+
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Killed:
     """What a killed writer has left."""

@@ -111,6 +111,8 @@ def _channel(name: str, rng: np.random.Generator) -> dict[str, Any]:
     models = [_model(truth, "flicker", unsupported, poor=name == "gyro_z")]
     if name == "gyro_y":
         models.append(_gauss_markov(truth))
+    for model in models:
+        model["kind"] = kind
     return {
         "name": name,
         "kind": kind,

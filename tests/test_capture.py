@@ -16,10 +16,11 @@ import pytest
 from allanite.capture import Captured, HostClock, Patience, Progress, Stop, capture, stopping_on_signals
 from allanite.capture.clock import ClockWatch
 from allanite.capture.listener import Listener
-from allanite.capture.numbering import Numbered, Numbering
+from allanite.capture.numbering import Gap, Numbered, Numbering
 from allanite.capture.ring import Ring
 from allanite.capture.space import bytes_per_second, space_of
-from allanite.errors import InputError, InstrumentError
+from allanite.delivery import RunWatch
+from allanite.errors import DataQualityError, InputError, InstrumentError
 from allanite.instruments import Block, Flag, Identity, InstrumentTimeout
 from allanite.log_store import open_run
 from allanite.recording import Channel, Kind
@@ -42,6 +43,7 @@ class Scripted:
         self.identities = iter(identities)
         self.wait = wait
         self.calls: list[str] = []
+        self.interrupted = threading.Event()
 
     @property
     def channels(self) -> tuple[Channel, ...]:
@@ -54,6 +56,10 @@ class Scripted:
     @property
     def settings(self) -> Mapping[str, object]:
         return {"aperture": 0.005, "range": 10}
+
+    @property
+    def device(self) -> str:
+        return ""
 
     def open(self) -> Identity:
         self.calls.append("open")
@@ -69,11 +75,14 @@ class Scripted:
         time.sleep(self.wait)
         step = next(self.steps, None)
         if step is None:
-            time.sleep(timeout)
+            self.interrupted.wait(timeout)
             raise InstrumentTimeout("nothing came in 10 ms")
         if isinstance(step, Exception):
             raise step
         return step if isinstance(step, Block) else step()
+
+    def interrupt(self) -> None:
+        self.interrupted.set()
 
     def stop(self) -> None:
         self.calls.append("stop")
@@ -197,7 +206,34 @@ def test_q7_another_serial_number_is_another_recording(tmp_path: Path) -> None:
     with pytest.raises(
         InstrumentError, match="another instrument answers: Maker M1 8 in place of Maker M1 7"
     ):
-        recorded([block(0), InstrumentError("gone"), block(10)], tmp_path / "run", identities=(SAME, other))
+        recorded(
+            [block(0), InstrumentError("gone"), block(10)], tmp_path / "run", identities=(SAME, other, other)
+        )
+    assert stored(tmp_path / "run")[1].tolist() == list(range(10))
+    assert open_run(tmp_path / "run").status == "fail"
+
+
+def test_q7_an_answer_that_was_damaged_once_is_asked_for_again(tmp_path: Path) -> None:
+    garbled = Identity(maker="Maker", model="M1", serial="\xf7")
+    script: list[Step] = [block(0), InstrumentError("gone"), block(10, 90)]
+    done, _ = recorded(script, tmp_path / "run", identities=(SAME, garbled, SAME))
+    assert (done.samples, done.status) == (100, "success")
+
+
+def test_q6_an_instrument_that_opens_and_brings_nothing_is_given_up(tmp_path: Path) -> None:
+    with pytest.raises(InstrumentError, match="did not come back in 3 attempts: nothing came"):
+        recorded([block(0)], tmp_path / "run", seconds=1000.0)
+    run = open_run(tmp_path / "run")
+    assert run.status == "fail" and stored(tmp_path / "run")[1].tolist() == list(range(10))
+    *_, tail = (e for e in run.manifest if e["kind"] == "gap")
+    assert tail["counter"] == 10 and tail["samples"] > 3 and "nothing came" in tail["reason"]
+
+
+def test_a_driver_that_fails_in_an_unforeseen_way_is_no_success(tmp_path: Path) -> None:
+    with pytest.raises(ZeroDivisionError):
+        recorded([block(0), ZeroDivisionError("a fault of the driver")], tmp_path / "run")
+    run = open_run(tmp_path / "run")
+    assert (run.status, run.reason) == ("fail", "ZeroDivisionError: a fault of the driver")
     assert stored(tmp_path / "run")[1].tolist() == list(range(10))
 
 
@@ -253,6 +289,129 @@ def test_nothing_goes_back() -> None:
     assert found.counter[0] == 10
 
 
+def test_a_counter_that_goes_on_is_believed_after_a_silence_whatever_the_clock_says() -> None:
+    numbering = Numbering(RATE)
+    numbering.take(block(500), 10**9)
+    numbering.interrupt("silent")
+    found = numbering.take(block(533), 10**9 + 345 * 10**6)  # late by 12 ms: 34 or 35 by the clock
+    assert found.counter.tolist() == list(range(33, 43))
+    assert (found.gaps[0].counter, found.gaps[0].samples) == (10, 23) and found.flags[0] == Flag.RESYNC
+
+
+def test_a_counter_that_goes_back_unasked_is_marked() -> None:
+    numbering = Numbering(RATE)
+    numbering.take(block(500), 10**9)
+    found = numbering.take(block(0), 10**9 + 10**8)
+    assert found.counter.tolist() == list(range(10, 20)) and found.flags[0] == Flag.RESYNC
+
+
+def test_the_reason_of_a_gap_may_have_come_before_it_without_a_sample() -> None:
+    numbering = Numbering(RATE)
+    numbering.take(block(0), 10**9)
+    nothing = Block(values=np.zeros((0, 1)), flags=np.zeros(0, dtype=np.uint8), remarks=("a", "b", "c", "d"))
+    assert len(numbering.take(nothing, 10**9)) == 0
+    found = numbering.take(block(15), 2 * 10**9)
+    assert found.gaps[0].reason == "a; b; c; and 1 more"
+
+
+def test_a_gap_over_the_end_of_the_run_counts_up_to_the_end(tmp_path: Path) -> None:
+    done, _ = recorded([block(0, 80), block(120, 30, remarks=("lost",))], tmp_path / "run")
+    assert (done.samples, done.missing, done.gaps, done.status) == (80, 20, 1, "success")
+    gap = next(e for e in open_run(tmp_path / "run").manifest if e["kind"] == "gap")
+    assert (gap["counter"], gap["samples"], gap["reason"]) == (80, 20, "lost")
+
+
+def test_what_is_odd_is_counted_by_one_definition(tmp_path: Path) -> None:
+    odd = {2: Flag.OVERLOAD, 5: Flag.MISSING, 6: Flag.DOUBTFUL | Flag.RESYNC, 7: Flag.DOUBTFUL}
+    done, _ = recorded([block(10 * i, flags=odd.get(i, 0)) for i in range(10)], tmp_path / "run")
+    assert (done.overloads, done.doubtful, done.resyncs) == (2, 2, 1)
+    watched = RunWatch(tmp_path / "run").look()
+    assert (watched["overloads"], watched["doubtful"], watched["resyncs"]) == (2, 2, 1)
+
+
+# -- how sure a gap is --------------------------------------------------------------------------------------
+
+
+def test_a_gap_that_a_clock_has_told_says_how_sure_it_is(tmp_path: Path) -> None:
+    told = Block(
+        values=np.zeros((90, 1)),
+        flags=np.zeros(90, dtype=np.uint8),
+        counter=np.arange(16, 106),
+        gap_uncertainty=0.29,
+        remarks=("armed again",),
+    )
+    recorded([block(0), told], tmp_path / "run")
+    (gap,) = (e for e in open_run(tmp_path / "run").manifest if e["kind"] == "gap")
+    assert (gap["samples"], gap["uncertainty"]) == (6, 0.29)
+    recorded([block(0), block(16, 90)], tmp_path / "counted")
+    (counted,) = (e for e in open_run(tmp_path / "counted").manifest if e["kind"] == "gap")
+    assert "uncertainty" not in counted
+
+
+@pytest.mark.parametrize("off", [-0.01, 0.0, 0.01])
+def test_a_sensor_whose_clock_is_off_leaves_a_gap_at_its_own_rate(
+    off: float, rng: np.random.Generator
+) -> None:
+    numbering, own = Numbering(RATE), RATE * (1 + off)
+    for k in range(1, 500):
+        numbering.take(block(0, counter=False), 10**12 + round(10 * k / own * 1e9 + 1e6 * rng.random()))
+    numbering.interrupt("silent")
+    away = 3600.0
+    found = numbering.take(block(0, counter=False), 10**12 + round((4990 / own + away) * 1e9))
+    (gap,) = found.gaps
+    assert gap.uncertainty is not None and gap.uncertainty < 15  # 360 by the nominal rate
+    assert gap.samples == pytest.approx(away * own - 10, abs=3 * gap.uncertainty)
+
+
+def test_without_a_rate_of_its_own_a_gap_is_as_sure_as_an_oscillator() -> None:
+    numbering = Numbering(RATE)
+    numbering.take(block(0, counter=False), 10**12)
+    numbering.interrupt("silent")
+    (gap,) = numbering.take(block(0, counter=False), 10**12 + 3600 * 10**9).gaps
+    assert gap.samples == 360_000 - 10 and gap.uncertainty == pytest.approx(3600, rel=1e-3)
+
+
+def test_remarks_without_end_are_counted_and_not_written_down(tmp_path: Path) -> None:
+    script: list[Step] = [block(10 * i, remarks=("garbage",)) for i in range(50)]
+    done, _ = recorded(script, tmp_path / "run", seconds=5.0)
+    told = [e for e in open_run(tmp_path / "run").manifest if e["kind"] == "remark"]
+    assert len(told) == 21 and sum(e.get("more", 1) for e in told) == done.remarks == 50
+
+
+def test_q16_other_settings_begin_another_part(tmp_path: Path) -> None:
+    class Turned(Scripted):
+        """Its range is another one after the link was made anew."""
+
+        @property
+        def settings(self) -> Mapping[str, object]:
+            return {"aperture": 0.005, "range": 10 if self.calls.count("open") == 1 else 1}
+
+    instrument = Turned([block(0), InstrumentError("gone"), block(10, 90)])
+    done = capture(instrument, tmp_path / "run", duration=1.0, patience=QUICK)
+    run = open_run(tmp_path / "run")
+    (change,) = (e for e in run.manifest if e["kind"] == "change")
+    assert change["differences"] == ["settings.range: 10 → 1"] and done.samples == 100
+    with pytest.raises(DataQualityError, match="never merged"):
+        run.recording()
+    assert [run.recording(part).n_samples for part in (1, 2)] == [10, 90]
+
+
+def test_a_rate_that_changes_leaves_the_planned_time_as_it_is(tmp_path: Path) -> None:
+    class Slower(Scripted):
+        """Half as fast after the link was made anew."""
+
+        @property
+        def rate(self) -> float:
+            return RATE if self.calls.count("open") == 1 else RATE / 2
+
+    instrument = Slower([block(0, 50), InstrumentError("gone"), block(50, 50)])
+    done = capture(instrument, tmp_path / "run", duration=1.0, patience=QUICK)
+    run = open_run(tmp_path / "run")
+    assert done.samples == 75 and [run.recording(p).duration for p in (1, 2)] == [0.5, 0.5]
+    plans = [(e["seconds"], e["samples"]) for e in run.manifest if e["kind"] == "plan"]
+    assert plans == [(1.0, 100), (1.0, 75)]
+
+
 # -- clocks (battery rows Q9, Q10) --------------------------------------------------------------------------
 
 
@@ -306,13 +465,15 @@ def test_q11_a_writer_that_stalls_loses_nothing_while_there_is_room_and_counts_t
     listener.start()
     time.sleep(0.1)  # nobody takes anything
     taken = []
+    lost: list[Gap] = []
     listener.stop()
     listener.join()
     while not listener.ring.exhausted:
         item = listener.ring.take(0.01)
         taken += [item] if isinstance(item, Numbered) else []
+        lost += [item] if isinstance(item, Gap) else []
     assert np.concatenate([t.counter for t in taken]).tolist() == list(range(100))
-    assert listener.dropped == 100
+    assert [(gap.counter, gap.samples, gap.dropped) for gap in lost][:1] == [(100, 100, 100)]
 
 
 def test_q11_dropped_samples_are_a_gap_before_the_next() -> None:
@@ -335,6 +496,26 @@ def test_q11_dropped_samples_are_a_gap_before_the_next() -> None:
     assert second.counter[0] == 30
     (gap,) = second.gaps
     assert (gap.counter, gap.samples) == (10, 20) and "too slow" in gap.reason
+
+
+def test_q11_what_was_dropped_at_the_end_is_told_too() -> None:
+    listener = Listener(Scripted([block(0), block(10)]), SAME, room=10, patience=QUICK)
+    listener.start()
+    time.sleep(0.05)
+    listener.stop()
+    listener.join()
+    items = []
+    while not listener.ring.exhausted:
+        items.append(listener.ring.take(0.01))
+    gaps = [item for item in items if isinstance(item, Gap)]
+    assert [(g.counter, g.samples, g.dropped) for g in gaps][:1] == [(10, 10, 10)]
+
+
+def test_a_ring_always_has_room_for_what_is_no_sample() -> None:
+    ring: Ring[int] = Ring(3)
+    assert ring.put(1, 10) and ring.put(2, 0) and not ring.put(3, 1)
+    ring.close()
+    assert not ring.put(4, 0)
 
 
 def test_a_ring_gives_what_it_took_in_its_order() -> None:
@@ -361,13 +542,20 @@ def test_q14_a_signal_ends_the_run_with_its_name(name: str, tmp_path: Path) -> N
     number = getattr(signal, name)
     instrument = Scripted([block(10 * i) for i in range(1000)], wait=0.001)
     before = signal.getsignal(number)
+    sent: list[Progress] = []
+
+    def send(state: Progress) -> None:
+        if not sent:  # a second SIGINT would interrupt at once
+            os.kill(os.getpid(), number)
+        sent.append(state)
+
     with stopping_on_signals() as stop:
         done = capture(
             instrument,
             tmp_path / "run",
             patience=QUICK,
             stop=stop,
-            progress=lambda state: os.kill(os.getpid(), number),
+            progress=send,
         )
     assert signal.getsignal(number) is before
     assert (done.status, done.reason) == ("abort", name)
@@ -375,6 +563,24 @@ def test_q14_a_signal_ends_the_run_with_its_name(name: str, tmp_path: Path) -> N
     assert run.status == "abort"
     counter, values, _ = stored(tmp_path / "run")
     assert len(counter) == done.samples > 0 and values.tolist() == list(range(len(counter)))
+
+
+def test_q14_a_slow_instrument_is_not_waited_for(tmp_path: Path) -> None:
+    stop = Stop()
+
+    class Slow(Scripted):
+        """A sample each twenty seconds."""
+
+        @property
+        def rate(self) -> float:
+            return 0.05
+
+    threading.Timer(0.1, stop.ask, ("SIGINT",)).start()
+    began = time.monotonic()
+    done = capture(Slow([block(0, 2)]), tmp_path / "run", stop=stop)
+    assert time.monotonic() - began < 2.0 and (done.status, done.samples) == ("abort", 2)
+    run = open_run(tmp_path / "run")
+    assert not [e for e in run.manifest if e["kind"] in ("silence", "gap", "lost")]
 
 
 def test_a_stop_of_the_caller_counts_once() -> None:

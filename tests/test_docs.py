@@ -26,9 +26,10 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from verification.proof import proof_page
 
 from allanite.health.catalogue import findings_page
-from tests.shell import Run
+from shell import Run
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
@@ -214,6 +215,7 @@ GENERATED = {
     "docs/reference/cli.md": command_reference,
     "docs/reference/findings.md": findings_page,
     "docs/reference/python.md": python_reference,
+    "docs/proof.md": proof_page,
 }
 
 

@@ -12,11 +12,12 @@ from typing import Any
 
 import numpy as np
 import pytest
-from numpy.typing import NDArray
+from verification.firmware import RATE, constants, replayed, space_of
 
 import allanite as al
 from allanite.errors import InputError
 from allanite.kalman import merged, run_filter, steady_state
+from allanite.kalman.filtering import FilterRun
 from allanite.noise import (
     SIGMA_PER_B,
     Flicker,
@@ -29,7 +30,7 @@ from allanite.noise import (
 )
 
 ROOT = Path(__file__).resolve().parent.parent
-GOLDEN = Path(__file__).parent / "published" / "firmware_model.hpp"
+GOLDEN = Path(__file__).parent / "published" / "cpp_model.hpp"
 LICENCE = "// SPDX-License-Identifier: BSD-3-Clause\n"
 DEG = math.radians(1)
 
@@ -40,32 +41,7 @@ EXAMPLE: dict[str, Any] = {"rate": 100.0, "horizon": 600.0}
 
 def exported(model: Any = GYRO, **options: Any) -> str:
     given = model if isinstance(model, dict) else {"gyro": model}
-    return al.export("firmware", given, **{**EXAMPLE, **options})
-
-
-def constants(text: str) -> dict[str, NDArray[np.float64]]:
-    """The arrays and numbers of a header, as a compiler reads them."""
-    found = {}
-    for name, values in re.findall(r"^constexpr \w+ (\w+)(?:\[[^]]*\])? = \{?([^;}]*)\}?;", text, re.M):
-        numbers = [float(x.rstrip("F")) for x in values.replace("\n", " ").split(",")]
-        found[name] = np.array(numbers)
-    return found
-
-
-def spaces(text: str) -> StateSpace:
-    """The exported model as a StateSpace after its first sample."""
-    c = constants(text)
-    n = int(c["n_states"][0])
-    return StateSpace(
-        transition=c["transition"].reshape(n, n),
-        process=c["process"].reshape(n, n),
-        output=c["output"],
-        noise=float(c["noise"][0]),
-        initial=c["start_covariance"].reshape(n, n),
-        rate=c["bias"],
-        labels=("x",) * n,
-        diffuse=np.zeros(n, dtype=np.bool_),
-    )
+    return al.export("cpp", given, **{**EXAMPLE, **options})
 
 
 def fitted(name: str, *terms: Any, estimates: Any = (), kind: str = "rate") -> dict[str, Any]:
@@ -109,7 +85,7 @@ def test_exported_filter_is_the_model_with_an_unknown_level(
 ) -> None:
     """Same bias, same variance, same innovations as the filter of the noise model and a diffuse constant."""
     text = exported(model, scalar="double", sampling=sampling)
-    small, start = spaces(text), constants(text)["start_gain"]
+    small, start = space_of(text), constants(text)["start_gain"]
     y = 0.3 + 1e-3 * rng.standard_normal(500)
     y[100:150] = np.nan
     whole = model.state_space(0.01, sampling=sampling, record=600.0).with_constant()
@@ -133,7 +109,7 @@ def test_exported_filter_is_the_model_with_an_unknown_level(
 
 def test_steady_gain_is_that_of_the_settled_filter() -> None:
     text = exported(scalar="double")
-    space, c = spaces(text), constants(text)
+    space, c = space_of(text), constants(text)
     settled = steady_state(space)
     assert c["steady_gain"] == pytest.approx(settled.gain, rel=1e-9)
     assert c["steady_sd"][0] == pytest.approx(
@@ -141,6 +117,26 @@ def test_steady_gain_is_that_of_the_settled_filter() -> None:
     )
     assert "steady_gain" not in constants(exported(NoiseModel.of(White(N=1e-4))))
     assert "No steady gain" in exported(NoiseModel.of(White(N=1e-4)))
+
+
+@pytest.mark.parametrize("options", [{}, {"flicker": "single", "correlation_time": 100.0}], ids=str)
+def test_steady_gain_solves_the_riccati_equation_and_is_the_limit_of_the_running_one(
+    options: dict[str, Any],
+) -> None:
+    """Two more witnesses: SciPy's solution of the equation, and the filter's own gain after a long time."""
+    from scipy.linalg import solve_discrete_are
+
+    text = exported(scalar="double", filter_rate=1.0, rate=1.0, **options)
+    space, gain = space_of(text), constants(text)["steady_gain"]
+    size = np.sqrt(np.where(np.diag(space.process) > 0, np.diag(space.process), space.noise))
+    f = space.transition * size / size[:, None]
+    h, q = space.output * size, space.process / np.outer(size, size)
+    p = solve_discrete_are(f.T, h[:, None], q, [[space.noise]])
+    assert gain == pytest.approx(size * (p @ h) / (h @ p @ h + space.noise), rel=1e-6)
+    late = FilterRun(space)
+    late.feed(np.zeros(400_000), readout=False, innovations=False)
+    p = late.covariance
+    assert gain == pytest.approx(p @ space.output / (space.output @ p @ space.output + space.noise), rel=1e-6)
 
 
 def test_states_are_few_and_counted() -> None:
@@ -156,7 +152,7 @@ def test_states_are_few_and_counted() -> None:
     single = exported(flicker="single", correlation_time=100.0, scalar="double")
     own = GYRO.terms[0], GaussMarkov.from_sigma(SIGMA_PER_B * 5 * DEG / 3600, 100.0), GYRO.terms[2]
     same = merged(NoiseModel.of(*own).state_space(0.01))
-    assert spaces(single).process == pytest.approx(same.process, rel=1e-12)
+    assert space_of(single).process == pytest.approx(same.process, rel=1e-12)
 
 
 def test_golden_file() -> None:
@@ -169,7 +165,7 @@ def test_golden_file() -> None:
         fitted("gx", White(N=8e-5), Flicker(B=2e-5)),
         fitted("gy", White(N=8.7e-5), Flicker(B=2.4e-5), estimates=limits),
     ]
-    text = al.export("firmware", study(*channels), filter_rate=10.0, horizon=100.0)
+    text = al.export("cpp", study(*channels), filter_rate=10.0, horizon=100.0)
     assert LICENCE + text.replace(al.__version__, "VERSION") == GOLDEN.read_text(encoding="utf-8")
 
 
@@ -190,29 +186,29 @@ def test_worst_axis_is_the_default_and_any_can_be_named() -> None:
     ]
     acceleration = fitted("a", White(N=1.0), kind="acceleration")
     document = study(acceleration, *axes)
-    assert "channel y, the worst axis of 4 channels" in al.export("firmware", document)
-    assert "channel z, one of 4" in al.export("firmware", document, channel="z")
-    named = al.export("firmware", document, channel="a")
+    assert "channel y, the worst axis of 4 channels" in al.export("cpp", document)
+    assert "channel z, one of 4" in al.export("cpp", document, channel="z")
+    named = al.export("cpp", document, channel="a")
     assert "[(m/s^2)^2]" in named
     drifting = study(*axes, fitted("w", White(N=1e-4), Flicker(B=1e-3)))
-    assert "channel w, the worst" in al.export("firmware", drifting)
+    assert "channel w, the worst" in al.export("cpp", drifting)
 
 
 def test_rate_sampling_and_family_are_said() -> None:
     document = study(fitted("x", White(N=1e-4), Flicker(B=1e-5)), sampling="point")
-    assert "the value at an instant" in al.export("firmware", document)
-    slower = al.export("firmware", document, filter_rate=10.0)
+    assert "the value at an instant" in al.export("cpp", document)
+    slower = al.export("cpp", document, filter_rate=10.0)
     assert "FEED MEANS" in slower
     assert "the mean over its interval" in slower
-    assert "EXTRAPOLATED" in al.export("firmware", document, filter_rate=400.0)
-    assert "in float, feed means at a lower rate" in al.export("firmware", document, horizon=1e6)
+    assert "EXTRAPOLATED" in al.export("cpp", document, filter_rate=400.0)
+    assert "in float, feed means at a lower rate" in al.export("cpp", document, horizon=1e6)
     other = {**NoiseModel.of(White(N=1e-4), GaussMarkov(q=1e-6, T=50.0)).to_json(), "family": "gauss-markov"}
     both = study({**document["channels"][0], "models": [*document["channels"][0]["models"], other]})
-    assert "cannot decide" in al.export("firmware", both)
-    chosen = al.export("firmware", both, family="gauss-markov")
+    assert "cannot decide" in al.export("cpp", both)
+    chosen = al.export("cpp", both, family="gauss-markov")
     assert constants(chosen)["n_states"] == 3
     with pytest.raises(InputError, match="no model of the family 'pink'; there are: flicker, gauss-markov"):
-        al.export("firmware", both, family="pink")
+        al.export("cpp", both, family="pink")
 
 
 def test_user_text_stays_in_its_comment() -> None:
@@ -240,7 +236,7 @@ def test_user_text_stays_in_its_comment() -> None:
 )
 def test_refusals(channels: list[dict[str, Any]], options: dict[str, Any], message: str) -> None:
     with pytest.raises(InputError, match=message):
-        al.export("firmware", study(*channels), **options)
+        al.export("cpp", study(*channels), **options)
 
 
 # -- the example ------------------------------------------------------------------------------------------------
@@ -289,8 +285,59 @@ def test_example_on_a_desk_gives_what_python_gives(scalar: str, bound: float, tm
     s, f, path = c["start_gain"] * y[first], c["transition"].reshape(9, 9), []
     for sample in y[first:]:
         s = f @ (s + (0 if math.isnan(sample) else (sample - c["output"] @ s) * c["steady_gain"]))
-        path.append(c["bias"] @ s)
+        path.append(c["bias_of_states"] @ s)
     assert fixed[first:] == pytest.approx(path, rel=1e-5)
+
+
+@pytest.mark.skipif(not (shutil.which("g++") and shutil.which("make")), reason="needs g++ and make")
+@pytest.mark.parametrize(("scalar", "bound"), [("double", 1e-9), ("float", 5e-3)])
+def test_states_after_a_quarter_of_an_hour_are_those_of_python(
+    scalar: str, bound: float, rng: np.random.Generator
+) -> None:
+    """All states of a model without K, which has a constant bias and no steady gain; `make verify` takes a day."""
+    model = NoiseModel.of(White(N=1e-4), GaussMarkov.from_sigma(3e-5, 20.0))
+    text = exported(model, scalar=scalar, rate=RATE, horizon=600.0)
+    assert "FixedGainFilter" not in text
+    y = 1e-3 + 1e-3 * rng.standard_normal(round(900 * RATE))
+    y[5000:9000] = np.nan
+    found = replayed(text, y, every=len(y))[-1]
+    small = space_of(exported(model, scalar="double", rate=RATE, horizon=600.0))
+    whole = model.state_space(1 / RATE, record=600.0).with_constant()
+    truth = run_filter(y, whole, store=False)
+    sd = math.sqrt(whole.rate @ truth.covariance @ whole.rate)
+    assert found[0] == pytest.approx(whole.rate @ truth.state, abs=bound * sd)
+    assert math.sqrt(found[1]) == pytest.approx(sd, rel=bound)
+    assert found[2:] @ small.rate == pytest.approx(found[0], rel=1e-6)
+    assert len(found) == 2 + whole.size
+    assert found[2:] == pytest.approx(truth.state, abs=bound * math.sqrt(np.diag(truth.covariance).max()))
+
+
+@pytest.mark.skipif(not shutil.which("g++"), reason="needs g++")
+def test_three_axes_live_in_one_program(tmp_path: Path) -> None:
+    """Each in its namespace, with and without a steady gain, under all warnings."""
+    parts = [
+        exported(GYRO, namespace="gyro_x", horizon=60.0),
+        exported(NoiseModel.of(White(N=1e-4)), namespace="gyro_y"),
+        exported(
+            GYRO, namespace="gyro_z", horizon=60.0, scalar="double", flicker="single", correlation_time=9.0
+        ),
+    ]
+    for number, text in enumerate(parts):
+        (tmp_path / f"m{number}.hpp").write_text(text, encoding="utf-8")
+    (tmp_path / "all.cpp").write_text(
+        '#include "m0.hpp"\n#include "m1.hpp"\n#include "m2.hpp"\n'
+        "gyro_x::BiasFilter x; gyro_y::BiasFilter y; gyro_z::FixedGainFilter z;\n"
+        "void start() { begin(x); begin(y); begin(z, 0.0); }\n"
+        "double step(float a) { on_sample(x, a); on_sample(y, a); on_sample(z, double(a));\n"
+        "  return double(bias(x) + bias(y)) + bias(z) + double(bias_variance(x)); }\n",
+        encoding="utf-8",
+    )
+    strict = ["-std=c++17", "-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-Wdouble-promotion", "-Werror"]
+    plain = ["-fno-exceptions", "-fno-rtti", "-fsyntax-only", f"-I{ROOT / 'kernels' / 'include'}"]
+    done = subprocess.run(
+        ["g++", *strict, *plain, str(tmp_path / "all.cpp")], capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 0, done.stderr
 
 
 @pytest.mark.skipif(
@@ -300,6 +347,13 @@ def test_example_on_a_desk_gives_what_python_gives(scalar: str, bound: float, tm
 def test_example_fits_a_cortex_m4(tmp_path: Path) -> None:
     """No heap, no exceptions, no software double (the makefile looks), and some kilobytes."""
     printed = make("cortex-m4", tmp_path)
-    text, data, bss = (int(x) for x in printed.splitlines()[1].split()[:3])
-    assert text < 6 << 10
-    assert data + bss < 4 << 10
+    full, fixed = ([int(x) for x in line.split()[:3]] for line in printed.splitlines()[-2:])
+    assert full[0] < 6 << 10
+    assert full[1] + full[2] < 4 << 10
+    assert fixed[0] < 1 << 10
+    assert fixed[1] + fixed[2] < 64
+    # the sizes that the documents state
+    for page in ("firmware/README.md", "docs/howto/firmware.md"):
+        stated = (ROOT / page).read_text(encoding="utf-8")
+        assert f"{full[0] / 1000:.1f} kB" in stated, page
+        assert f"{full[2] / 1000:.1f} kB" in stated, page

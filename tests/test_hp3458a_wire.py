@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import sys
+import threading
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -142,7 +143,8 @@ def test_what_was_set_is_stored_as_read_back():
     stored = instrument.settings
     assert stored["aperture"] == pytest.approx(0.02) and stored["nplc"] == 1.0
     assert stored["period"] == 0.03125 and stored["aliasing_factor"] == pytest.approx(1.25)
-    assert stored["autozero"] == 0.0 and stored["temperature_c"] == 36.4 and stored["mains_hz"] == 50.0
+    assert stored["autozero"] == 0.0 and stored["mains_hz"] == 50.0
+    assert "temperature_c" not in stored  # it is no setting: a fact of the first block
     assert stored["function"] == (1.0, 10.0) and stored["readings"] == (16777215.0, 6.0)
     assert "TRIG AUTO;TIMER 0.03125;NRDGS 16777215,TIMER" in stored["sent"]
     assert instrument.rate == 32.0
@@ -210,7 +212,7 @@ def test_the_meter_is_armed_again_before_its_counter_ends():
     assert microvolts(values[:53]) == list(range(53))
     assert flags[50] == Flag.RESYNC and not np.delete(flags, 50).any()
     assert len(remarks) == 1 and "counter of 50 readings was full" in remarks[0]
-    assert [b.facts for b in blocks if b.facts] == [{"temperature_c": 36.4}]
+    assert [b.facts for b in blocks if b.facts] == [{"temperature_c": 36.4}] * 2
     conversation = bytes(simulator.heard)
     again = "AZERO ONCE\n" + "".join(f"{q}\n" for q in QUERIES) + "TARM SGL,1\n"
     assert conversation.count(again.encode()) == 1
@@ -280,6 +282,21 @@ def test_silence_is_a_timeout_each_time_and_no_reading_is_repeated():
     assert counter.tolist() == numbers, "the clock says how many were lost"
     assert remarks == ("40 reading(s) did not come while it was silent",)
     assert flags[30] == Flag.RESYNC and np.count_nonzero(flags) == 1
+
+
+def test_who_interrupts_is_heard_while_a_slow_reading_is_waited_for(monkeypatch):
+    monkeypatch.setattr(driver, "NEAR", 0.05)
+    monkeypatch.setattr(driver, "SLICE", 0.05)
+    with meter(Settings(rate=0.05)) as (_, instrument):
+        instrument.open()
+        instrument.start()
+        threading.Timer(0.1, instrument.interrupt).start()
+        began = time.monotonic()
+        with pytest.raises(InstrumentTimeout):
+            instrument.read(40.0)
+        with pytest.raises(InstrumentTimeout):
+            instrument.read(40.0)
+        assert time.monotonic() - began < 1.0
 
 
 def test_a_byte_lost_on_the_way_brings_the_meter_to_rest_and_starts_it_anew():

@@ -12,18 +12,21 @@ import os
 import random
 import shutil
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import allanite as al
+from allanite.delivery import RunWatch
 from allanite.errors import DataQualityError, FormatError, StorageError
-from allanite.log_store import Disk, LogStore, open_run, recover
+from allanite.log_store import Disk, LogStore, open_run, recover, writing
 from allanite.log_store.segment import Segment
 from log_store_runs import (
     HEADER,
     batch_of,
+    gaps_of,
     kill_writer,
     numbers_of,
     start_writer,
@@ -46,7 +49,7 @@ def ends_of(path: Path) -> list[int]:
 
 def test_q1_nothing_acknowledged_is_lost_by_kill_9(tmp_path: Path) -> None:
     delays = random.Random(6)
-    folders = [tmp_path / f"run{k}" for k in range(6)]
+    folders = [tmp_path / f"run{k}" for k in range(3)]
     writers = [(folder, start_writer(folder)) for folder in folders]
     for folder, writer in writers:
         found = kill_writer(writer, folder, delays.uniform(0.0, 0.1))
@@ -134,8 +137,85 @@ def test_q2_damage_in_the_middle_is_a_gap_and_recover_finds_what_is_behind(tmp_p
     )
 
 
+def broken_off(folder: Path, n: int = 10) -> Path:
+    """A run as the death of its writer leaves it: acknowledged batches, no end."""
+    with LogStore.create(folder.with_name("alive"), HEADER) as store:
+        fill(store, n)
+        shutil.copytree(store.folder, folder)
+    return folder
+
+
+def flipped(folder: Path, place: int, mask: int = 1) -> None:
+    data = bytearray((folder / FIRST).read_bytes())
+    data[place] ^= mask
+    (folder / FIRST).write_bytes(data)
+
+
+@pytest.mark.parametrize("behind", [True, False], ids=["amid", "the last one"])
+@pytest.mark.parametrize("where", ["length", "size of the metadata"])
+def test_q2_a_damaged_length_in_a_run_that_broke_off_is_no_batch_being_written(
+    tmp_path: Path, run: Run, where: str, behind: bool
+) -> None:
+    folder = broken_off(tmp_path / "run")
+    ends = ends_of(folder / FIRST)
+    start = ends[4 if behind else 9]
+    whole = (folder / FIRST).read_bytes()
+    place = whole.index(b"bytes=", start) + 6 if where == "length" else start + 6
+    flipped(folder, place, 8 if where == "length" else 0x10)
+    found = open_run(folder).survey()
+    kept = 128 if behind else 288
+    assert not found.torn and found.n_samples == kept
+    assert "the length of a batch is damaged" in found.faults[FIRST]
+    assert (recover(folder, None).lost, recover(folder, None).kept) == ((32, 288) if behind else (0, 288))
+    assert recover(folder, None).exit_code == 3
+    told = run("info", folder).out + run("info", folder).err
+    assert "recover" in told and "never acknowledged" not in told
+    watched = RunWatch(folder).look()
+    assert (watched["samples"], watched["missing"]) == (288, 32 if behind else 0)
+
+
+def test_q2_a_damaged_opening_of_a_run_that_broke_off_is_no_segment_being_begun(tmp_path: Path) -> None:
+    folder = broken_off(tmp_path / "run")
+    flipped(folder, 6, 0x10)  # its length
+    found = recover(folder, None)
+    assert (found.kept, found.lost, found.exit_code) == (320, 0, 0)  # with what the manifest says
+    with pytest.raises(DataQualityError, match=f"{FIRST}: it does not begin with a whole Arrow schema"):
+        open_run(folder).survey()
+
+
+def test_q1_a_batch_that_was_being_written_is_torn_wherever_it_is_cut(tmp_path: Path) -> None:
+    folder = broken_off(tmp_path / "run", 3)
+    whole = (folder / FIRST).read_bytes()
+    ends = ends_of(folder / FIRST)
+    for cut in (1, 7, 8, 100, 300, ends[3] - ends[2] - 1):
+        (folder / FIRST).write_bytes(whole[: ends[2] + cut])
+        found = open_run(folder).survey()
+        assert found.torn and not found.faults and found.n_samples == 64, cut
+
+
+def test_a_segment_that_is_not_the_one_that_was_closed_is_named(tmp_path: Path) -> None:
+    folder = write_run(tmp_path / "run", range(0, 320, 32))
+    assert recover(folder, None).exit_code == 0
+    other = LogStore.create(tmp_path / "other", HEADER)
+    identity = open_run(folder).manifest[0]["run"]
+    other._opening = writing.Opening.of(HEADER, identity)  # of the same run: every batch verifies
+    other._segment = writing._Segment(tmp_path / "other", 2, other._opening, Disk())
+    for k in range(10):
+        batch = batch_of(32 * k)
+        other.append(replace(batch, values=batch.values + 1.0))
+    other.close()
+    (folder / FIRST).write_bytes((tmp_path / "other" / "000002.arrows").read_bytes())
+    found = recover(folder, None)
+    assert found.exit_code == 3 and "SHA-256" in found.losses[0].why
+    (folder / FIRST).write_bytes(b"")
+    flipped_end = write_run(tmp_path / "third", range(0, 320, 32))
+    size = (flipped_end / FIRST).stat().st_size
+    flipped(flipped_end, size - 1)  # in the mark of the end: no sample is touched
+    assert recover(flipped_end, None).exit_code == 0
+
+
 def numbers_of_gap(folder: Path) -> list[int]:
-    return [n for gap in open_run(folder).gaps for n in range(gap.counter, gap.counter + gap.count)]
+    return [n for first, count in gaps_of(folder) for n in range(first, first + count)]
 
 
 def test_a_segment_that_is_gone_is_named(tmp_path: Path) -> None:
@@ -242,7 +322,9 @@ def test_q3_a_write_that_fails_once_ends_its_segment_and_loses_nothing(
     assert numbers_of(tmp_path / "run") == list(range(320))
     run = open_run(tmp_path / "run")
     assert [bool(e.get("error")) for e in run.manifest if e["kind"] == "closed"] == [True, False]
-    assert run.gaps == () and run.survey().faults == {} and recover(run.folder, None).exit_code == 0
+    assert (
+        gaps_of(run.folder) == [] and run.survey().faults == {} and recover(run.folder, None).exit_code == 0
+    )
 
 
 def test_q3_a_failed_sync_is_never_tried_again_on_its_file(tmp_path: Path) -> None:
@@ -271,7 +353,8 @@ def test_q3_a_disk_that_goes_on_failing_ends_the_run(tmp_path: Path, code: int, 
     with pytest.raises(StorageError, match="is closed"):
         store.append(batch_of(3200))
     assert set(range(96)) <= set(numbers_of(tmp_path / "run"))
-    assert open_run(tmp_path / "run").status == "unfinished"  # and unlocked
+    run = open_run(tmp_path / "run")
+    assert run.status == "fail" and advice in run.reason  # and unlocked
 
 
 @pytest.mark.parametrize("n", [1, 2, 50, 511, 512, 600])
@@ -299,12 +382,65 @@ def test_the_manifest_survives_a_line_that_failed(tmp_path: Path) -> None:
     with LogStore.create(tmp_path / "run", HEADER, disk=disk) as store:
         store.append(batch_of(0))
         disk.writes[disk.written + 1] = lambda descriptor, data: os.write(descriptor, data[:20])
-        with pytest.raises(StorageError, match="manifest"):
-            store.note("temperature", value=36.5)
+        store.note("temperature", value=36.5)  # tried once more
+        disk.syncs[disk.synced + 1] = errno.EIO
         store.note("temperature", value=36.6)
+        disk.writes = dict.fromkeys((disk.written + 1, disk.written + 2), full)
+        with pytest.raises(StorageError, match=r"manifest.*make room"):
+            store.note("temperature", value=36.7)
+        store.note("temperature", value=36.8)
     run = open_run(tmp_path / "run")
-    assert [e["value"] for e in run.manifest if e["kind"] == "temperature"] == [36.6]
-    assert run.damaged_lines == 1 and run.status == "success"
+    assert [e["value"] for e in run.manifest if e["kind"] == "temperature"] == [36.5, 36.6, 36.8]
+    assert run.damaged_lines == 0 and run.status == "success"
+
+
+def test_q5_a_disk_that_is_full_takes_the_last_samples_and_the_end_where_room_was_kept(
+    tmp_path: Path,
+) -> None:
+    class Full(Disk):
+        """Takes nothing more from some write on, but for the room that the reserve gave back."""
+
+        full = False
+
+        def write(self, descriptor: int, data: bytes) -> int:
+            if self.full and (tmp_path / "run" / writing.RESERVE).exists():
+                raise OSError(errno.ENOSPC, "No space left on device")
+            return super().write(descriptor, data)
+
+    disk = Full()
+    store = LogStore.create(tmp_path / "run", HEADER, disk=disk)
+    assert (tmp_path / "run" / writing.RESERVE).stat().st_blocks * 512 > 32_000
+    fill(store, 3)
+    disk.full = True
+    with pytest.raises(StorageError, match=r"No space left.*all up to sample 127 is stored$"):
+        store.append(batch_of(96))
+    run = open_run(tmp_path / "run")
+    assert (run.status, run.reason.partition(":")[0]) == ("fail", "No space left on device")
+    assert numbers_of(run.folder) == list(range(128)) and run.survey().faults == {}
+    found = recover(run.folder, None)
+    assert (found.kept, found.lost, found.exit_code, found.status) == (128, 0, 0, "fail")
+    assert {p.name for p in run.folder.iterdir()} == {FIRST, "000002.arrows", "manifest.jsonl"}
+
+
+def test_q5_samples_that_even_the_reserve_does_not_take_are_named(tmp_path: Path, run: Run) -> None:
+    disk = Failing()
+    store = LogStore.create(tmp_path / "run", HEADER, disk=disk)
+    fill(store, 3)
+    big = max(len(p.read_bytes()) for p in (tmp_path / "run").glob("*.arrows")) // 4
+    disk.writes = dict.fromkeys(
+        range(disk.written + 1, 10_000),
+        lambda fd, data: full(fd, data) if len(data) > big else os.write(fd, data),
+    )
+    with pytest.raises(
+        StorageError, match=r"No space left.*up to sample 95 is stored, the 32 samples after it"
+    ):
+        store.append(batch_of(96))
+    stopped = open_run(tmp_path / "run")
+    assert stopped.status == "fail" and "make room" in stopped.reason
+    found = recover(stopped.folder, None)
+    assert (found.kept, found.lost, found.exit_code) == (96, 32, 3) and "make room" in found.losses[0].why
+    (missing,) = al.read(stopped.folder).notes["source"]["missing"]
+    assert (missing["position"], missing["samples"]) == (96, 32) and "No space left" in missing["reason"]
 
 
 def test_no_descriptor_is_left_open(tmp_path: Path) -> None:
@@ -322,8 +458,6 @@ def test_no_descriptor_is_left_open(tmp_path: Path) -> None:
 
 
 def test_recover_hands_on_notes_parts_and_status(tmp_path: Path) -> None:
-    from dataclasses import replace
-
     other = replace(HEADER, rate=16.0)
     with LogStore.create(tmp_path / "run", HEADER) as store:
         store.append(batch_of(0))

@@ -45,6 +45,7 @@ PUBLIC_NAMES = [
     "calibrate",
     "characterize",
     "check",
+    "dead_reckon",
     "export",
     "filter_recording",
     "find_north",
@@ -242,8 +243,8 @@ def test_module_is_short_enough_to_read(path: Path) -> None:
     assert lines < 650, f"{short(path)} has {lines} lines: make it a folder of the same name"
 
 
-def test_wheel_is_under_two_megabytes() -> None:
-    # one megabyte held until the calibration of units came: eight tenths are Python sources with their documentation
+def test_wheel_is_under_three_megabytes() -> None:
+    # nine tenths are Python sources with their documentation; two megabytes held until recording and the page came
     kernels = importlib.import_module("allanite._kernels").__file__
     assert kernels is not None
     packed = io.BytesIO()
@@ -252,7 +253,7 @@ def test_wheel_is_under_two_megabytes() -> None:
         for path in PACKAGE.rglob("*"):
             if path.suffix in (".py", ".pyi", ".html", ".css", ".js"):
                 wheel.write(path)
-    assert len(packed.getvalue()) < 2_000_000
+    assert len(packed.getvalue()) < 3_000_000
 
 
 def test_vision_is_five_lines() -> None:

@@ -237,7 +237,7 @@ def test_exported_bound_says_so_and_its_own_two_numbers_are_the_bound(study: Pat
     )
     m = np.geomspace(1, 2048, 100)
     assert np.all(of_file.avar_sampled(m, 1 / RATE) >= TRUTH.avar_sampled(m, 1 / RATE))
-    assert "INFLATED" in al.export("firmware", {"gyro": bound}, rate=RATE)
+    assert "INFLATED" in al.export("cpp", {"gyro": bound}, rate=RATE)
     assert "INFLATED" not in export_of("kalibr", study)
     with pytest.raises(InputError, match="bound_until"):
         export_of("kalibr", study, bound_until=100.0)
@@ -248,7 +248,7 @@ def test_a_file_that_would_change_a_bound_refuses_it(bound: NoiseModel) -> None:
     with pytest.raises(InputError, match=r"flicker\) that this file cannot"):
         al.export("kalibr", {"gyro": bound}, rate=RATE)
     with pytest.raises(InputError, match=r"flicker\) that this file cannot"):
-        al.export("firmware", {"gyro": bound}, rate=RATE, flicker="single", correlation_time=100.0)
+        al.export("cpp", {"gyro": bound}, rate=RATE, flicker="single", correlation_time=100.0)
 
 
 def test_command_bounds_a_study(study: Path, run: Run, tmp_path: Path) -> None:

@@ -378,6 +378,27 @@ def test_growing_column_moves_to_a_file_and_changes_its_type(monkeypatch: pytest
     for part in parts:
         whole.append(part)
     assert whole.finish().dtype == np.int64
+    single = spool.GrowingColumn(np.dtype(np.float32))
+    for part in parts:
+        single.append(part.astype(np.float32) + np.float32(0.5))
+    mapped = single.finish_array()
+    assert mapped.dtype == np.float32
+    assert np.array_equal(mapped, np.arange(1000) + 0.5)
+
+
+def test_a_column_in_pieces_reads_any_stretch(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(spool, "_SMALL", 100)
+    column = spool.GrowingColumn(beside=8)
+    for start, stop in ((0, 40), (40, 40), (40, 41), (41, 100)):
+        column.append(np.arange(start, stop, dtype=np.int64 if start == 0 else np.float64))
+    finished = column.finish()
+    assert type(finished).__name__ == "_Pieces"
+    assert (len(finished), finished.dtype, finished.origin) == (100, np.float64, 0.0)
+    for start in (0, 1, 39, 40, 41, 42, 99):
+        for stop in (start, start + 1, 40, 41, 100, 200):
+            wanted = np.arange(100.0)[start:stop]
+            assert np.array_equal(finished.read(start, stop), wanted), (start, stop)
+            assert finished.read(start, stop).dtype == np.float64
 
 
 def test_a_full_disk_is_a_storage_error() -> None:

@@ -33,6 +33,15 @@ def test_sample(path: Path, expected: dict[str, Any]) -> None:
     options = expected.get("options", {})
     if path.suffix in (".bag", ".db3", ".mcap") or path.is_dir():
         pytest.importorskip("rosbags", reason="the extra allanite[ros] is not installed")
+    for suffix, module in {
+        ".ulg": "pyulog",
+        ".tdms": "nptdms",
+        ".h5": "h5py",
+        ".xlsx": "python_calamine",
+        ".ods": "python_calamine",
+    }.items():
+        if path.suffix == suffix or (module == "h5py" and path.name == "version73.mat"):
+            pytest.importorskip(module, reason=f"the extra of {module} is not installed")
     if "error" in expected:
         with pytest.raises(getattr(errors, expected["error"])) as error:
             read(path, **options)

@@ -158,7 +158,7 @@ def test_blocks_do_not_matter(monkeypatch: pytest.MonkeyPatch, rng: np.random.Ge
     kept = rng.random(len(K)) >= 0.02
     stamps = (K[kept] + 0.05 * rng.normal(size=kept.sum())) * 0.01
     whole = grid(stamps)
-    monkeypatch.setattr("allanite.readers.timebase._BLOCK", 777)
+    monkeypatch.setattr("allanite.readers.filled_stamps.BLOCK", 777)
     parts = grid(stamps)
     assert np.array_equal(whole.grid, parts.grid)
     assert np.array_equal(whole.source, parts.source)

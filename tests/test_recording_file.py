@@ -82,6 +82,45 @@ def test_samples_through_a_scale_factor_keep_their_meaning(
     assert ("--unit rad/s" in said) is (suffix == ".npy")
 
 
+@pytest.mark.parametrize(("suffix", "digits"), [(".parquet", 0), (".npz", 0), (".mat", 0), (".csv", 9)])
+def test_samples_come_back_to_the_last_digit(
+    suffix: str, digits: int, rng: np.random.Generator, tmp_path: Path
+) -> None:
+    """Every float64 there is, from the smallest to the largest, missing ones, and rates that are no round number."""
+    samples = rng.integers(0, 2**64, size=(2000, 3), dtype=np.uint64).view(np.float64)
+    samples[~np.isfinite(samples) | (np.abs(samples) > 9e37)] = np.nan
+    samples[0] = [5e-324, -0.0, 0.1]
+    names = ["gyro_x", "gyro_y", "acc_z"]
+    for rate in (1000.0, 100.06023414, 1 / 3):
+        recording = al.Recording.from_rate(samples, rate=rate, unit="deg/s", names=names)
+        back = al.read(write_recording(recording, tmp_path / f"r{suffix}", force=True))
+        assert (
+            back.rate == rate
+            if digits == 0
+            else back.rate == pytest.approx(rate, abs=rate**2 * 10.0**-digits)
+        )
+        assert back.names == recording.names
+        assert [c.unit for c in back.channels] == ["deg/s"] * 3
+        for name in names:
+            assert np.array_equal(
+                back.values(name).view(np.uint64)[~np.isnan(back.values(name))],
+                recording.values(name).view(np.uint64)[~np.isnan(recording.values(name))],
+            )
+            assert np.array_equal(np.isnan(back.values(name)), np.isnan(recording.values(name)))
+
+
+@pytest.mark.parametrize("suffix", [".parquet", ".npz"])
+@pytest.mark.parametrize("dtype", ["int16", "uint32", "int64", "uint64"])
+def test_whole_numbers_keep_type_and_value(suffix: str, dtype: str, tmp_path: Path) -> None:
+    top = int(np.iinfo(dtype).max) - 1003
+    whole = np.array([top + k for k in range(1000)], dtype=dtype)
+    recording = al.Recording.from_rate(whole, rate=10.0, unit="LSB", names="raw")
+    back = al.read(write_recording(recording, tmp_path / f"r{suffix}"))
+    assert back.columns[0].dtype == np.dtype(dtype)
+    origin = int(back.origin("raw"))
+    assert [int(v) + origin for v in back.values("raw")] == [int(v) for v in whole]
+
+
 @pytest.mark.parametrize("suffix", FORMATS)
 def test_integers_far_from_zero_survive(suffix: str, tmp_path: Path) -> None:
     base = 1 << 60

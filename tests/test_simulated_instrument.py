@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import json
 import math
+import threading
 import time
 import tracemalloc
 from pathlib import Path
@@ -33,13 +34,13 @@ MODELS = {
 
 
 class Clock:
-    """Time that stands still but for sleep."""
+    """Time that stands still but for those who wait."""
 
     def __init__(self, monkeypatch: pytest.MonkeyPatch) -> None:
         self.now = 1000.0
         monkeypatch.setattr(time, "monotonic", lambda: self.now)
         monkeypatch.setattr(time, "monotonic_ns", lambda: round(self.now * 1e9))
-        monkeypatch.setattr(time, "sleep", self.sleep)
+        monkeypatch.setattr(threading.Event, "wait", lambda event, seconds: self.sleep(seconds))
 
     def sleep(self, seconds: float) -> None:
         self.now += seconds

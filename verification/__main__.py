@@ -343,6 +343,7 @@ def _selection(order: Order) -> None:
 
 
 def _recording(order: Order) -> None:
+    from verification.capture import run_drift, run_stopped
     from verification.log_store import (
         run_cost,
         run_cuts,
@@ -350,6 +351,7 @@ def _recording(order: Order) -> None:
         run_disks,
         run_flips,
         run_full,
+        run_monitor,
         run_week,
     )
     from verification.serial_imu import run_held, run_streams
@@ -363,10 +365,45 @@ def _recording(order: Order) -> None:
         "Q4: /dev/full": run_full(),
         "Q13: a week at 32 Hz": run_week(order.share),
         "Cost of a batch": run_cost(),
+        "Cost of watching a run": run_monitor(order.share),
         "Frames out of faulty streams": run_streams(order.count(300), ROOT_SEED),
         "Six channels at 2 kHz over a pty": run_held(600.0 * order.share),
+        "The recorder is stopped for three seconds": run_stopped(3.0),
+        "A meter armed again whose clock drifts": run_drift(),
     }
     write_tables("recording", "Recording", parts, HERE / "results", seed=ROOT_SEED, date=order.date)
+
+
+def _firmware(order: Order) -> None:
+    from verification.firmware import DAY, run_firmware
+    from verification.tables import write_tables
+
+    parts = {"The compiled filter against Python, a day at 32 Hz": run_firmware(ROOT_SEED, _say, DAY * order.share)}
+    write_tables("firmware", "Firmware", parts, HERE / "results", seed=ROOT_SEED, date=order.date)
+
+
+def _dead_reckoning(order: Order) -> None:
+    from verification.dead_reckoning import run_dead_reckoning
+    from verification.tables import write_tables
+
+    parts = {"Budget against strapdown simulations": run_dead_reckoning(ROOT_SEED, _say, units=order.count(4000))}
+    write_tables("dead_reckoning", "Dead reckoning", parts, HERE / "results", seed=ROOT_SEED, date=order.date)
+
+
+def _hostile_files(order: Order) -> None:
+    from verification.hostile_files import run_mutations
+    from verification.tables import write_tables
+
+    parts = {"Changed, cut and crafted files": run_mutations(records=order.count(2000))}
+    write_tables("hostile_files", "Hostile files", parts, HERE / "results", seed=ROOT_SEED, date=order.date)
+
+
+def _floor(order: Order) -> None:
+    from verification.floor import run_floor
+    from verification.tables import write_tables
+
+    parts = {"Coverage with the instrument's own noise taken off": run_floor(ROOT_SEED, _say, order.count(1000))}
+    write_tables("floor", "Noise of the instrument", parts, HERE / "results", seed=ROOT_SEED, date=order.date)
 
 
 def _limits(_: Order) -> None:
@@ -398,6 +435,10 @@ PARTS: dict[str, Callable[[Order], None]] = {
     "battery": _battery,
     "statistics": _statistics,
     "recording": _recording,
+    "firmware": _firmware,
+    "dead-reckoning": _dead_reckoning,
+    "hostile-files": _hostile_files,
+    "floor": _floor,
     "limits": _limits,
     "scoreboard": _scoreboard,
 }

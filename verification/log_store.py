@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The log store against death, damage and failing disks: rows Q1 to Q4 of the test battery in full, and what it costs.
+"""The log store against death, damage and failing disks: rows Q1 to Q4 of the test battery in full, what it costs, and
+a week through the whole capture (Q13).
 
 Every sample that is read back is compared with what was written; a wrong value ends the run. The runs, and the writer
 that is killed, are those of `tests/log_store_runs.py`.
@@ -7,6 +8,7 @@ that is killed, are those of `tests/log_store_runs.py`.
 
 from __future__ import annotations
 
+import multiprocessing
 import os
 import random
 import re
@@ -18,6 +20,7 @@ import tempfile
 import time
 from collections.abc import Callable, Iterable
 from dataclasses import replace
+from multiprocessing.connection import Connection
 from pathlib import Path
 from typing import Any
 
@@ -32,12 +35,28 @@ from tests.log_store_runs import (
     write_run,
 )
 
+import allanite as al
+from allanite.capture import Progress, capture
+from allanite.delivery import RunWatch
 from allanite.errors import StorageError
-from allanite.log_store import Disk, Header, LogStore, compact, open_run, recover
+from allanite.instruments.hp3458a import HP3458A, Settings
+from allanite.instruments.hp3458a.commands import LONGEST_COUNT
+from allanite.instruments.hp3458a.simulated_meter import SimulatedMeter
+from allanite.instruments.hp3458a.simulator import Simulator
+from allanite.log_store import Batch, Disk, Header, LogStore, compact, open_run, recover
 from allanite.log_store.segment import Segment
 from allanite.recording import Channel
 
-__all__ = ["run_cost", "run_cuts", "run_deaths", "run_disks", "run_flips", "run_full", "run_week"]
+__all__ = [
+    "run_cost",
+    "run_cuts",
+    "run_deaths",
+    "run_disks",
+    "run_flips",
+    "run_full",
+    "run_monitor",
+    "run_week",
+]
 
 Json = dict[str, Any]
 Say = Callable[[str], None]
@@ -219,37 +238,125 @@ def run_cost(n: int = 2000) -> list[Json]:
 
 
 def run_week(share: float = 1.0) -> list[Json]:
-    """A week at 32 Hz, as fast as it goes: counts, memory, descriptors, and the time to read it."""
-    batches = round(share * WEEK)
+    """Q13: a week at 32 Hz through the capture, as fast as it goes: counts, values, memory, descriptors.
+
+    The simulated 3458A sits in a process of its own behind a socket, is read through PyVISA a second at a time, and is
+    armed again once, as in a week. Every reading tells which one it is.
+    """
+    n = round(share * WEEK * RATE)
+    # As in a week: 16 777 215 readings to an arming, and so many segments of ten minutes.
+    settings = Settings(rate=RATE, readings_per_arm=max(round(LONGEST_COUNT * min(share, 1.0)), 2))
+    marks: list[tuple[int, int, int]] = []
+
+    def watch(state: Progress) -> None:
+        if state.samples >= n * (len(marks) + 1) / 10:
+            marks.append((state.samples, _resident(), _descriptors()))
+
+    context = multiprocessing.get_context("spawn")
+    here, there = context.Pipe()
+    process = context.Process(target=_serve, args=(there,), daemon=True)
+    process.start()
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name) / "run"
+        meter = HP3458A(here.recv(), settings, speed=None, block=1.0)
         begun = time.perf_counter()
-        with LogStore.create(folder, HEADER) as store:
-            for k in range(batches):
-                if k == batches // 10:
-                    before = _resident(), _descriptors()
-                store.append(batch_of(32 * k))
-            after = _resident(), _descriptors()
+        done = capture(meter, folder, duration=n / RATE, rotate_seconds=0.3, progress=watch)
         written = time.perf_counter() - begun
+        here.send("end")
+        process.join(10.0)
         begun = time.perf_counter()
-        survey = open_run(folder).survey()
+        stored, wrong = _wrong_readings(folder)
         read = time.perf_counter() - begun
         size = sum(p.stat().st_size for p in folder.iterdir())
+        segments = len(list(folder.glob("*.arrows")))
+    _, memory, descriptors = marks[0]
     return [
         {
-            "samples": survey.n_samples,
-            "right": survey.n_samples == 32 * batches,
-            "days": survey.n_samples / RATE / 86400,
+            "samples": done.samples,
+            "missing": done.missing,
+            "due": n,
+            "exact": done.samples + done.missing == n and stored == done.samples,
+            "wrong": wrong,
+            "armed_again": done.gaps,
+            "days": n / RATE / 86400,
             "GB": size * 1e-9,
+            "segments": segments,
             "write_s": written,
             "verify_s": read,
-            "memory_growth_MB": (after[0] - before[0]) * 1e-6,
-            "descriptors": [before[1], after[1]],
+            "memory_growth_MB": (max(m for _, m, _ in marks) - memory) * 1e-6,
+            "descriptors": [descriptors, max(d for _, _, d in marks)],
+        }
+    ]
+
+
+def run_monitor(share: float = 1.0) -> list[Json]:
+    """What it costs to watch a week at 32 Hz: the first look, those after it, memory; and to read the run.
+
+    Processor time of this process. Later looks find one batch of a second each, as every second does.
+    """
+    n = max(round(share * WEEK), 40)
+    with tempfile.TemporaryDirectory() as name:
+        folder = Path(name) / "run"
+        with LogStore.create(folder, HEADER, rotate_seconds=1e9, rotate_bytes=600 * 1200) as store:
+            for second in range(n - 20):
+                store.append(_noise(second))
+            store.sync()
+            before, watch = _resident(), RunWatch(folder)
+            first = _processor_time(watch.look) + _processor_time(watch.curve)
+            later = []
+            for second in range(n - 20, n):
+                store.append(_noise(second))
+                store.sync()
+                later.append(_processor_time(watch.look) + _processor_time(watch.curve))
+            growth, state = _resident() - before, watch.look()
+        read = _processor_time(lambda: [len(block) for _, block in al.read(folder).blocks("gyro_z")])
+        size = sum(p.stat().st_size for p in folder.iterdir())
+        segments = len(list(folder.glob("*.arrows")))
+    return [
+        {
+            "samples": state["samples"],
+            "exact": state["samples"] == 32 * n and not state["missing"],
+            "days": n / 86400,
+            "GB": size * 1e-9,
+            "segments": segments,
+            "first_look_s": first,
+            "later_look_s_median": float(np.median(later)),
+            "memory_growth_MB": growth * 1e-6,
+            "verify_and_read_one_channel_s": read,
         }
     ]
 
 
 # -- parts --------------------------------------------------------------------------------------------------
+
+
+def _noise(second: int) -> Batch:
+    """A second of white noise in both channels."""
+    batch = batch_of(32 * second)
+    return replace(batch, values=np.random.default_rng(second).standard_normal(batch.values.shape))
+
+
+def _processor_time(call: Callable[[], Any]) -> float:
+    begun = time.process_time()
+    call()
+    return time.process_time() - begun
+
+
+def _serve(told: Connection) -> None:
+    """The meter of `run_week`; its readings count microvolts."""
+    with Simulator(SimulatedMeter(speed=None)) as simulator:
+        told.send(simulator.resource)
+        told.recv()
+
+
+def _wrong_readings(folder: Path) -> tuple[int, int]:
+    """How many readings are stored, and how many of them are not the next one that the meter made."""
+    stored = wrong = 0
+    for batch in open_run(folder).batches():
+        made = np.arange(stored, stored + len(batch))
+        wrong += int(np.count_nonzero(np.round(batch.values[:, 0] * 1e6) != made % 1_000_000))
+        stored += len(batch)
+    return stored, wrong
 
 
 def _ten_batches(folder: Path) -> tuple[Path, bytes, list[int]]:

@@ -8,17 +8,21 @@ from __future__ import annotations
 
 import multiprocessing
 import random
+import tempfile
 import time
 from multiprocessing.connection import Connection
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from allanite.capture import capture
 from allanite.instruments import Flag
 from allanite.instruments.serial_imu import Description, Framer, SerialImu
 from allanite.instruments.serial_imu.encoding import Encoder
 from allanite.instruments.serial_imu.faults import Fault, noise, wire
 from allanite.instruments.serial_imu.simulator import SimulatedImu
+from allanite.log_store import open_run
 
 __all__ = ["run_held", "run_streams"]
 
@@ -101,37 +105,52 @@ def _one(described: Description, faults: list[Fault], samples: int, draw: random
 
 
 def run_held(seconds: float, *, rate: float = 2000.0) -> list[Json]:
-    """Six channels over a pseudo-terminal in real time, the device in a process of its own."""
+    """Six channels over a pseudo-terminal in real time through the capture to disk, the device in a process of its own.
+
+    The share of a core is the processor time of the whole recording process: both threads, the kernel on its behalf,
+    connecting and closing.
+    """
     described = _device(rate, "crc32", 26)
     context = multiprocessing.get_context("spawn")
     here, there = context.Pipe()
-    process = context.Process(target=_send, args=(described.model_dump(mode="json", by_alias=True), there))
+    process = context.Process(
+        target=_send, args=(described.model_dump(mode="json", by_alias=True), there), daemon=True
+    )
     process.start()
     imu = SerialImu(here.recv(), described)
-    imu.open()
-    imu.start()
-    first = imu.read(2.0)
-    begin, worked = time.monotonic(), time.process_time()
-    read = 0
-    while time.monotonic() - begin < seconds:
-        last = imu.read(2.0)
-        read += len(last)
-    worked, gone = time.process_time() - worked, time.monotonic() - begin
-    here.send("end")
-    process.join(10.0)
-    imu.close()
-    assert first.counter is not None and last.counter is not None
-    due = int(last.counter[-1] - first.counter[-1])
+    with tempfile.TemporaryDirectory() as name:
+        begin, worked = time.monotonic(), time.process_time()
+        done = capture(imu, Path(name) / "run", duration=seconds)
+        worked, gone = time.process_time() - worked, time.monotonic() - begin
+        here.send("end")
+        process.join(10.0)
+        stored, wrong = _wrong_samples(Path(name) / "run")
     return [
         {
             "seconds": round(gone, 1),
-            "samples": read,
-            "lost": due - read,
-            "samples_per_second": round(read / gone, 1),
+            "samples": stored,
+            "due": round(seconds * rate),
+            "missing": done.missing,
+            "dropped": done.dropped,
+            "wrong": wrong,
+            "samples_per_second": round(stored / gone, 1),
             "skipped_bytes": imu.tally.skipped,
             "percent_of_a_core": round(100 * worked / gone, 1),
         }
     ]
+
+
+def _wrong_samples(folder: Path) -> tuple[int, int]:
+    """How many samples are stored, and how many of them are not what was sent under their number."""
+    source, stored, wrong, first = noise(6), 0, 0, None
+    for batch in open_run(folder).batches():
+        if first is None:  # some samples may have gone by before the port was opened
+            sent = source(0, 20_000)
+            first = int(np.argmin(np.abs(sent - batch.values[0]).sum(axis=1)))
+        true = source(first + batch.first, batch.last - batch.first + 1)[batch.counter - batch.first]
+        wrong += int((np.abs(batch.values - true) > _ROUNDED).any(axis=1).sum())
+        stored += len(batch)
+    return stored, wrong
 
 
 def _send(entries: Json, told: Connection) -> None:

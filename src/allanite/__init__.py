@@ -15,6 +15,7 @@ Data go one way::
     Recording of a unit in several positions --calibrate--> CalibrationEstimate
     Recording of a unit at rest or turned --align--> AlignmentEstimate
     NoiseModel + Recording on a rate table --measure_rate_table--> RateTableEstimate
+    NoiseModel --dead_reckon--> DeadReckoning: what the noise costs a navigator
     NoiseModel --plan, plan_positions--> Plan, PositionPlan, before a single sample is taken
 
 `Study` is the only thing that crosses from the science to the presentation. It is a plain, versioned
@@ -87,6 +88,7 @@ __version__ = "0.1.0"
 if TYPE_CHECKING:
     from .alignment import align
     from .allan import AllanCurve, allan_curve
+    from .dead_reckoning import dead_reckon
     from .earth_rate import measure_earth_rate
     from .errors import AllaniteError
     from .exporters import export
@@ -119,6 +121,7 @@ __all__ = [
     "calibrate",
     "characterize",
     "check",
+    "dead_reckon",
     "export",
     "filter_recording",
     "find_north",
@@ -145,6 +148,7 @@ _HOMES = {
     "calibrate": "triad",
     "characterize": "study",
     "check": "health",
+    "dead_reckon": "dead_reckoning",
     "export": "exporters",
     "filter_recording": "kalman",
     "find_north": "north",

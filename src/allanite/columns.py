@@ -101,12 +101,13 @@ def _integer_base(array: NDArray[Any]) -> int:
     low, high = int(array.min()), int(array.max())
     if max(abs(low), abs(high)) < 1 << 53:
         return 0
-    if high - low >= 1 << 53:
+    if high - low >= (1 << 53) - (1 << 11):  # less what the base lies below `low`
         raise InputError(
             f"64-bit integers from {low} to {high} span more than 2**53: float64 cannot hold them; "
             "subtract an offset or scale them first"
         )
-    return low
+    base = int(float(low))  # a number that float64 holds: `origin` tells it to others
+    return base if base <= low else int(np.nextafter(float(low), -np.inf))
 
 
 @dataclass(frozen=True, slots=True)

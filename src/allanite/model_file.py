@@ -12,6 +12,7 @@ from typing import Any
 
 from allanite.atomic_file import fresh
 from allanite.errors import FormatError, InputError
+from allanite.foreign_models import models_of_matlab, models_of_yaml
 from allanite.noise import (
     BY_LETTER,
     SIGMA_PER_B,
@@ -35,23 +36,26 @@ _WORDS = re.compile(r"\s*([QNBKRT])(?:_b)?\s*=\s*((?:\d+\.?\d*|\.\d+)(?:[eE][+-]
 
 def load_models(path: str | os.PathLike[str]) -> tuple[dict[str, NoiseModel], float | None]:
     """Noise models by channel name: of a study, of what ``allanite fit --json`` prints, of one model, of a data sheet
-    (YAML, see `allanite.datasheet`), or in words.
+    (YAML, see `allanite.datasheet`), of another program (Kalibr, OpenVINS, ORB-SLAM3, OKVIS, MATLAB; see
+    `allanite.foreign_models`), or in words.
 
     Returns
     -------
     models : dict of str to NoiseModel
     rate : float or None [Hz]
-        Of the recording that was studied.
+        Of the recording that was studied, or as the other program's file has it.
 
     Raises
     ------
     FormatError
         Not JSON, or nothing that holds a model.
+    InputError
+        No such file, or one whose numbers do not say what they are.
     """
     if Path(path).suffix.lower() in (".yaml", ".yml"):
         from allanite.datasheet import read_datasheet
 
-        return read_datasheet(path).models, None
+        return models_of_yaml(Path(path)) or (read_datasheet(path).models, None)
     if "=" in str(path) and not Path(path).exists():
         model = model_of(str(path))
         return {"gyro" if model.kind == "rate" else "accelerometer": model}, None
@@ -74,9 +78,12 @@ def load_models(path: str | os.PathLike[str]) -> tuple[dict[str, NoiseModel], fl
         and all(isinstance(m, Mapping) and "terms" in m for m in found.values())
     ):
         return {str(name): NoiseModel.from_json(model) for name, model in found.items()}, None
+    other = models_of_matlab(found, Path(path)) if isinstance(found, Mapping) else None
+    if other is not None:
+        return other
     raise FormatError(
         f"{path} holds no noise model: expected a study, a model {{'terms': [{{'type': 'white', 'N': 1e-4}}]}}, "
-        "or an object of models by channel name"
+        "an object of models by channel name, or the parameters of MATLAB's imuSensor"
     )
 
 

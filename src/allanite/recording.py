@@ -104,6 +104,8 @@ class Channel:
         sensors behind their own decimation filter). "point": the state at an instant.
     aperture : float or None [s]
         Time over which a sample is averaged when that is shorter than the interval.
+    scale_uncertainty : float or None
+        Standard uncertainty of the scale, relative to it; None where nobody has stated one.
     """
 
     name: str
@@ -112,6 +114,7 @@ class Channel:
     scale: float
     sampling: Sampling
     aperture: float | None = None
+    scale_uncertainty: float | None = None
 
     def __post_init__(self) -> None:
         if self.sampling not in ("mean", "point"):
@@ -124,6 +127,11 @@ class Channel:
         if self.aperture is not None and not (math.isfinite(self.aperture) and self.aperture > 0):
             raise InputError(
                 f"channel {self.name!r}: aperture must be positive seconds, not {self.aperture!r}"
+            )
+        if self.scale_uncertainty is not None and not 0 < self.scale_uncertainty < 1:
+            raise InputError(
+                f"channel {self.name!r}: the standard uncertainty of the scale is relative, above 0 and below 1, not "
+                f"{self.scale_uncertainty!r}"
             )
 
     @classmethod
@@ -143,7 +151,8 @@ class Channel:
         unit : str
             Any unit of the reference page; "" or "unknown" where nobody knows it.
         scale_factor : str, optional
-            For a sensor read through a converter, e.g. ``"24.0 mV/(deg/s)"`` with unit ``"V"``.
+            For a sensor read through a converter, e.g. ``"24.0 mV/(deg/s)"`` with unit ``"V"``; with its standard
+            uncertainty ``"24.0(2) mV/(deg/s)"``.
 
         Raises
         ------
@@ -153,7 +162,7 @@ class Channel:
         if unit in ("", "unknown"):
             return cls(name=name, kind=Kind.UNKNOWN, unit="", scale=1.0, sampling=sampling, aperture=aperture)
         parsed = parse_unit(unit)
-        kind, scale = _KIND_OF.get(parsed.quantity, Kind.OTHER), parsed.factor
+        kind, scale, uncertainty = _KIND_OF.get(parsed.quantity, Kind.OTHER), parsed.factor, None
         if scale_factor is not None:
             through = parse_scale_factor(scale_factor)
             if through.sample != parsed.quantity:
@@ -163,12 +172,22 @@ class Channel:
                     "write the factor as 'sample unit per physical unit'"
                 )
             kind, scale = _KIND_OF[through.physical], parsed.factor * through.factor
+            uncertainty = through.uncertainty
         elif kind is Kind.COUNTS:
             scale = 1.0
-        return cls(name=name, kind=kind, unit=unit, scale=scale, sampling=sampling, aperture=aperture)
+        return cls(
+            name=name,
+            kind=kind,
+            unit=unit,
+            scale=scale,
+            sampling=sampling,
+            aperture=aperture,
+            scale_uncertainty=uncertainty,
+        )
 
     def to_json(self) -> dict[str, Any]:
         """Plain data for a study or a curve file."""
+        stated = {} if self.scale_uncertainty is None else {"scale_uncertainty": self.scale_uncertainty}
         return {
             "name": self.name,
             "kind": self.kind.value,
@@ -176,6 +195,7 @@ class Channel:
             "scale": self.scale,
             "sampling": self.sampling,
             "aperture": self.aperture,
+            **stated,
         }
 
     @classmethod
@@ -253,7 +273,7 @@ class Recording:
             See `Channel`.
         aperture : float, optional [s]
         scale_factor : str, optional
-            E.g. ``"24.0 mV/(deg/s)"`` for a gyro read by a voltmeter.
+            E.g. ``"24.0 mV/(deg/s)"`` for a gyro read by a voltmeter; see `Channel.of`.
         start : int, optional [ns]
             UTC of the first sample.
 

@@ -1,9 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A Recording to a file that `allanite.readers.read` takes back: Parquet, NumPy or CSV, by the suffix.
+"""A Recording to a file that `allanite.readers.read` takes back: Parquet, NumPy, CSV or MATLAB, by the suffix.
 
-Parquet keeps everything (rate, start, units, sampling, history; missing samples are nulls). CSV keeps the rate, to
-nine digits of its time stamps, and the units. A NumPy array keeps the samples alone. Neither has a place for a
-scale factor, so samples that were read through one (volts of a gyro) are written there in SI units.
+Parquet keeps everything (rate, start, units, sampling, history; missing samples are nulls). A NumPy archive (.npz) and
+a MATLAB file keep rate, names and units; CSV the units, and the rate to nine digits of its time stamps. A NumPy array
+(.npy) keeps the samples alone. None of these has a place for a scale factor, so samples that were read through one
+(volts of a gyro) are written there in SI units.
 
 Files are written block by block, so a recording may be larger than memory.
 """
@@ -11,10 +12,13 @@ Files are written block by block, so a recording may be larger than memory.
 from __future__ import annotations
 
 import os
+import zipfile
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from allanite.atomic_file import fresh, refuse_existing
 from allanite.columns import Samples
@@ -24,6 +28,8 @@ from allanite.recording import BLOCK, OVERLOAD, Channel, Kind, Recording
 __all__ = ["FORMATS", "refuse_recording", "summary", "write_recording"]
 
 Progress = Callable[[float], None]
+
+_MOST_MATLAB = 2**31  # bytes of one variable
 
 _SI = {
     Kind.RATE: "rad/s",
@@ -48,7 +54,7 @@ def write_recording(
     ----------
     recording : Recording
     path : path
-        ``.parquet``, ``.npy`` or ``.csv``.
+        ``.parquet``, ``.npy``, ``.csv``, ``.npz`` or ``.mat``.
     force : bool
         Replace a file that is there.
     progress : callable, optional
@@ -57,7 +63,7 @@ def write_recording(
     Raises
     ------
     InputError
-        Another suffix.
+        Another suffix, or more samples than a MATLAB file of version 5 takes.
     StorageError
         The file exists and `force` is not given, or the disk refuses.
     """
@@ -123,7 +129,7 @@ def _npy(recording: Recording, place: Path, progress: Progress) -> None:
     for i, channel in enumerate(recording.channels):
         factor = _written(channel)[1]
         for start, block in recording.blocks(channel.name):
-            table[start : start + block.size, i] = (block + recording.origin(channel.name)) * factor
+            table[start : start + block.size, i] = _scaled(block, recording.origin(channel.name), factor)
             progress((i + (start + block.size) / shape[0]) / shape[1])
     target.flush()
 
@@ -138,7 +144,7 @@ def _csv(recording: Recording, place: Path, progress: Progress) -> None:
             stop = min(start + rows, recording.n_samples)
             columns = [np.arange(start, stop) / recording.rate]
             columns += [
-                _scaled(recording.raw(name, start, stop) + recording.origin(name), factor)
+                _scaled(recording.raw(name, start, stop), recording.origin(name), factor)
                 for name, factor in zip(recording.names, factors, strict=True)
             ]
             times, *values = (column.tolist() for column in columns)
@@ -150,8 +156,9 @@ def _csv(recording: Recording, place: Path, progress: Progress) -> None:
             progress(stop / recording.n_samples)
 
 
-def _scaled(samples: Samples, factor: float) -> Samples:
-    """Samples in another unit; overload words stay what they are."""
+def _scaled(samples: Samples, origin: float, factor: float) -> Samples:
+    """Samples in full and in another unit; overload words stay what they are, and a zero keeps its sign."""
+    samples = samples + origin if origin else samples
     return samples if factor == 1.0 else np.where(np.abs(samples) >= OVERLOAD, samples, samples * factor)
 
 
@@ -159,9 +166,65 @@ def _cell(text: str) -> str:
     return '"' + text.replace('"', '""') + '"' if any(c in text for c in ',"\n\r') else text
 
 
+def _npz(recording: Recording, place: Path, progress: Progress) -> None:
+    """One member per channel, in the type in which it was written, beside ``fs`` and ``units``."""
+    units = [_written(channel)[0] for channel in recording.channels]
+    with zipfile.ZipFile(place, "w", allowZip64=True) as archive:
+        for name, small in (("fs", np.float64(recording.rate)), ("units", np.array(units, dtype=np.str_))):
+            with archive.open(f"{name}.npy", "w") as member:
+                np.lib.format.write_array(member, np.asanyarray(small), allow_pickle=False)
+        done, whole = 0, recording.n_samples * len(recording.channels)
+        for name, column, channel in zip(recording.names, recording.columns, recording.channels, strict=True):
+            factor, plain = _written(channel)[1], column.dtype.kind in "iu" and not _has_gaps(recording, name)
+            dtype = column.dtype.newbyteorder("=") if plain and factor == 1.0 else np.dtype(np.float64)
+            with archive.open(f"{name}.npy", "w", force_zip64=True) as member:
+                descr = np.lib.format.dtype_to_descr(dtype)
+                header = {"descr": descr, "fortran_order": False, "shape": (recording.n_samples,)}
+                np.lib.format.write_array_header_1_0(member, header)
+                for _, block in recording.blocks(name):
+                    member.write(_stored(block, recording.origin(name), factor, dtype).tobytes())
+                    done += block.size
+                    progress(done / whole)
+
+
+def _has_gaps(recording: Recording, name: str) -> bool:
+    return any(bool(np.isnan(block).any()) for _, block in recording.blocks(name))
+
+
+def _stored(block: Samples, origin: float, factor: float, dtype: np.dtype[Any]) -> NDArray[Any]:
+    if dtype.kind in "iu":  # exact: float64 has 53 bits, the samples may have 64
+        wide = np.dtype(np.uint64 if dtype.kind == "u" else np.int64)
+        return (block.astype(wide) + wide.type(int(origin))).astype(dtype)
+    return _scaled(block, origin, factor)
+
+
+def _mat(recording: Recording, place: Path, progress: Progress) -> None:
+    """Version 5: the matrix ``samples``, the rate ``fs``, and the words ``columns`` and ``units``."""
+    from scipy.io import savemat
+
+    shape = (recording.n_samples, len(recording.channels))
+    if 8 * shape[0] * shape[1] >= _MOST_MATLAB:
+        raise InputError(
+            f"{shape[0]} samples of {shape[1]} channels are more than a MATLAB file of version 5 takes (2 GiB); write "
+            ".npz or .parquet, or fewer channels (--channels)"
+        )
+    table = np.empty(shape, order="F")
+    for i, channel in enumerate(recording.channels):
+        for start, block in recording.blocks(channel.name):
+            values = _scaled(block, recording.origin(channel.name), _written(channel)[1])
+            table[start : start + block.size, i] = values
+        progress((i + 1) / (shape[1] + 1))
+    words = {"columns": list(recording.names), "units": [_written(c)[0] for c in recording.channels]}
+    cells = {key: np.array(several, dtype=object) for key, several in words.items()}
+    savemat(place, {"fs": recording.rate, **cells, "samples": table}, appendmat=False)
+    progress(1.0)
+
+
 FORMATS: Mapping[str, Callable[[Recording, Path, Progress], None]] = {
     ".parquet": _parquet,
     ".npy": _npy,
     ".csv": _csv,
+    ".npz": _npz,
+    ".mat": _mat,
 }
 """Suffix -> writer."""

@@ -28,11 +28,21 @@ from allanite.atomic_file import fresh
 from allanite.errors import AllaniteError, DataQualityError, FitError, FormatError, InputError
 from allanite.health import Finding, Severity, check, prepare
 from allanite.health.finding import finding
+from allanite.health.run import missing_because
+from allanite.instrument_floor import (
+    floor_entry,
+    floor_facts,
+    floor_findings,
+    over_floor,
+    quiet_curve,
+    ready_floor,
+)
 from allanite.noise import NoiseModel
 from allanite.recording import Channel, Kind, Recording
 
 if TYPE_CHECKING:
     from allanite.environment import EnvironmentEstimate
+    from allanite.fitting.advice import Advice
 
 __all__ = ["Study", "characterize"]
 
@@ -160,6 +170,8 @@ def characterize(
     confidence: float = 0.95,
     temperature: str | Mapping[str, str] | None = None,
     warm_up: Literal["model", "cut"] | None = None,
+    floor: Recording | None = None,
+    exclude: Sequence[tuple[float, float]] = (),
     threads: int | None = None,
     progress: Progress | None = None,
     provenance: Mapping[str, Any] | None = None,
@@ -179,6 +191,11 @@ def characterize(
         Thermometer, one for all channels or one for each, whose effect is taken off where the record resolves it.
     warm_up : "model", "cut" or None
         What to do about a warm-up; with a temperature it is looked for in any case, and told.
+    floor : Recording, optional
+        Of the instrument alone, its input shorted, with the settings of `recording`: the models are those of the
+        sensor without it (`allanite.instrument_floor`).
+    exclude : sequence of (float, float) [s]
+        Averaging times, from and to, that are left out of the fit by hand; the curve says so.
     threads : int, optional
     progress : callable, optional
         Called with the fraction done and what is being done.
@@ -194,7 +211,7 @@ def characterize(
     DataQualityError
         A fatal finding that was not accepted; the message says what accepting it would risk.
     InputError
-        An unknown finding code, statistic or grid.
+        An unknown finding code, statistic or grid; a floor that does not fit.
     """
     report = _Steps(progress)
     report(0.0, "looking for faults")
@@ -213,6 +230,7 @@ def characterize(
             recording, prepared, findings, names, accept, temperature, warm_up, confidence
         )
     whole = prepared.select(*names)
+    below, of_floor = (None, ()) if floor is None else ready_floor(whole, floor, accept=accept)
     curve = allan_curve(
         whole,
         statistic=statistic,
@@ -225,7 +243,7 @@ def characterize(
     if statistic != "oadev":
         fitted = allan_curve(whole, taus="octave", confidence=confidence, threads=threads)
     report(0.4, "fitting")
-    parts = _channels(whole, curve, fitted, confidence, threads, report, environment)
+    parts = _channels(whole, curve, fitted, confidence, threads, report, environment, below, exclude)
     extra = [f for _, fs in parts for f in fs]
     document = {
         "format": FORMAT,
@@ -234,6 +252,7 @@ def characterize(
         "recording": _facts(prepared, curve),
         "findings": [f.to_json() for f in _by_severity([*findings, *extra])],
         "channels": [part for part, _ in parts],
+        **({} if floor is None else {"floor": floor_facts(floor, of_floor)}),
     }
     report(1.0, "done")
     return Study(_finite(document))
@@ -288,6 +307,8 @@ def _channels(
     threads: int | None,
     report: _Steps,
     environment: Mapping[str, EnvironmentEstimate],
+    floor: Recording | None,
+    exclude: Sequence[tuple[float, float]],
 ) -> list[tuple[Json, list[Finding]]]:
     done = 0
 
@@ -295,7 +316,14 @@ def _channels(
         nonlocal done
         shown, found = curve[name], environment.get(name)
         result = _channel(
-            recording, name, shown, shown if fitted is curve else fitted[name], confidence, found
+            recording,
+            name,
+            shown,
+            shown if fitted is curve else fitted[name],
+            confidence,
+            found,
+            floor,
+            exclude,
         )
         done += 1
         report(0.4 + 0.6 * done / len(curve.names), f"fitting {name}")
@@ -312,6 +340,8 @@ def _channel(
     fitted: AllanCurve,
     confidence: float,
     environment: EnvironmentEstimate | None = None,
+    floor: Recording | None = None,
+    exclude: Sequence[tuple[float, float]] = (),
 ) -> tuple[Json, list[Finding]]:
     from allanite.fitting import fit
     from allanite.fitting.advice import advise
@@ -322,6 +352,7 @@ def _channel(
         power_spectrum,
         quiet_lags,
         sinusoids,
+        without_spans,
         without_stable_lines,
     )
 
@@ -344,24 +375,35 @@ def _channel(
             curve = environment.correction.applied(curve)
     curve = fitted if same and not tones else curve
     bent = lags_to_exclude(left, fitted.tau, avar=fitted.variance[:, 0], edf=fitted.edf[:, 0])
+    bent = without_spans(bent, fitted.tau, exclude)
     findings = spectral_findings(spectrum, bent.reasons, name)
     models: list[NoiseModel] = []
+    below = None if floor is None else quiet_curve(floor, name, confidence)
     try:
-        model = fit(fitted, exclude=bent.excluded, confidence=confidence)
+        model = fit(fitted, exclude=bent.excluded, confidence=confidence, floor=below)
         models = list(model.families)
     except (DataQualityError, FitError) as refusal:
         findings.append(_not_fitted(name, str(refusal)))
     if models and same:
-        curve = curve.with_model(models[0]) if models[0].terms else curve
+        seen = models[0] if below is None else models[0] + _instrument(below, models[0], confidence)
+        curve = curve.with_model(seen) if seen.terms else curve
     used = np.zeros(len(curve.lags), dtype=bool)
     if curve.statistic == "oadev":
         used = lags_used(fitted, bent.excluded)
     if models:
         used &= curve.tau >= models[0].goodness["shortest_tau"] * (1 - 1e-9)
-        findings += _misfit_findings(models[0], name) + agreement_findings(model, alone, left)
-    advice = (
-        advise(models[0], n_samples=curve.n_samples, dt=curve.dt, sampling=channel.sampling) if models else ()
-    )
+        findings += _misfit_findings(models[0], name)
+    advice: Sequence[Advice] = ()
+    if (
+        models and below is None
+    ):  # with an instrument it is not the sensor's noise alone that must be averaged
+        findings += agreement_findings(model, alone, left)
+        advice = advise(models[0], n_samples=curve.n_samples, dt=curve.dt, sampling=channel.sampling)
+    taken: Json = {}
+    if floor is not None and below is not None:
+        above = over_floor(fitted, floor.select(name))
+        taken = {"floor": floor_entry(above, below)}
+        findings += floor_findings(above, floor, lags_used(fitted, bent.excluded))
     mean, sd, overview = _overview(recording, channel)
     return {
         "name": name,
@@ -376,11 +418,40 @@ def _channel(
             "excluded": _reasons(curve, bent.reasons) if used.any() else [],
         },
         **({} if environment is None else {"environment": environment.to_json()}),
+        **taken,
         "spectrum": spectrum.to_json(),
         "models": [replace(m, terms=(*m.terms, *tones)).to_json() for m in models],
         "slopes": _slopes(fitted, bent.excluded),
         "advice": [asdict(a) for a in advice],
+        **_aliasing(channel, recording.dt),
     }, findings
+
+
+def _aliasing(channel: Channel, interval: float) -> Json:
+    """What an aperture shorter than the interval does to N, where it is; nothing is divided by it."""
+    if channel.aperture is None or channel.aperture >= interval * (1 - 1e-9):
+        return {}
+    factor = math.sqrt(interval / channel.aperture)
+    return {
+        "aliasing": {
+            "aperture": channel.aperture,
+            "interval": interval,
+            "factor": factor,
+            "applied": False,
+            "assumes": "white noise of the sensor far beyond the inverse of the aperture",
+        }
+    }
+
+
+def _instrument(below: AllanCurve, sensor: NoiseModel, confidence: float) -> NoiseModel:
+    """Terms of the instrument's own noise, as its record supports them."""
+    from allanite.fitting import fit
+
+    try:
+        terms = fit(below, confidence=confidence).terms
+    except (DataQualityError, FitError):
+        terms = ()
+    return NoiseModel(terms=terms, kind=sensor.kind, unit=sensor.unit)
 
 
 def _engine(curve: AllanCurve) -> Literal["exact", "decimated"]:
@@ -495,6 +566,7 @@ def _facts(recording: Recording, curve: AllanCurve) -> Json:
         "duration": recording.duration,
         "start": _utc(recording.start),
         "missing": missing,
+        "missing_because": missing_because(recording, missing),
         "gaps": gaps,
         "channels": [c.to_json() for c in recording.channels],
         "history": [dict(step) for step in recording.history],

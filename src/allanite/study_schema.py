@@ -39,6 +39,7 @@ class RecordingFacts(_Part):
     duration: float
     start: str | None
     missing: int
+    missing_because: list[dict[str, Any]] = []
     gaps: list[tuple[int, int]]
     channels: list[ChannelFacts]
     history: list[dict[str, Any]]
@@ -100,6 +101,8 @@ class ChannelEntry(_Part):
     slopes: dict[str, Any]
     advice: list[dict[str, Any]]
     environment: dict[str, Any] | None = None
+    aliasing: dict[str, Any] | None = None
+    floor: dict[str, Any] | None = None
 
 
 class StudyDocument(_Part):
@@ -111,6 +114,7 @@ class StudyDocument(_Part):
     recording: RecordingFacts
     findings: list[FindingEntry]
     channels: list[ChannelEntry]
+    floor: dict[str, Any] | None = None
 
 
 def faults(document: Mapping[str, Any]) -> list[str]:

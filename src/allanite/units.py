@@ -20,6 +20,7 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 from allanite.errors import InputError
+from allanite.uncertain_number import parse_leading_number
 
 __all__ = [
     "STANDARD_GRAVITY",
@@ -106,12 +107,15 @@ class ScaleFactor:
         Physical SI units per SI unit of the sample (per V, or per count).
     sample, physical : Quantity
         Class of the samples (voltage or counts) and of what they mean.
+    uncertainty : float or None
+        Standard uncertainty, relative; None where none is stated.
     """
 
     text: str
     factor: float
     sample: Quantity
     physical: Quantity
+    uncertainty: float | None = None
 
 
 # -- the table --------------------------------------------------------------------------------------------
@@ -502,8 +506,6 @@ def _wrong_class(text: str, found: Quantity, wanted: tuple[Quantity, ...]) -> st
 
 # -- scale factors ----------------------------------------------------------------------------------------
 
-_LEADING_NUMBER = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*[*·]?\s*(.*)", re.DOTALL)
-
 
 def _scale_parts(factor: float, dimension: _Dimension) -> tuple[float, Quantity, Quantity] | None:
     """(physical SI per sample SI, sample, physical) of a unit such as V/(rad/s) or (rad/s)/count."""
@@ -528,7 +530,8 @@ def parse_scale_factor(text: str) -> ScaleFactor:
     ----------
     text : str
         A number and its unit, sample per physical unit or the reverse: "24.0 mV/(deg/s)",
-        "131 LSB/(deg/s)", "1 V/g", "0.01 (deg/s)/LSB".
+        "131 LSB/(deg/s)", "1 V/g", "0.01 (deg/s)/LSB". With its standard uncertainty: "24.0(2) mV/(deg/s)",
+        "24.0 ± 0.2 mV/(deg/s)", "24.0 ± 0.8 % mV/(deg/s)".
 
     Returns
     -------
@@ -537,16 +540,17 @@ def parse_scale_factor(text: str) -> ScaleFactor:
     Raises
     ------
     InputError
-        No number, a zero or infinite one, or a unit that is not volts or counts against a physical unit.
+        No number, a zero or infinite one, an uncertainty that is none, or a unit that is not volts or counts against a
+        physical unit.
     """
-    match = _LEADING_NUMBER.fullmatch(text) if isinstance(text, str) else None
-    if match is None:
+    found = parse_leading_number(text) if isinstance(text, str) else None
+    if found is None:
         raise InputError(f"scale factor {text!r} must be a number and a unit, e.g. '24.0 mV/(deg/s)'")
-    number, unit = float(match[1]), match[2].strip()
+    (number, sd), unit = (found[0].value, found[0].sd), found[1]
     if not (math.isfinite(number) and number != 0.0):
         raise InputError(f"scale factor {text!r}: the number must be finite and not zero")
     if not unit:
-        raise InputError(f"scale factor {text!r} has no unit; write e.g. '{match[1]} mV/(deg/s)'")
+        raise InputError(f"scale factor {text!r} has no unit; write e.g. '{number:g} mV/(deg/s)'")
     factor, dimension = _evaluate(unit)
     parts = _scale_parts(number * factor, dimension)
     if parts is None:
@@ -554,7 +558,7 @@ def parse_scale_factor(text: str) -> ScaleFactor:
             f"scale factor {text!r}: the unit must be volts or counts per physical unit, or the reverse, such as "
             f"'mV/(deg/s)', 'LSB/g' or '(deg/s)/LSB'{_bracket_hint(unit)}"
         )
-    return ScaleFactor(text, *parts)
+    return ScaleFactor(text, *parts, None if sd is None else sd / abs(number))
 
 
 def _bracket_hint(unit: str) -> str:

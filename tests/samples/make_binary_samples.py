@@ -8,17 +8,25 @@ from __future__ import annotations
 
 import json
 import shutil
+import sys
 from pathlib import Path
 from typing import Any
 
+import h5py
 import numpy as np
 
 HERE = Path(__file__).resolve().parent
+sys.path.insert(0, str(HERE.parent))
+import flight_log_writers as logs  # noqa: E402  (it stands beside the tests)
+import spreadsheet_writers as sheets  # noqa: E402
+
 N = 40
 STAMPS = 1_700_000_000_000_000_000 + np.arange(N, dtype=np.int64) * 10_000_000
 T = np.arange(N) * 0.01
 GYRO = np.round(np.sin(np.arange(3 * N).reshape(N, 3)), 6)
 ACC = np.round(np.cos(np.arange(3 * N).reshape(N, 3)) + [0, 0, 9.8], 6)
+KINDS = ["rate"] * 3 + ["acceleration"] * 3
+SI = ["rad/s"] * 3 + ["m/s²"] * 3
 TRIADS = [f"{g}_{a}" for g in ("gyro", "acc") for a in "xyz"]
 
 
@@ -169,8 +177,14 @@ def matlab() -> None:
         place / "structure.mat", {"imu": {"fs": 100.0, "gyro": GYRO, "acc": ACC}, "other": np.ones((20, 2))}
     )
     savemat(place / "words_only.mat", {"note": "nothing to see"})
-    head = b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(116) + bytes(8) + b"\x00\x02IM"
-    (place / "version73.mat").write_bytes(head.ljust(512, b"\0") + b"\x89HDF\r\n\x1a\n" + bytes(64))
+    with h5py.File(place / "version73.mat", "w", userblock_size=512) as file:
+        for name, values in (("t", T), ("gyro_deg_s", GYRO), ("acc_m_s2", ACC)):
+            variable = file.create_dataset(
+                name, data=np.atleast_2d(values).T if values.ndim > 1 else [values]
+            )
+            variable.attrs["MATLAB_class"] = np.bytes_("double")
+    with (place / "version73.mat").open("r+b") as raw:
+        raw.write(b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(116) + bytes(8) + b"\x00\x02IM")
     save(
         place,
         {
@@ -189,7 +203,12 @@ def matlab() -> None:
                 "timebase": {"source": "array 'fs'"},
             },
             "words_only.mat": {"error": "InputError", "match": "no array of samples"},
-            "version73.mat": {"error": "FormatError", "match": "-v7"},
+            "version73.mat": {
+                "rate": 100,
+                "samples": N,
+                "channels": channels([f"{g}_{x}" for g in ("acc", "gyro") for x in "xyz"], "deg/s", "m/s²"),
+                "first": first(ACC, GYRO),
+            },
         },
     )
 
@@ -323,9 +342,158 @@ def run() -> None:
     )
 
 
+def ardupilot() -> None:
+    place = folder("ardupilot")
+    stamps = [10**6 + 10_000 * k for k in range(N)]
+    rows = [logs.imu(at, 0, GYRO[k], ACC[k], T=40.0) for k, at in enumerate(stamps)]
+    (place / "imu.BIN").write_bytes(logs.FMT_ITSELF + logs.fmt(*logs.IMU) + b"".join(rows))
+    (place / "without.BIN").write_bytes(logs.FMT_ITSELF + logs.fmt(201, "MSG", "QZ", "TimeUS,Message"))
+    names = [f"{g}{x}" for g in ("Gyr", "Acc") for x in "XYZ"]
+    found = [{"name": n, "kind": k, "unit": u} for n, k, u in zip(names, KINDS, SI, strict=True)]
+    found.append({"name": "temperature", "kind": "temperature", "unit": "°C"})
+    save(
+        place,
+        {
+            "imu.BIN": {
+                "rate": 100,
+                "samples": N,
+                "channels": found,
+                "dtype": "float32",
+                "first": [*first(GYRO.astype("f4"), ACC.astype("f4")), 40.0],
+                "source": {"topic": "IMU[0]", "bytes_skipped": 0},
+            },
+            "without.BIN": {"error": "InputError", "match": "no message of an inertial sensor"},
+        },
+    )
+
+
+def ulog() -> None:
+    place = folder("ulog")
+    rows = [logs.combined(1, 10**7 + 10_000 * k, GYRO[k], ACC[k]) for k in range(N)]
+    head = logs.ulog_header(10**7) + logs.definition("sensor_combined", logs.SENSOR_COMBINED)
+    (place / "combined.ulg").write_bytes(head + logs.subscription(1, "sensor_combined") + b"".join(rows))
+    found = [{"name": n, "kind": k, "unit": u} for n, k, u in zip(TRIADS, KINDS, SI, strict=True)]
+    save(
+        place,
+        {
+            "combined.ulg": {
+                "rate": 100,
+                "samples": N,
+                "channels": found,
+                "dtype": "float32",
+                "first": first(GYRO.astype("f4"), ACC.astype("f4")),
+                "source": {"topic": "sensor_combined[0]", "dropouts": 0},
+            },
+        },
+    )
+
+
+def tdms() -> None:
+    from nptdms import ChannelObject, TdmsWriter
+
+    place = folder("tdms")
+    wave = {"wf_increment": 0.01}
+    with TdmsWriter(place / "waveform.tdms") as writer:
+        columns = zip(TRIADS, np.column_stack((GYRO, ACC)).T, ["deg/s"] * 3 + ["m/s^2"] * 3, strict=True)
+        writer.write_segment([ChannelObject("IMU", n, c, {**wave, "unit_string": u}) for n, c, u in columns])
+    save(
+        place,
+        {
+            "waveform.tdms": {
+                "rate": 100,
+                "samples": N,
+                "channels": channels(TRIADS, "deg/s", "m/s^2"),
+                "first": first(GYRO, ACC),
+                "source": {"group": "IMU"},
+                "timebase": {"source": "property wf_increment"},
+            },
+        },
+    )
+
+
+def hdf5() -> None:
+    place = folder("hdf5")
+    with h5py.File(place / "group.h5", "w") as file:
+        group = file.create_group("imu")
+        group.attrs["sample_rate"] = 100.0
+        group.create_dataset("acc", data=ACC).attrs["units"] = "m/s²"
+        group.create_dataset("gyro", data=GYRO, chunks=(16, 3), compression="gzip").attrs["units"] = "deg/s"
+    with h5py.File(place / "outside.h5", "w") as file:
+        file["x"] = h5py.ExternalLink("group.h5", "/imu/acc")
+    save(
+        place,
+        {
+            "group.h5": {
+                "rate": 100,
+                "samples": N,
+                "channels": channels([f"{g}_{x}" for g in ("acc", "gyro") for x in "xyz"], "deg/s", "m/s²"),
+                "first": first(ACC, GYRO),
+                "source": {"group": "/imu"},
+            },
+            "outside.h5": {"error": "FormatError", "match": "leads out of itself"},
+        },
+    )
+
+
+def raw_binary() -> None:
+    place = folder("raw_binary")
+    (place / "float32.bin").write_bytes(GYRO.astype(">f4").tobytes())
+    fields = [{"name": f"gyro_{x}", "type": "f32", "unit": "deg/s"} for x in "xyz"]
+    save(
+        place,
+        {
+            "float32.bin": {
+                "options": {"layout": {"rate": 100, "frame": {"endian": "big", "fields": fields}}},
+                "rate": 100,
+                "samples": N,
+                "channels": channels([f"gyro_{x}" for x in "xyz"], "deg/s"),
+                "dtype": "float32",
+                "first": first(GYRO.astype("f4")),
+            },
+        },
+    )
+
+
+def spreadsheet() -> None:
+    place = folder("spreadsheet")
+    head = ["Time (s)", *(f"{n} ({u})" for n, u in zip(TRIADS, SI, strict=True))]
+    rows = [[float(v) for v in row] for row in np.column_stack((T, GYRO, ACC))]
+    notes = [["Run", "Remark"], ["1", "at rest"]]
+    sheets.xlsx(place / "workbook.xlsx", {"Notes": notes, "Log": [["SN: 12"], [], head, *rows]})
+    sheets.ods(place / "workbook.ods", {"Log": [head, *rows]})
+    (place / "cut.xlsx").write_bytes((place / "workbook.xlsx").read_bytes()[:2000])
+    whole = {
+        "rate": 100,
+        "samples": N,
+        "channels": channels(TRIADS, "rad/s", "m/s²"),
+        "first": first(GYRO, ACC),
+        "source": {"format": "spreadsheet", "sheet": "Log"},
+        "timebase": {"source": "Time", "unit": "s"},
+    }
+    numbered = {
+        **whole,
+        "source": {**whole["source"], "serial": "12"},
+        "guess": "of several sheets Log is read",
+    }
+    save(
+        place,
+        {
+            "workbook.xlsx": numbered,
+            "workbook.ods": whole,
+            "cut.xlsx": {"error": "FormatError", "match": "damaged spreadsheet"},
+        },
+    )
+
+
 if __name__ == "__main__":
     numpy_file()
     parquet()
     matlab()
     rosbag()
     run()
+    ardupilot()
+    ulog()
+    tdms()
+    hdf5()
+    raw_binary()
+    spreadsheet()

@@ -35,10 +35,12 @@ class Ring(Generic[Item]):
     def put(self, item: Item, samples: int, wait: float = 0.0) -> bool:
         """Add an item that counts as so many samples; False, and nothing is added, where there is no room.
 
-        An empty ring takes an item of any size; a full one may become empty within `wait` seconds.
+        An empty ring takes an item of any size; a full one may become empty within `wait` seconds. What counts as no
+        sample always finds room, and a closed ring takes nothing.
         """
         with self._changed:
-            if not self._changed.wait_for(lambda: self._has_room(samples), wait):
+            self._changed.wait_for(lambda: self._closed or self._has_room(samples), wait)
+            if self._closed or not self._has_room(samples):
                 return False
             self._items.append((samples, item))
             self._held += samples
@@ -58,7 +60,7 @@ class Ring(Generic[Item]):
             return item
 
     def _has_room(self, samples: int) -> bool:
-        return not self._held or self._held + samples <= self._room
+        return not (samples and self._held) or self._held + samples <= self._room
 
     def close(self) -> None:
         """No more items will come."""

@@ -16,6 +16,8 @@ _OVERHEAD = 450
 _BESIDE = 17
 #: A run is warned of when less than so many times its need is free.
 _SAFE = 2.0
+#: A run without a planned end is warned of when the disk lasts for less [s].
+_LASTS = 86_400.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -37,8 +39,24 @@ class Space:
 
     @property
     def enough(self) -> bool:
-        """Twice the need is free."""
-        return self.needed is None or self.free >= _SAFE * self.needed
+        """Twice the need is free; without a planned end, room for a day."""
+        return self.seconds >= _LASTS if self.needed is None else self.free >= _SAFE * self.needed
+
+    @property
+    def warning(self) -> str:
+        """What is to be said of too little room; "" where there is enough."""
+        if self.enough:
+            return ""
+        free, advice = _size(self.free), "make room, or record to another disk"
+        if self.needed is None:
+            return f"no end is planned, and {free} are free, enough for {self.seconds / 3600:.3g} h: {advice}"
+        if self.free < self.needed:
+            return f"the run needs {_size(self.needed)}, and {free} are free: it will end early; {advice}"
+        return f"the run needs {_size(self.needed)}, and no more than {free} are free: {advice}"
+
+
+def _size(count: float) -> str:
+    return f"{count / 1e9:.3g} GB" if count >= 1e9 else f"{count / 1e6:.3g} MB"
 
 
 def batch_seconds(rate: float) -> float:

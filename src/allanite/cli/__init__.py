@@ -16,6 +16,7 @@ from allanite.cli import files
 from allanite.cli import filtering
 from allanite.cli import earth
 from allanite.cli import position_plan
+from allanite.cli import dead_reckoning
 from allanite.cli import rate_table
 from allanite.cli import calibration
 from allanite.cli import alignment
@@ -24,9 +25,12 @@ from allanite.cli import separation
 from allanite.cli import variation
 from allanite.cli import environment
 from allanite.cli import datasheet
+from allanite.cli import difference
 from allanite.cli import recording
+from allanite.cli import monitor
 from allanite.cli import recovery
 from allanite.cli import demo
+from allanite.cli import serve
 
 # isort: on
 from allanite.cli.options import STATISTICS, ByChannel, Duration, Lags
@@ -42,12 +46,15 @@ __all__ = [
     "cli",
     "comparison",
     "datasheet",
+    "dead_reckoning",
     "demo",
+    "difference",
     "earth",
     "environment",
     "files",
     "filtering",
     "main",
+    "monitor",
     "noise",
     "position_plan",
     "rate_table",
@@ -56,6 +63,7 @@ __all__ = [
     "redundancy",
     "selection",
     "separation",
+    "serve",
     "spectrum",
     "variation",
 ]

@@ -26,7 +26,9 @@ __all__ = ["environment"]
 @environment_options
 @click.option("--model", metavar="MODEL", help=f"{MODEL}  [default: fitted to the log]")
 @click.option("--confidence", type=float, default=0.95, show_default=True, help="Level of the intervals.")
-@click.option("-o", "--output", type=click.Path(dir_okay=False), help="Residual: .parquet, .npy or .csv.")
+@click.option(
+    "-o", "--output", type=click.Path(dir_okay=False), help="Residual: .parquet, .npz, .npy, .csv or .mat."
+)
 @accept_option
 @result_options
 def environment(

@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from allanite.cli.options import ByChannel, Duration, Share, force_option, log_options, place_of
+from allanite.cli.options import ByChannel, Duration, Names, Share, force_option, log_options, place_of
 from allanite.cli.program import LOSS, command
 
 __all__ = ["convert", "export", "report", "simulate"]
@@ -16,7 +16,11 @@ __all__ = ["convert", "export", "report", "simulate"]
 @command("allanite simulate study.json --duration 7d --seed 1 -o twin.parquet")
 @click.argument("model")
 @click.option(
-    "-o", "--output", required=True, type=click.Path(dir_okay=False), help=".parquet, .npy or .csv."
+    "-o",
+    "--output",
+    required=True,
+    type=click.Path(dir_okay=False),
+    help=".parquet, .npz, .npy, .csv or .mat.",
 )
 @click.option("--rate", type=float, help="Samples per second.  [default: that of the study]")
 @click.option("--duration", type=Duration(), required=True, help="Length: 3600, 12h, 7d.")
@@ -55,7 +59,7 @@ def simulate(
 @log_options
 @force_option
 def convert(log: str, output: str, force: bool, **options: Any) -> int:
-    """Write any LOG that can be read as OUTPUT (.parquet, .npy or .csv).
+    """Write any LOG that can be read as OUTPUT (.parquet, .npz, .npy, .csv or .mat).
 
     Parquet keeps rate, units, sampling and history; missing samples become nulls.
     """
@@ -68,34 +72,57 @@ def convert(log: str, output: str, force: bool, **options: Any) -> int:
     return LOSS if delivery.has_gaps(recording) else 0
 
 
+def _list_consumers(context: click.Context, _: click.Parameter, wanted: bool) -> None:
+    """Say which there are, and leave."""
+    if not wanted or context.resilient_parsing:
+        return
+    from allanite import terminal
+
+    terminal.show_consumers()
+    context.exit()
+
+
 @command("allanite export kalibr results/study.json -o imu.yaml")
+@click.option(
+    "--list",
+    is_flag=True,
+    is_eager=True,
+    expose_value=False,
+    callback=_list_consumers,
+    help="Show the consumers, what each takes and what it gets.",
+)
 @click.argument("consumer")
 @click.argument("file", type=click.Path(exists=True, dir_okay=False, allow_dash=True))
 @click.option("-o", "--output", help="File to write, or folder for several.  [default: stdout]")
 @click.option("--walk", help="What becomes of flicker: upper-bound, k-only or horizon=<seconds>.")
-@click.option("--axes", help="One number for three axes: worst or rms.")
+@click.option("--axes", help="Of three axes: worst, rms, or each where the file has room for it.")
 @click.option("--inflate", type=float, help="Factor on all numbers; it is written into the file.")
 @click.option(
     "--correlation-time", type=Duration(), help="T of the Gauss-Markov term that stands for flicker."
 )
-@click.option("--rostopic", help="Topic to write into the file.")
-@click.option("--channel", help="Of one axis: which.  [firmware; default: the worst]")
+@click.option("--gyroscope", type=Names(), help="Channels of the gyroscopes: gx,gy,gz.  [default: all]")
+@click.option("--accelerometer", type=Names(), help="Channels of the accelerometers.  [default: all]")
+@click.option("--digits", type=int, help="Digits after the point.  [default: 6]")
+@click.option("--rostopic", help="Topic to write into the file.  [kalibr, openvins]")
+@click.option("--part", help="Name of the part in the JSON file.  [matlab; default: allanite]")
+@click.option("--channel", help="Of one axis: which.  [cpp; default: the worst]")
 @click.option(
     "--filter-rate",
     type=float,
-    help="Samples per second of the filter.  [firmware; default: that of the log]",
+    help="Steps per second of the filter.  [cpp, vins, px4, ardupilot; default: its own, or the log's]",
 )
-@click.option("--scalar", type=click.Choice(["float", "double"]), help="Precision of the filter.  [firmware]")
+@click.option("--scalar", type=click.Choice(["float", "double"]), help="Precision of the filter.  [cpp]")
 @click.option(
-    "--flicker", type=click.Choice(["sum", "single"]), help="States for flicker: several, or one.  [firmware]"
+    "--flicker", type=click.Choice(["sum", "single"]), help="States for flicker: several, or one.  [cpp]"
 )
-@click.option("--horizon", type=Duration(), help="Time over which flicker must hold.  [firmware]")
+@click.option("--horizon", type=Duration(), help="Time over which flicker must hold.  [cpp]")
 @click.option(
     "--model", type=click.Path(exists=True, dir_okay=False), help="Study with the noise.  [openvins]"
 )
 @click.option(
     "--intrinsics", type=click.Choice(["kalibr", "rpng"]), help="Convention of the matrices.  [openvins]"
 )
+@click.option("--rate", type=float, help="Samples per second of the log, where FILE does not hold them.")
 @click.option("--overbound", type=Share(), help="Write a bound above the sensor with this probability: 95%.")
 @click.option(
     "--bound-until",
@@ -106,8 +133,9 @@ def convert(log: str, output: str, force: bool, **options: Any) -> int:
 def export(consumer: str, file: str, output: str | None, force: bool, **options: Any) -> None:
     """Write a FILE of allanite in the format of a CONSUMER.
 
-    From a study: kalibr or firmware. From a calibration: openvins (with --model for the noise) or imu-tk, which is
-    several files in the folder of -o.
+    FILE is a study, a data sheet, or the noise file of another program (imu.yaml), or a calibration: `allanite export
+    --list` shows what each consumer takes. openvins takes either, or a calibration with --model for the noise. Several
+    files go into the folder -o.
     """
     from allanite import delivery
 

@@ -37,7 +37,10 @@ __all__ = ["filter_"]
     "--correlation-time", type=Duration(), help="With --reference: T of the state that stands for flicker."
 )
 @click.option(
-    "-o", "--output", type=click.Path(dir_okay=False), help="Corrected series: .parquet, .npy or .csv."
+    "-o",
+    "--output",
+    type=click.Path(dir_okay=False),
+    help="Corrected series: .parquet, .npz, .npy, .csv or .mat.",
 )
 @turn_options
 @accept_option

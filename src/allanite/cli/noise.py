@@ -13,6 +13,8 @@ from allanite.cli.options import (
     Lags,
     accept_option,
     environment_options,
+    exclude_option,
+    floor_option,
     force_option,
     json_option,
     log_options,
@@ -33,6 +35,8 @@ __all__ = ["allan", "characterize", "fit", "info"]
     "--out", type=click.Path(file_okay=False), help="Folder for the results.  [default: <log>-allanite]"
 )
 @environment_options
+@exclude_option
+@floor_option
 @accept_option
 @statistic_option("Of the curve that is shown")
 @click.option(
@@ -97,13 +101,14 @@ def info(log: str, as_json: bool, **options: Any) -> int:
     help="exact, decimated (fixed memory), or auto.",
 )
 @click.option("--confidence", type=float, default=0.95, show_default=True, help="Level of the intervals.")
+@floor_option
 @click.option("-o", "--output", help="Write the curve as CSV, from which it can be fitted; - for stdout.")
 @click.option("--plot", "figure", type=click.Path(dir_okay=False), help="Draw it: .pdf, .svg or .png.")
 @force_option
 @json_option
 def allan(
-    log: str, taus: Any, statistic: str, engine: Any, confidence: float, output: str | None, figure: str | None,
-    force: bool, as_json: bool, **options: Any,
+    log: str, taus: Any, statistic: str, engine: Any, confidence: float, floor: str | None, output: str | None,
+    figure: str | None, force: bool, as_json: bool, **options: Any,
 ) -> int:  # fmt: skip
     """Compute the Allan deviation of a LOG, and nothing else.
 
@@ -116,14 +121,15 @@ def allan(
     recording = delivery.read_part(place_of(log), **options)
     with terminal.progress(quiet=as_json or output == "-") as advance:
         curve = allan_curve(recording, progress=advance, **grid)
+    shown = curve if floor is None else delivery.over_floor_of(curve, recording, floor, **options)
     if figure is not None:
-        delivery.save_figure(curve, figure, force=force)
+        delivery.save_figure(shown, figure, force=force)
     if output is not None:
-        delivery.save_curve(curve, output, force=force)
+        delivery.save_curve(shown, output, force=force)
     if as_json:
-        print_json({name: curve[name].to_json() for name in curve.names})
+        print_json(delivery.plain_curves(shown))
     elif output is None and figure is None:
-        terminal.show_curve(curve)
+        terminal.show_curve(shown)
     return LOSS if any(len(runs) for runs in curve.missing) else 0
 
 
@@ -142,13 +148,14 @@ def allan(
     metavar="LETTERS",
     help="The sum of terms to fit, for likelihood and spectral: Q N B K R, and G once or twice, as in NGGK.",
 )
+@floor_option
 @accept_option
 @click.option("-o", "--output", type=click.Path(dir_okay=False), help="Write the models as JSON.")
 @force_option
 @json_option
 def fit(
-    curve_or_log: str, method: str, terms: str | None, accept: tuple[str, ...], output: str | None, force: bool,
-    as_json: bool, **options: Any,
+    curve_or_log: str, method: str, terms: str | None, floor: str | None, accept: tuple[str, ...],
+    output: str | None, force: bool, as_json: bool, **options: Any,
 ) -> int:  # fmt: skip
     """Fit noise models to a saved curve or to a log (CURVE_OR_LOG).
 
@@ -158,7 +165,13 @@ def fit(
 
     with terminal.progress(quiet=as_json) as advance:
         channels, lossy = delivery.fit_file(
-            place_of(curve_or_log), method=method, terms=terms, accept=accept, progress=advance, **options
+            place_of(curve_or_log),
+            method=method,
+            terms=terms,
+            floor=floor,
+            accept=accept,
+            progress=advance,
+            **options,
         )
     models = {c["name"]: delivery.joined(c["models"]) for c in channels if c["models"]}
     if output is not None:

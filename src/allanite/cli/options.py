@@ -35,6 +35,8 @@ __all__ = [
     "Share",
     "accept_option",
     "environment_options",
+    "exclude_option",
+    "floor_option",
     "force_option",
     "json_option",
     "log_options",
@@ -114,6 +116,25 @@ class Lags(click.ParamType[Any]):
                 ctx,
             )
         return int(times[0]) if len(times) == 1 and value.isdigit() else times
+
+
+class Spans(click.ParamType[Any]):
+    """Spans of time with commas between them: 0.1:0.5,100:1000."""
+
+    name = "spans"
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> list[tuple[float, float]]:
+        if isinstance(value, (list, tuple)):
+            return list(value)
+        found = []
+        for part in value.split(","):
+            ends = [Duration()(end, param, ctx) for end in part.split(":")]
+            if len(ends) > 2:
+                self.fail(f"{part!r}: write from:to, or one time", param, ctx)
+            found.append((ends[0], ends[-1]))
+        return found
 
 
 class Durations(click.ParamType[Any]):
@@ -280,10 +301,14 @@ def log_options(command: Callable[..., Any]) -> Callable[..., Any]:
         click.option("--channels", type=Names(), help="Names or groups to keep: gyro or gyro_x,gyro_y."),
         click.option("--from", "start", type=Duration(), help="Begin so long after the first sample."),
         click.option("--to", "stop", type=Duration(), help="End so long after the first sample."),
-        click.option("--topic", help="Topic of a ROS log."),
-        click.option("--variable", help="Array or table of a file with several."),
+        click.option("--topic", help="Topic of a ROS log, message of a flight log: GYR[0]."),
+        click.option("--variable", help="Array, group or table of a file with several."),
+        click.option("--layout", type=click.Path(exists=True, dir_okay=False),
+                     help="YAML file that describes a raw binary log."),
         click.option("--delimiter", help="Of a text file: , ; tab blank |"),
         click.option("--decimal", help="Decimal point or comma of a text file."),
+        click.option("--repair", multiple=True, metavar="REPAIR",
+                     help="Repair by name what a finding says, before anything else (repeatable): drop_repeats."),
     ]  # fmt: skip
     for option in reversed(options):
         command = option(command)
@@ -318,6 +343,18 @@ def turn_options(command: Callable[..., Any]) -> Callable[..., Any]:
     for option in reversed(options):
         command = option(command)
     return command
+
+
+def exclude_option(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Lags that somebody does not want in the fit."""
+    text = "Averaging times to leave out of the fit: 0.1:0.5,100:1000 in seconds, or with units."
+    return click.option("--exclude", type=Spans(), default=(), metavar="SPANS", help=text)(command)
+
+
+def floor_option(command: Callable[..., Any]) -> Callable[..., Any]:
+    """The instrument's own noise."""
+    text = "Log of the instrument with its input shorted: its own noise is taken off."
+    return click.option("--floor", type=click.Path(exists=True), metavar="LOG", help=text)(command)
 
 
 def force_option(command: Callable[..., Any]) -> Callable[..., Any]:

@@ -1,21 +1,24 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Instruments into runs: record; runs while they grow: monitor."""
+"""Instruments into runs: record."""
 
 from __future__ import annotations
 
-import time
+import os
+import sys
 from collections.abc import Callable
+from datetime import date
 from typing import TYPE_CHECKING, Any
 
 import click
 
 from allanite.cli.options import ByChannel, Duration, json_option, place_of, print_json
-from allanite.cli.program import LOSS, cli, command, example_of
+from allanite.cli.program import LOSS, cli, example_of
+from allanite.errors import FormatError, InputError
 
 if TYPE_CHECKING:
     from allanite.instruments import Instrument
 
-__all__ = ["monitor", "record"]
+__all__ = ["record"]
 
 
 @cli.group(
@@ -24,18 +27,45 @@ __all__ = ["monitor", "record"]
 def record() -> None:
     """Record an instrument: every sample once, with its clock, and nothing that was acknowledged is ever lost.
 
-    The run is a folder under --out. It is a log like any other, finished or still going. Ctrl-C ends it cleanly; exit
-    code 3 says that samples are missing.
+    The run is a folder under --out. It is a log like any other, finished or still going. Ctrl-C ends it cleanly. Exit
+    codes: 0 all is there, 3 samples are missing, have no value or are doubtful, 2 a wrong option, found before the
+    instrument is touched, 1 no instrument or no disk.
     """
+
+
+def _positive(context: click.Context, option: click.Parameter, value: float | None) -> float | None:
+    if value is not None and not 0 < value < float("inf"):
+        raise click.BadParameter(
+            "a run lasts longer than nothing, and not for ever; leave it out to end by Ctrl-C"
+        )
+    return value
+
+
+def _day(context: click.Context, option: click.Parameter, value: str | None) -> str | None:
+    try:
+        return None if value is None else date.fromisoformat(value).isoformat()
+    except ValueError:
+        raise click.BadParameter(f"{value!r} is no date: write 2026-09-01") from None
 
 
 def _run_options(function: Callable[..., Any]) -> Callable[..., Any]:
     """What every run is told."""
     options = [
-        click.option("--duration", type=Duration(), help="Length: 3600, 12h, 7d.  [default: until Ctrl-C]"),
+        click.option(
+            "--duration",
+            type=Duration(),
+            callback=_positive,
+            help="Length: 3600, 12h, 7d.  [default: until Ctrl-C]",
+        ),
         click.option("--out", required=True, type=click.Path(file_okay=False), help="Folder of the runs."),
         click.option("--name", default="", help="Of the sensor.  [default: the model of the instrument]"),
-        click.option("--scale-date", help="When the scale factor was determined: 2026-09-01."),
+        click.option("--scale-date", callback=_day, help="When the scale factor was determined: 2026-09-01."),
+        click.option(
+            "--unit-file",
+            type=click.Path(dir_okay=False),
+            metavar="NAME.service",
+            help="Record nothing: write a unit of systemd that runs this very command.",
+        ),
     ]
     function = json_option(function)
     for option in reversed(options):
@@ -43,17 +73,31 @@ def _run_options(function: Callable[..., Any]) -> Callable[..., Any]:
     return function
 
 
-def _record(instrument: Instrument, as_json: bool, **options: Any) -> int:
+def _record(build: Callable[[], Instrument], as_json: bool, unit_file: str | None, **options: Any) -> int:
     from allanite import delivery, terminal
 
+    try:
+        instrument = build()  # a wrong option is found here, and trying again is of no use
+        if unit_file is not None:
+            click.echo(delivery.write_unit(unit_file, sys.argv[1:], options["out"]))
+            return 0
+    except (InputError, FormatError) as error:
+        raise click.UsageError(str(error)) from None
     with terminal.progress(quiet=as_json) as advance:
-        found = delivery.record_to(instrument, progress=advance, **options)
+        found = delivery.record_to(instrument, progress=advance, happened=terminal.journal(), **options)
     document = delivery.captured_document(found)
-    if as_json:
-        print_json(document)
-    else:
-        terminal.show_captured(document)
-    return LOSS if found.missing else 0
+    _tell(lambda: print_json(document) if as_json else terminal.show_captured(document))
+    return LOSS if found.missing or found.overloads or found.doubtful else 0
+
+
+def _tell(show: Callable[[], None]) -> None:
+    """The run is closed: a stdout that is full, closed or gone changes neither it nor the exit code."""
+    try:
+        show()
+        if sys.stdout is not None:
+            sys.stdout.flush()
+    except OSError:
+        sys.stdout = open(os.devnull, "w", encoding="utf-8")  # noqa: PTH123, SIM115 - nothing is left to be flushed
 
 
 @record.command(
@@ -66,7 +110,7 @@ def _record(instrument: Instrument, as_json: bool, **options: Any) -> int:
     "--resource", required=True, help="GPIB0::22::INSTR, prologix://host:1234/22, TCPIP::host::5025::SOCKET."
 )
 @click.option("--rate", type=float, required=True, help="Readings per second.")
-@click.option("--scale", help='Of the sensor at the input: "24.0 mV/(deg/s)".')
+@click.option("--scale", help='Of the sensor at the input: "24.0(2) mV/(deg/s)".')
 @click.option("--range", "range_volts", type=float, default=10.0, show_default=True, help="Full scale [V].")
 @click.option("--nplc", type=float, help="Aperture in periods of the mains.  [default: 1 where it fits]")
 @click.option("--aperture", type=Duration(), help="In place of --nplc: 31.2ms.")
@@ -82,8 +126,13 @@ def agilent_3458a(
     """
     from allanite.instruments.hp3458a import HP3458A, Settings
 
-    settings = Settings(rate=rate, range_volts=range_volts, nplc=nplc, aperture=aperture, autozero=autozero)
-    return _record(HP3458A(resource, settings, scale_factor=scale), as_json, **options)
+    def build() -> HP3458A:
+        settings = Settings(
+            rate=rate, range_volts=range_volts, nplc=nplc, aperture=aperture, autozero=autozero
+        )
+        return HP3458A(resource, settings, scale_factor=scale)
+
+    return _record(build, as_json, **options)
 
 
 @record.command(
@@ -102,7 +151,7 @@ def serial(port: str, description: str, as_json: bool, **options: Any) -> int:
     """Record an IMU that sends frames or lines over a serial port."""
     from allanite.instruments.serial_imu import SerialImu
 
-    return _record(SerialImu(port, description), as_json, **options)
+    return _record(lambda: SerialImu(port, description), as_json, **options)
 
 
 @record.command(
@@ -121,35 +170,7 @@ def simulated(
     """Record a simulated sensor at rest: to try everything out before the week begins."""
     from allanite.instruments.simulated import SimulatedInstrument
 
-    instrument = SimulatedInstrument.from_file(place_of(model), rate=rate, speed=speed, seed=seed, unit=unit)
-    return _record(instrument, as_json, **options)
+    def build() -> SimulatedInstrument:
+        return SimulatedInstrument.from_file(place_of(model), rate=rate, speed=speed, seed=seed, unit=unit)
 
-
-@command("allanite monitor runs/SiRRS01-03_US28_20261122T120000Z")
-@click.argument("run", type=click.Path(exists=True, file_okay=False))
-@click.option("--every", type=Duration(), default=2.0, show_default=True, help="Time between two looks.")
-@click.option("--once", is_flag=True, help="Look once.")
-@json_option
-def monitor(run: str, every: float, once: bool, as_json: bool) -> None:
-    """Watch a RUN while it is recorded: rate, gaps, last value, free disk, and the Allan curve so far.
-
-    Reads only what has come since the last look, and disturbs the recorder in nothing. Ends with the run, or by Ctrl-C.
-    """
-    from allanite import delivery, terminal
-
-    watch = delivery.RunWatch(run)
-    if once or as_json:
-        state, curve = watch.look(), watch.curve()
-        if as_json:
-            each = {} if curve is None else {n: curve[n].to_json() for n in curve.names}
-            print_json({**state, "curves": each})
-        else:
-            terminal.show_monitor(state, curve)
-        return
-    with terminal.monitoring() as draw:
-        state = watch.look()
-        draw(state, watch.curve())
-        while state["status"] == "recording":
-            time.sleep(every)
-            state = watch.look()
-            draw(state, watch.curve())
+    return _record(build, as_json, **options)

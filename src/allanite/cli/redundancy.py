@@ -37,7 +37,9 @@ __all__ = ["combine"]
     "--false-alarm", type=Share(), default="1%", show_default=True, help="Per record without a fault."
 )
 @click.option("--confidence", type=float, default=0.95, show_default=True, help="Level of the intervals.")
-@click.option("-o", "--output", type=click.Path(dir_okay=False), help="Combined: .parquet, .npy or .csv.")
+@click.option(
+    "-o", "--output", type=click.Path(dir_okay=False), help="Combined: .parquet, .npz, .npy, .csv or .mat."
+)
 @result_options
 def combine(
     log: str, moving: bool, averaging: float | None, window: float | None, false_alarm: float, motion_error: float,

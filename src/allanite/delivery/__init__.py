@@ -9,8 +9,17 @@ from allanite.delivery.bounds import bounds_of, bounds_of_study, with_bounds
 from allanite.delivery.calibration import calibration_of
 from allanite.delivery.capture import captured_document, record_to
 from allanite.delivery.comparison import comparison_of
-from allanite.delivery.curves import fit_file, joined, save_curve, simulate_to
+from allanite.delivery.curves import (
+    fit_file,
+    joined,
+    over_floor_of,
+    plain_curves,
+    save_curve,
+    simulate_to,
+)
 from allanite.delivery.datasheet import datasheet_of
+from allanite.delivery.dead_reckoning import dead_reckoning_of
+from allanite.delivery.difference import difference_of
 from allanite.delivery.earth import earth_rate_of, north_of, null_of, plan_of
 from allanite.delivery.environment import environment_of, save_residual
 from allanite.delivery.exporting import export_of
@@ -20,13 +29,14 @@ from allanite.delivery.monitor import RunWatch
 from allanite.delivery.pictures import Delivered, refuse_figure, save_figure
 from allanite.delivery.position_plan import position_plan_of
 from allanite.delivery.rate_table import rate_table_of
-from allanite.delivery.recordings import describe, file_sha256, has_gaps, is_lossy, read_part
-from allanite.delivery.recovery import recovery_of
+from allanite.delivery.recordings import describe, file_sha256, has_gaps, is_lossy, read_floor, read_part
+from allanite.delivery.recovery import compaction_of, recovery_of
 from allanite.delivery.redundancy import combination_of, directions_from, save_combined
 from allanite.delivery.selection import selection_of
 from allanite.delivery.separation import separation_of
 from allanite.delivery.spectrum import spectra_of
 from allanite.delivery.study import RESULTS, curve_of, refuse_results, study_of, write_results
+from allanite.delivery.unit_file import write_unit
 from allanite.delivery.variation import variation_of
 
 __all__ = [
@@ -41,10 +51,13 @@ __all__ = [
     "calibration_of",
     "captured_document",
     "combination_of",
+    "compaction_of",
     "comparison_of",
     "curve_of",
     "datasheet_of",
+    "dead_reckoning_of",
     "describe",
+    "difference_of",
     "directions_from",
     "earth_rate_of",
     "environment_of",
@@ -57,9 +70,12 @@ __all__ = [
     "joined",
     "north_of",
     "null_of",
+    "over_floor_of",
+    "plain_curves",
     "plan_of",
     "position_plan_of",
     "rate_table_of",
+    "read_floor",
     "read_part",
     "record_to",
     "recovery_of",
@@ -81,4 +97,5 @@ __all__ = [
     "with_bounds",
     "write_measurement",
     "write_results",
+    "write_unit",
 ]

@@ -5,21 +5,30 @@ from __future__ import annotations
 
 import os
 import re
+import time
 import warnings
 from collections.abc import Callable, Mapping
 from datetime import UTC, datetime
+from itertools import count
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from allanite.errors import DataQualityWarning
+from allanite.atomic_file import make_folder
+from allanite.errors import DataQualityWarning, StorageError
 
 if TYPE_CHECKING:
     from allanite.capture import Captured, Progress
     from allanite.instruments import Identity, Instrument
 
-__all__ = ["captured_document", "record_to", "run_name"]
+__all__ = ["captured_document", "new_folder", "record_to", "run_name"]
+
+#: Between two words about a run that goes well [s].
+_GOING = 3600.0
+#: What writing to a terminal or a pipe that is gone ends with; a stream that is closed gives the latter.
+_GONE = (OSError, ValueError)
 
 Advance = Callable[[float, str], None]
+Tell = Callable[[str, Mapping[str, Any]], None]
 
 
 def record_to(
@@ -30,8 +39,11 @@ def record_to(
     duration: float | None = None,
     scale_date: str | None = None,
     progress: Advance | None = None,
+    happened: Tell | None = None,
 ) -> Captured:
     """Record an instrument into a new folder under `out`, until the duration is over or a signal comes.
+
+    Who is told how it goes, and cannot be told any more because a terminal or a pipe is gone, is left alone.
 
     Parameters
     ----------
@@ -41,6 +53,9 @@ def record_to(
         As of `allanite.capture.capture`.
     progress : callable, optional
         Told the share done and how it is going.
+    happened : callable, optional
+        Told what happens besides samples, as by `allanite.capture.capture`; and "begun" with the folder and the
+        instrument, "disk" before the start, and "going" with numbers every hour.
 
     Raises
     ------
@@ -50,27 +65,71 @@ def record_to(
     from allanite.capture import capture, space_of, stopping_on_signals
 
     space = space_of(out, instrument.rate, len(instrument.channels), duration)
-    if not space.enough and space.needed is not None:
-        warnings.warn(
-            f"the run needs {space.needed / 1e6:.0f} MB, and {space.free / 1e6:.0f} MB are free: make room, or record "
-            "to another disk",
-            DataQualityWarning,
-            stacklevel=2,
-        )
+    if space.warning:
+        warnings.warn(space.warning, DataQualityWarning, stacklevel=2)
+    listeners = _Listeners(progress, happened)
 
-    def say(state: Progress) -> None:
-        if progress is not None:
-            progress(state.share or 0.0, _words(state))
+    def begin(identity: Identity) -> Path:
+        folder = new_folder(out, run_name(name or identity.model, identity, datetime.now(UTC)))
+        listeners.tell("begun", {"folder": str(folder), **identity.to_json()})
+        return folder
 
     with stopping_on_signals() as stop:
         return capture(
             instrument,
-            lambda identity: Path(out) / run_name(name or identity.model, identity, datetime.now(UTC)),
+            begin,
             duration=duration,
             stop=stop,
             scale_date=scale_date,
-            progress=say,
+            progress=listeners.advance,
+            happened=listeners.tell,
         )
+
+
+class _Listeners:
+    """Who is told how a run goes: as long as they can be told, and the run goes on without them."""
+
+    def __init__(self, progress: Advance | None, happened: Tell | None) -> None:
+        self._progress, self._happened = progress, happened
+        self._said = time.monotonic()
+
+    def advance(self, state: Progress) -> None:
+        if self._progress is not None:
+            try:
+                self._progress(state.share or 0.0, _words(state))
+            except _GONE:
+                self._progress = None
+        if time.monotonic() - self._said >= _GOING:
+            self._said = time.monotonic()
+            self.tell("going", {"samples": state.samples, "missing": state.missing, "share": state.share})
+
+    def tell(self, kind: str, facts: Mapping[str, Any]) -> None:
+        if self._happened is not None:
+            try:
+                self._happened(kind, facts)
+            except _GONE:
+                self._happened = None
+
+
+def new_folder(out: str | os.PathLike[str], name: str) -> Path:
+    """A folder of its own for a run: where another recorder has taken the name, a number is added to it.
+
+    Raises
+    ------
+    StorageError
+        The disk refuses.
+    """
+    parent = make_folder(out)
+    for number in count(1):
+        folder = parent / (name if number == 1 else f"{name}-{number}")
+        try:
+            folder.mkdir()
+        except FileExistsError:
+            continue
+        except OSError as error:
+            raise StorageError(f"cannot make the folder {folder}: {error.strerror or error}") from None
+        return folder
+    raise AssertionError
 
 
 def run_name(name: str, identity: Identity, now: datetime) -> str:
@@ -102,6 +161,9 @@ def captured_document(found: Captured) -> Mapping[str, Any]:
         "samples": found.samples,
         "missing": found.missing,
         "gaps": found.gaps,
+        "overloads": found.overloads,
+        "doubtful": found.doubtful,
+        "remarks": found.remarks,
         "dropped": found.dropped,
         "status": found.status,
         "reason": found.reason,

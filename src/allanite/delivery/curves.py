@@ -16,9 +16,10 @@ from allanite.errors import InputError
 
 if TYPE_CHECKING:
     from allanite.allan import AllanCurve
-    from allanite.recording import Sampling
+    from allanite.instrument_floor import OverFloor
+    from allanite.recording import Recording, Sampling
 
-__all__ = ["fit_file", "joined", "save_curve", "simulate_to"]
+__all__ = ["fit_file", "joined", "over_floor_of", "plain_curves", "save_curve", "simulate_to"]
 
 Json = Mapping[str, Any]
 
@@ -38,13 +39,14 @@ def fit_file(
     method: str = "moments",
     terms: str | None = None,
     accept: Collection[str] = (),
+    floor: str | os.PathLike[str] | None = None,
     progress: Callable[[float, str], None] | None = None,
     **options: Any,
 ) -> tuple[list[dict[str, Any]], bool]:
     """Fit the channels of a curve that `AllanCurve.to_csv` wrote, or of a log.
 
     Faults of a log are refused. By moments it is characterised, so that spectral lines and the band limit are kept out
-    of the fit. Options are those of `read_part`.
+    of the fit. Options are those of `read_part`. `floor` is the log of the shorted input, for a log by moments.
 
     Returns
     -------
@@ -56,7 +58,7 @@ def fit_file(
     Raises
     ------
     InputError
-        Letters of terms for a method that takes none.
+        Letters of terms for a method that takes none, a floor for one that takes none or for a curve.
     """
     from allanite.allan import AllanCurve, allan_curve
     from allanite.fitting import fit
@@ -65,8 +67,10 @@ def fit_file(
     of_samples = method in ("likelihood", "spectral")
     if terms is not None and not of_samples:
         raise InputError(f"--method {method} takes no terms: give them with --method likelihood or spectral")
+    if floor is not None and (method != "moments" or _is_saved_curve(place)):
+        raise InputError("--floor goes with the log of the sensor and --method moments, which fits both")
     if not _is_saved_curve(place) and method == "moments":
-        document = study_of(place, accept=accept, progress=progress, **options).document
+        document = study_of(place, accept=accept, floor=floor, progress=progress, **options).document
         return list(document["channels"]), is_lossy(document["findings"])
     lossy = False
     if _is_saved_curve(place):
@@ -100,13 +104,39 @@ def joined(models: Sequence[Json]) -> Json:
     return {**models[0], "alternative": models[1]} if len(models) > 1 else models[0]
 
 
-def save_curve(curve: AllanCurve, path: str, *, force: bool = False) -> None:
+def save_curve(curve: AllanCurve | OverFloor, path: str, *, force: bool = False) -> None:
     """Write a curve as CSV; to stdout for "-"."""
     if path != "-":
         curve.to_csv(path, force=force)
         return
     with tempfile.TemporaryDirectory() as folder:
         sys.stdout.write(curve.to_csv(Path(folder) / "allan.csv").read_text(encoding="utf-8"))
+
+
+def over_floor_of(
+    curve: AllanCurve, recording: Recording, floor: str | os.PathLike[str], **options: Any
+) -> OverFloor:
+    """A curve without the instrument's own noise, from the log of its shorted input; options as for `read_floor`."""
+    from allanite.delivery.recordings import read_floor
+    from allanite.instrument_floor import floor_of, over_floor
+
+    return over_floor(curve, floor_of(recording, read_floor(floor, **options)))
+
+
+def plain_curves(curve: AllanCurve | OverFloor) -> dict[str, Any]:
+    """Plain data of each channel."""
+    from allanite.allan import AllanCurve
+
+    if isinstance(curve, AllanCurve):
+        return {name: curve[name].to_json() for name in curve.names}
+    return {
+        name: {
+            "measured": curve.measured[name].to_json(),
+            "instrument": curve.floor[name].to_json(),
+            "sensor": curve.to_json(name),
+        }
+        for name in curve.names
+    }
 
 
 def simulate_to(

@@ -48,7 +48,7 @@ def datasheet_of(
 
     if log is not None and study is not None:
         raise InputError("give a log or its study, not both")
-    idle = [name for name, value in options.items() if value is not None and name != "sampling"]
+    idle = [name for name, value in options.items() if value not in (None, ()) and name != "sampling"]
     if log is None and (idle or accept):
         raise InputError(f"{(idle or ['accept'])[0]} is about a log, and none is given")
     stated = read_datasheet(sheet)

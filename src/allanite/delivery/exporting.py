@@ -18,6 +18,7 @@ def export_of(
     model: str | os.PathLike[str] | None = None,
     overbound: float | None = None,
     bound_until: float | None = None,
+    rate: float | None = None,
     force: bool = False,
     **options: Any,
 ) -> str:
@@ -26,7 +27,8 @@ def export_of(
     Parameters
     ----------
     source : path
-        study.json, or calibration.json and whatever holds a calibration.
+        study.json, or whatever `load_models` reads; or calibration.json and whatever holds a calibration; as the
+        consumer takes them.
     output : path, optional
         File to write; of several files their folder.
     model : path, optional
@@ -34,6 +36,8 @@ def export_of(
     overbound : float, optional
         Write bounds that lie above the sensor with this probability in place of the fitted models, made of the terms
         that the consumer knows; `bound_until` is their horizon [s].
+    rate : float, optional [Hz]
+        Sample rate, where the source does not hold it; in place of that of another program's file.
     **options
         Those of the format; None: not given.
 
@@ -48,6 +52,7 @@ def export_of(
     from allanite.delivery.bounds import bounds_of_study, with_bounds
     from allanite.errors import InputError
     from allanite.exporters import export, exporter
+    from allanite.model_file import load_models
     from allanite.study import Study
 
     chosen = {key: value for key, value in options.items() if value is not None}
@@ -55,7 +60,18 @@ def export_of(
     if overbound is None and bound_until is not None:
         raise InputError("bound_until is the horizon of a bound: give overbound, its probability, too")
 
-    def loaded(path: str | os.PathLike[str]) -> Study:
+    def loaded(path: str | os.PathLike[str]) -> Any:
+        nonlocal rate
+        if not _is_study(path):
+            if overbound is not None:
+                raise InputError(
+                    f"a bound is made of a study, with the curve that was measured, not of {path}"
+                )
+            models, own = load_models(path)
+            rate = own if rate is None else rate
+            return models
+        if rate is not None:
+            raise InputError("the study knows its sample rate: rate= is for models that do not")
         study = Study.load(Path(path))
         if overbound is None:
             return study
@@ -66,10 +82,32 @@ def export_of(
 
     if model is not None:
         chosen["model"] = loaded(model)
-    if module.TAKES == "calibration":
+    if module.TAKES == "calibration" or (module.TAKES == "either" and _is_calibration(source)):
         if overbound is not None and model is None:
             raise InputError(
                 f"{consumer} takes the noise from a study: give model, so that it can be bounded"
             )
-        return export(consumer, Calibration.load(Path(source)), output, force=force, **chosen)
-    return export(consumer, loaded(source), output, force=force, **chosen)
+        return export(consumer, Calibration.load(Path(source)), output, force=force, rate=rate, **chosen)
+    found = loaded(source)
+    return export(consumer, found, output, force=force, rate=rate, **chosen)
+
+
+def _is_study(source: str | os.PathLike[str]) -> bool:
+    """A document of allanite that is no model: whatever it is, `Study.load` says so."""
+    return str(_document(source).get("format", "")).startswith("allanite-")
+
+
+def _is_calibration(source: str | os.PathLike[str]) -> bool:
+    document = _document(source)
+    return document.get("format") == "allanite-calibration" or isinstance(document.get("calibration"), dict)
+
+
+def _document(source: str | os.PathLike[str]) -> dict[str, Any]:
+    """The JSON object of a file; an empty one where it is none, whose reader will say so."""
+    import json
+
+    try:
+        found = json.loads(Path(source).read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError):
+        return {}
+    return found if isinstance(found, dict) else {}

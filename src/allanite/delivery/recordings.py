@@ -24,6 +24,7 @@ __all__ = [
     "is_lossy",
     "models_from",
     "noise_channels",
+    "read_floor",
     "read_part",
     "ready_log",
 ]
@@ -38,6 +39,7 @@ _LOSSES = frozenset(
         "ragged_rows",
         "cells_missing",
         "duplicate_stamps",
+        "repaired",
         "unterminated_last_line",
     }
 )
@@ -49,17 +51,32 @@ def read_part(
     start: float | None = None,
     stop: float | None = None,
     source: str | None = None,
+    repair: Sequence[str] = (),
     **options: Any,
 ) -> Recording:
     """A log, or the part of it between two times [s] since its first sample; options are those of `read`.
 
-    `source` replaces the name of the file.
+    `source` replaces the name of the file; `repair` names what is to be done to that part (`allanite.cleaning`).
     """
     from allanite.readers import read
 
     recording = read(path, **options)
     recording = recording if source is None else replace(recording, source=source)
-    return recording if start is None and stop is None else recording.window(start, stop)
+    part = recording if start is None and stop is None else recording.window(start, stop)
+    if not repair:
+        return part
+    from allanite.cleaning import clean
+
+    return clean(part, repair)
+
+
+def read_floor(floor: str | os.PathLike[str], **options: Any) -> Recording:
+    """The record of a shorted input, read as the log of the sensor is.
+
+    Of the options of the log those hold that say how it is written: not its part, channels, topic or repairs.
+    """
+    kept = ("unit", "rate", "scale_factor", "sampling", "layout", "delimiter", "decimal")
+    return read_part(floor, **{k: options[k] for k in kept if options.get(k) is not None})
 
 
 def ready_log(
@@ -120,20 +137,38 @@ def models_from(source: str | os.PathLike[str], names: Sequence[str]) -> dict[st
 
 def describe(recording: Recording, findings: Iterable[Finding]) -> dict[str, Any]:
     """Facts of a recording and what was found in it, as plain data."""
+    from allanite.health.run import missing_because
+
     found = [f.to_json() for f in findings]
     gaps = [f for f in found if f["code"] == "missing"]
+    missing = max((f["count"] for f in gaps), default=0)
     return {
         "source": recording.source,
         "rate": recording.rate,
         "samples": recording.n_samples,
         "duration": recording.duration,
         "start": recording.start,
-        "missing": max((f["count"] for f in gaps), default=0),
+        "missing": missing,
+        "missing_because": missing_because(recording, missing),
         "gaps": [place for f in gaps for place in f["places"]],
         "channels": [c.to_json() for c in recording.channels],
         "history": [dict(step) for step in recording.history],
+        "contents": _contents(recording),
+        "remarks": _remarks(recording),
         "findings": found,
     }
+
+
+def _contents(recording: Recording) -> list[str]:
+    """Messages, groups or topics that the file holds, in words; empty for a file that is one table."""
+    source = recording.notes.get("source", {})
+    return [str(part) for part in source.get("contents") or source.get("topics") or ()]
+
+
+def _remarks(recording: Recording) -> list[str]:
+    """What the reader chose, set aside or passed over, in words."""
+    notes = recording.notes
+    return [str(remark) for remark in notes.get("text", notes.get("source", {})).get("guesses", ())]
 
 
 def is_lossy(findings: Iterable[Json]) -> bool:
@@ -142,10 +177,14 @@ def is_lossy(findings: Iterable[Json]) -> bool:
 
 
 def has_gaps(recording: Recording) -> bool:
-    """True when a sample of any channel is missing."""
+    """True when a sample of a sensor is missing, or a repair took rows."""
     import numpy as np
 
-    return any(np.isnan(block).any() for name in recording.names for _, block in recording.blocks(name))
+    if any(step.get("step") == "repair" and any(step["samples"].values()) for step in recording.history):
+        return True
+    # A companion (temperature, magnetic field) may have been measured less often: that is no loss.
+    bearing = [c.name for c in recording.channels if c.kind.noise_bearing] or recording.names
+    return any(np.isnan(block).any() for name in bearing for _, block in recording.blocks(name))
 
 
 def file_sha256(path: str | os.PathLike[str]) -> str | None:

@@ -4,13 +4,13 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
 from allanite.atomic_file import make_folder, refuse_existing
 from allanite.delivery.pictures import Delivered, refuse_figure, save_figure
-from allanite.delivery.recordings import file_sha256, read_part
+from allanite.delivery.recordings import file_sha256, read_floor, read_part
 from allanite.errors import DataQualityError, InputError
 
 if TYPE_CHECKING:
@@ -53,6 +53,8 @@ def study_of(
     statistic: str = "oadev",
     temperature: str | Mapping[str, str] | None = None,
     warm_up: Literal["model", "cut"] | None = None,
+    floor: str | os.PathLike[str] | None = None,
+    exclude: Sequence[tuple[float, float]] = (),
     progress: Callable[[float, str], None] | None = None,
     command: str | None = None,
     source: str | None = None,
@@ -60,18 +62,22 @@ def study_of(
 ) -> Study:
     """Read a log and characterise it; the study names the file, its SHA-256 and the command.
 
-    Options are those of `read_part`; `source` replaces the name of the file.
+    Options are those of `read_part`; `source` replaces the name of the file. `floor` is the log of the shorted input,
+    `exclude` are averaging times [s] left out of the fit.
     """
     from allanite.study import characterize
 
     recording = read_part(log, source=source, **options)
     origin = {"sha256": file_sha256(log), "command": command}
+    below = None if floor is None else read_floor(floor, **options)
     return characterize(
         recording,
         accept=accept,
         statistic=statistic,
         temperature=temperature,
         warm_up=warm_up,
+        floor=below,
+        exclude=exclude,
         progress=progress,
         provenance=origin,
     )

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Somebody else's file from a study or a calibration, one module per consumer.
 
-`kalibr` is the example to imitate. To add a consumer: one module with `NAME`, `FILE_NAME`, `SUMMARY`, `TAKES` and
-`write`, one word in `EXPORTERS`, one golden file in ``tests/published``.
+`kalibr` is the example to imitate; `allanite.exporters.imu` holds what consumers of noise share. To add a consumer: one
+module with `NAME`, `FILE_NAME`, `SUMMARY`, `TAKES` and `write`, one word in `EXPORTERS`, one golden file in
+``tests/published``.
 
 An exporter reads the plain document of a study or of a calibration, never the data and never a kernel. It writes what
 the consumer's own code will make of the numbers, says in a comment what was chosen, and refuses rather than guesses.
@@ -15,16 +16,35 @@ import os
 from collections.abc import Mapping
 from importlib import import_module
 from pathlib import Path
-from typing import Any, Final, Literal, Protocol, cast
+from typing import Any, Final, Literal, Protocol, cast, get_args
 
 from allanite.atomic_file import fresh, make_folder, refuse_existing
 from allanite.errors import InputError
 from allanite.noise import NoiseModel
 
-__all__ = ["EXPORTERS", "Exporter", "export", "exporter"]
+__all__ = ["EXPORTERS", "Exporter", "export", "exporter", "options_of"]
 
 #: Modules of this package that write a format.
-EXPORTERS: Final = ("kalibr", "firmware", "openvins", "imu_tk")
+EXPORTERS: Final = (
+    "kalibr",
+    "openvins",
+    "vins",
+    "orb_slam3",
+    "okvis",
+    "gtsam",
+    "pyins",
+    "kf_gins",
+    "ob_gins",
+    "navego",
+    "psins",
+    "gnss_ins_sim",
+    "gazebo",
+    "matlab",
+    "px4",
+    "ardupilot",
+    "imu_tk",
+    "cpp",
+)
 
 
 class Exporter(Protocol):
@@ -33,10 +53,10 @@ class Exporter(Protocol):
     NAME: str
     FILE_NAME: str
     SUMMARY: str
-    TAKES: Literal["study", "calibration"]
+    TAKES: Literal["study", "calibration", "either"]
 
-    def write(self, document: Mapping[str, Any], **options: Any) -> str | Mapping[str, str]:
-        """The text of the file for a document; texts by file name where there are several."""
+    def write(self, document: Mapping[str, Any], **options: Any) -> str | Mapping[str, str | bytes]:
+        """The text of the file for a document; contents by file name where there are several."""
         ...
 
 
@@ -69,11 +89,12 @@ def export(
     Parameters
     ----------
     name : str
-        "kalibr": the imu.yaml of Kalibr. "firmware": a C++ header with the constants of a bias filter. Of a
-        calibration, "openvins": the kalibr_imu_chain.yaml of OpenVINS; "imu-tk": the .calib files of imu_tk.
+        Of a study: "kalibr" (imu.yaml), "vins", "orb-slam3", "okvis", "gtsam", "pyins", "kf-gins", "ob-gins", "navego",
+        "psins", "gnss-ins-sim", "gazebo", "matlab", "px4", "ardupilot"; "cpp", a C++ header: a bias filter for
+        firmware. Of a calibration: "imu-tk". Of either: "openvins" (kalibr_imu_chain.yaml).
     study : Study, dict, mapping of channel name to NoiseModel, or Calibration
         A study, its document, or bare models (then `rate` is needed and their `kind` says what they are). For
-        "openvins" and "imu-tk" a calibration, its document, or one that holds it.
+        "imu-tk", and for "openvins" where there is one, a calibration, its document, or one that holds it.
     path : path, optional
         Where to write; without it the text is only returned. Of several files it is their folder.
     force : bool
@@ -86,7 +107,8 @@ def export(
     Returns
     -------
     str
-        The text of the file; of several one after the other, each after a line with its name.
+        The text of the file; of several one after the other, each after a line with its name. Of a binary file the
+        size stands there.
 
     Raises
     ------
@@ -103,12 +125,12 @@ def export(
     gyroscope_random_walk: 1.000000e-06  # rad/s^2/sqrt(Hz)
     """
     module = exporter(name)
-    known = [p for p in inspect.signature(module.write).parameters if p != "document"]
+    known = options_of(module)
     unknown = [o for o in options if o not in known]
     if unknown:
         there = ", ".join(known) or "none"
         raise InputError(f"{name} has no option {unknown[0]!r}; there are: {there}")
-    if module.TAKES == "calibration":
+    if module.TAKES == "calibration" or (module.TAKES == "either" and not _is_study(study)):
         if options.get("model") is not None:
             options["model"] = _document(options["model"], rate)
         content = module.write(_calibration(study, name), **options)
@@ -122,16 +144,39 @@ def export(
     return content
 
 
-def _several(content: Mapping[str, str], path: str | os.PathLike[str] | None, force: bool) -> str:
+def options_of(module: Exporter) -> list[str]:
+    """Names of the options of a format, those of a TypedDict among them."""
+    found: list[str] = []
+    for parameter in inspect.signature(module.write, eval_str=True).parameters.values():
+        if parameter.kind is parameter.VAR_KEYWORD:
+            found += get_args(parameter.annotation)[0].__annotations__
+        elif parameter.name != "document":
+            found.append(parameter.name)
+    return found
+
+
+def _several(content: Mapping[str, str | bytes], path: str | os.PathLike[str] | None, force: bool) -> str:
     """Write files into a folder, all or none."""
     if path is not None:
         folder = Path(path)
         refuse_existing(*(folder / name for name in content), force=force)
         make_folder(folder)
-        for name, text in content.items():
+        for name, own in content.items():
             with fresh(folder / name, force=force) as place:
-                place.write_text(text, encoding="utf-8", newline="\n")
-    return "\n".join(f"# {name}\n{text}" for name, text in content.items())
+                place.write_bytes(own if isinstance(own, bytes) else own.encode("utf-8"))
+    return "\n".join(
+        f"# {name}\n{own}" if isinstance(own, str) else f"# {name}: binary, {len(own)} bytes"
+        for name, own in content.items()
+    )
+
+
+def _is_study(source: Any) -> bool:
+    """A study, its document, or bare models; a calibration is none of them."""
+    document = source.to_json() if hasattr(source, "to_json") else source
+    if not isinstance(document, Mapping) or not document:
+        return False
+    models = all(isinstance(value, NoiseModel) for value in document.values())
+    return models or ("channels" in document and "recording" in document and "calibration" not in document)
 
 
 def _calibration(source: Any, name: str) -> Mapping[str, Any]:

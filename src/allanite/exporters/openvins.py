@@ -22,9 +22,9 @@ turned from the body of the calibration. Biases have no key: the filter finds th
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 from numpy.typing import NDArray
@@ -34,6 +34,8 @@ from allanite.attitude import rotation_vector
 from allanite.calibration import ACCELEROMETER, GYRO, Calibration
 from allanite.errors import InputError
 from allanite.exporters import kalibr
+from allanite.exporters.imu import NoiseOptions, white_and_walk
+from allanite.exporters.kalibr import noise_lines, refuse_topic
 from allanite.exporters.triads import (
     lower_and_rotation,
     notes_of,
@@ -47,8 +49,9 @@ __all__ = ["FILE_NAME", "NAME", "SUMMARY", "TAKES", "Intrinsics", "intrinsics_of
 NAME = "openvins"
 FILE_NAME = "kalibr_imu_chain.yaml"
 SUMMARY = "OpenVINS, with the names of Kalibr: Tw, Ta and rotations of a calibration, noise of a study"
-TAKES = "calibration"
-TERMS = kalibr.TERMS
+TAKES = "either"
+CONSUMER = kalibr.CONSUMER  # the four numbers are those of an imu.yaml, and so is what is said of them
+TERMS = CONSUMER.terms
 
 Json = Mapping[str, Any]
 Array = NDArray[np.float64]
@@ -121,53 +124,73 @@ def write(
     *,
     model: Json | None = None,
     intrinsics: str = "kalibr",
-    walk: str = "upper-bound",
-    axes: str = "worst",
-    inflate: float = 1.0,
-    correlation_time: float | None = None,
     rostopic: str = "/imu0",
-    gyroscope: Sequence[str] | None = None,
-    accelerometer: Sequence[str] | None = None,
+    **options: Unpack[NoiseOptions],
 ) -> str:
     """The text of kalibr_imu_chain.yaml.
 
     Parameters
     ----------
     document : dict
-        A calibration's.
+        A calibration's; or a study's, for the noise alone: the matrices are unit matrices then, and the file says so.
     model : dict, optional
-        A study document, for the four numbers of noise; without it their lines are left open.
+        A study document, for the four numbers of noise of a calibrated unit; without it their lines are left open.
     intrinsics : "kalibr" or "rpng"
-    walk, axes, inflate, correlation_time, rostopic, gyroscope, accelerometer
-        As for `kalibr`.
+    rostopic : str
+    **options
+        `NoiseOptions`.
 
     Raises
     ------
     InputError
-        A calibration of counts, axes that are not right-handed, or what `kalibr` refuses.
+        A calibration of counts, axes that are not right-handed, two studies, or what `white_and_walk` refuses.
     """
-    calibration = Calibration.from_json(document)
-    _refuse_counts(calibration)
-    noise: tuple[list[str], list[str]] = ([_WITHOUT_MODEL], _open_lines(rostopic))
+    refuse_topic(rostopic)
+    calibration = (
+        None if "channels" in document and "recording" in document else Calibration.from_json(document)
+    )
+    if calibration is None:
+        if model is not None:
+            raise InputError(
+                "model is the study beside a calibration, and the file that was given is a study itself"
+            )
+        model = document
+    else:
+        _refuse_counts(calibration)
+    comments, lines = [_WITHOUT_MODEL], [f"rostopic: {rostopic}", *_open_lines()]
     if model is not None:
-        text = kalibr.write(
-            model, walk=walk, axes=axes, inflate=inflate, correlation_time=correlation_time, rostopic=rostopic,
-            gyroscope=gyroscope, accelerometer=accelerometer,
-        )  # fmt: skip
-        noise = _of_kalibr(text)
+        imu = white_and_walk(model, CONSUMER, **options)
+        comments, lines = ["#", *imu.comment()], [f"rostopic: {rostopic}", *noise_lines(imu)]
+    elif options:
+        raise InputError(f"{next(iter(options))} is about the noise: give model=, the study of the sensor")
+    if intrinsics not in _CONVENTIONS:
+        raise InputError(f"intrinsics must be {' or '.join(_CONVENTIONS)}, not {intrinsics!r}")
+    head, tail = _uncalibrated(intrinsics) if calibration is None else _calibrated(calibration, intrinsics)
+    return (
+        "\n".join(
+            [
+                "%YAML:1.0",
+                "",
+                *(f"# {plain_line(text)}" for text in head),
+                *comments,
+                "",
+                "imu0:",
+                *_block("T_i_b", np.eye(4), "the body of the filter is this IMU"),
+                *(f"  {line}" for line in lines),
+                "  time_offset: 0.0",
+                f'  model: "{intrinsics}"',
+                *tail,
+            ]
+        )
+        + "\n"
+    )
+
+
+def _calibrated(calibration: Calibration, intrinsics: str) -> tuple[list[str], list[str]]:
+    """Comments, and the matrices."""
     made = intrinsics_of(calibration, intrinsics)
     spread = _spread(calibration, intrinsics)
-    lines = [
-        "%YAML:1.0",
-        "",
-        *(f"# {plain_line(text)}" for text in _head(calibration, made, intrinsics)),
-        *noise[0],
-        "",
-        "imu0:",
-        *_block("T_i_b", np.eye(4), "the body of the filter is this IMU"),
-        *(f"  {line}" for line in noise[1]),
-        "  time_offset: 0.0",
-        f'  model: "{intrinsics}"',
+    return _head(calibration, made, intrinsics), [
         *_block("Tw", made.gyro, f"w = Tw R_IMUtoGYRO rate + b_w{_known(calibration, GYRO, spread[0])}"),
         *_block("R_IMUtoGYRO", made.imu_to_gyro, _turned(made.imu_to_gyro)),
         *_block("Ta", made.accelerometer,
@@ -175,7 +198,18 @@ def write(
         *_block("R_IMUtoACC", made.imu_to_accelerometer, _turned(made.imu_to_accelerometer)),
         *_block("Tg", made.gravity_sensitivity, _of_force(calibration, spread[2])),
     ]  # fmt: skip
-    return "\n".join(lines) + "\n"
+
+
+def _uncalibrated(intrinsics: str) -> tuple[list[str], list[str]]:
+    """Comments, and unit matrices."""
+    head = [
+        f"IMU noise for OpenVINS, written by allanite {__version__}",
+        "NOT CALIBRATED: Tw, Ta and the rotations are unit matrices and Tg is zero, for want of a calibration",
+        f"model {intrinsics}: {_CONVENTIONS[intrinsics]}",
+    ]
+    keys = ("Tw", "R_IMUtoGYRO", "Ta", "R_IMUtoACC")
+    blocks = [line for key in keys for line in _block(key, np.eye(3), "")]
+    return head, [*blocks, *_block("Tg", np.zeros((3, 3)), "")]
 
 
 _WITHOUT_MODEL = (
@@ -193,15 +227,8 @@ def _refuse_counts(calibration: Calibration) -> None:
             )
 
 
-def _of_kalibr(text: str) -> tuple[list[str], list[str]]:
-    """The comments of an imu.yaml, and its keys."""
-    lines = text.splitlines()
-    first = lines.index("")
-    return ["#", *lines[:first]], lines[first + 1 :]
-
-
-def _open_lines(rostopic: str) -> list[str]:
-    return [f"rostopic: {rostopic}", "# update_rate:  # Hz", *(f"# {key}:  # {unit}" for key, unit in _OPEN)]
+def _open_lines() -> list[str]:
+    return ["# update_rate:  # Hz", *(f"# {key}:  # {unit}" for key, unit in _OPEN)]
 
 
 def _head(calibration: Calibration, made: Intrinsics, convention: str) -> list[str]:

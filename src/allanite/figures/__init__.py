@@ -55,11 +55,13 @@ def plot(
         AlignmentEstimate: `view` ("whole", "compass", "convergence", "residuals").
         CalibrationEstimate: `view` ("whole", "sphere", "residuals", "parameters", "correlation").
         DatasheetVerdict: `view` ("whole", "curves", "ratio"). Bounds: `view` ("whole", "curves", "inflation").
+        Difference: `view` ("whole", "curves", "drift").
         Selection: `view` ("whole", "weights", "curves") and `channels`.
         Separation: `view` ("whole", "parts", "correlation"). Variation: `view` ("whole", "map", "lines") and
         `channels`. Combination: `view` ("whole", "parity", "deviation", "gain"). Comparison: `view` ("whole", "curves",
         "parameters").
         EnvironmentEstimate: `view` ("whole", "temperature", "deviation", "time").
+        DeadReckoning: `view` ("whole", "position", "height", "velocity", "tilt", "heading").
         PositionPlan: `view` ("whole", "sphere", "length",
         "schemes"). StaticSpans: `view` ("whole", "level", "record") and `recording`, which the record needs.
 
@@ -157,6 +159,12 @@ def _curve(curve: Any, *, model: Any = None) -> Sheet:
     from allanite.figures.curves import curve_panels
 
     return _column(curve_panels(curve, model))
+
+
+def _over_floor(curve: Any) -> Sheet:
+    from allanite.figures.curves import over_floor_panels
+
+    return _column(over_floor_panels(curve))
 
 
 def _model(model: Any, *, tau: tuple[float, float] = (1e-2, 1e5)) -> Sheet:
@@ -378,6 +386,21 @@ def _bounds(found: Any, *, view: str = "whole") -> Sheet:
     return _in_view(parts, view, f"these bounds have no figure {view!r}")
 
 
+def _difference(found: Any, *, view: str = "whole") -> Sheet:
+    from allanite.figures import difference
+
+    _known_view(view, difference.VIEWS, "two noise models")
+    document = found if isinstance(found, Mapping) else found.to_json()
+    parts: Parts = {
+        "curves": lambda: difference.curve_panels(document),
+        "drift": lambda: difference.drift_panels(document),
+    }
+    made = [make() for name, make in parts.items() if view in ("whole", name)]
+    if view == "whole":  # each sensor in a row: its curves, and what they add up to
+        return Sheet(rows=tuple(zip(*made, strict=True)))
+    return Sheet(rows=tuple(_rows_of(made[0], 2)))
+
+
 def _environment(found: Any, *, view: str = "whole") -> Sheet:
     from allanite.figures import environment
 
@@ -453,6 +476,16 @@ def _position_plan(plan: Any, *, view: str = "whole") -> Sheet:
     return _in_view(parts, view, f"this plan of positions has no figure {view!r}")
 
 
+def _dead_reckoning(found: Any, *, view: str = "whole") -> Sheet:
+    from allanite.figures import dead_reckoning
+
+    _known_view(view, ("whole", *dead_reckoning.VIEWS), "a budget of dead reckoning")
+    document = found if isinstance(found, Mapping) else found.to_json()
+    views = [v for v in dead_reckoning.VIEWS if not (v == "height" and document["held"])]
+    parts: Parts = {v: lambda v=v: [dead_reckoning.growth_panel(document, v)] for v in views}  # type: ignore[misc]
+    return _in_view(parts, view, f"this budget of dead reckoning has no figure {view!r}: the height is held")
+
+
 def _comparison(comparison: Any, *, view: str = "whole") -> Sheet:
     from allanite.figures import comparison as panels
 
@@ -525,8 +558,10 @@ _DESCRIPTIONS: tuple[tuple[Callable[[object], bool], Callable[..., Sheet]], ...]
     (_document("allanite-comparison"), _comparison),
     (_document("allanite-environment"), _environment),
     (_document("allanite-position-plan"), _position_plan),
+    (_document("allanite-dead-reckoning"), _dead_reckoning),
     (_document("allanite-datasheet"), _datasheet),
     (_document("allanite-overbound"), _bounds),
+    (_document("allanite-difference"), _difference),
     (_document("allanite-static-spans"), _static),
     (_document("allanite-north"), _north),
     (_document("allanite-calibration-estimate"), _calibration),
@@ -536,6 +571,7 @@ _DESCRIPTIONS: tuple[tuple[Callable[[object], bool], Callable[..., Sheet]], ...]
     (_holds("turns", "dwells", "positions"), _reversals),
     (_named("AllanCurve"), _curve),
     (_named("NoiseModel"), _model),
+    (_named("OverFloor"), _over_floor),
     (_named("Recording"), _recording),
     (_named("Spectrum"), _spectrum),
     (_named("Reversals"), _reversals),
@@ -552,8 +588,10 @@ _DESCRIPTIONS: tuple[tuple[Callable[[object], bool], Callable[..., Sheet]], ...]
     (_named("EnvironmentEstimate"), _environment),
     (_named("Environment"), _environment),
     (_named("PositionPlan"), _position_plan),
+    (_named("DeadReckoning"), _dead_reckoning),
     (_named("DatasheetVerdict"), _datasheet),
     (_named("Bounds"), _bounds),
+    (_named("Difference"), _difference),
     (_named("StaticSpans"), _static),
     (_named("NorthEstimate"), _north),
     (_named("CalibrationEstimate"), _calibration),

@@ -40,10 +40,12 @@ __all__ = [
     "STATISTICS",
     "channel_panels",
     "curve_panels",
+    "floor_curves",
     "group_panel",
     "measured_curve",
     "model_curve",
     "model_panel",
+    "over_floor_panels",
     "series_colours",
     "tau_axis",
 ]
@@ -109,6 +111,7 @@ class _ChannelParts:
         self.unit, factor = _unit(curve["statistic"], kind, own)
         models = channel["models"] if curve["statistic"] in _OF_MODEL else []
         self.data = measured_curve(curve, channel["name"], factor, look)
+        self.apart = floor_curves(channel["floor"], factor) if channel.get("floor") else ()
         self.lines = [model_curve(curve, m, factor, i) for i, m in enumerate(models)]
         minimum = _minimum(self.lines[0] if models else self.data)
         self.marks = [
@@ -118,7 +121,7 @@ class _ChannelParts:
 
     @property
     def frame(self) -> Frame:
-        x, y = _frame([self.data], [m.point for m in self.marks if m.point])
+        x, y = _frame([self.data, *self.apart], [m.point for m in self.marks if m.point])
         lowest = _minimum(self.data)[1]
         return (x, (min(y[0], lowest / 10**_ROOM_LIMITS), y[1])) if self.bounds else (x, y)
 
@@ -127,7 +130,12 @@ class _ChannelParts:
             title=self.channel["name"],
             x=tau_axis(frame[0]),
             y=_deviation_axis(self.channel["curve"]["statistic"], self.unit, frame[1]),
-            curves=(self.data, *self.lines, *(m.curve(frame) for m in self.marks if m.slope is None)),
+            curves=(
+                self.data,
+                *self.apart,
+                *self.lines,
+                *(m.curve(frame) for m in self.marks if m.slope is None),
+            ),
             guides=_made(m.guide(frame) for m in self.marks),
             labels=_made(m.label(frame) for m in self.marks),
             limits=_apart(self.bounds, frame),
@@ -201,6 +209,29 @@ def _curve_panel(curve: Any, which: Sequence[int], unit: str, factor: float) -> 
     )
 
 
+def over_floor_panels(curve: Any) -> list[Panel]:
+    """An `OverFloor`: measured, instrument and sensor, a panel for each channel."""
+    panels = []
+    for channel in curve.measured.channels:
+        unit, factor = _unit("oadev", channel.kind, channel.unit)
+        measured, instrument = (part[channel.name].to_json() for part in (curve.measured, curve.floor))
+        looks = series_colours([channel.name])[0]
+        sensor = {"curve": instrument, "sensor": curve.to_json(channel.name)}
+        data = [measured_curve(measured, "measured", factor, looks), *floor_curves(sensor, factor)]
+        frame = _frame(data, [])
+        panels.append(
+            Panel(
+                title=channel.name,
+                x=tau_axis(frame[0]),
+                y=_deviation_axis("oadev", unit, frame[1]),
+                curves=tuple(data),
+                guides=_slope_key(frame),
+                square=True,
+            )
+        )
+    return panels
+
+
 def model_panel(model: NoiseModel, tau: tuple[float, float] = (1e-2, 1e5)) -> Panel:
     """A noise model without data: total and terms between two averaging times [s]."""
     unit, factor = people_unit(model.kind, "adev", model.unit)
@@ -244,6 +275,32 @@ def measured_curve(
         marker=look[1],
         band_label=band,
     )
+
+
+def floor_curves(floor: Json, factor: float) -> tuple[Curve, Curve]:
+    """The instrument's own curve, and what is left for the sensor; bars without a point are upper limits."""
+    sensor, below = floor["sensor"], floor["curve"]
+    instrument = Curve(
+        x=array(below["tau"]),
+        y=array(below["deviation"]) / factor,
+        lower=array(below["lower"]) / factor,
+        upper=array(below["upper"]) / factor,
+        label="instrument",
+        colour="guide",
+        marker="square",
+    )
+    left = Curve(
+        x=array(sensor["tau"]),
+        y=array(sensor["deviation"]) / factor,
+        lower=np.where(np.isfinite(array(sensor["deviation"])), array(sensor["lower"]), np.nan) / factor,
+        upper=array(sensor["upper"]) / factor,
+        bars=True,
+        style="none",
+        label="sensor",
+        colour="other",
+        marker="diamond",
+    )
+    return instrument, left
 
 
 def model_curve(

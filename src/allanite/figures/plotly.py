@@ -64,6 +64,10 @@ _LEAST = (640, 820)  # pixels, for one panel with its legend above it, and for s
 _BESIDE = 84  # pixels between panels in a row
 
 
+#: Plotly offers a button that sends the data of a figure to a server of its makers.
+_AT_HOME = {"displaylogo": False, "plotlyServerURL": "", "modeBarButtonsToRemove": ["sendChartToCloud"]}
+
+
 def figure(sheet: Sheet, *, dark: bool = False) -> Figure:
     """A Plotly figure that shows itself in a notebook without asking the network for its script."""
     from plotly.graph_objects import Figure
@@ -72,7 +76,7 @@ def figure(sheet: Sheet, *, dark: bool = False) -> Figure:
         """Plotly's own `_repr_html_` loads the script from another host; this one brings it along."""
 
         def _repr_html_(self) -> str:
-            return str(self.to_html(include_plotlyjs=True, full_html=False))
+            return str(self.to_html(include_plotlyjs=True, full_html=False, config=_AT_HOME))
 
         def _repr_mimebundle_(self, *_args: Any, **_kwargs: Any) -> Json:
             return {"text/html": self._repr_html_()}
@@ -80,11 +84,15 @@ def figure(sheet: Sheet, *, dark: bool = False) -> Figure:
         def _ipython_display_(self) -> None:
             raise NotImplementedError  # makes IPython use the bundle above
 
-    return OfflineFigure(_darkened(spec(sheet)) if dark else spec(sheet))
+    return OfflineFigure(spec(sheet, dark=dark))
 
 
-def spec(sheet: Sheet) -> Json:
+def spec(sheet: Sheet, *, dark: bool = False) -> Json:
     """Traces and layout of a sheet as plain lists and dictionaries, numbers to six digits."""
+    return _darkened(_spec(sheet)) if dark else _spec(sheet)
+
+
+def _spec(sheet: Sheet) -> Json:
     parts = _Parts()
     titled = len(sheet.panels) > 1
     across = _WIDTH * max(1.0, 0.52 * sheet.columns) - _MARGIN["l"] - _MARGIN["r"]

@@ -7,7 +7,9 @@
 ``likelihood``  the fit of the samples themselves.
 ``spectral``    the fit of their spectrum.
 ``selection``   which sums of terms a record may have, with their weights.
+``instrument``  a sensor seen through an instrument whose own noise was recorded too.
 ``rivals``      flicker or Gauss-Markov; ``estimates`` from sets to estimates; ``verdict`` what is supported, in words.
+``scale``       the uncertainty of the scale factor in the intervals.
 ``advice``      how long to record.
 """
 
@@ -22,7 +24,7 @@ if TYPE_CHECKING:
 
     from allanite.allan import AllanCurve
     from allanite.noise import NoiseModel
-    from allanite.recording import Recording
+    from allanite.recording import Channel, Recording
 
 __all__ = ["fit"]
 
@@ -36,6 +38,7 @@ def fit(
     method: str | None = None,
     exclude: ArrayLike | None = None,
     confidence: float = 0.95,
+    floor: AllanCurve | None = None,
     **options: Any,
 ) -> NoiseModel:
     """Fit a noise model to the Allan curve of one channel, or to the samples of one channel.
@@ -52,6 +55,9 @@ def fit(
         Lags of a curve to leave out.
     confidence : float
         Level of the intervals.
+    floor : AllanCurve, optional
+        For "moments": the curve of the instrument alone, on the interval and in the unit of `measured`
+        (`allanite.instrument_floor.floor_of`). The model is that of the sensor without the instrument.
     **options
         Of a recording: `channel`, `terms` (the letters to fit), and what the method takes besides: "likelihood"
         `lines` [Hz], `engine` and `block` (see `allanite.fitting.likelihood.fit_likelihood`), "spectral" see
@@ -60,7 +66,8 @@ def fit(
     Returns
     -------
     NoiseModel
-        With `estimates`, `covariance`, `goodness`, and `alternative` where the two families cannot be told apart.
+        With `estimates`, `covariance`, `goodness`, and `alternative` where the two families cannot be told apart. Where
+        the channel states how uncertain its scale factor is, the intervals hold that too; see `allanite.fitting.scale`.
 
     Raises
     ------
@@ -71,17 +78,35 @@ def fit(
     FitError
         No optimum was found.
     """
+    from allanite.fitting.scale import with_scale_uncertainty
     from allanite.recording import Recording
 
     if isinstance(measured, Recording):
         if exclude is not None:
             raise InputError("exclude= leaves out lags of a curve; it means nothing for a recording")
-        return _fit_recording(measured, method or "likelihood", {**options, "confidence": confidence})
-    return _fit_curve(measured, method or "moments", exclude, confidence, options)
+        if floor is not None:
+            raise InputError(
+                "floor= goes with the curve of a recording: fit(allan_curve(recording)[name], floor=...)"
+            )
+        model = _fit_recording(measured, method or "likelihood", {**options, "confidence": confidence})
+        channels = [measured[options["channel"]]] if options.get("channel") else _noisy(measured)
+    else:
+        model = _fit_curve(measured, method or "moments", exclude, confidence, floor, options)
+        channels = list(measured.channels)
+    return with_scale_uncertainty(model, channels[0].scale_uncertainty if len(channels) == 1 else None)
+
+
+def _noisy(recording: Recording) -> list[Channel]:
+    return [c for c in recording.channels if c.kind.noise_bearing]
 
 
 def _fit_curve(
-    curve: AllanCurve, method: str, exclude: ArrayLike | None, confidence: float, options: dict[str, Any]
+    curve: AllanCurve,
+    method: str,
+    exclude: ArrayLike | None,
+    confidence: float,
+    floor: AllanCurve | None,
+    options: dict[str, Any],
 ) -> NoiseModel:
     _check(
         method, _OF_CURVE, "an Allan curve", _OF_RECORDING, "the recording itself: fit(recording, method=...)"
@@ -89,12 +114,14 @@ def _fit_curve(
     if options:
         raise InputError(f"the fit of a curve takes no {', '.join(options)}")
     if method == "slopes":
+        if floor is not None:
+            raise InputError("the reading by slopes knows no floor; the moment fit takes one")
         from allanite.fitting.slopes import read_slopes
 
         return read_slopes(curve, exclude=exclude)
     from allanite.fitting.moments import fit_moments
 
-    return fit_moments(curve, exclude=exclude, confidence=confidence)
+    return fit_moments(curve, exclude=exclude, confidence=confidence, floor=floor)
 
 
 def _fit_recording(recording: Recording, method: str, options: dict[str, Any]) -> NoiseModel:

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.fitting.instrument import FLOOR, of_floor
 from allanite.fitting.objective import Curve, Solution, distance, solve
 from allanite.fitting.sets import CERTAIN, coefficient_set, critical_value, fisher_sd, time_set
 
@@ -30,6 +31,11 @@ class Family:
 
     curve: Curve
     symbols: tuple[str, ...]
+
+    @property
+    def sensor(self) -> tuple[str, ...]:
+        """The terms that are asked for: not those of the instrument."""
+        return tuple(s for s in self.symbols if not of_floor(s))
 
     @property
     def times(self) -> tuple[float, float]:
@@ -126,7 +132,7 @@ class FamilyFit:
 
 def fit_family(family: Family, best: Solution, confidence: float) -> FamilyFit:
     """Support, sets and point estimates of a family whose best fit is known."""
-    symbols = family.symbols
+    symbols = family.sensor
     sd = fisher_sd(family.curve, best)
     rough = frozenset(
         s
@@ -151,7 +157,7 @@ def _excludes_zero(family: Family, best: Solution, symbol: str, critical: float)
 
 def _selected(family: Family, best: Solution, supported: frozenset[str]) -> Solution:
     """The supported terms, and as many more as the curve needs though none of them is resolved by itself."""
-    chosen = set(supported)
+    chosen = set(supported) | (set(family.symbols) & set(FLOOR))
     fit = _only(family, best, chosen)
     while fit.value - best.value > _NEEDED:
         rest = [s for s in family.symbols if s not in chosen and best.coefficient(s) > 0]

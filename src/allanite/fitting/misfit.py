@@ -18,11 +18,12 @@ from numpy.typing import NDArray
 
 from allanite.allan.curve import AllanCurve
 from allanite.errors import FitError
-from allanite.fitting.design import design_of
+from allanite.fitting.design import Design, design_of
 from allanite.fitting.families import FLICKER, GAUSS_MARKOV, Family
+from allanite.fitting.instrument import FLOOR, two_records
 from allanite.fitting.objective import Curve, Solution
 
-__all__ = ["Candidate", "best_explained", "candidate"]
+__all__ = ["Candidate", "Floor", "best_explained", "candidate"]
 
 #: Goodness of fit below which a curve counts as not explained: a true model is treated so once in ten thousand records.
 _NOT_EXPLAINED = 1e-4
@@ -64,34 +65,55 @@ class Candidate:
         )
 
 
-def candidate(curve: AllanCurve, used: NDArray[np.bool_], discrepancy: float = 0.0) -> Candidate:
+@dataclass(frozen=True, slots=True)
+class Floor:
+    """The curve of the instrument alone, and which of its lags count."""
+
+    curve: AllanCurve
+    used: NDArray[np.bool_]
+
+
+def candidate(
+    curve: AllanCurve, used: NDArray[np.bool_], discrepancy: float = 0.0, floor: Floor | None = None
+) -> Candidate:
     """The best fit of both families to these lags."""
     scale = float(curve.variance[used, 0][0])
+    variance, design = curve.variance[used, 0], _design(curve, used)
+    below: tuple[str, ...] = ()
+    if floor is None:
+        data = Curve(variance / scale, design, discrepancy)
+    else:
+        both = np.concatenate([variance, floor.curve.variance[floor.used, 0]])
+        data = Curve(both / scale, two_records(design, _design(floor.curve, floor.used)), discrepancy)
+        below = FLOOR
+    flicker, markov = (Family(data, (*symbols, *below))({}) for symbols in (FLICKER, GAUSS_MARKOV))
+    return Candidate(used, scale, data, flicker, markov)
+
+
+def _design(curve: AllanCurve, used: NDArray[np.bool_]) -> Design:
     starts = curve.starts()
     part = None if starts is None else [starts[i] for i in np.flatnonzero(used)]
-    design = design_of(curve.lags[used], curve.n_samples, curve.channels[0].sampling, part)
-    data = Curve(curve.variance[used, 0] / scale, design, discrepancy)
-    return Candidate(used, scale, data, Family(data, FLICKER)({}), Family(data, GAUSS_MARKOV)({}))
+    return design_of(curve.lags[used], curve.n_samples, curve.channels[0].sampling, part)
 
 
-def best_explained(curve: AllanCurve, used: NDArray[np.bool_]) -> Candidate:
+def best_explained(curve: AllanCurve, used: NDArray[np.bool_], floor: Floor | None = None) -> Candidate:
     """All lags if they are explained, else fewer, else all of them with a discrepancy."""
-    whole = candidate(curve, used)
+    whole = candidate(curve, used, floor=floor)
     if whole.p >= _NOT_EXPLAINED:
         return whole
     lags = np.flatnonzero(used)
     for left_out in range(1, min(int(_SHARE * len(lags)), len(lags) - _FEWEST) + 1):
         fewer = used.copy()
         fewer[lags[:left_out]] = False
-        trial = candidate(curve, fewer)
+        trial = candidate(curve, fewer, floor=floor)
         if trial.p >= _EXPLAINED:
             return trial
-    return _with_discrepancy(curve, used)
+    return _with_discrepancy(curve, used, floor)
 
 
-def _with_discrepancy(curve: AllanCurve, used: NDArray[np.bool_]) -> Candidate:
+def _with_discrepancy(curve: AllanCurve, used: NDArray[np.bool_], floor: Floor | None) -> Candidate:
     low, high = np.log(1e-3), np.log(_WORST)
-    best = candidate(curve, used, _WORST)
+    best = candidate(curve, used, _WORST, floor)
     if best.p < _NOT_EXPLAINED:
         raise FitError(
             f"no sum of noise terms explains the curve to {_WORST:.0%} in variance: what is in the record is not the "
@@ -99,7 +121,7 @@ def _with_discrepancy(curve: AllanCurve, used: NDArray[np.bool_]) -> Candidate:
         )
     for _ in range(_BISECTIONS):
         middle = (low + high) / 2
-        trial = candidate(curve, used, float(np.exp(middle)))
+        trial = candidate(curve, used, float(np.exp(middle)), floor)
         if trial.p >= 0.5:
             high, best = middle, trial
         else:

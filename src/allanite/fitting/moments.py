@@ -20,12 +20,14 @@ from allanite.allan.degrees import chi_square_factors
 from allanite.errors import DataQualityError, FitError, InputError
 from allanite.fitting.design import TIME_POWER
 from allanite.fitting.estimates import amplitude_estimate, equivalent_flicker, time_estimate
-from allanite.fitting.families import FLICKER, GAUSS_MARKOV, Family, FamilyFit, fit_family
-from allanite.fitting.misfit import Candidate, best_explained
+from allanite.fitting.families import Family, FamilyFit, fit_family
+from allanite.fitting.instrument import of_floor
+from allanite.fitting.misfit import Candidate, Floor, best_explained
 from allanite.fitting.objective import Solution, advantage, sensitivity
 from allanite.fitting.rivals import supported_families
 from allanite.fitting.sets import fisher_sd
 from allanite.fitting.verdict import supported_words
+from allanite.instrument_floor import SAME_RATE
 from allanite.noise import Estimate, GaussMarkov, NoiseModel, TermType, term_of
 
 __all__ = ["fit_moments", "lags_used"]
@@ -67,7 +69,11 @@ def _one_per_lag(exclude: ArrayLike, n_lags: int) -> NDArray[np.bool_]:
 
 
 def fit_moments(
-    curve: AllanCurve, *, exclude: ArrayLike | None = None, confidence: float = 0.95
+    curve: AllanCurve,
+    *,
+    exclude: ArrayLike | None = None,
+    confidence: float = 0.95,
+    floor: AllanCurve | None = None,
 ) -> NoiseModel:
     """Noise model of a one-channel OADEV curve.
 
@@ -77,6 +83,9 @@ def fit_moments(
         One channel, oadev.
     exclude : array_like of bool, shape (n_lags,), optional
     confidence : float
+    floor : AllanCurve, optional
+        Of the instrument alone, in the unit and on the interval of `curve`: the model is then that of the sensor
+        without it (`allanite.fitting.instrument`).
 
     Returns
     -------
@@ -100,6 +109,7 @@ def fit_moments(
     if len(curve.channels) != 1:
         raise InputError("the moment fit takes the oadev curve of one channel: fit(curve['x'])")
     chi_square_factors(np.array([1.0]), confidence)
+    below = None if floor is None else _floor(curve, floor)
     used = lags_used(curve, exclude)
     if np.any(curve.deviation[:, 0] == 0) and not used.any():
         raise DataQualityError("the deviation is zero at every lag: no noise is resolved (resolution limit)")
@@ -108,7 +118,7 @@ def fit_moments(
             f"{int(used.sum())} lags can be fitted, at least 3 are needed; record longer "
             f"(now {curve.n_samples} samples)"
         )
-    chosen = best_explained(curve, used)
+    chosen = best_explained(curve, used, below)
     shortest = float(curve.tau[chosen.used][0])
     facts = {
         "discrepancy": chosen.data.discrepancy,
@@ -116,9 +126,33 @@ def fit_moments(
         "left_out": int(used.sum() - chosen.used.sum()),
     }
     models = [_model(f, chosen.scale, curve, confidence, facts) for f in _families(chosen, confidence)]
-    verdict = _verdict(models)
+    verdict = _verdict(models) + (" The noise of the instrument is taken off." if floor is not None else "")
     primary = replace(models[0], verdict=verdict)
     return primary if len(models) == 1 else replace(primary, alternative=replace(models[1], verdict=verdict))
+
+
+def _floor(curve: AllanCurve, floor: AllanCurve) -> Floor:
+    """The floor of a curve, if it is one."""
+    if len(floor.channels) != 1 or floor.statistic != "oadev":
+        raise InputError("the floor is the oadev curve of one channel: fit(curve['x'], floor=floor['x'])")
+    mine, other = curve.channels[0], floor.channels[0]
+    if abs(floor.dt / curve.dt - 1) > SAME_RATE or other.sampling != mine.sampling:
+        raise InputError(
+            f"the floor has an interval of {floor.dt:.6g} s ({other.sampling}), the curve of {curve.dt:.6g} s "
+            f"({mine.sampling}): the noise of an instrument is that of its settings; record both with the same"
+        )
+    if other.kind is not mine.kind:
+        raise InputError(
+            f"the floor is of {other.kind.value}, the curve of {mine.kind.value}: bring the floor through the scale "
+            "factor first (allanite.instrument_floor.floor_of)"
+        )
+    used = lags_used(floor)
+    if used.sum() < 3:
+        raise DataQualityError(
+            f"{int(used.sum())} lags of the floor can be used, at least 3 are needed; record it longer "
+            f"(now {floor.n_samples} samples)"
+        )
+    return Floor(floor, used)
 
 
 def _families(chosen: Candidate, confidence: float) -> list[FamilyFit]:
@@ -134,8 +168,8 @@ def _families(chosen: Candidate, confidence: float) -> list[FamilyFit]:
     return supported_families(
         advantage(data, other, best),
         advantage(data, best, other) if other.coefficient("G") > 0 else math.inf,
-        partial(fitted, FLICKER, best, "B"),
-        partial(fitted, GAUSS_MARKOV, other, "G"),
+        partial(fitted, best.symbols, best, "B"),
+        partial(fitted, other.symbols, other, "G"),
     )
 
 
@@ -169,13 +203,14 @@ def _model(
     dt, channel = curve.dt, curve.channels[0]
     chosen = fit.selected
     dof = max(len(fit.family.curve.variance) - int((chosen.c > 0).sum()) - int("G" in fit.supported), 1)
-    estimates = [_estimate(fit, s, scale, dt) for s in fit.family.symbols]
-    if "G" in fit.family.symbols:
+    sensor = fit.family.sensor
+    estimates = [_estimate(fit, s, scale, dt) for s in sensor]
+    if "G" in sensor:
         sigma = next(e for e in estimates if e.symbol == "sigma")
         estimates += [equivalent_flicker(sigma), _time_estimate(fit, dt)]
     return NoiseModel(
-        terms=tuple(_term(s, chosen, scale, dt) for s in fit.family.symbols if chosen.coefficient(s) > 0),
-        family="gauss-markov" if "G" in fit.family.symbols else "flicker",
+        terms=tuple(_term(s, chosen, scale, dt) for s in sensor if chosen.coefficient(s) > 0),
+        family="gauss-markov" if "G" in sensor else "flicker",
         estimates=tuple(estimates),
         confidence=confidence,
         covariance=_covariance(fit),
@@ -233,8 +268,11 @@ def _covariance(fit: FamilyFit) -> dict[str, Any]:
     index = [names.index(n) for n in sd]
     half = np.array([1.0 if n == "T" else 0.5 for n in sd])
     matrix = np.linalg.pinv(J[:, index].T @ J[:, index]) * np.outer(half, half)
+    own = [i for i, n in enumerate(sd) if not of_floor(n)]
+    if not own:
+        return {}
     return {
-        "symbols": ["sigma" if n == "G" else n for n in sd],
+        "symbols": ["sigma" if n == "G" else n for n in sd if not of_floor(n)],
         "of": "natural logarithms",
-        "matrix": matrix.tolist(),
+        "matrix": matrix[np.ix_(own, own)].tolist(),
     }

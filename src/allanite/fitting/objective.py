@@ -36,13 +36,15 @@ _ROUNDS = 12
 _STEPS = 30
 _SETTLED = 1e-5  # a gain of the objective that no longer matters: 0.003 standard deviations
 _EDF_MIN = 0.5
+_RAMPS = ("R", "fR")  # no noise: they have no spread of their own
 
 
 @dataclass(frozen=True, slots=True)
 class Curve:
     """What is fitted: Allan variances in sample units, scaled to order one, with their design.
 
-    `discrepancy` is a relative error of the model at every lag, for curves that no sum of terms explains.
+    `discrepancy` is a relative error of the model at every lag, for curves that no sum of terms explains. With the
+    floor of an instrument the variances are those of two curves, one after the other.
     """
 
     variance: Array
@@ -177,12 +179,13 @@ def _start(
         columns = A[:, free] / v[:, None] * weight[:, None]
         norm = np.linalg.norm(columns, axis=0)
         c[free] = nnls(columns / norm, rest * weight)[0] / norm
-    noise = [i for i, s in enumerate(symbols) if s != "R"]
-    if not np.all(A[:, noise] @ c[noise] > 0):
-        able = [i for i in noise if free[i]]
-        if able:
-            anchor = able[int(np.argmax(A[0, able]))]
-            c[anchor] += v[0] / A[0, anchor]
+    noise = [i for i, s in enumerate(symbols) if s not in _RAMPS]
+    for row in (0, -1):  # of a floor, too, which stands after the measured curve
+        if not np.all(A[:, noise] @ c[noise] > 0):
+            able = [i for i in noise if free[i]]
+            if able:
+                anchor = able[int(np.argmax(A[row, able]))]
+                c[anchor] += v[row] / A[row, anchor] if A[row, anchor] > 0 else 0.0
     return c
 
 
@@ -200,7 +203,7 @@ class _Weight:
     ) -> _Weight | None:
         """Weights of the noise alone. A ramp has no spread of its own; were it to lend its size to the weights, a
         large ramp would make the long lags look certain and never be let go of. So its set is a little too wide."""
-        noise = np.where([s == "R" for s in symbols], 0.0, c)
+        noise = np.where([s in _RAMPS for s in symbols], 0.0, c)
         mu = A @ noise
         if mu.min() <= 0:
             return None

@@ -25,6 +25,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.fitting.instrument import of_floor
 from allanite.fitting.objective import Curve, Solution, distance, sensitivity
 
 __all__ = ["CERTAIN", "coefficient_set", "cone_point", "critical_value", "fisher_sd", "time_set"]
@@ -91,9 +92,11 @@ def _directions(
         named["T"] = sensitivity(curve, at)[:, -1]
     if symbol not in named:
         return [], ()
-    others = [s for s in named if s != symbol]
+    # An instrument's terms move freely where its own record shows them, and are left alone at zero.
+    others = [s for s in named if s != symbol and not (of_floor(s) and at.coefficient(s) == 0.0)]
     columns = [named[symbol], *(named[s] for s in others)]
-    kinds = ["free", *("free" if s in supported or s == "T" else "one-sided" for s in others)]
+    free = {s for s in others if s in supported or s == "T" or of_floor(s)}
+    kinds = ["free", *("free" if s in free else "one-sided" for s in others)]
     norms = [float(np.linalg.norm(c)) for c in columns]
     kept = [i for i, n in enumerate(norms) if n > 1e-12 or i == 0]
     return [columns[i] / max(norms[i], 1e-300) for i in kept], tuple(kinds[i] for i in kept)
@@ -214,7 +217,8 @@ def time_set(
 def _first_guess(curve: Curve, best: Solution, symbol: str) -> float:
     """A value of an absent coefficient that would be seen for certain: as large as the curve where it is smallest."""
     column = curve.design.column(symbol, best.T)
-    return float(np.min(curve.variance / column)) * 1e-3
+    seen = column > 0
+    return float(np.min(curve.variance[seen] / column[seen])) * 1e-3
 
 
 def _edge(profile: Profile, centre: float, direction: int, sd: float) -> float:

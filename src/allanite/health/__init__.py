@@ -15,6 +15,7 @@ A channel is read once, block by block (`survey`); the detectors are small funct
 `motion`        a unit that was turned, by the direction of gravity
 `meaning`       units, gravity, removed bias, aperture
 `log`           time stamps and text, from the readers' notes
+`run`           what a recorder noted: why samples are missing, which are in doubt, the meter's zero, the scale factor
 =============== ==========================================================================
 
 `CATALOGUE` says of each code what it means and what accepting it risks. Lines in the spectrum and the sensor's
@@ -30,7 +31,7 @@ from itertools import groupby
 import numpy as np
 
 from allanite.errors import DataQualityError, InputError
-from allanite.health import constancy, disturbance, log, meaning, motion, repeats, resolution, values
+from allanite.health import constancy, disturbance, log, meaning, motion, repeats, resolution, run, values
 from allanite.health.catalogue import CATALOGUE, Entry
 from allanite.health.finding import Finding, Severity
 from allanite.health.survey import Survey, survey
@@ -82,6 +83,7 @@ CHANNEL_DETECTORS: tuple[Callable[[Survey], Iterator[Finding]], ...] = (
     disturbance.amplitude_drop,
     constancy.noise_changes,
     meaning.unit_trap,
+    meaning.known_step,
     meaning.aliasing,
 )
 #: Functions of all channels' surveys together.
@@ -96,7 +98,14 @@ LOG_DETECTORS: tuple[Callable[[Recording], Iterator[Finding]], ...] = (
     log.stamps,
     log.jitter,
     log.clock,
+    log.drift,
     log.text,
+    log.repairs,
+    run.gap_reasons,
+    run.doubtful,
+    run.remarks,
+    run.autozero,
+    run.scale,
 )
 
 

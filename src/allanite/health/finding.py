@@ -177,7 +177,7 @@ def finding(
         severity=severity,
         channel=channel,
         message=message,
-        advice=entry.advice if advice is None else advice,
+        advice=_with_repair(entry.advice if advice is None else advice, entry.repair),
         risk=entry.risk,
         count=int(np.diff(merged, axis=1).sum()) if count is None else int(count),
         places=tuple((int(a), int(b)) for a, b in places),
@@ -200,6 +200,10 @@ def plural(count: int, noun: str) -> str:
 def short(value: float) -> str:
     """A number to three digits, without an exponent where people would write none."""
     return f"{value:.3g}" if not 999.5 <= abs(value) < 1e7 else f"{value:.0f}"
+
+
+def _with_repair(advice: str, repair: str) -> str:
+    return f"{advice} (repair: {repair})" if repair else advice
 
 
 def _frozen(spans: ArrayLike) -> Spans:

@@ -16,12 +16,14 @@ from allanite.health.survey import Survey
 from allanite.health.values import TOLERATED
 from allanite.recording import Recording
 
-__all__ = ["clock", "jitter", "stamps", "text", "words"]
+__all__ = ["clock", "drift", "jitter", "repairs", "stamps", "text", "words"]
 
 Notes = Mapping[str, Any]
 
 #: Clock error worth a warning [ppm]: that of a poor crystal.
 POOR_CLOCK = 100.0
+#: Standard errors by which a drift of the clock must stand out: less than one record in a million by chance.
+CERTAIN = 5.0
 
 
 def _notes(recording: Recording, part: str) -> Notes:
@@ -113,6 +115,9 @@ def clock(recording: Recording) -> Iterator[Finding]:
     notes = _notes(recording, "timebase")
     if not notes:
         return
+    if _notes(recording, "source").get("format") == "run":
+        yield from _of_run(recording)
+        return
     stamped = bool(notes.get("unit"))
     if not stamped:
         yield finding(
@@ -124,6 +129,21 @@ def clock(recording: Recording) -> Iterator[Finding]:
     nominal = _number(notes, "rate_nominal")
     if nominal > 0.0:
         yield from _against(recording, nominal, "the stamps say" if stamped else "the rate given is")
+
+
+def _of_run(recording: Recording) -> Iterator[Finding]:
+    """The clock of the instrument, by which samples were counted, against that of the host."""
+    notes = _notes(recording, "source")
+    host, error = _number(notes, "rate_measured"), _number(notes, "rate_uncertainty")
+    ppm = (recording.rate / host - 1.0) * 1e6 if host > 0 else 0.0
+    if abs(ppm) > max(POOR_CLOCK, 5e6 * error / recording.rate):
+        yield finding(
+            "clock_rate",
+            f"by the clock of the instrument {recording.rate:.8g} Hz, by that of the host {host:.8g} Hz: {ppm:+.4g} ppm"
+            "; the former is used",
+            severity=Severity.WARNING,
+            count=recording.n_samples,
+        )
 
 
 def _against(recording: Recording, nominal: float, says: str) -> Iterator[Finding]:
@@ -147,6 +167,38 @@ def _against(recording: Recording, nominal: float, says: str) -> Iterator[Findin
             f"the header says {nominal:.8g} Hz, {says} {recording.rate:.8g} Hz: {ppm:+.4g} ppm; the latter is used",
             severity=Severity.WARNING,
             count=recording.n_samples,
+        )
+
+
+def drift(recording: Recording) -> Iterator[Finding]:
+    """A clock that gains or loses more at one end of the record than at the other (battery B14)."""
+    notes = _notes(recording, "timebase")
+    change, error = _number(notes, "rate_change_ppm"), _number(notes, "rate_change_error_ppm")
+    if abs(change) > max(POOR_CLOCK, CERTAIN * error):
+        yield finding(
+            "clock_drift",
+            f"the stamps say that the rate changes by {change:+.4g} ppm from the beginning to the end (standard error "
+            f"{error:.2g} ppm); the mean rate, {recording.rate:.8g} Hz, is used",
+            severity=Severity.WARNING,
+            count=recording.n_samples,
+        )
+
+
+# -- what was done ----------------------------------------------------------------------------------------
+
+
+def repairs(recording: Recording) -> Iterator[Finding]:
+    """The repairs in the history: what went, of which channel, and why."""
+    for step in recording.history:
+        if step.get("step") != "repair":
+            continue
+        samples = {str(name): int(count) for name, count in (step.get("samples") or {}).items()}
+        went = ", ".join(f"{plural(count, 'sample')} of {name}" for name, count in samples.items() if count)
+        yield finding(
+            "repaired",
+            f"{step.get('repair')}: {went or 'no sample'} taken out: {step.get('why')}",
+            severity=Severity.INFO,
+            count=max(samples.values(), default=0),
         )
 
 

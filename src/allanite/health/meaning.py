@@ -11,12 +11,21 @@ from allanite.health.finding import Finding, Severity, finding
 from allanite.health.survey import Survey
 from allanite.recording import Kind
 
-__all__ = ["aliasing", "bias_removed", "gravity", "triads", "unit", "unit_trap"]
+__all__ = ["aliasing", "bias_removed", "gravity", "known_step", "triads", "unit", "unit_trap"]
 
 #: Standard gravity [m/s^2] (exact, CGPM 1901). Gravity on the ground is within 0.35 % of it.
 GRAVITY = 9.80665
 #: N of the noisiest gyros sold, with a margin [rad/s/sqrt(Hz)]: 0.3 deg/s/sqrt(Hz).
 NOISIEST_GYRO = math.radians(0.3)
+#: Steps of 16-bit gyros in deg/s: full scale over 32768, and the sensitivities of common data sheets.
+GYRO_STEPS = (
+    *(full / 32768.0 for full in (125.0, 250.0, 500.0, 1000.0, 2000.0)),
+    *(1.0 / per for per in (262.4, 131.0, 131.2, 65.5, 65.6, 32.8, 16.4)),
+    *(4.375e-3, 8.75e-3, 17.5e-3, 35e-3, 70e-3),
+)
+#: A step is one of these if it agrees to so much. Seventeen of them so wide cover 1.5e-3 of a decade: a step that may
+#: be any number of eight decades agrees by chance in 2e-4 of records.
+STEP_AGREES = 1e-4
 
 
 def unit(survey: Survey) -> Iterator[Finding]:
@@ -68,6 +77,33 @@ def unit_trap(survey: Survey) -> Iterator[Finding]:
             severity=Severity.WARNING,
             channel=survey.name,
             count=survey.present,
+        )
+
+
+def known_step(survey: Survey) -> Iterator[Finding]:
+    """The step of a gyro is that of a common range, but in the other unit of angle (battery B18)."""
+    step, channel = survey.lattice.step, survey.channel
+    if channel.kind is not Kind.RATE or step <= 0.0 or survey.lattice.codes < 8 or not channel.unit:
+        return
+    if survey.sigma < 1e-6 * step or any(True for _ in unit_trap(survey)):  # which says it
+        return
+    said = next((angle for angle in ("rad", "deg") if angle in channel.unit.replace("°", "deg")), None)
+    if said is None:
+        return
+    meant, factor = ("deg", math.radians(1.0)) if said == "rad" else ("rad", math.degrees(1.0))
+    other = math.degrees(
+        step * channel.scale * factor
+    )  # the step in deg/s, were the numbers in the other unit
+    known = [s for s in GYRO_STEPS if abs(other / s - 1.0) < STEP_AGREES]
+    if known:
+        yield finding(
+            "unit_trap",
+            f"the values come in steps of {step:.6g}: in {meant}/s that is the step of a common 16-bit gyro "
+            f"({known[0]:.6g} deg/s), in {channel.unit} of none: are these {meant}/s, labelled {channel.unit!r}?",
+            severity=Severity.WARNING,
+            channel=survey.name,
+            count=survey.present,
+            advice=f"if so, say it: --unit {survey.name}={meant}/s",
         )
 
 
@@ -126,7 +162,9 @@ def triads(accelerometers: Sequence[Survey]) -> list[tuple[Survey, ...]]:
 
 
 def _mix_up(ratio: float) -> str:
-    """The unit mix-up that would explain a length of so many g."""
+    """What would explain a length of so many g."""
+    if ratio < 0.02 and abs(ratio / 1e-3 - 1.0) >= 0.03:
+        return ": gravity was subtracted before logging, and the bias cannot be told from what is left"
     for factor, text in (
         (GRAVITY, "m/s² labelled as g"),
         (1.0 / GRAVITY, "g labelled as m/s²"),

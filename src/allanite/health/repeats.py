@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator, Sequence
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -14,7 +15,16 @@ from allanite.health.resolution import is_unresolved
 from allanite.health.survey import Survey
 from allanite.health.values import MINIMUM, spans_equal
 
-__all__ = ["duplicate_channels", "held_samples", "interleaved", "stuck", "zero_filled"]
+__all__ = [
+    "Alternation",
+    "alternation",
+    "duplicate_channels",
+    "held_samples",
+    "hold_factor",
+    "interleaved",
+    "stuck",
+    "zero_filled",
+]
 
 Samples = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -218,28 +228,44 @@ def _quietest(survey: Survey) -> float:
 # -- two sensors in one column ----------------------------------------------------------------------------
 
 
-def interleaved(survey: Survey) -> Iterator[Finding]:
-    """Levels or noises that alternate from row to row (class 3)."""
+class Alternation(NamedTuple):
+    """Rows that alternate: with which period, how far apart in level [sigma], and in which ratio of noise powers."""
+
+    period: int
+    level: float
+    noise: float
+
+
+def alternation(survey: Survey) -> Alternation | None:
+    """How the rows alternate; None where they do not."""
     if survey.channel.kind.integrated or survey.constant:
-        return
+        return None
     for period in (2, 3, 4):
         apart = [a for _, values in survey.probes if (a := _phases(values, period)) is not None]
         if len(apart) < max(1, 0.5 * len(survey.probes)):
             continue
         level, noise = np.quantile(np.array(apart), 0.1, axis=0)
         if level > (1.0 if period == 2 else 3.0) or noise > 3.0:
-            what = f"levels {level:.2g} sigma apart"
-            if level <= 1.0:
-                what = f"noises in the ratio {math.sqrt(noise):.2g}"
-            yield finding(
-                "interleaved",
-                f"rows alternate with period {period}: {what}",
-                severity=Severity.FATAL if level > 3.0 else Severity.WARNING,
-                channel=survey.name,
-                count=survey.present,
-                advice=f"split the rows into {period} channels at {survey.recording.rate / period:.6g} Hz",
-            )
-            return
+            return Alternation(period, float(level), float(noise))
+    return None
+
+
+def interleaved(survey: Survey) -> Iterator[Finding]:
+    """Levels or noises that alternate from row to row (class 3)."""
+    found = alternation(survey)
+    if found is None:
+        return
+    what = f"levels {found.level:.2g} sigma apart"
+    if found.level <= 1.0:
+        what = f"noises in the ratio {math.sqrt(found.noise):.2g}"
+    yield finding(
+        "interleaved",
+        f"rows alternate with period {found.period}: {what}",
+        severity=Severity.FATAL if found.level > 3.0 else Severity.WARNING,
+        channel=survey.name,
+        count=survey.present,
+        advice=f"split the rows into {found.period} channels at {survey.recording.rate / found.period:.6g} Hz",
+    )
 
 
 def _phases(values: Samples, period: int) -> tuple[float, float] | None:

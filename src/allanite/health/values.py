@@ -18,6 +18,7 @@ from allanite.recording import BLOCK, OVERLOAD
 __all__ = [
     "MINIMUM",
     "clipping",
+    "every",
     "implausible_exponents",
     "missing",
     "no_samples",
@@ -87,12 +88,12 @@ def missing(survey: Survey) -> Iterator[Finding]:
 
 
 def _broken_up(survey: Survey) -> Finding:
-    every = _every(survey)
-    pattern = f": values come every {every} rows" if every else ""
+    spacing = every(survey)
+    pattern = f": values come every {spacing} rows" if spacing else ""
     advice = None
-    if every:
+    if spacing:
         advice = (
-            f"keep the rows that hold a value and give their rate, {survey.recording.rate / every:.6g} Hz"
+            f"keep the rows that hold a value and give their rate, {survey.recording.rate / spacing:.6g} Hz"
         )
     return finding(
         "broken_up",
@@ -105,7 +106,7 @@ def _broken_up(survey: Survey) -> Finding:
     )
 
 
-def _every(survey: Survey) -> int | None:
+def every(survey: Survey) -> int | None:
     """Spacing of the values, if they come every k-th row."""
     for _, values in survey.probes:
         place = np.flatnonzero(~np.isnan(values))

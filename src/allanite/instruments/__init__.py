@@ -8,37 +8,18 @@ one that did not come, and leaves the decision whether to go on to the capture a
 
 from __future__ import annotations
 
-import time
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any, Final, Protocol, runtime_checkable
+from typing import Any, Protocol, runtime_checkable
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import InputError, InstrumentError
-from allanite.log_store import Flag as StoredFlag
+from allanite.log_store import Flag, host_ns
 from allanite.recording import Channel
 
 __all__ = ["Block", "Flag", "Identity", "Instrument", "InstrumentTimeout", "host_ns"]
-
-
-def host_ns() -> int:
-    """Clock of the host [ns] that passes evenly, also while the host sleeps, where the system knows such a clock."""
-    boot = getattr(time, "CLOCK_BOOTTIME", None)
-    return time.monotonic_ns() if boot is None else time.clock_gettime_ns(boot)
-
-
-class Flag:
-    """What is known of one sample besides its value; the bits of the log store.
-
-    Plain integers: a member of an enumeration would turn an array of uint8 into one of int64.
-    """
-
-    OVERLOAD: Final = int(StoredFlag.OVERLOAD)
-    MISSING: Final = int(StoredFlag.MISSING)
-    RESYNC: Final = int(StoredFlag.RESYNC)
-    DOUBTFUL: Final = int(StoredFlag.DOUBTFUL)
 
 
 class InstrumentTimeout(InstrumentError):
@@ -87,8 +68,11 @@ class Block:
         `host_ns` when the last sample was there.
     remarks : tuple of str
         What went wrong on the wire, one sentence each; empty in the normal course.
+    gap_uncertainty : float or None
+        Standard uncertainty of the last jump of the counter, before or in this block, where a clock has told how many
+        samples are missing [samples]; None where they were counted.
     facts : mapping
-        Companions of these samples that the instrument told on the way, e.g. its temperature after a pause.
+        Companions of these samples that the instrument told on the way, e.g. its temperature before the first of them.
     """
 
     values: NDArray[np.float64]
@@ -97,6 +81,7 @@ class Block:
     received_ns: int = field(default_factory=host_ns)
     remarks: tuple[str, ...] = ()
     facts: Mapping[str, Any] = field(default_factory=dict)
+    gap_uncertainty: float | None = None
 
     def __post_init__(self) -> None:
         n = len(self.values)
@@ -122,7 +107,10 @@ class Instrument(Protocol):
     rate : float [Hz]
         Nominal samples per second.
     settings : mapping
-        Everything that was set, as read back from the instrument where it can be; complete after `open`.
+        Everything that was set, as read back from the instrument where it can be; complete after `open`. Other settings
+        after a reconnection, or behind a block with remarks or facts, begin another part of the run.
+    device : str
+        What must not be used by two at a time: the path of a port, an address. "" where there is none.
     """
 
     @property
@@ -138,6 +126,11 @@ class Instrument(Protocol):
     @property
     def settings(self) -> Mapping[str, object]:
         """Everything that was set, as read back; complete after `open`."""
+        ...
+
+    @property
+    def device(self) -> str:
+        """What must not be used by two at a time; "" where there is none."""
         ...
 
     def open(self) -> Identity:
@@ -166,6 +159,13 @@ class Instrument(Protocol):
             Nothing came.
         InstrumentError
             The link is gone: `close`, then `open` and `start` again.
+        """
+        ...
+
+    def interrupt(self) -> None:
+        """Called from another thread: a `read` that waits ends at once with `InstrumentTimeout`, and so do later ones.
+
+        Until the next `start`.
         """
         ...
 

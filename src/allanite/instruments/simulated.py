@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import math
 import os
+import threading
 import time
 from collections.abc import Mapping
 
@@ -17,12 +18,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import InputError, InstrumentError
-from allanite.instruments import Block, Identity, InstrumentTimeout
+from allanite.instruments import Block, Identity, InstrumentTimeout, host_ns
 from allanite.model_file import load_models
 from allanite.noise import NoiseModel
 from allanite.recording import Channel, Sampling
 from allanite.simulation import simulate
-from allanite.simulation.record import _Process, _process
+from allanite.simulation.record import Process, process_of
 
 __all__ = ["SimulatedInstrument"]
 
@@ -98,15 +99,16 @@ class SimulatedInstrument:
         self._models = dict(zip(one.names, models, strict=True))
         self._sources = [
             _Source(
-                _process(m, 1 / self._rate, max(round(duration * rate), 1), sampling, 1 / c.scale), stream
+                process_of(m, 1 / self._rate, max(round(duration * rate), 1), sampling, 1 / c.scale), stream
             )
             for m, c, stream in zip(models, self._channels, streams, strict=True)
         ]
         self._largest = max(_LARGEST // len(models), 1)
         self._given = 0
-        self._origin_ns = time.monotonic_ns()
+        self._origin_ns = host_ns()
         self._began: float | None = None
         self._is_open = False
+        self._interrupted = threading.Event()
 
     @classmethod
     def from_file(
@@ -158,6 +160,11 @@ class SimulatedInstrument:
             "models": {name: model.to_json() for name, model in self._models.items()},
         }
 
+    @property
+    def device(self) -> str:
+        """None: any number of them may be used."""
+        return ""
+
     # -- the instrument -----------------------------------------------------------------------------------
 
     def open(self) -> Identity:
@@ -175,10 +182,11 @@ class SimulatedInstrument:
         """
         if not self._is_open:
             raise InstrumentError("the simulated instrument is not open: call open() first")
+        self._interrupted.clear()
         # as if it had run since the first start: samples given so far are those that were due
         self._began = time.monotonic() - self._given / (self._rate * self._speed)
         if not self._given:
-            self._origin_ns = time.monotonic_ns()
+            self._origin_ns = host_ns()
 
     def read(self, timeout: float) -> Block:
         """The samples that are due, waiting at most `timeout` seconds for the first of them.
@@ -197,11 +205,15 @@ class SimulatedInstrument:
         if math.isfinite(per_second) and count < per_second * self._gather:
             wanted = max(per_second * self._gather, 1.0)
             left = (self._given + wanted) / per_second - (time.monotonic() - self._began)
-            time.sleep(max(min(left, timeout), 0.0))
+            self._interrupted.wait(max(min(left, timeout), 0.0))
             count = self._due()
         if count < 1:
             raise InstrumentTimeout(f"the simulated instrument: no sample was due within {timeout:g} s")
         return self._block(min(count, self._largest))
+
+    def interrupt(self) -> None:
+        """A `read` that waits ends at once."""
+        self._interrupted.set()
 
     def stop(self) -> None:
         """The clock of the sensor stands still."""
@@ -237,7 +249,7 @@ class SimulatedInstrument:
 class _Source:
     """One channel: its streams of random numbers and the states of its process, both carried on."""
 
-    def __init__(self, process: _Process, stream: np.random.SeedSequence) -> None:
+    def __init__(self, process: Process, stream: np.random.SeedSequence) -> None:
         self._process = process
         self._white, self._driving = (np.random.Generator(np.random.SFC64(s)) for s in stream.spawn(2))
         self._states = process.form.states

@@ -13,11 +13,13 @@ A run is a folder::
 `batch`    samples as they come, with counter, clocks and flags
 `message`  the bytes of a batch and of the opening of a segment; how they are verified
 `disk`     the calls to the file system
+`host_clock` the clock of samples and manifest, which goes on while the host sleeps
 `manifest` its lines, and the lock against a second writer
 `writing`  `LogStore`: batches in
 `segment`  one segment read, from its beginning or from a `Position`
 `rows`     verified rows as columns that are read piece by piece
 `survey`   one pass over a run: where its samples and gaps are, and its rate
+`following` `Follower`: what has come since the last look, across segments and parts
 `run`      `open_run`: batches and recordings out, finished or still going
 `recovery` `recover`: a damaged run made whole, and what was lost named
 `compaction` `compact`: a finished run as one Parquet file
@@ -28,8 +30,9 @@ from allanite.log_store.batch import Batch, Flag
 from allanite.log_store.compaction import compact
 from allanite.log_store.disk import Disk
 from allanite.log_store.header import Header
+from allanite.log_store.host_clock import host_ns
 from allanite.log_store.recovery import Loss, Recovery, recover
-from allanite.log_store.run import Gap, Run, open_run
+from allanite.log_store.run import Run, open_run
 from allanite.log_store.segment import Position
 from allanite.log_store.survey import Survey
 from allanite.log_store.writing import LogStore, Status
@@ -38,7 +41,6 @@ __all__ = [
     "Batch",
     "Disk",
     "Flag",
-    "Gap",
     "Header",
     "LogStore",
     "Loss",
@@ -48,6 +50,7 @@ __all__ = [
     "Status",
     "Survey",
     "compact",
+    "host_ns",
     "open_run",
     "recover",
 ]

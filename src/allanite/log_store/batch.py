@@ -4,23 +4,33 @@
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from enum import IntFlag
+from typing import Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import InputError
 
-__all__ = ["Batch", "Flag"]
+__all__ = ["Batch", "Flag", "count_flags"]
 
 
-class Flag(IntFlag):
-    """What is odd about a sample; the value of a sample with `OVERLOAD` or `MISSING` is NaN."""
+class Flag:
+    """What is odd about a sample; the value of a sample with `OVERLOAD` or `MISSING` is NaN: `NO_VALUE`, both bits.
 
-    OVERLOAD = 1
-    MISSING = 2
-    RESYNC = 4
-    DOUBTFUL = 8
+    Plain integers: a member of an enumeration would turn an array of uint8 into one of int64.
+    """
+
+    OVERLOAD: Final = 1
+    MISSING: Final = 2
+    RESYNC: Final = 4
+    DOUBTFUL: Final = 8
+    NO_VALUE: Final = OVERLOAD | MISSING
+
+
+def count_flags(flags: NDArray[np.uint8]) -> dict[str, int]:
+    """How many samples have each of `Flag`, and how many any of `NO_VALUE`, by its name in small letters."""
+    names = (name for name in vars(Flag) if name.isupper())
+    return {name.lower(): int(np.count_nonzero(flags & np.uint8(getattr(Flag, name)))) for name in names}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -38,7 +48,7 @@ class Batch:
     flags : ndarray of uint8, shape (n,)
         Sums of `Flag`.
     utc_ns : int [ns]
-        Wall clock at the last sample, since 1970.
+        Wall clock when the batch was made, just after its last sample came; since 1970.
 
     Raises
     ------
@@ -85,6 +95,10 @@ class Batch:
     def last(self) -> int:
         """Number of the last sample."""
         return int(self.counter[-1])
+
+    def count(self, flags: int) -> int:
+        """Samples with any of these; `Flag.NO_VALUE` counts those without a value in one channel at least."""
+        return int(np.count_nonzero(self.flags & np.uint8(flags)))
 
     def after(self, counter: int | None) -> Batch | None:
         """The samples behind a number; None if there are none."""

@@ -3,9 +3,10 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
@@ -24,12 +25,13 @@ if TYPE_CHECKING:
     import pyarrow as pa
     import pyarrow.parquet as pq
 
-__all__ = ["KEY", "compact", "is_compact", "survey_of"]
+__all__ = ["KEY", "compact", "is_compact", "manifest_of", "survey_of"]
 
 #: Of the metadata of the file.
 KEY: Final = b"allanite.run"
 
 _ROWS: Final = 1 << 20  # of a row group
+_MARKS: Final = 256  # batches of a row group whose clocks are looked at
 
 
 def compact(
@@ -65,18 +67,33 @@ def compact(
     if survey.faults:
         found = "; ".join(f"{name}: {why}" for name, why in survey.faults.items())
         raise DataQualityError(f"{run.folder} is damaged ({found}): recover it first, with allanite recover")
-    schema = _schema(survey.header, run)
+    _refuse_altered(run)
+    schema = _schema(survey.header, run, survey.end)
     with fresh(path, force=force) as place:
-        with pq.ParquetWriter(place, schema, compression="zstd") as writer:
+        with pq.ParquetWriter(place, schema, compression="zstd", write_page_checksum=True) as writer:
             for group in _groups(run, part, schema):
                 writer.write_table(group)
-        back = pq.ParquetFile(place)
+        back = pq.ParquetFile(place, page_checksum_verification=True)
         for k, group in enumerate(_groups(run, part, schema)):
-            if not back.read_row_group(k).equals(group):
+            if not _same(back.read_row_group(k), group):
                 raise StorageError(
                     f"{path}: what was read back is not what was written; write it to another disk"
                 )
     return Path(path)
+
+
+def _refuse_altered(run: Run) -> None:
+    """Raise if a closed segment is not, byte by byte, the one whose SHA-256 was noted."""
+    for event in run.manifest:
+        path = run.folder / str(event.get("segment"))
+        if event["kind"] != "closed" or not path.exists():
+            continue
+        with path.open("rb") as file:
+            found = hashlib.sha256(file.read(int(event["bytes"]))).hexdigest()
+        if found != event["sha256"]:
+            raise DataQualityError(
+                f"{path} is not as it was closed (its SHA-256 differs): recover the run first, with allanite recover"
+            )
 
 
 def is_compact(path: Path) -> bool:
@@ -103,15 +120,23 @@ def survey_of(path: str | os.PathLike[str]) -> tuple[Survey, str]:
 
     place = Path(path)
     try:
-        with pq.ParquetFile(place) as file:
+        with pq.ParquetFile(place, page_checksum_verification=True) as file:
             facts = json.loads(file.schema_arrow.metadata[KEY])
             header = Header.from_json(facts["header"])
             pieces = [_piece(place, file, k) for k in range(file.num_row_groups)]
+            end, status = int(facts["end"]), str(facts["status"])
     except (pa.ArrowException, OSError, ValueError, KeyError, TypeError) as error:
         raise FormatError(
             f"{place.name}: damaged ({type(error).__name__}); make it once more from the run"
         ) from None
-    return Survey.of(header, pieces, {}, torn=False), str(facts["status"])
+    return Survey.of(header, pieces, {}, torn=False, end=end), status
+
+
+def manifest_of(path: str | os.PathLike[str]) -> tuple[Mapping[str, Any], ...]:
+    """The lines of the manifest that a file which `compact` wrote holds."""
+    import pyarrow.parquet as pq
+
+    return tuple(json.loads(pq.read_schema(path).metadata[KEY])["manifest"])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -127,7 +152,7 @@ class _GroupRows:
         import pyarrow.parquet as pq
 
         try:
-            with pq.ParquetFile(self.path) as file:
+            with pq.ParquetFile(self.path, page_checksum_verification=True) as file:
                 column = file.read_row_group(self.group, columns=[name], use_threads=False).column(0)
                 return np.asarray(column, dtype=np.float64)
         except (pa.ArrowException, OSError, ValueError) as error:
@@ -135,20 +160,22 @@ class _GroupRows:
 
 
 def _piece(path: Path, file: pq.ParquetFile, k: int) -> Piece:
-    group = file.read_row_group(k, columns=["counter", "monotonic_ns", "utc_ns"])
-    counter, monotonic, utc = (np.asarray(column) for column in group.columns)
-    ends = np.flatnonzero(np.append(np.diff(utc) != 0, True))[[0, -1]]
-    clocks = np.stack([counter, monotonic, utc], axis=1)[ends]
-    return Piece.of(_GroupRows(path=path, group=k, count=counter.size), counter, clocks)
+    group = file.read_row_group(k, columns=["counter", "monotonic_ns", "utc_ns", "flags"])
+    counter, monotonic, utc, flags = (np.asarray(column) for column in group.columns)
+    ends = np.flatnonzero(np.append(np.diff(utc) != 0, True))  # of batches
+    some = ends[np.unique(np.linspace(0, ends.size - 1, _MARKS).round().astype(int))]
+    clocks = np.stack([counter, monotonic, utc], axis=1)[some]
+    return Piece.of(_GroupRows(path=path, group=k, count=counter.size), counter, flags, clocks)
 
 
-def _schema(header: Header, run: Run) -> pa.Schema:
+def _schema(header: Header, run: Run, end: int) -> pa.Schema:
     import pyarrow as pa
 
     facts = {
         "header": header.to_json(),
         "status": run.status,
         "reason": run.reason,
+        "end": end,
         "manifest": list(run.manifest),
     }
     return pa.schema(
@@ -176,6 +203,14 @@ def _groups(run: Run, part: int | None, schema: pa.Schema) -> Iterator[pa.Table]
             waiting = []
     if waiting:
         yield _table(waiting, schema)
+
+
+def _same(one: pa.Table, other: pa.Table) -> bool:
+    """The same columns with the same values; a value that is missing (NaN) is equal to one that is."""
+    return bool(one.schema.equals(other.schema)) and all(
+        np.array_equal(one.column(n).to_numpy(), other.column(n).to_numpy(), equal_nan=True)
+        for n in one.schema.names
+    )
 
 
 def _table(batches: list[Batch], schema: pa.Schema) -> pa.Table:

@@ -21,6 +21,29 @@ class Disk:
         """Open a file for appending, whether it is there or not; its descriptor."""
         return os.open(path, os.O_WRONLY | os.O_CREAT | os.O_APPEND | os.O_CLOEXEC, 0o666)
 
+    def reserve(self, path: Path, size: int) -> None:
+        """Make a file that takes so many bytes of the disk.
+
+        On a file system that copies on write, what it takes is not always what it gives back.
+        """
+        descriptor = self.create(path)
+        try:
+            if hasattr(os, "posix_fallocate"):
+                os.posix_fallocate(descriptor, 0, size)
+            else:
+                self.write_whole(descriptor, bytes(size))
+            os.fsync(descriptor)
+        finally:
+            self.close(descriptor)
+
+    def remove(self, path: Path) -> None:
+        """Remove a file, if it is there."""
+        path.unlink(missing_ok=True)
+
+    def cut(self, descriptor: int, size: int) -> None:
+        """Take back what was appended behind a byte."""
+        os.ftruncate(descriptor, size)
+
     def write(self, descriptor: int, data: bytes) -> int:
         """Write once; the number of bytes that went in."""
         return os.write(descriptor, data)

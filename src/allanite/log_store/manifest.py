@@ -14,17 +14,20 @@ import os
 import time
 import zlib
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, Final
 
 from allanite.errors import StorageError
 from allanite.log_store.disk import Disk
+from allanite.log_store.host_clock import host_ns
 
-__all__ = ["NAME", "Manifest", "is_locked", "read_manifest"]
+__all__ = ["NAME", "Line", "Manifest", "is_locked", "read_manifest", "read_manifest_on"]
 
 NAME: Final = "manifest.jsonl"
 
-Event = Mapping[str, Any]
+#: A line of a manifest: what happened, both clocks, and facts.
+Line = Mapping[str, Any]
 
 
 class Manifest:
@@ -52,22 +55,39 @@ class Manifest:
             disk.close(self._descriptor)
             raise
 
-    def add(self, kind: str, facts: Event) -> None:
-        """Append a line with the time of both clocks, and return when it is on the medium.
+    def add(self, kind: str, *facts: Line) -> None:
+        """Append a line with the time of both clocks for each of the facts, and return when they are on the medium.
+
+        What fails is tried once more, from the bytes on: a second sync alone would seem to succeed.
 
         Raises
         ------
         OSError
             What the disk says.
         """
-        line = {"kind": kind, "utc_ns": time.time_ns(), "monotonic_ns": time.monotonic_ns(), **facts}
-        data = _signed(json.dumps(line, ensure_ascii=False)).encode() + b"\n"
+        times = {"kind": kind, "utc_ns": time.time_ns(), "monotonic_ns": host_ns()}
+        lines = (_signed(json.dumps({**times, **each}, ensure_ascii=False)) for each in facts)
+        data = b"".join(line.encode() + b"\n" for line in lines)
+        before = os.fstat(self._descriptor).st_size
+        try:
+            self._put(data)
+        except OSError:
+            self._take_back(before)
+            self._put(data)
+
+    def _put(self, data: bytes) -> None:
         if self._torn:  # what a failed write has left must not spoil this one
             data = b"\n" + data
         self._torn = True
         self._disk.write_whole(self._descriptor, data)
         self._torn = False
         self._disk.sync(self._descriptor)
+
+    def _take_back(self, size: int) -> None:
+        """A line that failed; nobody who reads has relied on it."""
+        with suppress(OSError):
+            self._disk.cut(self._descriptor, size)
+            self._torn = False
 
     def close(self) -> None:
         """Unlock."""
@@ -83,6 +103,19 @@ def read_manifest(folder: Path) -> tuple[tuple[dict[str, Any], ...], int]:
     lines = [line for line in data.split(b"\n") if line]
     events = [event for line in lines if (event := _verified(line)) is not None]
     return tuple(events), len(lines) - len(events)
+
+
+def read_manifest_on(folder: Path, offset: int) -> tuple[tuple[dict[str, Any], ...], int]:
+    """The lines of a manifest behind a byte, as far as they are whole and verify, and the byte behind them."""
+    try:
+        with (folder / NAME).open("rb") as file:
+            file.seek(offset)
+            data = file.read()
+    except FileNotFoundError:
+        return (), offset
+    whole = data[: data.rfind(b"\n") + 1]
+    events = (_verified(line) for line in whole.split(b"\n") if line)
+    return tuple(event for event in events if event is not None), offset + len(whole)
 
 
 def is_locked(folder: Path) -> bool:

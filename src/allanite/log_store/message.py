@@ -30,7 +30,19 @@ from allanite.log_store.header import TAKEN, Header
 if TYPE_CHECKING:
     import pyarrow as pa
 
-__all__ = ["END", "LONGEST_METADATA", "Message", "Opening", "Stop", "encode", "find_message", "message_at"]
+__all__ = [
+    "END",
+    "LONGEST_METADATA",
+    "Message",
+    "NoBatch",
+    "Opening",
+    "encode",
+    "find_message",
+    "holds_batch",
+    "message_at",
+    "samples",
+    "why_none",
+]
 
 #: The end of an Arrow stream.
 END: Final = b"\xff\xff\xff\xff\x00\x00\x00\x00"
@@ -134,10 +146,6 @@ class Message:
     data: bytes
     end: int
 
-    def counter(self) -> NDArray[np.int64]:
-        """The numbers of the samples alone."""
-        return _column(self._decoded(), 0, np.int64)
-
     def batch(self) -> Batch:
         """The samples."""
         found = self._decoded()
@@ -157,7 +165,7 @@ class Message:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Stop:
+class NoBatch:
     """Why no batch begins at a place.
 
     Attributes
@@ -193,29 +201,73 @@ def encode(batch: Batch, number: int, opening: Opening) -> bytes:
     return message.replace(_NO_CRC, b"crc32=%08x" % zlib.crc32(message, opening.crc), 1)
 
 
-def message_at(data: bytes, at: int, opening: Opening) -> Message | Stop:
-    """The batch that begins at a place, verified; or why there is none."""
+def message_at(data: bytes, at: int, opening: Opening, offset: int = 0) -> Message | NoBatch:
+    """The batch that begins at a place, verified; or why there is none. `offset`: bytes of the file before `data`."""
     left = data[at : at + 8]
     if left in (b"", END):
-        return Stop()
+        return NoBatch()
     if not (left.startswith(_MARK) or _MARK.startswith(left)):
-        return Stop(why="no batch begins there")
+        return NoBatch(why="no batch begins there")
     size = _metadata_size(data, at)
     if size is None:
         torn = len(left) < 8 or 0 < int.from_bytes(left[4:], "little") < LONGEST_METADATA
-        return Stop(why="the last batch is cut" if torn else "no batch begins there", torn=torn)
+        return NoBatch(why="the last batch is cut" if torn else "no batch begins there", torn=torn)
     found = _FACTS.search(data, at + 8, at + 8 + size)
     if found is None:
-        return Stop(why="the metadata of a batch are damaged")
+        return NoBatch(why="the metadata of a batch are damaged")
     number, utc_ns, length = (int(group) for group in found.groups()[:3])
     message = data[at : at + length]
     if len(message) < length:
-        return Stop(why="the last batch is cut", torn=True)
+        return NoBatch(why="the last batch is cut", torn=True)
     crc = found.start(4) - at
     unsigned = message[:crc] + b"00000000" + message[crc + 8 :]
     if zlib.crc32(unsigned, opening.crc) != int(found[4], 16):
-        return Stop(why="the checksum of a batch does not agree")
-    return Message(opening=opening, number=number, utc_ns=utc_ns, data=message, end=at + length)
+        return NoBatch(why="the checksum of a batch does not agree")
+    return Message(opening=opening, number=number, utc_ns=utc_ns, data=message, end=offset + at + length)
+
+
+def why_none(data: bytes, at: int, opening: Opening) -> NoBatch:
+    """Why no batch begins at a place; torn only if the bytes may be those of one that was being written."""
+    found = message_at(data, at, opening)
+    if isinstance(found, Message):
+        return NoBatch()
+    if found.torn and (_is_whole(data[at:], opening) or find_message(data, at + 8, opening) is not None):
+        return NoBatch(why="the length of a batch is damaged")
+    return found
+
+
+def holds_batch(data: bytes) -> bool:
+    """Whether there is anything of a batch among these bytes."""
+    return _FACTS.search(data) is not None
+
+
+def _is_whole(rest: bytes, opening: Opening) -> bool:
+    """Whether a batch that seems to be cut ends where its bytes end: by its own length, or by its checksum."""
+    found = _FACTS.search(rest)
+    if found is None:
+        return False
+    if int(found[3]) <= len(rest):
+        return True
+    said = found.start(3)
+    right = rest[:said] + b"%010d" % len(rest) + rest[said + 10 :]
+    unsigned = right[: found.start(4)] + b"00000000" + right[found.start(4) + 8 :]
+    return zlib.crc32(unsigned, opening.crc) == int(found[4], 16)
+
+
+def samples(data: bytes, opening: Opening, utc_ns: int) -> Batch:
+    """All samples of batches that are verified as one batch, at the pace of Arrow; there is at least one."""
+    import pyarrow as pa
+
+    table = pa.ipc.open_stream(pa.py_buffer(opening.data + data)).read_all().combine_chunks()
+    columns = [np.asarray(column.chunk(0)) for column in table.columns]
+    counter, monotonic_ns, flags = columns[: len(TAKEN)]
+    return Batch(
+        counter=counter,
+        monotonic_ns=monotonic_ns,
+        flags=flags,
+        values=np.stack(columns[len(TAKEN) :], axis=1),
+        utc_ns=utc_ns,
+    )
 
 
 def find_message(data: bytes, at: int, opening: Opening) -> tuple[int, Message] | None:

@@ -7,6 +7,7 @@ again. The original is never touched.
 
 from __future__ import annotations
 
+import hashlib
 import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
@@ -18,7 +19,7 @@ from allanite.errors import StorageError
 from allanite.log_store.batch import Batch
 from allanite.log_store.header import Header
 from allanite.log_store.manifest import NAME
-from allanite.log_store.message import END, Message, Opening, Stop, find_message, message_at
+from allanite.log_store.message import END, Message, NoBatch, Opening, find_message, message_at, why_none
 from allanite.log_store.run import Run, open_run
 from allanite.log_store.segment import Segment, opening_of, segment_name, segment_numbers
 from allanite.log_store.writing import LogStore
@@ -118,7 +119,8 @@ def recover(
 
     Notes
     -----
-    A batch that was being written when the writer died is a loss, although it was never acknowledged.
+    A batch that was being written when the writer died is a loss, although it was never acknowledged. Bytes of a batch
+    that the disk refused are none where its samples are in the segment behind.
     """
     run = open_run(folder)
     if run.status == "recording":
@@ -184,7 +186,10 @@ class _Rescue:
             if name not in names:
                 self._lose(name, 0, self._closed[name]["bytes"], "the file is missing")
             else:
-                for message in self._messages(Segment.load(self._run.folder / name), openings):
+                segment = Segment.load(self._run.folder / name)
+                for message in self._messages(segment, openings):
+                    if message.number == 0:  # before it there was none in this file
+                        self._open = [loss for loss in self._open if loss.file != name]
                     batch = message.batch().after(self._counter)
                     if batch is not None:
                         self._settle(batch.first)
@@ -193,7 +198,10 @@ class _Rescue:
                         yield batch, message.opening.header
             if name in self._closed:
                 self._settle_closed(self._closed[name])
+                if name in names:
+                    self._compare(segment, self._closed[name])
         self.losses += self._open
+        self._lose_unwritten()
         if lines := self._run.damaged_lines:
             self.losses.append(
                 Loss(file=NAME, offset=0, size=0, rows=0, why=f"{lines} damaged line(s) left out")
@@ -204,8 +212,8 @@ class _Rescue:
         data, opening, at = segment.data, segment.opening or openings[0], 0
         while at < len(data) and data[at : at + len(END) + 1] != END:
             found = message_at(data, at, opening)
-            if isinstance(found, Stop):
-                why = found.why if segment.opening else segment.fault.why
+            if isinstance(found, NoBatch):
+                why = why_none(data, at, opening).why if segment.opening else segment.fault.why
                 behind = _next_message(data, at, openings)
                 start = behind[0] if behind else len(data)
                 self._lose(segment.name, segment.offset + at, start - at, why or "bytes behind the end")
@@ -237,6 +245,27 @@ class _Rescue:
             self._counter = facts["last"]
         else:
             self._open.clear()  # behind what was acknowledged
+
+    def _lose_unwritten(self) -> None:
+        """Samples that the disk took no more."""
+        end = next((e for e in reversed(self._run.manifest) if e["kind"] == "end"), {})
+        written = end.get("written")
+        last = -1 if self._counter is None else self._counter
+        if end.get("status") == "fail" and written is not None and last < written:
+            why = f"they were not stored: {end['reason']}"
+            self.losses.append(Loss(file=NAME, offset=0, size=0, rows=written - last, why=why))
+
+    def _compare(self, segment: Segment, facts: Mapping[str, Any]) -> None:
+        """Batches that all verify are lost all the same where the file is not the one that was closed."""
+        if segment.opening is None or any(loss.file == segment.name for loss in self.losses):
+            return
+        size = facts["bytes"]
+        data = (segment.opening.data + segment.data)[:size]
+        # A damaged mark of the end touches no sample.
+        forms = (data, data[: -len(END)] + END)
+        if facts["sha256"] not in (hashlib.sha256(form).hexdigest() for form in forms):
+            why = "it is not the file that was closed: its batches verify, and its SHA-256 is another one"
+            self.losses.append(Loss(file=segment.name, offset=0, size=size, rows=None, why=why))
 
 
 def _next_message(data: bytes, at: int, openings: Sequence[Opening]) -> tuple[int, Message] | None:

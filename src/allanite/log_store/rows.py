@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import threading
+import zlib
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -42,34 +43,39 @@ class SegmentRows:
     path : Path
     size : int
         Bytes that were verified; what has come since is not looked at.
+    crc : int
+        CRC-32 of these bytes as they were verified.
     skip, count : int
         Rows that an earlier segment holds already, and those after them.
     """
 
     path: Path
     size: int
+    crc: int
     skip: int
     count: int
 
     def read(self, name: str) -> NDArray[np.float64]:
-        """One channel; see `Rows`.
+        """One channel; see `Rows`. The bytes that are decoded are those that are verified, at every reading.
 
         Raises
         ------
         FormatError
-            The file has changed since it was verified.
+            The file has changed since it was verified, or cannot be read any more.
         """
         import pyarrow as pa
 
         try:
-            with pa.memory_map(str(self.path)) as file:
-                whole = pa.ipc.open_stream(file.read_buffer(self.size)).read_all().column(name)
-                samples = np.concatenate([np.asarray(chunk) for chunk in whole.chunks])[self.skip :]
-        except (pa.ArrowException, OSError, ValueError) as error:
+            with self.path.open("rb") as file:
+                data = file.read(self.size)
+        except OSError as error:
+            raise FormatError(f"{self.path} cannot be read any more: {error.strerror or error}") from None
+        if zlib.crc32(data) != self.crc:
             raise FormatError(
-                f"{self.path} has changed since it was verified ({type(error).__name__})"
-            ) from None
-        return samples
+                f"{self.path} has changed since it was verified: `allanite recover` says what is lost of the run"
+            )
+        whole = pa.ipc.open_stream(pa.py_buffer(data)).read_all().column(name)
+        return np.concatenate([np.asarray(chunk) for chunk in whole.chunks])[self.skip :]
 
 
 class RowColumn(Calculated):

@@ -4,43 +4,27 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator, Mapping
+import zlib
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from allanite.errors import DataQualityError, FormatError, InputError
 from allanite.log_store.batch import Batch
 from allanite.log_store.header import Header
-from allanite.log_store.manifest import is_locked, read_manifest
-from allanite.log_store.message import END, Message, Stop
+from allanite.log_store.manifest import Line, is_locked, read_manifest
+from allanite.log_store.message import END, Message, NoBatch
 from allanite.log_store.rows import SegmentRows
 from allanite.log_store.segment import Position, Segment, read_on, segment_name, segment_numbers
 from allanite.log_store.survey import Piece, Survey
 from allanite.recording import Recording
 
-__all__ = ["Gap", "Run", "open_run"]
+__all__ = ["Run", "noted_end", "open_run"]
 
-Event = Mapping[str, Any]
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Gap:
-    """Samples that are not there.
-
-    Attributes
-    ----------
-    counter, count : int
-        Number of the first one, and how many.
-    reason : str
-        As it was noted while recording; "" where nobody said.
-    """
-
-    counter: int
-    count: int
-    reason: str = ""
+#: Batches of a segment whose clocks are kept: every second one goes when there are so many.
+_MARKS = 16
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -64,7 +48,7 @@ class Run:
 
     folder: Path
     header: Header
-    manifest: tuple[Event, ...] = field(repr=False)
+    manifest: tuple[Line, ...] = field(repr=False)
     damaged_lines: int
     status: str
     reason: str
@@ -91,9 +75,9 @@ class Run:
                     yield batch
 
     def tail(self, position: Position | None = None) -> tuple[list[Batch], Position]:
-        """The batches that have come behind a position, and the position behind them; see `read_on`.
+        """The samples that have come behind a position, and the position behind them; see `read_on`.
 
-        At most those of one segment: who follows a run calls it until nothing comes, then waits.
+        Those of one segment, as one batch: who follows a run calls it until nothing comes, then waits.
         """
         return read_on(
             self.folder, position or Position(segment=min(segment_numbers(self.folder), default=1))
@@ -110,14 +94,14 @@ class Run:
         closed = {e["segment"]: e["bytes"] for e in self.manifest if e["kind"] == "closed"}
         pieces: list[Piece] = []
         faults: dict[str, str] = {}
-        header, counter, stop = self.header, None, Stop()
+        header, counter, stop = self.header, None, NoBatch()
         for segment in self._segments(part):
             piece, end = _look_through(segment, self.folder, counter)
-            stop = segment.stop(end)
+            stop = segment.why_ended(end)
             if segment.name in closed:
                 # What stands behind the bytes that count was not acknowledged, and is in the next segment.
                 whole = end >= closed[segment.name] - len(END)
-                stop = Stop() if whole else Stop(why=stop.why or "its end is missing")
+                stop = NoBatch() if whole else NoBatch(why=stop.why or "its end is missing")
             if stop.why:
                 faults[segment.name] = stop.why
             if piece is not None:
@@ -128,21 +112,13 @@ class Run:
             faults.popitem()
         gone = set(closed) - set(map(segment_name, segment_numbers(self.folder)))
         faults |= dict.fromkeys(sorted(gone), "the file is missing")
+        last = segment.name if pieces else ""
+        changes = (e["segment"] for e in self.manifest if e["kind"] == "change" and "segment" in e)
+        more = any(name > last for name in changes)  # what is missing behind this part is in the next one
         if not pieces:
             said = "".join(f"; {name}: {why}" for name, why in faults.items())
             raise DataQualityError(f"{self.folder}: no samples in this run yet{said}")
-        return Survey.of(header, pieces, faults, torn=stop.torn)
-
-    @property
-    def gaps(self) -> tuple[Gap, ...]:
-        """Jumps of the counter, with what the manifest says of them; this reads the whole run."""
-        found = self.survey()
-        reasons = {e.get("counter"): str(e.get("reason", "")) for e in self.manifest if e["kind"] == "gap"}
-        ends = (found.begins + found.counts)[:-1]
-        return tuple(
-            Gap(counter=int(a), count=int(b - a), reason=reasons.get(int(a), ""))
-            for a, b in zip(ends, found.begins[1:], strict=True)
-        )
+        return Survey.of(header, pieces, faults, torn=stop.torn, end=0 if more else noted_end(self.manifest))
 
     def recording(self, part: int | None = None) -> Recording:
         """The samples on an even grid by their counter, at the nominal rate; gaps are NaN.
@@ -211,7 +187,7 @@ def open_run(folder: str | os.PathLike[str]) -> Run:
     )
 
 
-def _header(folder: Path, numbers: list[int], manifest: tuple[Event, ...]) -> Header:
+def _header(folder: Path, numbers: list[int], manifest: tuple[Line, ...]) -> Header:
     """That of the first segment that verifies; else the one in the manifest, or in an opening that does not."""
     last = None
     for number in numbers:
@@ -228,20 +204,39 @@ def _header(folder: Path, numbers: list[int], manifest: tuple[Event, ...]) -> He
     return last
 
 
+def noted_end(manifest: Sequence[Line]) -> int:
+    """Number behind the last sample that is noted as missing; 0 where none is."""
+    gaps = (e for e in manifest if e["kind"] == "gap" and "counter" in e and "samples" in e)
+    return max((int(e["counter"]) + int(e["samples"]) for e in gaps), default=0)
+
+
 def _look_through(segment: Segment, folder: Path, counter: int | None) -> tuple[Piece | None, int]:
     """The samples of a segment behind a number, and the byte where its batches end."""
-    numbers = [np.zeros(0, dtype=np.int64)]
-    edges: list[Message] = []  # the first and the last
-    for message in segment.messages():
-        numbers.append(message.counter())
-        edges = [*edges[:1], message]
-    end = edges[-1].end if edges else segment.offset
-    found = np.concatenate(numbers)
+    marks, last = _marks(segment)
+    if last is None:
+        return None, segment.offset
+    end, whole = last.end, segment.samples(last)
+    found = whole.counter
     if not bool(np.all(found[1:] > found[:-1])):
         raise FormatError(f"{segment.name}: the counter runs backward; this was not written by allanite")
     skip = 0 if counter is None else int(np.searchsorted(found, counter, side="right"))
     if skip == found.size:
         return None, end
-    rows = SegmentRows(path=folder / segment.name, size=end, skip=skip, count=found.size - skip)
-    clocks = [(b.last, int(b.monotonic_ns[-1]), b.utc_ns) for b in (m.batch() for m in edges)]
-    return Piece.of(rows, found[skip:], np.array(clocks, dtype=np.int64)), end
+    crc = zlib.crc32(segment.data[: end - segment.offset], zlib.crc32(last.opening.data))
+    rows = SegmentRows(path=folder / segment.name, size=end, crc=crc, skip=skip, count=found.size - skip)
+    clocks = [(b.last, int(b.monotonic_ns[-1]), b.utc_ns) for b in (m.batch() for m in marks)]
+    return Piece.of(rows, found[skip:], whole.flags[skip:], np.array(clocks, dtype=np.int64)), end
+
+
+def _marks(segment: Segment) -> tuple[list[Message], Message | None]:
+    """Batches evenly over a segment, the first and the last among them, for their clocks; and the last."""
+    marks: list[Message] = []
+    every, last = 1, None
+    for k, last in enumerate(segment.messages()):
+        if k % every == 0:
+            marks.append(last)
+        if len(marks) >= _MARKS:
+            marks, every = marks[::2], 2 * every
+    if last is not None and marks[-1] is not last:
+        marks.append(last)
+    return marks, last

@@ -11,7 +11,17 @@ from typing import BinaryIO, Final
 
 from allanite.errors import DataQualityError, FormatError, StorageError
 from allanite.log_store.batch import Batch
-from allanite.log_store.message import LONGEST_METADATA, Message, Opening, Stop, message_at
+from allanite.log_store.message import (
+    LONGEST_METADATA,
+    Message,
+    NoBatch,
+    Opening,
+    find_message,
+    holds_batch,
+    message_at,
+    samples,
+    why_none,
+)
 
 __all__ = ["Position", "Segment", "opening_of", "read_on", "segment_name", "segment_numbers"]
 
@@ -41,7 +51,7 @@ class Segment:
     data : bytes
         From byte `offset` on.
     offset : int
-    fault : Stop
+    fault : NoBatch
         Why the opening cannot be read.
     """
 
@@ -49,7 +59,7 @@ class Segment:
     opening: Opening | None
     data: bytes
     offset: int
-    fault: Stop = field(default_factory=Stop)
+    fault: NoBatch = field(default_factory=NoBatch)
 
     @classmethod
     def load(cls, path: Path, offset: int = 0) -> Segment:
@@ -65,26 +75,52 @@ class Segment:
                 opening, fault = _opening(file)
                 offset = max(offset, len(opening.data) if opening else 0)
                 file.seek(offset)
-                return cls(name=path.name, opening=opening, data=file.read(), offset=offset, fault=fault)
+                data = file.read()
         except OSError as error:
             raise StorageError(
                 f"{path} cannot be read: {error.strerror or error}; copy the run elsewhere"
             ) from None
+        if fault.torn and holds_batch(data):  # an opening is on the medium before there are any
+            fault = replace(fault, torn=False)
+        return cls(name=path.name, opening=opening, data=data, offset=offset, fault=fault)
 
     def messages(self, at: int = 0) -> Iterator[Message]:
         """The batches that verify, up to the first that does not; `end` counts from the beginning of the file."""
         if self.opening is None:
             return
-        while isinstance(found := message_at(self.data, at, self.opening), Message):
-            at = found.end
-            yield replace(found, end=self.offset + at)
+        while isinstance(found := message_at(self.data, at, self.opening, self.offset), Message):
+            at = found.end - self.offset
+            yield found
 
-    def stop(self, at: int) -> Stop:
+    def stretches(self) -> list[tuple[int, Message]]:
+        """Batches that verify one behind the other: where in `data` each stretch begins, and its last batch.
+
+        A batch that does not verify ends a stretch if there are others behind it that do; else it is not yet written.
+        """
+        found: list[tuple[int, Message]] = []
+        at = 0
+        while self.opening is not None:
+            last = None
+            for last in self.messages(at):  # noqa: B007 - verified one after another, decoded at once
+                pass
+            if last is not None:
+                found.append((at, last))
+            end = last.end - self.offset if last is not None else at
+            behind = find_message(self.data, end + 8, self.opening)
+            if behind is None:
+                break
+            at = behind[0]
+        return found
+
+    def samples(self, last: Message, at: int = 0) -> Batch:
+        """All samples from a place in `data` up to a batch that verifies, and all between do, as one batch."""
+        return samples(self.data[at : last.end - self.offset], last.opening, last.utc_ns)
+
+    def why_ended(self, at: int) -> NoBatch:
         """Why the batches end at this byte of the file."""
         if self.opening is None:
             return self.fault
-        found = message_at(self.data, at - self.offset, self.opening)
-        return found if isinstance(found, Stop) else Stop()
+        return why_none(self.data, at - self.offset, self.opening)
 
 
 def opening_of(path: Path) -> Opening | None:
@@ -93,14 +129,14 @@ def opening_of(path: Path) -> Opening | None:
         return _opening(file)[0]
 
 
-def _opening(file: BinaryIO) -> tuple[Opening | None, Stop]:
+def _opening(file: BinaryIO) -> tuple[Opening | None, NoBatch]:
     head = file.read(8)
     head += file.read(min(int.from_bytes(head[4:], "little"), LONGEST_METADATA))
     try:
-        return Opening.read(head), Stop()
+        return Opening.read(head), NoBatch()
     except FormatError as error:
         torn = len(head) < 8 or len(head) < 8 + int.from_bytes(head[4:8], "little")
-        return None, Stop(why=str(error), torn=torn) if head else Stop()
+        return None, NoBatch(why=str(error), torn=torn) if head else NoBatch()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -124,9 +160,10 @@ class Position:
 
 
 def read_on(folder: Path, position: Position) -> tuple[list[Batch], Position]:
-    """The batches behind a position, at most those of one segment, and the position behind them.
+    """The samples behind a position, those of one segment as one batch, and the position behind them.
 
-    A batch that is cut or does not verify is "not yet": it is waited for, until there is a next segment.
+    A batch that is cut or does not verify is "not yet": it is waited for, until there is a whole one behind it, or a
+    next segment.
 
     Raises
     ------
@@ -149,16 +186,19 @@ def read_on(folder: Path, position: Position) -> tuple[list[Batch], Position]:
 
 
 def _rest(segment: Segment, position: Position) -> tuple[list[Batch], Position]:
+    stretches = segment.stretches()
+    if not stretches:
+        return [], position
+    end = stretches[-1][1]
+    if position.opening not in (None, end.opening.crc):
+        raise DataQualityError(
+            f"the settings change at {segment.name}: what follows is another part of the run, to be followed from "
+            f"Position(segment={position.segment})"
+        )
     batches = []
-    for message in segment.messages():
-        if position.opening not in (None, message.opening.crc):
-            raise DataQualityError(
-                f"the settings change at {segment.name}: what follows is another part of the run, to be followed from "
-                f"Position(segment={position.segment})"
-            )
-        batch = message.batch().after(position.counter)
-        position = replace(position, offset=message.end, opening=message.opening.crc)
+    for at, last in stretches:
+        batch = segment.samples(last, at).after(position.counter)
         if batch is not None:
-            batches.append(batch)
             position = replace(position, counter=batch.last)
-    return batches, position
+            batches.append(batch)
+    return batches, replace(position, offset=end.end, opening=end.opening.crc)

@@ -8,7 +8,8 @@ import hashlib
 import os
 import secrets
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from types import TracebackType
 from typing import Any, Final, Literal, Self
@@ -22,13 +23,18 @@ from allanite.log_store.manifest import Manifest
 from allanite.log_store.message import END, Opening, encode
 from allanite.log_store.segment import segment_name
 
-__all__ = ["LogStore", "Status"]
+__all__ = ["RESERVE", "LogStore", "Status"]
 
 Status = Literal["success", "abort", "fail"]
 
 #: A batch so long after the last sync is synced [s]. Batches come each half second or are synced one by one: what is
 #: written is never older than a second when it is synced.
 _SYNC_AFTER: Final = 0.5
+
+#: File of a run that is being written: room for its last samples and for its end on a disk that is full.
+RESERVE: Final = "reserve"
+#: Of it, seconds of samples, and bytes for openings and lines of the manifest.
+_RESERVED_SECONDS, _RESERVED_BYTES = 2.0, 1 << 15
 
 _ADVICE: Final = {
     errno.ENOSPC: "make room, or record to another disk",
@@ -58,7 +64,14 @@ class _Segment:
             disk.sync_folder(folder)
         except OSError:
             disk.close(self._descriptor)
+            with suppress(OSError):
+                disk.remove(folder / self.name)  # there is nothing in it
             raise
+
+    @property
+    def is_open(self) -> bool:
+        """Whether it was not let go of."""
+        return self._descriptor >= 0
 
     def write(self, batch: Batch) -> None:
         self._put(encode(batch, self.batches, self.opening))
@@ -99,7 +112,8 @@ class LogStore:
 
     A write or a sync that fails ends its segment: the kernel reports a failed sync once, and a second one on the same
     file would seem to succeed. What was not acknowledged is written once more, into a new segment; if that fails as
-    well, a `StorageError` says so and the store takes nothing more. Readers drop what they then see twice.
+    well, a `StorageError` says so and the store takes nothing more; room that was kept free takes the last samples and
+    the end of the run. Readers drop what they then see twice.
 
     Attributes
     ----------
@@ -116,6 +130,9 @@ class LogStore:
         self._disk, self._rotate = disk, (rotate_seconds, rotate_bytes)
         self._written: int | None = None
         self._waiting: list[Batch] = []  # not yet acknowledged
+        self._abandoned: dict[str, Any] | None = (
+            None  # facts of a segment that the manifest does not hold yet
+        )
         self._synced = time.monotonic()
         self._open, self._number = True, 1
         self._opening = Opening.of(header, secrets.token_hex(8))
@@ -125,6 +142,7 @@ class LogStore:
                 "run", {"run": self._opening.run, "process": os.getpid(), "header": header.to_json()}
             )
             disk.sync_folder(folder.parent)
+            disk.reserve(folder / RESERVE, _reserved(header))
             self._segment = _Segment(folder, 1, self._opening, disk)
         except BaseException:
             self._manifest.close()
@@ -226,9 +244,19 @@ class LogStore:
         StorageError
             The disk refuses.
         """
+        self.note_each(kind, [facts])
+
+    def note_each(self, kind: str, facts: Sequence[Mapping[str, Any]]) -> None:
+        """Append a line for each of the facts, at the price of one; see `note`.
+
+        Raises
+        ------
+        StorageError
+            The disk refuses.
+        """
         self._refuse_closed()
         try:
-            self._manifest.add(kind, facts)
+            self._manifest.add(kind, *facts)
         except OSError as error:
             raise StorageError(f"the manifest of {self.folder} cannot be written: {_said(error)}") from error
 
@@ -243,9 +271,11 @@ class LogStore:
         if not self._open:
             return
         try:
+            self._give_back()
             self.sync()
-            self._finish_segment()
-            self._manifest.add("end", {"status": status, "reason": reason, "last": self.acknowledged})
+            if self._open:
+                self._finish_segment()
+                self._end(status, reason)
         except OSError as error:
             raise self._failure(error) from error
         finally:
@@ -320,18 +350,50 @@ class LogStore:
     def _begin_anew(self, error: OSError) -> None:
         """After a failed write or sync: a new segment for all that is not acknowledged, or the end."""
         try:
-            self._manifest.add("closed", {**self._segment.abandon(), "error": _said(error)})
-            self._open_segment()
-            for batch in self._waiting:
-                self._segment.write(batch)
-            self._acknowledge()
+            self._write_anew(error)
         except OSError as second:
-            self._let_go()
+            self._end_by(second)
             raise self._failure(second) from error
+
+    def _write_anew(self, error: OSError) -> None:
+        if self._segment.is_open:
+            self._abandoned = {**self._segment.abandon(), "error": _said(error)}
+        if self._abandoned is not None:
+            self._manifest.add("closed", self._abandoned)
+            self._abandoned = None
+        self._open_segment()
+        for batch in self._waiting:
+            self._segment.write(batch)
+        self._acknowledge()
+
+    def _end_by(self, error: OSError) -> None:
+        """End the run in the room that was kept free for it: what waits, what of it is lost, and why."""
+        self._give_back()
+        with suppress(OSError):
+            self._write_anew(error)
+            self._finish_segment()
+        with suppress(OSError):
+            if self._waiting and self._written is not None:
+                first = 0 if self.acknowledged is None else self.acknowledged + 1
+                lost = {"counter": first, "samples": self._written + 1 - first, "reason": _said(error)}
+                self._manifest.add("gap", lost)
+        with suppress(OSError):  # without its end the run is one that broke off
+            self._end("fail", _said(error))
+        self._let_go()
+
+    def _end(self, status: Status, reason: str) -> None:
+        facts = {"status": status, "reason": reason, "last": self.acknowledged, "written": self._written}
+        self._manifest.add("end", facts)
+
+    def _give_back(self) -> None:
+        """The room that was reserved."""
+        with suppress(OSError):
+            self._disk.remove(self.folder / RESERVE)
 
     def _let_go(self) -> None:
         """Close the files, whatever the disk says to it, and unlock."""
         self._open = False
+        self._give_back()
         for release in (self._segment.abandon, self._manifest.close):
             try:
                 release()
@@ -345,6 +407,12 @@ class LogStore:
             f"the run in {self.folder} cannot go on: {_said(error)}; {safe} stored"
             + (f", the {lost} samples after it may be lost" if lost else "")
         )
+
+
+def _reserved(header: Header) -> int:
+    """Bytes for the samples that may wait, and for the end."""
+    each = 17 + 8 * len(header.channels)
+    return _RESERVED_BYTES + round(_RESERVED_SECONDS * header.rate * each)
 
 
 def _said(error: OSError) -> str:

@@ -40,6 +40,8 @@ class Estimate:
         The set excludes zero (T: the set is bounded on both sides).
     note : str
         What a reader must know besides.
+    statistical : (float, float) or None
+        Ends of the set without the uncertainty of the scale factor; None where `lower` and `upper` hold none.
     """
 
     symbol: str
@@ -48,15 +50,33 @@ class Estimate:
     upper: float
     supported: bool
     note: str = ""
+    statistical: tuple[float, float] | None = None
 
     def to_json(self) -> dict[str, Any]:
         """Plain data; infinity is written as null."""
-        return {**asdict(self), "upper": self.upper if math.isfinite(self.upper) else None}
+        data = {**asdict(self), "upper": _finite(self.upper)}
+        ends = data.pop("statistical")
+        return data if ends is None else {**data, "statistical": [ends[0], _finite(ends[1])]}
 
     @classmethod
     def from_json(cls, data: Mapping[str, Any]) -> Estimate:
         """Inverse of `to_json`."""
-        return cls(**{**data, "upper": math.inf if data["upper"] is None else data["upper"]})
+        ends = data.get("statistical")
+        return cls(
+            **{
+                **data,
+                "upper": _limit(data["upper"]),
+                "statistical": None if ends is None else (ends[0], _limit(ends[1])),
+            }
+        )
+
+
+def _finite(limit: float) -> float | None:
+    return limit if math.isfinite(limit) else None
+
+
+def _limit(written: float | None) -> float:
+    return math.inf if written is None else written
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -84,6 +104,9 @@ class NoiseModel:
         Kind of the channel, and its own unit where it has no SI unit.
     overbound : dict
         What an inflated model is inflated by and what it promises (`allanite.overbound`); empty for any other.
+    scale_uncertainty : float or None
+        Standard uncertainty of the scale factor, relative, that the intervals of `estimates` hold besides the
+        statistical one; None where none was stated. `covariance` is statistical in any case.
     """
 
     terms: tuple[TermType, ...]
@@ -97,6 +120,7 @@ class NoiseModel:
     kind: str = "rate"
     unit: str = ""
     overbound: Mapping[str, Any] = field(default_factory=dict, repr=False)
+    scale_uncertainty: float | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "terms", tuple(self.terms))
@@ -225,6 +249,7 @@ class NoiseModel:
             "covariance": dict(self.covariance),
             "goodness": dict(self.goodness),
             **({"overbound": dict(self.overbound)} if self.overbound else {}),
+            **({} if self.scale_uncertainty is None else {"scale_uncertainty": self.scale_uncertainty}),
             **other,
         }
 

@@ -1,10 +1,12 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Files in, a Recording out: `read` finds out by the content which reader a file belongs to.
 
-One module per format: `numpy_file` (the example to imitate), `run`, `parquet`, `matlab`, `rosbag`, `text`. They share
-`assembly` (columns to a Recording), `arrays` (named arrays to columns), `headings` (what a column name says),
-`stamps` (which column is time), `timebase` (stamps to an even grid), `spool` (unpacking within limits) and
-`sandbox` (parsing in a child process); `joining` makes one log of several files.
+One module per format: `numpy_file` (the example to imitate), `run`, `parquet`, `matlab`, `hdf5`, `rosbag`, `ardupilot`,
+`ulog`, `tdms`, `raw_binary`, `spreadsheet`, `text`. They share `assembly` (columns to a Recording), `arrays` (named
+arrays to columns), `contents` (which of several tables is read), `headings` (what a column name says), `stamps` (which
+column is time), `timebase` (stamps to an even grid, along the line of `clock_line`), `spool` (unpacking within limits),
+`sandbox` (parsing in a child process), `hdf5_tree` (HDF5 that stays in its file) and `record_chain` (records in a torn
+stream); `joining` makes one log of several files.
 
 To add a format: one module, one word in `READERS`, one folder in ``tests/samples``.
 """
@@ -27,13 +29,25 @@ if TYPE_CHECKING:
 __all__ = ["READERS", "read"]
 
 #: Modules of this package that read a format, in the order in which they are asked.
-READERS: Final = ("numpy_file", "run", "parquet", "matlab", "rosbag", "text")
+READERS: Final = (
+    "numpy_file",
+    "run",
+    "parquet",
+    "matlab",
+    "hdf5",
+    "rosbag",
+    "ardupilot",
+    "ulog",
+    "tdms",
+    "raw_binary",
+    "spreadsheet",
+    "text",
+)
 
 _HEAD = 4096
 
 # Beginnings of files that are recognised only to say what to do with them.
 _OTHERS: Final = (
-    (b"\x89HDF\r\n\x1a\n", "an HDF5 file; export the samples to Parquet, .npy or CSV"),
     (b"\x80\x02", "a Python pickle, which can run code and is never opened; save the samples with np.save"),
     (b"\x80\x03", "a Python pickle, which can run code and is never opened; save the samples with np.save"),
     (b"\x80\x04", "a Python pickle, which can run code and is never opened; save the samples with np.save"),
@@ -42,9 +56,6 @@ _OTHERS: Final = (
         b"# format: allanite-curve",
         "an Allan curve, not a log; fit it with `allanite fit`, AllanCurve.from_csv reads it",
     ),
-    (b"TDSm", "a LabVIEW TDMS file; export the samples to CSV"),
-    (b"ULog\x01\x12\x35", "a PX4 ULog; convert it to CSV (ulog2csv) and read that"),
-    (b"\xa3\x95\x80", "an ArduPilot dataflash log; convert the IMU messages to CSV and read that"),
     (b"PK\x03\x04", "a zip archive without NumPy arrays; unpack it and read the file inside"),
     (b"\x28\xb5\x2f\xfd", "compressed with zstd; unpack it and read the result"),
 )
@@ -77,16 +88,17 @@ def read(
     decimal: str | None = None,
     topic: str | None = None,
     variable: str | None = None,
+    layout: str | os.PathLike[str] | Mapping[str, Any] | None = None,
 ) -> Recording:
     """Read a log of a sensor.
 
     Parameters
     ----------
     path : path, or sequence of paths
-        Text of any dialect (also .gz, .xz, .bz2), NumPy .npy and .npz, Parquet, Arrow and Feather, MATLAB .mat
-        (version 5), ROS 1 bags and ROS 2 folders, .db3 and .mcap files, and runs of `allanite record` by their
-        folder. The content decides, not the suffix. Several files of one log are joined by their time stamps, in
-        whatever order they are given.
+        Text of any dialect (also .gz, .xz, .bz2), spreadsheets (.xlsx, .xls, .ods), NumPy .npy and .npz, Parquet,
+        Arrow and Feather, MATLAB .mat (version 5 to 7.3), HDF5, LabVIEW TDMS, ArduPilot .BIN, PX4 .ulg, ROS 1 bags
+        and ROS 2 folders, .db3 and .mcap files, and runs of `allanite record` by their folder. The content decides,
+        not the suffix. Several files of one log are joined by their time stamps, in whatever order they are given.
     unit : str or mapping, optional
         Unit of the samples where the file does not hold it: "deg/s", or by channel name or group,
         {"gyro": "deg/s", "acc": "g"}. A unit that nobody gives stays unknown; it is never assumed.
@@ -97,14 +109,18 @@ def read(
     sampling : "mean" or "point"
         Whether a sample is the mean over its interval or an instantaneous value; see `Channel`.
     scale_factor : str or mapping, optional
-        For samples in volts or counts, e.g. "24.0 mV/(deg/s)", {"gyro": "131 LSB/(deg/s)"}.
+        For samples in volts or counts, e.g. "24.0 mV/(deg/s)", {"gyro": "131 LSB/(deg/s)"}. A standard uncertainty,
+        "24.0(2) mV/(deg/s)" or "24.0 ± 0.2 mV/(deg/s)", enters the intervals of fitted models.
     delimiter, decimal : str, optional
         For text whose dialect cannot be told: "," ";" "tab" "blank" "|", and "." or ",".
     topic : str, optional
-        For ROS logs with several IMU topics.
+        For ROS logs with several IMU topics ("/driver.left.imu" for one inside of another message); for flight logs
+        the message and instance, "GYR[0]", "sensor_gyro[1]".
     variable : str, optional
-        For files with several tables: name of the array (.npz, .mat), the record type or sensor identity
-        (text), or the part of a run whose settings changed ("2").
+        For files with several tables: name of the array (.npz, .mat), the group or dataset (HDF5, TDMS), the sheet
+        (spreadsheets), the record type or sensor identity (text), or the part of a run whose settings changed ("2").
+    layout : path or mapping, optional
+        For raw binary files: the YAML file that says what their records hold, or its content as plain data.
 
     Returns
     -------
@@ -139,17 +155,26 @@ def read(
         decimal=decimal,
         topic=topic,
         variable=variable,
+        layout=layout,
     )
     paths = [Path(path)] if isinstance(path, (str, os.PathLike)) else [Path(p) for p in path]
     if not paths:
         raise InputError("no file given")
     tables = []
     for place in paths:
-        reader = _reader_for(place)
+        reader = _reader_for(place) if layout is None else _raw(place)
         _refuse_meaningless(options, reader)
         tables.append(reader.read(place, options))
     names = [p.name for p in paths]
     return assemble(join(tables, names), options, names[0] if len(names) == 1 else " + ".join(sorted(names)))
+
+
+def _raw(path: Path) -> Reader:
+    """The reader of files that a layout describes: their content is not asked."""
+    if path.is_dir():
+        raise InputError(f"{path} is a folder: layout= describes a file")
+    _head(path)
+    return cast(Reader, import_module(f"{__name__}.raw_binary"))
 
 
 def _reader_for(path: Path) -> Reader:
@@ -165,8 +190,8 @@ def _reader_for(path: Path) -> Reader:
             f"{path} is a folder without a run (manifest.jsonl) or a ROS 2 recording (metadata.yaml, .db3, .mcap)"
         )
     raise FormatError(
-        f"{path.name} is binary and of no known format. Samples without a header are read with "
-        "np.fromfile(path, dtype) and Recording.from_rate, where type and byte order must be known"
+        f"{path.name} is binary and of no known format. If you know what its records hold, describe them in a small "
+        "YAML file and read it with layout= (--layout)"
     )
 
 
@@ -195,7 +220,7 @@ def _refuse_meaningless(options: Options, reader: Reader) -> None:
     special: dict[str, Any] = {
         f.name: getattr(options, f.name)
         for f in fields(options)
-        if f.name in ("delimiter", "decimal", "topic", "variable")
+        if f.name in ("delimiter", "decimal", "topic", "variable", "layout")
     }
     for name, value in special.items():
         if value is not None and name not in reader.OPTIONS:

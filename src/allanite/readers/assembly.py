@@ -7,6 +7,7 @@ columns become time, channels and companions, units are settled, and the samples
 
 from __future__ import annotations
 
+import os
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -41,6 +42,7 @@ class Options:
     decimal: str | None = None
     topic: str | None = None
     variable: str | None = None
+    layout: str | os.PathLike[str] | Mapping[str, Any] | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -58,7 +60,7 @@ class Table:
     units : tuple of str
         Units that the file gives apart from the headings (a units row, metadata); "" where there is none.
     units_from : str
-        Where `units` come from: "units row", "preamble", "metadata", "none".
+        Where `units` come from: "units row", "preamble", "metadata", "layout", "none".
     time_units : dict of column number to unit
         Columns that hold dates, already in ns since 1970 UTC.
     stamps : TimeChoice or None

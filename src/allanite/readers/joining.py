@@ -1,5 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Several files of one log joined by their time stamps; the order in which they are given does not matter."""
+"""Several files of one log joined by their time stamps; the order in which they are given does not matter.
+
+Runs, which have no stamps but counters, are joined by `allanite.readers.joined_runs`.
+"""
 
 from __future__ import annotations
 
@@ -57,6 +60,10 @@ def join(tables: Sequence[Table], names: Sequence[str]) -> Table:
     """
     if len(tables) == 1:
         return tables[0]
+    if {t.format for t in tables} == {"run"}:
+        from allanite.readers.joined_runs import join_runs
+
+        return join_runs(tables, names, _chained)
     times = [t.stamps or time_of(t) for t in tables]
     for time, name in zip(times, names, strict=True):
         if time is None:

@@ -1,9 +1,9 @@
-# Specification: MathWorks, "MAT-File Format", chapter 1: version 5 (level 5) MAT-files.
+# Specification: MathWorks, "MAT-File Format", chapter 1: version 5 (level 5) MAT-files; 7.3: see `matlab_hdf5`.
 # SPDX-License-Identifier: BSD-3-Clause
-"""MATLAB .mat files of version 5 to 7, read in a child process: a damaged one can kill its parser.
+"""MATLAB .mat files of version 5 to 7.3, read in a child process: a damaged one can kill its parser.
 
 The sizes that the file declares, and what its compressed elements unpack to, are checked before the child
-starts. Version 7.3 is HDF5 and is not read. A text table that is only called .mat is text, and goes there.
+starts. Version 7.3 is HDF5 and needs h5py. A text table that is only called .mat is text, and goes there.
 """
 
 from __future__ import annotations
@@ -16,7 +16,8 @@ from typing import IO, Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.errors import FormatError
+from allanite.errors import FormatError, InputError
+from allanite.readers import matlab_hdf5
 from allanite.readers.arrays import left_out, samples_among, table_of
 from allanite.readers.assembly import Options, Table
 from allanite.readers.sandbox import run
@@ -26,6 +27,7 @@ NAME: Final = "MATLAB"
 OPTIONS: Final = frozenset({"variable"})
 
 _HEADER = 128
+_VERSION_73 = b"MATLAB 7.3"
 _COMPRESSED = 15
 _PIECE = 1 << 16
 _SMALL = 4096  # elements; smaller arrays may describe the large ones
@@ -43,23 +45,18 @@ def read(path: Path, options: Options) -> Table:
     Raises
     ------
     FormatError
-        Version 7.3, a damaged file, or one that holds only objects.
+        A damaged file, or one that holds only objects.
     InputError
-        No such variable, or none of numbers.
+        No such variable, or none of numbers; version 7.3 without the extra `matlab`.
     LimitError
         It would unpack to far more than its size, or take too long.
     """
     with path.open("rb") as file:
-        unpacked = _unpacked_size(file, path)
-    memory = _SPARE_MEMORY + 4 * unpacked
-    _, arrays = run(
-        f"{__name__}:arrays_in",
-        [str(path)],
-        imports=["scipy.io", "numpy"],
-        memory=memory,
-        seconds=30 + unpacked / 1e7,
-        name=path.name,
-    )
+        version73 = file.read(len(_VERSION_73)) == _VERSION_73
+    faults, arrays = _version73(path) if version73 else _version5(path)
+    if faults and (not arrays or options.variable in faults):
+        told = [f"{k} {v}" for k, v in faults.items() if options.variable in (None, k)]
+        raise FormatError(f"{path.name}: {'; '.join(told[:5])}")
     if not arrays:
         raise FormatError(
             f"{path.name}: no plain numeric array in it (objects and tables of MATLAB cannot be read); in MATLAB, "
@@ -74,7 +71,43 @@ def read(path: Path, options: Options) -> Table:
         _plain_names(small),
         path,
         NAME,
-        left_out(shapes, wanted),
+        (*left_out(shapes, wanted), *(f"not read: {k} {v}" for k, v in faults.items())),
+    )
+
+
+_Found = tuple[Mapping[str, str], dict[str, NDArray[Any]]]
+
+
+def _version5(path: Path) -> _Found:
+    with path.open("rb") as file:
+        unpacked = _unpacked_size(file, path)
+    _, arrays = run(
+        f"{__name__}:arrays_in",
+        [str(path)],
+        imports=["scipy.io", "numpy"],
+        memory=_SPARE_MEMORY + 4 * unpacked,
+        seconds=30 + unpacked / 1e7,
+        name=path.name,
+    )
+    return {}, arrays
+
+
+def _version73(path: Path) -> _Found:
+    from importlib.util import find_spec
+
+    if find_spec("h5py") is None:
+        raise InputError(
+            f"{path.name} is a MATLAB file of version 7.3 (HDF5); reading it needs one more package: pip install "
+            "\"allanite[matlab]\"; or in MATLAB: load it, then save('log.mat', ..., '-v7')"
+        )
+    size = path.stat().st_size
+    return run(
+        f"{matlab_hdf5.__name__}:arrays_in",
+        [str(path)],
+        imports=["h5py", "numpy", matlab_hdf5.__name__],
+        memory=2 * _SPARE_MEMORY + 20 * size,
+        seconds=30 + size / 5e6,
+        name=path.name,
     )
 
 
@@ -95,11 +128,6 @@ def _plain_names(arrays: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
 def _unpacked_size(file: IO[bytes], path: Path) -> int:
     """Bytes that the elements of the file unpack to; refuses what cannot be read before a parser sees it."""
     header = file.read(_HEADER)
-    if header.startswith(b"MATLAB 7.3"):
-        raise FormatError(
-            f"{path.name} is a MATLAB file of version 7.3 (HDF5). In MATLAB: load it, then "
-            "save('log.mat', ..., '-v7'), and read that; or export the samples to Parquet or CSV"
-        )
     order = "little" if header[126:128] == b"IM" else "big"
     size, total, at = path.stat().st_size, 0, _HEADER
     while at < size:

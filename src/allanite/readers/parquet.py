@@ -132,8 +132,10 @@ class _LazyColumn:
         self.origin = 0.0
         if whole and dtype.itemsize == 8 and edges[-1] > 0:
             first = float(_decoded(self._checked(0), 0)[0])
-            if abs(first) >= 2.0**53:  # integers that far are read relative to the first one
-                self.origin = first
+            if (
+                abs(first) >= 2.0**53
+            ):  # integers that far are read relative to a number just below the first one
+                self.origin = math.nextafter(first, 0.0)  # the first one itself may be too large for its type
 
     def __len__(self) -> int:
         return int(self._edges[-1])
@@ -188,6 +190,10 @@ def _decoded(array: pa.ChunkedArray, origin: int) -> NDArray[np.float64]:
     import pyarrow as pa
     import pyarrow.compute as pc
 
+    if origin and pa.types.is_uint64(array.type):
+        missing = np.asarray(pc.is_null(array))
+        away = (np.asarray(pc.fill_null(array, origin)) - np.uint64(origin)).view(np.int64)
+        return np.where(missing, np.nan, away.astype(np.float64))
     if origin:
         array = pc.subtract(array.cast(pa.int64()), pa.scalar(origin, pa.int64()))
     return np.asarray(array.to_numpy(), dtype=np.float64)
@@ -334,5 +340,7 @@ def _stored_block(column: Column, start: int, stop: int) -> pa.Array:
     if dtype.kind == "f":
         return pa.array(block.astype(dtype))
     missing = np.isnan(block)
-    whole = np.where(missing, 0.0, block).astype(np.int64) + int(column.origin)
+    # float64 has 53 bits, the samples may have 64
+    wide = np.dtype(np.uint64 if dtype.kind == "u" else np.int64)
+    whole = np.where(missing, 0.0, block).astype(np.int64).astype(wide) + wide.type(int(column.origin))
     return pa.array(whole.astype(dtype), mask=missing)

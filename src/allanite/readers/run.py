@@ -8,10 +8,13 @@ in the notes. A run whose settings changed has parts, which are read one by one 
 
 from __future__ import annotations
 
+from bisect import bisect_left
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Final
+from typing import Any, Final
 
 from allanite.errors import InputError
+from allanite.log_store import Survey
 from allanite.log_store.run import open_run
 from allanite.readers.assembly import Options, Table
 
@@ -40,13 +43,14 @@ def read(path: Path, options: Options) -> Table:
     FormatError
         Nothing of it can be read.
     """
-    from allanite.log_store.compaction import survey_of
+    from allanite.log_store.compaction import manifest_of, survey_of
 
     if path.is_dir():
         run = open_run(path)
-        survey, status = run.survey(_part(options.variable)), run.status
+        survey, status, manifest = run.survey(_part(options.variable)), run.status, run.manifest
     else:
         survey, status = survey_of(path)
+        manifest = manifest_of(path)
     recording = survey.recording(path.name, status)
     guesses = [
         f"{name} is damaged ({why}): what `allanite recover` finds may be more"
@@ -63,11 +67,48 @@ def read(path: Path, options: Options) -> Table:
         rate=recording.rate,
         rate_from="rate of the run",
         start=recording.start,
-        source={**recording.notes["source"], "status": status},
+        source={
+            **recording.notes["source"],
+            "status": status,
+            "missing": _missing(survey, manifest),
+            "remarks": sum(int(e.get("more", 1)) for e in manifest if e["kind"] == "remark"),
+        },
         guesses=tuple(guesses),
         channels=recording.channels,
         history=recording.history,
     )
+
+
+def _missing(survey: Survey, manifest: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
+    """Each gap on the grid of the recording, with the reason that was noted for it; what nobody noted has none.
+
+    One of them is the gap behind the last sample, as far as it was noted. A gap may have several reasons, one after the
+    other; together they are never more than what is missing.
+    """
+    noted = sorted(
+        (int(e["counter"]), int(e["samples"]), str(e.get("reason", "")))
+        for e in manifest
+        if e["kind"] == "gap" and "counter" in e and "samples" in e
+    )
+    ends, zero = (survey.begins + survey.counts).tolist(), int(survey.begins[0])
+    following = [*survey.begins[1:].tolist(), survey.end]  # the last gap has no sample behind it
+    found: list[dict[str, Any]] = []
+
+    def add(start: int, stop: int, reason: str) -> None:
+        if stop > start:
+            found.append({"position": start - zero, "samples": stop - start, "reason": reason})
+
+    for at, stop in zip(ends, following, strict=True):
+        first = bisect_left(noted, at, key=lambda n: n[0])
+        for counter, samples, reason in noted[first:]:
+            if counter >= stop:
+                break
+            add(at, counter, "")
+            at = max(at, counter)
+            add(at, min(counter + samples, stop), reason)
+            at = min(max(at, counter + samples), stop)
+        add(at, stop, "")
+    return found
 
 
 def _part(variable: str | None) -> int | None:

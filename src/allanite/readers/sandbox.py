@@ -22,11 +22,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.errors import FormatError, InputError, LimitError
+from allanite.errors import DataQualityError, FormatError, InputError, LimitError, StorageError
 
 __all__ = ["Outcome", "limit", "run"]
 
-_ERRORS = {"FormatError": FormatError, "InputError": InputError, "LimitError": LimitError}
+_ERRORS = {e.__name__: e for e in (DataQualityError, FormatError, InputError, LimitError, StorageError)}
 _CHILD = "from allanite.readers.sandbox import _child; _child()"
 
 Outcome = tuple[Any, dict[str, NDArray[Any]]]

@@ -8,14 +8,14 @@ A file that unpacks to far more than its own size is a bomb: it is refused while
 from __future__ import annotations
 
 import tempfile
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import IO, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.columns import ArrayColumn, Calculated, Column
 from allanite.errors import LimitError, StorageError
-from allanite.recording import ArrayColumn, Column
 
 __all__ = ["BOMB_BYTES", "BOMB_RATIO", "GrowingColumn", "refuse_bomb", "to_file"]
 
@@ -23,6 +23,7 @@ __all__ = ["BOMB_BYTES", "BOMB_RATIO", "GrowingColumn", "refuse_bomb", "to_file"
 BOMB_BYTES = 32 << 20
 BOMB_RATIO = 200
 _IN_MEMORY = 256 << 20  # bytes of one column before it moves to a file
+_SMALL = 4 << 20  # bytes of a column that is put together, not kept in pieces
 
 
 def refuse_bomb(packed: int, unpacked: int, name: str) -> None:
@@ -67,37 +68,82 @@ def to_file(pieces: Iterable[bytes], file: IO[bytes] | None = None) -> IO[bytes]
     return file
 
 
+class _Pieces(Calculated):
+    """A column of floats in the pieces in which it grew: putting them together would take their memory twice."""
+
+    __slots__ = ("_dtype", "_edges", "_pieces")
+
+    def __init__(self, pieces: Sequence[NDArray[Any]], dtype: np.dtype[Any]) -> None:
+        self._pieces, self._dtype = tuple(pieces), dtype
+        self._edges = np.concatenate(([0], np.cumsum([len(p) for p in pieces]))).astype(np.int64)
+
+    @property
+    def dtype(self) -> np.dtype[Any]:
+        return self._dtype
+
+    def __len__(self) -> int:
+        return int(self._edges[-1])
+
+    def read(self, start: int, stop: int) -> NDArray[np.float64]:
+        stop = min(stop, len(self))
+        first = int(np.searchsorted(self._edges, start, side="right")) - 1
+        last = int(np.searchsorted(self._edges, stop, side="left"))
+        parts = [
+            piece[max(start - edge, 0) : max(stop - edge, 0)]
+            for piece, edge in zip(self._pieces[first:last], self._edges[first:last].tolist(), strict=True)
+        ]
+        if len(parts) == 1:
+            return np.asarray(parts[0], dtype=np.float64)
+        return np.concatenate([p.astype(np.float64, copy=False) for p in parts] or [np.zeros(0)])
+
+
 class GrowingColumn:
-    """A column that is built piece by piece: int64 as long as all pieces are, else float64.
+    """A column that is built piece by piece: int64 as long as all pieces are, else float64; or of a given type.
 
     Up to 256 MiB it stays in memory; then it moves to a temporary file that is mapped at the end.
+
+    Parameters
+    ----------
+    dtype : dtype, optional
+        Type of all samples, where it is known beforehand.
+    beside : int
+        Columns that grow at the same time: together they stay below twice the memory of one.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, dtype: np.dtype[Any] | None = None, *, beside: int = 1) -> None:
+        self._in_memory = min(_IN_MEMORY, 2 * _IN_MEMORY // max(beside, 1))
         self._pieces: list[NDArray[Any]] = []
         self._bytes = 0
         self._file: IO[bytes] | None = None
-        self._dtype: np.dtype[Any] = np.dtype(np.int64)
+        self._given = dtype is not None
+        self._dtype: np.dtype[Any] = np.dtype(np.int64) if dtype is None else dtype
 
     def append(self, piece: NDArray[Any]) -> None:
-        """Add samples, int64 or float64."""
-        if piece.dtype.kind == "f" and self._dtype.kind == "i":
+        """Add samples: int64 or float64, or of the given type."""
+        if not self._given and piece.dtype.kind == "f" and self._dtype.kind == "i":
             self._to_float()
         self._pieces.append(piece)
         self._bytes += piece.nbytes
-        if self._bytes > _IN_MEMORY:
+        if self._bytes > self._in_memory:
             self._spill()
 
     def finish(self) -> Column:
         """The column; nothing may be appended after this."""
+        if self._file is not None or self._bytes < _SMALL or self._dtype.kind != "f":
+            return ArrayColumn(self.finish_array())
+        pieces, self._pieces = self._pieces, []
+        return _Pieces(pieces, self._dtype)
+
+    def finish_array(self) -> NDArray[Any]:
+        """The samples as an array or a memory map; nothing may be appended after this."""
         if self._file is None:
             whole = np.concatenate(self._pieces) if self._pieces else np.zeros(0)
             self._pieces = []
-            return ArrayColumn(whole.astype(self._dtype, copy=False))
+            return whole.astype(self._dtype, copy=False)
         self._spill()
         mapped = np.memmap(self._file, dtype=self._dtype, mode="r")
         self._file.close()
-        return ArrayColumn(mapped)
+        return mapped
 
     def _spill(self) -> None:
         pieces = (np.ascontiguousarray(p, dtype=self._dtype).tobytes() for p in self._pieces)

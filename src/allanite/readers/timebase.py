@@ -19,51 +19,27 @@ them; only stamps from which no grid can be built are refused.
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import DataQualityError
+from allanite.readers.clock_line import Marks, fit_line, slope
+from allanite.readers.filled_stamps import ArrayStamps, Filled, Stamps
 
 __all__ = ["ArrayStamps", "Stamps", "Timebase", "even_grid", "fit_grid", "resolution_of"]
 
 _Floats = NDArray[np.float64]
 _Ints = NDArray[np.int64]
 
-_BLOCK = 1 << 20
 _LISTED_ROWS = 5
 _SHORTEST, _LONGEST = 1e-9, 1e7  # a sample interval outside is no sensor's [s]
 _LISTED_GAPS = 100
 _MAKE_UP = 4  # a late stamp is forgiven if one of the next so many is in time again
 _ENDLESS = 1e15  # more missing samples than that are not counted
 _LONGEST_GRID = 50  # positions per sample; beyond it the clock was set, or two records stand in one file
-
-
-class Stamps(Protocol):
-    """Time stamps read by position: seconds since the first one, NaN where a stamp is missing."""
-
-    def __len__(self) -> int: ...
-
-    def read(self, start: int, stop: int) -> _Floats:
-        """Stamps [start, stop) in seconds since the first stamp."""
-        ...
-
-
-@dataclass(frozen=True, slots=True)
-class ArrayStamps:
-    """Stamps over an array of seconds."""
-
-    seconds: _Floats
-
-    def __len__(self) -> int:
-        return len(self.seconds)
-
-    def read(self, start: int, stop: int) -> _Floats:
-        with np.errstate(invalid="ignore"):  # an infinite stamp is a missing one
-            return np.asarray(self.seconds[start:stop] - self.seconds[0])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -87,16 +63,6 @@ class Timebase:
     source: _Ints
     grid: _Ints
     facts: dict[str, Any]
-
-
-@dataclass(frozen=True, slots=True)
-class _Marks:
-    """What one pass over the stamps has found, at interval numbers (interval k lies between k and k + 1)."""
-
-    gaps: _Ints  # intervals that hold missing samples
-    missing: _Ints  # how many
-    shifts: _Ints  # intervals where the clock fell back for good
-    offsets: _Floats  # by how much [s], negative
 
 
 def even_grid(n: int, rate: float, *, source: str, nominal: float | None = None) -> Timebase:
@@ -137,7 +103,7 @@ def fit_grid(
         raise DataQualityError(
             f"time column {source!r} has {n} stamp(s): at least 2 are needed to tell the rate"
         )
-    filled = _Filled(stamps)
+    filled = Filled(stamps)
     probe = _probe(filled, source)
     if not _SHORTEST <= probe.interval <= _LONGEST:
         raise _no_grid(filled, source, f"they are {probe.interval:.3g} s apart")
@@ -147,7 +113,8 @@ def fit_grid(
     marks, tally = _find(filled, probe, interval)
     for _ in range(3):
         _refuse(marks, tally, n, source, interval)
-        interval = _fit_interval(filled, marks, interval, probe.ticks)
+        line = fit_line(filled, marks, interval, probe.ticks)
+        interval = line.interval
         if not (len(marks.missing) and marks.missing.max() > 50):  # the first interval was good enough
             break
         again, tally = _find(filled, probe, interval)
@@ -161,6 +128,7 @@ def fit_grid(
     grid = begins + np.concatenate(([0], np.cumsum(marks.missing)))
     facts = _facts(source=source, unit=unit, rate=rate, nominal=nominal, interval=probe.median)
     facts |= tally.facts(coarse=resolution > 1.5 * interval)
+    facts |= {"rate_change_ppm": line.change_ppm, "rate_change_error_ppm": line.change_error_ppm}
     facts |= {
         "gaps": len(marks.gaps),
         "missing": int(marks.missing.sum()),
@@ -189,6 +157,8 @@ def _facts(*, source: str, unit: str, rate: float, nominal: float | None, interv
         "gaps": 0,
         "missing": 0,
         "gap_places": [],
+        "rate_change_ppm": None,
+        "rate_change_error_ppm": None,
         "drift_ppm": None if nominal is None else (rate / nominal - 1.0) * 1e6,
         "resolution_s": 0.0,
     }
@@ -229,43 +199,6 @@ def resolution_of(stamps: _Floats) -> float:
 # -- a first look ------------------------------------------------------------------------------------------
 
 
-class _Filled:
-    """Stamps whose missing ones are interpolated, so that one empty cell does not end the analysis."""
-
-    def __init__(self, stamps: Stamps) -> None:
-        self.stamps = stamps
-
-    def __len__(self) -> int:
-        return len(self.stamps)
-
-    def read(self, start: int, stop: int) -> _Floats:
-        start, stop = max(start, 0), min(stop, len(self.stamps))
-        block = np.asarray(self.stamps.read(start, stop), dtype=np.float64)
-        bad = ~np.isfinite(block)
-        if not bad.any():
-            return block
-        good = np.flatnonzero(~bad)
-        if len(good) < 2:
-            raise DataQualityError(
-                f"rows {start} to {stop}: the time column is empty; give the rate instead (--rate)"
-            )
-        block = block.copy()
-        at = np.flatnonzero(bad)
-        block[at] = np.interp(at, good, block[good])
-        # Ends: extrapolate with the mean interval of the block.
-        with np.errstate(over="ignore", invalid="ignore"):  # stamps near the end of float64 are refused later
-            mean = (block[good[-1]] - block[good[0]]) / (good[-1] - good[0])
-            block[: good[0]] = block[good[0]] - mean * np.arange(good[0], 0, -1)
-            block[good[-1] + 1 :] = block[good[-1]] + mean * np.arange(1, len(block) - good[-1])
-        return block
-
-    def blocks(self, before: int, after: int) -> Iterator[tuple[int, int, _Floats]]:
-        """Pieces of the stamps: (first interval, number of intervals, stamps from first - before on)."""
-        for start in range(0, len(self) - 1, _BLOCK):
-            count = min(_BLOCK, len(self) - 1 - start)
-            yield start, count, self.read(start - before, start + count + 1 + after)
-
-
 @dataclass(frozen=True, slots=True)
 class _Probe:
     """A first look at stretches of the stamps."""
@@ -279,7 +212,7 @@ class _Probe:
     window: int  # stamps on either side that judge it
 
 
-def _probe(stamps: _Filled, source: str) -> _Probe:
+def _probe(stamps: Filled, source: str) -> _Probe:
     n = len(stamps)
     length = min(n, 4096)
     starts = np.unique(np.linspace(0, n - length, min(64, max(1, n // length))).astype(np.int64))
@@ -334,13 +267,13 @@ def _regular_interval(stretches: list[_Floats], differences: _Floats, median: fl
     for stretch in stretches:
         steps = np.diff(stretch)
         if len(steps) > 1 and np.all(np.abs(steps - median) < 0.5 * median):
-            slopes.append(_slope(np.arange(len(stretch), dtype=np.float64), stretch))
+            slopes.append(slope(np.arange(len(stretch), dtype=np.float64), stretch))
     if slopes:
         return float(np.median(slopes))
     return float(differences[np.abs(differences - median) < 0.5 * median].mean())
 
 
-def _block_interval(stamps: _Filled, source: str) -> float:
+def _block_interval(stamps: Filled, source: str) -> float:
     """Median slope between stamps of like phase, some 64 of them: a gap bends only its own stretch.
 
     The stamp after the longest difference of a stretch is the first of a burst, or the first after a tick of a
@@ -364,12 +297,7 @@ def _block_interval(stamps: _Filled, source: str) -> float:
     return interval
 
 
-def _slope(x: _Floats, y: _Floats) -> float:
-    x = x - x.mean()
-    return float(x @ (y - y.mean()) / (x @ x))
-
-
-def _no_grid(stamps: _Filled, source: str, why: str) -> DataQualityError:
+def _no_grid(stamps: Filled, source: str, why: str) -> DataQualityError:
     first = ", ".join(f"row {k}: {t:.9g} s" for k, t in enumerate(stamps.read(0, _LISTED_ROWS)))
     return DataQualityError(
         f"no time grid can be built from the time column {source!r}: {why} (since the first stamp, {first}); "
@@ -392,9 +320,11 @@ class _Tally:
 
     def add(self, first: int, differences: _Floats, interval: float, left_out: NDArray[np.bool_]) -> None:
         """Take differences from interval number `first` on; gaps and wild stamps do not count as scatter."""
-        self.duplicates += self._note(differences == 0, first, self.duplicate_rows)
-        self.backward += self._note(differences < 0, first, self.backward_rows)
-        e = (differences - interval)[~left_out]
+        if not differences.min(initial=1.0) > 0.0:
+            self.duplicates += self._note(differences == 0, first, self.duplicate_rows)
+            self.backward += self._note(differences < 0, first, self.backward_rows)
+        e = differences - interval
+        e = e[~left_out] if left_out.any() else e
         self._squares += float(e @ e)
         self._counted += len(e)
 
@@ -420,7 +350,7 @@ class _Tally:
         }
 
 
-def _find(stamps: _Filled, probe: _Probe, interval: float) -> tuple[_Marks, _Tally]:
+def _find(stamps: Filled, probe: _Probe, interval: float) -> tuple[Marks, _Tally]:
     """One pass over the stamps: where samples are missing, where the clock fell back, and the odd rows."""
     tally = _Tally()
     before, after = (_MAKE_UP, _MAKE_UP) if probe.regular else (probe.window, probe.window)
@@ -429,8 +359,9 @@ def _find(stamps: _Filled, probe: _Probe, interval: float) -> tuple[_Marks, _Tal
     steps: list[_Floats] = []
     for first, count, block in stamps.blocks(before, after):
         lead = min(before, first)
-        at, step = judge(block, lead, count, interval, probe)
-        own = np.diff(block[lead : lead + count + 1])
+        differences = np.diff(block)
+        at, step = judge(block, differences, lead, count, interval, probe)
+        own = differences[lead : lead + count]
         wild = np.abs(own - interval) > 20.0 * interval + 2.0 * probe.threshold
         wild[at - lead] = True
         tally.add(first, own, interval, wild)
@@ -439,14 +370,13 @@ def _find(stamps: _Filled, probe: _Probe, interval: float) -> tuple[_Marks, _Tal
     at, step = np.concatenate(gaps), np.concatenate(steps)
     missing = np.clip(np.round(step / interval), -_ENDLESS, _ENDLESS).astype(np.int64)
     up, down = missing >= 1, step < -0.5 * interval
-    return _Marks(at[up], missing[up], at[down], step[down]), tally
+    return Marks(at[up], missing[up], at[down], step[down]), tally
 
 
 def _judge_regular(
-    block: _Floats, lead: int, count: int, interval: float, probe: _Probe
+    block: _Floats, differences: _Floats, lead: int, count: int, interval: float, probe: _Probe
 ) -> tuple[_Ints, _Floats]:
     """Odd differences that the next stamps do not make up for: their places and their excess [s]."""
-    differences = np.diff(block)
     odd = np.flatnonzero(np.abs(differences - interval) > 0.5 * interval)
     forgiven = np.zeros(len(differences), dtype=bool)
     for j in range(1, _MAKE_UP + 1):
@@ -459,10 +389,9 @@ def _judge_regular(
 
 
 def _judge_irregular(
-    block: _Floats, lead: int, count: int, interval: float, probe: _Probe
+    block: _Floats, differences: _Floats, lead: int, count: int, interval: float, probe: _Probe
 ) -> tuple[_Ints, _Floats]:
     """Jumps beyond the regular ones that stay: their places and their lasting size [s]."""
-    differences = np.diff(block)
     own = slice(lead, lead + count)
     odd = np.flatnonzero((differences[own] > probe.threshold) | (differences[own] < -0.5 * interval)) + lead
     at, steps = [], []
@@ -485,7 +414,7 @@ def _judge_irregular(
     return np.array(at, dtype=np.int64), np.array(steps, dtype=np.float64)
 
 
-def _refuse(marks: _Marks, tally: _Tally, n: int, source: str, interval: float) -> None:
+def _refuse(marks: Marks, tally: _Tally, n: int, source: str, interval: float) -> None:
     if tally.backward > 0.1 * n:
         raise DataQualityError(
             f"time column {source!r} runs backward at {tally.backward} of {n} rows (first: rows "
@@ -501,79 +430,6 @@ def _refuse(marks: _Marks, tally: _Tally, n: int, source: str, interval: float) 
             f"time column {source!r} jumps far beyond the length of the record ({rows}): the clock was set, or "
             "several records stand in one file; cut it there, or give the rate (--rate), which sets the stamps aside"
         )
-
-
-# -- the slope ---------------------------------------------------------------------------------------------
-
-
-def _placed(
-    stamps: _Filled, marks: _Marks, interval: float, ticks: bool
-) -> Iterator[tuple[_Floats, _Floats]]:
-    """Blocks of (position on the grid, stamp - interval * position), steps of the clock taken out.
-
-    Of stamps in bursts, or coarser than the samples, only those count that follow a jump.
-    """
-    gained = np.cumsum(marks.missing)
-    fallen = np.cumsum(marks.offsets)
-    for first, count, block in stamps.blocks(0, 0):
-        block = block if first + count + 1 == len(stamps) else block[:-1]
-        k = np.arange(first, first + len(block))
-        if ticks:
-            ticked = np.flatnonzero(np.diff(block) > interval) + 1
-            k, block = k[ticked], block[ticked]
-        position = k.astype(np.float64)
-        if len(gained):
-            at = np.searchsorted(marks.gaps, k)
-            position += np.where(at > 0, gained[at - 1], 0)
-        if len(fallen):
-            at = np.searchsorted(marks.shifts, k)
-            block = block - np.where(at > 0, fallen[at - 1], 0.0)
-        yield position, block - interval * position
-
-
-def _fit_interval(stamps: _Filled, marks: _Marks, interval: float, ticks: bool) -> float:
-    """Least-squares slope of the stamps against their positions, wild stamps left out."""
-    size = max(len(stamps) // 256, 16)
-    x, y = [], []
-    for position, residual in _placed(stamps, marks, interval, ticks):
-        step = max(len(position) * size // _BLOCK, 1) if ticks else size
-        for a in range(0, len(position), step):
-            some = slice(a, a + step, max(step // 1024, 1))  # enough for a median
-            x.append(float(np.median(position[some])))
-            y.append(float(np.median(residual[some])))
-    if len(x) == 0:
-        return interval
-    intercept, slope, spread = _robust_line(np.array(x), np.array(y))
-    centre = x[len(x) // 2]
-    sums = np.zeros(5)
-    for position, residual in _placed(stamps, marks, interval, ticks):
-        e = residual - (intercept + slope * position)
-        reach = (
-            8.0 * spread
-            + 0.05 * interval
-            + (8.0 * float(np.median(np.abs(e[:: len(e) // 4096 + 1]))) if len(e) else 0.0)
-        )
-        good = np.abs(e) <= reach
-        u, e = (position - centre)[good], e[good]
-        sums += np.array([len(u), u.sum(), u @ u, e.sum(), u @ e])
-    count, su, suu, se, sue = sums
-    denominator = count * suu - su * su
-    return interval + slope + (float((count * sue - su * se) / denominator) if denominator > 0 else 0.0)
-
-
-def _robust_line(x: _Floats, y: _Floats) -> tuple[float, float, float]:
-    """Intercept, slope and median deviation through block medians, blocks far off left out (three rounds)."""
-    keep = np.ones(len(x), dtype=bool)
-    slope, intercept, spread = 0.0, float(np.median(y)), 0.0
-    for _ in range(3):
-        if np.ptp(x[keep]) == 0:
-            break
-        slope = _slope(x[keep], y[keep])
-        intercept = float(y[keep].mean() - slope * x[keep].mean())
-        e = np.abs(y - intercept - slope * x)
-        spread = float(np.median(e))
-        keep = e <= 6.0 * spread + 1e-12
-    return intercept, slope, spread
 
 
 def _plain(value: float, tolerance: float) -> float:

@@ -62,7 +62,11 @@
   function draw(place) {
     if (!place.clientWidth) return;
     const { data, layout } = themed(figures[place.id]);
-    const config = { displaylogo: false, modeBarButtonsToRemove: ["select2d", "lasso2d", "autoScale2d"] };
+    const config = {
+      displaylogo: false,
+      plotlyServerURL: "", // nothing of a report leaves the machine
+      modeBarButtonsToRemove: ["select2d", "lasso2d", "autoScale2d", "sendChartToCloud"],
+    };
     const width = Math.max(place.clientWidth, layout.meta.least || 0);
     Plotly.react(place, data, lettered(sized(layout, width), width), config);
     if (!drawn.has(place)) place.on("plotly_relayout", () => ticked(place));

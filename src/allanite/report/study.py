@@ -22,14 +22,18 @@ from allanite.wording import (
     environment_facts,
     environment_sentences,
     finding_kinds,
+    floor_lines,
     groups,
     headings,
     line_lines,
+    missing_lines,
     number,
     people_unit,
     probability,
+    provisos,
     reading,
     readings,
+    record_facts,
     si_unit,
     slope_reading,
     verdict,
@@ -40,6 +44,10 @@ __all__ = ["page"]
 
 Json = Mapping[str, Any]
 _SHOWN = {"T": "T_b"}
+_FLOOR = (
+    " The model is that of the sensor without its instrument, whose own curve is grey; diamonds: the difference of the "
+    "two variances, a bar alone its upper limit."
+)
 _FAMILY = {"flicker": "Flicker", "gauss-markov": "Gauss-Markov"}
 
 
@@ -66,6 +74,8 @@ def page(study: Json) -> dict[str, Any]:
         "reached": _reached(study["channels"]),
         "record": record,
         "gaps": _gaps(study["recording"]),
+        "missing": missing_lines(study["recording"].get("missing_because") or (), rate),
+        "recorded": record_facts(study["recording"]["history"]),
         "provenance": provenance_rows(study),
         "guarantee": GUARANTEE,
         "statistics": sorted(
@@ -135,6 +145,7 @@ def _section(index: int, group: Group, study: Json) -> dict[str, Any]:
         "title": group.title,
         "lines": [(c["name"], row) for c in group.channels if c.get("spectrum") for row in line_lines(c)],
         "verdict": verdict(group),
+        "provisos": provisos(group.channels),
         "has_si": group.has_si,
         "table": _table(group),
         "together": together,
@@ -170,7 +181,8 @@ def _channel(id_: str, channel: Json, group: Group, document: Json) -> dict[str,
             one,
             f"{channel['name']}: measured curve with band, fitted model (dashed), its terms (thin) with their reading "
             "points, and upper limits (dotted, with arrows)."
-            + (" Hollow points are not in the fit." if left_out else ""),
+            + (" Hollow points are not in the fit." if left_out else "")
+            + (_FLOOR if channel.get("floor") else ""),
             f"{STATISTICS[curve['statistic']]} of {channel['name']}: {_summary(channel)}",
         ),
         "mean": f"{number((channel['mean'] or 0.0) / factor, 5)} {unit}",
@@ -179,9 +191,21 @@ def _channel(id_: str, channel: Json, group: Group, document: Json) -> dict[str,
         "slopes": [(_SHOWN.get(s, s), slope_reading(channel, s)) for s in COLUMNS if s in channel["slopes"]],
         "no_slopes": channel["slopes"].get("note") or "",
         "basis": curve.get("interval_basis") or "",
+        "floor": _over_floor(channel),
         "left_out": left_out,
         "lags": len(curve["lags"]),
     }
+
+
+def _over_floor(channel: Json) -> dict[str, Any] | None:
+    """Measured, instrument and sensor, lag by lag, where a floor was taken off."""
+    found = channel.get("floor")
+    if not found:
+        return None
+    heads, rows = floor_lines(
+        channel["kind"], channel.get("unit") or "", channel["curve"], found["curve"], found["sensor"]
+    )
+    return {"heads": heads, "rows": rows}
 
 
 def _summary(channel: Json) -> str:

@@ -29,7 +29,15 @@ from allanite.recording import ArrayColumn, Channel, Kind, Recording, Sampling, 
 from .motion import Motion
 from .signal import PerChannel, Scene, Signal, Temperature
 
-__all__ = ["MOTION_STREAM", "THERMOMETER_STREAM", "readings_of", "simulate", "stream_of"]
+__all__ = [
+    "MOTION_STREAM",
+    "THERMOMETER_STREAM",
+    "Process",
+    "process_of",
+    "readings_of",
+    "simulate",
+    "stream_of",
+]
 
 Array = NDArray[np.float64]
 Progress = Callable[[float], None]
@@ -150,7 +158,7 @@ def simulate(
     advance = _counter(progress, n_samples * len(channels))
     columns = []
     for channel, one, stream in zip(channels, models.values(), streams, strict=True):
-        process = _process(one, 1 / rate, n_samples, sampling, 1 / channel.scale)
+        process = process_of(one, 1 / rate, n_samples, sampling, 1 / channel.scale)
         if not scene.empty:
             process = replace(process, signal=scene.signal(channel, len(channels), course, 1 / rate))
             process = replace(process, limit=_limit(motion, channel))
@@ -258,7 +266,7 @@ def _counter(progress: Progress | None, total: int) -> Callable[[int], None]:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _Process:
+class Process:
     """The Markov form of a model, and known functions of the time [s] and a signal, both times a factor."""
 
     form: MarkovForm
@@ -269,14 +277,14 @@ class _Process:
     limit: Callable[[Array], None] | None = None
 
 
-def _process(model: NoiseModel, dt: float, n_samples: int, sampling: Sampling, factor: float) -> _Process:
+def process_of(model: NoiseModel, dt: float, n_samples: int, sampling: Sampling, factor: float) -> Process:
     form, known = MarkovForm(), []
     for term in model.terms:
         if isinstance(term, (Ramp, Sinusoid)):
             known.append(_known(term, dt, sampling))
         else:
             form = form + term.markov(dt, sampling=sampling, record=dt * n_samples, ratio=FLICKER_RATIO)
-    return _Process(form=form.scaled(factor), known=tuple(known), factor=factor, dt=dt)
+    return Process(form=form.scaled(factor), known=tuple(known), factor=factor, dt=dt)
 
 
 def _known(term: Ramp | Sinusoid, dt: float, sampling: Sampling) -> Callable[[Array], Array]:
@@ -292,7 +300,7 @@ def _known(term: Ramp | Sinusoid, dt: float, sampling: Sampling) -> Callable[[Ar
 
 
 def _samples(
-    process: _Process, n_samples: int, stream: np.random.SeedSequence, advance: Callable[[int], None]
+    process: Process, n_samples: int, stream: np.random.SeedSequence, advance: Callable[[int], None]
 ) -> Array:
     """Draw the process, block by block: the streams run on through the blocks, which therefore leave no trace."""
     white, driving = (np.random.Generator(np.random.SFC64(s)) for s in stream.spawn(2))

@@ -20,12 +20,12 @@ takes it out of the samples; `lags_to_exclude` says which lags of a curve the ot
 
 from __future__ import annotations
 
-from .estimation import power_spectrum
-from .exclusion import Exclusion, lags_to_exclude, quiet_lags
-from .lines import SpectralLine
-from .results import Spectrum
-from .sampled import sampled_psd
-from .stability import sinusoids, without_stable_lines
+from allanite.spectrum.estimation import power_spectrum
+from allanite.spectrum.exclusion import Exclusion, lags_to_exclude, quiet_lags, without_spans
+from allanite.spectrum.lines import SpectralLine
+from allanite.spectrum.results import Spectrum
+from allanite.spectrum.sampled import sampled_psd
+from allanite.spectrum.stability import sinusoids, without_stable_lines
 
 __all__ = [
     "Exclusion",
@@ -36,5 +36,6 @@ __all__ = [
     "quiet_lags",
     "sampled_psd",
     "sinusoids",
+    "without_spans",
     "without_stable_lines",
 ]

@@ -11,10 +11,9 @@ from numpy.typing import NDArray
 
 from allanite.errors import InputError
 from allanite.recording import Recording
-
-from .band_limit import find_band_limit
-from .lines import SpectralLine, find_lines, without_lines
-from .periodogram import (
+from allanite.spectrum.band_limit import find_band_limit
+from allanite.spectrum.lines import SpectralLine, find_lines, without_lines
+from allanite.spectrum.periodogram import (
     FEWEST_SEGMENTS,
     SEGMENT,
     SHORTEST_SEGMENT,
@@ -23,9 +22,9 @@ from .periodogram import (
     periodograms,
     welch,
 )
-from .results import METHODS, Method, Spectrum
-from .stability import examined
-from .windows import window_of
+from allanite.spectrum.results import METHODS, Method, Spectrum
+from allanite.spectrum.stability import examined
+from allanite.spectrum.windows import window_of
 
 __all__ = ["power_spectrum"]
 

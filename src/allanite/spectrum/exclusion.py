@@ -4,21 +4,25 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .band_limit import short_lag_bend
-from .lines import SpectralLine
-from .results import Spectrum
+from allanite.errors import InputError
+from allanite.spectrum.band_limit import short_lag_bend
+from allanite.spectrum.lines import SpectralLine
+from allanite.spectrum.results import Spectrum
 
-__all__ = ["TOLERANCE", "Exclusion", "lags_to_exclude", "quiet_lags", "shortest_trusted_tau"]
+__all__ = ["TOLERANCE", "Exclusion", "lags_to_exclude", "quiet_lags", "shortest_trusted_tau", "without_spans"]
 
 Array = NDArray[np.float64]
 
 #: A lag is bent when a line or the band limit moves its AVAR by this share of its own standard deviation.
 TOLERANCE = 0.3
+#: Times that differ by less than this share are the same: they were read off a picture.
+_CLOSE = 1e-6
 
 
 def shortest_trusted_tau(spectrum: Spectrum) -> float:
@@ -81,6 +85,33 @@ def lags_to_exclude(
             line = spectrum.lines[int(np.argmax(added[:, i]))]
             reasons[i] = reasons[i] or f"bent by the spectral line at {line.frequency:.4g} Hz"
     return Exclusion(np.array([bool(r) for r in reasons], dtype=bool), tuple(reasons))
+
+
+def without_spans(found: Exclusion, tau: ArrayLike, spans: Sequence[tuple[float, float]]) -> Exclusion:
+    """The exclusion with the lags that somebody leaves out besides.
+
+    Parameters
+    ----------
+    tau : array_like, shape (n_lags,) [s]
+        Of the lags.
+    spans : sequence of (float, float) [s]
+        Averaging times from and to, both ends included.
+
+    Raises
+    ------
+    InputError
+        A span whose end lies before its beginning, or that is no pair of numbers.
+    """
+    times = np.asarray(tau, dtype=np.float64)
+    out = np.zeros(times.shape, dtype=bool)
+    for span in spans:
+        if len(span) != 2 or not 0 <= span[0] <= span[1]:
+            raise InputError(
+                f"exclude: {tuple(span)} is no span of averaging times: give (from, to) in seconds"
+            )
+        out |= (times >= span[0] * (1 - _CLOSE)) & (times <= span[1] * (1 + _CLOSE))
+    reasons = [r or ("left out by hand" if o else "") for r, o in zip(found.reasons, out, strict=True)]
+    return Exclusion(found.excluded | out, tuple(reasons))
 
 
 def quiet_lags(spectrum: Spectrum, lags: ArrayLike, *, reach: float = 1.2) -> NDArray[np.int64]:

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from .windows import Window
+from allanite.spectrum.windows import Window
 
 __all__ = ["Sight", "sight_of"]
 

@@ -17,7 +17,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from .periodogram import Periodogram
+from allanite.spectrum.periodogram import Periodogram
 
 __all__ = ["FALSE_ALARM", "SpectralLine", "find_lines", "without_lines"]
 

@@ -21,9 +21,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.recording import Recording
-
-from .holes import Bridge
-from .windows import HANN, Window
+from allanite.spectrum.holes import Bridge
+from allanite.spectrum.windows import HANN, Window
 
 __all__ = [
     "FEWEST_SEGMENTS",

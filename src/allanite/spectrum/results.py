@@ -13,12 +13,11 @@ from numpy.typing import NDArray
 
 from allanite.noise import NoiseModel
 from allanite.recording import Sampling
-
-from .band_limit import BandLimit
-from .expected import Sight, sight_of
-from .lines import SpectralLine
-from .sampled import sampled_psd
-from .windows import window_of
+from allanite.spectrum.band_limit import BandLimit
+from allanite.spectrum.expected import Sight, sight_of
+from allanite.spectrum.lines import SpectralLine
+from allanite.spectrum.sampled import sampled_psd
+from allanite.spectrum.windows import window_of
 
 __all__ = ["METHODS", "Method", "Spectrum"]
 

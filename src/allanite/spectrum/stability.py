@@ -29,10 +29,9 @@ from allanite.columns import Column
 from allanite.laws import chi_square_quantile, chi_square_tail, normal_quantile
 from allanite.noise import Sinusoid
 from allanite.recording import Recording
-
-from .lines import SpectralLine
-from .periodogram import rate_blocks
-from .results import Spectrum
+from allanite.spectrum.lines import SpectralLine
+from allanite.spectrum.periodogram import rate_blocks
+from allanite.spectrum.results import Spectrum
 
 __all__ = ["examined", "sinusoids", "without_stable_lines"]
 

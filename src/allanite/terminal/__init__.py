@@ -3,11 +3,14 @@
 
 from allanite.terminal.alignment import show_alignment
 from allanite.terminal.calibration import show_calibration
-from allanite.terminal.capture import show_captured
+from allanite.terminal.capture import journal, show_captured
 from allanite.terminal.comparison import show_comparison
-from allanite.terminal.console import progress
+from allanite.terminal.console import listen, progress
 from allanite.terminal.datasheet import show_bounds, show_datasheet
+from allanite.terminal.dead_reckoning import show_dead_reckoning
+from allanite.terminal.difference import show_difference
 from allanite.terminal.environment import show_environment
+from allanite.terminal.exporting import show_consumers
 from allanite.terminal.measurements import (
     show_aided,
     show_demonstration,
@@ -21,7 +24,7 @@ from allanite.terminal.measurements import (
 from allanite.terminal.monitor import monitoring, show_monitor
 from allanite.terminal.position_plan import show_position_plan
 from allanite.terminal.rate_table import show_rate_table
-from allanite.terminal.recovery import show_recovery
+from allanite.terminal.recovery import show_compaction, show_recovery
 from allanite.terminal.redundancy import show_combination
 from allanite.terminal.selection import show_selection
 from allanite.terminal.separation import show_separation
@@ -30,6 +33,8 @@ from allanite.terminal.study import show_curve, show_findings, show_models, show
 from allanite.terminal.variation import show_variation
 
 __all__ = [
+    "journal",
+    "listen",
     "monitoring",
     "progress",
     "show_aided",
@@ -38,10 +43,14 @@ __all__ = [
     "show_calibration",
     "show_captured",
     "show_combination",
+    "show_compaction",
     "show_comparison",
+    "show_consumers",
     "show_curve",
     "show_datasheet",
+    "show_dead_reckoning",
     "show_demonstration",
+    "show_difference",
     "show_earth_rate",
     "show_environment",
     "show_filtered",

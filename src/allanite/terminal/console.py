@@ -4,18 +4,21 @@
 from __future__ import annotations
 
 import os
+import re
 import sys
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
-from typing import TYPE_CHECKING
+from contextlib import contextmanager, suppress
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from rich.console import Console
     from rich.table import Table
 
-__all__ = ["WIDE", "Advance", "console", "progress", "table_of"]
+__all__ = ["WIDE", "Advance", "console", "is_terminal", "listen", "progress", "table_of"]
 
 Advance = Callable[..., None]
+
+_listener: Advance | None = None
 
 #: Columns where nobody looks: a pipe or a file.
 WIDE = 400
@@ -27,27 +30,71 @@ def progress(*, quiet: bool = False) -> Iterator[Advance | None]:
 
     What it gives is called with a fraction and, if there is one, the name of the step.
     """
-    if quiet or not sys.stderr.isatty() or os.environ.get("TERM") == "dumb":
+    if _listener is not None:
+        yield _listener
+        return
+    if quiet or not is_terminal(sys.stderr) or os.environ.get("TERM") == "dumb":
         yield None
         return
     from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
     columns = TextColumn("{task.description:<24}"), BarColumn(), TextColumn("{task.percentage:>3.0f} %")
-    with Progress(*columns, TimeRemainingColumn(), console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task("", total=1.0)
+    bar = Progress(*columns, TimeRemainingColumn(), console=Console(stderr=True), transient=True)
+    task = bar.add_task("", total=1.0)
 
-        def advance(fraction: float, text: str = "") -> None:
-            bar.update(task, completed=fraction, description=text or None)
+    def advance(fraction: float, text: str = "") -> None:
+        bar.update(task, completed=fraction, description=text or None)
 
+    bar.start()
+    try:
         yield advance
+    finally:
+        with suppress(OSError):  # the terminal may be gone by now
+            bar.stop()
+
+
+def listen(advance: Advance | None) -> None:
+    """Tell the progress of every command of this process to somebody else, in place of a bar."""
+    global _listener
+    _listener = advance
+
+
+def is_terminal(stream: Any) -> bool:
+    """Whether somebody looks at a stream: one that was closed when the program began is None."""
+    return stream is not None and bool(stream.isatty())
 
 
 def console() -> Console:
     from rich.console import Console
 
-    fixed = {} if sys.stdout.isatty() or "COLUMNS" in os.environ else {"width": WIDE, "height": 25}
-    return Console(file=sys.stdout, highlight=False, markup=False, emoji=False, **fixed)  # type: ignore[arg-type]
+    looked_at = is_terminal(sys.stdout)
+    fixed = {} if looked_at or "COLUMNS" in os.environ else {"width": WIDE, "height": 25}
+    file = sys.stdout if looked_at else _Trimmed(sys.stdout)
+    return Console(file=file, highlight=False, markup=False, emoji=False, **fixed)  # type: ignore[arg-type]
+
+
+class _Trimmed:
+    """A pipe or a file without the blanks that would fill up a line of a terminal; or nothing, where stdout is none."""
+
+    def __init__(self, stream: Any) -> None:
+        self._stream = stream
+
+    def write(self, text: str) -> int:
+        if self._stream is not None:
+            self._stream.write(re.sub(r"[ \t]+\n", "\n", text))
+        return len(text)
+
+    def flush(self) -> None:
+        if self._stream is not None:
+            self._stream.flush()
+
+    def isatty(self) -> bool:
+        return False
+
+    @property
+    def encoding(self) -> str:
+        return getattr(self._stream, "encoding", None) or "utf-8"
 
 
 def table_of(heads: Sequence[str]) -> Table:

@@ -9,7 +9,7 @@ from typing import Any
 from allanite.terminal.console import console
 from allanite.terminal.parts import TONES, say_facts, say_files, say_rows
 
-__all__ = ["show_recovery"]
+__all__ = ["show_compaction", "show_recovery"]
 
 Json = Mapping[str, Any]
 
@@ -41,6 +41,21 @@ def show_recovery(document: Json) -> None:
         ("run ended", _ENDED[document["status"]]),
     )
     say_files(out, [document["out"]] if document["out"] else [])
+
+
+def show_compaction(document: Json) -> None:
+    """The file, and the room it saves."""
+    out = console()
+    before, after = document["bytes_of_run"], document["bytes"]
+    say_files(out, [document["file"]])
+    say_facts(
+        out,
+        (
+            "size",
+            f"{after / 1e6:.3g} MB, {100 * after / before:.0f} % of the {before / 1e6:.3g} MB of the run",
+        ),
+        ("run", f"{document['folder']} is still there"),
+    )
 
 
 def _rows(loss: Json) -> str:

@@ -7,6 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from allanite.terminal.console import WIDE, console, table_of
+from allanite.terminal.floor import show_over_floor
 from allanite.wording import (
     EQUIVALENT,
     GUARANTEE,
@@ -17,10 +18,13 @@ from allanite.wording import (
     finding_kinds,
     groups,
     headings,
+    missing_lines,
     number,
     people_unit,
     probability,
+    provisos,
     readings,
+    record_facts,
     si_unit,
 )
 
@@ -29,6 +33,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from allanite.allan import AllanCurve
+    from allanite.instrument_floor import OverFloor
 
 __all__ = ["curve_table", "show_curve", "show_findings", "show_models", "show_recording", "show_study"]
 
@@ -92,17 +97,63 @@ def show_recording(facts: Json) -> None:
     )
     out.print(f"{facts['samples']} samples{missing}\n")
     out.print(table)
+    _recorded(out, facts)
+    _listed(out, "In this file", facts["contents"])
+    _listed(out, "How it was read", facts["remarks"])
     if facts["gaps"]:
         spans = (f"{_at(a, facts['rate'])} to {_at(b, facts['rate'])}" for a, b in facts["gaps"])
         out.print(f"Gaps: {'; '.join(spans)}")
+    _missing(out, facts)
     out.print()
     show_findings(facts["findings"])
     if not facts["findings"]:
         out.print("Nothing is wrong with it that allanite looks for.")
 
 
-def show_curve(curve: AllanCurve) -> None:
+def _listed(out: Console, title: str, lines: Sequence[str]) -> None:
+    from rich.padding import Padding
+    from rich.text import Text
+
+    if lines:
+        out.print(f"\n{title}:")
+        for line in lines:
+            out.print(Padding(Text(line), (0, 0, 0, 2), expand=False))
+
+
+def _recorded(out: Console, facts: Json) -> None:
+    """Instrument and settings of a run."""
+    from rich.table import Table
+
+    found = record_facts(facts["history"])
+    if found:
+        grid = Table.grid(padding=(0, 2))
+        grid.add_column()
+        grid.add_column(overflow="fold")
+        for fact in found:
+            grid.add_row(*fact)
+        out.print()
+        out.print(grid)
+
+
+def _missing(out: Console, facts: Json) -> None:
+    """What is missing in a run, and why."""
+    lines = missing_lines(facts["missing_because"], facts["rate"])
+    if lines:
+        table = table_of(("Missing because", "Gaps", "Samples", "Longest", "First at"))
+        table.columns[0].no_wrap, table.columns[0].overflow = False, "fold"
+        for line in lines:
+            table.add_row(*line)
+        out.print()
+        out.print(table)
+
+
+def show_curve(curve: AllanCurve | OverFloor) -> None:
     """The deviations of a curve with their intervals, in people's units; as many channels abreast as there is room."""
+    from allanite.instrument_floor import OverFloor
+
+    if isinstance(curve, OverFloor):
+        show_over_floor(curve)
+        return
     out = console()
     room = max(1, (out.width - 20) // 30)
     for first in range(0, len(curve.channels), room):
@@ -146,6 +197,8 @@ def _parameters(out: Console, channels: Sequence[Json]) -> None:
             out.print(f"{channel['name']}: the model does not explain the curve ({probability(p)})")
     read_off = {m["verdict"] for c in channels for m in c["models"] if m["family"] == "slopes"}
     out.print("\n".join(read_off) or GUARANTEE)
+    for words in provisos(channels):
+        out.print(words)
     if any(r.equivalent for c in channels for r in readings(c).values()):
         out.print(EQUIVALENT)
     out.print()

@@ -6,6 +6,7 @@ documents of results and holds no formula: it rounds, chooses units and makes se
 
 ``numbers``  numbers, intervals, probabilities, time spans
 ``study``    noise coefficients and what a study says of them
+``provisos``  aperture, scale factor, what a run lacks
 ``rates``    Earth rate, filter and plan
 ``north``    directions
 ``redundancy``  combined sensors
@@ -18,6 +19,8 @@ documents of results and holds no formula: it rounds, chooses units and makes se
 ``alignment``  roll, pitch and heading
 ``spectrum``  densities and lines
 ``datasheet``  statements of a data sheet, and bounds above a model
+``difference``  two noise models side by side
+``dead_reckoning``  errors of a navigator over time
 ``environment``  temperature and warm-up
 ``calibration``  parameters, positions and turns of a self-calibration
 """
@@ -60,6 +63,16 @@ from allanite.wording.comparison import (
     sameness_lines,
 )
 from allanite.wording.datasheet import bound_lines, bound_words, inflation_words, statement_lines
+from allanite.wording.dead_reckoning import (
+    BUDGET_QUANTITIES,
+    budget_facts,
+    budget_rows,
+    growth_rows,
+    largest_sources,
+    quantity_words,
+    source_rows,
+)
+from allanite.wording.difference import drift_lines, drift_unit, pair_lines, rest_words
 from allanite.wording.environment import (
     coefficient_lines,
     effect_lines,
@@ -67,6 +80,7 @@ from allanite.wording.environment import (
     environment_sentences,
     temperature_unit,
 )
+from allanite.wording.floor import floor_lines
 from allanite.wording.north import (
     angle_budget_lines,
     arcs_words,
@@ -82,6 +96,7 @@ from allanite.wording.position_plan import (
     position_rows,
     scheme_lines,
 )
+from allanite.wording.provisos import missing_lines, provisos, record_facts
 from allanite.wording.rate_table import (
     NOISE_ALONE,
     PPM,
@@ -184,6 +199,7 @@ from allanite.wording.vector import (
 
 __all__ = [
     "AIDED",
+    "BUDGET_QUANTITIES",
     "COLUMNS",
     "DEG",
     "DEG_H",
@@ -213,7 +229,9 @@ __all__ = [
     "bias_words",
     "bound_lines",
     "bound_words",
+    "budget_facts",
     "budget_lines",
+    "budget_rows",
     "calibrated_words",
     "calibration_facts",
     "calibration_name",
@@ -234,6 +252,8 @@ __all__ = [
     "density_lines",
     "density_unit",
     "direction_words",
+    "drift_lines",
+    "drift_unit",
     "duration",
     "earth_rate_lines",
     "earth_seen_words",
@@ -245,10 +265,12 @@ __all__ = [
     "filter_lines",
     "filter_verdict",
     "finding_kinds",
+    "floor_lines",
     "full_output",
     "gain_lines",
     "goal_words",
     "groups",
+    "growth_rows",
     "heading_words",
     "headings",
     "headline",
@@ -257,11 +279,13 @@ __all__ = [
     "inflation_words",
     "interval",
     "known_rate",
+    "largest_sources",
     "latitude_line",
     "latitude_words",
     "left_out_lines",
     "length_lines",
     "line_lines",
+    "missing_lines",
     "model_words",
     "naive_words",
     "null_budget",
@@ -269,6 +293,7 @@ __all__ = [
     "number",
     "outlier_lines",
     "output_unit",
+    "pair_lines",
     "parameter_groups",
     "parameter_name",
     "parameter_unit",
@@ -283,12 +308,16 @@ __all__ = [
     "position_lines",
     "position_rows",
     "probability",
+    "provisos",
+    "quantity_words",
     "reading",
     "readings",
+    "record_facts",
     "record_lines",
     "response_budget",
     "response_lines",
     "rest_unit",
+    "rest_words",
     "sameness_lines",
     "scale_unit",
     "scatter_lines",
@@ -304,6 +333,7 @@ __all__ = [
     "si_unit",
     "signed",
     "slope_reading",
+    "source_rows",
     "spectral_agreement",
     "spectrum_facts",
     "stand_words",

@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 
-__all__ = ["duration", "interval", "number", "probability", "with_sd"]
+__all__ = ["duration", "interval", "number", "probability", "with_parentheses", "with_sd"]
 
 
 def number(value: float | None, digits: int = 3) -> str:
@@ -51,6 +51,21 @@ def with_sd(value: float | None, sd: float | None, unit: str, factor: float = 1.
         return "not determined"
     middle, _, _ = interval(value / factor, (value - sd) / factor, (value + sd) / factor)
     return f"{middle} ± {number(sd / factor, 2)} {unit} (1 sd)"
+
+
+def with_parentheses(value: float, sd: float) -> str:
+    """A value with its standard uncertainty in units of the last digits, as the GUM writes it (7.2.2).
+
+    >>> with_parentheses(31.9999043, 0.0000132), with_parentheses(24.0, 0.2), with_parentheses(1520.0, 130.0)
+    ('31.999904(13)', '24.00(20)', '1520(130)')
+    """
+    if not (math.isfinite(sd) and sd > 1e-12 * abs(value)):  # below what the value itself is held to
+        return number(value, 9)
+    power = _power(sd, 2)
+    decimals = max(1 - power, 0)
+    size = 10.0 ** max(power - 1, 0)
+    shown = round(value / size) * size if size > 1 else value
+    return f"{shown:.{decimals}f}({round(sd * 10.0**decimals / size) * size:.0f})"
 
 
 @dataclass(frozen=True, slots=True)

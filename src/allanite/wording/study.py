@@ -224,9 +224,21 @@ def reading(kind: str, unit: str, estimate: Json, *, read_off: bool = False) -> 
         range=shown[1],
         si=si[0],
         si_range=si[1],
-        note=_note(symbol, estimate),
+        note="; ".join(part for part in (_note(symbol, estimate), _statistical(estimate, factor)) if part),
         amount=None if amount is None else amount / factor,
     )
+
+
+def _statistical(estimate: Json, factor: float) -> str:
+    """The interval without the error of the scale factor, where it holds that."""
+    ends = estimate.get("statistical")
+    if ends is None or ends[1] is None:
+        return ""
+    value = estimate["value"]
+    if not estimate["supported"] or value is None:
+        return f"by statistics alone < {number(ends[1] / factor)}"
+    _, low, high = interval(value / factor, ends[0] / factor, ends[1] / factor)
+    return f"by statistics alone [{low}, {high}]"
 
 
 def _note(symbol: str, estimate: Json) -> str:

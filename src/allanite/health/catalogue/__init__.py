@@ -18,7 +18,15 @@ __all__ = ["CATALOGUE", "Entry", "findings_page"]
 #: Code -> what it means. The order is the order of the printed table.
 CATALOGUE: dict[str, Entry] = SAMPLES | LOG | SENSOR
 
-_HEADINGS = ("code", "severity", "what it means", "what accepting it risks", "what is done", "what to do")
+_HEADINGS = (
+    "code",
+    "severity",
+    "what it means",
+    "what accepting it risks",
+    "what is done",
+    "what to do",
+    "repair",
+)
 
 
 def _row(cells: Iterable[str]) -> str:
@@ -31,7 +39,7 @@ def findings_page() -> str:
         "# Findings",
         "",
         "What `allanite info` and `allanite characterize` may find wrong with a recording, and what its turns may show",
-        "(last table). Nothing is repaired:",
+        "(last table). Nothing is repaired unless it is asked for by name (`--repair`, last column):",
         "samples are kept, or left out and named. A *fatal* finding refuses the analysis; `--accept CODE` goes on",
         "in spite of it, and the result says so. A *warning* says that a number suffers. An *info* is worth",
         "knowing. Samples that are left out keep their place in time: they become gaps.",
@@ -45,5 +53,6 @@ def findings_page() -> str:
             group = entry.group
             lines += ["", f"## {group}", "", _row(_HEADINGS), _row(("---",) * len(_HEADINGS))]
         risk = entry.risk or "nothing"
-        lines.append(_row((f"`{code}`", entry.severity, entry.means, risk, entry.done, entry.advice)))
+        repair = f"`{entry.repair}`" if entry.repair else "–"
+        lines.append(_row((f"`{code}`", entry.severity, entry.means, risk, entry.done, entry.advice, repair)))
     return "\n".join(lines) + "\n"

@@ -28,6 +28,8 @@ class Entry:
         What the user may do.
     excludes : bool
         True when the samples in question are left out of the analysis.
+    repair : str
+        Name of the repair of `allanite.cleaning` that answers it; "" where there is none.
     """
 
     group: str
@@ -37,3 +39,4 @@ class Entry:
     done: str
     advice: str
     excludes: bool = False
+    repair: str = ""

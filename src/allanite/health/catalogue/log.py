@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Faults of the log: time, text."""
+"""Faults of the log: time, text, and what a recorder noted."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from allanite.health.catalogue.entry import Entry
 
 __all__ = ["LOG"]
 
-_TIME, _TEXT = ("Time", "Text")
+_TIME, _TEXT, _RUN = ("Time", "Text", "What was noted")
 
 LOG: dict[str, Entry] = {
     "time_stamps": Entry(
@@ -17,6 +17,7 @@ LOG: dict[str, Entry] = {
         risk="rows may be in the wrong order or twice, and the rate may be wrong",
         done="refused; the first five rows are listed",
         advice="sort or repair the rows, or give --rate, which sets the stamps aside",
+        repair="drop_duplicate_rows",
     ),
     "duplicate_stamps": Entry(
         group=_TIME,
@@ -25,6 +26,7 @@ LOG: dict[str, Entry] = {
         risk="rows that stand twice in the log",
         done="kept",
         advice="look at the rows listed",
+        repair="drop_duplicate_rows",
     ),
     "rate_jitter": Entry(
         group=_TIME,
@@ -49,6 +51,14 @@ LOG: dict[str, Entry] = {
         risk="lags and coefficients shift by that much if the header is right",
         done="the rate given, else that of the stamps, is used",
         advice="check which clock is right",
+    ),
+    "clock_drift": Entry(
+        group=_TIME,
+        severity="warning",
+        means="the clock of the stamps runs faster at one end of the record than at the other, by more than 100 ppm",
+        risk="lags and coefficients are those of the mean rate; a slow ramp of the clock is taken for even sampling",
+        done="kept; the mean rate of the stamps is used",
+        advice="take stamps from the sensor's own clock, or let the clock of the logger warm up",
     ),
     "decimated": Entry(
         group=_TIME,
@@ -113,5 +123,54 @@ LOG: dict[str, Entry] = {
         risk="a wrong decision gives wrong numbers everywhere",
         done="stated",
         advice="check them; --delimiter, --decimal, --unit, --channels and --topic decide",
+    ),
+    "repaired": Entry(
+        group=_RUN,
+        severity="info",
+        means="the recording was repaired before it was looked at, as was asked for by name",
+        risk="",
+        done="stated, with the samples that went and why; what was left out is a gap",
+        advice="compare with the analysis of the log as it is",
+    ),
+    "gap_reasons": Entry(
+        group=_RUN,
+        severity="info",
+        means="samples are missing, and the recorder noted why",
+        risk="",
+        done="they keep their place in time, as gaps",
+        advice="none needed; `allanite info` shows the table",
+    ),
+    "doubtful_samples": Entry(
+        group=_RUN,
+        severity="warning",
+        means="the driver of the instrument could not vouch for these samples: its counter was in doubt, or a reading "
+        "may be there twice or too late",
+        risk="a value that is none, or samples at the wrong time, in the analysis",
+        done="counted, and kept",
+        advice="the remarks in manifest.jsonl say what happened; look at the series there",
+    ),
+    "instrument_remarks": Entry(
+        group=_RUN,
+        severity="info",
+        means="the driver rejected lines, passed over garbage, dropped repeated frames, or the instrument began anew",
+        risk="",
+        done="what it rejected is no sample; what is missing for it is a gap",
+        advice="none needed where they are few; else look at cable, earth and baud rate: manifest.jsonl tells of each",
+    ),
+    "autozero_off": Entry(
+        group=_RUN,
+        severity="info",
+        means="the voltmeter was read without measuring its zero each time",
+        risk="the drift of the meter passes for slow noise of the sensor",
+        done="stated",
+        advice="record a shorted input as long as the sensor: its curve is the floor of the meter",
+    ),
+    "scale_uncertain": Entry(
+        group=_RUN,
+        severity="info",
+        means="the standard uncertainty of the scale factor was stated",
+        risk="",
+        done="it enters the intervals of fitted noise models, in quadrature in the logarithm, and is kept apart there",
+        advice="say it to other measurements as well: --scale-uncertainty",
     ),
 }

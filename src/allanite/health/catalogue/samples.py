@@ -33,6 +33,7 @@ SAMPLES: dict[str, Entry] = {
         risk="almost no average fits between the gaps, so the curve rests on a few samples or is empty",
         done="refused",
         advice="if the values come every k-th row, split the log by sensor and give the true rate",
+        repair="split_interleaved",
     ),
     "missing": Entry(
         group=_MISSING,
@@ -50,6 +51,7 @@ SAMPLES: dict[str, Entry] = {
         done="left out; fatal above 0.1 % of the samples",
         advice="choose a wider range or find what drove the sensor out of it",
         excludes=True,
+        repair="drop_saturated",
     ),
     "saturated": Entry(
         group=_RANGE,
@@ -59,6 +61,7 @@ SAMPLES: dict[str, Entry] = {
         done="left out; fatal above 0.1 % of the samples",
         advice="choose a wider range",
         excludes=True,
+        repair="drop_saturated",
     ),
     "clipping": Entry(
         group=_RANGE,
@@ -132,6 +135,7 @@ SAMPLES: dict[str, Entry] = {
         done="left out; fatal when that is more than half of the samples",
         advice="find why the reading froze",
         excludes=True,
+        repair="drop_frozen",
     ),
     "zero_filled": Entry(
         group=_REPEATS,
@@ -141,6 +145,7 @@ SAMPLES: dict[str, Entry] = {
         done="left out; fatal when that is more than half of the samples",
         advice="write lost samples as empty cells",
         excludes=True,
+        repair="drop_padding",
     ),
     "held_samples": Entry(
         group=_REPEATS,
@@ -149,6 +154,7 @@ SAMPLES: dict[str, Entry] = {
         risk="the shortest lags come out too small; white noise bends there",
         done="kept; the true rate is suggested",
         advice="keep one row of each repeated value and give the true rate",
+        repair="drop_repeats",
     ),
     "interleaved": Entry(
         group=_REPEATS,
@@ -157,6 +163,7 @@ SAMPLES: dict[str, Entry] = {
         risk="the difference between the sensors is taken for noise at the shortest lags",
         done="kept; fatal where the levels differ by more than 3 sigma",
         advice="split the log by sensor",
+        repair="split_interleaved",
     ),
     "half_before_gap": Entry(
         group=_REPEATS,
@@ -166,6 +173,7 @@ SAMPLES: dict[str, Entry] = {
         done="left out",
         advice="drop the last block before each gap when logging",
         excludes=True,
+        repair="drop_cut_blocks",
     ),
     "duplicate_channels": Entry(
         group=_REPEATS,

@@ -18,6 +18,7 @@ SENSOR: dict[str, Entry] = {
         done="the largest are left out, as many as keep N within 0.5 %; N with and without is stated",
         advice="find the cause: a knock, a bit error, a switching load",
         excludes=True,
+        repair="drop_spikes",
     ),
     "heavy_tails": Entry(
         group=_REST,
@@ -34,6 +35,7 @@ SENSOR: dict[str, Entry] = {
         risk="the curve describes the disturbance, not the sensor, at the lags stated",
         done="kept; noise, flicker and random walk alone set this off in less than 1 of 100 records",
         advice="analyse the quiet part alone: --from, --to",
+        repair="cut_motion",
     ),
     "not_at_rest": Entry(
         group=_REST,
@@ -42,6 +44,7 @@ SENSOR: dict[str, Entry] = {
         risk="every number describes the motion",
         done="refused",
         advice="analyse a quiet part alone (--from, --to), or record at rest",
+        repair="cut_motion",
     ),
     "motion": Entry(
         group=_REST,
@@ -50,6 +53,7 @@ SENSOR: dict[str, Entry] = {
         risk="mean, drift and slow noise of all its axes hold the turn; slow turns show nowhere else",
         done="kept",
         advice="of a record that is meant to be at rest, analyse the part before the turn alone: --from, --to",
+        repair="cut_motion",
     ),
     "amplitude_drop": Entry(
         group=_REST,
@@ -86,7 +90,7 @@ SENSOR: dict[str, Entry] = {
     "gravity": Entry(
         group=_MEANING,
         severity="warning",
-        means="the mean vector of an accelerometer triad is not 1 g long (by over 1 %)",
+        means="the mean vector of an accelerometer triad is not 1 g long (by over 1 %), or gravity was subtracted",
         risk="a wrong unit or scale changes every number by the same factor",
         done="kept; a ratio near 9.8 is named as a unit mix-up",
         advice="check unit and scale factor",
@@ -94,8 +98,9 @@ SENSOR: dict[str, Entry] = {
     "unit_trap": Entry(
         group=_MEANING,
         severity="warning",
-        means="a gyro noisier than any: degrees labelled as radians (57.3) would explain it",
-        risk="every number is 57.3 times too large",
+        means="a gyro noisier than any, or one whose step is that of a known 16-bit range in the other unit: degrees "
+        "and radians mixed up (57.3)",
+        risk="every number is 57.3 times too large or too small",
         done="kept",
         advice="check the unit: --unit NAME=deg/s",
     ),
@@ -106,6 +111,22 @@ SENSOR: dict[str, Entry] = {
         risk="the Earth's rotation went with the bias and cannot be measured; the slowest noise is altered too",
         done="kept; N is not affected",
         advice="log the uncalibrated gyro if the Earth's rotation or the bias matter; ignore it for simulated data",
+    ),
+    "floor_taken_off": Entry(
+        group=_MEANING,
+        severity="info",
+        means="the instrument's own noise, from a record of its shorted input, is taken off the curve",
+        risk="",
+        done="the model is that of the sensor without the instrument; both curves are shown",
+        advice="see that the input was shorted with the settings of the measurement",
+    ),
+    "floor_dominates": Entry(
+        group=_MEANING,
+        severity="warning",
+        means="the instrument makes more than half of the variance at some lags, or its record is too short for them",
+        risk="the sensor there is the small difference of two large numbers, or is bounded only",
+        done="stated; the intervals hold it, and what is not resolved is an upper limit",
+        advice="raise the gain before the instrument, or record its shorted input longer",
     ),
     "aliasing": Entry(
         group=_MEANING,

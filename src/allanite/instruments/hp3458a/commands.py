@@ -18,7 +18,6 @@ from allanite.errors import InputError, InstrumentError
 __all__ = [
     "ARM",
     "CLEAR",
-    "IDENTITY",
     "LONGEST_COUNT",
     "READING_BYTES",
     "REZERO",
@@ -57,8 +56,6 @@ CLEAR = ("TARM HOLD;TRIG HOLD", "RESET")
 REZERO = "AZERO ONCE"
 ARM = "TARM SGL,1"
 STOP = ("TARM HOLD;TRIG HOLD", "PRESET NORM;END ALWAYS")
-#: Model, firmware of the two processors, number of calibrations, text left by the calibration laboratory.
-IDENTITY = ("ID?", "REV?", "CALNUM?", "CALSTR?")
 
 #: Words of the language and the numbers that stand for them in an answer.
 WORDS: Mapping[str, Mapping[str, float]] = {
@@ -168,12 +165,16 @@ class Settings:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ReadBack:
-    """A query, the name its answer is stored under, and the numbers it must answer (None: stored only)."""
+    """A query, the name its answer is stored under, and the numbers it must answer (None: stored only).
+
+    `is_setting` False: it changes by itself.
+    """
 
     query: str
     name: str
     expected: tuple[float | None, ...] = (None,)
     tolerance: float = 1e-6
+    is_setting: bool = True
 
 
 def rounded_nplc(nplc: float) -> float:
@@ -236,7 +237,7 @@ def read_backs(settings: Settings) -> tuple[ReadBack, ...]:
         ReadBack(query="TIMER?", name="timer", expected=(settings.period,), tolerance=1e-5),
         ReadBack(query="NRDGS?", name="readings", expected=(settings.readings_per_arm, 6)),
         ReadBack(query="ISCALE?", name="scale"),
-        ReadBack(query="TEMP?", name="temperature_c"),
+        ReadBack(query="TEMP?", name="temperature_c", is_setting=False),
     )
 
 

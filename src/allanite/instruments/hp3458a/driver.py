@@ -9,14 +9,15 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 
 from allanite.errors import InputError, InstrumentError
-from allanite.instruments import Block, Identity, InstrumentTimeout
+from allanite.instruments import Block, Identity, InstrumentTimeout, host_ns
 from allanite.instruments.hp3458a import commands
 from allanite.instruments.hp3458a.commands import Settings
 from allanite.instruments.hp3458a.pace import Pace
 from allanite.instruments.hp3458a.stream import IntegerStream, LineStream, Stream
-from allanite.instruments.hp3458a.transports import Transport, open_transport
+from allanite.instruments.hp3458a.transports import Transport, device_of, open_transport
 from allanite.recording import Channel
 
 __all__ = ["HP3458A"]
@@ -31,8 +32,25 @@ QUIET = 0.1
 #: A block that took longer than its readings by so many seconds and three periods came after a silence; readings that
 #: may have queued up in it.
 LATE, LONGEST_QUEUE = 0.05, 10_000
+#: A wait is cut into such slices [s], except so close to the instant at which a reading is due [s].
+SLICE, NEAR = 0.25, 1.0
 #: Seconds of readings in one block, and their largest number.
 BLOCK, LARGEST_BLOCK = 0.1, 65536
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Heard:
+    """Bytes that came, and what is known of the time.
+
+    `at_ns`: when the last of them was there. `awaited`: the host waited for it, so that its lateness is not that of a
+    queue. `broken_off`: less came than was asked for. `silent`: it is all that came since a silence.
+    """
+
+    data: bytes
+    at_ns: int
+    awaited: bool
+    broken_off: bool
+    silent: bool = False
 
 
 class HP3458A:
@@ -57,7 +75,8 @@ class HP3458A:
     -----
     1. The meter tells no serial number. The number of its calibrations (CALNUM?) and the text that the laboratory
        left (CALSTR?) stand for it: both stay as they are for as long as nobody calibrates it.
-    2. Its temperature can only be asked while it does not measure: at the start and at each new arming.
+    2. Its temperature can only be asked while it does not measure: at the start and at each new arming. It is a fact of
+       the block that follows.
     """
 
     def __init__(
@@ -75,6 +94,7 @@ class HP3458A:
         self._connect: Callable[[], Transport] = (
             (lambda: open_transport(resource)) if isinstance(resource, str) else resource
         )
+        self._device = device_of(resource) if isinstance(resource, str) else ""
         self._asked = settings
         self._channel = Channel.of(
             name, "V", sampling="mean", aperture=_planned_aperture(settings), scale_factor=scale_factor
@@ -83,13 +103,16 @@ class HP3458A:
         self._block = min(max(round(settings.rate * block), 1), LARGEST_BLOCK)
         self._period = settings.period
         self._settings: dict[str, object] = {}
+        self._facts: dict[str, object] = {}  # for the next block
         self._scale = 0.0
         self._link: Transport | None = None
         self._pace = Pace(period_ns=self._period * 1e9, speed=speed)
         self._stream: Stream | None = None
         self._armed_at = self._heard_at = 0
+        self._origin = host_ns()
         self._running = False
-        self._out_of_step = False
+        self._interrupted = False
+        self._out_of_step = self._broken_off = False
 
     @property
     def channels(self) -> tuple[Channel, ...]:
@@ -105,6 +128,11 @@ class HP3458A:
     def settings(self) -> Mapping[str, object]:
         """Every setting by name, read back; the lines sent; aperture, period and the factor sqrt(Ts/Ta)."""
         return self._settings
+
+    @property
+    def device(self) -> str:
+        """The meter or the adapter before it."""
+        return self._device
 
     # ---- opening -------------------------------------------------------------------------------------------------
 
@@ -172,7 +200,8 @@ class HP3458A:
         problems = []
         for readback in commands.read_backs(self._asked):
             got = commands.numbers_of(readback.query, self._ask(readback.query).encode())
-            self._settings[readback.name] = got[0] if len(got) == 1 else got
+            told = self._settings if readback.is_setting else self._facts
+            told[readback.name] = got[0] if len(got) == 1 else got
             if problem := commands.refusals(readback, got):
                 problems.append(problem)
         if problems:
@@ -183,16 +212,8 @@ class HP3458A:
             "period": period,
             "aliasing_factor": commands.aliasing_factor(aperture, period),
         }
-        channel = self._channel
-        self._channel = Channel(
-            name=channel.name,
-            kind=channel.kind,
-            unit=channel.unit,
-            scale=channel.scale,
-            sampling="mean",
-            aperture=aperture,
-        )
-        self._pace.period_ns = period * 1e9
+        self._channel = replace(self._channel, sampling="mean", aperture=aperture)
+        self._pace.set_period(period * 1e9)
 
     def _number(self, name: str) -> float:
         value = self._settings[name]
@@ -210,6 +231,7 @@ class HP3458A:
             A meter that was started before has other settings now: open it again.
         """
         first = self._stream is None
+        self._interrupted = False
         self._stream = self._new_stream()
         if not first:
             self._recover()
@@ -222,36 +244,49 @@ class HP3458A:
         if self._link is None or stream is None or not self._running:
             raise InputError("3458A: read before start; call open and start first")
         remarks: list[str] = []
-        facts: dict[str, object] = {}
         if self._out_of_step:
             self._recover()
             remarks.append("settings asked back and armed again; the readings meanwhile are missing")
         elif stream.left <= 0:
-            self._rearm(f"its counter of {self._asked.readings_per_arm} readings was full", remarks, facts)
-        data, waited = self._gather(stream, timeout)
-        if not data and self._count_is_over():
-            self._rearm("it ended its count before all of it was seen", remarks, facts)
-            data, waited = self._gather(stream, timeout)
-        if not data:
+            self._rearm(f"its counter of {self._asked.readings_per_arm} readings was full", remarks)
+        heard = self._gather(stream, timeout)
+        if not heard.data and self._count_is_over():
+            self._rearm("it ended its count before all of it was seen", remarks)
+            heard = self._gather(stream, timeout)
+        self._broken_off = heard.broken_off
+        if not heard.data:
             # At a high rate the clock cannot tell what was lost meanwhile: arm anew.
             self._out_of_step = self._speed is not None and not self._pace.judges
             raise InstrumentTimeout(f"3458A: no reading within {timeout:g} s")
-        apart = (time.monotonic_ns() - self._heard_at) * 1e-9
-        silent = self._pace.judges and apart > (self._block + 3) * self._step + LATE
-        if silent:
-            data, waited = self._all_of(stream, data, waited)
-        self._heard_at = now = time.monotonic_ns()
-        decoded = stream.feed(data, self._clock(), awaited=waited > 0.3 * self._step, silent=silent)
+        self._heard_at = heard.at_ns
+        decoded = stream.feed(
+            heard.data,
+            round(heard.at_ns * (self._speed or 1.0)),
+            awaited=heard.awaited,
+            silent=heard.silent,
+        )
         # Brought to rest by the next read, so that nothing can go wrong before these samples are given.
         self._out_of_step = not decoded.in_step
+        facts, self._facts = self._facts, {}
         return Block(
             values=decoded.values[:, None],
             flags=decoded.flags,
             counter=decoded.counter,
-            received_ns=now,
+            received_ns=self._received(heard.at_ns),
             remarks=(*remarks, *decoded.remarks),
             facts=facts,
+            gap_uncertainty=decoded.uncertainty,
         )
+
+    def _received(self, at_ns: int) -> int:
+        """That time in the meter's scale; for a meter without pace by the number of its readings."""
+        if self._speed is None:
+            return self._origin + round(self._pace.count * self._period * 1e9)
+        return round(at_ns * self._speed)
+
+    def interrupt(self) -> None:
+        """A `read` that waits ends soon."""
+        self._interrupted = True
 
     def stop(self) -> None:
         """Device clear, hold, drain, and back to the state of the front panel; a lost link is no error here."""
@@ -284,28 +319,83 @@ class HP3458A:
         """Time between readings on our clock [s]."""
         return self._period / (self._speed or 1.0)
 
-    def _gather(self, stream: Stream, timeout: float) -> tuple[bytes, float]:
-        """Bytes of at most one block, and how long they took."""
-        count = min(self._block, max(stream.left, 1))
-        asked = time.monotonic()
-        data = self._linked().read_bytes(
-            count * stream.width - stream.begun % stream.width,
-            timeout + (count - 1) * self._step,
-            message=stream.message,
-        )
-        return data, time.monotonic() - asked
+    def _gather(self, stream: Stream, timeout: float) -> _Heard:
+        """Bytes of at most one block: its first reading, and the others if they follow at their pace.
 
-    def _all_of(self, stream: Stream, data: bytes, waited: float) -> tuple[bytes, float]:
+        So that what came before a silence is not taken for what came after it.
+        """
+        count = min(self._block, max(stream.left, 1))
+        wanted = count * stream.width - stream.begun % stream.width
+        if not self._pace.judges:
+            return self._heard(wanted, timeout + (count - 1) * self._step, stream)
+        first = self._heard(wanted - (count - 1) * stream.width, timeout, stream)
+        late = (first.at_ns - self._heard_at) * 1e-9 > 4 * self._step + LATE
+        if first.broken_off:
+            return first
+        if late or self._broken_off:
+            return self._all_of(stream, first)
+        if count == 1:
+            return first
+        allowed = (count + 2) * self._step + LATE
+        try:
+            rest = self._heard((count - 1) * stream.width, allowed, stream)
+        except InstrumentError:  # what has come is given; the next read says that the link is gone
+            return replace(first, broken_off=True)
+        both = replace(rest, data=first.data + rest.data)
+        stood_still = not rest.broken_off and (rest.at_ns - first.at_ns) * 1e-9 > allowed  # the host itself
+        return self._all_of(stream, both) if stood_still else both
+
+    def _heard(self, wanted: int, timeout: float, stream: Stream) -> _Heard:
+        asked = time.monotonic()
+        data = self._waited_for(wanted, timeout, stream)
+        waited, whole = time.monotonic() - asked, len(data) == wanted
+        # What came before a read ran out of time says nothing of the clock.
+        return _Heard(
+            data=data, at_ns=host_ns(), awaited=whole and waited > 0.3 * self._step, broken_off=not whole
+        )
+
+    def _waited_for(self, wanted: int, timeout: float, stream: Stream) -> bytes:
+        """So many bytes, fewer where time is up, the link is gone or somebody interrupts."""
+        deadline, data = time.monotonic() + timeout, b""
+        while True:
+            left = max(deadline - time.monotonic(), 0.0)
+            wait = min(left, self._longest_wait())
+            try:
+                data += self._linked().read_bytes(wanted - len(data), wait, message=stream.message)
+            except InstrumentError:
+                if not data:
+                    raise
+                return data  # what has come is given; the next read says that the link is gone
+            if len(data) >= wanted or wait >= left or self._interrupted:
+                return data
+
+    def _longest_wait(self) -> float:
+        """So long until somebody is heard who interrupts [s]; never across the instant at which a reading is due.
+
+        A bus that runs out of time amid a reading may lose the bytes that it has.
+        """
+        late = (host_ns() - self._heard_at) * 1e-9 - self._step
+        return min(-late - NEAR, SLICE) if late < -NEAR - QUIET else max(NEAR - late, SLICE)
+
+    def _all_of(self, stream: Stream, heard: _Heard) -> _Heard:
         """After a silence: everything that was on its way, up to a reading that had to be waited for."""
+        data, last = heard.data, heard
         for _ in range(LONGEST_QUEUE):
             begun = (stream.begun + len(data)) % stream.width
-            asked = time.monotonic()
-            more = self._linked().read_bytes(stream.width - begun, 2 * self._step, message=stream.message)
-            waited = time.monotonic() - asked
-            data += more
-            if not more or waited > 0.3 * self._step:
+            more = self._heard(stream.width - begun, 2 * self._step, stream)
+            data += more.data
+            if more.broken_off:
+                # When the last one came nobody knows unless it was waited for: the next one will tell.
+                return replace(last, data=data, silent=True, broken_off=not last.awaited)
+            last = more
+            if not more.awaited:
+                continue
+            more = self._heard(stream.width, 0.0, stream)  # a busy host is slow with a queue too
+            data += more.data
+            if more.broken_off:
                 break
-        return data, waited
+            last = more
+        return replace(last, data=data, silent=True)
 
     # ---- arming --------------------------------------------------------------------------------------------------
 
@@ -314,10 +404,11 @@ class HP3458A:
         self._stream.armed(self._asked.readings_per_arm)
         self._send(commands.ARM)
         self._armed_at = self._clock()
-        self._heard_at = time.monotonic_ns()
+        self._heard_at = host_ns()
+        self._broken_off = False
         self._running = True
 
-    def _rearm(self, why: str, remarks: list[str], facts: dict[str, object]) -> None:
+    def _rearm(self, why: str, remarks: list[str]) -> None:
         """New zero, all settings and the temperature asked back, new count. The meter is idle here."""
         left_over, _ = self._drain(min(max(3 * self._period, QUIET / 5), 1.0))
         if left_over:
@@ -325,7 +416,6 @@ class HP3458A:
         if not self._asked.autozero:
             self._send(commands.REZERO)
         self._read_back()
-        facts["temperature_c"] = self._settings["temperature_c"]
         self._resume()
         remarks.append(f"armed again, because {why}; the readings meanwhile are missing")
 
@@ -349,13 +439,13 @@ class HP3458A:
         """True when the meter must have given all readings of its count, whatever we saw of them."""
         if self._speed is None:
             return False
-        return self._clock() - self._armed_at > (self._asked.readings_per_arm + 1) * self._period * 1e9
+        return self._clock() - self._armed_at > self._pace.longest(self._asked.readings_per_arm + 1)
 
     # ---- wire ----------------------------------------------------------------------------------------------------
 
     def _clock(self) -> int:
-        """Monotonic time in the meter's scale [ns]."""
-        return round(time.monotonic_ns() * (self._speed or 1.0))
+        """Time of the host in the meter's scale [ns]; it goes on while the host sleeps."""
+        return round(host_ns() * (self._speed or 1.0))
 
     def _linked(self) -> Transport:
         if self._link is None:

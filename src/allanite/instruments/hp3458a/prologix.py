@@ -15,7 +15,7 @@ import time
 from typing import Any, Protocol
 
 from allanite.errors import InstrumentError
-from allanite.instruments.hp3458a.transports import missing_extra
+from allanite.instruments.hp3458a.transports import DEFAULT_PORT, missing_extra
 
 __all__ = ["Link", "PrologixTransport", "SerialLink", "TcpLink", "escaped"]
 
@@ -25,7 +25,6 @@ READ_TIMEOUT_MS = 300
 MARGIN = 0.25
 #: An AR488 on an Arduino starts anew when its port is opened.
 BOOT_TRIES, BOOT_WAIT = 6, 0.6
-DEFAULT_PORT = 1234
 _SPECIAL = re.compile(rb"([\r\n\x1b+])")
 
 
@@ -199,8 +198,13 @@ class PrologixTransport:
     def read_bytes(self, count: int, timeout: float, *, message: int | None) -> bytes:
         deadline = time.monotonic() + timeout
         while len(self._pending) < count:
-            if not self._fetch(deadline, message):
-                break
+            try:
+                if not self._fetch(deadline, message):
+                    break
+            except InstrumentError:
+                if not self._pending:
+                    raise
+                break  # what has come is given; the next read says that the link is gone
         return self._take(min(count, len(self._pending)))
 
     def clear(self) -> None:

@@ -8,7 +8,6 @@ each reading is due at once, and a week passes as fast as it is read.
 
 from __future__ import annotations
 
-import time
 from collections import deque
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
@@ -17,6 +16,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.instruments import host_ns
 from allanite.instruments.hp3458a.commands import OFF_ON, WORDS, rounded_nplc
 
 __all__ = ["Fault", "SimulatedIdentity", "SimulatedMeter", "counting"]
@@ -67,7 +67,7 @@ class Fault:
         Of a reading: "overload", "partial" (the line ends after five characters), "doubled", "garbage" (`data` before
         it), "lose", "lose_byte". Of the link: "silence" (for `seconds`; what is due meanwhile is lost), "delay" (it
         comes afterwards), "drop" (the link breaks, the meter comes back at power-on after `seconds`, as `identity`
-        if given). Of a query: "answer" (`data` instead of the answer).
+        if given and at other mains if `mains_hz` is given). Of a query: "answer" (`data` instead of the answer).
     count : int
         Readings lost.
     """
@@ -78,6 +78,7 @@ class Fault:
     data: bytes = b""
     count: int = 1
     identity: SimulatedIdentity | None = None
+    mains_hz: float | None = None
 
 
 def counting(index: NDArray[np.int64]) -> NDArray[np.float64]:
@@ -115,6 +116,12 @@ class SimulatedMeter:
         self._faults = sorted((f for f in faults if isinstance(f.at, int)), key=lambda f: int(f.at))
         self._on_query = {f.at: f for f in faults if isinstance(f.at, str)}
         self._silent_until = 0
+        self.power_on()
+
+    def come_back(self, fault: Fault) -> None:
+        """Switched on again after a "drop"."""
+        self.identity = fault.identity or self.identity
+        self._mains = fault.mains_hz or self._mains
         self.power_on()
 
     def power_on(self) -> None:
@@ -192,7 +199,7 @@ class SimulatedMeter:
             self._state["AZERO"] = (0,)
         elif name == "TARM" and number == 3:
             self._left, self._done = int(self._state["NRDGS"][0]), 0
-            self._origin = time.monotonic_ns()
+            self._origin = host_ns()
             self._state["TARM"] = (4,)
 
     def _preset(self) -> None:
@@ -276,7 +283,7 @@ class SimulatedMeter:
         return lost
 
     def _next(self, readings: int) -> bytes:
-        if time.monotonic_ns() < self._silent_until or self.dropped:
+        if host_ns() < self._silent_until or self.dropped:
             return b""
         if self._output:
             return self._output.popleft()
@@ -288,7 +295,7 @@ class SimulatedMeter:
     def _due(self) -> int:
         if self._speed is None or not self._left:
             return self._left
-        passed = (time.monotonic_ns() - self._origin) * 1e-9 * self._speed
+        passed = (host_ns() - self._origin) * 1e-9 * self._speed
         return min(int(passed / self._state["TIMER"][0]) - self._done, self._left)
 
     def _readings(self, n: int) -> bytes:
@@ -324,7 +331,7 @@ class SimulatedMeter:
             self._skip(min(fault.count, self._left))
             return self._next(1)
         if fault.kind in ("silence", "delay"):
-            self._silent_until = time.monotonic_ns() + round(fault.seconds * 1e9)
+            self._silent_until = host_ns() + round(fault.seconds * 1e9)
             if fault.kind == "silence" and self._speed is not None:
                 lost = fault.seconds * self._speed / self._state["TIMER"][0]
                 self._skip(min(round(lost), self._left))

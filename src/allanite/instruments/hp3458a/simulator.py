@@ -220,8 +220,7 @@ class Simulator:
         if self._listener is not None:
             self._listener.close()
         self._ends.wait(fault.seconds)
-        self.meter.identity = fault.identity or self.meter.identity
-        self.meter.power_on()
+        self.meter.come_back(fault)
         self._listen()
 
     def _serve(self, link: int) -> None:

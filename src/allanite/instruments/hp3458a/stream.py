@@ -29,7 +29,8 @@ LOST = "{} reading(s) did not come, by the clock; they may have been lost up to 
 class Decoded:
     """Samples that became certain: values [V], flags and counter of shape (n,).
 
-    `in_step` False: what follows cannot be read any more, and the meter must be armed again.
+    `in_step` False: what follows cannot be read any more, and the meter must be armed again. `uncertainty`: see
+    `allanite.instruments.Block.gap_uncertainty`.
     """
 
     values: NDArray[np.float64]
@@ -37,6 +38,7 @@ class Decoded:
     counter: NDArray[np.int64]
     remarks: tuple[str, ...] = ()
     in_step: bool = True
+    uncertainty: float | None = None
 
 
 class Stream(Protocol):
@@ -70,7 +72,7 @@ class Stream(Protocol):
 
 
 @dataclass(slots=True, kw_only=True)
-class _Numbering:
+class _Arming:
     """What both forms keep: the place on the grid, the readings owed, and whether a break lies behind."""
 
     pace: Pace
@@ -118,7 +120,7 @@ def _shares(missing: int, breaks: int) -> list[int]:
 
 
 @dataclass(slots=True, kw_only=True)
-class LineStream(_Numbering):
+class LineStream(_Arming):
     """ASCII."""
 
     width: int = 17
@@ -157,7 +159,13 @@ class LineStream(_Numbering):
         self.left -= len(values) + (0 if after_break else placed.missing)
         self._last = float(values[-1]) if len(values) else self._last
         flags, counter = self.number(values, flags, placed.missing, breaks)
-        return Decoded(values=values, flags=flags, counter=counter, remarks=tuple(remarks))
+        return Decoded(
+            values=values,
+            flags=flags,
+            counter=counter,
+            remarks=tuple(remarks),
+            uncertainty=placed.uncertainty,
+        )
 
     def _without(
         self,
@@ -182,7 +190,7 @@ class LineStream(_Numbering):
 
 
 @dataclass(slots=True, kw_only=True)
-class IntegerStream(_Numbering):
+class IntegerStream(_Arming):
     """DINT.
 
     Attributes
@@ -229,10 +237,17 @@ class IntegerStream(_Numbering):
             remarks.append((SILENT if silent else LOST).format(missing))
             flags[:1] |= 0 if silent else Flag.DOUBTFUL
         flags, counter = self.number(values, flags, missing, [])
-        return Decoded(values=values, flags=flags, counter=counter, remarks=tuple(remarks), in_step=in_step)
+        return Decoded(
+            values=values,
+            flags=flags,
+            counter=counter,
+            remarks=tuple(remarks),
+            in_step=in_step,
+            uncertainty=placed.uncertainty if placed else None,
+        )
 
     def armed(self, readings: int) -> None:
-        _Numbering.armed(self, readings)
+        _Arming.armed(self, readings)
         self._step = ByteStep()
 
     def _certain(self, stream: bytes, whole: int, wrong: int | None) -> tuple[int, bool]:

@@ -10,14 +10,17 @@ from __future__ import annotations
 
 import re
 import time
+from pathlib import Path
 from typing import Any, Protocol
 
 from allanite.errors import InputError, InstrumentError
 
-__all__ = ["Transport", "VisaTransport", "missing_extra", "open_transport"]
+__all__ = ["DEFAULT_PORT", "Transport", "VisaTransport", "device_of", "missing_extra", "open_transport"]
 
 _PROLOGIX = re.compile(r"prologix://(?P<where>.+)/(?P<address>\d{1,2})", re.IGNORECASE)
-_SOCKET = re.compile(r"TCPIP\d*::.+::\d+::SOCKET", re.IGNORECASE)
+_SOCKET = re.compile(r"TCPIP\d*::(?P<host>.+)::(?P<port>\d+)::SOCKET", re.IGNORECASE)
+#: Port of an adapter in the network.
+DEFAULT_PORT = 1234
 #: Device clear where there is no bus: meters with a serial port take Ctrl-C for it, and so do gateways to a socket.
 CTRL_C = b"\x03"
 #: A cleared socket is empty when nothing came for so long [s]; emptying it ends after this time in any case.
@@ -36,7 +39,7 @@ class Transport(Protocol):
         ...
 
     def read_bytes(self, count: int, timeout: float, *, message: int | None) -> bytes:
-        """At most `count` bytes, fewer where no more came.
+        """At most `count` bytes, fewer where no more came; a lost link is said when nothing is left to give.
 
         `message`: bytes of each message of the meter; None where each ends with a line feed.
         """
@@ -74,24 +77,59 @@ def open_transport(resource: str, *, connect_timeout: float = 5.0) -> Transport:
     InstrumentError
         Nothing answers there, or the extra `instruments` is not installed.
     """
-    if resource.lower().startswith("prologix:"):
+    _refuse_unfit(resource)
+    if found := _PROLOGIX.fullmatch(resource):
         from allanite.instruments.hp3458a.prologix import PrologixTransport, SerialLink, TcpLink
 
-        found = _PROLOGIX.fullmatch(resource)
-        if not found or int(found["address"]) > 30:
-            raise InputError(
-                f"resource {resource!r}: write prologix://host:port/22 or prologix:///dev/ttyUSB0/22, "
-                "where the last number is the GPIB address, 0 to 30"
-            )
         where = found["where"]
         link = SerialLink(where) if where.startswith("/") else TcpLink(where, connect_timeout)
         return PrologixTransport(link, int(found["address"]))
-    if "::" not in resource:
+    return VisaTransport(resource, connect_timeout=connect_timeout)
+
+
+def _refuse_unfit(resource: str) -> None:
+    """Raise if the text is no resource: to be found before anything is opened."""
+    found = _PROLOGIX.fullmatch(resource)
+    if resource.lower().startswith("prologix:") and (not found or int(found["address"]) > 30):
+        raise InputError(
+            f"resource {resource!r}: write prologix://host:port/22 or prologix:///dev/ttyUSB0/22, "
+            "where the last number is the GPIB address, 0 to 30"
+        )
+    if not found and "::" not in resource:
         raise InputError(
             f"resource {resource!r} is neither a VISA resource (GPIB0::22::INSTR, TCPIP::host::port::SOCKET) "
             "nor a prologix:// address"
         )
-    return VisaTransport(resource, connect_timeout=connect_timeout)
+
+
+def device_of(resource: str) -> str:
+    """What two programs must not use at a time, whatever way the resource is written.
+
+    An adapter is one device, however many instruments are behind it: it talks to one address at a time. Names of a host
+    are not looked up.
+
+    Raises
+    ------
+    InputError
+        The text is no resource.
+
+    Examples
+    --------
+    >>> device_of("prologix://Lab-7/22"), device_of("TCPIP0::lab-7::1234::SOCKET"), device_of("gpib::22::instr")
+    ('tcp://lab-7:1234', 'tcp://lab-7:1234', 'GPIB0::22::INSTR')
+    """
+    _refuse_unfit(resource)
+    if found := _PROLOGIX.fullmatch(resource):
+        where = found["where"]
+        if where.startswith("/"):
+            return str(Path(where).resolve())
+        host, _, port = where.partition(":")
+        return f"tcp://{host.lower()}:{port or DEFAULT_PORT}"
+    if found := _SOCKET.fullmatch(resource):
+        return f"tcp://{found['host'].lower()}:{found['port']}"
+    kind, *rest = resource.upper().split("::")
+    board = kind if kind[-1:].isdigit() else f"{kind}0"
+    return "::".join([board, *rest, *([] if rest and rest[-1] in ("INSTR", "SOCKET") else ["INSTR"])])
 
 
 class VisaTransport:
@@ -154,7 +192,12 @@ class VisaTransport:
             left = deadline - time.monotonic()
             if left <= 0 and out:
                 break
-            part = self._read(count - len(out), max(left, 0.001))
+            try:
+                part = self._read(count - len(out), max(left, 0.001))
+            except InstrumentError:
+                if not out:
+                    raise
+                break  # what has come is given; the next read says that the link is gone
             if not part:
                 break
             out += part

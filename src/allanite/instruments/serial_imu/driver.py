@@ -31,6 +31,8 @@ __all__ = ["SerialImu"]
 JITTER = 0.05
 #: The port is emptied that often [s]: a kernel keeps 4096 bytes, 36 ms at a million baud.
 _POLL = 0.01
+#: A wait for the first sample is cut into such slices, so that somebody who interrupts is heard [s].
+_SLICE = 0.25
 #: Half a frame that stays half for so many intervals of a sample, and at least so long [s], is given up.
 _PATIENCE = (20, 0.5)
 #: With so many bytes at once there are more: no waiting [bytes].
@@ -80,7 +82,8 @@ class SerialImu:
         self._framer = Framer(self.description)
         self._told = Tally()
         self._channels = self.description.channels
-        self._clock = HostClock(self.description)
+        self._clock = NumbersByClock(self.description)
+        self._interrupted = False
 
     @property
     def channels(self) -> tuple[Channel, ...]:
@@ -97,6 +100,12 @@ class SerialImu:
         """Port and description: all that decides how bytes became numbers."""
         told = self.description.model_dump(mode="json", by_alias=True, exclude_defaults=True)
         return {"port": self._name, "line": self.description.port.model_dump(), "description": told}
+
+    @property
+    def device(self) -> str:
+        """The port, whatever the links are called that lead to it."""
+        path = os.path.realpath(self._name)
+        return path if os.path.exists(path) else self._name  # noqa: PTH110
 
     @property
     def tally(self) -> Tally:
@@ -130,6 +139,7 @@ class SerialImu:
 
     def start(self) -> None:
         """Send what makes the device begin; one that always sends needs nothing."""
+        self._interrupted = False
         for text in self.description.start:
             self._opened().write(text.payload)
 
@@ -148,9 +158,14 @@ class SerialImu:
         parts: list[Samples] = []
         heard, until = 0, deadline
         while not parts or time.monotonic() < until:
-            arrived = self._opened().read(
-                max(min(until - time.monotonic(), _POLL if parts else timeout), 0.0)
-            )
+            try:
+                arrived = self._opened().read(
+                    max(min(until - time.monotonic(), _POLL if parts else _SLICE), 0.0)
+                )
+            except InstrumentError:
+                if not parts:
+                    raise
+                break  # what has come is given; the next read says that the port is gone
             now = host_ns()
             heard += len(arrived)
             self._give_up_halves(bool(arrived), now)
@@ -160,11 +175,15 @@ class SerialImu:
                 if not parts:
                     until = min(time.monotonic() + self._gather, max(deadline, time.monotonic()))
                 parts.append(samples)
-            elif not parts and time.monotonic() >= deadline:
+            elif not parts and (self._interrupted or time.monotonic() >= deadline):
                 self._refuse(timeout, heard)
             if parts and len(arrived) < _PLENTY:  # let bytes gather: one wake-up each few milliseconds
                 time.sleep(max(min(until - time.monotonic(), _POLL), 0.0))
         return self._block(_joined(parts), received)
+
+    def interrupt(self) -> None:
+        """A `read` that waits ends soon."""
+        self._interrupted = True
 
     def stop(self) -> None:
         """Send what makes the device end; a port that is gone gives no error."""
@@ -256,7 +275,7 @@ def _joined(parts: list[Samples]) -> Samples:
     )
 
 
-class HostClock:
+class NumbersByClock:
     """Numbers of samples where the counter leaves them open: nearest to what the clock of the host says.
 
     A counter is trusted where it goes on, and in small gaps. A far jump is as large as the clock says, put right by

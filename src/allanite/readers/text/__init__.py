@@ -25,6 +25,8 @@ from allanite.readers.text.streams import TextStream, head_lines, is_text, opene
 from allanite.recording import ArrayColumn, Column
 from allanite.units import Quantity, parse_unit
 
+__all__ = ["NAME", "OPTIONS", "TextStream", "read", "read_stream", "sniff"]
+
 NAME: Final = "text"
 OPTIONS: Final = frozenset({"delimiter", "decimal", "variable"})
 
@@ -46,7 +48,11 @@ def read(path: Path, options: Options) -> Table:
     LimitError
         A line of more than a megabyte, more than 4096 columns, or a decompression bomb.
     """
-    stream = opened(path)
+    return read_stream(opened(path), path, options)
+
+
+def read_stream(stream: TextStream, path: Path, options: Options) -> Table:
+    """Read a text that was opened, and close it; `path` is the file it comes from."""
     with stream.file:
         lines, others = head_lines(stream, path.name), other_lines(stream)
         dialect = detect(

@@ -66,7 +66,7 @@ class Cells:
         self.keep = keep  # (column, value): only these rows are samples
         self.kinds = list(dialect.kinds)
         self.used = [i for i, k in enumerate(self.kinds) if k not in ("x", "e")]
-        self.growing = [GrowingColumn() for _ in self.used]
+        self.growing = [GrowingColumn(beside=len(self.used)) for _ in self.used]
         self.rows = self.missing = self.overload = self.ragged = 0
         self.ragged_rows: list[int] = []
         self.ragged_counts: set[int] = set()

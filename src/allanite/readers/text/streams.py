@@ -16,6 +16,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import IO, Any
 
+import numpy as np
+
 from allanite.errors import FormatError, LimitError
 from allanite.readers.spool import refuse_bomb, to_file
 
@@ -23,7 +25,7 @@ __all__ = ["TextStream", "head_lines", "is_text", "opened", "other_lines", "piec
 
 _HEAD = 1 << 18
 _SAMPLE = 1 << 15
-_PIECE = 8 << 20
+_PIECE = 16 << 20
 _LONGEST_LINE = 1 << 20
 _PACKED = {b"\x1f\x8b": "gzip", b"\xfd7zXZ\x00": "xz", b"BZh": "bzip2"}
 _MARKS = {codecs.BOM_UTF8: "utf-8", codecs.BOM_UTF16_LE: "utf-16-le", codecs.BOM_UTF16_BE: "utf-16-be"}
@@ -202,10 +204,12 @@ def pieces(stream: TextStream, skip: int, name: str) -> Iterator[tuple[bytes, in
         if nuls:
             stream.nul_bytes += nuls
             block = block.replace(b"\x00", b"")
-        block = carry + block
-        end = end or (b"\n" if b"\n" in block else b"\r")
+        end = end or (b"\n" if b"\n" in carry or b"\n" in block else b"\r")
         cut = _end_of_lines(block, end)
-        piece, carry = block[:cut], block[cut:]
+        if cut == 0:  # in the middle of a line, or among blank ones: what was carried over belongs to it
+            carry, block = b"", carry + block
+            cut = _end_of_lines(block, end)
+        piece, carry = b"".join((carry, memoryview(block)[:cut])), block[cut:]
         if len(carry) > _LONGEST_LINE and end not in carry[:_LONGEST_LINE]:
             raise _too_long(name, line + piece.count(end))
         while to_skip and piece:
@@ -216,7 +220,7 @@ def pieces(stream: TextStream, skip: int, name: str) -> Iterator[tuple[bytes, in
                 piece = piece.replace(b"\r", b"\n")
             _refuse_long_lines(piece, line, name)
             yield piece, line
-            line += piece.count(b"\n")
+            line += int(np.count_nonzero(np.frombuffer(piece, dtype=np.uint8) == 0x0A))  # faster than count
     if carry.strip(b"\r\n \t\x1a"):
         stream.unterminated = True
 

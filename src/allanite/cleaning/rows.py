@@ -1,0 +1,343 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Repairs of rows: values logged more than once, rows written twice, two sensors in one column.
+
+Such rows took no time of their own, or belong to another sensor. Left as gaps they would break the record up into
+single samples; they give up their place instead, and the rate becomes that of the values. No value moves relative to
+those beside it, and none is made.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.cleaning.step import noted, surveys
+from allanite.columns import Column, Spliced
+from allanite.errors import DataQualityError, InputError
+from allanite.health.finding import percent, plural
+from allanite.health.repeats import alternation, hold_factor
+from allanite.health.survey import Survey
+from allanite.health.values import every
+from allanite.recording import BLOCK, Channel, Recording
+
+__all__ = ["drop_duplicate_rows", "drop_repeats", "split_interleaved"]
+
+Samples = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+#: Share of rows that may be equal to the one before by the step of the values, and be dropped for it.
+BY_CHANCE = 1e-3
+#: Of the changes of a value that is held k times, those that come every k rows.
+STEADY = 0.98
+
+
+@dataclass(frozen=True, slots=True)
+class Thinned:
+    """Every `step`-th sample of a column, from `first` on."""
+
+    of: Column
+    first: int
+    step: int
+    length: int
+
+    @property
+    def origin(self) -> float:
+        return self.of.origin
+
+    @property
+    def dtype(self) -> np.dtype[Any]:
+        return self.of.dtype
+
+    def __len__(self) -> int:
+        return self.length
+
+    def read(self, start: int, stop: int) -> Samples:
+        stop = min(stop, self.length)
+        if stop <= start:
+            return np.zeros(0)
+        return self.of.read(self.first + start * self.step, self.first + (stop - 1) * self.step + 1)[
+            :: self.step
+        ]
+
+
+@dataclass(frozen=True, slots=True)
+class Picked:
+    """The samples of a column at these positions, in ascending order."""
+
+    of: Column
+    rows: Index
+
+    @property
+    def origin(self) -> float:
+        return self.of.origin
+
+    @property
+    def dtype(self) -> np.dtype[Any]:
+        return self.of.dtype
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+    def read(self, start: int, stop: int) -> Samples:
+        rows = self.rows[start:stop]
+        if len(rows) == 0:
+            return np.zeros(0)
+        part: Samples = self.of.read(int(rows[0]), int(rows[-1]) + 1)[rows - rows[0]]
+        return part
+
+
+# -- values that are held ---------------------------------------------------------------------------------
+
+
+def drop_repeats(recording: Recording) -> Recording:
+    """One row of each held value, at the rate of the values.
+
+    Where every value stands k times, one row in k is kept. Where they repeat now and then, rows that equal the one
+    before in every channel are dropped, and the values that are left stand evenly in each stretch between gaps.
+
+    Raises
+    ------
+    InputError
+        Channels that are held differently: they have no common rate.
+    DataQualityError
+        Values so coarse that equal neighbours may be readings.
+    """
+    found = [s for s in surveys(recording) if not s.constant and not s.channel.kind.integrated]
+    factors = {s.name: hold_factor(s) for s in found}
+    held = set(factors.values())
+    if held <= {1}:
+        return _drop_uneven(recording, found)
+    if len(held) > 1:
+        said = ", ".join(f"{name} {k} times" if k > 1 else f"{name} not" for name, k in factors.items())
+        raise InputError(
+            f"the channels are not held alike ({said}): they have no common rate; repair those of one rate at a time "
+            "(channels=, --channels)"
+        )
+    return _every_kth(recording, held.pop())
+
+
+def _every_kth(recording: Recording, k: int) -> Recording:
+    name = next(c.name for c in recording.channels if c.kind.noise_bearing)
+    changes = np.zeros(k, dtype=np.int64)
+    for start in range(0, recording.n_samples, BLOCK):
+        values = recording.raw(name, max(start - 1, 0), start + BLOCK)
+        at = np.flatnonzero(np.diff(values) != 0.0) + max(start - 1, 0) + 1
+        changes += np.bincount(at % k, minlength=k)
+    phase = int(np.argmax(changes))
+    if changes[phase] < STEADY * changes.sum():
+        raise DataQualityError(
+            f"{name}: values stand {k} times, but change of place in the course of the record (rows were lost, or the "
+            "ratio of the rates is no whole number): split the record where they do (--from, --to)"
+        )
+    length = (recording.n_samples - phase + k - 1) // k
+    out = replace(
+        recording,
+        columns=tuple(Thinned(c, phase, k, length) for c in recording.columns),
+        rate=recording.rate / k,
+        start=None if recording.start is None else recording.start + round(phase * 1e9 / recording.rate),
+    )
+    dropped = dict.fromkeys((c.name for c in recording.channels), recording.n_samples - length)
+    why = f"every value stood {k} times: {recording.rate:.9g} Hz became {out.rate:.9g} Hz"
+    return noted(_without_jitter(out), "drop_repeats", why, dropped, rate_before=recording.rate, first=phase)
+
+
+def _drop_uneven(recording: Recording, found: list[Survey]) -> Recording:
+    equal = _equal_rows(recording)
+    count = int(equal.sum())
+    if count == 0:
+        return noted(recording, "drop_repeats", "no row repeats the one before", {})
+    _refuse_coarse("drop_repeats", found, count / max(recording.n_samples, 1))
+    missing = _missing_rows(recording)
+    fresh = np.flatnonzero(~equal & ~missing)
+    edges = np.flatnonzero(np.diff(np.cumsum(missing)[fresh]) > 0) + 1  # a gap lies before these
+    stretches = np.split(fresh, edges)
+    rows = sum(int(part[-1] - part[0]) for part in stretches)
+    steps = sum(len(part) - 1 for part in stretches)
+    if steps < 1 or rows < 1:
+        raise DataQualityError("drop_repeats: no two values are left side by side")
+    ratio = steps / rows  # values per row
+    source = np.concatenate([[0], np.cumsum([len(part) for part in stretches])])
+    grid, last = [], 0
+    for part in stretches:
+        at = max(round((int(part[0]) - int(fresh[0])) * ratio), last)
+        grid.append(at)
+        last = at + len(part) + 1  # at least one place is missing in a gap
+    length = grid[-1] + len(stretches[-1])
+    out = replace(
+        recording,
+        columns=tuple(
+            Spliced(Picked(c, fresh), source.astype(np.int64), np.array(grid, dtype=np.int64), length)
+            for c in recording.columns
+        ),
+        rate=recording.rate * ratio,
+        start=None
+        if recording.start is None
+        else recording.start + round(int(fresh[0]) * 1e9 / recording.rate),
+    )
+    dropped = dict.fromkeys((c.name for c in recording.channels), count)
+    why = (
+        f"{plural(count, 'row')} repeated the one before ({percent(count / recording.n_samples)}): "
+        f"{recording.rate:.9g} Hz became {out.rate:.6g} Hz, known to {percent(2.0 / math.sqrt(3.0) / rows)}"
+    )
+    return noted(_without_jitter(out), "drop_repeats", why, dropped, rate_before=recording.rate)
+
+
+def _without_jitter(recording: Recording) -> Recording:
+    """The notes without facts of the stamps that the new rate has outdated."""
+    base = recording.notes.get("timebase")
+    if not isinstance(base, dict):
+        return recording
+    kept = {
+        k: v
+        for k, v in base.items()
+        if k not in ("median_rate", "jitter_rms_s", "resolution_s", "rate_nominal")
+    }
+    return replace(recording, notes={**recording.notes, "timebase": kept})
+
+
+def _equal_rows(recording: Recording) -> NDArray[np.bool_]:
+    """Rows whose values equal those of the row before in every channel that bears noise, shape (n_samples,)."""
+    equal = np.zeros(recording.n_samples, dtype=np.bool_)
+    equal[1:] = True
+    for channel in recording.channels:
+        if not channel.kind.noise_bearing:
+            continue
+        for start in range(0, recording.n_samples, BLOCK):
+            values = recording.raw(channel.name, max(start - 1, 0), start + BLOCK)
+            low = max(start, 1)
+            equal[low : low + len(values) - 1] &= np.diff(values) == 0.0
+    return equal
+
+
+def _missing_rows(recording: Recording) -> NDArray[np.bool_]:
+    """Rows without any value."""
+    missing = np.ones(recording.n_samples, dtype=np.bool_)
+    for channel in recording.channels:
+        if channel.kind.noise_bearing:
+            for start in range(0, recording.n_samples, BLOCK):
+                values = recording.raw(channel.name, start, start + BLOCK)
+                missing[start : start + len(values)] &= np.isnan(values)
+    return missing
+
+
+def _refuse_coarse(repair: str, found: list[Survey], share: float) -> None:
+    """Equal neighbours are readings where the step of the values makes them often enough."""
+    chance = 1.0
+    for s in found:  # of two Gaussian values on the same step
+        chance *= min(s.lattice.step / (math.sqrt(4.0 * math.pi) * s.sigma), 1.0) if s.sigma > 0 else 1.0
+    if chance > BY_CHANCE and chance > 0.02 * share:
+        raise DataQualityError(
+            f"{repair}: the values come in such coarse steps that {percent(chance)} of the rows equal the one before "
+            f"by chance, and {percent(share)} do: readings cannot be told from repeats. Take all channels together, or "
+            "keep the record as it is"
+        )
+
+
+# -- rows that stand twice --------------------------------------------------------------------------------
+
+
+def drop_duplicate_rows(recording: Recording) -> Recording:
+    """Rows that were written twice, stamp and values, once; the rate stays that of the stamps.
+
+    Raises
+    ------
+    DataQualityError
+        Stamps that step back, or more equal rows than equal stamps: which rows stand twice cannot be told.
+    """
+    base = recording.notes.get("timebase")
+    base = base if isinstance(base, dict) else {}
+    doubles, backward = int(base.get("duplicates") or 0), int(base.get("backward") or 0)
+    if backward:
+        raise DataQualityError(
+            f"drop_duplicate_rows: the stamps step back {plural(backward, 'time')}, so rows are out of order: sort the "
+            "log by its stamps, or give its rate (--rate), which sets them aside"
+        )
+    equal = _equal_rows(recording)
+    count = int(equal.sum())
+    if doubles == 0 or count == 0:
+        return noted(recording, "drop_duplicate_rows", "no row stands twice", {})
+    if count > doubles:
+        raise DataQualityError(
+            f"drop_duplicate_rows: {plural(count, 'row')} equal the one before, but only {plural(doubles, 'stamp')} "
+            "do: which rows stand twice cannot be told; see held_samples"
+        )
+    found = [s for s in surveys(recording) if not s.constant]
+    _refuse_coarse("drop_duplicate_rows", found, count / recording.n_samples)
+    kept = np.flatnonzero(~equal)
+    left = {**base, "duplicates": doubles - count}
+    if doubles == count:
+        left["duplicate_rows"] = []
+    out = replace(
+        recording,
+        columns=tuple(Picked(c, kept) for c in recording.columns),
+        notes={**recording.notes, "timebase": left},
+    )
+    dropped = dict.fromkeys((c.name for c in recording.channels), count)
+    why = f"{plural(count, 'row')} stood twice, stamp and values"
+    return noted(out, "drop_duplicate_rows", why, dropped)
+
+
+# -- two sensors in one column ----------------------------------------------------------------------------
+
+
+def split_interleaved(recording: Recording) -> Recording:
+    """Sensors that share the rows of a log as channels of their own, at their own rate.
+
+    Rows that alternate in level or noise with a period of 2 to 4 become so many channels NAME_1, NAME_2, ...; channels
+    with a value in every k-th row only keep these rows.
+
+    Raises
+    ------
+    InputError
+        Channels that alternate differently.
+    DataQualityError
+        Nothing alternates.
+    """
+    found = surveys(recording)
+    sparse = {s.name: every(s) or 1 for s in found}
+    if len(set(sparse.values())) == 1 and max(sparse.values(), default=1) > 1:
+        return _sparse(recording, next(iter(sparse.values())))
+    periods = {s.name: (a.period if (a := alternation(s)) else 1) for s in found}
+    if set(periods.values()) <= {1} and max(sparse.values(), default=1) == 1:
+        raise DataQualityError("split_interleaved: no channel alternates from row to row")
+    said = {name: max(periods[name], sparse[name]) for name in periods}
+    if len(set(said.values())) != 1:
+        words = ", ".join(f"{name} every {k} rows" for name, k in said.items())
+        raise InputError(
+            f"split_interleaved: the channels do not alternate alike ({words}); split those of one kind at a time "
+            "(channels=, --channels)"
+        )
+    return _alternating(recording, next(iter(said.values())))
+
+
+def _alternating(recording: Recording, k: int) -> Recording:
+    length = recording.n_samples // k
+    channels: list[Channel] = []
+    columns: list[Column] = []
+    for channel, column in zip(recording.channels, recording.columns, strict=True):
+        parts = range(k) if channel.kind.noise_bearing else range(1)
+        for i in parts:
+            name = f"{channel.name}_{i + 1}" if channel.kind.noise_bearing else channel.name
+            channels.append(replace(channel, name=name))
+            columns.append(Thinned(column, i, k, length))
+    why = f"rows alternated with period {k}: {recording.rate:.9g} Hz became {recording.rate / k:.9g} Hz each"
+    out = replace(recording, channels=tuple(channels), columns=tuple(columns), rate=recording.rate / k)
+    return noted(_without_jitter(out), "split_interleaved", why, {}, rate_before=recording.rate)
+
+
+def _sparse(recording: Recording, k: int) -> Recording:
+    length = recording.n_samples // k
+    columns = []
+    for channel, column in zip(recording.channels, recording.columns, strict=True):
+        phase = 0
+        if channel.kind.noise_bearing:
+            there = np.flatnonzero(np.isfinite(column.read(0, min(BLOCK, len(column)))))
+            phase = int(np.argmax(np.bincount(there % k, minlength=k)))
+        columns.append(Thinned(column, phase, k, length))
+    why = f"values came every {k} rows: {recording.rate:.9g} Hz became {recording.rate / k:.9g} Hz"
+    out = replace(recording, columns=tuple(columns), rate=recording.rate / k)
+    return noted(_without_jitter(out), "split_interleaved", why, {}, rate_before=recording.rate)

@@ -1,0 +1,65 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Parameters of ArduPilot's EKF3 (discrete at its target period, 12 ms), in the form of a parameter file.
+
+The discretisation (`allanite.exporters.imu.autopilot`) is that of CovariancePrediction in
+libraries/AP_NavEKF3/AP_NavEKF3_core.cpp: a delta angle has the variance sq(dt EK3_GYRO_P_NSE), and the bias of a
+delta angle gets sq(sq(dt) EK3_GBIAS_P_NSE) in each step; likewise delta velocities. dt is the mean of the delta-angle
+and delta-velocity times, which are collected to EKF_TARGET_DT = 12 ms, or to the period of the main loop where that
+is longer.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Unpack
+
+from allanite.exporters.imu import ACCELEROMETER, GYROSCOPE, NoiseOptions
+from allanite.exporters.imu.autopilot import autopilot_lines
+
+__all__ = ["FILE_NAME", "NAME", "SUMMARY", "TAKES", "TERMS", "write"]
+
+NAME = "ardupilot"
+FILE_NAME = "ardupilot_ek3.param"
+SUMMARY = "ArduPilot EKF3: EK3_GYRO_P_NSE, EK3_ACC_P_NSE and their biases, as lower bounds in comments"
+TAKES = "study"
+TERMS = ("N", "K")
+
+_KEYS = {
+    GYROSCOPE: ("EK3_GYRO_P_NSE", "EK3_GBIAS_P_NSE"),
+    ACCELEROMETER: ("EK3_ACC_P_NSE", "EK3_ABIAS_P_NSE"),
+}
+
+
+def write(
+    document: Mapping[str, Any], *, filter_rate: float = 1 / 0.012, **options: Unpack[NoiseOptions]
+) -> str:
+    """The text of a parameter file, its parameters as comments.
+
+    Parameters
+    ----------
+    document : dict
+        A study document.
+    filter_rate : float [Hz]
+        Predictions per second: the lower one of 83.3 Hz and the rate of the main loop.
+    **options
+        `NoiseOptions`.
+
+    Raises
+    ------
+    InputError
+        A rate that is none, or what `white_and_walk` refuses.
+    """
+    lines = autopilot_lines(
+        document,
+        name="ArduPilot EKF3",
+        file=FILE_NAME,
+        keys=_KEYS,
+        line="{key},{value}",
+        rate=filter_rate,
+        read=(
+            "read in AP_NavEKF3_core.cpp, CovariancePrediction: sq(dt GYRO_P_NSE) of delta angle and",
+            "sq(sq(dt) GBIAS_P_NSE) of its bias a step; EKF_TARGET_DT is 12 ms, longer with a main loop below 83 Hz",
+        ),
+        options=options,
+    )
+    return "\n".join(lines) + "\n"

@@ -1,0 +1,415 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A Kalman filter as a C++ header for a microcontroller: constants, gain and filter, on allanite/kalman.hpp.
+
+The filter estimates the bias of one axis while the sensor is at rest, and predicts it while it moves:
+
+    y = h s + v,  s' = F s + w,  bias = r s.
+
+Its states are those of the noise model, exactly discretised. Flicker is a sum of Gauss-Markov states, correlation
+times a factor 10 apart, over the band from one sample to the horizon; or one state of a given correlation time
+("single"). What starts unknown and what walks cannot be told apart, so the random walk (that of K and the slow end of
+flicker in one) carries the turn-on bias too: one state less, and no constant whose share cancels against the walk's.
+A model without a walk has the bias as a constant state.
+
+The bias starts unknown, exactly: the first sample sets the state to ``start_gain * y`` with ``start_covariance``. Both
+are what a prior variance without limit tends to, so there is no large number to choose.
+
+The filter itself, ``bias_filter.hpp`` in this folder, is written behind the constants: the header needs nothing but the
+headers in kernels/include. Every axis may have its own, in its own namespace.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite import __version__
+from allanite.errors import InputError
+from allanite.exporters.bounds import bound_comments, refuse_terms
+from allanite.noise import NoiseModel, StateSpace
+
+__all__ = ["FILE_NAME", "NAME", "SUMMARY", "TAKES", "write"]
+
+NAME = "cpp"
+FILE_NAME = "model.hpp"
+SUMMARY = (
+    "C++ header on allanite/kalman.hpp: a bias filter with its constants and its steady gain, for firmware"
+)
+TAKES = "study"
+
+Json = Mapping[str, Any]
+Array = NDArray[np.float64]
+
+#: Over which flicker is held where nothing says how long the record was [s].
+_HORIZON = 3600.0
+_UNITS = {"rate": "rad/s", "angle": "rad/s", "acceleration": "m/s^2", "velocity": "m/s^2", "voltage": "V"}
+_DIGITS = {"float": 9, "double": 17}
+
+
+def write(
+    document: Json,
+    *,
+    channel: str | None = None,
+    filter_rate: float | None = None,
+    flicker: str = "sum",
+    correlation_time: float | None = None,
+    horizon: float | None = None,
+    family: str | None = None,
+    sampling: str | None = None,
+    scalar: str = "float",
+    namespace: str = "sensor",
+) -> str:
+    """The text of model.hpp.
+
+    Parameters
+    ----------
+    document : dict
+        A study document.
+    channel : str, optional
+        By default the only one, or the worst axis among the gyros (without one: the accelerometers, the others): that
+        with the largest Allan deviation on average over octaves up to the horizon.
+    filter_rate : float, optional [Hz]
+        Samples per second that the filter is fed with; that of the study by default. A slower filter is to be fed with
+        means over its interval.
+    flicker : "sum" or "single"
+    correlation_time : float, optional [s]
+        Of the single state.
+    horizon : float, optional [s]
+        Over which flicker must hold: the length of the study's record by default.
+    family : str, optional
+        Which model, where the record could not decide: "flicker" or "gauss-markov"; the first by default.
+    sampling : "mean" or "point", optional
+        What a sample is; that of the study's channel by default, and "mean" for a slower filter.
+    scalar : "float" or "double"
+    namespace : str
+        Of the constants, in C++.
+
+    Raises
+    ------
+    InputError
+        No channel with a model, no such channel or family, no white noise, an option that makes no sense, or one that
+        would make less of a bound.
+    """
+    if scalar not in _DIGITS:
+        raise InputError(f"scalar must be 'float' or 'double', not {scalar!r}")
+    if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", namespace):
+        raise InputError(f"{namespace!r} is not the name of a C++ namespace")
+    recording = document["recording"]
+    rate = _positive(recording["rate"] if filter_rate is None else filter_rate, "filter_rate")
+    span = _positive(recording.get("duration", _HORIZON) if horizon is None else horizon, "horizon")
+    axis = _axis(document, channel, 1 / rate, span)
+    if flicker == "single":
+        refuse_terms(axis["name"], axis["models"], ("Q", "N", "K", "R"))
+    model = _with_flicker(_model(axis, family), flicker, correlation_time)
+    kind = _sampling(document, axis["name"], sampling, rate)
+    made = _discrete(model, 1 / rate, kind, span)
+    choices = [_why(document, axis, channel), *_choices(document, axis, model, made, rate, span, kind)]
+    head = [f"// {line}" for line in choices]
+    return "\n".join([*head, *_constants(made, scalar, namespace, rate, _unit(axis))]) + "\n"
+
+
+# -- what is exported ------------------------------------------------------------------------------------------
+
+
+def _positive(value: Any, name: str) -> float:
+    if (
+        isinstance(value, bool)
+        or not isinstance(value, (int, float))
+        or not (math.isfinite(value) and value > 0)
+    ):
+        raise InputError(f"{name} must be a positive number, not {value!r}")
+    return float(value)
+
+
+def _axis(document: Json, wanted: str | None, dt: float, span: float) -> Json:
+    """The channel that is meant."""
+    able = [c for c in document["channels"] if c["models"]]
+    if wanted is not None:
+        for c in able:
+            if c["name"] == wanted:
+                return c  # type: ignore[no-any-return]
+        names = ", ".join(c["name"] for c in able) or "none"
+        raise InputError(f"no channel {wanted!r} with a noise model; there are: {names}")
+    groups = (("rate", "angle"), ("acceleration", "velocity"))
+    kinds = next((g for g in groups if any(c["kind"] in g for c in able)), None)
+    among = [c for c in able if kinds is None or c["kind"] in kinds]
+    if not among:
+        raise InputError("the study holds no noise model: record longer, or look at its findings")
+    taus = dt * 2.0 ** np.arange(max(1, math.floor(math.log2(max(span / dt, 2.0)))))
+
+    def size(c: Json) -> float:
+        with np.errstate(divide="ignore"):
+            return float(np.log(NoiseModel.from_json(c["models"][0]).avar(taus)).mean())
+
+    return max(among, key=size)
+
+
+def _model(axis: Json, family: str | None) -> NoiseModel:
+    models = [NoiseModel.from_json(m) for m in axis["models"]]
+    if family is None:
+        return models[0]
+    for model in models:
+        if model.family == family:
+            return model
+    there = ", ".join(m.family or "one without a family" for m in models)
+    raise InputError(f"channel {axis['name']!r} has no model of the family {family!r}; there are: {there}")
+
+
+def _with_flicker(model: NoiseModel, flicker: Any, time: float | None) -> NoiseModel:
+    from allanite.kalman.channel import with_flicker
+
+    if flicker == "single" and model.term("flicker") is None:
+        raise InputError("flicker='single' makes one state of flicker, and the model holds none")
+    return with_flicker(model, flicker, time)
+
+
+def _sampling(document: Json, name: str, wanted: str | None, rate: float) -> str:
+    if wanted is not None:
+        if wanted not in ("mean", "point"):
+            raise InputError(f"sampling must be 'mean' or 'point', not {wanted!r}")
+        return wanted
+    channels = document["recording"].get("channels", ())
+    own = next(
+        (c["sampling"] for c in channels if c["name"] == name and c["kind"] not in ("angle", "velocity")),
+        "mean",
+    )
+    return "mean" if rate < document["recording"]["rate"] * (1 - 1e-9) else str(own)
+
+
+def _unit(axis: Json) -> str:
+    return _UNITS.get(axis["kind"], _plain(axis["unit"]) or "the channel's own unit")
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Filter:
+    """A model that is ready to start: its states, and the unknown bias as one direction of them."""
+
+    space: StateSpace
+    start_gain: Array
+    start_covariance: Array
+    steady_gain: Array | None
+    steady_sd: float
+
+
+def _discrete(model: NoiseModel, dt: float, sampling: str, span: float) -> _Filter:
+    from allanite.kalman import merged, steady_state
+
+    noise = merged(model.state_space(dt, sampling=sampling, record=span))
+    if not noise.noise > 0:
+        raise InputError(
+            "the noise model has no white noise: a filter of single samples needs N, or a term like it"
+        )
+    walk = next((i for i in range(noise.size) if _walks(noise, i)), None)
+    space = noise if walk is not None else noise.with_constant("bias")
+    unknown = np.eye(space.size)[space.size - 1 if walk is None else walk]
+    unknown = (
+        space.transition @ unknown
+    )  # what a constant in the walk is at a sample: in the mean over it too
+    h = space.output
+    gain = unknown / (h @ unknown)
+    left = np.eye(space.size) - np.outer(gain, h)
+    start = left @ space.initial @ left.T + space.noise * np.outer(gain, gain)
+    steady = steady_state(space) if walk is not None else None
+    return _Filter(
+        space=space,
+        start_gain=gain,
+        start_covariance=start,
+        steady_gain=None if steady is None else steady.gain,
+        steady_sd=math.nan
+        if steady is None
+        else math.sqrt(float(space.rate @ steady.covariance @ space.rate)),
+    )
+
+
+def _walks(space: StateSpace, i: int) -> bool:
+    others = np.arange(space.size) != i
+    return bool(
+        space.transition[i, i] == 1 and not space.transition[i, others].any() and space.process[i, i] > 0
+    )
+
+
+# -- text ------------------------------------------------------------------------------------------------------
+
+
+def _why(document: Json, axis: Json, wanted: str | None) -> str:
+    """First line: whose filter it is, and why of that channel."""
+    text, count = f"Bias filter of channel {_plain(axis['name'])}", len(document["channels"])
+    if count == 1:
+        return f"{text}, the only one"
+    if wanted is not None:
+        return f"{text}, one of {count}"
+    return f"{text}, the worst axis of {count} channels: the largest Allan deviation, averaged over octaves"
+
+
+def _choices(
+    document: Json, axis: Json, model: NoiseModel, made: _Filter, rate: float, span: float, sampling: str
+) -> list[str]:
+    """The comment at the head: where the numbers come from, and every choice."""
+    provenance, recording = document.get("provenance") or {}, document["recording"]
+    source = provenance.get("source") or "samples or models in memory"
+    digest = f", SHA-256 {provenance['sha256']}" if provenance.get("sha256") else ""
+    lines = [
+        f"written by allanite {__version__} from {_plain(source)}{digest}",
+        f"discrete at {rate:.9g} Hz; a sample is "
+        + ("the mean over its interval" if sampling == "mean" else "the value at an instant"),
+    ]
+    if rate < recording["rate"] * (1 - 1e-9):
+        lines.append(
+            f"the study has {recording['rate']:.9g} Hz: FEED MEANS of its samples over 1/{rate:.9g} s"
+        )
+    if rate > recording["rate"] * (1 + 1e-9):
+        lines.append(f"the study has {recording['rate']:.9g} Hz: above that the noise is EXTRAPOLATED")
+    lines += [f"noise: {text}" for text in _terms(axis, model)]
+    bound = bound_comments(_plain(axis["name"]), axis["models"])
+    if bound and model.term("flicker") is not None:
+        bound.append("the states of its flicker hold that within 1 % of its Allan deviation")
+    lines += bound
+    if len(axis["models"]) > 1:
+        lines.append(
+            f"the record cannot decide between {len(axis['models'])} models; this is the one of the family "
+            f"{model.family or 'given'}"
+        )
+    if model.term("flicker") is not None:
+        lines.append(
+            f"flicker: a sum of Gauss-Markov states from one sample to {span:.6g} s, a factor 10 apart"
+        )
+    slowest = made.space.transition.diagonal()
+    if (slowest[slowest < 1] > 1 - 1e-6).any():
+        lines.append(
+            "the slowest states hardly decay in one step: in float, feed means at a lower rate (filter_rate)"
+        )
+    lines.append("needs the headers allanite/*.hpp of kernels/include, C++17, no heap, no exceptions")
+    return lines
+
+
+def _terms(axis: Json, model: NoiseModel) -> list[str]:
+    """Each term with its coefficients in SI, and the limits of what the record does not resolve."""
+    estimates = {e.symbol: e for e in model.estimates}
+    lines = []
+    for term in model.terms:
+        parts = []
+        for symbol in term.symbols:
+            unit = _si(axis, symbol)
+            text, known = f"{symbol} = {getattr(term, symbol):.6e} {unit}", estimates.get(symbol)
+            if known is not None and known.supported:
+                text += f" [{known.lower:.3e}, {known.upper:.3e}]"
+            parts.append(text)
+        lines.append(f"{term.type.replace('_', ' ')} {', '.join(parts)}")
+    for e in estimates.values():
+        if not e.supported and math.isfinite(e.upper) and e.symbol in ("Q", "B", "K", "R", "B_equiv"):
+            lines.append(
+                f"{e.symbol} < {e.upper:.6e} {_si(axis, e.symbol)} (95 % upper limit): not resolved, NOT in this filter"
+            )
+    return lines
+
+
+def _si(axis: Json, symbol: str) -> str:
+    """The SI unit of a coefficient, in ASCII."""
+    if symbol in ("amplitude", "frequency"):
+        return "Hz" if symbol == "frequency" else _unit(axis)
+    from allanite.wording import si_unit
+
+    text = si_unit(axis["kind"], "B" if symbol == "B_equiv" else symbol, axis.get("unit") or "")
+    for sign, plain in (("√Hz", "sqrt(Hz)"), ("√s", "sqrt(s)"), ("²", "^2"), ("³", "^3"), ("·", "*")):
+        text = text.replace(sign, plain)
+    return _plain(text)
+
+
+def _constants(made: _Filter, scalar: str, namespace: str, rate: float, unit: str) -> list[str]:
+    space, n = made.space, made.space.size
+    guard = f"ALLANITE_{namespace.upper()}_MODEL_HPP"
+
+    def array(name: str, values: Array, comment: str) -> list[str]:
+        rows = np.atleast_2d(values)
+        text = ",\n".join("    " + ", ".join(_literal(x, scalar) for x in row) for row in rows)
+        size = "n_states * n_states" if values.ndim == 2 else "n_states"
+        return ["", f"/// {comment}", f"constexpr Scalar {name}[{size}] = {{", text + "};"]
+
+    def number(name: str, value: float, comment: str) -> str:
+        return f"constexpr Scalar {name} = {_literal(value, scalar)};  ///< {comment}"
+
+    steady = [
+        "",
+        "// No steady gain: the bias is a constant here, and the filter's gain falls for ever.",
+    ]
+    if made.steady_gain is not None:
+        comment = "Gain of the filter once it has settled: s += steady_gain * (y - output s), then s = transition s."
+        steady = [
+            *array("steady_gain", made.steady_gain, comment),
+            number("steady_sd", made.steady_sd, f"[{unit}] of the bias with it, at rest"),
+        ]
+    return [
+        f"#ifndef {guard}",
+        f"#define {guard}",
+        "",
+        "#include <allanite/kalman.hpp>",
+        "#include <allanite/square_root.hpp>",
+        "",
+        f"namespace {namespace} {{",
+        "",
+        f"using Scalar = {scalar};",
+        "",
+        f"constexpr int n_states = {n};",
+        *(f"//   {i}: {text}" for i, text in enumerate(_labels(space, 1 / rate))),
+        "",
+        number("rate", rate, "[Hz] samples per second that the filter is fed with"),
+        number("noise", space.noise, f"[({unit})^2] variance of v"),
+        *array("transition", space.transition, "F, row by row, over one sample interval."),
+        *array("process", space.process, f"Covariance of w [({unit})^2], row by row."),
+        *array("output", space.output, "h: what a sample holds of the states."),
+        *array("bias_of_states", space.rate, f"r: the bias [{unit}] is r . s, at the end of the sample."),
+        *array("start_gain", made.start_gain, "State after the first sample y: start_gain * y."),
+        *array("start_covariance", made.start_covariance, f"Its covariance [({unit})^2]."),
+        *steady,
+        "",
+        *_filter(with_gain=made.steady_gain is not None),
+        "",
+        f"}}  // namespace {namespace}",
+        "",
+        "#endif",
+    ]
+
+
+def _filter(*, with_gain: bool) -> list[str]:
+    """The lines of bias_filter.hpp, those of the fixed gain only where there is one."""
+    text = Path(__file__).with_name("bias_filter.hpp").read_text(encoding="utf-8")
+    _, full, fixed = re.split(r"^(?=// -- )", text, flags=re.M)
+    return (full + fixed if with_gain else full).rstrip().splitlines()
+
+
+def _labels(space: StateSpace, dt: float) -> list[str]:
+    texts = []
+    for i, label in enumerate(space.labels):
+        phi = float(space.transition[i, i])
+        if label == "mean":
+            texts.append("mean over the sample of the states above")
+        elif label == "bias":
+            texts.append("the turn-on bias: a constant of which nothing is known")
+        elif _walks(space, i):
+            parts = ["the random walk of K"] * (label == "random_walk")
+            parts += ["the slow end of flicker"] * ("flicker" in space.labels)
+            texts.append(f"{' and '.join(parts)}, and the turn-on bias, of which nothing is known")
+        elif 0 < phi < 1:
+            texts.append(f"{label.replace('_', ' ')}, correlation time {-dt / math.log(phi):.4g} s")
+        else:
+            texts.append(label.replace("_", " ") + (", faster than a sample" if phi == 0 else ""))
+    return texts
+
+
+def _literal(value: float, scalar: str) -> str:
+    text = f"{value:.{_DIGITS[scalar]}g}"
+    if not re.search(r"[.e]", text):
+        text += ".0"
+    return text + ("F" if scalar == "float" else "")
+
+
+def _plain(text: str) -> str:
+    """Text of a user on one line of ASCII that ends no comment and continues none."""
+    return " ".join(text.split()).encode("ascii", "backslashreplace").decode("ascii").replace("\\", "/")

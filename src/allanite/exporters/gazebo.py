@@ -1,0 +1,68 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Parameters of the IMU plug-in of RotorS, of PX4's Gazebo and of the UUV simulator, as elements of a model file (SI).
+
+The plug-in steps the bias as an exact first-order Gauss-Markov process: exp(-dt/T), and q^2 T/2 (1 - exp(-2 dt/T)). Its
+"random walk" is the driving density q, not K.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Unpack
+
+from allanite.exporters.imu import ACCELEROMETER, GYROSCOPE, Consumer, MarkovOptions, gauss_markov_imu
+from allanite.exporters.imu.axes import UNITS
+
+__all__ = ["FILE_NAME", "NAME", "SUMMARY", "TAKES", "TERMS", "write"]
+
+NAME = "gazebo"
+FILE_NAME = "gazebo_imu.xml"
+SUMMARY = "Gazebo (RotorS, PX4 SITL, UUV simulator): the IMU plug-in with its exact Gauss-Markov bias, SI"
+TAKES = "study"
+CONSUMER = Consumer(
+    name="Gazebo (RotorS, PX4 SITL, UUV simulator)",
+    file=FILE_NAME,
+    convention=(
+        "continuous-time root densities in SI units, two-sided; the plug-in makes them discrete itself",
+        "RandomWalk: driving density q = sigma sqrt(2/T) of the Gauss-Markov bias, which its step keeps exactly",
+    ),
+    simulator=True,
+)
+TERMS = CONSUMER.terms
+
+_UNITS = {GYROSCOPE: "rad/s", ACCELEROMETER: "m/s^2"}
+
+
+def write(document: Mapping[str, Any], **options: Unpack[MarkovOptions]) -> str:
+    """The text of the elements; they go into the plug-in's element of a model.
+
+    Parameters
+    ----------
+    document : dict
+        A study document.
+    **options
+        `MarkovOptions`; axes="rms" by default, as this is a simulator.
+
+    Raises
+    ------
+    InputError
+        What `gauss_markov_imu` refuses.
+    """
+    imu = gauss_markov_imu(document, CONSUMER, **options)
+    # two hyphens would end an XML comment
+    lines = ["<!--", *(line.replace("--", "- -") for line in imu.comments), "-->"]
+    for sensor in (GYROSCOPE, ACCELEROMETER):
+        if sensor not in imu.noise:
+            continue
+        noise, walk = UNITS[sensor]
+        for key, value, unit in (
+            ("NoiseDensity", imu.noise[sensor][0], noise),
+            ("RandomWalk", imu.density(sensor)[0], walk),
+            ("BiasCorrelationTime", imu.time[sensor][0], "s"),
+        ):
+            lines.append(f"<{sensor}{key}>{imu.text(value)}</{sensor}{key}>  <!-- {unit} -->")
+        open_ = (
+            f"{sensor}TurnOnBiasSigma, {_UNITS[sensor]}: spread between power-ups, not in a record of one run"
+        )
+        lines.append(f"<!-- {open_} -->")
+    return "\n".join(lines) + "\n"

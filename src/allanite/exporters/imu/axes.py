@@ -1,0 +1,169 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Channels of a study by sensor, a parameter of a channel with its interval or its upper limit, and one of three."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from allanite.errors import InputError
+
+__all__ = [
+    "ACCELEROMETER",
+    "GYROSCOPE",
+    "SENSORS",
+    "UNITS",
+    "Number",
+    "axes_rule",
+    "channels_of",
+    "combined",
+    "parameter",
+    "refuse_nothing",
+]
+
+Json = Mapping[str, Any]
+
+GYROSCOPE, ACCELEROMETER = "gyroscope", "accelerometer"
+SENSORS = (GYROSCOPE, ACCELEROMETER)
+#: Units of N, and of K and walk, of each sensor.
+UNITS = {
+    GYROSCOPE: ("rad/s/sqrt(Hz)", "rad/s^2/sqrt(Hz)"),
+    ACCELEROMETER: ("m/s^2/sqrt(Hz)", "m/s^3/sqrt(Hz)"),
+}
+_KINDS = {GYROSCOPE: ("rate", "angle"), ACCELEROMETER: ("acceleration", "velocity")}
+_TERM_OF = {"N": "white", "B": "flicker", "K": "random_walk"}
+_RULES = {
+    "worst": "one number for all axes: the worst axis of each parameter",
+    "rms": "one number for all axes: the root mean square of the axes",
+    "each": "each axis has its own number, in the order x, y, z of the channels below",
+}
+
+
+def channels_of(document: Json, sensor: str, wanted: Sequence[str] | None) -> list[Json]:
+    """The channels of one triad; by default all of the sensor.
+
+    Raises
+    ------
+    InputError
+        No such channel, or more than three.
+    """
+    found = [c for c in document["channels"] if c["kind"] in _KINDS[sensor]]
+    if wanted is not None:
+        by_name = {c["name"]: c for c in found}
+        missing = [name for name in wanted if name not in by_name]
+        if missing:
+            raise InputError(f"no {sensor} channel {missing[0]!r}; there are: {', '.join(by_name) or 'none'}")
+        found = [by_name[name] for name in wanted]
+    if len(found) > 3:
+        names = ", ".join(c["name"] for c in found)
+        raise InputError(
+            f"{len(found)} {sensor} channels ({names}): name the three of one triad with {sensor}="
+        )
+    for channel in found:
+        if not channel["models"]:
+            raise InputError(
+                f"channel {channel['name']!r} has no noise model: leave it out by naming the others "
+                "(gyroscope=, accelerometer=)"
+            )
+    return found
+
+
+def refuse_nothing(document: Json, chosen: Mapping[str, Sequence[Json]], file: str) -> None:
+    """Raise where no channel of any sensor is there."""
+    if not any(chosen.values()):
+        kinds = ", ".join(f"{c['name']} ({c['kind']})" for c in document["channels"])
+        raise InputError(
+            f"{file} needs an angle rate or an acceleration in known units; the study holds {kinds or 'no channel'}. "
+            "Characterise again with the units stated (--unit gyro=deg/s,acc=g)"
+        )
+
+
+@dataclass(frozen=True, slots=True)
+class Number:
+    """A parameter as it is used: its value, or the 95 % upper limit where the record does not resolve it.
+
+    Attributes
+    ----------
+    value : float [SI]
+    text : str
+        With its interval, or that it is a limit.
+    """
+
+    value: float
+    text: str
+
+
+def parameter(channel: str, model: Json, symbol: str, file: str) -> Number:
+    """A parameter of a fitted model, or of a bare sum of terms (where an absent term is zero).
+
+    Parameters
+    ----------
+    symbol : "N", "B" or "K"
+        B of a Gauss-Markov model is that of the flicker with the same peak.
+    file : str
+        That needs it, for the message.
+
+    Raises
+    ------
+    InputError
+        Neither a value nor a limit.
+    """
+    estimates = model.get("estimates") or ()
+    names = ("B", "B_equiv") if symbol == "B" else (symbol,)
+    found = next((e for e in estimates if e["symbol"] in names), None)
+    if found is None and not estimates:
+        values = [t[symbol] for t in model["terms"] if t["type"] == _TERM_OF[symbol]]
+        value = math.sqrt(sum(v * v for v in values))
+        return Number(value, f"{value:.4e}")
+    if found is not None and found["supported"] and found["value"] is not None:
+        span = f" [{_text(found['lower'])}, {_text(found['upper'])}]"
+        return Number(found["value"], f"{found['value']:.4e}{span}")
+    if found is None or found["upper"] is None or not math.isfinite(found["upper"]):
+        raise InputError(
+            f"channel {channel!r}: {symbol} has neither a value nor an upper limit for {file}; record longer"
+        )
+    return Number(found["upper"], f"< {found['upper']:.4e} (95 % upper limit, used)")
+
+
+def _text(value: float | None) -> str:
+    return "?" if value is None else f"{value:.4e}"
+
+
+# -- three axes ---------------------------------------------------------------------------------------------
+
+
+def axes_rule(axes: str, *, per_axis: bool) -> str:
+    """The comment on a rule for three axes.
+
+    Raises
+    ------
+    InputError
+        Not "worst" or "rms", nor "each" where the consumer has a slot for each axis.
+    """
+    able = ("worst", "rms", "each") if per_axis else ("worst", "rms")
+    if axes not in able:
+        listed = " or ".join(repr(a) for a in able) if len(able) == 2 else "'worst', 'rms' or 'each'"
+        alone = ": the file has one number for three axes; the comment lists each" if axes == "each" else ""
+        raise InputError(f"axes must be {listed}, not {axes!r}{alone}")
+    return _RULES[axes]
+
+
+def combined(values: Sequence[float], axes: str, sensor: str) -> tuple[float, ...]:
+    """The numbers of a triad: one, or three where each axis has its own.
+
+    Raises
+    ------
+    InputError
+        "each" of other than three axes.
+    """
+    if axes == "worst":
+        return (max(values),)
+    if axes == "rms":
+        return (math.sqrt(sum(v * v for v in values) / len(values)),)
+    if len(values) != 3:
+        raise InputError(
+            f"axes='each' needs three {sensor} channels, and there are {len(values)}: take 'worst' or 'rms'"
+        )
+    return tuple(values)

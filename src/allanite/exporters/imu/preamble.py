@@ -1,0 +1,111 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The comment at the head of every file: where the numbers come from and every choice that was made."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from allanite import __version__
+from allanite.errors import InputError
+from allanite.exporters.bounds import bound_comments, refuse_terms
+from allanite.exporters.triads import plain_line
+
+__all__ = ["Consumer", "bound_lines", "number_format", "preamble", "rate_text"]
+
+Json = Mapping[str, Any]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Consumer:
+    """What is fixed about a consumer.
+
+    Attributes
+    ----------
+    name, file : str
+        Of the program, and of what it reads.
+    convention : tuple of str
+        Comment lines: continuous or discrete and at what rate, and where that was read.
+    per_axis : bool
+        The file has a number for each axis.
+    simulator : bool
+        It makes noise in place of looking through it: of three axes the root mean square serves it by default.
+    terms : tuple of str
+        Letters of the terms that the file can say: a bound above the sensor is made of these.
+    lost : str
+        Comment: what has no slot.
+    """
+
+    name: str
+    file: str
+    convention: tuple[str, ...]
+    per_axis: bool = False
+    simulator: bool = False
+    terms: tuple[str, ...] = ("N", "K")
+    lost: str = "quantisation and rate ramp have no slot here and are left out"
+
+
+def preamble(
+    document: Json, consumer: Consumer, *, bias: Sequence[str], axes: str, inflate: float
+) -> list[str]:
+    """Comment lines, without a comment sign.
+
+    Parameters
+    ----------
+    bias : sequence of str
+        What became of the bias.
+    axes : str
+        The rule for three axes, in words.
+    """
+    provenance, recording = document.get("provenance") or {}, document["recording"]
+    source = provenance.get("source") or "samples or models in memory"
+    digest = f", SHA-256 {provenance['sha256']}" if provenance.get("sha256") else ""
+    span = f", {recording['duration']:g} s at" if "duration" in recording else ", for"
+    inflated = "not inflated" if inflate == 1 else f"INFLATED by {inflate:g} (the table below is not)"
+    return [
+        f"IMU noise for {consumer.name}, written by allanite {__version__}",
+        f"from {plain_line(source)}{digest}{span} {rate_text(recording['rate'])} Hz",
+        *consumer.convention,
+        *bias,
+        f"{axes}; {inflated}",
+        "B: IEEE Std 952 coefficient (floor of the Allan deviation / 0.664); [ ]: 95 % interval",
+        consumer.lost,
+    ]
+
+
+def bound_lines(channels: Sequence[Json], consumer: Consumer, axes: str) -> list[str]:
+    """Comments on models that are bounds, which the file must leave bounds.
+
+    Raises
+    ------
+    InputError
+        A bound of terms that the file cannot say, or axes that are not bounded by the number.
+    """
+    lines = []
+    for channel in channels:
+        refuse_terms(channel["name"], channel["models"], consumer.terms)
+        lines += bound_comments(plain_line(channel["name"]), channel["models"])
+    if lines and axes == "rms":
+        raise InputError(f"a bound of all axes is that of the worst one: axes='worst', not {axes!r}")
+    return lines
+
+
+def number_format(digits: int) -> str:
+    """The format of every number: a point, an exponent with its sign, two digits of it.
+
+    YAML 1.1 takes 1e-3, 1.0e3 and 1E-3 for text, and Python's own `repr` writes such.
+    """
+    if isinstance(digits, bool) or not isinstance(digits, int) or not 3 <= digits <= 16:
+        raise InputError(f"digits after the point must be 3 to 16, not {digits!r}")
+    return f".{digits}e"
+
+
+def rate_text(rate: float) -> str:
+    """A rate that YAML 1.1 reads as a float: always a point, no bare exponent."""
+    text = f"{rate:.6f}".rstrip("0")
+    return (
+        f"{rate:.6e}"
+        if float(text) != rate and abs(float(text) / rate - 1) > 1e-6
+        else text + "0" * text.endswith(".")
+    )

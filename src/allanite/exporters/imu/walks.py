@@ -1,0 +1,129 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The walk of a bias in a consumer that has no slot for bias instability.
+
+``k-only``
+    The random walk K alone. Flicker is ignored: the bias drifts more than the filter believes.
+``upper-bound``
+    sqrt(K^2 + q_c^2). For a Gauss-Markov term q_c is its driving density: a walk that drifts at least as much at every
+    averaging time. Flicker has no such density, so q_c is that of the walk which reaches the flicker floor where
+    white noise meets it, at tau = N^2/(0.4413 B^2): above it wherever flicker exceeds white noise,
+    q_c = sqrt(3) 0.4413 B^2/N. With a correlation time T given, q_c = 1.5217 B/sqrt(T).
+``horizon=<seconds>``
+    The walk whose Allan variance at that time is the model's, white noise aside.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from allanite.errors import InputError
+from allanite.exporters.imu.axes import parameter
+from allanite.noise import FLICKER_FLOOR, SIGMA_PER_B, GaussMarkov
+
+__all__ = ["WalkChoice", "refuse_time", "walk_choice"]
+
+Json = Mapping[str, Any]
+#: Name of the channel, its model, its N -> the walk, and its parts in words.
+Rule = Callable[[str, Json, float], tuple[float, list[str]]]
+
+
+@dataclass(frozen=True, slots=True)
+class WalkChoice:
+    """How the walk is made, and what the file says about it."""
+
+    comment: tuple[str, ...]
+    rule: Rule
+
+
+@dataclass(frozen=True, slots=True)
+class _Bias:
+    """The bias instability of a model: its Allan variance, the density of the walk that bounds it, and its text."""
+
+    avar: Callable[[float], float]
+    density: float
+    text: str
+
+
+def walk_choice(walk: str, correlation_time: float | None, file: str) -> WalkChoice:
+    """The rule of a label.
+
+    Raises
+    ------
+    InputError
+        Another label, or a correlation time that is none.
+    """
+    refuse_time(correlation_time)
+    time = correlation_time
+    if walk == "k-only":
+        alone = (
+            "walk = K alone (k-only): bias instability is NOT in these numbers; the bias drifts more than they say",
+        )
+        return WalkChoice(alone, lambda name, model, _: _k_only(name, model, file))
+    if walk == "upper-bound":
+        lines = (
+            "walk = sqrt(K^2 + q_c^2) (upper-bound): random walk and bias instability together",
+            "q_c of a Gauss-Markov term: its driving density",
+            f"q_c of flicker: 1.5217 B/sqrt(T), T = {time:g} s as given"
+            if time
+            else "q_c of flicker: 0.7643 B^2/N, the walk that lies above flicker wherever flicker exceeds white noise",
+        )
+        return WalkChoice(lines, lambda name, model, noise: _upper_bound(name, model, noise, time, file))
+    match = re.fullmatch(r"horizon=([0-9.eE+-]+)", walk)
+    tau = _number(match.group(1)) if match else math.nan
+    if not (math.isfinite(tau) and tau > 0):
+        raise InputError(f"walk must be 'upper-bound', 'k-only' or 'horizon=<seconds>', not {walk!r}")
+    at = (
+        f"walk = drift of random walk and bias instability at {tau:g} s (horizon): too small before, too large after",
+    )
+    return WalkChoice(at, lambda name, model, noise: _horizon(name, model, noise, time, tau, file))
+
+
+def refuse_time(correlation_time: float | None) -> None:
+    """Raise if a correlation time is not a positive number of seconds."""
+    if correlation_time is not None and not (math.isfinite(correlation_time) and correlation_time > 0):
+        raise InputError(f"correlation_time must be a positive number of seconds, not {correlation_time!r}")
+
+
+def _number(text: str) -> float:
+    try:
+        return float(text)
+    except ValueError:
+        return math.nan
+
+
+def _k_only(name: str, model: Json, file: str) -> tuple[float, list[str]]:
+    k = parameter(name, model, "K", file)
+    return k.value, [f"K {k.text}"]
+
+
+def _upper_bound(
+    name: str, model: Json, noise: float, time: float | None, file: str
+) -> tuple[float, list[str]]:
+    k, bias = parameter(name, model, "K", file), _bias(name, model, noise, time, file)
+    return math.hypot(k.value, bias.density), [f"K {k.text}", bias.text, f"q_c {bias.density:.4e}"]
+
+
+def _horizon(
+    name: str, model: Json, noise: float, time: float | None, tau: float, file: str
+) -> tuple[float, list[str]]:
+    k, bias = parameter(name, model, "K", file), _bias(name, model, noise, time, file)
+    return math.sqrt(k.value**2 + 3 * bias.avar(tau) / tau), [f"K {k.text}", bias.text]
+
+
+def _bias(name: str, model: Json, noise: float, time: float | None, file: str) -> _Bias:
+    terms = [GaussMarkov(q=t["q"], T=t["T"]) for t in model["terms"] if t["type"] == "gauss_markov"]
+    if terms:
+        density = math.sqrt(sum(t.q**2 for t in terms))
+        text = ", ".join(f"Gauss-Markov sigma {t.sigma:.4e}, T {t.T:.4g} s" for t in terms)
+        return _Bias(lambda tau: sum(float(t.avar(tau)) for t in terms), density, text)
+    b = parameter(name, model, "B", file)
+    if time is not None:
+        matched = GaussMarkov.from_sigma(SIGMA_PER_B * b.value, time)
+        return _Bias(lambda tau: float(matched.avar(tau)), matched.q, f"B {b.text}")
+    floor = (FLICKER_FLOOR * b.value) ** 2
+    density = 0.0 if floor == 0 else math.sqrt(3) * floor / noise if noise > 0 else math.inf
+    return _Bias(lambda _: floor, density, f"B {b.text}")

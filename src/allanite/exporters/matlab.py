@@ -1,0 +1,198 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""gyroparams and accelparams of MATLAB's imuSensor: a JSON file for loadparams, and a MAT file of version 5 (SI).
+
+A sample has white noise of NoiseDensity sqrt(b), and RandomWalk grows by RandomWalk/sqrt(b) in each; b is the sample
+rate where NoiseType is "double-sided", its default, and half of it where it is "single-sided". So NoiseDensity = N
+and RandomWalk = K (the rate random walk, not the angle random walk), double-sided.
+
+BiasInstability is B of IEEE Std 952: in each sample white noise of that deviation goes through the filter of
+BiasInstabilityCoefficients. By default that filter is 1/(1 - 0.5 z^-1), white beyond two samples: nothing slow is
+left of the bias instability. The MAT file holds the filter of the fitted process: for a Gauss-Markov bias (sigma, T)
+the numerator sigma/B sqrt(1 - phi^2) and the denominator [1, -phi], phi = exp(-1/(f T)), exact at the sample rate.
+Flicker without a correlation time has no filter of few coefficients; `fractalcoef(n)` of MATLAB approximates it to n
+samples.
+
+loadparams takes an object of parts, each with "Gyroscope" and "Accelerometer", whose values must be numbers (R2020a):
+the filter and NoiseType have no place in it.
+"""
+
+from __future__ import annotations
+
+import io
+import json
+import math
+import re
+from collections.abc import Mapping
+from typing import Any, Unpack
+
+import numpy as np
+
+from allanite import __version__
+from allanite.errors import InputError
+from allanite.exporters.imu import (
+    ACCELEROMETER,
+    GYROSCOPE,
+    Consumer,
+    MarkovImu,
+    MarkovOptions,
+    WalkImu,
+    common_time,
+    gauss_markov_imu,
+    white_and_walk,
+)
+from allanite.noise import SIGMA_PER_B
+
+__all__ = ["FILE_NAME", "NAME", "SUMMARY", "TAKES", "TERMS", "write"]
+
+NAME = "matlab"
+JSON_NAME, MAT_NAME = "imu_sensor.json", "imu_sensor.mat"
+FILE_NAME = f"{JSON_NAME}, {MAT_NAME}"
+SUMMARY = "MATLAB: gyroparams and accelparams of imuSensor, as JSON for loadparams and as a MAT file"
+TAKES = "study"
+CONSUMER = Consumer(
+    name="MATLAB imuSensor",
+    file="imu_sensor",
+    convention=(
+        "continuous-time root densities in SI units, double-sided; imuSensor makes them discrete itself",
+        "NoiseDensity = N, RandomWalk = K (rate random walk), BiasInstability = B of IEEE Std 952",
+    ),
+    per_axis=True,
+    simulator=True,
+)
+TERMS = CONSUMER.terms
+
+Json = Mapping[str, Any]
+
+_PARTS = {GYROSCOPE: "Gyroscope", ACCELEROMETER: "Accelerometer"}
+_JSON_LOSES = (
+    "loadparams leaves the filter of BiasInstability at its default, 1/(1 - 0.5 z^-1): NOTHING SLOW is left of the "
+    f"bias instability; the process that was fitted is in {MAT_NAME}"
+)
+_FLICKER = (
+    "flicker: set BiasInstabilityCoefficients = fractalcoef(n), flicker up to n samples, "
+    "or export with a correlation time"
+)
+
+
+def write(
+    document: Json, *, part: str = "allanite", **options: Unpack[MarkovOptions]
+) -> dict[str, str | bytes]:
+    """The two files, by their names.
+
+    Parameters
+    ----------
+    document : dict
+        A study document.
+    part : str
+        Name of the part in the JSON file, which loadparams asks for.
+    **options
+        `MarkovOptions`; axes="rms" by default, as this is a simulator. With `walk` the bias is a random walk alone.
+
+    Raises
+    ------
+    InputError
+        A part that MATLAB cannot name, several correlation times in a triad, or what `gauss_markov_imu` refuses.
+    """
+    if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,62}", part):
+        raise InputError(f"part must be the name of a MATLAB variable, not {part!r}")
+    if options.get("walk") is None:
+        imu = gauss_markov_imu(document, CONSUMER, **options, holds_K=True, holds_flicker=True)
+        sensors = {s: _markov(imu, s) for s in imu.noise}
+        comments = [*imu.comments, *_filters(sensors)]
+        style = imu.style
+    else:
+        walking = white_and_walk(document, CONSUMER, **options)  # type: ignore[arg-type]
+        sensors = {s: _walk(walking, s) for s in walking.noise}
+        comments, style = list(walking.comments), walking.style
+    rate = document["recording"]["rate"]
+    return {
+        JSON_NAME: _json_text(part, rate, sensors, comments, style),
+        MAT_NAME: _mat_bytes(rate, sensors, comments, style),
+    }
+
+
+def _three(values: tuple[float, ...]) -> list[float]:
+    return list(values) * (3 if len(values) == 1 else 1)
+
+
+def _markov(imu: MarkovImu, sensor: str) -> dict[str, Any]:
+    """The properties of a sensor whose bias is slow."""
+    time = math.nan
+    if not any(math.isnan(t) for t in imu.time[sensor]):
+        time = common_time(imu, CONSUMER.file, [sensor])
+    return {
+        "NoiseDensity": _three(imu.noise[sensor]),
+        "BiasInstability": [s / SIGMA_PER_B for s in _three(imu.sigma[sensor])],
+        "RandomWalk": _three(imu.K[sensor]),
+        "T": time,
+    }
+
+
+def _walk(imu: WalkImu, sensor: str) -> dict[str, Any]:
+    return {
+        "NoiseDensity": _three(imu.noise[sensor]),
+        "BiasInstability": [0.0] * 3,
+        "RandomWalk": _three(imu.walk[sensor]),
+        "T": math.nan,
+    }
+
+
+def _filters(sensors: Mapping[str, Json]) -> list[str]:
+    """Comments on what filters the bias instability."""
+    lines = [""]
+    for sensor, values in sensors.items():
+        if not any(values["BiasInstability"]):
+            continue
+        if math.isnan(values["T"]):
+            lines.append(f"{sensor}, {_FLICKER}")
+        else:
+            lines.append(f"{sensor}: filter of a Gauss-Markov bias of T = {values['T']:.6g} s in {MAT_NAME}")
+    return lines
+
+
+def _json_text(part: str, rate: float, sensors: Mapping[str, Json], comments: list[str], style: str) -> str:
+    slow = [_JSON_LOSES] if any(any(v["BiasInstability"]) for v in sensors.values()) else []
+    said = [
+        f"loadparams(sensor, '{JSON_NAME}', '{part}')",
+        *(c.strip() for c in comments if c.strip()),
+        *slow,
+    ]
+    lines = ["{", f" {json.dumps(part)}: {{", f'  "SampleRate": {rate:{style}},']
+    lines += ['  "Comments": [', ",\n".join(f"   {json.dumps(line)}" for line in said), "  ]"]
+    for sensor, values in sensors.items():
+        lines[-1] += ","
+        rows = ",\n".join(
+            f'   "{key}": [{", ".join(format(v, style) for v in own)}]'
+            for key, own in values.items()
+            if key != "T"
+        )
+        lines += [f'  "{_PARTS[sensor]}": {{', rows, "  }"]
+    return "\n".join([*lines, " }", "}"]) + "\n"
+
+
+def _mat_bytes(rate: float, sensors: Mapping[str, Json], comments: list[str], style: str) -> bytes:
+    from scipy.io import savemat
+
+    content: dict[str, Any] = {"SampleRate": rate}
+    for sensor, values in sensors.items():
+        own: dict[str, Any] = {k: _rounded(v, style) for k, v in values.items() if k != "T"}
+        own["NoiseType"] = "double-sided"
+        if math.isfinite(values["T"]):
+            phi = math.exp(-1 / (rate * values["T"]))
+            step = SIGMA_PER_B * math.sqrt(-math.expm1(-2 / (rate * values["T"])))
+            own["BiasInstabilityCoefficients"] = {"Numerator": step, "Denominator": np.array([[1.0, -phi]])}
+        content[_PARTS[sensor]] = own
+    usage = (
+        "s = load('imu_sensor.mat'); p = gyroparams; g = s.imu.Gyroscope; "
+        "for f = fieldnames(g)', p.(f{1}) = g.(f{1}); end  % likewise accelparams with s.imu.Accelerometer"
+    )
+    content["Comments"] = np.array([usage, *(c for c in comments if c.strip())], dtype=object)
+    place = io.BytesIO()
+    savemat(place, {"imu": content})  # type: ignore[arg-type]  # a file object does
+    head = f"MATLAB 5.0 MAT-file, written by allanite {__version__}".ljust(116)
+    return head.encode("ascii") + place.getvalue()[116:]  # its own head holds the time of writing
+
+
+def _rounded(values: list[float], style: str) -> Any:
+    """The numbers of the JSON file, so that both files say the same."""
+    return np.array([[float(format(v, style)) for v in values]])

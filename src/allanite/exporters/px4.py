@@ -1,0 +1,59 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Parameters of PX4's EKF2 (discrete at EKF2_PREDICT_US, 10 ms), in the form of a parameter file of QGroundControl.
+
+The discretisation (`allanite.exporters.imu.autopilot`) is that of predictCovariance in its EKF/covariance.cpp.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Unpack
+
+from allanite.exporters.imu import ACCELEROMETER, GYROSCOPE, NoiseOptions
+from allanite.exporters.imu.autopilot import autopilot_lines
+
+__all__ = ["FILE_NAME", "NAME", "SUMMARY", "TAKES", "TERMS", "write"]
+
+NAME = "px4"
+FILE_NAME = "px4_ekf2.params"
+SUMMARY = "PX4 EKF2: EKF2_GYR_NOISE, EKF2_ACC_NOISE and their biases, as lower bounds in comments"
+TAKES = "study"
+TERMS = ("N", "K")
+
+_KEYS = {
+    GYROSCOPE: ("EKF2_GYR_NOISE", "EKF2_GYR_B_NOISE"),
+    ACCELEROMETER: ("EKF2_ACC_NOISE", "EKF2_ACC_B_NOISE"),
+}
+
+
+def write(document: Mapping[str, Any], *, filter_rate: float = 100.0, **options: Unpack[NoiseOptions]) -> str:
+    """The text of a parameter file, its parameters as comments.
+
+    Parameters
+    ----------
+    document : dict
+        A study document.
+    filter_rate : float [Hz]
+        Predictions per second: 1e6/EKF2_PREDICT_US.
+    **options
+        `NoiseOptions`.
+
+    Raises
+    ------
+    InputError
+        A rate that is none, or what `white_and_walk` refuses.
+    """
+    lines = autopilot_lines(
+        document,
+        name="PX4 EKF2",
+        file=FILE_NAME,
+        keys=_KEYS,
+        line="1\t1\t{key}\t{value}\t9",
+        rate=filter_rate,
+        read=(
+            "read in PX4, EKF/covariance.cpp: (dt noise)^2 of delta angle and (dt^2 bias noise)^2 of its bias a step",
+            "its defaults, 0.015 rad/s and 1e-3 rad/s^2, are N = 5.2 deg/sqrt(h) and K = 1240 deg/h/sqrt(h)",
+        ),
+        options=options,
+    )
+    return "\n".join(lines) + "\n"

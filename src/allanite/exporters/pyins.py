@@ -1,0 +1,74 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Arguments of pyins' EstimationModel (older: InertialSensorModel), as a Python module (root densities in SI).
+
+`noise` is the root density of white noise, `bias_walk` that of the noise that is integrated into the bias. `bias_sd`,
+the spread of the bias between power-ups, is not in a record of one run: the caller gives it, and pyins needs it for a
+walk.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any, Unpack
+
+from allanite.exporters.imu import ACCELEROMETER, GYROSCOPE, Consumer, NoiseOptions, white_and_walk
+from allanite.exporters.imu.axes import UNITS
+
+__all__ = ["FILE_NAME", "NAME", "SUMMARY", "TAKES", "TERMS", "write"]
+
+NAME = "pyins"
+FILE_NAME = "pyins_imu.py"
+SUMMARY = "pyins: noise and bias_walk of EstimationModel, continuous, SI"
+TAKES = "study"
+CONSUMER = Consumer(
+    name="pyins",
+    file=FILE_NAME,
+    convention=(
+        "continuous-time root densities in SI units, two-sided; pyins makes them discrete itself",
+        "bias_sd, the spread between power-ups, is not in a record of one run: it is yours to give, above zero",
+    ),
+    per_axis=True,
+)
+TERMS = CONSUMER.terms
+
+_NAMES = {GYROSCOPE: "gyro", ACCELEROMETER: "accel"}
+
+
+def write(document: Mapping[str, Any], **options: Unpack[NoiseOptions]) -> str:
+    """The text of a Python module: a function for each triad, which gives keyword arguments.
+
+    Parameters
+    ----------
+    document : dict
+        A study document.
+    **options
+        `NoiseOptions`.
+
+    Raises
+    ------
+    InputError
+        What `white_and_walk` refuses.
+    """
+    imu = white_and_walk(document, CONSUMER, **options)
+    lines = imu.comment()
+    for sensor, name in _NAMES.items():
+        if sensor not in imu.noise:
+            continue
+        noise, walk = UNITS[sensor]
+        lines += [
+            "",
+            "",
+            f"def {name}(bias_sd):",
+            f'    """EstimationModel(**{name}(bias_sd)); bias_sd in {noise.replace("/sqrt(Hz)", "")}."""',
+            "    return {",
+            '        "bias_sd": bias_sd,',
+            f'        "noise": {_numbers(imu.noise[sensor], imu.style)},  # {noise}',
+            f'        "bias_walk": {_numbers(imu.walk[sensor], imu.style)},  # {walk}',
+            "    }",
+        ]
+    return "\n".join(lines) + "\n"
+
+
+def _numbers(values: tuple[float, ...], style: str) -> str:
+    texts = [format(v, style) for v in values]
+    return texts[0] if len(texts) == 1 else f"[{', '.join(texts)}]"

@@ -1,0 +1,100 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What a file may be, from its first bytes alone: nothing of a foreign file is parsed in the server.
+
+The readers decide in the end; this only says what is worth showing.
+"""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Final
+
+__all__ = ["HEAD", "document_format", "recording_format"]
+
+HEAD: Final = 4096
+"""Bytes that are looked at."""
+
+#: Beginnings of files, and what reads them.
+_MAGIC: Final = (
+    (b"\x93NUMPY", "numpy_file"),
+    (b"PAR1", "parquet"),
+    (b"ARROW1", "parquet"),
+    (b"MATLAB 5.0", "matlab"),
+    (b"MATLAB 7.3", "matlab"),
+    (b"\x89HDF\r\n\x1a\n", "hdf5"),
+    (b"#ROSBAG V", "rosbag"),
+    (b"\x89MCAP", "rosbag"),
+    (b"SQLite format 3\x00", "rosbag"),
+    (b"\xa3\x95", "ardupilot"),
+    (b"ULog\x01\x12\x35", "ulog"),
+    (b"TDSm", "tdms"),
+    (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", "spreadsheet"),
+    (b"\xff\xff\xff\xff", "parquet"),  # an Arrow stream
+)
+_PACKED: Final = ((b"\x1f\x8b", ".gz"), (b"\xfd7zXZ\x00", ".xz"), (b"BZh", ".bz2"))
+_ZIP = b"PK\x03\x04"
+#: Text that is no log, by its suffix.
+_NO_LOGS: Final = frozenset(
+    {
+        ".json", ".jsonl", ".yaml", ".yml", ".html", ".htm", ".md", ".rst", ".py", ".m", ".c", ".h", ".cpp", ".hpp",
+        ".js", ".css", ".xml", ".svg", ".toml", ".ini", ".cfg", ".sh", ".ipynb", ".tex", ".service", ".pdf",
+        ".launch",
+    }
+)  # fmt: skip
+_CURVE = b"# format: allanite-curve"
+_NUMBERS = re.compile(rb"(?:^|[\s,;|\"])[-+]?\d+(?:[.,]\d+)?(?:[eE][-+]?\d+)?(?:$|[\s,;|\"])", re.M)
+#: Lines with a number, in the first bytes of a log, at least; one of two that are whole.
+_FEWEST_LINES = 2
+_FORMAT = re.compile(rb'"format"\s*:\s*"(allanite-[a-z-]{1,40})"')
+_MODEL = re.compile(rb'^\s*\{\s*"[^"]{1,200}"\s*:\s*\{\s*"(?:terms|family)"')
+
+
+def recording_format(path: Path, head: bytes) -> str | None:
+    """Name of the reader that this may be for; None for what is no recording."""
+    if path.is_dir():
+        return _folder_format(path)
+    for magic, name in _MAGIC:
+        if head.startswith(magic):
+            return name
+    if head.startswith(_ZIP):
+        return "numpy_file" if b".npy" in head else "spreadsheet" if _is_workbook(path, head) else None
+    if any(head.startswith(magic) for magic, _ in _PACKED):
+        return "text" if ".tar" not in path.name else None
+    return "text" if path.suffix.lower() not in _NO_LOGS and _is_table(head) else None
+
+
+def _folder_format(path: Path) -> str | None:
+    if (path / "manifest.jsonl").is_file() or (path / "000001.arrows").is_file():
+        return "run"
+    bags = path.is_dir() and (path / "metadata.yaml").is_file()
+    if bags and any(p.suffix in (".db3", ".mcap") for p in path.iterdir()):
+        return "rosbag"
+    return None
+
+
+def _is_workbook(path: Path, head: bytes) -> bool:
+    """By its first members, or its suffix: the list of all members stands at the end of a zip."""
+    named = path.suffix.lower() in (".xlsx", ".xlsm", ".xlsb", ".ods")
+    return named or b"xl/" in head or b"opendocument.spreadsheet" in head
+
+
+def _is_table(head: bytes) -> bool:
+    """Text with several lines of numbers."""
+    if head.startswith((b"\xff\xfe", b"\xfe\xff")):
+        head = head.decode("utf-16", "replace").encode()
+    head = head.rstrip(b"\x00")  # what a crash leaves behind a log
+    if b"\x00" in head or head.startswith(_CURVE) or _FORMAT.search(head):
+        return False
+    lines = head.splitlines()
+    return sum(1 for line in lines if _NUMBERS.search(line)) >= min(_FEWEST_LINES, max(len(lines), 1))
+
+
+def document_format(path: Path, head: bytes) -> str | None:
+    """Format of a result of allanite; None for what is none."""
+    if path.suffix.lower() != ".json" or not head.lstrip().startswith(b"{"):
+        return None
+    found = _FORMAT.search(head)
+    if found:
+        return found.group(1).decode()
+    return "models" if _MODEL.match(head) else None

@@ -1,0 +1,72 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The page: session, list at the side, and the view that the address names.
+
+import { get } from "./api.js";
+import * as catalogue from "./catalogue.js";
+import { CompareView } from "./compare.js";
+import { h, fill, notice } from "./dom.js";
+import { jobList } from "./joblist.js";
+import { CaptureView, LiveView } from "./live.js";
+import { PlanView } from "./plan.js";
+import { RecordingView } from "./recording.js";
+import { switchable } from "./theme.js";
+import * as work from "./work.js";
+
+// The token has done its work, and should not stay in the history.
+history.replaceState(null, "", `/${location.hash}`);
+
+const main = document.getElementById("main-view");
+const VIEWS = {
+  recording: (session, id) => new RecordingView(session, id),
+  compare: (session) => new CompareView(session),
+  plan: () => new PlanView(),
+  capture: (session) => new CaptureView(session),
+  live: (session, id) => new LiveView(session, id),
+};
+/** Views that stand in the bar at the top. */
+const NAV = [["#/", "Recordings"], ["#/compare", "Compare"], ["#/plan", "Plan"], ["#/capture", "Capture"]];
+
+let view = null;
+
+function welcome(session) {
+  return h("section", {},
+    h("h1", {}, "Recordings of inertial sensors"),
+    h("p", {}, `Choose a recording, or drop a log of a sensor at rest on the page: CSV, NumPy, Parquet, MATLAB, HDF5, ROS bags, flight logs, spreadsheets. It is opened at once; its noise model, imu.yaml and a report are one button away.`),
+    h("p", { class: "soft" }, `allanite ${session.version}. Everything stays on this machine. Results go to allanite-results in ${session.folder}.`));
+}
+
+async function show(session) {
+  const [, name, id] = location.hash.split("/").map(decodeURIComponent);
+  view?.close?.();
+  view = null;
+  notice("");
+  for (const link of document.querySelectorAll("#main-nav a")) {
+    const of = { recording: "", live: "capture" };
+    const here = link.getAttribute("href") === `#/${VIEWS[name] ? (of[name] ?? name) : ""}`;
+    if (here) link.setAttribute("aria-current", "page");
+    else link.removeAttribute("aria-current");
+  }
+  if (!VIEWS[name]) return fill(main, welcome(session));
+  const mine = (view = VIEWS[name](session, id));
+  fill(main, mine.place);
+  document.title = `${catalogue.recording(id)?.name || NAV.find(([a]) => a === `#/${name}`)?.[1] || ""} – allanite`;
+  try {
+    await mine.load();
+  } catch (error) {
+    if (view === mine) notice(error.message);
+  }
+}
+
+async function begin() {
+  switchable(document.getElementById("theme-switch"));
+  fill(document.getElementById("main-nav"), NAV.map(([address, label]) => h("a", { href: address }, label)));
+  const session = await get("/api/session");
+  await catalogue.refresh();
+  catalogue.fileList(document.getElementById("side-files"), session);
+  jobList(document.getElementById("side-jobs"));
+  work.follow(() => catalogue.refresh().catch(() => {}));
+  window.addEventListener("hashchange", () => show(session));
+  await show(session);
+}
+
+begin().catch((error) => notice(error.message));

@@ -1,0 +1,65 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Files for others: imu.yaml, the formats of filters and simulators, the report.
+
+import { h, fill, said } from "./dom.js";
+import { fields } from "./form.js";
+import { lines } from "./lines.js";
+import { run } from "./progress.js";
+
+/** Let the browser save what stands at an address of the server. */
+export function save(address) {
+  const link = h("a", { href: address, download: "" });
+  document.body.append(link);
+  link.click();
+  link.remove();
+}
+
+/**
+ * Buttons for the files of a study.
+ * @param {object} session
+ * @param {object} document as in the catalogue
+ */
+export function exportBar(session, document) {
+  const doing = h("div", { role: "status" });
+  const more = h("div", {});
+  const file = (name) => document.files.find((f) => f.name === name);
+  const address = (f) => `/api/documents/${document.id}/files/${f.index}`;
+  const imu = file("imu.yaml");
+
+  async function exported(consumer, options) {
+    const job = await run(doing, { kind: "export", document: document.id, options: { consumer, ...options } });
+    if (!job) return;
+    for (const f of job.files) save(`/api/jobs/${job.id}/files/${f.index}`);
+    fill(doing, h("p", { class: "note" }, `Saved ${job.files.map((f) => f.name).join(", ")}.`), lines(job));
+  }
+
+  async function report() {
+    if (document.report) return save(`/api/documents/${document.id}/report`);
+    const job = await run(doing, { kind: "report", document: document.id });
+    if (job) save(`/api/jobs/${job.id}/files/0`);
+  }
+
+  const consumers = session.consumers.filter((c) => c.takes !== "calibration");
+  const select = h("select", { id: "export-consumer", "aria-label": "Format" }, consumers.map((c) => h("option", { value: c.name }, `${c.name.replace(/_/g, "-")}: ${c.file}`)));
+  let form = null;
+  const chosen = () => consumers.find((c) => c.name === select.value);
+  const draw = () => {
+    form = fields(session.kinds.export.options, { names: chosen().options.filter((n) => n !== "model") });
+    fill(more, h("p", { class: "note" }, chosen().summary), h("details", {}, h("summary", {}, "Options"), form.place));
+  };
+  select.addEventListener("change", draw);
+  draw();
+  const name = (consumer) => consumer.name.replace(/_/g, "-");
+
+  return h("section", { "aria-labelledby": "export-title" },
+    h("h2", { id: "export-title" }, "Take it with you"),
+    h("div", { class: "bar" },
+      h("button", { type: "button", class: "main", onclick: said(() => (imu ? save(address(imu)) : exported("kalibr", {}))) }, "imu.yaml"),
+      h("button", { type: "button", onclick: said(report) }, "Report"),
+      document.files.filter((f) => !["imu.yaml", "report.html"].includes(f.name)).map((f) => h("a", { class: "button", href: address(f), download: "" }, f.name)),
+    ),
+    h("div", { class: "bar" }, h("label", { for: "export-consumer" }, "For"), select,
+      h("button", { type: "button", onclick: said(() => exported(name(chosen()), form.values())) }, "Export")),
+    more, doing,
+  );
+}

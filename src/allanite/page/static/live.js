@@ -1,0 +1,185 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// Captures: start a recorder, watch its series and its Allan curve while it runs, stop it. It runs without the page, too.
+
+import { get, post } from "./api.js";
+import * as catalogue from "./catalogue.js";
+import { escaped, h, fill, said, notice } from "./dom.js";
+import { FigureView } from "./figure.js";
+import { fields } from "./form.js";
+import { lines } from "./lines.js";
+import { colours } from "./theme.js";
+import { CONFIG } from "./plotting.js";
+import { digits, duration, samples } from "./wording.js";
+
+const FIRST = { simulated: ["model", "rate", "unit", "duration"], "3458a": ["resource", "rate", "scale", "duration"], serial: ["port", "format", "duration"] };
+const GIVEN = { simulated: { model: { words: "N=0.3 deg/√h, K=5 deg/h/√h" }, rate: 100, unit: "deg/s" } };
+const ENOUGH = 4; // averaging times, before a curve is asked for
+const CURVE = 4000; // [ms] between figures of the curve
+
+/** Start captures, and the list of those that run. */
+export class CaptureView {
+  constructor(session) {
+    this.session = session;
+    this.list = h("section", { "aria-labelledby": "captures-title" });
+    this.form = h("div", {});
+    const select = h("select", { id: "capture-instrument" }, Object.entries(session.instruments).map(([name, i]) => h("option", { value: name }, i.title)));
+    select.addEventListener("change", () => this.drawForm(select.value));
+    this.place = h("div", {}, h("h1", {}, "Capture"),
+      h("section", { "aria-label": "Start" }, session.writable ? [h("div", { class: "bar" }, h("label", { for: "capture-instrument" }, "Instrument"), select), this.form] : h("p", {}, "The folder cannot be written: nothing can be recorded here.")),
+      this.list);
+    this.drawForm(select.value);
+  }
+
+  close() {
+    clearInterval(this.timer);
+  }
+
+  async load() {
+    await this.look();
+    this.timer = setInterval(() => this.look().catch(() => {}), 3000);
+  }
+
+  drawForm(name) {
+    const { options, required } = this.session.instruments[name];
+    const own = fields(options, { names: FIRST[name], required, given: GIVEN[name] });
+    const others = fields(options, { names: Object.keys(options).filter((n) => !FIRST[name].includes(n)), required });
+    const start = said(async (event) => {
+      event.preventDefault();
+      const { capture } = await post("/api/captures", { instrument: name, options: { ...own.values(), ...others.values() } });
+      await this.until(capture.id);
+    });
+    fill(this.form, h("form", { onsubmit: start }, own.place, h("details", {}, h("summary", {}, "Options"), others.place), h("div", { class: "bar" }, h("button", { class: "main" }, "Start"))));
+  }
+
+  /** Its folder is there a moment after its start: then it can be watched. */
+  async until(id) {
+    for (let i = 0; i < 60; i++) {
+      const capture = (await this.look()).find((c) => c.id === id);
+      if (capture?.run && capture.state === "recording") {
+        await catalogue.refresh();
+        location.hash = `#/live/${capture.run}`;
+        return;
+      }
+      if (!capture || capture.state === "ended") return notice(capture?.message || "The recorder ended at once.");
+      await new Promise((resolve) => setTimeout(resolve, 250));
+    }
+  }
+
+  async look() {
+    const { captures } = await get("/api/captures");
+    fill(this.list, h("h2", { id: "captures-title" }, "Captures"), captures.length ? h("ul", { class: "verdict" }, captures.map((c) => this.row(c))) : h("p", { class: "soft" }, "None has been started from this page."));
+    return captures;
+  }
+
+  row(c) {
+    const stop = h("button", { type: "button", onclick: said(async () => { await post(`/api/captures/${c.id}/stop`); await this.look(); }) }, "Stop");
+    return h("li", {}, h("div", { class: "bar" },
+      h("span", { class: `tag ${c.state === "recording" ? "info" : ""}` }, c.state), this.session.instruments[c.instrument]?.title || c.instrument,
+      c.run ? h("a", { href: c.state === "ended" ? `#/recording/${c.run}` : `#/live/${c.run}` }, c.state === "ended" ? "Open" : "Watch") : null, c.state === "ended" ? null : stop),
+      c.state === "ended" && c.exit ? h("p", { class: "note" }, c.message) : null, lines(c));
+  }
+}
+
+/** Watch a run that grows. */
+export class LiveView {
+  constructor(session, run) {
+    this.run = run;
+    this.state = h("dl", { class: "facts" });
+    this.status = h("p", { role: "status", "aria-live": "off" }, "Connecting …");
+    this.plot = h("div", { class: "plot", role: "img", "aria-label": "Series so far" });
+    this.curve = new FigureView("Allan deviation so far, with its interval");
+    this.channel = h("select", { "aria-label": "Channel" });
+    this.channel.addEventListener("change", said(() => this.drawCurve()));
+    this.stop = h("button", { type: "button", class: "main", hidden: true, onclick: said(() => this.end()) }, "Stop");
+    this.open = h("a", { class: "button", href: `#/recording/${run}`, hidden: true }, "Open the recording");
+    this.place = h("div", {}, h("h1", {}, catalogue.shortName(catalogue.recording(run)?.name || "Run")),
+      h("section", { "aria-label": "State" }, h("div", { class: "bar" }, this.stop, this.open, this.status), this.state),
+      h("section", { "aria-labelledby": "live-series" }, h("h2", { id: "live-series" }, "Series so far"), this.plot),
+      h("section", { "aria-labelledby": "live-curve" }, h("h2", { id: "live-curve" }, "Allan curve so far"), h("div", { class: "bar" }, this.channel), (this.none = h("p", { class: "soft" }, "It is drawn as soon as there are enough samples.")), this.curve.place));
+  }
+
+  close() {
+    this.stream?.close();
+    this.curve.close();
+    Plotly.purge(this.plot);
+  }
+
+  async load() {
+    this.stream = new EventSource(`/api/runs/${this.run}/events`);
+    this.stream.addEventListener("run", (event) => this.news(JSON.parse(event.data)));
+    this.stream.addEventListener("ended", (event) => this.over(JSON.parse(event.data).state));
+    this.stream.addEventListener("failed", (event) => {
+      this.stream.close();
+      this.status.textContent = JSON.parse(event.data).message;
+    });
+    this.stream.onerror = () => (this.status.textContent = "The connection is interrupted; the recorder goes on. Trying again …");
+    const { captures } = await get("/api/captures");
+    this.capture = captures.find((c) => c.run === this.run && c.state !== "ended");
+    this.stop.hidden = !this.capture;
+  }
+
+  async end() {
+    this.stop.disabled = true;
+    await post(`/api/captures/${this.capture.id}/stop`);
+  }
+
+  over(state) {
+    this.stream.close();
+    this.stop.hidden = true;
+    this.open.hidden = false;
+    if (state) this.facts(state);
+    this.status.textContent = "The run is over and closed.";
+    catalogue.refresh().catch(() => {});
+  }
+
+  news({ state, series, curves }) {
+    this.status.textContent = "";
+    this.facts(state);
+    if (series) this.draw(series, state.channels);
+    if (!curves || !Object.values(curves).some((c) => c.tau.length >= ENOUGH)) return;
+    this.none.hidden = true;
+    const names = Object.keys(curves);
+    if (this.channel.options.length !== names.length) fill(this.channel, names.map((n) => h("option", { value: n }, n)));
+    this.channel.hidden = names.length < 2;
+    if (!this.asked || performance.now() - this.asked > CURVE) this.drawCurve().catch(() => {});
+  }
+
+  drawCurve() {
+    this.asked = performance.now();
+    return this.curve.load((dark) => get(`/api/runs/${this.run}/figure?${new URLSearchParams({ channel: this.channel.value, dark: dark ? "1" : "" })}`));
+  }
+
+  facts(s) {
+    const rows = [
+      ["State", s.status], ["Samples", samples(s.samples)], ["Recorded", duration(s.samples / s.rate)],
+      ["Missing", s.missing ? `${samples(s.missing)} in ${s.gaps} gaps` : "none"], ["Rate", `${digits(s.measured_rate || s.rate, 5)} Hz`],
+      ["Planned", s.plan?.seconds ? `${duration(s.plan.seconds)}, ${digits(100 * s.plan.share, 3)} % done` : "until stopped"],
+      ["Disk", s.disk?.enough === false ? "not enough for the plan" : "enough"],
+    ];
+    fill(this.state, rows.map(([name, value]) => h("div", {}, h("dt", {}, name), h("dd", {}, value))));
+  }
+
+  draw({ rate, size, first, low, high }, channels) {
+    const palette = colours();
+    const order = ["x", "y", "z", "purple", "orange", "sky"];
+    const layout = {
+      height: Math.max(low.length * 130, 240) + 60, width: this.plot.clientWidth, margin: { l: 84, r: 16, t: 16, b: 46 }, showlegend: false, uirevision: "kept",
+      paper_bgcolor: palette.paper, plot_bgcolor: palette.paper, font: { family: "system-ui, sans-serif", size: 13, color: palette.ink },
+      xaxis: { title: { text: "Time since the first sample [s]", font: { size: 13 }, standoff: 6 }, gridcolor: palette.grid, zeroline: false, anchor: low.length > 1 ? `y${low.length}` : "y" },
+    };
+    const data = low.map((lows, c) => {
+      const x = [], y = [];
+      lows.forEach((value, i) => {
+        const t = (first + (i + (size > 1 ? 0.5 : 0)) * size) / rate;
+        x.push(t, t);
+        y.push(value, high[c][i]);
+      });
+      const n = c ? c + 1 : "";
+      const top = 1 - c / low.length;
+      layout[`yaxis${n}`] = { domain: [top - 1 / low.length + 0.02, top - (c ? 0.02 : 0)], gridcolor: palette.grid, zeroline: false, title: { text: `${escaped(channels[c]?.name ?? c)}<br>[${escaped(channels[c]?.unit || "1")}]`, font: { size: 12 }, standoff: 8 } };
+      return { type: "scatter", mode: "lines", x, y, xaxis: "x", yaxis: `y${n}`, line: { width: 1, color: palette[order[c % order.length]] }, hovertemplate: "%{x:.6g} s: %{y:.5g}", name: "" };
+    });
+    Plotly.react(this.plot, data, layout, CONFIG);
+    this.plot.dataset.drawn = "yes";
+  }
+}

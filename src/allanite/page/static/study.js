@@ -1,0 +1,67 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A study: what the record supports, the curve with band and model, the numbers, the findings, the files.
+
+import { get } from "./api.js";
+import { CurvePanel } from "./curve.js";
+import { h, fill } from "./dom.js";
+import { exportBar } from "./exports.js";
+import { findingList } from "./findings.js";
+import { lines } from "./lines.js";
+import { otherTerms } from "./otherterms.js";
+import { parameterTable } from "./parameters.js";
+import * as work from "./work.js";
+
+/**
+ * Show the study of a document of the catalogue.
+ * `subject()` is the recording and how it is read; `refit(options)` characterizes it again.
+ */
+export class StudyView {
+  constructor(session, document, subject, refit) {
+    this.session = session;
+    this.subject = subject;
+    this.document = document;
+    this.refit = refit;
+    this.place = h("div", { class: "study" }, h("p", { class: "soft" }, "Reading the study …"));
+  }
+
+  close() {
+    this.curve?.close();
+  }
+
+  async load() {
+    const id = this.document.id;
+    const [study, table] = await Promise.all([get(`/api/documents/${id}`), get(`/api/documents/${id}/parameters`)]);
+    this.curve = new CurvePanel(this.session, this.document, study, { refit: this.refit, channel: (name) => this.channel(name) });
+    this.study = study;
+    this.parameters = h("div", {});
+    this.table = table;
+    const drawn = (models) => {
+      this.curve.models = models;
+      return this.curve.draw();
+    };
+    this.fit = otherTerms(this.session, this.subject, table, drawn, () => this.curve.name);
+    const job = work.all().find((j) => j.document === id);
+    fill(
+      this.place,
+      h("section", { "aria-labelledby": "verdict-title" }, h("h2", { id: "verdict-title" }, "Verdict"), this.verdict()),
+      h("section", { "aria-labelledby": "curve-title" }, h("h2", { id: "curve-title" }, "Noise"), this.curve.place, this.fit),
+      h("section", { "aria-labelledby": "parameters-title" }, h("h2", { id: "parameters-title" }, "Parameters"), this.parameters),
+      h("section", { "aria-labelledby": "findings-title" }, h("h2", { id: "findings-title" }, "Findings"), findingList(study.findings)),
+      exportBar(this.session, this.document),
+      lines({ command: job?.command || this.document.command, python: job?.python }),
+    );
+    this.channel(study.channels[0].name);
+    await this.curve.draw();
+  }
+
+  verdict() {
+    return h("ul", { class: "verdict" }, this.study.channels.map((c) => h("li", {}, h("b", {}, c.name), " ", c.models[0]?.verdict || "No model was fitted.")));
+  }
+
+  /** The channel that is looked at. */
+  channel(name) {
+    this.fit.show();
+    const found = this.table.channels.find((c) => c.name === name);
+    if (found) fill(this.parameters, parameterTable(found, this.study.channels.find((c) => c.name === name)?.models[0]?.confidence));
+  }
+}

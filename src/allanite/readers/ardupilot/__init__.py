@@ -1,0 +1,76 @@
+# Specification: ArduPilot, "dataflash" binary logs: AP_Logger/LogStructure.h and the documentation of log messages.
+# SPDX-License-Identifier: BSD-3-Clause
+"""ArduPilot dataflash logs (.BIN): IMU, GYR and ACC messages, and the batches of the batch sampler.
+
+Every message type has a clock of its own, and every instance of a sensor is a part of its own. Units are those that
+the messages are defined with (rad/s, m/s²), or that the log states itself (UNIT, FMTU). `records` finds the records,
+`parts` makes tables of them; both run in a child process.
+"""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Final
+
+from allanite.errors import DataQualityError
+from allanite.readers.assembly import Options, Table
+from allanite.readers.sandbox import run
+from allanite.recording import ArrayColumn
+
+NAME: Final = "ArduPilot"
+OPTIONS: Final = frozenset({"topic"})
+
+_FIRST = b"\xa3\x95\x80"
+_SELF = b"\xa3\x95\x80\x80\x59FMT"
+_SPARE_MEMORY = 512 << 20
+
+
+def sniff(head: bytes, path: Path) -> bool:
+    """True for a first record that defines a record, and for the definition of the definitions behind some garbage."""
+    return head.startswith(_FIRST) or _SELF in head
+
+
+def read(path: Path, options: Options) -> Table:
+    """Read the messages of one type and instance.
+
+    Raises
+    ------
+    FormatError
+        No record can be read.
+    InputError
+        No message of an inertial sensor, or not the one asked for; the error lists those that are there.
+    DataQualityError
+        The message asked for never comes.
+    """
+    size = path.stat().st_size
+    asked = {"topic": options.topic, "channels": _as_list(options)}
+    found, arrays = run(
+        "allanite.readers.ardupilot.parts:table_in",
+        [str(path), json.dumps(asked)],
+        imports=["numpy", "allanite.readers.ardupilot.parts"],
+        memory=_SPARE_MEMORY + 8 * size,
+        seconds=20 + size / 1e7,
+        name=path.name,
+    )
+    headings = tuple(found["headings"])
+    columns = tuple(ArrayColumn(arrays[h]) for h in headings)
+    if len(columns[0]) == 0:
+        raise DataQualityError(f"{path.name}: the log holds no message {found['topic']}")
+    return Table(
+        format=NAME,
+        headings=headings,
+        columns=columns,
+        units=tuple(found["units"]),
+        units_from=found["units_from"],
+        rate=found["rate"],
+        rate_from="header of the batches" if found["rate"] else "",
+        source={"size_bytes": size, **found["source"]},
+        guesses=tuple(found["guesses"]),
+    )
+
+
+def _as_list(options: Options) -> list[str] | None:
+    if options.channels is None:
+        return None
+    return [options.channels] if isinstance(options.channels, str) else list(options.channels)

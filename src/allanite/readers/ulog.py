@@ -1,0 +1,276 @@
+# Specification: PX4 User Guide, "ULog File Format", versions 0 and 1; message definitions of PX4 (msg/*.msg).
+# SPDX-License-Identifier: BSD-3-Clause
+"""PX4 flight logs (.ulg), through pyulog, in a child process.
+
+Read are sensor_combined, sensor_gyro, sensor_accel, vehicle_imu and the FIFO messages, instance by instance, or any
+other message by its name. Units are those of the message definitions. What the logger dropped, or a sensor did not
+deliver, is missing in the stamps and so becomes a gap.
+"""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.errors import DataQualityError, InputError
+from allanite.readers.assembly import Options, Table
+from allanite.readers.contents import Part, choose_part, listed
+from allanite.readers.sandbox import run
+from allanite.recording import ArrayColumn
+
+NAME: Final = "PX4 ULog"
+OPTIONS: Final = frozenset({"topic"})
+
+_MAGIC = b"ULog\x01\x12\x35"
+_SPARE_MEMORY = 512 << 20
+_MEMORY_PER_BYTE = 6  # the library holds the messages, and their columns are made from them
+_NOT_NEW = 0x7FFFFFFF  # accelerometer_timestamp_relative of a sample that is no new one
+_LARGEST_FIFO = 64
+
+Columns = dict[str, NDArray[Any]]
+Message = dict[str, NDArray[Any]]
+
+
+def sniff(head: bytes, path: Path) -> bool:
+    """True for the magic string."""
+    return head.startswith(_MAGIC)
+
+
+def read(path: Path, options: Options) -> Table:
+    """Read one message, one instance of it.
+
+    Raises
+    ------
+    InputError
+        The extra `px4` is not installed; no message of an inertial sensor, or not the one asked for.
+    FormatError
+        The file is damaged at its beginning.
+    LimitError
+        It needs more memory than there is.
+    DataQualityError
+        No samples.
+    """
+    from importlib.util import find_spec
+
+    if find_spec("pyulog") is None:
+        raise InputError(
+            f'{path.name} is a PX4 ULog; reading it needs one more package: pip install "allanite[px4]"'
+        )
+    size = path.stat().st_size
+    channels = [options.channels] if isinstance(options.channels, str) else options.channels
+    asked = {"topic": options.topic, "channels": None if channels is None else list(channels)}
+    found, arrays = run(
+        f"{__name__}:table_in",
+        [str(path), json.dumps(asked)],
+        imports=["numpy", "pyulog", __name__],
+        memory=_SPARE_MEMORY + _MEMORY_PER_BYTE * size,
+        seconds=30 + size / 2e6,
+        name=path.name,
+    )
+    headings = tuple(found["headings"])
+    if len(arrays[headings[0]]) == 0:
+        raise DataQualityError(f"{path.name}: the log holds no message {found['source']['topic']}")
+    return Table(
+        format=NAME,
+        headings=headings,
+        columns=tuple(ArrayColumn(arrays[h]) for h in headings),
+        units=tuple(found["units"]),
+        units_from="metadata" if any(found["units"][1:]) else "none",
+        source={"size_bytes": size, **found["source"]},
+        guesses=tuple(found["guesses"]),
+    )
+
+
+# -- in the child ------------------------------------------------------------------------------------------
+
+
+def table_in(path: str, asked: str) -> tuple[dict[str, Any], Columns]:
+    """The table that is asked for (or the best one), and everything that is to be said of it.
+
+    Parameters
+    ----------
+    path : str
+    asked : str
+        JSON: topic and channels of `allanite.readers.read`.
+    """
+    from pyulog import ULog
+
+    wanted, name = json.loads(asked), Path(path).name
+    topic = wanted["topic"]
+    names = [*_KNOWN, *([topic.split("[")[0]] if topic else [])]
+    log = ULog(path, message_name_filter_list=names)
+    messages = _messages(log)
+    if not messages and topic is None:
+        raise InputError(f"{name}: no message of an inertial sensor; the log defines: {_defined(log)}")
+    parts = [_part(key, message) for key, message in messages.items()]
+    parts.sort(key=lambda p: (p.rank, p.name))
+    if topic is not None and not any(p.name.split("[")[0] == topic.split("[")[0] for p in parts):
+        raise InputError(f"{name}: no message {topic!r}; the log defines: {_defined(log)}")
+    part, guesses = choose_part(parts, topic, wanted["channels"], file=name, option="topic", what="message")
+    stamps, columns, units, more = _table(part.name.split("[")[0], messages[part.name])
+    columns = {"timestamp_us": stamps, **columns}
+    source = {"topic": part.name, "contents": listed(parts), "dropouts": len(log.dropouts)}
+    found = {
+        "headings": list(columns),
+        "units": ["us", *units],
+        "guesses": [*guesses, *more, *_remarks(log)],
+        "source": source,
+    }
+    return found, columns
+
+
+def _messages(log: Any) -> dict[str, Message]:
+    """Name with instance -> fields. Messages of appended sections follow those of the section before."""
+    together: dict[str, list[Message]] = {}
+    for item in log.data_list:
+        if "timestamp" in item.data:
+            together.setdefault(f"{item.name}[{item.multi_id}]", []).append(item.data)
+    joined: dict[str, Message] = {}
+    for key, several in together.items():
+        fields = [f for f in several[0] if all(f in one for one in several)]
+        joined[key] = {f: np.concatenate([one[f] for one in several]) for f in fields}
+    return joined
+
+
+def _defined(log: Any) -> str:
+    names = sorted(str(n) for n in log.message_formats if n)
+    return ", ".join(names[:80]) or "none"
+
+
+def _part(key: str, message: Message) -> Part:
+    kind = key.split("[")[0]
+    stamps, columns, _, _ = _table(kind, message)
+    span = (float(stamps[-1]) - float(stamps[0])) * 1e-6 if len(stamps) > 1 else 0.0
+    return Part(
+        name=key,
+        rows=len(stamps),
+        columns=tuple(columns),
+        rate=(len(stamps) - 1) / span if span > 0 else None,
+        rank=list(_KNOWN).index(kind) if kind in _KNOWN else len(_KNOWN),
+    )
+
+
+def _remarks(log: Any) -> list[str]:
+    said = []
+    if log.dropouts:
+        total = sum(int(d.duration) for d in log.dropouts)
+        said.append(f"the logger dropped messages {len(log.dropouts)} times, for {total} ms together: gaps")
+    if log.file_corruption:
+        said.append("the log is damaged in places: messages there are passed over")
+    return said
+
+
+# -- messages ----------------------------------------------------------------------------------------------
+
+_Made = tuple[NDArray[Any], Columns, list[str], list[str]]
+
+
+def _table(kind: str, message: Message) -> _Made:
+    """Stamps [µs], channels, their units, and remarks of one message."""
+    make = _KNOWN.get(kind, _anything)
+    try:
+        return make(message)
+    except KeyError as error:
+        stamps, columns, units, _ = _anything(message)
+        said = (
+            f"this version of {kind} has no field {error}: its fields are read as they stand, without units"
+        )
+        return stamps, columns, units, [said]
+
+
+def _triad(message: Message, field: str, name: str) -> Columns:
+    return {f"{name}_{axis}": message[f"{field}[{i}]"] for i, axis in enumerate("xyz")}
+
+
+def _sampled(message: Message) -> tuple[NDArray[Any], list[str]]:
+    """When the samples were taken, not when the message was sent, where the message says so."""
+    stamps = message.get("timestamp_sample")
+    if stamps is not None and len(stamps) and (stamps > 0).all():
+        return stamps, ["time is timestamp_sample, when each sample was taken"]
+    return message["timestamp"], []
+
+
+def _clipped(message: Message, *fields: str) -> list[str]:
+    bad = np.zeros(len(message["timestamp"]), dtype=bool)
+    for field in (f for f in message if f.split("[")[0] in fields):
+        bad |= message[field] != 0
+    return [f"the driver marks {int(bad.sum())} samples as clipped"] if bad.any() else []
+
+
+def _sensor_combined(message: Message) -> _Made:
+    gyro, acc = _triad(message, "gyro_rad", "gyro"), _triad(message, "accelerometer_m_s2", "acc")
+    said = _clipped(message, "gyro_clipping", "accelerometer_clipping")
+    late = message.get("accelerometer_timestamp_relative")
+    if late is not None and (late == _NOT_NEW).any():
+        old = late == _NOT_NEW
+        acc = {k: np.where(old, np.float32(np.nan), v) for k, v in acc.items()}
+        said.append(f"{int(old.sum())} accelerometer samples are marked as not new: missing")
+    return message["timestamp"], {**gyro, **acc}, ["rad/s"] * 3 + ["m/s²"] * 3, said
+
+
+def _vehicle_imu(message: Message) -> _Made:
+    """Increments over their interval: their quotient is the mean rate of that interval."""
+    stamps, said = _sampled(message)
+    columns: Columns = {}
+    for field, name in (("delta_angle", "gyro"), ("delta_velocity", "acc")):
+        interval = message[f"{field}_dt"].astype(np.float64) * 1e-6
+        with np.errstate(divide="ignore", invalid="ignore"):
+            rates = {k: v / interval for k, v in _triad(message, field, name).items()}
+        columns |= {k: np.where(interval > 0, v, np.nan) for k, v in rates.items()}
+    said.append("rates are the increments over the interval that each message states (delta_angle_dt)")
+    said += _clipped(message, "delta_angle_clipping", "delta_velocity_clipping")
+    return stamps, columns, ["rad/s"] * 3 + ["m/s²"] * 3, said
+
+
+def _sensor(name: str, unit: str) -> Callable[[Message], _Made]:
+    def made(message: Message) -> _Made:
+        stamps, said = _sampled(message)
+        columns = {f"{name}_{axis}": message[axis] for axis in "xyz"}
+        units = [unit] * 3
+        if "temperature" in message:
+            columns["temperature"], units = message["temperature"], [*units, "°C"]
+        return stamps, columns, units, said + _clipped(message, "clip_counter")
+
+    return made
+
+
+def _fifo(name: str, unit: str) -> Callable[[Message], _Made]:
+    """Raw samples in packets: `samples` of them, `dt` apart, the last one at timestamp_sample."""
+
+    def made(message: Message) -> _Made:
+        stamps, said = _sampled(message)
+        width = sum(1 for f in message if f.startswith("x["))
+        if not 0 < width <= _LARGEST_FIFO:
+            raise KeyError("x[]")
+        count = np.minimum(message["samples"].astype(np.int64), width)
+        used = np.arange(width) < count[:, None]
+        steps = message["dt"].astype(np.float64)[:, None] * (np.arange(width) - (count[:, None] - 1))
+        times = (stamps.astype(np.float64)[:, None] + steps)[used]
+        columns: Columns = {}
+        for axis in "xyz":
+            raw = np.stack([message[f"{axis}[{i}]"] for i in range(width)], axis=1)
+            columns[f"{name}_{axis}"] = (raw * message["scale"].astype(np.float64)[:, None])[used]
+        return times, columns, [unit] * 3, [*said, "raw samples out of the FIFO of the sensor"]
+
+    return made
+
+
+def _anything(message: Message) -> _Made:
+    columns = {k: v for k, v in message.items() if not k.startswith("timestamp") and v.dtype.kind in "iuf"}
+    return message["timestamp"], columns, [""] * len(columns), []
+
+
+#: Messages that are read without being asked for, best first among those that are about as fast.
+_KNOWN: Final[dict[str, Callable[[Message], _Made]]] = {
+    "sensor_combined": _sensor_combined,
+    "vehicle_imu": _vehicle_imu,
+    "sensor_gyro": _sensor("gyro", "rad/s"),
+    "sensor_accel": _sensor("acc", "m/s²"),
+    "sensor_gyro_fifo": _fifo("gyro", "rad/s"),
+    "sensor_accel_fifo": _fifo("acc", "m/s²"),
+}

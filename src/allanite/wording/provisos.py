@@ -1,0 +1,101 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What noise coefficients hold besides the noise of the sensor: aperture of the meter, error of the scale factor.
+
+And what a run lacks, and how it was recorded.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from allanite.wording.numbers import duration, number
+
+__all__ = ["missing_lines", "provisos", "record_facts"]
+
+Json = Mapping[str, Any]
+
+_SHOWN_SETTINGS = 40
+
+
+def provisos(channels: Iterable[Json]) -> list[str]:
+    """One sentence for each kind of proviso, with the channels that it is true of.
+
+    Parameters
+    ----------
+    channels : iterable of dict
+        Entries like those of a study's "channels".
+    """
+    said: dict[str, list[str]] = {}
+    for channel in channels:
+        for sentence in (_aliasing(channel), _scale(channel)):
+            if sentence:
+                said.setdefault(sentence, []).append(channel["name"])
+    return [f"{', '.join(names)}: {sentence}" for sentence, names in said.items()]
+
+
+def _aliasing(channel: Json) -> str:
+    found = channel.get("aliasing")
+    if not found:
+        return ""
+    aperture, interval = (f"{found[key]:.6g} s" for key in ("aperture", "interval"))
+    return (
+        f"N is that of the samples. Each averages {aperture} of its {interval}: if the noise of the sensor is white "
+        f"far beyond 1/{aperture}, its own N is {number(found['factor'], 4)} = √({interval}/{aperture}) times smaller "
+        "(aliasing). Nothing was divided by that."
+    )
+
+
+def _scale(channel: Json) -> str:
+    found = channel["models"][0].get("scale_uncertainty") if channel["models"] else None
+    if found is None:
+        return ""
+    return (
+        f"the intervals hold the scale factor's standard uncertainty of {number(100 * found, 2)} %, one error common "
+        "to all amplitudes, in quadrature with the statistical one. The band of the curve does not."
+    )
+
+
+def missing_lines(entries: Iterable[Json], rate: float) -> list[tuple[str, str, str, str, str]]:
+    """What is missing and why: reason, gaps, samples, the longest, where the first begins."""
+    return [
+        (
+            e["reason"],
+            "–" if e["gaps"] is None else str(e["gaps"]),
+            str(e["samples"]),
+            "–" if e["longest"] is None else duration(e["longest"] / rate),
+            "–" if e["first"] is None else duration(e["first"] / rate),
+        )
+        for e in entries
+    ]
+
+
+def record_facts(history: Iterable[Json]) -> list[tuple[str, str]]:
+    """How a run was recorded, of each run that a recording is made of: names and values."""
+    return [fact for step in history if step.get("step") == "record" for fact in _recorded(step)]
+
+
+def _recorded(step: Json) -> Iterable[tuple[str, str]]:
+    named = (step["instrument"].get(key) for key in ("maker", "model", "serial"))
+    firmware = step["instrument"].get("firmware")
+    text = " ".join(str(part) for part in named if part) or "not known"
+    yield "instrument", text + (f", firmware {firmware}" if firmware else "")
+    yield "run", f"{step['run']}: {step['status']}, by allanite {step['software']}"
+    if step.get("aperture"):
+        yield "aperture", duration(step["aperture"])
+    if step.get("scale_date"):
+        yield "scale factor of", str(step["scale_date"])
+    settings = [f"{key} {_value(value)}" for key, value in sorted(step["settings"].items())]
+    if settings:
+        more = ", …" if len(settings) > _SHOWN_SETTINGS else ""
+        yield "settings", ", ".join(settings[:_SHOWN_SETTINGS]) + more
+
+
+def _value(value: Any) -> str:
+    if isinstance(value, bool):
+        return "on" if value else "off"
+    if isinstance(value, float):
+        return f"{value:.9g}"
+    if isinstance(value, list):
+        return "/".join(_value(v) for v in value)
+    return str(value)

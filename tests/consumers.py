@@ -1,0 +1,288 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What the programs that read exported noise make of the numbers: their own steps, each written from its definition.
+
+A consumer is a function that takes the content of its file and gives, by sensor, a `Step`: what one step of its own
+does to an angle (or a velocity) and to the bias of the sensor. Nothing here is shared with the exporters.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+from xml.etree import ElementTree
+
+import numpy as np
+from numpy.typing import NDArray
+from ruamel.yaml import YAML
+
+Array = NDArray[np.float64]
+
+RATE = 200.0
+GYRO, ACCEL = "gyroscope", "accelerometer"
+DEG, HOUR = math.pi / 180, 3600.0
+ARW, DEG_H, MICRO_G, MGAL = DEG / 60, DEG / 3600, 9.80665e-6, 1e-5
+
+
+@dataclass(frozen=True)
+class Step:
+    """One step of a consumer: (angle, bias) -> transition @ (angle, bias) + noise of this covariance."""
+
+    dt: float
+    transition: Array
+    covariance: Array
+
+    def after(self, seconds: float) -> Array:
+        """Covariance of (angle, bias) that started at zero; steps are composed by doubling."""
+        n = round(seconds / self.dt)
+        assert abs(n * self.dt / seconds - 1) < 1e-9
+        total, f, q = np.zeros((2, 2)), self.transition, self.covariance
+        while n:
+            if n & 1:
+                total = f @ total @ f.T + q
+            f, q, n = f @ f, f @ q @ f.T + q, n >> 1
+        return total
+
+
+def step(dt: float, angle: float, phi: float, bias: float) -> Step:
+    """Variances that a step adds to angle and bias; the bias decays by phi and moves the angle by dt times itself."""
+    return Step(dt, np.array([[1.0, dt], [0.0, phi]]), np.diag([angle, bias]))
+
+
+# -- readers of the files ------------------------------------------------------------------------------------
+
+
+def yaml_1_1(text: str) -> Any:
+    """As PyYAML reads it, which takes 1e-3, 1.0e3 and 5e-05 for text; the first line is for OpenCV alone."""
+    return _typed(YAML(typ="base", pure=True).load(text.removeprefix("%YAML:1.0\n")))
+
+
+#: https://yaml.org/type/float.html and int.html, as far as decimals go.
+_FLOAT = re.compile(r"[-+]?([0-9][0-9_]*)\.[0-9_]*([eE][-+][0-9]+)?|[-+]?\.[0-9_]+([eE][-+][0-9]+)?")
+
+
+def _typed(found: Any) -> Any:
+    if isinstance(found, dict):
+        return {key: _typed(value) for key, value in found.items()}
+    if isinstance(found, list):
+        return [_typed(value) for value in found]
+    if _FLOAT.fullmatch(found):
+        return float(found)
+    return int(found) if re.fullmatch(r"[-+]?[0-9]+", found) else found
+
+
+def floats(found: Any) -> list[float]:
+    """All values, each of which must be a number with a point."""
+    if isinstance(found, dict):
+        return [v for key, value in found.items() if key not in _WORDS for v in floats(value)]
+    if isinstance(found, list):
+        return [v for value in found for v in floats(value)]
+    assert isinstance(found, float), found
+    return [found]
+
+
+_WORDS = ("rostopic", "model")
+
+
+def python_names(text: str) -> dict[str, Any]:
+    names: dict[str, Any] = {}
+    exec(compile(text, "exported", "exec"), names)
+    return names
+
+
+def matlab_numbers(text: str) -> dict[str, list[float]]:
+    """Assignments of a script."""
+    found = {}
+    for name, value in re.findall(r"^([\w.]+) = \[?([^\];(]*)\]?;", text, re.M):
+        found[name.removeprefix("imu.")] = [float(v) for v in value.split(",")]
+    return found
+
+
+def parameters(text: str, pattern: str) -> dict[str, float]:
+    """Lines of a parameter file that are comments."""
+    return {key: float(value) for key, value in re.findall(pattern, text, re.M)}
+
+
+# -- white noise and a walk ------------------------------------------------------------------------------------
+
+
+def densities(found: dict[str, tuple[float, float]], rate: float = RATE) -> dict[str, Step]:
+    """noise sqrt(f) in a sample and walk/sqrt(f) in a step."""
+    dt = 1 / rate
+    return {
+        sensor: step(dt, (noise * math.sqrt(rate) * dt) ** 2, 1.0, (walk / math.sqrt(rate)) ** 2)
+        for sensor, (noise, walk) in found.items()
+    }
+
+
+def kalibr(text: str) -> dict[str, Step]:
+    k = yaml_1_1(text)
+    numbers = {s: (k[f"{s}_noise_density"], k[f"{s}_random_walk"]) for s in (GYRO, ACCEL)}
+    return densities(numbers, k["update_rate"])
+
+
+def openvins(text: str) -> dict[str, Step]:
+    """sigma^2/dt with an input matrix of dt."""
+    k = yaml_1_1(text)["imu0"]
+    dt = 1 / k["update_rate"]
+    return {
+        s: step(dt, dt**2 * k[f"{s}_noise_density"] ** 2 / dt, 1.0, dt**2 * k[f"{s}_random_walk"] ** 2 / dt)
+        for s in (GYRO, ACCEL)
+    }
+
+
+def vins(text: str) -> dict[str, Step]:
+    """Mid-point rule: the mean of two samples that are taken as independent; the bias moves by dt times its noise."""
+    k, dt = yaml_1_1(text), 1 / RATE
+    return {
+        s: step(dt, 2 * (0.5 * dt * k[f"{name}_n"]) ** 2, 1.0, (dt * k[f"{name}_w"]) ** 2)
+        for s, name in ((GYRO, "gyr"), (ACCEL, "acc"))
+    }
+
+
+def orb_slam3(text: str) -> dict[str, Step]:
+    k = yaml_1_1(text)
+    keys = {GYRO: ("IMU.NoiseGyro", "IMU.GyroWalk"), ACCEL: ("IMU.NoiseAcc", "IMU.AccWalk")}
+    return densities({s: (k[a], k[b]) for s, (a, b) in keys.items()}, k["IMU.Frequency"])
+
+
+def okvis(text: str) -> dict[str, Step]:
+    k = yaml_1_1(text)["imu_params"]
+    numbers = {GYRO: (k["sigma_g_c"], k["sigma_gw_c"]), ACCEL: (k["sigma_a_c"], k["sigma_aw_c"])}
+    return densities(numbers, k["imu_rate"])
+
+
+def gtsam(text: str) -> dict[str, Step]:
+    """Covariance/dt through a Jacobian of dt; to the bias dt times its covariance."""
+    k, dt = python_names(text)["COVARIANCES"], 1 / RATE
+    keys = {
+        GYRO: ("gyroscopeCovariance", "biasOmegaCovariance"),
+        ACCEL: ("accelerometerCovariance", "biasAccCovariance"),
+    }
+    return {s: step(dt, dt**2 * k[a][0] / dt, 1.0, dt * k[b][0]) for s, (a, b) in keys.items()}
+
+
+def pyins(text: str) -> dict[str, Step]:
+    names = python_names(text)
+    made = {GYRO: names["gyro"](1.0), ACCEL: names["accel"](1.0)}
+    return densities({s: (m["noise"], m["bias_walk"]) for s, m in made.items()})
+
+
+def delta_angle_filter(k: dict[str, float], keys: dict[str, tuple[str, str]], dt: float) -> dict[str, Step]:
+    """States are a delta angle and the bias of it, dt times that of the rate: (dt n)^2 and (dt^2 b)^2 in a step."""
+    return {
+        s: step(dt, (dt * k[noise]) ** 2, 1.0, (dt**2 * k[bias]) ** 2 / dt**2)
+        for s, (noise, bias) in keys.items()
+    }
+
+
+def px4(text: str) -> dict[str, Step]:
+    k = parameters(text, r"^# 1\t1\t(\w+)\t(\S+)\t9$")
+    keys = {GYRO: ("EKF2_GYR_NOISE", "EKF2_GYR_B_NOISE"), ACCEL: ("EKF2_ACC_NOISE", "EKF2_ACC_B_NOISE")}
+    return delta_angle_filter(k, keys, 0.01)
+
+
+def ardupilot(text: str) -> dict[str, Step]:
+    """At 12.5 ms, which divides a second; exported with filter_rate=80."""
+    k = parameters(text, r"^# (EK3_\w+),(\S+)$")
+    keys = {GYRO: ("EK3_GYRO_P_NSE", "EK3_GBIAS_P_NSE"), ACCEL: ("EK3_ACC_P_NSE", "EK3_ABIAS_P_NSE")}
+    return delta_angle_filter(k, keys, 0.0125)
+
+
+# -- Gauss-Markov ------------------------------------------------------------------------------------------------
+
+
+def markov(n: float, phi: float, bias: float) -> Step:
+    """N in SI, and the step of the bias at the rate of the record."""
+    return step(1 / RATE, n**2 / RATE, phi, bias)
+
+
+def gazebo(text: str) -> dict[str, Step]:
+    """phi = exp(-dt/T), q^2 T/2 (1 - exp(-2 dt/T))."""
+    k = {e.tag: float(e.text or "nan") for e in ElementTree.fromstring(f"<plugin>{text}</plugin>")}
+    found = {}
+    for s in (GYRO, ACCEL):
+        q, time = k[f"{s}RandomWalk"], k[f"{s}BiasCorrelationTime"]
+        bias = q**2 * time / 2 * (1 - math.exp(-2 / RATE / time))
+        found[s] = markov(k[f"{s}NoiseDensity"], math.exp(-1 / RATE / time), bias)
+    return found
+
+
+def matlab(text: str, content: Any) -> dict[str, Step]:
+    """White noise of BiasInstability through b/(1 + a z^-1); NoiseDensity sqrt(f), RandomWalk/sqrt(f) double-sided."""
+    assert json.loads(text)
+    found = {}
+    for s, name in ((GYRO, "Gyroscope"), (ACCEL, "Accelerometer")):
+        k = content[name]
+        assert str(k["NoiseType"][0]) == "double-sided"
+        c = k["BiasInstabilityCoefficients"]
+        assert c["Denominator"].ravel()[0] == 1.0
+        bias = (float(c["Numerator"].item()) * k["BiasInstability"].ravel()[0]) ** 2
+        found[s] = markov(k["NoiseDensity"].ravel()[0], -c["Denominator"].ravel()[1], bias)
+    return found
+
+
+def gnss_ins_sim(text: str) -> dict[str, Step]:
+    """phi = 1 - dt/T, sigma sqrt(1 - exp(-2 dt/T))."""
+    k, found = python_names(text)["imu_err"], {}
+    for s, name, walk, n, b in ((GYRO, "gyro", "arw", ARW, DEG_H), (ACCEL, "accel", "vrw", 1 / 60, 1.0)):
+        sigma, time = k[f"{name}_b_stability"][0] * b, k[f"{name}_b_corr"][0]
+        bias = sigma**2 * (1 - math.exp(-2 / RATE / time))
+        found[s] = markov(k[f"{name}_{walk}"][0] * n, 1 - 1 / RATE / time, bias)
+    return found
+
+
+def navego(text: str) -> dict[str, Step]:
+    """F = -1/corr, and the squares of white noise and psd times dt."""
+    k, found = matlab_numbers(text), {}
+    for s, letter, noise, n in ((GYRO, "g", "arw", ARW), (ACCEL, "a", "vrw", 1 / 60)):
+        phi = math.exp(-1 / RATE / k[f"{letter}b_corr"][0])
+        found[s] = markov(k[noise][0] * n, phi, k[f"{letter}b_psd"][0] ** 2 / RATE)
+    return found
+
+
+def psins(text: str) -> dict[str, Step]:
+    """sigma sqrt(2/Tau) drives the bias; with Tau = inf sqrtR0 does, per square root of hour."""
+    k, found = matlab_numbers(text), {}
+    for s, white, sigma, tau, n, b in (
+        (GYRO, "web", "sqrtR0G", "TauG", ARW, DEG_H),
+        (ACCEL, "wdb", "sqrtR0A", "TauA", MICRO_G, MICRO_G),
+    ):
+        time, value = k[tau][0], k[sigma][0] * b
+        drive = value / 60 if math.isinf(time) else value * math.sqrt(2 / time)
+        found[s] = markov(k[white][0] * n, math.exp(-1 / RATE / time), drive**2 / RATE)
+    return found
+
+
+def kf_gins(text: str) -> dict[str, Step]:
+    """phi = 1 - dt/T; 2 sigma^2/T times dt, the mean of before and after the step."""
+    k, found = yaml_1_1(text)["imunoise"], {}
+    for s, white, sigma, n, b in ((GYRO, "arw", "gbstd", ARW, DEG_H), (ACCEL, "vrw", "abstd", 1 / 60, MGAL)):
+        time = k["corrtime"] * HOUR
+        phi = 1 - 1 / RATE / time
+        drive = 2 * (k[sigma][0] * b) ** 2 / time
+        found[s] = markov(k[white][0] * n, phi, drive / RATE * (1 + phi**2) / 2)
+    return found
+
+
+def ob_gins(text: str) -> dict[str, Step]:
+    """phi = 1 - dt/T; 2 sigma^2/T times dt."""
+    k, found = yaml_1_1(text)["imumodel"], {}
+    for s, white, sigma, n, b in ((GYRO, "arw", "gbstd", ARW, DEG_H), (ACCEL, "vrw", "abstd", 1 / 60, MGAL)):
+        time = k["corrtime"] * HOUR
+        found[s] = markov(k[white] * n, 1 - 1 / RATE / time, 2 * (k[sigma] * b) ** 2 / time / RATE)
+    return found
+
+
+Reader = Callable[[str], dict[str, Step]]
+
+WALKERS: dict[str, Reader] = {
+    f.__name__: f for f in (kalibr, openvins, vins, orb_slam3, okvis, gtsam, pyins, px4, ardupilot)
+}
+MARKOVS: dict[str, Reader] = {f.__name__: f for f in (gazebo, gnss_ins_sim, navego, psins, kf_gins, ob_gins)}
+#: Consumers whose step of a Gauss-Markov bias is exact.
+EXACT = ("gazebo",)
+OPTIONS: dict[str, dict[str, Any]] = {"ardupilot": {"filter_rate": 80.0}}

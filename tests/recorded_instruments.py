@@ -1,0 +1,116 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Simulated instruments that tell by the value of a reading which one it is, and what a run of them holds."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from allanite.capture import Patience, session
+from allanite.instruments.hp3458a import driver, prologix
+from allanite.instruments.hp3458a.simulated_meter import SimulatedMeter
+from allanite.instruments.hp3458a.simulator import Simulator
+from allanite.instruments.serial_imu.faults import noise
+from allanite.log_store import Run as StoredRun
+from allanite.log_store import open_run
+
+_TABLE = np.array([float(b"%+.8E" % v) for v in np.random.default_rng(3).normal(0.0, 0.01, 1 << 15)])
+IMU: dict[str, Any] = {
+    "model": "X1",
+    "rate": 1000,
+    "frame": {
+        "header": "A5 5A",
+        "length": 28,
+        "counter": {"at": 2, "type": "u16"},
+        "fields": [
+            {
+                "name": f"ch{i}",
+                "at": 4 + 3 * i,
+                "type": "i24",
+                "unit": "deg/s",
+                "scale": 1e-4,
+                "overload": [-8388608],
+            }
+            for i in range(6)
+        ],
+        "checksum": {"kind": "crc32", "from": 2},
+    },
+}
+
+
+def volts(index: np.ndarray) -> np.ndarray:
+    """Reading by number, as the meter writes it."""
+    return _TABLE[index % len(_TABLE)]
+
+
+def number_of(values: np.ndarray) -> np.ndarray:
+    """Inverse of `volts`, for runs shorter than its table; a value that was never sent has no number."""
+    order = np.argsort(_TABLE)
+    found = order[np.clip(np.searchsorted(_TABLE[order], values), 0, len(order) - 1)]
+    assert np.array_equal(_TABLE[found], values), "a value that was never sent"
+    return found
+
+
+@contextmanager
+def meter(door: str = "socket", speed: float | None = 1.0, **simulated: Any) -> Iterator[Simulator]:
+    with Simulator(SimulatedMeter(signal=volts, speed=speed, **simulated), door) as simulator:
+        yield simulator
+
+
+def stored(run: StoredRun, part: int | None = None) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Numbers, values and flags."""
+    batches = list(run.batches(part))
+    return (
+        np.concatenate([b.counter for b in batches]),
+        np.concatenate([b.values for b in batches]),
+        np.concatenate([b.flags for b in batches]),
+    )
+
+
+def only_run(runs: Path) -> StoredRun:
+    (folder,) = runs.iterdir()
+    return open_run(folder)
+
+
+def lines_of(run: StoredRun, kind: str) -> list[Mapping[str, Any]]:
+    return [line for line in run.manifest if line["kind"] == kind]
+
+
+def missing_in(run: StoredRun) -> int:
+    return sum(line["samples"] for line in lines_of(run, "gap"))
+
+
+def assert_gaps_are_told(run: StoredRun, reason: str = "") -> None:
+    """The jumps of the counter are the gaps of the manifest, each with its reason."""
+    counter, _, _ = stored(run)
+    before = np.concatenate([[-1], counter[:-1]])
+    jumps = [(int(b) + 1, int(a - b - 1)) for b, a in zip(before, counter, strict=True) if a - b > 1]
+    told = [
+        (line["counter"], line["samples"]) for line in lines_of(run, "gap") if line["counter"] <= counter[-1]
+    ]
+    assert told == jumps
+    assert all(line["reason"] and reason in line["reason"] for line in lines_of(run, "gap"))
+
+
+def sent_by(values: np.ndarray, n: int) -> np.ndarray:
+    """What the simulated IMU sent from the first of these samples on."""
+    source = noise(6)(0, n + 5000)  # it sends before anybody listens
+    first = next(i for i in range(5000) if np.allclose(source[i], values[0], atol=6e-5))
+    return source[first : first + n]
+
+
+def make_quick(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Waits of the drivers cut short."""
+    monkeypatch.setenv("PYVISA_LIBRARY", "@py")  # else it looks for the makers' libraries each time
+    monkeypatch.setattr(driver, "QUIET", 0.02)
+    monkeypatch.setattr(prologix, "READ_TIMEOUT_MS", 30)
+    monkeypatch.setattr(prologix, "MARGIN", 0.03)
+    monkeypatch.setattr(
+        session, "Patience", partial(Patience, timeout=0.15, reconnections=8, pause=0.05, longest_pause=0.1)
+    )

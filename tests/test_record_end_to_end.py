@@ -1,0 +1,371 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""`allanite record` from the bytes of a simulated instrument to the samples in a run, with all that happens to the
+instrument and its link in between.
+
+Every stored sample is compared with the one that was sent under its number.
+"""
+
+from __future__ import annotations
+
+import json
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import allanite as al
+from allanite.capture import Patience, session
+from allanite.errors import DataQualityError
+from allanite.instruments import Flag, hp3458a
+from allanite.instruments.hp3458a import HP3458A
+from allanite.instruments.hp3458a.simulated_meter import Fault, SimulatedIdentity
+from allanite.instruments.serial_imu import Description
+from allanite.instruments.serial_imu.faults import Fault as LineFault
+from allanite.instruments.serial_imu.faults import noise
+from allanite.instruments.serial_imu.simulator import SimulatedImu
+from allanite.log_store import recover
+from recorded_instruments import (
+    IMU,
+    assert_gaps_are_told,
+    lines_of,
+    make_quick,
+    meter,
+    missing_in,
+    number_of,
+    only_run,
+    sent_by,
+    stored,
+    volts,
+)
+from shell import Run
+
+#: Behind an adapter a busy host that is late by a period loses a reading.
+DOORS = [("socket", 100), ("prologix", 25)]
+ASKED = {"start": [{"text": "GO"}], "identity": {"ask": {"text": "ID?"}, "answer": r"SN (?P<serial>\w+) "}}
+
+
+@pytest.fixture(autouse=True)
+def _quick(monkeypatch: pytest.MonkeyPatch) -> None:
+    make_quick(monkeypatch)
+
+
+# -- the normal course ---------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("door", ["socket", "prologix"])
+def test_a_meter_into_a_run_whose_curve_is_that_of_the_same_samples_in_a_file(
+    door: str, run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(hp3458a, "HP3458A", partial(HP3458A, speed=None))  # as fast as it is read
+    seconds, scale = 60 if door == "socket" else 4, "24.0 mV/(deg/s)"
+    with meter(door, speed=None) as simulator:
+        done = run(
+            *("record", "3458a", "--resource", simulator.resource, "--rate", 32, "--duration", seconds),
+            *(
+                "--scale",
+                scale,
+                "--scale-date",
+                "2026-09-01",
+                "--name",
+                "SiRRS01",
+                "--out",
+                tmp_path / "runs",
+                "--json",
+            ),
+        )
+    assert done.code == 0, done.err
+    document, n = json.loads(done.out), 32 * seconds
+    assert (document["samples"], document["missing"], document["overloads"]) == (n, 0, 0)
+    found = only_run(tmp_path / "runs")
+    counter, values, flags = stored(found)
+    assert np.array_equal(counter, np.arange(n)) and np.array_equal(values[:, 0], volts(counter))
+    assert not flags.any() and found.status == "success"
+    header = found.header
+    assert header.aperture == pytest.approx(0.02) and header.scale_date == "2026-09-01"
+    assert (
+        header.instrument["serial"] == "CALNUM 104 simulated" and header.settings["aliasing_factor"] == 1.25
+    )
+    assert lines_of(found, "facts")[0]["temperature_c"] == 36.4
+    stamps = found.survey().clocks
+    assert np.diff(stamps[:, 1]) == pytest.approx(np.diff(stamps[:, 0]) * 1e9 / 32, abs=2)
+    assert found.survey().rate is None  # these stamps were computed: they measure nothing
+    np.save(tmp_path / "same.npy", volts(np.arange(n)))
+    same = al.read(tmp_path / "same.npy", rate=32.0, unit="V", scale_factor=scale)
+    one, other = al.allan_curve(al.read(found.folder)), al.allan_curve(same)
+    assert np.array_equal(one.deviation, other.deviation) and np.array_equal(one.tau, other.tau)
+
+
+def test_an_imu_into_a_run_whose_curve_is_that_of_the_same_samples_in_a_file(
+    run: Run, tmp_path: Path
+) -> None:
+    described = Description.of(IMU)
+    (tmp_path / "imu.yaml").write_text(json.dumps(IMU))
+    with SimulatedImu(described) as device:
+        done = run(
+            *(
+                "record",
+                "serial",
+                "--port",
+                device.port,
+                "--format",
+                tmp_path / "imu.yaml",
+                "--duration",
+                0.4,
+            ),
+            *("--out", tmp_path / "runs"),
+        )
+    assert done.code == 0 and "Nothing is missing" in done.out, done.err
+    found = only_run(tmp_path / "runs")
+    counter, values, flags = stored(found)
+    assert np.array_equal(counter, np.arange(400)) and not flags.any()
+    np.testing.assert_allclose(values, sent_by(values, 400), atol=6e-5)
+    np.savez(tmp_path / "same.npz", **{f"ch{i}": values[:, i] for i in range(6)})
+    same = al.read(tmp_path / "same.npz", rate=1000.0, unit="deg/s", channels=["ch3"], variable="ch3")
+    assert np.array_equal(
+        al.allan_curve(al.read(found.folder, channels=["ch3"])).deviation, al.allan_curve(same).deviation
+    )
+
+
+# -- faults of readings (battery rows Q6 to Q8) ----------------------------------------------------------------
+
+
+def test_q7_q8_readings_that_are_none_are_left_out_and_said(
+    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    faults = [
+        Fault(at=4, kind="overload"),
+        Fault(at=8, kind="partial"),
+        Fault(at=12, kind="garbage", data=b"\xff\x00#\r\n"),
+        Fault(at=16, kind="delay", seconds=0.1),  # all of it comes afterwards
+        Fault(at=41, kind="doubled"),
+        Fault(at=44, kind="silence", seconds=0.3),
+    ]
+    monkeypatch.setattr(hp3458a, "HP3458A", partial(HP3458A, block=0.04))  # the usual lateness is soon known
+    with meter(faults=faults) as simulator:
+        done = run(
+            *("record", "3458a", "--resource", simulator.resource, "--rate", 50, "--duration", 1.3),
+            *("--out", tmp_path / "runs", "--json"),
+        )
+    assert done.code == 3, done.err
+    document = json.loads(done.out)
+    found = only_run(tmp_path / "runs")
+    counter, values, flags = stored(found)
+    absent = [8, *range(44, 59)]
+    assert counter.tolist() == [k for k in range(65) if k not in absent]
+    value = flags & Flag.OVERLOAD == 0
+    assert counter[~value].tolist() == [4] and np.isnan(values[~value]).all()
+    assert np.array_equal(values[value, 0], volts(counter[value])), "each under its number, none twice"
+    assert (document["samples"], document["missing"], document["overloads"]) == (49, 16, 1)
+    assert_gaps_are_told(found)
+    reasons = [line["reason"] for line in lines_of(found, "gap")]
+    assert "rejected b'" in reasons[0] and "no reading within" in reasons[1]
+    told = " ".join(line["text"] for line in lines_of(found, "remark"))
+    assert "xff" in told and "came twice; kept once" in told
+    assert {int(c) for c in counter[flags & Flag.RESYNC > 0]} >= {9, 59}
+
+
+def test_q7_q8_a_bad_line_to_an_imu_leaves_no_wrong_sample(run: Run, tmp_path: Path) -> None:
+    faults = [
+        LineFault(kind="garbage", at=310, size=40),
+        LineFault(kind="partial", at=330, size=11),
+        LineFault(kind="flipped", at=350, size=77),
+        LineFault(kind="doubled", at=370),
+        LineFault(kind="replayed", at=390, size=5),
+        LineFault(kind="lost", at=410, size=7),
+        LineFault(kind="overload", at=430),
+        LineFault(kind="pause", at=450, seconds=0.2),
+    ]
+    (tmp_path / "imu.yaml").write_text(json.dumps(IMU))
+    with SimulatedImu(Description.of(IMU), faults=faults) as device:
+        done = run(
+            *(
+                "record",
+                "serial",
+                "--port",
+                device.port,
+                "--format",
+                tmp_path / "imu.yaml",
+                "--duration",
+                0.9,
+            ),
+            *("--out", tmp_path / "runs", "--json"),
+        )
+    assert done.code == 3, done.err
+    found = only_run(tmp_path / "runs")
+    counter, values, flags = stored(found)
+    true = sent_by(values, 900)
+    first = int(np.flatnonzero(np.isclose(noise(6)(0, 300)[:, 0], values[0, 0], atol=6e-5))[0])
+    absent = {330, 350, *range(410, 417), *range(450, 650)}
+    assert counter.tolist() == [k for k in range(900) if k + first not in absent]
+    value = flags & Flag.OVERLOAD == 0
+    assert (counter[~value] + first).tolist() == [430]
+    np.testing.assert_allclose(values[value], true[counter[value]], atol=6e-5)
+    assert json.loads(done.out)["missing"] == 209 == missing_in(found)
+    assert_gaps_are_told(found)
+
+
+# -- the link (battery row Q7) ---------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("door", "rate"), DOORS)
+def test_q7_the_link_is_lost_and_the_same_meter_comes_back(
+    door: str, rate: int, run: Run, tmp_path: Path
+) -> None:
+    n = round(0.2 * rate)
+    with meter(door, faults=[Fault(at=n, kind="drop", seconds=0.15)]) as simulator:
+        done = run(
+            *("record", "3458a", "--resource", simulator.resource, "--rate", rate, "--duration", 0.9),
+            *("--out", tmp_path / "runs", "--json"),
+        )
+    assert done.code == 3, done.err
+    found = only_run(tmp_path / "runs")
+    counter, values, flags = stored(found)
+    number = number_of(values[:, 0])
+    assert (np.diff(number) > 0).all(), "none twice, none stale"
+    back_at = int(np.argmax(number >= n))
+    assert flags[back_at] & Flag.RESYNC and counter[-1] == round(0.9 * rate) - 1
+    if door == "socket":  # which keeps for us what a busy host is late for; an adapter does not
+        assert np.array_equal(number, np.arange(len(number))) and np.array_equal(counter[:n], np.arange(n))
+        assert np.array_equal(counter[n:], np.arange(counter[n], counter[-1] + 1))
+        assert_gaps_are_told(found, "the link is gone")
+    assert_gaps_are_told(found)
+    assert any("the link is gone" in gap["reason"] for gap in lines_of(found, "gap"))
+    (back,) = lines_of(found, "reconnected")
+    (lost,) = lines_of(found, "lost")
+    away = (back["monotonic_ns"] - lost["monotonic_ns"]) * 1e-9
+    assert (
+        away - 0.3 < (counter[back_at] - counter[back_at - 1]) / rate < away + 0.3
+    )  # it went on by the clock
+    assert len(lines_of(found, "closed")) == 1  # the same settings: one part
+
+
+@pytest.mark.parametrize(("door", "rate"), DOORS)
+def test_q7_another_meter_comes_back_and_ends_the_run(door: str, rate: int, run: Run, tmp_path: Path) -> None:
+    other = SimulatedIdentity(calibrations=7, calibration="another")
+    n = round(0.2 * rate)
+    with meter(door, faults=[Fault(at=n, kind="drop", seconds=0.05, identity=other)]) as simulator:
+        done = run(
+            *("record", "3458a", "--resource", simulator.resource, "--rate", rate, "--duration", "1h"),
+            *("--out", tmp_path / "runs", "--json"),
+        )
+    assert done.code == 1 and not done.out
+    assert "another instrument answers: Agilent/HP 3458A CALNUM 7 another in place of" in done.err
+    assert "Start another recording" in done.err
+    found = only_run(tmp_path / "runs")
+    counter, values, _ = stored(found)
+    assert found.status == "fail" and "another instrument" in found.reason
+    number = number_of(values[:, 0])
+    assert (np.diff(number) > 0).all() and number[-1] < n and counter[0] == 0
+    assert door == "prologix" or (np.array_equal(counter, np.arange(n)) and np.array_equal(number, counter))
+    assert_gaps_are_told(found)
+    assert recover(found.folder, None).kept == len(counter)
+
+
+@pytest.mark.parametrize(("serial", "code"), [(None, 3), ("2", 1)], ids=["the same", "another"])
+def test_q7_an_imu_is_unplugged_and_plugged_in(
+    serial: str | None, code: int, run: Run, tmp_path: Path
+) -> None:
+    entries = IMU | ASKED
+    faults = (LineFault(kind="vanish", at=150, seconds=0.2, serial=serial),)
+    (tmp_path / "imu.yaml").write_text(json.dumps(entries))
+    with SimulatedImu(Description.of(entries), faults=faults, serial="1") as device:
+        done = run(
+            *(
+                "record",
+                "serial",
+                "--port",
+                device.port,
+                "--format",
+                tmp_path / "imu.yaml",
+                "--duration",
+                0.8,
+            ),
+            *("--out", tmp_path / "runs", "--json"),
+        )
+    assert done.code == code, done.err
+    found = only_run(tmp_path / "runs")
+    counter, values, _ = stored(found)
+    true = noise(6)(0, 2000)
+    number = np.array([int(np.argmin(np.abs(true - row).sum(axis=1))) for row in values])
+    np.testing.assert_allclose(values, true[number], atol=6e-5)
+    assert (np.diff(number) > 0).all()
+    away = min([len(number), *(np.flatnonzero(np.diff(number) > 1) + 1)])
+    assert number[away - 1] >= 120 and np.array_equal(counter[:away], np.arange(away))
+    assert_gaps_are_told(found, "ttyIMU")
+    if code == 3:
+        (back,), (lost,) = lines_of(found, "reconnected"), lines_of(found, "lost")
+        gone = (back["monotonic_ns"] - lost["monotonic_ns"]) * 1e-6  # samples that the clock saw pass
+        assert np.array_equal(counter[away:], np.arange(counter[away], 800))
+        assert -100 < counter[away] - away - gone < 300  # the device waited for its start, and did not count
+        assert counter[away] >= 300 and counter[-1] == 799
+    else:
+        assert "another instrument answers: X1 2 in place of X1 1" in done.err and found.status == "fail"
+        assert len(counter) == np.ptp(number) + 1  # up to there, nothing is missing
+
+
+def test_q6_silence_for_ever_ends_the_run_with_all_that_came(
+    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(session, "Patience", partial(Patience, timeout=0.04, reconnections=2, pause=0.02))
+    (tmp_path / "imu.yaml").write_text(json.dumps(IMU))
+    with SimulatedImu(Description.of(IMU), total=300) as device:
+        done = run(
+            *(
+                "record",
+                "serial",
+                "--port",
+                device.port,
+                "--format",
+                tmp_path / "imu.yaml",
+                "--duration",
+                "1h",
+            ),
+            *("--out", tmp_path / "runs", "--json"),
+        )
+    assert done.code == 1 and "did not come back in 2 attempts" in done.err
+    found = only_run(tmp_path / "runs")
+    counter, _, _ = stored(found)
+    assert found.status == "fail" and np.array_equal(counter, np.arange(len(counter))) and len(counter) > 200
+    (tail,) = lines_of(found, "gap")
+    assert tail["counter"] == len(counter) and tail["samples"] > 200, (
+        "what is missing at the end, by the clock"
+    )
+
+
+# -- settings that change (battery row Q16) --------------------------------------------------------------------
+
+
+def test_q16_other_settings_after_a_reconnection_are_another_part(run: Run, tmp_path: Path) -> None:
+    with meter(faults=[Fault(at=10, kind="drop", seconds=0.05, mains_hz=60.0)]) as simulator:
+        done = run(
+            *(
+                "record",
+                "3458a",
+                "--resource",
+                simulator.resource,
+                "--rate",
+                40,
+                "--duration",
+                1.2,
+                "--nplc",
+                1,
+            ),
+            *("--out", tmp_path / "runs", "--json"),
+        )
+    assert done.code == 3, done.err
+    found = only_run(tmp_path / "runs")
+    (change,) = lines_of(found, "change")
+    assert any("mains_hz: 50.0 → 60.0" in said for said in change["differences"])
+    assert any(said.startswith("aperture: 0.02 → 0.016") for said in change["differences"])
+    with pytest.raises(DataQualityError, match=r"settings change at 000002\.arrows"):
+        al.read(found.folder)
+    refused = run("info", found.folder)
+    assert refused.code == 1 and "never merged" in refused.err and "--variable" in refused.err
+    first, second = (al.read(found.folder, variable=part) for part in ("1", "2"))
+    assert first.channels[0].aperture == pytest.approx(1 / 50)
+    assert second.channels[0].aperture == pytest.approx(1 / 60)
+    assert np.array_equal(first.values("voltage"), volts(np.arange(10)))
+    counter, values, _ = stored(found, 2)
+    assert counter[0] > 10 and counter[-1] == 47
+    assert np.array_equal(number_of(values[:, 0]), 10 + np.arange(len(counter)))

@@ -1,0 +1,121 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A simulated 3458A and its driver in a time that is only counted: six days of readings in seconds.
+
+The driver, its streams and the meter are the real ones; the wire between them is a call, and who waits moves the clock.
+The clock of the meter may be off that of the host, and the host is late by a random time at each read.
+"""
+
+from __future__ import annotations
+
+import types
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from allanite.errors import InstrumentError
+from allanite.instruments.hp3458a import driver, simulated_meter
+from allanite.instruments.hp3458a.simulated_meter import SimulatedMeter
+
+SECOND = 10**9
+#: Mean lateness of the host at a read [s].
+LATE = 0.3e-3
+READING = 17  # bytes of a line
+
+
+@dataclass(slots=True)
+class VirtualClock:
+    """Nanoseconds of the host."""
+
+    ns: int = 1_000 * SECOND
+
+    def now(self) -> int:
+        return self.ns
+
+    def seconds(self) -> float:
+        return self.ns / SECOND
+
+    def pass_by(self, seconds: float) -> None:
+        self.ns += round(seconds * SECOND)
+
+
+@dataclass(slots=True)
+class VirtualWire:
+    """A `Transport` to a meter whose clock runs `1 + error` times as fast as that of the host."""
+
+    meter: SimulatedMeter
+    clock: VirtualClock
+    error: float
+    answer_seconds: float = 0.02  # from a query to its answer
+    gone: bool = False
+    _jitter: np.random.Generator = field(default_factory=lambda: np.random.default_rng(5))
+    _held: bytearray = field(default_factory=bytearray)
+
+    def write(self, message: bytes) -> None:
+        self._refuse_gone()
+        self.meter.receive(message + b"\n")
+
+    def read_line(self, timeout: float) -> bytes:
+        self._refuse_gone()
+        self.clock.pass_by(self.answer_seconds)
+        return self.meter.message()
+
+    def read_bytes(self, count: int, timeout: float, *, message: int | None) -> bytes:
+        self._refuse_gone()
+        deadline = self.clock.ns + round(timeout * SECOND)
+        while len(self._held) < count:
+            part = self.meter.take(count)
+            self._held += part
+            if part:
+                continue
+            due = self._due(-(-(count - len(self._held)) // READING))
+            self.clock.ns = max(self.clock.ns, min(deadline, due))
+            if due > deadline:
+                self._held += self.meter.take(count)
+                break
+        else:
+            self.clock.pass_by(self._jitter.exponential(LATE))
+        out = bytes(self._held[:count])
+        del self._held[:count]
+        return out
+
+    def clear(self) -> None:
+        self._refuse_gone()
+        self._held.clear()
+        self.meter.clear()
+
+    def close(self) -> None:
+        self._held.clear()
+
+    def _due(self, readings: int) -> int:
+        """When so many more readings are there, or the last ones of an arming."""
+        meter = self.meter
+        if not meter.measuring:
+            return 1 << 62
+        in_meter = (
+            meter._origin + round((meter._done + min(readings, meter._left)) * self._period * SECOND) + 2
+        )
+        return round(in_meter / (1 + self.error)) + 2
+
+    @property
+    def _period(self) -> float:
+        return self.meter._state["TIMER"][0]
+
+    def _refuse_gone(self) -> None:
+        if self.gone:
+            raise InstrumentError("the link is gone")
+
+
+@contextmanager
+def virtual_wire(error: float) -> Iterator[VirtualWire]:
+    """A meter at the other end; the clocks of driver and meter are replaced meanwhile."""
+    clock = VirtualClock()
+    before = driver.host_ns, driver.time, simulated_meter.host_ns
+    driver.host_ns = clock.now
+    driver.time = types.SimpleNamespace(monotonic=clock.seconds)
+    simulated_meter.host_ns = lambda: round(clock.now() * (1 + error))
+    try:
+        yield VirtualWire(SimulatedMeter(signal=lambda index: np.zeros(len(index))), clock, error)
+    finally:
+        driver.host_ns, driver.time, simulated_meter.host_ns = before

@@ -1,0 +1,118 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The floor of an instrument, taken off: do the 95 % sets of the sensor hold the sensor?
+
+A sensor is simulated through an instrument, and the instrument once more, alone. Both are fitted together. A set covers
+where it holds the sensor's own coefficient; for a term that the sensor does not have, zero. The difference of the two
+curves is counted lag by lag. Gates are 99.9 % binomial bounds for 95 %; where the truth is zero only the lower one
+applies.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+import allanite as al
+from allanite.instrument_floor import over_floor
+from allanite.noise import Flicker, NoiseModel, RandomWalk, TermType, White
+
+__all__ = ["CASES", "run_floor"]
+
+Json = dict[str, Any]
+Terms = tuple[TermType, ...]
+
+RATE = 32.0
+#: Name, sensor, instrument, samples of the measured record and of the floor.
+CASES: tuple[tuple[str, Terms, Terms, int, int], ...] = (
+    ("instrument half of the white noise", (White(N=1e-4),), (White(N=1e-4),), 40_000, 40_000),
+    (
+        "white noise and flicker in both",
+        (White(N=1e-4), Flicker(B=4e-5)),
+        (White(N=7e-5), Flicker(B=2e-5)),
+        60_000,
+        60_000,
+    ),
+    (
+        "flicker of the instrument alone",
+        (White(N=1e-4),),
+        (White(N=3e-5), Flicker(B=3e-5)),
+        60_000,
+        30_000,
+    ),
+    (
+        "random walk of the sensor, short floor",
+        (White(N=1e-4), RandomWalk(K=5e-6)),
+        (White(N=2e-4),),
+        60_000,
+        6_000,
+    ),
+    ("no sensor at all", (), (White(N=1e-4), Flicker(B=2e-5)), 40_000, 40_000),
+)
+
+
+def _record(terms: Terms, n: int, seed: np.random.SeedSequence) -> al.Recording:
+    return al.simulate(
+        NoiseModel.of(*terms), rate=RATE, duration=n / RATE, seed=int(seed.generate_state(1, np.uint64)[0])
+    )
+
+
+def one(case: int, index: int, seed: int) -> tuple[dict[str, tuple[bool, bool]], tuple[int, int]]:
+    """Of one pair of records: does each set hold the truth, and is the term supported; lags covered, and lags."""
+    _, sensor, instrument, n, n_floor = CASES[case]
+    first, second = np.random.SeedSequence([seed, 7919, case, index]).spawn(2)
+    curve = al.allan_curve(_record(sensor + instrument, n, first), threads=1)
+    floor = al.allan_curve(_record(instrument, n_floor, second), threads=1)
+    truth = {t.symbols[0]: float(getattr(t, t.symbols[0])) for t in sensor}
+    model = al.fit(curve, floor=floor)
+    held = {}
+    for e in model.families[0].estimates:
+        if e.symbol in ("Q", "N", "B", "K", "R"):
+            value = truth.get(e.symbol, 0.0)
+            held[e.symbol] = (e.lower <= value <= e.upper, e.supported)
+    above = over_floor(curve, floor)
+    known = np.isfinite(above.upper[:, 0]) & (curve.count[:, 0] >= curve.lags)
+    true = NoiseModel.of(*sensor).adev(above.tau[known]) if sensor else np.zeros(int(known.sum()))
+    inside = (above.lower[known, 0] <= true) & (true <= above.upper[known, 0])
+    return held, (int(inside.sum()), int(known.sum()))
+
+
+def run_floor(seed: int, say: Callable[[str], None], records: int = 400) -> list[Json]:
+    """One row for each case and term: coverage of the sets, and how often the term is called supported."""
+    from scipy.stats import binom
+
+    low, high = float(binom.ppf(0.0005, records, 0.95)), float(binom.ppf(0.9995, records, 0.95))
+    rows: list[Json] = []
+    for case, (name, sensor, *_) in enumerate(CASES):
+        truth = {t.symbols[0] for t in sensor}
+        found = [one(case, i, seed) for i in range(records)]
+        for symbol in ("Q", "N", "B", "K", "R"):
+            answers = [held[symbol] for held, _ in found if symbol in held]
+            covered, supported = (sum(a[k] for a in answers) for k in (0, 1))
+            bound = low * len(answers) / records
+            rows.append(
+                {
+                    "case": name,
+                    "what": symbol,
+                    "records": len(answers),
+                    "coverage": covered / max(len(answers), 1),
+                    "supported": supported / max(len(answers), 1),
+                    "passed": covered >= math.floor(bound)
+                    and (symbol not in truth or supported < len(answers) or covered <= high),
+                }
+            )
+        inside, lags = (sum(counts[k] for _, counts in found) for k in (0, 1))
+        rows.append(
+            {
+                "case": name,
+                "what": "difference of the curves",
+                "records": records,
+                "coverage": inside / lags,
+                "supported": None,
+                "passed": inside / lags >= 0.94,
+            }
+        )
+        say(f"floor: {name}")
+    return rows

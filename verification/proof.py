@@ -1,0 +1,142 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""docs/proof.md out of the committed results: what is claimed, what was measured, what fails."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+from typing import Any
+
+__all__ = ["proof_page"]
+
+Json = Mapping[str, Any]
+
+RESULTS = Path(__file__).parent / "results"
+#: Runs in the order of the page: what each of them claims.
+CLAIMS = {
+    "curves": "68 % intervals of the Allan curve hold the truth as often as they say, with gaps and without",
+    "statistics": "so do those of Theo1, ThêoBR, Haar and the robust variance",
+    "likelihood_coverage": "95 % sets of the likelihood fit hold the truth: short, long, gappy, rounded, disturbed",
+    "coverage": "so do those of the moment fit",
+    "likelihood": "errors of N, B, T_b, K over the Cramér-Rao bound: likelihood at most 1.10, moments 1.25",
+    "selection": "the right terms come first where they can be told; absent ones called present in at most 5 %",
+    "spectrum": "intervals of a density, a line, the spectral fit; lags and frequencies disagree where they do",
+    "variation": "constant noise is said to change in at most 5 % of records; changes are found, with intervals",
+    "separation": "the noise of each of two or three sensors, without the common part, with intervals",
+    "environment": "coefficients of temperature, warm-ups; noise called a warm-up in at most 5 % of records",
+    "comparison": "records of one noise called different in at most 5 %; middle, spread and next sensor",
+    "overbound": "a bound lies above the true curve everywhere with the stated probability",
+    "battery": "rows of the test battery that need many records",
+    "earth_rate": "the Earth's rate with intervals that hold, faults named",
+    "north": "direction and plan, budget against simulation",
+    "rate_vector": "length of the rate vector of a vehicle at rest",
+    "rate_table": "scale factor, nonlinearity and misalignment on a rate table",
+    "triad": "calibration and alignment of a unit, every parameter",
+    "alignment": "alignment against the test battery",
+    "position_planning": "a planned calibration does what the plan said",
+    "redundancy": "sensors combined, faults found",
+    "recording": "nothing that was acknowledged is lost",
+    "hostile_files": "changed, cut and crafted files: an answer or an error, never a crash or another file's bytes",
+    "floor": "the noise of the sensor without that of the instrument, with intervals",
+    "dead_reckoning": "growth of navigation errors within 5 % of strapdown simulations",
+    "firmware": "the compiled filter has the states of the Python filter over a day",
+}
+_HEAD = """# The proof
+
+What this package claims, and what simulation says of it. Records are drawn from a known truth and handed to the program
+as a user's would be; every record counts, whether a parameter was called present or not. A row holds when it lies
+inside the bounds of chance that its table states (99.9 % for most), so that of a thousand rows one fails by bad luck.
+`make verify` makes all again, `python -m verification likelihood --share 0.1` a tenth of one; every run has its seed.
+This page is made from the [committed results](../verification/results), and a test holds it to them."""
+_VERDICTS = ("passes", "pass", "met", "gate")
+
+
+def proof_page() -> str:
+    """The text of docs/proof.md."""
+    done = {name: _read(name) for name in CLAIMS if (RESULTS / f"{name}.json").exists()}
+    lines = [
+        *_HEAD.splitlines(),
+        "",
+        "| claim | records of each row | rows | hold | run of | table |",
+        "|---|---|---|---|---|---|",
+    ]
+    for name, document in done.items():
+        rows = list(_judged(document))
+        held = sum(good for _, good in rows)
+        records = _records(document)
+        lines.append(
+            f"| {CLAIMS[name]} | {records} | {len(rows)} | {held} | {document['date']} | "
+            f"[{name.replace('_', ' ')}](../verification/results/{name}.md) |"
+        )
+    lines += ["", "## What does not hold", ""]
+    failing = [
+        (name, words) for name, document in done.items() for words, good in _judged(document) if not good
+    ]
+    lines += [f"* {name.replace('_', ' ')}: {words}" for name, words in failing] or ["Every row holds."]
+    waiting = [name for name in CLAIMS if name not in done]
+    if waiting:
+        lines += ["", "## Not run in full yet", ""]
+        lines += [f"* `python -m verification {name.replace('_', '-')}`: {CLAIMS[name]}" for name in waiting]
+    pictures = [
+        name
+        for name in ("likelihood_coverage", "coverage", "scoreboard")
+        if (RESULTS / f"{name}.png").exists()
+    ]
+    for name in pictures:
+        lines += ["", f"![{_PICTURES[name]}](../verification/results/{name}.png)"]
+    return "\n".join(lines) + "\n"
+
+
+_PICTURES = {
+    "likelihood_coverage": "Likelihood: share of records whose 95 % set holds the truth",
+    "coverage": "Moments: share of records whose 95 % set holds the truth",
+    "scoreboard": "The same records through other tools",
+}
+
+
+def _read(name: str) -> dict[str, Any]:
+    found = json.loads((RESULTS / f"{name}.json").read_text(encoding="utf-8"))
+    if not isinstance(found, dict):
+        raise TypeError(f"{name}.json is not a document of results")
+    return found
+
+
+def _rows(value: Any, words: str = "") -> Iterator[tuple[str, Json]]:
+    """Every row of a document with the words that tell it from the others; rows within rows as their own."""
+    if isinstance(value, Mapping):
+        own = ", ".join(str(v) for v in value.values() if isinstance(v, str))
+        within = [v for v in value.values() if isinstance(v, list) and v and isinstance(v[0], Mapping)]
+        yield f"{words}: {own}" if words and own else own or words, value
+        for inner in within:
+            yield from _rows(inner, f"{words}: {own}" if words and own else own or words)
+    elif isinstance(value, list):
+        for each in value:
+            if isinstance(each, Mapping):
+                yield from _rows(each, words)
+
+
+def _judged(document: Json) -> Iterator[tuple[str, bool]]:
+    """Words and verdict of every row that has one."""
+    for heading, part in document.items():
+        if not isinstance(part, (list, Mapping)):
+            continue
+        for words, row in _rows(part, "" if heading in ("scenarios", "rows") else heading):
+            verdicts = [row[key] for key in _VERDICTS if isinstance(row.get(key), bool)]
+            verdicts += [v for key, v in row.items() if key.endswith(" pass") and isinstance(v, bool)]
+            if verdicts:
+                yield words, all(verdicts)
+
+
+def _records(document: Json) -> str:
+    """How many records a row has, from the least to the most."""
+    counts = [
+        row[key]
+        for part in document.values()
+        for _, row in _rows(part)
+        for key in ("records", "twins", "comparisons", "runs")
+        if isinstance(row.get(key), int) and row[key] > 12  # smaller: how many records a comparison has
+    ]
+    if not counts:
+        return ""
+    return str(min(counts)) if min(counts) == max(counts) else f"{min(counts)} to {max(counts)}"
