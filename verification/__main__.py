@@ -378,7 +378,9 @@ def _firmware(order: Order) -> None:
     from verification.firmware import DAY, run_firmware
     from verification.tables import write_tables
 
-    parts = {"The compiled filter against Python, a day at 32 Hz": run_firmware(ROOT_SEED, _say, DAY * order.share)}
+    parts = {
+        "The compiled filter against Python, a day at 32 Hz": run_firmware(ROOT_SEED, _say, DAY * order.share)
+    }
     write_tables("firmware", "Firmware", parts, HERE / "results", seed=ROOT_SEED, date=order.date)
 
 
@@ -386,7 +388,9 @@ def _dead_reckoning(order: Order) -> None:
     from verification.dead_reckoning import run_dead_reckoning
     from verification.tables import write_tables
 
-    parts = {"Budget against strapdown simulations": run_dead_reckoning(ROOT_SEED, _say, units=order.count(4000))}
+    parts = {
+        "Budget against strapdown simulations": run_dead_reckoning(ROOT_SEED, _say, units=order.count(4000))
+    }
     write_tables("dead_reckoning", "Dead reckoning", parts, HERE / "results", seed=ROOT_SEED, date=order.date)
 
 
@@ -402,7 +406,9 @@ def _floor(order: Order) -> None:
     from verification.floor import run_floor
     from verification.tables import write_tables
 
-    parts = {"Coverage with the instrument's own noise taken off": run_floor(ROOT_SEED, _say, order.count(1000))}
+    parts = {
+        "Coverage with the instrument's own noise taken off": run_floor(ROOT_SEED, _say, order.count(1000))
+    }
     write_tables("floor", "Noise of the instrument", parts, HERE / "results", seed=ROOT_SEED, date=order.date)
 
 
