@@ -4,7 +4,7 @@
 
 PYTHON ?= python3
 VENV   ?= .venv
-JOBS   ?= 2
+JOBS   ?= 3
 
 BIN := $(VENV)/bin
 # Python sources are live in an editable install; only these call for a rebuild.
@@ -21,7 +21,7 @@ demo: $(VENV)/.run ## the seed experiment on a simulated twin: a week at rest, f
 	$(BIN)/allanite demo --seed-paper --out demo --force
 
 test: $(VENV)/.dev ## run the tests (a few minutes)
-	$(BIN)/python -m pytest -n $(JOBS) -q
+	$(BIN)/python -m pytest -n $(JOBS) --dist worksteal -q
 
 verify: $(VENV)/.dev ## long statistical runs (two hours on two cores); results go to verification/results
 	$(BIN)/python -m verification
