@@ -323,11 +323,12 @@ def test_a_byte_lost_on_the_way_brings_the_meter_to_rest_and_starts_it_anew():
 
 
 def test_a_slow_host_behind_an_adapter_loses_readings_and_the_counter_says_so():
-    with meter(Settings(rate=100), door="prologix") as (_, instrument):
+    # 25 Hz: behind an adapter a pause of the host that is shorter than a period loses nothing
+    with meter(Settings(rate=25), door="prologix") as (_, instrument):
         instrument.open()
         instrument.start()
         blocks = [instrument.read(1.0) for _ in range(2)]
-        time.sleep(0.25)
+        time.sleep(0.6)
         blocks += [instrument.read(1.0) for _ in range(3)]
         values, counter, _, remarks = joined(blocks)
     numbers = np.array(microvolts(values))
