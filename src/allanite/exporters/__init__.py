@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Somebody else's file from a study or a calibration, one module per consumer.
 
-`kalibr` is the example to imitate; `allanite.exporters.imu` holds what consumers of noise share. To add a consumer: one
-module with `NAME`, `FILE_NAME`, `SUMMARY`, `TAKES` and `write`, one word in `EXPORTERS`, one golden file in
-``tests/published``.
+`kalibr` is the example to imitate, and `okvis` where the format has no options of its own: its `write` is made of a
+template. `allanite.exporters.imu` holds what consumers of noise share. To add a consumer: one module with `NAME`,
+`FILE_NAME`, `SUMMARY`, `TAKES` and `write`, one word in `EXPORTERS`, one golden file in ``tests/published``.
 
 An exporter reads the plain document of a study or of a calibration, never the data and never a kernel. It writes what
 the consumer's own code will make of the numbers, says in a comment what was chosen, and refuses rather than guesses.

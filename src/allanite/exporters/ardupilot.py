@@ -10,11 +10,8 @@ is longer.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any, Unpack
-
-from allanite.exporters.imu import ACCELEROMETER, GYROSCOPE, NoiseOptions
-from allanite.exporters.imu.autopilot import autopilot_lines
+from allanite.exporters.imu import ACCELEROMETER, GYROSCOPE, Slot
+from allanite.exporters.imu.autopilot import autopilot_writer
 
 __all__ = ["FILE_NAME", "NAME", "SUMMARY", "TAKES", "TERMS", "write"]
 
@@ -24,42 +21,19 @@ SUMMARY = "ArduPilot EKF3: EK3_GYRO_P_NSE, EK3_ACC_P_NSE and their biases, as lo
 TAKES = "study"
 TERMS = ("N", "K")
 
-_KEYS = {
-    GYROSCOPE: ("EK3_GYRO_P_NSE", "EK3_GBIAS_P_NSE"),
-    ACCELEROMETER: ("EK3_ACC_P_NSE", "EK3_ABIAS_P_NSE"),
-}
-
-
-def write(
-    document: Mapping[str, Any], *, filter_rate: float = 1 / 0.012, **options: Unpack[NoiseOptions]
-) -> str:
-    """The text of a parameter file, its parameters as comments.
-
-    Parameters
-    ----------
-    document : dict
-        A study document.
-    filter_rate : float [Hz]
-        Predictions per second: the lower one of 83.3 Hz and the rate of the main loop.
-    **options
-        `NoiseOptions`.
-
-    Raises
-    ------
-    InputError
-        A rate that is none, or what `white_and_walk` refuses.
-    """
-    lines = autopilot_lines(
-        document,
-        name="ArduPilot EKF3",
-        file=FILE_NAME,
-        keys=_KEYS,
-        line="{key},{value}",
-        rate=filter_rate,
-        read=(
-            "read in AP_NavEKF3_core.cpp, CovariancePrediction: sq(dt GYRO_P_NSE) of delta angle and",
-            "sq(sq(dt) GBIAS_P_NSE) of its bias a step; EKF_TARGET_DT is 12 ms, longer with a main loop below 83 Hz",
-        ),
-        options=options,
-    )
-    return "\n".join(lines) + "\n"
+write = autopilot_writer(
+    name="ArduPilot EKF3",
+    file=FILE_NAME,
+    slots=(
+        Slot("EK3_GYRO_P_NSE", GYROSCOPE, "noise", "rad/s"),
+        Slot("EK3_ACC_P_NSE", ACCELEROMETER, "noise", "m/s^2"),
+        Slot("EK3_GBIAS_P_NSE", GYROSCOPE, "walk", "rad/s^2"),
+        Slot("EK3_ABIAS_P_NSE", ACCELEROMETER, "walk", "m/s^3"),
+    ),
+    line="{key},{value}",
+    rate=1 / 0.012,  # the lower one of 83.3 Hz and the rate of the main loop
+    read=(
+        "read in AP_NavEKF3_core.cpp, CovariancePrediction: sq(dt GYRO_P_NSE) of delta angle and",
+        "sq(sq(dt) GBIAS_P_NSE) of its bias a step; EKF_TARGET_DT is 12 ms, longer with a main loop below 83 Hz",
+    ),
+)

@@ -7,10 +7,7 @@ The plug-in steps the bias as an exact first-order Gauss-Markov process: exp(-dt
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any, Unpack
-
-from allanite.exporters.imu import ACCELEROMETER, GYROSCOPE, Consumer, MarkovOptions, gauss_markov_imu
+from allanite.exporters.imu import ACCELEROMETER, GYROSCOPE, Consumer, MarkovImu, gauss_markov_imu, writer
 from allanite.exporters.imu.axes import UNITS
 
 __all__ = ["FILE_NAME", "NAME", "SUMMARY", "TAKES", "TERMS", "write"]
@@ -33,22 +30,8 @@ TERMS = CONSUMER.terms
 _UNITS = {GYROSCOPE: "rad/s", ACCELEROMETER: "m/s^2"}
 
 
-def write(document: Mapping[str, Any], **options: Unpack[MarkovOptions]) -> str:
-    """The text of the elements; they go into the plug-in's element of a model.
-
-    Parameters
-    ----------
-    document : dict
-        A study document.
-    **options
-        `MarkovOptions`; axes="rms" by default, as this is a simulator.
-
-    Raises
-    ------
-    InputError
-        What `gauss_markov_imu` refuses.
-    """
-    imu = gauss_markov_imu(document, CONSUMER, **options)
+def _template(imu: MarkovImu) -> list[str]:
+    """The elements; they go into the plug-in's element of a model."""
     # two hyphens would end an XML comment
     lines = ["<!--", *(line.replace("--", "- -") for line in imu.comments), "-->"]
     for sensor in (GYROSCOPE, ACCELEROMETER):
@@ -65,4 +48,7 @@ def write(document: Mapping[str, Any], **options: Unpack[MarkovOptions]) -> str:
             f"{sensor}TurnOnBiasSigma, {_UNITS[sensor]}: spread between power-ups, not in a record of one run"
         )
         lines.append(f"<!-- {open_} -->")
-    return "\n".join(lines) + "\n"
+    return lines
+
+
+write = writer(_template, gauss_markov_imu, CONSUMER)

@@ -7,10 +7,7 @@ it is that process after some T, and to dt/T.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any, Unpack
-
-from allanite.exporters.imu import ACCELEROMETER, GYROSCOPE, Consumer, MarkovOptions, gauss_markov_imu
+from allanite.exporters.imu import ACCELEROMETER, GYROSCOPE, Consumer, MarkovImu, gauss_markov_imu, writer
 from allanite.units import parse_unit
 
 __all__ = ["FILE_NAME", "NAME", "SUMMARY", "TAKES", "TERMS", "write"]
@@ -33,39 +30,30 @@ CONSUMER = Consumer(
 TERMS = CONSUMER.terms
 
 #: Key of the random walk, units of N, and of the bias.
-_KEYS = {GYROSCOPE: ("gyro", "arw", "deg/√h", "deg/h"), ACCELEROMETER: ("accel", "vrw", "m/s/√h", "m/s^2")}
+_KEYS = {
+    GYROSCOPE: ("gyro", "arw", "deg/sqrt(h)", "deg/h"),
+    ACCELEROMETER: ("accel", "vrw", "m/s/sqrt(h)", "m/s^2"),
+}
 
 
-def write(document: Mapping[str, Any], **options: Unpack[MarkovOptions]) -> str:
-    """The text of a Python module with `imu_err`.
-
-    Parameters
-    ----------
-    document : dict
-        A study document.
-    **options
-        `MarkovOptions`; axes="rms" by default, as this is a simulator.
-
-    Raises
-    ------
-    InputError
-        What `gauss_markov_imu` refuses.
-    """
-    imu = gauss_markov_imu(document, CONSUMER, **options)
+def _template(imu: MarkovImu) -> list[str]:
+    """A Python module with `imu_err`."""
     lines = [*imu.comment(), "", "import numpy as np", "", "imu_err = {"]
     for sensor, (name, walk, of_noise, of_bias) in _KEYS.items():
-        unit = of_noise.replace("√h", "sqrt(h)")
         if sensor not in imu.noise:
-            open_ = ((walk, unit), ("b", of_bias), ("b_stability", of_bias), ("b_corr", "s"))
+            open_ = ((walk, of_noise), ("b", of_bias), ("b_stability", of_bias), ("b_corr", "s"))
             lines += [f'    # "{name}_{key}": np.array([]),  # {u}' for key, u in open_]
             continue
         noise = [v / parse_unit(of_noise).factor for v in imu.noise[sensor]]
         sigma = [v / parse_unit(of_bias).factor for v in imu.sigma[sensor]]
         for key, values, u in (
             ("b", [0.0], of_bias),
-            (walk, noise, unit),
+            (walk, noise, of_noise),
             ("b_stability", sigma, of_bias),
             ("b_corr", imu.time[sensor], "s"),
         ):
             lines.append(f'    "{name}_{key}": np.array({imu.row(values)}),  # {u}')
-    return "\n".join([*lines, "}"]) + "\n"
+    return [*lines, "}"]
+
+
+write = writer(_template, gauss_markov_imu, CONSUMER)

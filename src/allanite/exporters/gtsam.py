@@ -8,10 +8,7 @@ walk^2 I [rad^2/s^3].
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any, Unpack
-
-from allanite.exporters.imu import ACCELEROMETER, GYROSCOPE, Consumer, NoiseOptions, white_and_walk
+from allanite.exporters.imu import ACCELEROMETER, GYROSCOPE, Consumer, WalkImu, white_and_walk, writer
 
 __all__ = ["FILE_NAME", "NAME", "SUMMARY", "TAKES", "TERMS", "write"]
 
@@ -46,29 +43,16 @@ def apply(params):
 '''
 
 
-def write(document: Mapping[str, Any], **options: Unpack[NoiseOptions]) -> str:
-    """The text of a Python module: the diagonals of the covariances, and a function that sets them.
-
-    Parameters
-    ----------
-    document : dict
-        A study document.
-    **options
-        `NoiseOptions`.
-
-    Raises
-    ------
-    InputError
-        What `white_and_walk` refuses.
-    """
-    imu = white_and_walk(document, CONSUMER, **options)
+def _template(imu: WalkImu) -> list[str]:
+    """A Python module: the diagonals of the covariances, and a function that sets them."""
     lines = [*imu.comment(), "", "COVARIANCES = {  # diagonals"]
     for sensor, (noise, walk, of_noise, of_walk) in _KEYS.items():
         if sensor not in imu.noise:
             lines += [f'    # "{noise}": [],  # {of_noise}', f'    # "{walk}": [],  # {of_walk}']
             continue
         for key, values, unit in ((noise, imu.noise, of_noise), (walk, imu.walk, of_walk)):
-            numbers = values[sensor] * (3 if len(values[sensor]) == 1 else 1)
-            row = ", ".join(imu.text(v * v) for v in numbers)
-            lines.append(f'    "{key}": [{row}],  # {unit}')
-    return "\n".join([*lines, "}"]) + "\n" + _END
+            lines.append(f'    "{key}": {imu.row([v * v for v in values[sensor]])},  # {unit}')
+    return [*lines, "}", *_END.splitlines()]
+
+
+write = writer(_template, white_and_walk, CONSUMER)

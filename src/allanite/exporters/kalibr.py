@@ -18,13 +18,22 @@ from allanite.exporters.imu import (
     GYROSCOPE,
     Consumer,
     NoiseOptions,
+    Slot,
     WalkImu,
-    rate_text,
     white_and_walk,
 )
-from allanite.exporters.imu.axes import UNITS
 
-__all__ = ["FILE_NAME", "NAME", "SUMMARY", "TAKES", "TERMS", "noise_lines", "refuse_topic", "write"]
+__all__ = [
+    "FILE_NAME",
+    "NAME",
+    "SUMMARY",
+    "TAKES",
+    "TERMS",
+    "noise_lines",
+    "open_lines",
+    "refuse_topic",
+    "write",
+]
 
 NAME = "kalibr"
 FILE_NAME = "imu.yaml"
@@ -38,6 +47,14 @@ CONSUMER = Consumer(
 TERMS = CONSUMER.terms
 
 Json = Mapping[str, Any]
+
+_SLOTS = (
+    Slot("accelerometer_noise_density", ACCELEROMETER, "noise", "m/s^2/sqrt(Hz)"),
+    Slot("accelerometer_random_walk", ACCELEROMETER, "walk", "m/s^3/sqrt(Hz)"),
+    Slot("gyroscope_noise_density", GYROSCOPE, "noise", "rad/s/sqrt(Hz)"),
+    Slot("gyroscope_random_walk", GYROSCOPE, "walk", "rad/s^2/sqrt(Hz)"),
+)
+_BLANK = "# {key}:  # {unit}"
 
 
 def write(document: Json, *, rostopic: str = "/imu0", **options: Unpack[NoiseOptions]) -> str:
@@ -69,14 +86,9 @@ def refuse_topic(rostopic: str) -> None:
 
 def noise_lines(imu: WalkImu) -> list[str]:
     """The rate and the four numbers, under the names of Kalibr."""
-    lines = [f"update_rate: {rate_text(imu.rate)}"]
-    for sensor in (ACCELEROMETER, GYROSCOPE):
-        noise, walk = UNITS[sensor]
-        if sensor not in imu.noise:
-            lines += [f"# {sensor}_noise_density:  # {noise}", f"# {sensor}_random_walk:  # {walk}"]
-            continue
-        lines += [
-            f"{sensor}_noise_density: {imu.text(imu.noise[sensor][0])}  # {noise}",
-            f"{sensor}_random_walk: {imu.text(imu.walk[sensor][0])}  # {walk}",
-        ]
-    return lines
+    return [f"update_rate: {imu.frequency}", *imu.lines(_SLOTS, "{key}: {value}  # {unit}", _BLANK)]
+
+
+def open_lines() -> list[str]:
+    """The same lines to fill in."""
+    return ["# update_rate:  # Hz", *(slot.left_open(_BLANK) for slot in _SLOTS)]

@@ -7,21 +7,17 @@ scale factors. Their standard deviations are the initial ones as well, where ini
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any, Unpack
-
 from allanite.exporters.imu import (
     ACCELEROMETER,
     GYROSCOPE,
-    SENSORS,
     Consumer,
-    MarkovOptions,
-    common_time,
+    MarkovImu,
+    Slot,
     gauss_markov_imu,
+    writer,
 )
-from allanite.units import parse_unit
 
-__all__ = ["FILE_NAME", "KEYS", "NAME", "SUMMARY", "TAKES", "TERMS", "write"]
+__all__ = ["FILE_NAME", "NAME", "SLOTS", "SUMMARY", "TAKES", "TERMS", "write"]
 
 NAME = "kf_gins"
 FILE_NAME = "kf_gins_imu.yaml"
@@ -39,12 +35,12 @@ CONSUMER = Consumer(
 )
 TERMS = CONSUMER.terms
 
-#: Key, quantity, and unit by sensor, in the order of the file.
-KEYS = (
-    ("arw", GYROSCOPE, "noise", "deg/√h"),
-    ("vrw", ACCELEROMETER, "noise", "m/s/√h"),
-    ("gbstd", GYROSCOPE, "sigma", "deg/h"),
-    ("abstd", ACCELEROMETER, "sigma", "mGal"),
+#: In the order of the file.
+SLOTS = (
+    Slot("arw", GYROSCOPE, "noise", "deg/sqrt(h)"),
+    Slot("vrw", ACCELEROMETER, "noise", "m/s/sqrt(h)"),
+    Slot("gbstd", GYROSCOPE, "sigma", "deg/h"),
+    Slot("abstd", ACCELEROMETER, "sigma", "mGal"),
 )
 _OPEN = (
     "# gsstd: [ , , ]  # ppm, scale factors of the gyroscopes, from the data sheet or a calibration",
@@ -52,30 +48,15 @@ _OPEN = (
 )
 
 
-def write(document: Mapping[str, Any], **options: Unpack[MarkovOptions]) -> str:
-    """The text of imunoise, a part of the configuration file.
+def _template(imu: MarkovImu) -> list[str]:
+    """imunoise, a part of the configuration file."""
+    time = imu.common_time(FILE_NAME)
+    return [
+        *(*imu.comment(), "", "imunoise:"),
+        *imu.lines(SLOTS, "  {key}: {row}  # {unit}", "  # {key}: [ , , ]  # {unit}, not in the study"),
+        *(f"  {line}" for line in _OPEN),
+        f"  corrtime: {imu.text(time / 3600)}  # h",
+    ]
 
-    Parameters
-    ----------
-    document : dict
-        A study document.
-    **options
-        `MarkovOptions`.
 
-    Raises
-    ------
-    InputError
-        Several correlation times, or what `gauss_markov_imu` refuses.
-    """
-    imu = gauss_markov_imu(document, CONSUMER, **options)
-    time = common_time(imu, FILE_NAME, SENSORS)
-    lines = [*imu.comment(), "", "imunoise:"]
-    for key, sensor, what, of in KEYS:
-        unit = of.replace("√h", "sqrt(h)")
-        if sensor not in imu.noise:
-            lines.append(f"  # {key}: [ , , ]  # {unit}, not in the study")
-            continue
-        values = imu.noise[sensor] if what == "noise" else imu.sigma[sensor]
-        lines.append(f"  {key}: {imu.row([v / parse_unit(of).factor for v in values])}  # {unit}")
-    lines += [*(f"  {line}" for line in _OPEN), f"  corrtime: {imu.text(time / 3600)}  # h"]
-    return "\n".join(lines) + "\n"
+write = writer(_template, gauss_markov_imu, CONSUMER)

@@ -34,9 +34,8 @@ from allanite.exporters.imu import (
     GYROSCOPE,
     Consumer,
     MarkovImu,
-    MarkovOptions,
+    NoiseOptions,
     WalkImu,
-    common_time,
     gauss_markov_imu,
     white_and_walk,
 )
@@ -58,6 +57,8 @@ CONSUMER = Consumer(
     ),
     per_axis=True,
     simulator=True,
+    holds_K=True,
+    holds_flicker=True,
 )
 TERMS = CONSUMER.terms
 
@@ -75,7 +76,7 @@ _FLICKER = (
 
 
 def write(
-    document: Json, *, part: str = "allanite", **options: Unpack[MarkovOptions]
+    document: Json, *, part: str = "allanite", **options: Unpack[NoiseOptions]
 ) -> dict[str, str | bytes]:
     """The two files, by their names.
 
@@ -86,7 +87,7 @@ def write(
     part : str
         Name of the part in the JSON file, which loadparams asks for.
     **options
-        `MarkovOptions`; axes="rms" by default, as this is a simulator. With `walk` the bias is a random walk alone.
+        `NoiseOptions`; axes="rms" by default, as this is a simulator. With `walk` the bias is a random walk alone.
 
     Raises
     ------
@@ -96,12 +97,12 @@ def write(
     if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]{0,62}", part):
         raise InputError(f"part must be the name of a MATLAB variable, not {part!r}")
     if options.get("walk") is None:
-        imu = gauss_markov_imu(document, CONSUMER, **options, holds_K=True, holds_flicker=True)
+        imu = gauss_markov_imu(document, CONSUMER, **options)
         sensors = {s: _markov(imu, s) for s in imu.noise}
         comments = [*imu.comments, *_filters(sensors)]
         style = imu.style
     else:
-        walking = white_and_walk(document, CONSUMER, **options)  # type: ignore[arg-type]
+        walking = white_and_walk(document, CONSUMER, **options)
         sensors = {s: _walk(walking, s) for s in walking.noise}
         comments, style = list(walking.comments), walking.style
     rate = document["recording"]["rate"]
@@ -119,7 +120,7 @@ def _markov(imu: MarkovImu, sensor: str) -> dict[str, Any]:
     """The properties of a sensor whose bias is slow."""
     time = math.nan
     if not any(math.isnan(t) for t in imu.time[sensor]):
-        time = common_time(imu, CONSUMER.file, [sensor])
+        time = imu.common_time(CONSUMER.file, [sensor])
     return {
         "NoiseDensity": _three(imu.noise[sensor]),
         "BiasInstability": [s / SIGMA_PER_B for s in _three(imu.sigma[sensor])],

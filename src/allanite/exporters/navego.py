@@ -8,10 +8,7 @@ conversion, and so are the two rate random walks.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any, Unpack
-
-from allanite.exporters.imu import ACCELEROMETER, GYROSCOPE, Consumer, MarkovOptions, gauss_markov_imu
+from allanite.exporters.imu import ACCELEROMETER, GYROSCOPE, Consumer, MarkovImu, gauss_markov_imu, writer
 from allanite.units import parse_unit
 
 __all__ = ["FILE_NAME", "NAME", "SUMMARY", "TAKES", "TERMS", "write"]
@@ -30,42 +27,28 @@ CONSUMER = Consumer(
         "gb_sta, ab_sta: spread between power-ups, not in a record of one run: yours to set",
     ),
     per_axis=True,
+    holds_K=True,
 )
 TERMS = CONSUMER.terms
 
 #: Letter, keys of N and K, raw units of N and sigma, SI units of K and of the driving density.
 _KEYS = {
-    GYROSCOPE: ("g", "arw", "arrw", "deg/√h", "deg/s", "rad/s^2/sqrt(Hz)"),
-    ACCELEROMETER: ("a", "vrw", "vrrw", "m/s/√h", "mg", "m/s^3/sqrt(Hz)"),
+    GYROSCOPE: ("g", "arw", "arrw", "deg/sqrt(h)", "deg/s", "rad/s^2/sqrt(Hz)"),
+    ACCELEROMETER: ("a", "vrw", "vrrw", "m/s/sqrt(h)", "mg", "m/s^3/sqrt(Hz)"),
 }
 
 
-def write(document: Mapping[str, Any], **options: Unpack[MarkovOptions]) -> str:
-    """The text of a script that fills the structure `imu`; `dt` is to be there.
-
-    Parameters
-    ----------
-    document : dict
-        A study document.
-    **options
-        `MarkovOptions`.
-
-    Raises
-    ------
-    InputError
-        What `gauss_markov_imu` refuses.
-    """
-    imu = gauss_markov_imu(document, CONSUMER, **options, holds_K=True)
+def _template(imu: MarkovImu) -> list[str]:
+    """A script that fills the structure `imu`; `dt` is to be there."""
     raw, own = [], []
     for sensor, (letter, noise, walk, of_noise, of_bias, si) in _KEYS.items():
         if sensor not in imu.noise:
             raw.append(f"% imu.{noise}, imu.{letter}b_dyn, imu.{letter}b_corr: not in the study")
             continue
-        unit = of_noise.replace("√h", "sqrt(h)")
         values = [v / parse_unit(of_noise).factor for v in imu.noise[sensor]]
         sigma = [v / parse_unit(of_bias).factor for v in imu.sigma[sensor]]
         raw += [
-            f"imu.{noise} = {imu.row(values)};  % {unit}",
+            f"imu.{noise} = {imu.row(values)};  % {of_noise}",
             f"imu.{letter}b_dyn = {imu.row(sigma)};  % {of_bias}",
             f"imu.{letter}b_corr = {imu.row(imu.time[sensor])};  % s",
         ]
@@ -74,4 +57,7 @@ def write(document: Mapping[str, Any], **options: Unpack[MarkovOptions]) -> str:
             f"imu.{walk} = {imu.row(imu.K[sensor])};  % {si}",
         ]
     middle = ["", "% imu = imu_si_errors(imu, dt);  % with the rest of the structure filled in; then:", ""]
-    return "\n".join([*imu.comment("%"), "", *raw, *middle, *own]) + "\n"
+    return [*imu.comment("%"), "", *raw, *middle, *own]
+
+
+write = writer(_template, gauss_markov_imu, CONSUMER)

@@ -6,12 +6,8 @@ As KF-GINS, with one number for three axes, and a decay of 1 - dt/T in a step.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any, Unpack
-
-from allanite.exporters.imu import SENSORS, Consumer, MarkovOptions, common_time, gauss_markov_imu
-from allanite.exporters.kf_gins import KEYS
-from allanite.units import parse_unit
+from allanite.exporters.imu import Consumer, MarkovImu, gauss_markov_imu, writer
+from allanite.exporters.kf_gins import SLOTS
 
 __all__ = ["FILE_NAME", "NAME", "SUMMARY", "TAKES", "TERMS", "write"]
 
@@ -30,30 +26,14 @@ CONSUMER = Consumer(
 TERMS = CONSUMER.terms
 
 
-def write(document: Mapping[str, Any], **options: Unpack[MarkovOptions]) -> str:
-    """The text of imumodel, a part of the configuration file.
+def _template(imu: MarkovImu) -> list[str]:
+    """imumodel, a part of the configuration file."""
+    time = imu.common_time(FILE_NAME)
+    return [
+        *(*imu.comment(), "", "imumodel:"),
+        *imu.lines(SLOTS, "    {key}: {value}  # {unit}", "    # {key}:  # {unit}, not in the study"),
+        f"    corrtime: {imu.text(time / 3600)}  # h",
+    ]
 
-    Parameters
-    ----------
-    document : dict
-        A study document.
-    **options
-        `MarkovOptions`.
 
-    Raises
-    ------
-    InputError
-        Several correlation times, or what `gauss_markov_imu` refuses.
-    """
-    imu = gauss_markov_imu(document, CONSUMER, **options)
-    time = common_time(imu, FILE_NAME, SENSORS)
-    lines = [*imu.comment(), "", "imumodel:"]
-    for key, sensor, what, of in KEYS:
-        unit = of.replace("√h", "sqrt(h)")
-        if sensor not in imu.noise:
-            lines.append(f"    # {key}:  # {unit}, not in the study")
-            continue
-        value = (imu.noise if what == "noise" else imu.sigma)[sensor][0]
-        lines.append(f"    {key}: {imu.text(value / parse_unit(of).factor)}  # {unit}")
-    lines.append(f"    corrtime: {imu.text(time / 3600)}  # h")
-    return "\n".join(lines) + "\n"
+write = writer(_template, gauss_markov_imu, CONSUMER)

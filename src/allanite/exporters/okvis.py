@@ -8,11 +8,7 @@ use.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any, Unpack
-
-from allanite.exporters.imu import ACCELEROMETER, GYROSCOPE, Consumer, NoiseOptions, rate_text, white_and_walk
-from allanite.exporters.imu.axes import UNITS
+from allanite.exporters.imu import ACCELEROMETER, GYROSCOPE, Consumer, Slot, WalkImu, white_and_walk, writer
 
 __all__ = ["FILE_NAME", "NAME", "SUMMARY", "TAKES", "TERMS", "write"]
 
@@ -27,7 +23,12 @@ CONSUMER = Consumer(
 )
 TERMS = CONSUMER.terms
 
-_KEYS = {GYROSCOPE: ("sigma_g_c", "sigma_gw_c"), ACCELEROMETER: ("sigma_a_c", "sigma_aw_c")}
+_SLOTS = (
+    Slot("sigma_g_c", GYROSCOPE, "noise", "rad/s/sqrt(Hz)"),
+    Slot("sigma_a_c", ACCELEROMETER, "noise", "m/s^2/sqrt(Hz)"),
+    Slot("sigma_gw_c", GYROSCOPE, "walk", "rad/s^2/sqrt(Hz)"),
+    Slot("sigma_aw_c", ACCELEROMETER, "walk", "m/s^3/sqrt(Hz)"),
+)
 _OPEN = (
     "# sigma_bg:  # rad/s, spread of the bias between power-ups: not in a record of one run",
     "# sigma_ba:  # m/s^2, likewise",
@@ -37,29 +38,14 @@ _OPEN = (
 )
 
 
-def write(document: Mapping[str, Any], **options: Unpack[NoiseOptions]) -> str:
-    """The text of imu_params, a part of the configuration file.
+def _template(imu: WalkImu) -> list[str]:
+    """imu_params, a part of the configuration file."""
+    return [
+        *("%YAML:1.0", "", *imu.comment(), "", "imu_params:"),
+        *imu.lines(_SLOTS, "    {key}: {value}  # {unit}", "    # {key}:  # {unit}"),
+        f"    imu_rate: {imu.frequency}",
+        *(f"    {line}" for line in _OPEN),
+    ]
 
-    Parameters
-    ----------
-    document : dict
-        A study document.
-    **options
-        `NoiseOptions`.
 
-    Raises
-    ------
-    InputError
-        What `white_and_walk` refuses.
-    """
-    imu = white_and_walk(document, CONSUMER, **options)
-    lines = ["%YAML:1.0", "", *imu.comment(), "", "imu_params:"]
-    for place, values in enumerate((imu.noise, imu.walk)):
-        for sensor, keys in _KEYS.items():
-            unit = UNITS[sensor][place]
-            if sensor in values:
-                lines.append(f"    {keys[place]}: {imu.text(values[sensor][0])}  # {unit}")
-            else:
-                lines.append(f"    # {keys[place]}:  # {unit}")
-    lines.append(f"    imu_rate: {rate_text(imu.rate)}")
-    return "\n".join([*lines, *(f"    {line}" for line in _OPEN)]) + "\n"
+write = writer(_template, white_and_walk, CONSUMER)

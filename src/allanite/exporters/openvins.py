@@ -35,7 +35,7 @@ from allanite.calibration import ACCELEROMETER, GYRO, Calibration
 from allanite.errors import InputError
 from allanite.exporters import kalibr
 from allanite.exporters.imu import NoiseOptions, white_and_walk
-from allanite.exporters.kalibr import noise_lines, refuse_topic
+from allanite.exporters.kalibr import noise_lines, open_lines, refuse_topic
 from allanite.exporters.triads import (
     lower_and_rotation,
     notes_of,
@@ -61,13 +61,6 @@ _CONVENTIONS = {
     "rpng": "upper triangular Tw and Ta, the IMU has the axes of the gyros",
 }
 _SI = {ACCELEROMETER: "m/s²", GYRO: "rad/s"}
-#: Parameters of the noise that are open without a model, in the order of the consumer's own files.
-_OPEN = (
-    ("accelerometer_noise_density", "m/s^2/sqrt(Hz)"),
-    ("accelerometer_random_walk", "m/s^3/sqrt(Hz)"),
-    ("gyroscope_noise_density", "rad/s/sqrt(Hz)"),
-    ("gyroscope_random_walk", "rad/s^2/sqrt(Hz)"),
-)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -157,7 +150,7 @@ def write(
         model = document
     else:
         _refuse_counts(calibration)
-    comments, lines = [_WITHOUT_MODEL], [f"rostopic: {rostopic}", *_open_lines()]
+    comments, lines = [_WITHOUT_MODEL], [f"rostopic: {rostopic}", *open_lines()]
     if model is not None:
         imu = white_and_walk(model, CONSUMER, **options)
         comments, lines = ["#", *imu.comment()], [f"rostopic: {rostopic}", *noise_lines(imu)]
@@ -225,10 +218,6 @@ def _refuse_counts(calibration: Calibration) -> None:
                 f"the {sensor} is calibrated in {unit!r}, and OpenVINS reads {_SI[sensor]}: calibrate what the driver "
                 "publishes, or read the log with its scale factor (--scale-factor)"
             )
-
-
-def _open_lines() -> list[str]:
-    return ["# update_rate:  # Hz", *(f"# {key}:  # {unit}" for key, unit in _OPEN)]
 
 
 def _head(calibration: Calibration, made: Intrinsics, convention: str) -> list[str]:

@@ -7,11 +7,7 @@ as a real number; without "File.version" an integer is asked for.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any, Unpack
-
-from allanite.exporters.imu import ACCELEROMETER, GYROSCOPE, Consumer, NoiseOptions, rate_text, white_and_walk
-from allanite.exporters.imu.axes import UNITS
+from allanite.exporters.imu import ACCELEROMETER, GYROSCOPE, Consumer, Slot, WalkImu, white_and_walk, writer
 
 __all__ = ["FILE_NAME", "NAME", "SUMMARY", "TAKES", "TERMS", "write"]
 
@@ -29,33 +25,22 @@ CONSUMER = Consumer(
 )
 TERMS = CONSUMER.terms
 
-_KEYS = {GYROSCOPE: ("IMU.NoiseGyro", "IMU.GyroWalk"), ACCELEROMETER: ("IMU.NoiseAcc", "IMU.AccWalk")}
+_SLOTS = (
+    Slot("IMU.NoiseGyro", GYROSCOPE, "noise", "rad/s/sqrt(Hz)"),
+    Slot("IMU.NoiseAcc", ACCELEROMETER, "noise", "m/s^2/sqrt(Hz)"),
+    Slot("IMU.GyroWalk", GYROSCOPE, "walk", "rad/s^2/sqrt(Hz)"),
+    Slot("IMU.AccWalk", ACCELEROMETER, "walk", "m/s^3/sqrt(Hz)"),
+)
 
 
-def write(document: Mapping[str, Any], **options: Unpack[NoiseOptions]) -> str:
-    """The text of the IMU part of a settings file.
+def _template(imu: WalkImu) -> list[str]:
+    """The IMU part of a settings file."""
+    return [
+        *("%YAML:1.0", "", *imu.comment(), ""),
+        *imu.lines(_SLOTS, "{key}: {value}  # {unit}", "# {key}:  # {unit}"),
+        f"IMU.Frequency: {imu.frequency}",
+        "# IMU.T_b_c1:  # camera to IMU, from the calibration of the camera",
+    ]
 
-    Parameters
-    ----------
-    document : dict
-        A study document.
-    **options
-        `NoiseOptions`.
 
-    Raises
-    ------
-    InputError
-        What `white_and_walk` refuses.
-    """
-    imu = white_and_walk(document, CONSUMER, **options)
-    lines = ["%YAML:1.0", "", *imu.comment(), ""]
-    for place, values in enumerate((imu.noise, imu.walk)):
-        for sensor, keys in _KEYS.items():
-            unit = UNITS[sensor][place]
-            if sensor in values:
-                lines.append(f"{keys[place]}: {imu.text(values[sensor][0])}  # {unit}")
-            else:
-                lines.append(f"# {keys[place]}:  # {unit}")
-    lines.append(f"IMU.Frequency: {rate_text(imu.rate)}")
-    lines.append("# IMU.T_b_c1:  # camera to IMU, from the calibration of the camera")
-    return "\n".join(lines) + "\n"
+write = writer(_template, white_and_walk, CONSUMER)

@@ -7,10 +7,7 @@ walk, in (deg/h)/sqrt(h) and ug/sqrt(h).
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any, Unpack
-
-from allanite.exporters.imu import ACCELEROMETER, GYROSCOPE, Consumer, MarkovOptions, gauss_markov_imu
+from allanite.exporters.imu import ACCELEROMETER, GYROSCOPE, Consumer, MarkovImu, gauss_markov_imu, writer
 from allanite.units import parse_unit
 
 __all__ = ["FILE_NAME", "NAME", "SUMMARY", "TAKES", "TERMS", "write"]
@@ -33,44 +30,28 @@ TERMS = CONSUMER.terms
 
 #: Names in the call, and units of N, of the bias and of its walk.
 _KEYS = {
-    GYROSCOPE: ("eb", "web", "sqrtR0G", "TauG", "deg/√h", "deg/h", "deg/h/√h"),
-    ACCELEROMETER: ("db", "wdb", "sqrtR0A", "TauA", "µg/√Hz", "µg", "µg/√h"),
+    GYROSCOPE: ("eb", "web", "sqrtR0G", "TauG", "deg/sqrt(h)", "deg/h", "deg/h/sqrt(h)"),
+    ACCELEROMETER: ("db", "wdb", "sqrtR0A", "TauA", "ug/sqrt(Hz)", "ug", "ug/sqrt(h)"),
 }
 
 
-def write(document: Mapping[str, Any], **options: Unpack[MarkovOptions]) -> str:
-    """The text of a script with one call.
-
-    Parameters
-    ----------
-    document : dict
-        A study document.
-    **options
-        `MarkovOptions`; axes="rms" by default, as this is a simulator.
-
-    Raises
-    ------
-    InputError
-        What `gauss_markov_imu` refuses.
-    """
-    imu = gauss_markov_imu(document, CONSUMER, **options)
+def _template(imu: MarkovImu) -> list[str]:
+    """A script with one call."""
     lines = [*imu.comment("%"), ""]
     for sensor, (constant, white, bias, time, of_noise, of_bias, of_walk) in _KEYS.items():
-        ascii_unit = {u: _ascii(u) for u in (of_noise, of_bias, of_walk)}
-        lines.append(f"{constant} = {imu.text(0.0)};  % {ascii_unit[of_bias]}")
+        lines.append(f"{constant} = {imu.text(0.0)};  % {of_bias}")
         if sensor not in imu.noise:
             lines += [f"{name} = [];  % not in the study: fill in" for name in (white, bias, time)]
             continue
         unit = of_walk if imu.walks else of_bias
         value = imu.density(sensor)[0] if imu.walks else imu.sigma[sensor][0]
         lines += [
-            f"{white} = {imu.text(imu.noise[sensor][0] / parse_unit(of_noise).factor)};  % {ascii_unit[of_noise]}",
-            f"{bias} = {imu.text(value / parse_unit(unit).factor)};  % {ascii_unit[unit]}",
+            f"{white} = {imu.text(imu.noise[sensor][0] / parse_unit(of_noise).factor)};  % {of_noise}",
+            f"{bias} = {imu.text(value / parse_unit(unit).factor)};  % {unit}",
             f"{time} = {'inf' if imu.walks else imu.text(imu.time[sensor][0])};  % s",
         ]
     lines.append("imuerr = imuerrset(eb, db, web, wdb, sqrtR0G, TauG, sqrtR0A, TauA);")
-    return "\n".join(lines) + "\n"
+    return lines
 
 
-def _ascii(unit: str) -> str:
-    return unit.replace("√Hz", "sqrt(Hz)").replace("√h", "sqrt(h)").replace("µ", "u")
+write = writer(_template, gauss_markov_imu, CONSUMER)

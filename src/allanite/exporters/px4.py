@@ -6,11 +6,8 @@ The discretisation (`allanite.exporters.imu.autopilot`) is that of predictCovari
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any, Unpack
-
-from allanite.exporters.imu import ACCELEROMETER, GYROSCOPE, NoiseOptions
-from allanite.exporters.imu.autopilot import autopilot_lines
+from allanite.exporters.imu import ACCELEROMETER, GYROSCOPE, Slot
+from allanite.exporters.imu.autopilot import autopilot_writer
 
 __all__ = ["FILE_NAME", "NAME", "SUMMARY", "TAKES", "TERMS", "write"]
 
@@ -20,40 +17,19 @@ SUMMARY = "PX4 EKF2: EKF2_GYR_NOISE, EKF2_ACC_NOISE and their biases, as lower b
 TAKES = "study"
 TERMS = ("N", "K")
 
-_KEYS = {
-    GYROSCOPE: ("EKF2_GYR_NOISE", "EKF2_GYR_B_NOISE"),
-    ACCELEROMETER: ("EKF2_ACC_NOISE", "EKF2_ACC_B_NOISE"),
-}
-
-
-def write(document: Mapping[str, Any], *, filter_rate: float = 100.0, **options: Unpack[NoiseOptions]) -> str:
-    """The text of a parameter file, its parameters as comments.
-
-    Parameters
-    ----------
-    document : dict
-        A study document.
-    filter_rate : float [Hz]
-        Predictions per second: 1e6/EKF2_PREDICT_US.
-    **options
-        `NoiseOptions`.
-
-    Raises
-    ------
-    InputError
-        A rate that is none, or what `white_and_walk` refuses.
-    """
-    lines = autopilot_lines(
-        document,
-        name="PX4 EKF2",
-        file=FILE_NAME,
-        keys=_KEYS,
-        line="1\t1\t{key}\t{value}\t9",
-        rate=filter_rate,
-        read=(
-            "read in PX4, EKF/covariance.cpp: (dt noise)^2 of delta angle and (dt^2 bias noise)^2 of its bias a step",
-            "its defaults, 0.015 rad/s and 1e-3 rad/s^2, are N = 5.2 deg/sqrt(h) and K = 1240 deg/h/sqrt(h)",
-        ),
-        options=options,
-    )
-    return "\n".join(lines) + "\n"
+write = autopilot_writer(
+    name="PX4 EKF2",
+    file=FILE_NAME,
+    slots=(
+        Slot("EKF2_GYR_NOISE", GYROSCOPE, "noise", "rad/s"),
+        Slot("EKF2_ACC_NOISE", ACCELEROMETER, "noise", "m/s^2"),
+        Slot("EKF2_GYR_B_NOISE", GYROSCOPE, "walk", "rad/s^2"),
+        Slot("EKF2_ACC_B_NOISE", ACCELEROMETER, "walk", "m/s^3"),
+    ),
+    line="1\t1\t{key}\t{value}\t9",
+    rate=100.0,  # 1e6/EKF2_PREDICT_US
+    read=(
+        "read in PX4, EKF/covariance.cpp: (dt noise)^2 of delta angle and (dt^2 bias noise)^2 of its bias a step",
+        "its defaults, 0.015 rad/s and 1e-3 rad/s^2, are N = 5.2 deg/sqrt(h) and K = 1240 deg/h/sqrt(h)",
+    ),
+)

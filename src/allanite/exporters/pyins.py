@@ -8,10 +8,7 @@ walk.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any, Unpack
-
-from allanite.exporters.imu import ACCELEROMETER, GYROSCOPE, Consumer, NoiseOptions, white_and_walk
+from allanite.exporters.imu import ACCELEROMETER, GYROSCOPE, Consumer, WalkImu, white_and_walk, writer
 from allanite.exporters.imu.axes import UNITS
 
 __all__ = ["FILE_NAME", "NAME", "SUMMARY", "TAKES", "TERMS", "write"]
@@ -34,22 +31,8 @@ TERMS = CONSUMER.terms
 _NAMES = {GYROSCOPE: "gyro", ACCELEROMETER: "accel"}
 
 
-def write(document: Mapping[str, Any], **options: Unpack[NoiseOptions]) -> str:
-    """The text of a Python module: a function for each triad, which gives keyword arguments.
-
-    Parameters
-    ----------
-    document : dict
-        A study document.
-    **options
-        `NoiseOptions`.
-
-    Raises
-    ------
-    InputError
-        What `white_and_walk` refuses.
-    """
-    imu = white_and_walk(document, CONSUMER, **options)
+def _template(imu: WalkImu) -> list[str]:
+    """A Python module: a function for each triad, which gives keyword arguments."""
     lines = imu.comment()
     for sensor, name in _NAMES.items():
         if sensor not in imu.noise:
@@ -62,13 +45,15 @@ def write(document: Mapping[str, Any], **options: Unpack[NoiseOptions]) -> str:
             f'    """EstimationModel(**{name}(bias_sd)); bias_sd in {noise.replace("/sqrt(Hz)", "")}."""',
             "    return {",
             '        "bias_sd": bias_sd,',
-            f'        "noise": {_numbers(imu.noise[sensor], imu.style)},  # {noise}',
-            f'        "bias_walk": {_numbers(imu.walk[sensor], imu.style)},  # {walk}',
+            f'        "noise": {_numbers(imu, imu.noise[sensor])},  # {noise}',
+            f'        "bias_walk": {_numbers(imu, imu.walk[sensor])},  # {walk}',
             "    }",
         ]
-    return "\n".join(lines) + "\n"
+    return lines
 
 
-def _numbers(values: tuple[float, ...], style: str) -> str:
-    texts = [format(v, style) for v in values]
-    return texts[0] if len(texts) == 1 else f"[{', '.join(texts)}]"
+def _numbers(imu: WalkImu, values: tuple[float, ...]) -> str:
+    return imu.text(values[0]) if len(values) == 1 else imu.row(values)
+
+
+write = writer(_template, white_and_walk, CONSUMER)

@@ -13,7 +13,15 @@ from collections.abc import Mapping
 from typing import Any, Unpack
 
 from allanite.errors import InputError
-from allanite.exporters.imu import ACCELEROMETER, GYROSCOPE, Consumer, NoiseOptions, rate_text, white_and_walk
+from allanite.exporters.imu import (
+    ACCELEROMETER,
+    GYROSCOPE,
+    Consumer,
+    NoiseOptions,
+    Slot,
+    rate_text,
+    white_and_walk,
+)
 
 __all__ = ["FILE_NAME", "NAME", "SUMMARY", "TAKES", "TERMS", "write"]
 
@@ -25,8 +33,12 @@ TERMS = ("N", "K")
 
 Json = Mapping[str, Any]
 
-_KEYS = {ACCELEROMETER: ("acc_n", "acc_w"), GYROSCOPE: ("gyr_n", "gyr_w")}
-_UNITS = {ACCELEROMETER: ("m/s^2", "m/s^3"), GYROSCOPE: ("rad/s", "rad/s^2")}
+_SLOTS = (
+    Slot("acc_n", ACCELEROMETER, "noise", "m/s^2"),
+    Slot("acc_w", ACCELEROMETER, "walk", "m/s^3"),
+    Slot("gyr_n", GYROSCOPE, "noise", "rad/s"),
+    Slot("gyr_w", GYROSCOPE, "walk", "rad/s^2"),
+)
 
 
 def write(document: Json, *, filter_rate: float | None = None, **options: Unpack[NoiseOptions]) -> str:
@@ -59,14 +71,6 @@ def write(document: Json, *, filter_rate: float | None = None, **options: Unpack
         ),
     )
     imu = white_and_walk(document, consumer, **options)
-    lines = ["%YAML:1.0", "", *imu.comment(), ""]
-    for sensor, (noise, walk) in _KEYS.items():
-        units = _UNITS[sensor]
-        if sensor not in imu.noise:
-            lines += [f"# {noise}:  # {units[0]}", f"# {walk}:  # {units[1]}"]
-            continue
-        lines += [
-            f"{noise}: {imu.text(imu.noise[sensor][0] * math.sqrt(2 * rate))}  # {units[0]}",
-            f"{walk}: {imu.text(imu.walk[sensor][0] * math.sqrt(rate))}  # {units[1]}",
-        ]
-    return "\n".join(lines) + "\n"
+    discrete = imu.scaled(noise=math.sqrt(2 * rate), walk=math.sqrt(rate))
+    lines = discrete.lines(_SLOTS, "{key}: {value}  # {unit}", "# {key}:  # {unit}")
+    return "\n".join(["%YAML:1.0", "", *imu.comment(), "", *lines]) + "\n"

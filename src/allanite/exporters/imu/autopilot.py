@@ -4,75 +4,87 @@
 Both predict the covariance in periods dt, and both add (dt noise)^2 to each delta angle and (dt^2 b_noise)^2 to the
 bias of a delta angle, which is dt times the bias: to the bias itself (dt b_noise)^2. So noise = N/sqrt(dt) and
 b_noise = walk/sqrt(dt).
+
+They are written as comments: a value of the sensor alone makes a filter overconfident in flight.
 """
 
 from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import Any
+from typing import Any, Protocol, Unpack
 
 from allanite.errors import InputError
-from allanite.exporters.imu.axes import ACCELEROMETER, GYROSCOPE
+from allanite.exporters.imu.numbers import Slot
+from allanite.exporters.imu.options import NoiseOptions
 from allanite.exporters.imu.preamble import Consumer
-from allanite.exporters.imu.white_and_walk import WalkImu, white_and_walk
+from allanite.exporters.imu.white_and_walk import white_and_walk
 
-__all__ = ["autopilot_lines"]
+__all__ = ["AutopilotWrite", "autopilot_writer"]
 
 Json = Mapping[str, Any]
 
 
-def autopilot_lines(
-    document: Json,
-    *,
-    name: str,
-    file: str,
-    keys: Mapping[str, Sequence[str]],
-    line: str,
-    rate: float,
-    read: Sequence[str],
-    options: Mapping[str, Any],
-) -> list[str]:
-    """Comment, and the parameters as comments: a value of the sensor alone makes a filter overconfident in flight.
+class AutopilotWrite(Protocol):
+    """`write` of the format of an autopilot."""
+
+    def __call__(self, document: Json, *, filter_rate: float = ..., **options: Unpack[NoiseOptions]) -> str:
+        """The text of the file."""
+        ...
+
+
+def autopilot_writer(
+    *, name: str, file: str, slots: Sequence[Slot], line: str, rate: float, read: Sequence[str]
+) -> AutopilotWrite:
+    """A function that writes the parameters of an autopilot.
 
     Parameters
     ----------
-    keys : mapping of str to sequence of str
-        Of noise and walk, by sensor.
+    slots : sequence of Slot
+        The parameters, of noise and walk.
     line : str
-        Of a parameter, with "{key}" and "{value}".
+        Pattern of a parameter, with {key} and {value}.
     rate : float [Hz]
-        Of the filter's predictions.
+        Of the filter's predictions, by default.
     read : sequence of str
         Where the discretisation was read, and what the defaults stand for.
-
-    Raises
-    ------
-    InputError
-        A rate that is none, or what `white_and_walk` refuses.
     """
-    if not (math.isfinite(rate) and rate > 0):
-        raise InputError(f"filter_rate must be a positive number of predictions per second, not {rate!r}")
-    consumer = Consumer(
-        name=name,
-        file=file,
-        convention=(
-            f"DISCRETE at the period of the filter, dt = {1000 / rate:.6g} ms",
-            "noise = N/sqrt(dt), bias noise = walk/sqrt(dt)",
-            *read,
-            "LOWER BOUNDS: noise of the sensor at rest, without the vibration of an airframe. The lines are comments:",
-            "take one in only where it raises the value that is set",
-        ),
+
+    def write(document: Json, *, filter_rate: float = rate, **options: Unpack[NoiseOptions]) -> str:
+        """The text of a parameter file, its parameters as comments.
+
+        Parameters
+        ----------
+        document : dict
+            A study document.
+        filter_rate : float [Hz]
+            Predictions per second.
+        **options
+            `NoiseOptions`.
+
+        Raises
+        ------
+        InputError
+            A rate that is none, or what `white_and_walk` refuses.
+        """
+        if not (math.isfinite(filter_rate) and filter_rate > 0):
+            raise InputError(
+                f"filter_rate must be a positive number of predictions per second, not {filter_rate!r}"
+            )
+        consumer = Consumer(name=name, file=file, convention=_convention(filter_rate, read))
+        imu = white_and_walk(document, consumer, **options)
+        root = math.sqrt(filter_rate)
+        parameters = imu.scaled(noise=root, walk=root).lines(slots, f"# {line}")
+        return "\n".join([*imu.comment(), "", *parameters]) + "\n"
+
+    return write
+
+
+def _convention(rate: float, read: Sequence[str]) -> tuple[str, ...]:
+    return (
+        f"DISCRETE at the period of the filter, dt = {1000 / rate:.6g} ms",
+        "noise = N/sqrt(dt), bias noise = walk/sqrt(dt)",
+        *read,
+        "LOWER BOUNDS: noise of the sensor at rest, without the vibration of an airframe. The lines are comments:",
+        "take one in only where it raises the value that is set",
     )
-    imu = white_and_walk(document, consumer, **options)
-    return [*imu.comment(), "", *(_lines(imu, keys, line, rate))]
-
-
-def _lines(imu: WalkImu, keys: Mapping[str, Sequence[str]], line: str, rate: float) -> list[str]:
-    found = []
-    for place, values in enumerate((imu.noise, imu.walk)):
-        for sensor in (GYROSCOPE, ACCELEROMETER):
-            if sensor in values:
-                value = imu.text(values[sensor][0] * math.sqrt(rate))
-                found.append("# " + line.format(key=keys[sensor][place], value=value))
-    return found

@@ -15,6 +15,7 @@ __all__ = [
     "GYROSCOPE",
     "SENSORS",
     "UNITS",
+    "AxisNumbers",
     "Number",
     "axes_rule",
     "channels_of",
@@ -93,6 +94,24 @@ class Number:
 
     value: float
     text: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AxisNumbers:
+    """What was read of one channel, the larger numbers where it has two models; its bias is that of the consumer.
+
+    Attributes
+    ----------
+    name : str
+    noise : float
+        N in SI.
+    notes : tuple of str
+        What the head of the file says of each model.
+    """
+
+    name: str
+    noise: float
+    notes: tuple[str, ...]
 
 
 def parameter(channel: str, model: Json, symbol: str, file: str) -> Number:

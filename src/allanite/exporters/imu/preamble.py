@@ -10,9 +10,10 @@ from typing import Any
 from allanite import __version__
 from allanite.errors import InputError
 from allanite.exporters.bounds import bound_comments, refuse_terms
+from allanite.exporters.imu.axes import AxisNumbers
 from allanite.exporters.triads import plain_line
 
-__all__ = ["Consumer", "bound_lines", "number_format", "preamble", "rate_text"]
+__all__ = ["Consumer", "bound_lines", "number_format", "preamble", "rate_text", "table"]
 
 Json = Mapping[str, Any]
 
@@ -35,6 +36,10 @@ class Consumer:
         Letters of the terms that the file can say: a bound above the sensor is made of these.
     lost : str
         Comment: what has no slot.
+    holds_K : bool
+        It has a slot for the random walk beside a Gauss-Markov bias.
+    holds_flicker : bool
+        It has one for B: a model of flicker needs no correlation time, and its T is nan without one.
     """
 
     name: str
@@ -44,6 +49,8 @@ class Consumer:
     simulator: bool = False
     terms: tuple[str, ...] = ("N", "K")
     lost: str = "quantisation and rate ramp have no slot here and are left out"
+    holds_K: bool = False
+    holds_flicker: bool = False
 
 
 def preamble(
@@ -72,6 +79,33 @@ def preamble(
         "B: IEEE Std 952 coefficient (floor of the Allan deviation / 0.664); [ ]: 95 % interval",
         consumer.lost,
     ]
+
+
+def table(
+    read: Mapping[str, Sequence[AxisNumbers]], columns: Mapping[str, str], consumer: Consumer, needs: str
+) -> list[str]:
+    """Comment lines on every channel, by sensor.
+
+    Parameters
+    ----------
+    columns : mapping of str to str
+        Letters and their units, of each sensor.
+    needs : str
+        What of the consumer's file is open where a sensor is missing.
+    """
+    lines = []
+    for sensor, axes in read.items():
+        if not axes:
+            missing = f"{sensor}: the log holds none in known units. {consumer.name} needs its {needs}"
+            lines += ["", f"{missing}: fill them in below"]
+            continue
+        lines += ["", f"{sensor}, {columns[sensor]}:"]
+        for axis in axes:
+            own = list(axis.notes)
+            if len(own) > 1:
+                own.append("the record cannot decide between these two; the larger numbers are used")
+            lines += [f"  {plain_line(axis.name)}: {note}" for note in own]
+    return lines
 
 
 def bound_lines(channels: Sequence[Json], consumer: Consumer, axes: str) -> list[str]:

@@ -21,10 +21,10 @@ from dataclasses import dataclass
 from typing import Any
 
 from allanite.errors import InputError
-from allanite.exporters.imu.axes import parameter
+from allanite.exporters.imu.axes import AxisNumbers, parameter
 from allanite.noise import FLICKER_FLOOR, SIGMA_PER_B, GaussMarkov
 
-__all__ = ["WalkChoice", "refuse_time", "walk_choice"]
+__all__ = ["WalkChoice", "Walking", "refuse_time", "walk_choice", "walking"]
 
 Json = Mapping[str, Any]
 #: Name of the channel, its model, its N -> the walk, and its parts in words.
@@ -37,6 +37,13 @@ class WalkChoice:
 
     comment: tuple[str, ...]
     rule: Rule
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Walking(AxisNumbers):
+    """A channel whose bias is a walk, in SI."""
+
+    walk: float
 
 
 @dataclass(frozen=True, slots=True)
@@ -80,6 +87,29 @@ def walk_choice(walk: str, correlation_time: float | None, file: str) -> WalkCho
         f"walk = drift of random walk and bias instability at {tau:g} s (horizon): too small before, too large after",
     )
     return WalkChoice(at, lambda name, model, noise: _horizon(name, model, noise, time, tau, file))
+
+
+def walking(channel: Json, choice: WalkChoice, consumer: str, file: str) -> Walking:
+    """Noise and walk of a channel, by a choice.
+
+    Raises
+    ------
+    InputError
+        A parameter without value and limit, or noise or a walk of zero.
+    """
+    name = channel["name"]
+    noises, walks, notes = [], [], []
+    for model in channel["models"]:
+        noise = parameter(name, model, "N", file)
+        walk, parts = choice.rule(name, model, noise.value)
+        noises.append(noise.value)
+        walks.append(walk)
+        notes.append("; ".join([f"N {noise.text}", *parts, f"walk {walk:.4e}"]))
+    if min(noises) <= 0 or max(walks) <= 0:
+        raise InputError(
+            f"channel {name!r}: {consumer} needs noise and walk above zero, and N or the walk is zero here"
+        )
+    return Walking(name=name, noise=max(noises), walk=max(walks), notes=tuple(notes))
 
 
 def refuse_time(correlation_time: float | None) -> None:

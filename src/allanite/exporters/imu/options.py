@@ -1,0 +1,135 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What is asked of a file of noise: its options, checked, and the channels of a study that they choose."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, TypedDict, TypeVar
+
+from allanite.errors import InputError
+from allanite.exporters.imu.axes import SENSORS, axes_rule, channels_of, combined, refuse_nothing
+from allanite.exporters.imu.preamble import Consumer, bound_lines, number_format, preamble
+from allanite.exporters.imu.walks import WalkChoice, refuse_time, walk_choice
+
+__all__ = ["Asked", "NoiseOptions", "asked_of"]
+
+Json = Mapping[str, Any]
+Axis = TypeVar("Axis")
+
+
+class NoiseOptions(TypedDict, total=False):
+    """Options of every consumer of noise.
+
+    ``walk``: "upper-bound", "k-only" or "horizon=<seconds>", what becomes of the bias instability
+    (`allanite.exporters.imu.walks`). By default "upper-bound" of a consumer of white noise and a walk; the bias of a
+    consumer of a Gauss-Markov process stays one by default, and with ``walk`` it is a walk.
+    ``axes``: "worst" (default of filters), "rms" (default of simulators), and "each" where the file has a number for
+    each axis. ``inflate``: factor on noise and bias, written into the file. ``correlation_time``: T of the Gauss-Markov
+    term that stands for flicker, and in place of a fitted T where the file has one [s]. ``digits``: after the point.
+    ``gyroscope``, ``accelerometer``: names of the channels of each triad.
+    """
+
+    walk: str | None
+    axes: str | None
+    inflate: float
+    correlation_time: float | None
+    digits: int
+    gyroscope: Sequence[str] | None
+    accelerometer: Sequence[str] | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Asked:
+    """Options that make sense, in the form in which they are used.
+
+    Attributes
+    ----------
+    choice : WalkChoice or None
+        How the walk is made; None where none was asked for.
+    time : float or None [s]
+        The correlation time that was given.
+    axes, rule : str
+        The rule for three axes: its label, and in words.
+    inflate : float
+    style : str
+        Format of a number.
+    channels : mapping of str to list of dict
+        Of each sensor.
+    """
+
+    choice: WalkChoice | None
+    time: float | None
+    axes: str
+    rule: str
+    inflate: float
+    style: str
+    channels: Mapping[str, list[Json]]
+
+    def read(self, axis: Callable[[Json], Axis]) -> dict[str, list[Axis]]:
+        """What is read of each channel, by sensor."""
+        return {sensor: [axis(channel) for channel in own] for sensor, own in self.channels.items()}
+
+    def head(
+        self, document: Json, consumer: Consumer, bias: Sequence[str], table: Sequence[str]
+    ) -> tuple[str, ...]:
+        """The comment at the head of the file, without a comment sign."""
+        channels = [channel for own in self.channels.values() for channel in own]
+        return (
+            *preamble(document, consumer, bias=bias, axes=self.rule, inflate=self.inflate),
+            *bound_lines(channels, consumer, self.axes),
+            *table,
+        )
+
+    def numbers(
+        self, read: Mapping[str, Sequence[Axis]], value: Callable[[Axis], float]
+    ) -> dict[str, tuple[float, ...]]:
+        """A value of each sensor, one number or three, inflated; no entry where the study holds no channel."""
+        return {
+            sensor: tuple(
+                self.inflate * v for v in combined([value(axis) for axis in own], self.axes, sensor)
+            )
+            for sensor, own in read.items()
+            if own
+        }
+
+
+def asked_of(
+    document: Json,
+    consumer: Consumer,
+    *,
+    walk: str | None = None,
+    axes: str | None = None,
+    inflate: float = 1.0,
+    correlation_time: float | None = None,
+    digits: int = 6,
+    gyroscope: Sequence[str] | None = None,
+    accelerometer: Sequence[str] | None = None,
+) -> Asked:
+    """The options of `NoiseOptions`, checked against a consumer and a study.
+
+    Raises
+    ------
+    InputError
+        No channel in known units of rate or acceleration, more than one triad of a kind, a channel without a model, or
+        an option that makes no sense.
+    """
+    refuse_time(correlation_time)
+    choice = None if walk is None else walk_choice(walk, correlation_time, consumer.file)
+    axes = axes or ("rms" if consumer.simulator else "worst")
+    rule, style = axes_rule(axes, per_axis=consumer.per_axis), number_format(digits)
+    if not (math.isfinite(inflate) and inflate > 0):
+        raise InputError(f"inflate must be a positive factor, not {inflate!r}")
+    wanted = dict(zip(SENSORS, (gyroscope, accelerometer), strict=True))
+    channels = {sensor: channels_of(document, sensor, wanted[sensor]) for sensor in SENSORS}
+    refuse_nothing(document, channels, consumer.file)
+    return Asked(
+        choice=choice,
+        time=correlation_time,
+        axes=axes,
+        rule=rule,
+        inflate=inflate,
+        style=style,
+        channels=channels,
+    )
