@@ -7,6 +7,7 @@ The clock of the meter may be off that of the host, and the host is late by a ra
 
 from __future__ import annotations
 
+import time
 import types
 from collections.abc import Iterator
 from contextlib import contextmanager
@@ -15,13 +16,17 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from allanite.errors import InstrumentError
-from allanite.instruments.hp3458a import driver, simulated_meter
+from allanite.instruments.hp3458a import driver, prologix, simulated_meter, simulator
+from allanite.instruments.hp3458a.prologix import PrologixTransport
 from allanite.instruments.hp3458a.simulated_meter import SimulatedMeter
+from allanite.instruments.hp3458a.simulator import SimulatedPrologix
 
 SECOND = 10**9
 #: Mean lateness of the host at a read [s].
 LATE = 0.3e-3
 READING = 17  # bytes of a line
+#: Step in which a virtual adapter waits [s].
+NAP = 0.5e-3
 
 
 @dataclass(slots=True)
@@ -69,7 +74,8 @@ class VirtualWire:
             self._held += part
             if part:
                 continue
-            due = self._due(-(-(count - len(self._held)) // READING))
+            # A fault changes how many bytes a reading has: then from reading to reading.
+            due = self._due(1 if self.meter._faults else -(-(count - len(self._held)) // READING))
             self.clock.ns = max(self.clock.ns, min(deadline, due))
             if due > deadline:
                 self._held += self.meter.take(count)
@@ -96,7 +102,7 @@ class VirtualWire:
         in_meter = (
             meter._origin + round((meter._done + min(readings, meter._left)) * self._period * SECOND) + 2
         )
-        return round(in_meter / (1 + self.error)) + 2
+        return round(max(in_meter, meter._silent_until) / (1 + self.error)) + 2
 
     @property
     def _period(self) -> float:
@@ -107,15 +113,55 @@ class VirtualWire:
             raise InstrumentError("the link is gone")
 
 
+@dataclass(slots=True)
+class VirtualAdapter:
+    """A link of `PrologixTransport` to the simulated adapter in front of a meter."""
+
+    door: SimulatedPrologix
+    clock: VirtualClock
+
+    def send(self, data: bytes) -> None:
+        self.door.hear(data)
+
+    def receive(self, limit: int, timeout: float) -> bytes:
+        deadline = self.clock.ns + round(timeout * SECOND)
+        while not (said := self.door.speak()) and self.clock.ns < deadline:
+            self.clock.pass_by(NAP)
+        assert len(said) <= limit
+        return said
+
+    def close(self) -> None:
+        """Nothing is held."""
+
+
 @contextmanager
-def virtual_wire(error: float) -> Iterator[VirtualWire]:
-    """A meter at the other end; the clocks of driver and meter are replaced meanwhile."""
+def virtual_time(error: float = 0.0) -> Iterator[VirtualClock]:
+    """The clocks of driver and meter are replaced meanwhile."""
     clock = VirtualClock()
-    before = driver.host_ns, driver.time, simulated_meter.host_ns
+    before = driver.host_ns, simulated_meter.host_ns
     driver.host_ns = clock.now
-    driver.time = types.SimpleNamespace(monotonic=clock.seconds)
     simulated_meter.host_ns = lambda: round(clock.now() * (1 + error))
+    for module in (driver, prologix, simulator):
+        module.time = types.SimpleNamespace(monotonic=clock.seconds)
     try:
-        yield VirtualWire(SimulatedMeter(signal=lambda index: np.zeros(len(index))), clock, error)
+        yield clock
     finally:
-        driver.host_ns, driver.time, simulated_meter.host_ns = before
+        driver.host_ns, simulated_meter.host_ns = before
+        for module in (driver, prologix, simulator):
+            module.time = time
+
+
+@contextmanager
+def virtual_wire(error: float = 0.0, **simulated: object) -> Iterator[VirtualWire]:
+    """A meter at the other end, which sends zeros unless told."""
+    with virtual_time(error) as clock:
+        meter = SimulatedMeter(**{"signal": lambda index: np.zeros(len(index)), **simulated})
+        yield VirtualWire(meter, clock, error)
+
+
+@contextmanager
+def virtual_adapter(**simulated: object) -> Iterator[tuple[PrologixTransport, VirtualClock]]:
+    """A meter behind an adapter."""
+    with virtual_time() as clock:
+        door = SimulatedPrologix(SimulatedMeter(**simulated))
+        yield PrologixTransport(VirtualAdapter(door, clock), 22), clock

@@ -125,15 +125,14 @@ def _power(task: tuple[str, int]) -> Json:
     f = DIFFERENCES[task[0]]
     models = [_model(N, B, RESOLVED)] * 4 + [_model(f[0] * N, f[1] * B, f[2] * RESOLVED)]
     c = _compared(models, task[1]).channels[0]
-    own = c[task[0][0]]
-    named = c.outlier is not None and c.outlier.p < 0.05 and c.outlier.record == "r4"
-    by_parameter = own.outlier is not None and own.outlier.p < 0.05 and own.outlier.record == "r4"
+    own = next((p for p in c.parameters if p.symbol == task[0][0]), None)
+    named = any(o is not None and o.p < 0.05 and o.record == "r4" for o in (c.outlier, own and own.outlier))
     return {
         "channel": c.p < 0.05,
-        "parameter": own.equality is not None and own.equality.p < 0.05,
-        "named": named or by_parameter,
+        "parameter": own is not None and own.equality is not None and own.equality.p < 0.05,
+        "named": named,
         "wrong": c.outlier is not None and c.outlier.p < 0.05 and c.outlier.record != "r4",
-        "detectable": own.detectable,
+        "detectable": own and own.detectable,
     }
 
 
@@ -163,11 +162,11 @@ def _coverage(task: tuple[int, float, int]) -> Json:
     rng = np.random.default_rng([seed, 7])
     factors = np.exp(spread * rng.standard_normal((k + 1, 3)))
     models = [_model(N * f[0], B * f[1], RESOLVED * f[2]) for f in factors[:k]]
-    c = _compared(models, seed).channels[0]
+    found = {p.symbol: p.population for p in _compared(models, seed).channels[0].parameters}
     out: Json = {}
     for i, (symbol, truth) in enumerate((("N", N), ("B", B), ("K", RESOLVED))):
-        p = c[symbol].population
-        if p is None:
+        p = found.get(symbol)
+        if p is None:  # the term is in no record's fit, or not in enough of them
             out[symbol] = None
             continue
         ahead = p.next_lower is None or p.next_lower <= truth * factors[k, i] <= (p.next_upper or 0.0)

@@ -158,7 +158,7 @@ def run_changes(
                 "time_covered": time,
                 "mean_size": float(np.mean([r[4] for r in named])) if named else math.nan,
                 "true_size": factor,
-                "passes": bool(low - 0.01 <= size <= high + 0.01 and time >= low - 0.01),
+                "passes": bool(low <= size <= high and time >= low),
             }
         )
         say(f"{name}: {rows[-1]}")

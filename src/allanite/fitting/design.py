@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from allanite.allan.covariance import LagPairs, lag_pairs
 from allanite.noise import Flicker, GaussMarkov, Quantisation, Ramp, RandomWalk, TermType, White
 
-__all__ = ["LINEAR", "TIME_POWER", "Design", "design_of", "nearest_time"]
+__all__ = ["LINEAR", "TIME_POWER", "Design", "design_of", "nearest_time", "without_shortest"]
 
 Array = NDArray[np.float64]
 Spans = NDArray[np.int64]
@@ -118,6 +118,36 @@ class Design:
             m = self.lags.astype(np.float64)
             self._slopes[key] = 2 * np.outer(m, m) * self.pairs.sum(self._r12(s, time))
         return self._slopes[key]
+
+
+@dataclass(slots=True, kw_only=True)
+class _Longer(Design):
+    """A design less its `left_out` shortest lags, which computes nothing anew."""
+
+    whole: Design
+    left_out: int
+
+    def column(self, symbol: str, T: float | None = None) -> Array:
+        """As of the whole."""
+        return self.whole.column(symbol, T)[self.left_out :]
+
+    def covariance(self, symbols: Sequence[str], c: Array, T: float | None = None) -> Array:
+        """As of the whole."""
+        return self.whole.covariance(symbols, c, T)[self.left_out :, self.left_out :]
+
+
+def without_shortest(design: Design, left_out: int) -> Design:
+    """The design of the same record less so many of its shortest lags."""
+    if not left_out:
+        return design
+    return _Longer(
+        lags=design.lags[left_out:],
+        n_samples=design.n_samples,
+        sampling=design.sampling,
+        pairs=design.pairs,
+        whole=design,
+        left_out=left_out,
+    )
 
 
 def _known(T: float | None) -> float:

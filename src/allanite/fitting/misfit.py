@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from allanite.allan.curve import AllanCurve
 from allanite.errors import FitError
-from allanite.fitting.design import Design, design_of
+from allanite.fitting.design import Design, design_of, without_shortest
 from allanite.fitting.families import FLICKER, GAUSS_MARKOV, Family
 from allanite.fitting.instrument import FLOOR, two_records
 from allanite.fitting.objective import Curve, Solution
@@ -77,17 +77,37 @@ def candidate(
     curve: AllanCurve, used: NDArray[np.bool_], discrepancy: float = 0.0, floor: Floor | None = None
 ) -> Candidate:
     """The best fit of both families to these lags."""
-    scale = float(curve.variance[used, 0][0])
-    variance, design = curve.variance[used, 0], _design(curve, used)
-    below: tuple[str, ...] = ()
-    if floor is None:
+    return _Lags(curve, used, floor).candidate(discrepancy=discrepancy)
+
+
+class _Lags:
+    """The lags of a curve, from which the shortest may be left out; their covariances are computed once."""
+
+    def __init__(self, curve: AllanCurve, used: NDArray[np.bool_], floor: Floor | None) -> None:
+        self._curve, self._used, self._floor = curve, used, floor
+        self._design = _design(curve, used)
+        self._below = None if floor is None else _design(floor.curve, floor.used)
+
+    @property
+    def most_left_out(self) -> int:
+        """Shortest lags that may be left out."""
+        count = int(self._used.sum())
+        return min(int(_SHARE * count), count - _FEWEST)
+
+    def candidate(self, *, left_out: int = 0, discrepancy: float = 0.0) -> Candidate:
+        """The best fit of both families without the shortest lags."""
+        used = self._used.copy()
+        used[np.flatnonzero(used)[:left_out]] = False
+        design = without_shortest(self._design, left_out)
+        variance = self._curve.variance[used, 0]
+        scale = float(variance[0])
+        below: tuple[str, ...] = ()
+        if self._floor is not None and self._below is not None:
+            variance = np.concatenate([variance, self._floor.curve.variance[self._floor.used, 0]])
+            design, below = two_records(design, self._below), FLOOR
         data = Curve(variance / scale, design, discrepancy)
-    else:
-        both = np.concatenate([variance, floor.curve.variance[floor.used, 0]])
-        data = Curve(both / scale, two_records(design, _design(floor.curve, floor.used)), discrepancy)
-        below = FLOOR
-    flicker, markov = (Family(data, (*symbols, *below))({}) for symbols in (FLICKER, GAUSS_MARKOV))
-    return Candidate(used, scale, data, flicker, markov)
+        flicker, markov = (Family(data, (*symbols, *below))({}) for symbols in (FLICKER, GAUSS_MARKOV))
+        return Candidate(used, scale, data, flicker, markov)
 
 
 def _design(curve: AllanCurve, used: NDArray[np.bool_]) -> Design:
@@ -98,22 +118,20 @@ def _design(curve: AllanCurve, used: NDArray[np.bool_]) -> Design:
 
 def best_explained(curve: AllanCurve, used: NDArray[np.bool_], floor: Floor | None = None) -> Candidate:
     """All lags if they are explained, else fewer, else all of them with a discrepancy."""
-    whole = candidate(curve, used, floor=floor)
+    lags = _Lags(curve, used, floor)
+    whole = lags.candidate()
     if whole.p >= _NOT_EXPLAINED:
         return whole
-    lags = np.flatnonzero(used)
-    for left_out in range(1, min(int(_SHARE * len(lags)), len(lags) - _FEWEST) + 1):
-        fewer = used.copy()
-        fewer[lags[:left_out]] = False
-        trial = candidate(curve, fewer, floor=floor)
+    for left_out in range(1, lags.most_left_out + 1):
+        trial = lags.candidate(left_out=left_out)
         if trial.p >= _EXPLAINED:
             return trial
-    return _with_discrepancy(curve, used, floor)
+    return _with_discrepancy(lags)
 
 
-def _with_discrepancy(curve: AllanCurve, used: NDArray[np.bool_], floor: Floor | None) -> Candidate:
+def _with_discrepancy(lags: _Lags) -> Candidate:
     low, high = np.log(1e-3), np.log(_WORST)
-    best = candidate(curve, used, _WORST, floor)
+    best = lags.candidate(discrepancy=_WORST)
     if best.p < _NOT_EXPLAINED:
         raise FitError(
             f"no sum of noise terms explains the curve to {_WORST:.0%} in variance: what is in the record is not the "
@@ -121,7 +139,7 @@ def _with_discrepancy(curve: AllanCurve, used: NDArray[np.bool_], floor: Floor |
         )
     for _ in range(_BISECTIONS):
         middle = (low + high) / 2
-        trial = candidate(curve, used, float(np.exp(middle)), floor)
+        trial = lags.candidate(discrepancy=float(np.exp(middle)))
         if trial.p >= 0.5:
             high, best = middle, trial
         else:
