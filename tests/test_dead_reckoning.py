@@ -20,6 +20,7 @@ from allanite.dead_reckoning import DeadReckoning, InitialErrors, dead_reckon
 from allanite.dead_reckoning.dynamics import error_dynamics, radii
 from allanite.dead_reckoning.intervals import Part, interval
 from allanite.dead_reckoning.propagation import covariances
+from allanite.delivery import dead_reckoning_of
 from allanite.earth import EARTH_RATE, normal_gravity
 from allanite.errors import InputError
 from allanite.noise import (
@@ -410,12 +411,24 @@ def test_command_writes_report_document_and_table(run: Run, tmp_path: Path) -> N
         ("heading=1deg/h", "angle rate"),
         ("colour=1deg", "no initial error"),
         ("tilt=1", "number with its unit"),
+        ("tilt=-1deg", "not negative"),
     ],
 )
 def test_initial_errors_in_words_are_refused_with_a_reason(run: Run, words: str, message: str) -> None:
     done = run("dead-reckon", "--model", "N=0.3 deg/√h", "--latitude", "48", "--initial", words)
     assert done.code == 2
     assert message in done.err
+
+
+def test_models_of_another_program_tell_their_rate_but_no_length_of_a_record(tmp_path: Path) -> None:
+    place = tmp_path / "imu.yaml"
+    place.write_text(
+        "update_rate: 200.0\ngyroscope_noise_density: 1.7e-4\ngyroscope_random_walk: 1.9e-5\n"
+        "accelerometer_noise_density: 2.0e-3\naccelerometer_random_walk: 3.0e-3\n"
+    )
+    found = dead_reckoning_of([place], latitude=LATITUDE, duration=60.0)
+    assert found.document["rate"] == 200.0
+    assert not any("extrapolation" in note for note in found.result.notes)
 
 
 def test_figures_of_every_view() -> None:

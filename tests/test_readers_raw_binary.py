@@ -169,11 +169,11 @@ def test_every_fault_of_a_layout_is_told_at_once(tmp_path: Path) -> None:
     said = str(error.value)
     assert "a.yaml has 5 faults" in said
     for part in (
-        "rate:",
-        "frame.header: bytes in hexadecimal",
-        "frame.lenght: is no entry",
-        "fields[0].type",
-        "fields[1].name: is missing",
+        "line 1, rate:",
+        "line 3, frame.header: bytes in hexadecimal",
+        "line 4, frame.lenght: is no entry",
+        "line 6, frame.fields[0].type",
+        "line 7, frame.fields[1].name: is missing",
     ):
         assert part in said, said
     with pytest.raises(FormatError) as error:

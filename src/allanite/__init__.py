@@ -86,27 +86,27 @@ from typing import TYPE_CHECKING
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
-    from .alignment import align
-    from .allan import AllanCurve, allan_curve
-    from .dead_reckoning import dead_reckon
-    from .earth_rate import measure_earth_rate
-    from .errors import AllaniteError
-    from .exporters import export
-    from .figures import plot
-    from .fitting import fit
-    from .health import check
-    from .kalman import filter_recording
-    from .noise import NoiseModel
-    from .north import find_north
-    from .planning import plan
-    from .position_planning import plan_positions
-    from .rate_table import measure_rate_table
-    from .readers import read
-    from .recording import Channel, Recording
-    from .report import render
-    from .simulation import simulate
-    from .study import Study, characterize
-    from .triad import calibrate
+    from allanite.alignment import align
+    from allanite.allan import AllanCurve, allan_curve
+    from allanite.dead_reckoning import dead_reckon
+    from allanite.earth_rate import measure_earth_rate
+    from allanite.errors import AllaniteError
+    from allanite.exporters import export
+    from allanite.figures import plot
+    from allanite.fitting import fit
+    from allanite.health import check
+    from allanite.kalman import filter_recording
+    from allanite.noise import NoiseModel
+    from allanite.north import find_north
+    from allanite.planning import plan
+    from allanite.position_planning import plan_positions
+    from allanite.rate_table import measure_rate_table
+    from allanite.readers import read
+    from allanite.recording import Channel, Recording
+    from allanite.report import render
+    from allanite.simulation import simulate
+    from allanite.study import Study, characterize
+    from allanite.triad import calibrate
 
 __all__ = [
     "AllanCurve",

@@ -8,7 +8,7 @@ __all__ = ["main"]
 
 def main() -> None:
     """Run the command line; its exit codes are 0 done, 1 failed, 2 usage, 3 finished with loss."""
-    from .cli import main as run
+    from allanite.cli import main as run
 
     run()
 

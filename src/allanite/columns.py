@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from allanite.errors import InputError
 
-__all__ = ["ArrayColumn", "Calculated", "Column", "Masked", "Slice", "Spliced", "merge_spans"]
+__all__ = ["ArrayColumn", "Calculated", "Column", "Masked", "Slice", "Spliced", "View", "merge_spans"]
 
 Spans = NDArray[np.int64]
 Samples = NDArray[np.float64]
@@ -111,7 +111,7 @@ def _integer_base(array: NDArray[Any]) -> int:
 
 
 @dataclass(frozen=True, slots=True)
-class _View:
+class View:
     """What every view of another column has of it."""
 
     of: Column
@@ -126,7 +126,7 @@ class _View:
 
 
 @dataclass(frozen=True, slots=True)
-class Slice(_View):
+class Slice(View):
     """Samples [start, stop) of another column."""
 
     start: int
@@ -141,7 +141,7 @@ class Slice(_View):
 
 
 @dataclass(frozen=True, slots=True)
-class Masked(_View):
+class Masked(View):
     """A column some of whose samples are excluded, for a stated reason: they read as NaN."""
 
     spans: Spans
@@ -161,7 +161,7 @@ class Masked(_View):
 
 
 @dataclass(frozen=True, slots=True)
-class Spliced(_View):
+class Spliced(View):
     """A column whose samples lie in runs on a longer grid; between the runs nothing was recorded.
 
     Attributes

@@ -10,13 +10,12 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.cleaning.step import noted, surveys
-from allanite.columns import Column, Spliced
+from allanite.columns import Column, Spliced, View
 from allanite.errors import DataQualityError, InputError
 from allanite.health.finding import percent, plural
 from allanite.health.repeats import alternation, hold_factor
@@ -36,21 +35,12 @@ STEADY = 0.98
 
 
 @dataclass(frozen=True, slots=True)
-class Thinned:
+class Thinned(View):
     """Every `step`-th sample of a column, from `first` on."""
 
-    of: Column
     first: int
     step: int
     length: int
-
-    @property
-    def origin(self) -> float:
-        return self.of.origin
-
-    @property
-    def dtype(self) -> np.dtype[Any]:
-        return self.of.dtype
 
     def __len__(self) -> int:
         return self.length
@@ -65,19 +55,10 @@ class Thinned:
 
 
 @dataclass(frozen=True, slots=True)
-class Picked:
+class Picked(View):
     """The samples of a column at these positions, in ascending order."""
 
-    of: Column
     rows: Index
-
-    @property
-    def origin(self) -> float:
-        return self.of.origin
-
-    @property
-    def dtype(self) -> np.dtype[Any]:
-        return self.of.dtype
 
     def __len__(self) -> int:
         return len(self.rows)

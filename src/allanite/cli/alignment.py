@@ -10,6 +10,7 @@ import click
 from allanite.cli.earth import latitude_option
 from allanite.cli.options import (
     MODEL,
+    Acceleration,
     Angle,
     Names,
     Rate,
@@ -22,27 +23,6 @@ from allanite.cli.program import command
 from allanite.cli.results import Destination, result_options
 
 __all__ = ["align"]
-
-
-class Acceleration(click.ParamType[Any]):
-    """An acceleration with its unit: 1mg, 50ug, 0.01m/s^2."""
-
-    name = "acceleration"
-
-    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
-        if isinstance(value, (int, float)):
-            return float(value)
-        import re
-
-        from allanite.errors import InputError
-        from allanite.units import Quantity, parse_unit
-
-        found = re.fullmatch(r"\s*((?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(\S.*?)\s*", str(value))
-        try:
-            number, unit = found.groups()  # type: ignore[union-attr]
-            return float(number) * parse_unit(unit, Quantity.ACCELERATION).factor
-        except (AttributeError, ValueError, InputError):
-            self.fail(f"{value!r} is no acceleration: write 1mg, 50µg or 0.01m/s^2", param, ctx)
 
 
 @command("allanite align log.parquet --model study.json --calibration calibration.json --latitude 48.1")

@@ -24,6 +24,7 @@ from contextlib import redirect_stderr, redirect_stdout, suppress
 from typing import Any, TextIO
 
 from allanite.errors import AllaniteError
+from allanite.plain_data import plain
 
 __all__ = ["main"]
 
@@ -104,11 +105,11 @@ def _done(task: Json, out: TextIO) -> Json:
         if task["task"] == "follow":
             from allanite.page.tasks import follow
 
-            follow(task["run"], lambda event, data: _say(out, {"event": event, "data": _finite(data)}))
+            follow(task["run"], lambda event, data: _say(out, {"event": event, "data": plain(data)}))
             return {"exit": 0}
         from allanite.page.tasks import TASKS
 
-        return {"exit": 0, "result": _finite(TASKS[task["task"]](task, advance))}
+        return {"exit": 0, "result": plain(TASKS[task["task"]](task, advance))}
     except MemoryError:
         return {"exit": 1, "message": "this needs more memory than the machine has"}
     except _REFUSED as error:
@@ -148,7 +149,7 @@ def _with_figure(end: Json, task: Json) -> Json:
         return end
     from allanite.page.documents import figure_of
 
-    return {**end, "figure": _finite(figure_of(json.loads(end["stdout"]), **task["figure"]))}
+    return {**end, "figure": plain(figure_of(json.loads(end["stdout"]), **task["figure"]))}
 
 
 class _Advance:
@@ -164,15 +165,6 @@ class _Advance:
         if changed or now - self._last >= _EVERY:
             self._last = now
             _say(self._out, {"progress": min(max(float(fraction), 0.0), 1.0), "step": self._text})
-
-
-def _finite(value: Any) -> Any:
-    """Plain data without what JSON does not have."""
-    if isinstance(value, Mapping):
-        return {str(k): _finite(v) for k, v in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_finite(v) for v in value]
-    return None if isinstance(value, float) and (value != value or abs(value) == float("inf")) else value
 
 
 if __name__ == "__main__":

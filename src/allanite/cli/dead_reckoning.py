@@ -3,15 +3,17 @@
 
 from __future__ import annotations
 
-import re
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from allanite.cli.earth import latitude_option
-from allanite.cli.options import MODEL, Angle, Duration, Durations, place_of
+from allanite.cli.options import MODEL, Angle, Duration, Durations, in_si, place_of
 from allanite.cli.program import command
 from allanite.cli.results import Destination, result_options
+
+if TYPE_CHECKING:
+    from allanite.units import Quantity
 
 __all__ = ["dead_reckon"]
 
@@ -25,18 +27,24 @@ class Initial(click.ParamType[Any]):
         if not isinstance(value, str):
             return value
         from allanite.dead_reckoning import InitialErrors
+        from allanite.errors import InputError
 
         sizes = {}
         for part in value.split(","):
             name, _, text = (word.strip() for word in part.partition("="))
-            sizes[name.replace(".", "_")] = self._size(name, text, param, ctx)
-        return InitialErrors(**sizes)
+            try:
+                sizes[name.replace(".", "_")] = in_si(text, self._quantity(name, param, ctx))
+            except InputError as error:
+                self.fail(f"{name}={text}: {error}", param, ctx)
+        try:
+            return InitialErrors(**sizes)
+        except InputError as error:
+            self.fail(str(error), param, ctx)
 
-    def _size(self, name: str, text: str, param: click.Parameter | None, ctx: click.Context | None) -> float:
-        from allanite.errors import InputError
-        from allanite.units import Quantity, parse_unit
+    def _quantity(self, name: str, param: click.Parameter | None, ctx: click.Context | None) -> Quantity:
+        from allanite.units import Quantity
 
-        units = {
+        found = {
             "position": Quantity.LENGTH,
             "velocity": Quantity.VELOCITY,
             "tilt": Quantity.ANGLE,
@@ -46,15 +54,9 @@ class Initial(click.ParamType[Any]):
             **{f"{s}.scale": Quantity.RATIO for s in ("gyro", "accelerometer")},
             **{f"{s}.misalignment": Quantity.ANGLE for s in ("gyro", "accelerometer")},
         }
-        if name not in units:
-            self.fail(f"{name!r} is no initial error; there are: {', '.join(units)}", param, ctx)
-        found = re.fullmatch(r"((?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*(\S.*)", text)
-        if found is None:
-            self.fail(f"{name}={text}: write a number with its unit, as in heading=1deg", param, ctx)
-        try:
-            return float(found[1]) * parse_unit(found[2], units[name]).factor
-        except InputError as error:
-            self.fail(f"{name}={text}: {error}", param, ctx)
+        if name not in found:
+            self.fail(f"{name!r} is no initial error; there are: {', '.join(found)}", param, ctx)
+        return found[name]
 
 
 @command("allanite dead-reckon --model study.json --latitude 48.1 --rest 60s --out budget", "dead-reckon")

@@ -12,14 +12,18 @@ import sys
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import click
+
+if TYPE_CHECKING:
+    from allanite.units import Quantity
 
 __all__ = [
     "ENGINES",
     "MODEL",
     "STATISTICS",
+    "Acceleration",
     "Aim",
     "Angle",
     "ByChannel",
@@ -38,6 +42,7 @@ __all__ = [
     "exclude_option",
     "floor_option",
     "force_option",
+    "in_si",
     "json_option",
     "log_options",
     "place_of",
@@ -55,6 +60,24 @@ MODEL = "Noise of the sensor at rest: a study, what `fit --json` printed, or wor
 _MOST_RADIANS = 1.6
 """A latitude below this in degrees may be one in radians: half of pi is 1.571."""
 _SECONDS = {"": 1.0, "s": 1.0, "ms": 1e-3, "min": 60.0, "h": 3600.0, "d": 86400.0, "w": 604800.0}
+
+
+def in_si(text: str, quantity: Quantity, unit: str = "") -> float:
+    """A number with its unit in SI; with `unit`, if that is given, where it has none.
+
+    Raises
+    ------
+    InputError
+        No number, no unit, or one of another quantity.
+    """
+    from allanite.errors import InputError
+    from allanite.units import parse_unit
+
+    words = text.strip().replace("−", "-")
+    found = re.fullmatch(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([^\d.].*)?", words, re.S)
+    if found is None or not (found[2] or unit):
+        raise InputError("write a number with its unit, as in 1deg or 10deg/h")
+    return float(found[1]) * parse_unit(found[2] or unit, quantity).factor
 
 
 class Duration(click.ParamType[Any]):
@@ -184,22 +207,19 @@ class Angle(click.ParamType[Any]):
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
         if isinstance(value, (int, float)):
             return float(value)
-        from allanite.errors import InputError
-        from allanite.units import Quantity, parse_unit
+        from allanite.units import Quantity
 
-        found = re.fullmatch(
-            r"\s*([-+]?[\d.]+(?:[eE][-+]?\d+)?)\s*(.*?)\s*([NSEW]?)\s*", str(value).replace("−", "-")
-        )
+        words = str(value).strip()
+        text, side = re.fullmatch(r"(.*?)\s*([NSEW]?)", words, re.S).groups()  # type: ignore[union-attr]
         try:
-            number, unit, side = found.groups()  # type: ignore[union-attr]
-            size = float(number) * parse_unit(unit or "deg", Quantity.ANGLE).factor
-            if side in ("S", "W"):
-                return -abs(size)  # the sign and the letter say the same
-            if side and size < 0:
-                self.fail(f"{value!r} has both a minus sign and {side}: which is it?", param, ctx)
-            return size
-        except (AttributeError, ValueError, InputError):
+            size = in_si(text, Quantity.ANGLE, "deg")
+        except ValueError:
             self.fail(f"{value!r} is no angle: write -23.31, 23.31S, 0.1deg or 2mrad", param, ctx)
+        if side in ("S", "W"):
+            return -abs(size)  # the sign and the letter say the same
+        if side and size < 0:
+            self.fail(f"{value!r} has both a minus sign and {side}: which is it?", param, ctx)
+        return size
 
 
 class Latitude(Angle):
@@ -229,23 +249,37 @@ class Latitude(Angle):
             )
 
 
-class Rate(click.ParamType[Any]):
-    """A rate of rotation with its unit: 15.041deg/h, 6deg/s."""
+class _WithUnit(click.ParamType[Any]):
+    """A number with its unit."""
 
-    name = "rate"
+    quantity: ClassVar[str]
+    wanted: ClassVar[str]
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
         if isinstance(value, (int, float)):
             return float(value)
-        from allanite.errors import InputError
-        from allanite.units import Quantity, parse_unit
+        from allanite.units import Quantity
 
-        found = re.fullmatch(r"\s*([-+]?[\d.]+(?:[eE][-+]?\d+)?)\s*(\S.*?)\s*", str(value).replace("−", "-"))
         try:
-            number, unit = found.groups()  # type: ignore[union-attr]
-            return float(number) * parse_unit(unit, Quantity.ANGLE_RATE).factor
-        except (AttributeError, ValueError, InputError):
-            self.fail(f"{value!r} is no rate of rotation: write 15.041deg/h or 0.00418deg/s", param, ctx)
+            return in_si(str(value), Quantity[self.quantity])
+        except ValueError:
+            self.fail(f"{value!r} is no {self.wanted}", param, ctx)
+
+
+class Rate(_WithUnit):
+    """A rate of rotation with its unit: 15.041deg/h, 6deg/s."""
+
+    name = "rate"
+    quantity = "ANGLE_RATE"
+    wanted = "rate of rotation: write 15.041deg/h or 0.00418deg/s"
+
+
+class Acceleration(_WithUnit):
+    """An acceleration with its unit: 1mg, 50ug, 0.01m/s^2."""
+
+    name = "acceleration"
+    quantity = "ACCELERATION"
+    wanted = "acceleration: write 1mg, 50µg or 0.01m/s^2"
 
 
 class Share(click.ParamType[Any]):

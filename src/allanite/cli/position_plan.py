@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import re
 from typing import Any
 
 import click
@@ -11,6 +10,7 @@ import click
 from allanite.cli.earth import LATITUDE, plan
 from allanite.cli.options import (
     MODEL,
+    Acceleration,
     Angle,
     Duration,
     Latitude,
@@ -52,18 +52,8 @@ class Goals(click.ParamType[Any]):
             return float(Angle()(text, param, ctx))
         if kind != "bias":
             self.fail(f"{kind!r} is none of bias, scale and misalignment", param, ctx)
-        return float(Rate()(text, param, ctx)) if sensor == "gyro" else self._acceleration(text, param, ctx)
-
-    def _acceleration(self, text: str, param: click.Parameter | None, ctx: click.Context | None) -> float:
-        from allanite.errors import InputError
-        from allanite.units import Quantity, parse_unit
-
-        found = re.fullmatch(r"([-+]?[\d.]+(?:[eE][-+]?\d+)?)\s*(\S.*)", text)
-        try:
-            number, unit = found.groups()  # type: ignore[union-attr]
-            return float(number) * parse_unit(unit, Quantity.ACCELERATION).factor
-        except (AttributeError, ValueError, InputError):
-            self.fail(f"{text!r} is no acceleration: write 1mg or 0.01 m/s^2", param, ctx)
+        kinds = {"gyro": Rate(), "accelerometer": Acceleration()}
+        return float(kinds[sensor](text, param, ctx))
 
 
 @plan.command(

@@ -12,10 +12,6 @@
 
 Sections are called ``gyro``, ``accelerometer``, or like the channels of the log. ``sensor`` and ``source`` are for the
 reader. Entries are those of `allanite.noise.datasheet`.
-
-References
-----------
-.. [1] YAML 1.2, https://yaml.org/spec/1.2.2/
 """
 
 from __future__ import annotations
@@ -30,11 +26,10 @@ from allanite.errors import FormatError, InputError
 from allanite.noise import NoiseModel
 from allanite.noise.datasheet import SensorSheet, sensor_sheet
 from allanite.plain_data import plain
+from allanite.yaml_text import read_yaml
 
 __all__ = ["Datasheet", "read_datasheet"]
 
-#: A larger file is no data sheet [bytes].
-_MOST = 1 << 18
 _FOR_THE_READER = ("sensor", "source")
 
 
@@ -119,7 +114,7 @@ def read_datasheet(path: str | os.PathLike[str]) -> Datasheet:
     NoiseModel(N=8.727e-05)
     """
     place = Path(path)
-    found = _loaded(place)
+    found = read_yaml(place, "data sheet")
     if not isinstance(found, Mapping) or not all(isinstance(key, str) for key in found):
         raise FormatError(f"{place} is no data sheet: it holds no sections like 'gyro:'")
     words = {key: found[key] for key in _FOR_THE_READER if key in found}
@@ -134,20 +129,3 @@ def read_datasheet(path: str | os.PathLike[str]) -> Datasheet:
         )
     except InputError as error:
         raise InputError(f"{place}: {error}") from None
-
-
-def _loaded(place: Path) -> Any:
-    from ruamel.yaml import YAML
-    from ruamel.yaml.error import YAMLError
-
-    try:
-        if place.stat().st_size > _MOST:
-            raise FormatError(f"{place} has {place.stat().st_size} bytes: that is no data sheet")
-        return YAML(typ="safe", pure=True).load(place.read_text(encoding="utf-8-sig"))
-    except FileNotFoundError:
-        raise InputError(f"no such file: {place}") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise FormatError(f"{place} cannot be read: {error}") from None
-    except (YAMLError, ValueError, RecursionError) as error:
-        said = " ".join(str(error).split())[:200]
-        raise FormatError(f"{place} is not YAML: {said}") from None

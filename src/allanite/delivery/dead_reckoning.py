@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from allanite.delivery.measurement import Measured, provenance
-from allanite.errors import InputError
+from allanite.delivery.recordings import models_of_several
 
 __all__ = ["dead_reckoning_of"]
 
@@ -38,22 +38,14 @@ def dead_reckoning_of(
         Two sources that name the same channel.
     """
     from allanite.dead_reckoning import dead_reckon
-    from allanite.model_file import load_models
     from allanite.wording import duration
 
-    found: dict[str, Any] = {}
-    rate, records = None, []
-    for source in models:
-        held, own = load_models(source)
-        twice = sorted(set(held) & set(found))
-        if twice:
-            raise InputError(f"{source} has another model of {twice[0]!r}: give each channel once")
-        found |= held
-        rate = rate or own
-        records += [] if own is None else [_length(source)]
+    sources = list(models)
+    found, rate = models_of_several(sources)
     if rate is not None:
         options.setdefault("rate", rate)
     made = dead_reckon(found, **options)
+    records = [length for source in sources if (length := _length(source)) is not None]
     if records and min(records) < made.duration:
         note = (
             f"the record is {duration(min(records))} long: beyond that the noise models are an extrapolation"
@@ -69,9 +61,15 @@ def dead_reckoning_of(
     )
 
 
-def _length(study: str | os.PathLike[str]) -> float:
-    """Of the record that was studied [s]."""
-    return float(json.loads(Path(study).read_text(encoding="utf-8"))["recording"]["duration"])
+def _length(source: str | os.PathLike[str]) -> float | None:
+    """Of the record that was studied [s]; None for models that do not tell it."""
+    try:
+        document = json.loads(Path(source).read_text(encoding="utf-8"))
+    except (OSError, ValueError):  # words, a data sheet
+        return None
+    if document.get("format") != "allanite-study":
+        return None
+    return float(document["recording"]["duration"])
 
 
 def _rows(table: list[dict[str, Any]]) -> list[dict[str, Any]]:

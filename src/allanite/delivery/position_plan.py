@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable
 from typing import Any
 
 from allanite.delivery.measurement import Measured, provenance
-from allanite.errors import InputError
+from allanite.delivery.recordings import models_of_several
 
 __all__ = ["position_plan_of"]
 
@@ -35,18 +35,9 @@ def position_plan_of(
     InputError
         Two sources that name the same channel.
     """
-    from allanite.model_file import load_models
     from allanite.position_planning import plan_positions
 
-    found: dict[str, Any] = {}
-    rate = None
-    for source in models:
-        held, own = load_models(source)
-        twice = sorted(set(held) & set(found))
-        if twice:
-            raise InputError(f"{source} has another model of {twice[0]!r}: give each channel once")
-        found |= held
-        rate = rate or own
+    found, rate = models_of_several(models)
     if rate is not None:
         options.setdefault("rate", rate)
     made = plan_positions(found, progress=progress, **options)

@@ -23,6 +23,7 @@ __all__ = [
     "has_gaps",
     "is_lossy",
     "models_from",
+    "models_of_several",
     "noise_channels",
     "read_floor",
     "read_part",
@@ -133,6 +134,30 @@ def models_from(source: str | os.PathLike[str], names: Sequence[str]) -> dict[st
 
     models, _ = load_models(source)
     return dict.fromkeys(names, next(iter(models.values()))) if len(models) == 1 else dict(models)
+
+
+def models_of_several(
+    sources: Iterable[str | os.PathLike[str]],
+) -> tuple[dict[str, NoiseModel], float | None]:
+    """The models of several files or words by channel, and the first rate [Hz] that one of them states.
+
+    Raises
+    ------
+    InputError
+        Two sources that name the same channel.
+    """
+    from allanite.model_file import load_models
+
+    found: dict[str, NoiseModel] = {}
+    rate = None
+    for source in sources:
+        models, own = load_models(source)
+        twice = sorted(set(models) & set(found))
+        if twice:
+            raise InputError(f"{source} has another model of {twice[0]!r}: give each channel once")
+        found |= models
+        rate = rate or own
+    return found, rate
 
 
 def describe(recording: Recording, findings: Iterable[Finding]) -> dict[str, Any]:

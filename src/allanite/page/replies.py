@@ -12,6 +12,7 @@ from urllib.parse import quote
 from starlette.requests import Request
 from starlette.responses import FileResponse, Response
 
+from allanite import plain_data
 from allanite.errors import AllaniteError
 
 __all__ = ["Refused", "body_of", "download", "plain", "refusal"]
@@ -37,7 +38,7 @@ def plain(data: Any, status: int = 200, headers: Mapping[str, str] | None = None
     try:
         text = json.dumps(data, ensure_ascii=False, allow_nan=False, separators=(",", ":"))
     except ValueError:
-        text = json.dumps(_finite(data), ensure_ascii=False, allow_nan=False, separators=(",", ":"))
+        text = json.dumps(plain_data.plain(data), ensure_ascii=False, allow_nan=False, separators=(",", ":"))
     return Response(
         text.encode("utf-8", "replace"), status, {**(headers or {})}, media_type="application/json"
     )
@@ -82,11 +83,3 @@ async def body_of(request: Request, most: int) -> dict[str, Any]:
     if not isinstance(found, dict):
         raise Refused(400, "the request is no JSON object")
     return found
-
-
-def _finite(value: Any) -> Any:
-    if isinstance(value, Mapping):
-        return {str(k): _finite(v) for k, v in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_finite(v) for v in value]
-    return None if isinstance(value, float) and (value != value or abs(value) == float("inf")) else value

@@ -4,9 +4,9 @@
 One module per format: `numpy_file` (the example to imitate), `run`, `parquet`, `matlab`, `hdf5`, `rosbag`, `ardupilot`,
 `ulog`, `tdms`, `raw_binary`, `spreadsheet`, `text`. They share `assembly` (columns to a Recording), `arrays` (named
 arrays to columns), `contents` (which of several tables is read), `headings` (what a column name says), `stamps` (which
-column is time), `timebase` (stamps to an even grid, along the line of `clock_line`), `spool` (unpacking within limits),
-`sandbox` (parsing in a child process), `hdf5_tree` (HDF5 that stays in its file) and `record_chain` (records in a torn
-stream); `joining` makes one log of several files.
+column is time), `timebase` (stamps to an even grid, along the line of `clock_line`), `spool` (unpacking within
+limits), `sandbox` (parsing in a child process), `extras` (packages that not everybody installs), `hdf5_tree` (HDF5
+that stays in its file) and `record_chain` (records in a torn stream); `joining` makes one log of several files.
 
 To add a format: one module, one word in `READERS`, one folder in ``tests/samples``.
 """

@@ -44,6 +44,13 @@ class Options:
     variable: str | None = None
     layout: str | os.PathLike[str] | Mapping[str, Any] | None = None
 
+    @property
+    def channel_names(self) -> list[str] | None:
+        """The channels that are asked for; one alone may be given without a list."""
+        if self.channels is None:
+            return None
+        return [self.channels] if isinstance(self.channels, str) else list(self.channels)
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Table:

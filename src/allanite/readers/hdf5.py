@@ -9,7 +9,6 @@ file is followed, and what was never written is not read as zeros: see `hdf5_tre
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Mapping
 from dataclasses import replace
@@ -23,6 +22,7 @@ from allanite.errors import FormatError, InputError, LimitError
 from allanite.readers.arrays import table_of
 from allanite.readers.assembly import Options, Table
 from allanite.readers.contents import Part, choose_part, listed
+from allanite.readers.extras import require
 from allanite.readers.hdf5_tree import Leaf, Tree, read_leaf, text_of, walk
 from allanite.readers.headings import read_heading
 from allanite.readers.sandbox import run
@@ -66,19 +66,12 @@ def read(path: Path, options: Options) -> Table:
     LimitError
         It would unpack to far more than its size.
     """
-    from importlib.util import find_spec
-
-    if find_spec("h5py") is None:
-        raise InputError(
-            f'{path.name} is an HDF5 file; reading it needs one more package: pip install "allanite[hdf5]"'
-        )
+    require("h5py", "hdf5", path, "an HDF5 file")
     size = path.stat().st_size
-    channels = [options.channels] if isinstance(options.channels, str) else options.channels
-    asked = {"variable": options.variable, "channels": None if channels is None else list(channels)}
     found, arrays = run(
         f"{__name__}:table_in",
-        [str(path), json.dumps(asked)],
-        imports=["numpy", "h5py", __name__],
+        [str(path), options.variable, options.channel_names],
+        imports=["h5py"],
         memory=_SPARE_MEMORY + 20 * size,
         seconds=20 + size / 5e6,
         name=path.name,
@@ -109,21 +102,17 @@ def _width(array: NDArray[Any]) -> int:
 # -- in the child ------------------------------------------------------------------------------------------
 
 
-def table_in(path: str, asked: str) -> tuple[dict[str, Any], Arrays]:
+def table_in(path: str, variable: str | None, channels: list[str] | None) -> tuple[dict[str, Any], Arrays]:
     """The group that is asked for (or the best one), and everything that is to be said of it.
 
-    Parameters
-    ----------
-    path : str
-    asked : str
-        JSON: variable and channels of `allanite.readers.read`.
+    The arguments are those of `allanite.readers.read`.
     """
     import h5py
 
-    wanted, name = json.loads(asked), Path(path).name
+    name = Path(path).name
     with h5py.File(path, "r", locking=False) as file:
         tree = walk(file)
-        variable = None if wanted["variable"] is None else wanted["variable"].strip("/")
+        variable = None if variable is None else variable.strip("/")
         if tree.outside and variable is None:
             raise FormatError(
                 f"{name} leads out of itself: {'; '.join(tree.outside[:5])}. Nothing outside of it is read; name what "
@@ -140,7 +129,7 @@ def table_in(path: str, asked: str) -> tuple[dict[str, Any], Arrays]:
         part, guesses = choose_part(
             parts,
             next(iter(tables)) if one is not None else _group_of(variable, tables),
-            wanted["channels"],
+            channels,
             file=name,
             option="variable",
             what="group",

@@ -16,10 +16,11 @@ from typing import IO, Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.errors import FormatError, InputError
+from allanite.errors import FormatError
 from allanite.readers import matlab_hdf5
 from allanite.readers.arrays import left_out, samples_among, table_of
 from allanite.readers.assembly import Options, Table
+from allanite.readers.extras import require
 from allanite.readers.sandbox import run
 from allanite.readers.spool import refuse_bomb
 
@@ -84,7 +85,7 @@ def _version5(path: Path) -> _Found:
     _, arrays = run(
         f"{__name__}:arrays_in",
         [str(path)],
-        imports=["scipy.io", "numpy"],
+        imports=["scipy.io"],
         memory=_SPARE_MEMORY + 4 * unpacked,
         seconds=30 + unpacked / 1e7,
         name=path.name,
@@ -93,18 +94,18 @@ def _version5(path: Path) -> _Found:
 
 
 def _version73(path: Path) -> _Found:
-    from importlib.util import find_spec
-
-    if find_spec("h5py") is None:
-        raise InputError(
-            f"{path.name} is a MATLAB file of version 7.3 (HDF5); reading it needs one more package: pip install "
-            "\"allanite[matlab]\"; or in MATLAB: load it, then save('log.mat', ..., '-v7')"
-        )
+    require(
+        "h5py",
+        "matlab",
+        path,
+        "a MATLAB file of version 7.3 (HDF5)",
+        otherwise="; or in MATLAB: load it, then save('log.mat', ..., '-v7')",
+    )
     size = path.stat().st_size
     return run(
         f"{matlab_hdf5.__name__}:arrays_in",
         [str(path)],
-        imports=["h5py", "numpy", matlab_hdf5.__name__],
+        imports=["h5py"],
         memory=2 * _SPARE_MEMORY + 20 * size,
         seconds=30 + size / 5e6,
         name=path.name,

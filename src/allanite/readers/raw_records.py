@@ -15,10 +15,11 @@ import numpy as np
 from numpy.lib.stride_tricks import sliding_window_view
 from numpy.typing import NDArray
 
+from allanite.byte_layout import TYPE_SIZES, ByteField
 from allanite.columns import Calculated
 from allanite.errors import DataQualityError
 from allanite.readers.assembly import Table
-from allanite.readers.raw_layout import TYPE_SIZES, FieldEntry, Layout, RecordFrame
+from allanite.readers.raw_layout import Layout, RecordFrame
 from allanite.readers.record_chain import follow_chain
 from allanite.readers.spool import GrowingColumn
 from allanite.recording import ArrayColumn, Channel, Column, Sampling
@@ -64,28 +65,21 @@ def table_of_records(path: Path, layout: Layout, file_format: str, sampling: Sam
         units_from="layout" if any(f.unit for f in frame.fields) else "none",
         rate=layout.rate,
         rate_from="layout" if layout.rate is not None else "",
-        source={"size_bytes": size, "layout": _plain(layout), "records": raw.n},
+        source={
+            "size_bytes": size,
+            "layout": layout.model_dump(mode="json", exclude_defaults=True),
+            "records": raw.n,
+        },
         guesses=tuple(guesses),
         channels=_channels(frame, sampling),
     )
-
-
-def _plain(layout: Layout) -> dict[str, Any]:
-    """The layout as plain data, for the notes."""
-    found = layout.model_dump(exclude_defaults=True)
-    if "header" in found["frame"]:
-        found["frame"]["header"] = layout.frame.header.hex(" ").upper()
-    found["frame"]["fields"] = [dict(f) for f in found["frame"]["fields"]]
-    return found
 
 
 def _channels(frame: RecordFrame, sampling: Sampling) -> tuple[Channel, ...] | None:
     """Channels in full where a field says its scale factor; else they are told from name and unit as in all files."""
     if all(f.scale_factor is None for f in frame.fields):
         return None
-    return tuple(
-        Channel.of(f.name, f.unit, sampling=sampling, scale_factor=f.scale_factor) for f in frame.fields
-    )
+    return tuple(f.channel(sampling) for f in frame.fields)
 
 
 # -- records -----------------------------------------------------------------------------------------------
@@ -171,7 +165,7 @@ class _FieldColumn(Calculated):
     """A field of the records, scaled; raw values that mean missing or overload are NaN."""
 
     raw: _Raw
-    field: FieldEntry
+    field: ByteField
     at: int
     endian: str
 
@@ -200,7 +194,7 @@ class _PlainColumn(_FieldColumn):
         return np.dtype(np.int32) if kind in ("u24", "i24") else np.dtype(f"{kind[0]}{TYPE_SIZES[kind]}")
 
 
-def _column(raw: _Raw, field: FieldEntry, at: int, endian: str) -> Column:
+def _column(raw: _Raw, field: ByteField, at: int, endian: str) -> Column:
     plain = field.scale == 1.0 and field.offset == 0.0 and not field.missing and not field.overload
     if plain and field.type in (
         "u64",

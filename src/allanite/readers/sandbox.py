@@ -33,7 +33,13 @@ Outcome = tuple[Any, dict[str, NDArray[Any]]]
 
 
 def run(
-    function: str, arguments: Sequence[str], *, imports: Sequence[str], memory: int, seconds: float, name: str
+    function: str,
+    arguments: Sequence[Any],
+    *,
+    imports: Sequence[str] = (),
+    memory: int,
+    seconds: float,
+    name: str,
 ) -> Outcome:
     """Call a function in a child process.
 
@@ -41,9 +47,9 @@ def run(
     ----------
     function : str
         "package.module:function"; called with the arguments, it returns (JSON data, dict of name to array).
-    arguments : sequence of str
+    arguments : sequence of JSON data
     imports : sequence of str
-        Modules to import before the limits are set (their own needs do not count).
+        Modules to import before the limits are set (their own needs do not count), besides that of the function.
     memory : int [bytes]
         Address space that the function may use beyond what the child holds when it starts.
     seconds : float

@@ -9,7 +9,6 @@ words for missing cells mean the same in both. Numbers are those that the file h
 from __future__ import annotations
 
 import datetime
-import json
 import zipfile
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
@@ -23,6 +22,7 @@ from allanite.errors import FormatError, InputError
 from allanite.readers import text
 from allanite.readers.assembly import Options, Table
 from allanite.readers.contents import Part, choose_part, listed
+from allanite.readers.extras import require
 from allanite.readers.sandbox import run
 from allanite.readers.spool import refuse_bomb, to_file
 
@@ -72,21 +72,13 @@ def read(path: Path, options: Options) -> Table:
     LimitError
         It unpacks to far more than its size, or needs more memory than it may.
     """
-    from importlib.util import find_spec
-
-    if find_spec("python_calamine") is None:
-        raise InputError(
-            f"{path.name} is a spreadsheet; reading it needs one more package: pip install "
-            '"allanite[spreadsheet]", or save the sheet as .csv'
-        )
+    require("python_calamine", "spreadsheet", path, "a spreadsheet", otherwise=", or save the sheet as .csv")
     size = path.stat().st_size
     _refuse_bomb(path)
-    channels = [options.channels] if isinstance(options.channels, str) else options.channels
-    asked = {"variable": options.variable, "channels": None if channels is None else list(channels)}
     found, arrays = run(
         f"{__name__}:text_in",
-        [str(path), json.dumps(asked)],
-        imports=["numpy", "python_calamine", __name__],
+        [str(path), options.variable],
+        imports=["python_calamine"],
         memory=_SPARE_MEMORY + _MEMORY_PER_BYTE * size,
         seconds=30 + size / 2e5,
         name=path.name,
@@ -117,18 +109,14 @@ def _refuse_bomb(path: Path) -> None:
 # -- in the child ------------------------------------------------------------------------------------------
 
 
-def text_in(path: str, asked: str) -> tuple[dict[str, Any], dict[str, NDArray[np.uint8]]]:
+def text_in(path: str, variable: str | None) -> tuple[dict[str, Any], dict[str, NDArray[np.uint8]]]:
     """The sheet that is asked for (or the longest one) as text between tabs.
 
-    Parameters
-    ----------
-    path : str
-    asked : str
-        JSON: variable and channels of `allanite.readers.read`.
+    The arguments are those of `allanite.readers.read`.
     """
     from python_calamine import CalamineError, CalamineWorkbook, PasswordError, SheetTypeEnum
 
-    wanted, name = json.loads(asked), Path(path).name
+    name = Path(path).name
     try:
         book = CalamineWorkbook.from_path(path)
         names = [s.name for s in book.sheets_metadata if s.typ == SheetTypeEnum.WorkSheet][:_MOST_SHEETS]
@@ -138,7 +126,7 @@ def text_in(path: str, asked: str) -> tuple[dict[str, Any], dict[str, NDArray[np
     except CalamineError as error:
         raise FormatError(f"{name}: damaged spreadsheet ({str(error)[:200]})") from None
     parts = [Part(name=n, rows=s.height, columns=_headings(s)) for n, s in sheets.items()]
-    chosen = wanted["variable"] if wanted["variable"] in sheets else None
+    chosen = variable if variable in sheets else None
     part, guesses = choose_part(parts, chosen, None, file=name, option="variable", what="sheet")
     sheet = sheets[part.name]
     if sheet.width > _MOST_COLUMNS:
@@ -146,7 +134,7 @@ def text_in(path: str, asked: str) -> tuple[dict[str, Any], dict[str, NDArray[np
     content = "\n".join([*[""] * (sheet.start or (0, 0))[0], *_lines(sheet.iter_rows())]) + "\n"
     found = {
         "sheet": part.name,
-        "variable": None if chosen else wanted["variable"],
+        "variable": None if chosen else variable,
         "guesses": guesses,
         "contents": listed(parts),
     }

@@ -9,7 +9,6 @@ SignalExpress keeps at lower rates (DecimationLevel) are never read unasked.
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Mapping
 from pathlib import Path
@@ -21,6 +20,7 @@ from numpy.typing import NDArray
 from allanite.errors import DataQualityError, InputError
 from allanite.readers.assembly import Options, Table
 from allanite.readers.contents import Part, choose_part, listed
+from allanite.readers.extras import require
 from allanite.readers.headings import read_heading
 from allanite.readers.sandbox import run
 from allanite.readers.spool import GrowingColumn, refuse_bomb
@@ -59,19 +59,12 @@ def read(path: Path, options: Options) -> Table:
     DataQualityError
         No samples.
     """
-    from importlib.util import find_spec
-
-    if find_spec("nptdms") is None:
-        raise InputError(
-            f'{path.name} is a LabVIEW TDMS file; reading it needs one more package: pip install "allanite[labview]"'
-        )
+    require("nptdms", "labview", path, "a LabVIEW TDMS file")
     size = path.stat().st_size
-    channels = [options.channels] if isinstance(options.channels, str) else options.channels
-    asked = {"variable": options.variable, "channels": None if channels is None else list(channels)}
     found, arrays = run(
         f"{__name__}:table_in",
-        [str(path), json.dumps(asked)],
-        imports=["numpy", "nptdms", __name__],
+        [str(path), options.variable, options.channel_names],
+        imports=["nptdms"],
         memory=_SPARE_MEMORY + 40 * size,
         seconds=20 + size / 5e6,
         name=path.name,
@@ -102,24 +95,20 @@ def read(path: Path, options: Options) -> Table:
 # -- in the child ------------------------------------------------------------------------------------------
 
 
-def table_in(path: str, asked: str) -> tuple[dict[str, Any], Arrays]:
+def table_in(path: str, variable: str | None, channels: list[str] | None) -> tuple[dict[str, Any], Arrays]:
     """The group that is asked for (or the best one), and everything that is to be said of it.
 
-    Parameters
-    ----------
-    path : str
-    asked : str
-        JSON: variable and channels of `allanite.readers.read`.
+    The arguments are those of `allanite.readers.read`.
     """
     from nptdms import TdmsFile
 
-    wanted, name, size = json.loads(asked), Path(path).name, Path(path).stat().st_size
+    name, size = Path(path).name, Path(path).stat().st_size
     with TdmsFile.open(path) as file:
         groups = {g.name: [c for c in g.channels() if _is_number(c)] for g in file.groups()}
         parts = [_part(g, groups[g.name]) for g in file.groups()]
-        group, one = _split(wanted["variable"], groups)
-        channels = wanted["channels"] if one is None else None
-        part, guesses = choose_part(parts, group, channels, file=name, option="variable", what="group")
+        group, one = _split(variable, groups)
+        wanted = channels if one is None else None
+        part, guesses = choose_part(parts, group, wanted, file=name, option="variable", what="group")
         several = [c for c in groups[part.name] if one is None or c.name == one or _is_time(c)]
         cut = _cut(file)
         taken, length, left = _longest(several, one, cut)

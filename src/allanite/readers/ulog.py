@@ -9,7 +9,6 @@ deliver, is missing in the stamps and so becomes a gap.
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, Final
@@ -20,6 +19,7 @@ from numpy.typing import NDArray
 from allanite.errors import DataQualityError, InputError
 from allanite.readers.assembly import Options, Table
 from allanite.readers.contents import Part, choose_part, listed
+from allanite.readers.extras import require
 from allanite.readers.sandbox import run
 from allanite.recording import ArrayColumn
 
@@ -55,19 +55,12 @@ def read(path: Path, options: Options) -> Table:
     DataQualityError
         No samples.
     """
-    from importlib.util import find_spec
-
-    if find_spec("pyulog") is None:
-        raise InputError(
-            f'{path.name} is a PX4 ULog; reading it needs one more package: pip install "allanite[px4]"'
-        )
+    require("pyulog", "px4", path, "a PX4 ULog")
     size = path.stat().st_size
-    channels = [options.channels] if isinstance(options.channels, str) else options.channels
-    asked = {"topic": options.topic, "channels": None if channels is None else list(channels)}
     found, arrays = run(
         f"{__name__}:table_in",
-        [str(path), json.dumps(asked)],
-        imports=["numpy", "pyulog", __name__],
+        [str(path), options.topic, options.channel_names],
+        imports=["pyulog"],
         memory=_SPARE_MEMORY + _MEMORY_PER_BYTE * size,
         seconds=30 + size / 2e6,
         name=path.name,
@@ -89,19 +82,14 @@ def read(path: Path, options: Options) -> Table:
 # -- in the child ------------------------------------------------------------------------------------------
 
 
-def table_in(path: str, asked: str) -> tuple[dict[str, Any], Columns]:
+def table_in(path: str, topic: str | None, channels: list[str] | None) -> tuple[dict[str, Any], Columns]:
     """The table that is asked for (or the best one), and everything that is to be said of it.
 
-    Parameters
-    ----------
-    path : str
-    asked : str
-        JSON: topic and channels of `allanite.readers.read`.
+    The arguments are those of `allanite.readers.read`.
     """
     from pyulog import ULog
 
-    wanted, name = json.loads(asked), Path(path).name
-    topic = wanted["topic"]
+    name = Path(path).name
     names = [*_KNOWN, *([topic.split("[")[0]] if topic else [])]
     log = ULog(path, message_name_filter_list=names)
     messages = _messages(log)
@@ -111,7 +99,7 @@ def table_in(path: str, asked: str) -> tuple[dict[str, Any], Columns]:
     parts.sort(key=lambda p: (p.rank, p.name))
     if topic is not None and not any(p.name.split("[")[0] == topic.split("[")[0] for p in parts):
         raise InputError(f"{name}: no message {topic!r}; the log defines: {_defined(log)}")
-    part, guesses = choose_part(parts, topic, wanted["channels"], file=name, option="topic", what="message")
+    part, guesses = choose_part(parts, topic, channels, file=name, option="topic", what="message")
     stamps, columns, units, more = _table(part.name.split("[")[0], messages[part.name])
     columns = {"timestamp_us": stamps, **columns}
     source = {"topic": part.name, "contents": listed(parts), "dropouts": len(log.dropouts)}

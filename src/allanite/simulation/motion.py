@@ -16,9 +16,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from allanite.errors import InputError
-
-from .course import Course, Turns
-from .given import Span, numbers, span
+from allanite.simulation.course import Course, Turns
+from allanite.simulation.given import Span, numbers, span
 
 __all__ = ["Motion", "Span"]
 

@@ -25,9 +25,8 @@ from allanite.errors import InputError
 from allanite.noise import NoiseModel, Ramp, Sinusoid
 from allanite.noise.markov import MarkovForm, MarkovState
 from allanite.recording import ArrayColumn, Channel, Kind, Recording, Sampling, checked_rate
-
-from .motion import Motion
-from .signal import PerChannel, Scene, Signal, Temperature
+from allanite.simulation.motion import Motion
+from allanite.simulation.signal import PerChannel, Scene, Signal, Temperature
 
 __all__ = [
     "MOTION_STREAM",

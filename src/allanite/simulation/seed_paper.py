@@ -23,9 +23,8 @@ from numpy.typing import ArrayLike
 from allanite.errors import InputError
 from allanite.noise import SIGMA_PER_B, Flicker, GaussMarkov, NoiseModel, Ramp, RandomWalk, White
 from allanite.recording import Recording
-
-from .motion import Motion
-from .record import simulate
+from allanite.simulation.motion import Motion
+from allanite.simulation.record import simulate
 
 __all__ = ["FAULTS", "TAKES", "Take", "sensor", "take", "take_motion", "week"]
 

@@ -27,9 +27,8 @@ from numpy.typing import NDArray
 from allanite.earth import EARTH_RATE
 from allanite.errors import InputError
 from allanite.recording import Channel, Kind, Sampling
-
-from .course import Course, mean_decay
-from .motion import Motion
+from allanite.simulation.course import Course, mean_decay
+from allanite.simulation.motion import Motion
 
 __all__ = ["Scene", "Signal", "Temperature", "earth_on_table"]
 

@@ -21,11 +21,10 @@ from allanite.earth import earth_rate_vector, normal_gravity
 from allanite.errors import InputError
 from allanite.noise import NoiseModel
 from allanite.recording import ArrayColumn, Channel, Recording, Sampling, checked_rate
-
-from .record import MOTION_STREAM, THERMOMETER_STREAM, readings_of, simulate, stream_of
-from .signal import Temperature, finite
-from .unit_course import UnitCourse
-from .unit_motion import UnitMotion
+from allanite.simulation.record import MOTION_STREAM, THERMOMETER_STREAM, readings_of, simulate, stream_of
+from allanite.simulation.signal import Temperature, finite
+from allanite.simulation.unit_course import UnitCourse
+from allanite.simulation.unit_motion import UnitMotion
 
 __all__ = ["simulate_unit", "true_attitudes"]
 

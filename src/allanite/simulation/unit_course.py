@@ -36,8 +36,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.attitude import angles_of, rotation
-
-from .course import FEW, MANY, SHORT, quadrature, split
+from allanite.simulation.course import FEW, MANY, SHORT, quadrature, split
 
 __all__ = ["REST", "SETTLE", "SPIN", "SWAP", "TURN", "Pieces", "Sensed", "UnitCourse", "Waves"]
 

@@ -17,9 +17,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from allanite.attitude import attitude_of, rotation, rotation_vector
 from allanite.errors import InputError
-
-from .given import Span, numbers, span
-from .unit_course import REST, SETTLE, SPIN, SWAP, TURN, Pieces, UnitCourse, Waves
+from allanite.simulation.given import Span, numbers, span
+from allanite.simulation.unit_course import REST, SETTLE, SPIN, SWAP, TURN, Pieces, UnitCourse, Waves
 
 __all__ = ["UnitMotion"]
 

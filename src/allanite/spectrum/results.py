@@ -106,7 +106,7 @@ class Spectrum:
     @property
     def shortest_trusted_tau(self) -> float:
         """Averaging time [s] from which on the filter leaves the Allan variance alone; 0 without a filter."""
-        from .exclusion import shortest_trusted_tau
+        from allanite.spectrum.exclusion import shortest_trusted_tau
 
         return shortest_trusted_tau(self)
 

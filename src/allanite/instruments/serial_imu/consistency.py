@@ -6,11 +6,10 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator
 
-from allanite.errors import InputError
+from allanite.byte_layout import TYPE_SIZES, Span, wrong_in_record, wrong_measured
+from allanite.entry_faults import Fault, Place, name_of
 from allanite.instruments.serial_imu.checksums import SIZES
 from allanite.instruments.serial_imu.description import (
-    INTEGERS,
-    TYPE_SIZES,
     CellStatus,
     Description,
     Frame,
@@ -19,25 +18,12 @@ from allanite.instruments.serial_imu.description import (
     Status,
 )
 
-__all__ = ["contradictions", "placed_fields"]
-
-Place = tuple[str | int, ...]
-Fault = tuple[Place, str]
+__all__ = ["contradictions"]
 
 
 def contradictions(described: Description) -> list[Fault]:
     """Place and words of everything that does not fit; empty for a description that can be used."""
     return [*_top(described), *_channels(described), *_frame(described.frame), *_lines(described.lines)]
-
-
-def placed_fields(frame: Frame) -> tuple[int, ...]:
-    """Where each field begins: at its `at`, or behind the one before it; the first one behind the header."""
-    places, behind = [], len(frame.header)
-    for field in frame.fields:
-        start = behind if field.at is None else field.at
-        places.append(start)
-        behind = start + TYPE_SIZES[field.type]
-    return tuple(places)
 
 
 def _top(described: Description) -> Iterator[Fault]:
@@ -59,15 +45,7 @@ def _top(described: Description) -> Iterator[Fault]:
 
 def _channels(described: Description) -> Iterator[Fault]:
     where: Place = ("frame", "fields") if described.frame is not None else ("lines", "columns")
-    seen: set[str] = set()
-    for i, field in enumerate(described.measured):
-        if field.name in seen:
-            yield (*where, i, "name"), f"{field.name!r} is there twice"
-        seen.add(field.name)
-        try:
-            field.channel(described.sampling, described.aperture)
-        except InputError as error:
-            yield (*where, i, "unit"), str(error)
+    return wrong_measured(described.measured, where, described.sampling, described.aperture)
 
 
 def _frame(frame: Frame | None) -> Iterator[Fault]:
@@ -75,29 +53,15 @@ def _frame(frame: Frame | None) -> Iterator[Fault]:
         return
     fixed = frame.length if isinstance(frame.length, int) else None
     longest = fixed if fixed is not None else frame.length.longest  # type: ignore[union-attr]
-    spans = list(_spans(frame))
-    for place, start, stop in spans:
-        if start < len(frame.header):
-            yield place, f"bytes {start} to {stop - 1} lie in the header of {len(frame.header)} bytes"
-        if stop > longest:
-            yield place, f"ends at byte {stop}, but the frame has {longest}"
-    yield from _overlaps(spans)
+    yield from wrong_in_record(frame, _spans(frame), longest, where=("frame",), what="frame")
     yield from _statuses(frame.status, [f.name for f in frame.fields], ("frame", "status"))
-    for i, field in enumerate(frame.fields):
-        if field.type not in INTEGERS and (field.missing or field.overload):
-            yield ("frame", "fields", i), "raw values that mean missing or overload exist for integers only"
-    counter = frame.counter
-    if counter is not None and counter.turns_at > 256 ** TYPE_SIZES[counter.type]:
-        yield ("frame", "counter", "modulus"), f"{counter.modulus} does not fit into {counter.type}"
-    if counter is not None and counter.step * 4 > counter.turns_at:
-        yield ("frame", "counter", "step"), "is more than a quarter of the modulus: gaps would not be seen"
     if frame.checksum is not None:
         yield from _checksum(frame.checksum, fixed, longest)
 
 
-def _spans(frame: Frame) -> Iterator[tuple[Place, int, int]]:
+def _spans(frame: Frame) -> Iterator[Span]:
     """Place in the description and bytes of all that has one in the frame."""
-    for i, (field, start) in enumerate(zip(frame.fields, placed_fields(frame), strict=True)):
+    for i, (field, start) in enumerate(zip(frame.fields, frame.places, strict=True)):
         yield ("frame", "fields", i), start, start + TYPE_SIZES[field.type]
     if frame.counter is not None:
         at = frame.counter.at
@@ -113,17 +77,6 @@ def _spans(frame: Frame) -> Iterator[tuple[Place, int, int]]:
         size = SIZES[frame.checksum.kind]
         at = frame.length - size if frame.checksum.at is None else frame.checksum.at % frame.length
         yield ("frame", "checksum"), at, at + size
-
-
-def _overlaps(spans: list[tuple[Place, int, int]]) -> Iterator[Fault]:
-    in_order = sorted(spans, key=lambda span: span[1:])
-    for (one, _, stop), (other, start, _) in zip(in_order, in_order[1:], strict=False):
-        if start < stop:
-            yield other, f"byte {start} belongs already to {_name(one)}"
-
-
-def _name(place: Place) -> str:
-    return "".join(f"[{step}]" if isinstance(step, int) else f".{step}" for step in place).lstrip(".")
 
 
 def _checksum(checksum: FrameChecksum, fixed: int | None, longest: int) -> Iterator[Fault]:
@@ -186,7 +139,7 @@ def _lines(lines: Lines | None) -> Iterator[Fault]:
     for place, column in entries:
         if column in used:
             yield (*place, "column"), f"column {column} belongs already to {used[column]}"
-        used[column] = _name(place)
+        used[column] = name_of(place)
         if lines.cells is not None and column >= lines.cells:
             yield (*place, "column"), f"column {column} of a line with {lines.cells} cells, counted from 0"
     if lines.counter is not None and lines.counter.step * 4 > lines.counter.modulus:

@@ -11,9 +11,7 @@
         - {name: gyro_z, at: 4, type: i24, unit: deg/s, scale: 1.25e-4}
       checksum: {kind: crc16-ccitt, from: 2}
 
-References
-----------
-.. [1] YAML 1.2, https://yaml.org/spec/1.2.2/
+Fields and counters are described in the words of `allanite.byte_layout`.
 """
 
 from __future__ import annotations
@@ -23,30 +21,31 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import (
-    AfterValidator,
-    BaseModel,
-    BeforeValidator,
-    ConfigDict,
-    Field,
-    PlainSerializer,
-    ValidationError,
-)
+from pydantic import ConfigDict, Field
 
+from allanite.byte_layout import (
+    LONGEST,
+    ByteCounter,
+    ByteField,
+    ByteRecord,
+    Endian,
+    HexBytes,
+    Measured,
+    Offset,
+    UnsignedType,
+)
+from allanite.entry_faults import Entry, Place, check_entries
 from allanite.errors import FormatError
 from allanite.instruments import Flag
 from allanite.instruments.serial_imu.checksums import ChecksumKind
 from allanite.recording import Channel
+from allanite.yaml_text import read_yaml_lines
 
 __all__ = [
-    "INTEGERS",
-    "TYPE_SIZES",
     "Answer",
-    "ByteField",
     "Cell",
     "CellCounter",
     "CellStatus",
-    "Counter",
     "Description",
     "Frame",
     "FrameChecksum",
@@ -60,54 +59,8 @@ __all__ = [
     "read_description",
 ]
 
-INTEGERS: dict[str, int] = {
-    **{f"{sign}{bits}": bits // 8 for bits in (8, 16, 24, 32, 64) for sign in "ui"},
-}
-#: Bytes that each type takes.
-TYPE_SIZES: dict[str, int] = {**INTEGERS, "f32": 4, "f64": 8}
 
-Endian = Literal["little", "big"]
-IntegerType = Literal["u8", "i8", "u16", "i16", "u24", "i24", "u32", "i32", "u64", "i64"]
-UnsignedType = Literal["u8", "u16", "u24", "u32", "u64"]
-AnyType = Literal[IntegerType, "f32", "f64"]
-Place = Annotated[int, Field(ge=0, le=65535)]
-#: Longest frame or line [bytes].
-_LONGEST = 65_535
-
-
-def _bytes(given: object) -> bytes:
-    if isinstance(given, bytes):
-        return given
-    if not isinstance(given, str):
-        raise ValueError(f'bytes in hexadecimal, in quotes, like "A5 5A"; not {given!r}')
-    try:
-        return bytes.fromhex(given)
-    except ValueError:
-        raise ValueError(f'bytes in hexadecimal like "A5 5A", not {given!r}') from None
-
-
-HexBytes = Annotated[
-    bytes, BeforeValidator(_bytes), PlainSerializer(lambda found: found.hex(" ").upper(), return_type=str)
-]
-
-
-def _finite_scale(value: float) -> float:
-    if value == 0:
-        raise ValueError("a scale of 0 makes every sample the same")
-    return value
-
-
-Scale = Annotated[float, Field(allow_inf_nan=False), AfterValidator(_finite_scale)]
-Finite = Annotated[float, Field(allow_inf_nan=False)]
-
-
-class _Part(BaseModel):
-    """Unknown entries are refused: a word spelled wrong must not be a default in silence."""
-
-    model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True)
-
-
-class WireText(_Part):
+class WireText(Entry):
     """Bytes for the device: `text` (with the escapes of YAML's double quotes), or `hex`."""
 
     text: str | None = None
@@ -119,7 +72,7 @@ class WireText(_Part):
         return self.hex if self.hex is not None else (self.text or "").encode("latin-1", "replace")
 
 
-class Answer(_Part):
+class Answer(Entry):
     """How to ask for the identity: what to send, and a regular expression with the groups serial and firmware."""
 
     ask: WireText
@@ -127,7 +80,7 @@ class Answer(_Part):
     seconds: float = Field(default=1.0, gt=0, le=60)
 
 
-class PortSettings(_Part):
+class PortSettings(Entry):
     """The serial line."""
 
     baud: int = Field(default=115_200, gt=0, le=12_000_000)
@@ -137,48 +90,7 @@ class PortSettings(_Part):
     flow: Literal["none", "rtscts", "xonxoff"] = "none"
 
 
-class _Measured(_Part):
-    """One channel: value = scale * raw + offset, in `unit`."""
-
-    name: str = Field(min_length=1, max_length=80)
-    unit: str = ""
-    scale: Scale = 1.0
-    offset: Finite = 0.0
-    scale_factor: str | None = None
-
-    def channel(self, sampling: Literal["mean", "point"], aperture: float | None) -> Channel:
-        """The channel of the recording."""
-        return Channel.of(
-            self.name, self.unit, sampling=sampling, aperture=aperture, scale_factor=self.scale_factor
-        )
-
-
-class ByteField(_Measured):
-    """A field of a frame; without `at` it follows the one before. `missing`, `overload`: raw values that mean that."""
-
-    at: Place | None = None
-    type: AnyType
-    endian: Endian | None = None
-    missing: tuple[int, ...] = ()
-    overload: tuple[int, ...] = ()
-
-
-class Counter(_Part):
-    """The counter of a frame; a clock is one too, with the `step` that it goes on by from sample to sample."""
-
-    at: Place
-    type: UnsignedType
-    endian: Endian | None = None
-    modulus: int | None = Field(default=None, ge=4)
-    step: int = Field(default=1, ge=1)
-
-    @property
-    def turns_at(self) -> int:
-        """Where it begins anew."""
-        return self.modulus or 256 ** TYPE_SIZES[self.type]
-
-
-class StatusBit(_Part):
+class StatusBit(Entry):
     """A bit that says something of a sample: of `fields`, or of all."""
 
     bit: int = Field(ge=0, le=63)
@@ -192,20 +104,22 @@ class StatusBit(_Part):
         return int(getattr(Flag, self.flag.upper()))
 
 
-class Status(_Part):
+class Status(Entry):
     """A status word of a frame."""
 
-    at: Place
+    at: Offset
     type: UnsignedType
     endian: Endian | None = None
     bits: tuple[StatusBit, ...] = Field(min_length=1)
 
 
-class FrameChecksum(_Part):
+class FrameChecksum(Entry):
     """The checksum of a frame. `at`, `from`, `to` count from the start, negative ones from the end.
 
     `at` is by default the end of the frame, `to` the checksum itself.
     """
+
+    model_config = ConfigDict(populate_by_name=True)
 
     kind: ChecksumKind
     start: int = Field(alias="from")
@@ -220,31 +134,28 @@ class FrameChecksum(_Part):
     negated: bool = False
 
 
-class LengthField(_Part):
+class LengthField(Entry):
     """Where a frame tells its length: the whole frame has field + `add` bytes, never more than `longest`."""
 
-    at: Place
+    at: Offset
     type: Literal["u8", "u16"]
     endian: Endian | None = None
     add: int = 0
-    longest: int = Field(default=256, ge=2, le=_LONGEST)
+    longest: int = Field(default=256, ge=2, le=LONGEST)
 
 
-class KindField(_Part):
+class KindField(Entry):
     """Bytes that frames of samples have at `at`; whole frames with others are passed over."""
 
-    at: Place
+    at: Offset
     bytes: HexBytes
 
 
-class Frame(_Part):
+class Frame(ByteRecord):
     """A binary frame."""
 
     header: HexBytes = Field(min_length=1, max_length=16)
-    length: Annotated[int, Field(ge=2, le=_LONGEST)] | LengthField
-    endian: Endian = "little"
-    fields: tuple[ByteField, ...] = Field(min_length=1)
-    counter: Counter | None = None
+    length: Annotated[int, Field(ge=2, le=LONGEST)] | LengthField
     status: tuple[Status, ...] = ()
     checksum: FrameChecksum | None = None
     kind: KindField | None = None
@@ -252,13 +163,13 @@ class Frame(_Part):
     identical: Literal["keep", "drop"] = "keep"
 
 
-class Cell(_Measured):
+class Cell(Measured):
     """A column of a line, counted from 0."""
 
     column: int = Field(ge=0, le=1000)
 
 
-class CellCounter(_Part):
+class CellCounter(Entry):
     """The counter of a line. Text does not show where it begins anew: say its modulus."""
 
     column: int = Field(ge=0, le=1000)
@@ -272,7 +183,7 @@ class CellCounter(_Part):
         return self.modulus
 
 
-class CellStatus(_Part):
+class CellStatus(Entry):
     """A status word of a line."""
 
     column: int = Field(ge=0, le=1000)
@@ -280,7 +191,7 @@ class CellStatus(_Part):
     bits: tuple[StatusBit, ...] = Field(min_length=1)
 
 
-class LineChecksum(_Part):
+class LineChecksum(Entry):
     """Hexadecimal digits behind a mark; of what stands between `skip` and the mark. NMEA 0183: all the defaults."""
 
     kind: ChecksumKind = "xor"
@@ -288,7 +199,7 @@ class LineChecksum(_Part):
     mark: str = Field(default="*", min_length=1, max_length=8)
 
 
-class Lines(_Part):
+class Lines(Entry):
     """Lines of text."""
 
     separator: str = Field(default=",", min_length=1, max_length=8)
@@ -299,7 +210,7 @@ class Lines(_Part):
     counter: CellCounter | None = None
     status: tuple[CellStatus, ...] = ()
     checksum: LineChecksum | None = None
-    longest: int = Field(default=512, ge=8, le=_LONGEST)
+    longest: int = Field(default=512, ge=8, le=LONGEST)
     identical: Literal["keep", "drop"] = "keep"
 
     @property
@@ -310,7 +221,7 @@ class Lines(_Part):
         return self.cells or max(named) + 1
 
 
-class Description(_Part):
+class Description(Entry):
     """A device on a serial port.
 
     Attributes
@@ -375,7 +286,7 @@ class Description(_Part):
         return self.lines.columns if self.lines is not None else ()
 
     @property
-    def counter(self) -> Counter | CellCounter | None:
+    def counter(self) -> ByteCounter | CellCounter | None:
         """The counter of the device."""
         part = self.frame or self.lines
         return None if part is None else part.counter
@@ -397,80 +308,14 @@ def read_description(path: str | os.PathLike[str]) -> Description:
     FormatError
         Not YAML, or something is wrong with the description: the message lists every fault with line and place.
     """
-    from allanite.instruments.serial_imu.yaml_file import read_yaml
-
     place = Path(path)
-    found, lines = read_yaml(place)
+    found, lines = read_yaml_lines(place, "description of a device")
     if not isinstance(found, Mapping):
         raise FormatError(f"{place} is no description of a device: it holds no entries like 'rate: 200'")
     return _checked(found, str(place), lines)
 
 
-def _checked(
-    entries: Mapping[str, Any], source: str, lines: Mapping[tuple[str | int, ...], int]
-) -> Description:
+def _checked(entries: Mapping[str, Any], source: str, lines: Mapping[Place, int]) -> Description:
     from allanite.instruments.serial_imu.consistency import contradictions
 
-    try:
-        made = Description.model_validate(dict(entries))
-    except ValidationError as error:
-        found = error.errors()
-        places = [_place_of(one["loc"], entries) for one in found]
-        wrong = [
-            (place, _said(one))
-            for place, one in zip(places, found, strict=True)
-            # a list whose entries are wrong counts as empty: that is no fault of its own
-            if one["type"] != "too_short" or not any(p != place and p[: len(place)] == place for p in places)
-        ]
-        raise FormatError(_listed(wrong, source, lines)) from None
-    if wrong := contradictions(made):
-        raise FormatError(_listed(wrong, source, lines))
-    return made
-
-
-def _place_of(loc: tuple[str | int, ...], entries: object) -> tuple[str | int, ...]:
-    """The place without the names that pydantic gives to the members of a union."""
-    place: list[str | int] = []
-    inside: Any = entries
-    for i, step in enumerate(loc):
-        if isinstance(inside, Mapping) and step not in inside and i < len(loc) - 1:
-            continue
-        place.append(step)
-        if isinstance(inside, Mapping):
-            inside = inside.get(step)
-        elif isinstance(inside, (list, tuple)) and isinstance(step, int) and step < len(inside):
-            inside = inside[step]
-        elif i < len(loc) - 1:
-            place.pop()
-    return tuple(place)
-
-
-def _said(found: Any) -> str:
-    if found["type"] == "missing":
-        return "is missing"
-    if found["type"] == "extra_forbidden":
-        return "is no entry that is known here; see the how-to for those that are"
-    said = str(found["msg"]).removeprefix("Value error, ")
-    said = said.replace("Input should", "should")
-    return said if found["type"] == "value_error" else f"{said}, not {str(found['input'])[:60]!r}"
-
-
-def _listed(
-    wrong: list[tuple[tuple[str | int, ...], str]],
-    source: str,
-    lines: Mapping[tuple[str | int, ...], int],
-) -> str:
-    in_order = sorted(wrong, key=lambda fault: _line(fault[0], lines) or 0)
-    told = list(dict.fromkeys(f"  {_where(place, lines)}: {what}" for place, what in in_order))
-    return f"{source} has {len(told)} {'fault' if len(told) == 1 else 'faults'}:\n" + "\n".join(told)
-
-
-def _where(place: tuple[str | int, ...], lines: Mapping[tuple[str | int, ...], int]) -> str:
-    text = "".join(f"[{step}]" if isinstance(step, int) else f".{step}" for step in place).lstrip(".")
-    known = _line(place, lines)
-    return (text or "top level") if known is None else f"line {known}, {text}"
-
-
-def _line(place: tuple[str | int, ...], lines: Mapping[tuple[str | int, ...], int]) -> int | None:
-    """Of the entry, or of the nearest one around it."""
-    return next((lines[place[:n]] for n in range(len(place), 0, -1) if place[:n] in lines), None)
+    return check_entries(Description, entries, source, lines, contradictions)

@@ -7,11 +7,8 @@ import math
 import struct
 from collections.abc import Sequence
 
-from allanite.instruments.serial_imu.consistency import placed_fields
+from allanite.byte_layout import INTEGERS, TYPE_SIZES, ByteField
 from allanite.instruments.serial_imu.description import (
-    INTEGERS,
-    TYPE_SIZES,
-    ByteField,
     Description,
     Frame,
     Lines,
@@ -67,7 +64,7 @@ def _binary(frame: Frame, number: int, values: Sequence[float], flags: int) -> b
         _put(body, frame.counter.at, frame.counter.type, frame.counter.endian or frame.endian, raw)
     for word in frame.status:
         _put(body, word.at, word.type, word.endian or frame.endian, _word(word.bits, flags))
-    for field, at, value in zip(frame.fields, placed_fields(frame), values, strict=True):
+    for field, at, value in zip(frame.fields, frame.places, values, strict=True):
         order = field.endian or frame.endian
         if field.type in INTEGERS:
             _put(body, at, field.type, order, _raw(field, value, flags))
@@ -81,7 +78,7 @@ def _shortest(frame: Frame) -> int:
     """A frame of the shortest length that holds everything, its checksum at the end."""
     from allanite.instruments.serial_imu.checksums import SIZES
 
-    ends = [at + TYPE_SIZES[field.type] for field, at in zip(frame.fields, placed_fields(frame), strict=True)]
+    ends = [at + TYPE_SIZES[field.type] for field, at in zip(frame.fields, frame.places, strict=True)]
     ends += [part.at + TYPE_SIZES[part.type] for part in (frame.counter, *frame.status) if part is not None]
     return max(ends) + (0 if frame.checksum is None else SIZES[frame.checksum.kind])
 

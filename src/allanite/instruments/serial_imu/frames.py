@@ -16,12 +16,10 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.byte_layout import TYPE_SIZES, ByteField
 from allanite.instruments import Flag
 from allanite.instruments.serial_imu.checksums import SIZES, checksum
-from allanite.instruments.serial_imu.consistency import placed_fields
 from allanite.instruments.serial_imu.description import (
-    TYPE_SIZES,
-    ByteField,
     Description,
     Frame,
     Status,
@@ -46,7 +44,7 @@ class FrameSplitter:
         self._buffer = bytearray()
         self._columns = [
             _Column(at, field.type, field.endian or frame.endian)
-            for field, at in zip(frame.fields, placed_fields(frame), strict=True)
+            for field, at in zip(frame.fields, frame.places, strict=True)
         ]
         self._words = [_Column(word.at, word.type, word.endian or frame.endian) for word in frame.status]
         counter = frame.counter

@@ -9,7 +9,6 @@ the messages are defined with (rad/s, m/s²), or that the log states itself (UNI
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Final
 
@@ -44,11 +43,9 @@ def read(path: Path, options: Options) -> Table:
         The message asked for never comes.
     """
     size = path.stat().st_size
-    asked = {"topic": options.topic, "channels": _as_list(options)}
     found, arrays = run(
         "allanite.readers.ardupilot.parts:table_in",
-        [str(path), json.dumps(asked)],
-        imports=["numpy", "allanite.readers.ardupilot.parts"],
+        [str(path), options.topic, options.channel_names],
         memory=_SPARE_MEMORY + 8 * size,
         seconds=20 + size / 1e7,
         name=path.name,
@@ -68,9 +65,3 @@ def read(path: Path, options: Options) -> Table:
         source={"size_bytes": size, **found["source"]},
         guesses=tuple(found["guesses"]),
     )
-
-
-def _as_list(options: Options) -> list[str] | None:
-    if options.channels is None:
-        return None
-    return [options.channels] if isinstance(options.channels, str) else list(options.channels)

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import json
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -42,32 +41,22 @@ class _Place:
     column: str | None  # that holds the instance
 
 
-def table_in(path: str, asked: str) -> tuple[dict[str, Any], Arrays]:
+def table_in(path: str, topic: str | None, channels: list[str] | None) -> tuple[dict[str, Any], Arrays]:
     """The table that is asked for (or the best one), and everything that is to be said of it.
 
-    Parameters
-    ----------
-    path : str
-    asked : str
-        JSON: topic and channels of `allanite.readers.read`.
-
-    Returns
-    -------
-    found : dict
-    arrays : dict of heading to ndarray
+    The arguments are those of `allanite.readers.read`.
     """
-    wanted = json.loads(asked)
     records = find_records(Path(path))
     if not records.places or not any(len(p) for p in records.places.values()):
         raise FormatError(f"{Path(path).name}: no record of this log is whole")
     stated = _stated_units(records)
     parts: dict[str, tuple[Part, _Place | batches.Batch]] = {}
-    for part, place in _parts(records, wanted["topic"], stated):
+    for part, place in _parts(records, topic, stated):
         parts.setdefault(part.name, (part, place))
     chosen, guesses = choose_part(
         [p for p, _ in parts.values()],
-        wanted["topic"],
-        wanted["channels"],
+        topic,
+        channels,
         file=Path(path).name,
         option="topic",
         what="message",

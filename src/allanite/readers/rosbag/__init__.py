@@ -9,14 +9,14 @@ makes numbers of them, with rosbags as the judge; `companions` keeps temperature
 
 from __future__ import annotations
 
-import json
 from pathlib import Path
 from typing import Final
 
 import numpy as np
 
-from allanite.errors import DataQualityError, InputError
+from allanite.errors import DataQualityError
 from allanite.readers.assembly import Options, Table
+from allanite.readers.extras import require
 from allanite.readers.sandbox import run
 from allanite.recording import ArrayColumn, Column, Spliced
 
@@ -50,19 +50,12 @@ def read(path: Path, options: Options) -> Table:
     DataQualityError
         The topic holds no messages.
     """
-    from importlib.util import find_spec
-
-    if find_spec("rosbags") is None:
-        raise InputError(
-            f'{path.name} is a ROS recording; reading it needs one more package: pip install "allanite[ros]"'
-        )
+    require("rosbags", "ros", path, "a ROS recording")
     size = _size(path)
-    channels = [options.channels] if isinstance(options.channels, str) else options.channels
-    asked = {"topic": options.topic, "channels": None if channels is None else list(channels)}
     found, arrays = run(
         f"{__name__}.table:table_in",
-        [str(path), json.dumps(asked)],
-        imports=["numpy", "pyarrow", "rosbags.typesys", f"{__name__}.table"],
+        [str(path), options.topic, options.channel_names],
+        imports=["pyarrow", "rosbags.typesys"],
         memory=_SPARE_MEMORY + _MEMORY_PER_BYTE * size,
         seconds=60 + size / 1e6,
         name=path.name,

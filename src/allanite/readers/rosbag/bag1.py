@@ -1,6 +1,6 @@
 # Specification: ROS bag format 2.0 (wiki.ros.org/Bags/Format/2.0).
 # SPDX-License-Identifier: BSD-3-Clause
-"""ROS 1 bags, chunk by chunk: none is held but the one that is read, and no index is needed.
+"""ROS 1 bags, chunk by chunk; no index is needed.
 
 A bag that was not closed (.bag.active) has no index: its chunks are walked from the first one on, twice, once for the
 topics and once for the messages.
@@ -11,12 +11,12 @@ from __future__ import annotations
 import struct
 from collections import Counter
 from collections.abc import Collection, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
-from typing import IO, Final
+from typing import Final
 
 from allanite.errors import FormatError
-from allanite.readers.rosbag.storage import Batch, Connection, unpacked
+from allanite.readers.rosbag.storage import Batch, Chunked, Connection, Torn, unpacked
 
 __all__ = ["Bag1"]
 
@@ -25,10 +25,6 @@ _LONGEST_HEADER = 1 << 20
 _U32: Final = struct.Struct("<I")
 
 Fields = dict[bytes, bytes]
-
-
-class _Cut(Exception):
-    """The file ends in the middle of a record."""
 
 
 @dataclass(frozen=True, slots=True)
@@ -58,7 +54,7 @@ class _Layout:
         return cls(len(header), parts, (header[:a], header[c:b], header[d:]), time_first)
 
 
-class Bag1:
+class Bag1(Chunked):
     """A ROS 1 bag.
 
     Raises
@@ -70,14 +66,7 @@ class Bag1:
     """
 
     def __init__(self, path: Path) -> None:
-        self._name = path.name
-        self._file: IO[bytes] = path.open("rb")
-        self._size = self._file.seek(0, 2)
-        self._file.seek(0)
-        self.remarks: list[str] = []
-        self._found: dict[int, Connection] = {}
-        self._counts: Counter[int] = Counter()
-        self._chunks: list[tuple[int, frozenset[int]]] | None = None  # place, connections in it
+        super().__init__(path)
         self._layout: _Layout | None = None
         version = self._file.readline(40).strip()
         if version != b"#ROSBAG V2.0":
@@ -87,7 +76,7 @@ class Bag1:
             )
         try:
             op, fields, _ = self._record()
-        except _Cut:
+        except Torn:
             raise FormatError(f"{self._name}: the bag breaks off in its header") from None
         if op != _BAG:
             raise FormatError(f"{self._name}: the first record is no bag header")
@@ -96,15 +85,13 @@ class Bag1:
         self._begin = self._file.tell()
         self._end = self._size
         index = int.from_bytes(fields.get(b"index_pos", b""), "little")
-        if not self._read_index(index):
-            self._scan()
-        self.connections = tuple(replace(c, count=self._counts[c.key]) for c in self._found.values())
+        self._settle(indexed=self._read_index(index))
 
     # -- records -----------------------------------------------------------------------------------------
 
     def _take(self, size: int) -> bytes:
         if size > self._size - self._file.tell():
-            raise _Cut
+            raise Torn
         return self._file.read(size)
 
     def _record(self, skip: Collection[int] = ()) -> tuple[int, Fields, bytes]:
@@ -117,7 +104,7 @@ class Bag1:
         size = int.from_bytes(self._take(4), "little")
         if op in skip:
             if size > self._size - self._file.tell():
-                raise _Cut
+                raise Torn
             self._file.seek(size, 1)
             return op, fields, b""
         return op, fields, self._take(size)
@@ -172,42 +159,26 @@ class Bag1:
                     chunks.append(
                         (int.from_bytes(fields[b"chunk_pos"], "little"), frozenset(k for k, _ in pairs))
                     )
-        except (_Cut, FormatError, KeyError):
+        except (Torn, FormatError, KeyError):
             self._found, self._counts = {}, Counter()
             self.remarks.append("the index of the bag is damaged: its chunks are walked one by one")
             return False
         self._chunks, self._end = sorted(chunks, key=lambda c: c[0]), place
         return True
 
-    def _scan(self) -> None:
-        for content in self._contents(None):
-            for key, (received, _) in self._messages(content, None).items():
-                self._counts[key] += len(received)
-
     # -- chunks ------------------------------------------------------------------------------------------
 
-    def close(self) -> None:
-        self._file.close()
-
-    def batches(self, keys: Collection[int]) -> Iterator[Batch]:
-        wanted = frozenset(keys)
-        for content in self._contents(wanted):
-            yield self._messages(content, wanted)
-
     def _contents(self, wanted: frozenset[int] | None) -> Iterator[bytes]:
-        """Chunks, unpacked: those that hold what is wanted, or one after another as they stand in the file."""
         if self._chunks is not None and wanted is not None:
             for place, held in self._chunks:
                 if held & wanted:
                     self._file.seek(place)
                     try:
                         op, fields, data = self._record()
-                    except _Cut:
+                    except Torn:
                         op = 0
                     if op != _CHUNK:
-                        raise FormatError(
-                            f"{self._name}: the index names a chunk at byte {place}, there is none"
-                        )
+                        raise self._no_chunk(place)
                     yield self._unpack(fields, data)
             return
         self._file.seek(self._begin)
@@ -220,17 +191,14 @@ class Bag1:
                     self._file.seek(here)
                 elif op == _CONNECTION:
                     self._connect(fields, data)
-        except _Cut:
-            said = f"the file breaks off at byte {self._size} in the middle of a record: what follows is lost"
-            if said not in self.remarks:
-                self.remarks.append(said)
+        except Torn:
+            self._remark_torn()
 
     def _unpack(self, fields: Fields, data: bytes) -> bytes:
         compression = fields.get(b"compression", b"").decode("latin-1")
         return unpacked(data, compression, int.from_bytes(fields.get(b"size", b""), "little"), self._name)
 
     def _messages(self, chunk: bytes, wanted: frozenset[int] | None) -> Batch:
-        """Messages of the connections that are wanted; of all of them, without their bytes, where that is None."""
         batch: Batch = {}
         at, number, layout = 0, _U32.unpack_from, self._layout
         try:

@@ -7,13 +7,12 @@ from __future__ import annotations
 import struct
 from collections import Counter
 from collections.abc import Collection, Iterator
-from dataclasses import replace
 from pathlib import Path
-from typing import IO, Final
+from typing import Final
 from zlib import crc32
 
 from allanite.errors import FormatError
-from allanite.readers.rosbag.storage import Batch, Connection, unpacked
+from allanite.readers.rosbag.storage import Batch, Chunked, Connection, Torn, unpacked
 
 __all__ = ["MAGIC", "Mcap"]
 
@@ -24,10 +23,6 @@ _FORMS: Final = {"ros2msg": "msg", "ros1msg": "msg", "ros2idl": "idl", "omgidl":
 _FOOTER_BYTES = 9 + 20 + len(MAGIC)
 _ONE_BY_ONE = 4096  # messages outside of chunks that are handed over together
 _LARGEST = 1 << 31  # a record that is held in memory [bytes]
-
-
-class _Torn(Exception):
-    """The file ends in the middle of a record."""
 
 
 class _Bytes:
@@ -53,7 +48,7 @@ class _Bytes:
         return self.take().decode("utf-8", "replace")
 
 
-class Mcap:
+class Mcap(Chunked):
     """An MCAP file.
 
     Raises
@@ -65,20 +60,11 @@ class Mcap:
     """
 
     def __init__(self, path: Path) -> None:
-        self._name = path.name
-        self._file: IO[bytes] = path.open("rb")
-        self._size = self._file.seek(0, 2)
-        self._file.seek(0)
+        super().__init__(path)
         if self._file.read(len(MAGIC)) != MAGIC:
             raise FormatError(f"{self._name}: no MCAP file")
-        self.remarks: list[str] = []
         self._schemas: dict[int, tuple[str, str, str]] = {}
-        self._found: dict[int, Connection] = {}
-        self._counts: Counter[int] = Counter()
-        self._chunks: list[tuple[int, frozenset[int]]] | None = None  # place, channels in it (none: not told)
-        if not self._read_summary():
-            self._scan()
-        self.connections = tuple(replace(c, count=self._counts[c.key]) for c in self._found.values())
+        self._settle(indexed=self._read_summary())
 
     # -- records -----------------------------------------------------------------------------------------
 
@@ -89,11 +75,11 @@ class Mcap:
             self._file.seek(at)
             head = self._file.read(9)
             if len(head) < 9:
-                raise _Torn
+                raise Torn
             op, length = struct.unpack("<BQ", head)
             at += 9 + length
             if at > self._size:
-                raise _Torn
+                raise Torn
             if op in keep and length > _LARGEST:
                 raise FormatError(f"{self._name}: a record of {length} bytes")
             yield op, self._file.read(length) if op in keep else b""
@@ -145,7 +131,7 @@ class Mcap:
         try:
             for op, content in self._records(start, end, (_SCHEMA, _CHANNEL, _STATISTICS, _CHUNK_INDEX)):
                 self._understand(op, content)
-        except (_Torn, FormatError):
+        except (Torn, FormatError):
             self.remarks.append("the summary of the file is damaged: it is walked record by record")
             self._schemas, self._found, self._counts, self._chunks = {}, {}, Counter(), None
             return False
@@ -154,20 +140,10 @@ class Mcap:
             return False
         return True
 
-    def _scan(self) -> None:
-        for content in self._walk():
-            for key, (received, _) in self._messages(content, None).items():
-                self._counts[key] += len(received)
-
     # -- messages ----------------------------------------------------------------------------------------
 
-    def close(self) -> None:
-        self._file.close()
-
-    def batches(self, keys: Collection[int]) -> Iterator[Batch]:
-        wanted = frozenset(keys)
-        for content in self._walk() if self._chunks is None else self._indexed(wanted):
-            yield self._messages(content, wanted)
+    def _contents(self, wanted: frozenset[int] | None) -> Iterator[bytes]:
+        return self._walk() if wanted is None or self._chunks is None else self._indexed(wanted)
 
     def _indexed(self, wanted: frozenset[int]) -> Iterator[bytes]:
         for place, held in sorted(self._chunks or [], key=lambda c: c[0]):
@@ -177,10 +153,10 @@ class Mcap:
             if len(MAGIC) <= place < self._size:
                 try:
                     op, content = next(self._records(place, place + 1, (_CHUNK,)))
-                except _Torn:
+                except Torn:
                     op = 0
             if op != _CHUNK:
-                raise FormatError(f"{self._name}: the index names a chunk at byte {place}, there is none")
+                raise self._no_chunk(place)
             yield self._unpack(content)
 
     def _walk(self) -> Iterator[bytes]:
@@ -201,10 +177,8 @@ class Mcap:
                     if len(loose) == _ONE_BY_ONE:
                         yield b"".join(loose)
                         loose = []
-        except _Torn:
-            said = f"the file breaks off at byte {self._size} in the middle of a record: what follows is lost"
-            if said not in self.remarks:
-                self.remarks.append(said)
+        except Torn:
+            self._remark_torn()
         if loose:
             yield b"".join(loose)
 
@@ -223,7 +197,6 @@ class Mcap:
         return chunk
 
     def _messages(self, chunk: bytes, wanted: frozenset[int] | None) -> Batch:
-        """Messages of the channels that are wanted; of all of them, without their bytes, where that is None."""
         batch: Batch = {}
         at, head, body = 0, struct.Struct("<BQ").unpack_from, struct.Struct("<HIQ").unpack_from
         try:

@@ -3,14 +3,17 @@
 
 from __future__ import annotations
 
+from abc import ABC, abstractmethod
+from collections import Counter
 from collections.abc import Collection, Iterator, Sequence
-from dataclasses import dataclass
-from typing import Protocol
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import IO, Protocol
 
 from allanite.errors import FormatError
 from allanite.readers.spool import refuse_bomb
 
-__all__ = ["Batch", "Connection", "Storage", "unpacked"]
+__all__ = ["Batch", "Chunked", "Connection", "Storage", "Torn", "unpacked"]
 
 #: Messages of a chunk: key of the connection -> times of reception [ns], and the messages as they stand there.
 Batch = dict[int, tuple[list[int], list[bytes]]]
@@ -64,6 +67,69 @@ class Storage(Protocol):
     def close(self) -> None:
         """Let go of the file."""
         ...
+
+
+class Torn(Exception):
+    """The file ends in the middle of a record."""
+
+
+class Chunked(ABC):
+    """A container whose messages lie in chunks; none is held but the one that is read.
+
+    Attributes
+    ----------
+    connections : tuple of Connection
+        Who published what.
+    remarks : list of str
+        What is to be said of the file.
+    """
+
+    connections: tuple[Connection, ...]
+
+    def __init__(self, path: Path) -> None:
+        self.remarks: list[str] = []
+        self._name = path.name
+        self._file: IO[bytes] = path.open("rb")
+        self._size = self._file.seek(0, 2)
+        self._file.seek(0)
+        self._found: dict[int, Connection] = {}
+        self._counts: Counter[int] = Counter()
+        self._chunks: list[tuple[int, frozenset[int]]] | None = (
+            None  # place, connections in it (none: not told)
+        )
+
+    def _settle(self, *, indexed: bool) -> None:
+        """The connections, with the messages of each: counted here, if no index of the file does."""
+        for content in () if indexed else self._contents(None):
+            for key, (received, _) in self._messages(content, None).items():
+                self._counts[key] += len(received)
+        self.connections = tuple(replace(c, count=self._counts[c.key]) for c in self._found.values())
+
+    def close(self) -> None:
+        """Let go of the file."""
+        self._file.close()
+
+    def batches(self, keys: Collection[int]) -> Iterator[Batch]:
+        """The messages of some connections, chunk by chunk."""
+        wanted = frozenset(keys)
+        for content in self._contents(wanted):
+            yield self._messages(content, wanted)
+
+    @abstractmethod
+    def _contents(self, wanted: frozenset[int] | None) -> Iterator[bytes]:
+        """Chunks, unpacked: those that hold what is wanted, or one after another as they stand in the file."""
+
+    @abstractmethod
+    def _messages(self, chunk: bytes, wanted: frozenset[int] | None) -> Batch:
+        """Messages of the connections that are wanted; of all of them, without their bytes, where that is None."""
+
+    def _no_chunk(self, place: int) -> FormatError:
+        return FormatError(f"{self._name}: the index names a chunk at byte {place}, there is none")
+
+    def _remark_torn(self) -> None:
+        said = f"the file breaks off at byte {self._size} in the middle of a record: what follows is lost"
+        if said not in self.remarks:
+            self.remarks.append(said)
 
 
 def unpacked(data: bytes, compression: str, size: int, name: str) -> bytes:

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import json
 import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
@@ -37,14 +36,10 @@ _LOT, _LOT_BYTES = 50_000, 64 << 20  # messages decoded together
 Arrays = dict[str, NDArray[Any]]
 
 
-def table_in(path: str, asked: str) -> tuple[dict[str, Any], Arrays]:
+def table_in(path: str, topic: str | None, channels: list[str] | None) -> tuple[dict[str, Any], Arrays]:
     """The samples of the topic that is asked for (or the best one), and everything that is to be said of it.
 
-    Parameters
-    ----------
-    path : str
-    asked : str
-        JSON: topic and channels of `allanite.readers.read`.
+    The arguments are those of `allanite.readers.read`.
 
     Raises
     ------
@@ -53,11 +48,11 @@ def table_in(path: str, asked: str) -> tuple[dict[str, Any], Arrays]:
     FormatError
         A damaged recording.
     """
-    wanted, place = json.loads(asked), Path(path)
+    place = Path(path)
     with ExitStack() as stack:
         storages = _opened(place, stack)
-        choice = _choose(storages, wanted["topic"], place.name)
-        found, undecided = companions_of(storages, choice.topic, wanted["channels"])
+        choice = _choose(storages, topic, place.name)
+        found, undecided = companions_of(storages, choice.topic, channels)
         lots = {k: _Lots(choice.decoder(c)) for k, c in choice.connections.items()}
         others = {k: _Lots(c.decoder()) for k, c in found.items()}
         _read(storages, {**lots, **others})

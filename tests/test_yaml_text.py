@@ -1,0 +1,66 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""YAML files as plain data with lines: what is merged or meant by a tag, and what is no such file."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from allanite.errors import FormatError, InputError
+from allanite.yaml_text import read_yaml, read_yaml_lines
+
+TEXT = """\
+usual: &usual {type: i16, scale: 0x10}
+fields:
+  - name: x
+    <<: *usual
+  - <<: *usual
+rate: 1e-3
+on: yes
+2: true
+"""
+
+
+def test_what_is_merged_in_is_there_and_has_no_line_of_its_own(tmp_path: Path) -> None:
+    place = tmp_path / "a.yaml"
+    place.write_text(TEXT, encoding="utf-8")
+    found, lines = read_yaml_lines(place, "thing")
+    usual = {"type": "i16", "scale": 16}
+    assert found == {
+        "usual": usual, "fields": [{"name": "x", **usual}, usual], "rate": 1e-3, "on": "yes", "2": True,
+    }  # fmt: skip
+    assert {type(found["rate"]), type(found["on"]), type(found["2"])} == {float, str, bool}
+    assert lines["fields", 0, "name"] == 3
+    assert lines["fields", 1] == 5
+    assert lines["rate",] == 6
+    assert ("fields", 0, "type") not in lines
+    assert read_yaml(place, "thing") == {**{k: v for k, v in found.items() if k != "2"}, 2: True}
+
+
+@pytest.mark.parametrize("reader", [read_yaml, read_yaml_lines])
+def test_what_is_no_such_file(tmp_path: Path, reader: object) -> None:
+    place = tmp_path / "a.yaml"
+    with pytest.raises(InputError, match=r"no such file: .*a\.yaml"):
+        reader(place, "thing")  # type: ignore[operator]
+    place.write_text("a: " + "1" * (1 << 18))
+    with pytest.raises(FormatError, match=r"a\.yaml has 262147 bytes: that is no thing"):
+        reader(place, "thing")  # type: ignore[operator]
+    place.write_bytes(b"a: \xff")
+    with pytest.raises(FormatError, match=r"a\.yaml cannot be read: .*utf-8"):
+        reader(place, "thing")  # type: ignore[operator]
+    with pytest.raises(FormatError, match=r"cannot be read: .*directory"):
+        reader(tmp_path, "thing")  # type: ignore[operator]
+    for text in ("a: [", "a: 1\na: 2", "a: *b"):
+        place.write_text(text)
+        with pytest.raises(FormatError, match=r"a\.yaml is not YAML"):
+            reader(place, "thing")  # type: ignore[operator]
+
+
+def test_entries_that_contain_themselves_or_more_than_a_person_writes(tmp_path: Path) -> None:
+    place = tmp_path / "a.yaml"
+    tenfold = "".join(f"a{i}: &a{i} [{', '.join([f'*a{i - 1}'] * 10)}]\n" for i in range(1, 9))
+    for text in ("a: &a\n  <<: *a\n  b: 1\n", f"a0: &a0 [1]\n{tenfold}"):
+        place.write_text(text)
+        with pytest.raises(FormatError, match="is not YAML"):
+            read_yaml_lines(place, "thing")
