@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import json
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from functools import partial
@@ -12,13 +13,18 @@ from typing import Any
 import numpy as np
 import pytest
 
-from allanite.capture import Patience, session
+from allanite.capture import Patience, listener, session
 from allanite.instruments.hp3458a import driver, prologix
 from allanite.instruments.hp3458a.simulated_meter import SimulatedMeter
 from allanite.instruments.hp3458a.simulator import Simulator
+from allanite.instruments.hp3458a.transports import Transport
+from allanite.instruments.serial_imu import driver as imu_driver
 from allanite.instruments.serial_imu.faults import noise
+from allanite.instruments.serial_imu.simulator import SimulatedImu
 from allanite.log_store import Run as StoredRun
 from allanite.log_store import open_run
+from shell import Done, Run
+from virtual_meter import VirtualClock
 
 _TABLE = np.array([float(b"%+.8E" % v) for v in np.random.default_rng(3).normal(0.0, 0.01, 1 << 15)])
 IMU: dict[str, Any] = {
@@ -55,6 +61,40 @@ def number_of(values: np.ndarray) -> np.ndarray:
     found = order[np.clip(np.searchsorted(_TABLE[order], values), 0, len(order) - 1)]
     assert np.array_equal(_TABLE[found], values), "a value that was never sent"
     return found
+
+
+def record_serial(
+    run: Run,
+    port: str | Path,
+    folder: Path,
+    seconds: object,
+    *words: object,
+    entries: Mapping[str, Any] = IMU,
+) -> Done:
+    """`allanite record serial` from this port into `folder`/runs."""
+    described = folder / "imu.yaml"
+    described.write_text(json.dumps(entries))
+    return run(
+        *("record", "serial", "--port", port, "--format", described),
+        *("--duration", seconds, "--out", folder / "runs", *words),
+    )
+
+
+#: A rate [Hz] at which what waits in a pseudo-terminal is shorter than the delays that a driver puts up with.
+SWIFT = 20_000
+
+
+def keep_pace(monkeypatch: pytest.MonkeyPatch, device: SimulatedImu, rate: float = SWIFT) -> None:
+    """The clock of the host goes by what the device has sent: a busy host has no say in where a sample belongs."""
+    second = 1_000_000_000
+    for module in (imu_driver, listener):
+        monkeypatch.setattr(module, "host_ns", lambda: second + round(device.sent / rate * second))
+
+
+def plug_in(transport: Transport, clock: VirtualClock, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whatever 3458A is opened is the one behind this transport, in a time that is only counted."""
+    monkeypatch.setattr(driver, "open_transport", lambda resource: transport)
+    monkeypatch.setattr(listener, "host_ns", clock.now)
 
 
 @contextmanager

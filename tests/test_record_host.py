@@ -7,6 +7,7 @@ Every stored sample is compared with the one that was sent under its number.
 from __future__ import annotations
 
 import errno
+import itertools
 import json
 import math
 import os
@@ -17,6 +18,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -24,11 +26,11 @@ import numpy as np
 import pytest
 
 import allanite as al
-from allanite.capture import HostClock, Patience, gathering, listener, session, writer
+from allanite.capture import HostClock, Patience, gathering, session, writer
 from allanite.capture.device_lock import locked_device
 from allanite.errors import InstrumentError
 from allanite.instruments import Block, hp3458a
-from allanite.instruments.hp3458a import HP3458A, driver, simulated_meter
+from allanite.instruments.hp3458a import HP3458A
 from allanite.instruments.hp3458a.simulated_meter import Fault
 from allanite.instruments.serial_imu import Description
 from allanite.instruments.serial_imu.simulator import SimulatedImu
@@ -42,11 +44,14 @@ from recorded_instruments import (
     missing_in,
     number_of,
     only_run,
+    plug_in,
+    record_serial,
     sent_by,
     stored,
     volts,
 )
 from shell import Run
+from virtual_meter import SECOND, VirtualClock, virtual_adapter, virtual_wire
 
 
 @pytest.fixture(autouse=True)
@@ -99,14 +104,10 @@ def test_q12_a_device_that_is_being_recorded_is_refused_before_anything_is_writt
 
 
 def test_q12_a_port_is_one_device_whatever_links_lead_to_it(run: Run, tmp_path: Path) -> None:
-    (tmp_path / "imu.yaml").write_text(json.dumps(IMU))
     with SimulatedImu(Description.of(IMU)) as device:
         (tmp_path / "by-id").symlink_to(os.path.realpath(device.port))
         with another_process_that_holds(os.path.realpath(device.port), tmp_path / "first"):
-            refused = run(
-                *("record", "serial", "--port", tmp_path / "by-id", "--format", tmp_path / "imu.yaml"),
-                *("--duration", 0.1, "--out", tmp_path / "runs"),
-            )
+            refused = record_serial(run, tmp_path / "by-id", tmp_path, 0.1)
     assert refused.code == 1 and "is being recorded by process" in refused.err
     assert not (tmp_path / "runs").exists()
 
@@ -158,21 +159,8 @@ def recorded_on(
     monkeypatch.setattr(writing, "Disk", Ill)
     monkeypatch.setattr(writing, "_SYNC_AFTER", 0.0)
     monkeypatch.setattr(gathering, "batch_seconds", lambda rate: 0.1)
-    (tmp_path / "imu.yaml").write_text(json.dumps(IMU))
     with SimulatedImu(Description.of(IMU)) as device:
-        return run(
-            *(
-                "record",
-                "serial",
-                "--port",
-                device.port,
-                "--format",
-                tmp_path / "imu.yaml",
-                "--duration",
-                0.8,
-            ),
-            *("--out", tmp_path / "runs", "--json"),
-        )
+        return record_serial(run, device.port, tmp_path, 0.8, "--json")
 
 
 def test_q3_a_disk_that_is_full_ends_the_run_at_once_and_nothing_acknowledged_is_lost(
@@ -257,87 +245,102 @@ def test_q5_a_file_system_that_fills_up(run: Run, tmp_path: Path) -> None:
 def test_q11_a_slow_host_behind_an_adapter_loses_readings_and_says_so(
     run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    reads: list[float] = []
+    with virtual_adapter(signal=volts) as (transport, clock):
+        reads = itertools.count(1)
 
-    class Late(HP3458A):
-        def read(self, timeout: float) -> Block:
-            reads.append(time.monotonic())
-            if len(reads) == 4:
-                time.sleep(0.3)
-            return super().read(timeout)
+        class Late(HP3458A):
+            def read(self, timeout: float) -> Block:
+                if next(reads) == 4:
+                    clock.pass_by(0.3)
+                return super().read(timeout)
 
-    monkeypatch.setattr(hp3458a, "HP3458A", Late)
-    with meter("prologix") as simulator:
+        monkeypatch.setattr(hp3458a, "HP3458A", Late)
+        plug_in(transport, clock, monkeypatch)
         done = run(
-            *("record", "3458a", "--resource", simulator.resource, "--rate", 40, "--duration", 1.0),
+            *("record", "3458a", "--resource", "prologix:///dev/ttyUSB0/22", "--rate", 40, "--duration", 1.0),
             *("--out", tmp_path / "runs", "--json"),
         )
     assert done.code == 3, done.err
     found = only_run(tmp_path / "runs")
     counter, values, _ = stored(found)
     number = number_of(values[:, 0])
-    assert (np.diff(number) > 0).all() and abs(counter - number).max() <= 1
+    assert np.array_equal(counter, number)
     assert 8 <= missing_in(found) <= 14
     assert_gaps_are_told(found, "did not come")
 
 
 class Told(HostClock):
-    """The clocks of the host, moved as they are told."""
+    """The clocks of the host, moved as they are told, in a time that is only counted."""
 
-    slept = wall = 0
+    def __init__(self, clock: VirtualClock) -> None:
+        self._clock = clock
+        self.wall = self.slept = 0
+        self.seen = (0, 0)
+
+    def set(self, seconds: int) -> None:
+        """Somebody sets the wall clock."""
+        self.wall += seconds * SECOND
+
+    def sleep(self, seconds: int) -> None:
+        """The host sleeps."""
+        self._clock.pass_by(seconds)
+        self.slept += seconds * SECOND
 
     def now(self) -> int:
-        return super().now() + Told.slept
+        return self._clock.ns
+
+    def awake(self) -> int:
+        self.seen = self.wall, self.slept  # nothing but a look at the clocks asks
+        return self._clock.ns - self.slept
 
     def utc(self) -> int:
-        return super().utc() + Told.wall + Told.slept
+        return 1_800_000_000 * SECOND + self._clock.ns + self.wall
 
 
 def test_q9_q10_the_wall_clock_is_set_and_the_host_sleeps(
     run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr(Told, "slept", 0)
-    monkeypatch.setattr(Told, "wall", 0)
-    monkeypatch.setattr(session, "HostClock", Told)
-    monkeypatch.setattr(writer, "_LOOK", 0.1)
-    for module in (driver, listener, simulated_meter):
-        monkeypatch.setattr(module, "host_ns", lambda: Told().now())
-    blocks: list[int] = []
-
-    class Moved(HP3458A):
-        def read(self, timeout: float) -> Block:
-            blocks.append(len(blocks))
-            if len(blocks) == 3:
-                Told.wall += 3600 * 10**9
-            if len(blocks) == 5:
-                Told.wall -= 7200 * 10**9
-            if len(blocks) == 7:
-                Told.slept += 60 * 10**9
-            return super().read(timeout)
-
-    monkeypatch.setattr(hp3458a, "HP3458A", Moved)
+    monkeypatch.setattr(writer, "_LOOK", 0.05)
     # What the meter measures while the host sleeps goes nowhere.
-    with meter(faults=[Fault(at=30, kind="lose", count=3000)]) as simulator:
+    faults = [Fault(at=52, kind="lose", count=3000)]
+    with virtual_wire(signal=volts, faults=faults) as wire:
+        told = Told(wire.clock)
+        events = {3: partial(told.set, 3600), 6: partial(told.set, -7200), 11: partial(told.sleep, 60)}
+        reads = itertools.count(1)
+
+        class Moved(HP3458A):
+            def read(self, timeout: float) -> Block:
+                number = next(reads)
+                events.get(number, lambda: None)()
+                if number - 2 in events:
+                    wait_for(lambda: told.seen == (told.wall, told.slept))
+                return super().read(timeout)
+
+        monkeypatch.setattr(session, "HostClock", lambda: told)
+        monkeypatch.setattr(hp3458a, "HP3458A", Moved)
+        plug_in(wire, wire.clock, monkeypatch)
         done = run(
-            *("record", "3458a", "--resource", simulator.resource, "--rate", 50, "--duration", 61),
+            *("record", "3458a", "--resource", "GPIB0::22::INSTR", "--rate", 50, "--duration", 62),
             *("--out", tmp_path / "runs", "--json"),
         )
     assert done.code == 3, done.err
     found = only_run(tmp_path / "runs")
-    events = [(line["what"], round(line["seconds"])) for line in lines_of(found, "clock")]
-    assert events == [("step", 3600), ("step", -7200), ("sleep", 60)]
+    seen = [(line["what"], round(line["seconds"])) for line in lines_of(found, "clock")]
+    assert seen == [("step", 3600), ("step", -7200), ("sleep", 60)]
     counter, values, _ = stored(found)
     awake = counter[: int(np.argmax(np.diff(counter))) + 1]
-    assert np.array_equal(awake, np.arange(len(awake))) and 20 <= len(awake) <= 45
+    assert np.array_equal(awake, np.arange(len(awake))) and 50 <= len(awake) <= 55
     assert np.array_equal(values[: len(awake), 0], volts(awake))
-    assert np.ptp(np.diff(number_of(values[len(awake) :, 0]))) == 0
+    assert (np.diff(number_of(values[len(awake) :, 0])) == 1).all()
     clock = np.concatenate([b.monotonic_ns for b in found.batches()])
-    intervals = np.diff(clock)[: len(awake) - 1] * 1e-9
-    assert intervals.mean() == pytest.approx(0.02, rel=0.05) and intervals.max() < 1.0
-    assert 59.5 < (clock[len(awake)] - clock[len(awake) - 1]) * 1e-9 < 61.5
-    longest = max(lines_of(found, "gap"), key=lambda line: line["samples"])
-    assert longest["samples"] == pytest.approx(3000, abs=60)
-    assert longest["reason"].startswith("the host slept for 60 s; ")
+    intervals = (
+        np.diff(clock)[: len(awake) - 3] * 1e-9
+    )  # the last two were made before it slept, and came after
+    assert intervals == pytest.approx(0.02, abs=0.002)
+    assert 59.5 < (clock[len(awake)] - clock[len(awake) - 3]) * 1e-9 < 61.5
+    (gap,) = lines_of(found, "gap")
+    assert gap["reason"].startswith("the host slept for 60 s; ")
+    assert 15 < gap["samples"] - 3000 < 25, "it was asked for its settings before it was armed again"
     assert_gaps_are_told(found)
 
 

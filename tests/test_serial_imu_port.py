@@ -18,6 +18,7 @@ from allanite.instruments.serial_imu.description import PortSettings
 from allanite.instruments.serial_imu.encoding import Encoder
 from allanite.instruments.serial_imu.faults import Fault, noise
 from allanite.instruments.serial_imu.simulator import SimulatedImu
+from recorded_instruments import SWIFT, keep_pace
 
 FRAME: dict[str, Any] = {
     "header": "A5 5A",
@@ -68,7 +69,7 @@ def frames(described: Description, first: int, count: int) -> bytes:
     return b"".join(encoder.encode(first + i, row) for i, row in enumerate(values))
 
 
-def collect(device: SerialImu, enough: Callable[[list[Block]], bool], seconds: float = 5.0) -> list[Block]:
+def collect(device: SerialImu, enough: Callable[[list[Block]], bool], seconds: float = 60.0) -> list[Block]:
     """Blocks until there are enough; silence and a port that is gone are borne as the capture does."""
     blocks: list[Block] = []
     deadline = time.monotonic() + seconds
@@ -91,7 +92,7 @@ def collect(device: SerialImu, enough: Callable[[list[Block]], bool], seconds: f
 
 def read_to_the_end(device: SerialImu, blocks: list[Block]) -> None:
     while True:
-        blocks.append(device.read(0.5))
+        blocks.append(device.read(10.0))
 
 
 def samples(blocks: list[Block]) -> int:
@@ -279,8 +280,8 @@ def test_a_device_on_a_pseudo_terminal_is_read_without_loss() -> None:
     assert all(block.remarks == () for block in blocks)
 
 
-def test_a_device_that_does_everything_wrong_gives_no_wrong_sample() -> None:
-    described = imu(2000.0, start=[{"text": "GO"}])
+def test_a_device_that_does_everything_wrong_gives_no_wrong_sample(monkeypatch: pytest.MonkeyPatch) -> None:
+    described = imu(SWIFT, start=[{"text": "GO"}])
     faults = (
         Fault(kind="garbage", at=100, size=300),
         Fault(kind="partial", at=200, size=11),
@@ -288,9 +289,10 @@ def test_a_device_that_does_everything_wrong_gives_no_wrong_sample() -> None:
         Fault(kind="replayed", at=400, size=8),
         Fault(kind="flipped", at=500, size=99),
         Fault(kind="lost", at=600, size=20),
-        Fault(kind="pause", at=800, seconds=0.1),
+        Fault(kind="pause", at=800, seconds=0.01),
     )
-    with SimulatedImu(described, faults=faults, total=1600) as device:
+    with SimulatedImu(described, faults=faults, total=1600, speed=0.1) as device:
+        keep_pace(monkeypatch, device)
         sensor = SerialImu(device.port, described)
         sensor.open()
         sensor.start()
@@ -305,14 +307,17 @@ def test_a_device_that_does_everything_wrong_gives_no_wrong_sample() -> None:
     assert sensor.tally.lost == 222
 
 
-def test_a_device_that_disappears_and_comes_back_goes_on_with_its_count() -> None:
+def test_a_device_that_disappears_and_comes_back_goes_on_with_its_count(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     described = imu(
-        1000.0,
+        SWIFT,
         start=[{"text": "GO"}],
         identity={"ask": {"text": "ID?"}, "answer": r"SN (?P<serial>\w+) "},
     )
-    faults = (Fault(kind="vanish", at=150, seconds=0.2, serial="2"),)
-    with SimulatedImu(described, faults=faults, total=600, serial="1") as device:
+    faults = (Fault(kind="vanish", at=150, seconds=1.0, serial="2"),)
+    with SimulatedImu(described, faults=faults, total=20_400, serial="1", speed=0.05) as device:
+        keep_pace(monkeypatch, device)
         sensor = SerialImu(device.port, described, gather=0.02)
         assert sensor.open().serial == "1"
         sensor.start()
@@ -325,8 +330,8 @@ def test_a_device_that_disappears_and_comes_back_goes_on_with_its_count() -> Non
         after = collect(sensor, lambda found: samples(found) >= 250)
         assert sensor.open().serial == "2"
         sensor.close()
-    counter = assert_true(before + after, described, 600)
-    assert counter[-1] == 599 and np.diff(counter).max() > 200
+    counter = assert_true(before + after, described, 20_400)
+    assert counter[-1] == 20_399 and np.diff(counter).max() > 20_000
     flags = np.concatenate([block.flags for block in after])
     assert flags[0] == Flag.RESYNC and not flags[1:].any()
 
