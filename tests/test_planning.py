@@ -292,6 +292,6 @@ def test_refuses(change: dict[str, object], words: str) -> None:
 
 def test_the_default_plan_is_quick() -> None:
     """Nine dwells in 1/f noise: a fraction of a second, far from the 5 s allowed."""
-    start = time.perf_counter()
+    start = time.process_time()
     plan(FLICKER, latitude=LONDRINA)
-    assert time.perf_counter() - start < 5.0
+    assert time.process_time() - start < 5.0

@@ -153,14 +153,14 @@ class Ill(Disk):
 
 
 def recorded_on(
-    fault: Callable[[str], None], run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    fault: Callable[[str], None], seconds: float, run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> Any:
     monkeypatch.setattr(Ill, "fault", staticmethod(fault))
     monkeypatch.setattr(writing, "Disk", Ill)
     monkeypatch.setattr(writing, "_SYNC_AFTER", 0.0)
     monkeypatch.setattr(gathering, "batch_seconds", lambda rate: 0.1)
     with SimulatedImu(Description.of(IMU)) as device:
-        return record_serial(run, device.port, tmp_path, 0.8, "--json")
+        return record_serial(run, device.port, tmp_path, seconds, "--json")
 
 
 def test_q3_a_disk_that_is_full_ends_the_run_at_once_and_nothing_acknowledged_is_lost(
@@ -175,8 +175,8 @@ def test_q3_a_disk_that_is_full_ends_the_run_at_once_and_nothing_acknowledged_is
             failed.append(time.monotonic())
             raise OSError(errno.ENOSPC, "No space left on device")
 
-    done = recorded_on(full, run, tmp_path, monkeypatch)
-    assert time.monotonic() - failed[0] < 1.0
+    done = recorded_on(full, 60, run, tmp_path, monkeypatch)
+    assert time.monotonic() - failed[0] < 20.0
     assert done.code == 1 and "No space left on device: make room" in done.err and not done.out
     safe = int(done.err.partition("all up to sample ")[2].split()[0])
     counter, values, _ = stored(only_run(tmp_path / "runs"))
@@ -197,7 +197,7 @@ def test_q3_a_sync_that_fails_opens_a_new_segment_and_a_disk_that_stalls_costs_n
             if len(syncs) == 8:
                 time.sleep(0.3)
 
-    done = recorded_on(ill, run, tmp_path, monkeypatch)
+    done = recorded_on(ill, 0.8, run, tmp_path, monkeypatch)
     assert done.code == 0, done.err
     found = only_run(tmp_path / "runs")
     counter, values, _ = stored(found)
