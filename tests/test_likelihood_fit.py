@@ -94,6 +94,23 @@ def test_a_line_is_found_with_frequency_amplitude_and_phase() -> None:
     assert_within(found.parameters["N"], 1e-4, 3.5, variances["N"])
 
 
+def test_lines_come_with_intervals_of_rife_and_boorstyn() -> None:
+    """Amplitude sd sqrt(2/T) N, frequency sd sqrt(6/T^3) N/(pi A) in white noise; what is not there is a limit."""
+    n, duration, size = 1e-4, 2000.0, 2e-5
+    model = NoiseModel.of(White(N=n), Sinusoid(amplitude=size, frequency=1.3, phase=0.4))
+    found = al.fit(record(model, duration=duration, sampling="point"), terms="N", lines=[1.3, 3.1])
+    half = 1.959964
+    amplitude, frequency = found.estimate("amplitude"), found.estimate("frequency")
+    assert amplitude.supported and amplitude.lower < size < amplitude.upper
+    assert amplitude.upper - amplitude.value == pytest.approx(half * math.sqrt(2 / duration) * n, rel=0.02)
+    spread = half * math.sqrt(6 / duration**3) * n / (math.pi * amplitude.value)
+    assert frequency.upper - frequency.value == pytest.approx(spread, rel=0.02)
+    assert frequency.lower < 1.3 < frequency.upper
+    absent = found.estimate("amplitude_2")
+    assert not absent.supported and absent.value is None and absent.upper < 3e-5
+    assert not found.estimate("frequency_2").supported
+
+
 def test_more_terms_are_never_less_likely() -> None:
     problem = LikelihoodProblem.of(record(WALK, duration=1000.0))
     values = [problem.maximum(tuple(s)).log_likelihood for s in ("N", "NK", "NBK", "QNBK", "QNBKR")]

@@ -167,3 +167,34 @@ def test_a_week_counts_limits_apart_from_intervals() -> None:
 def test_the_verdict_of_a_null_test_has_its_tone() -> None:
     assert wording.tone("no bias that follows the turns") == "good"
     assert wording.tone("a bias follows the turns") == "fatal"
+
+
+def test_a_second_term_of_a_kind_and_lines_have_columns_of_their_own() -> None:
+    def said(symbol: str, value: float, *, supported: bool = True) -> dict[str, Any]:
+        ends = {"lower": 0.5 * value, "upper": 2 * value}
+        return {"symbol": symbol, "value": value, "supported": supported, "note": "", **ends}
+
+    estimates = [
+        *(
+            said("N", 1e-5),
+            said("sigma", 2e-6),
+            said("sigma_2", 1e-6),
+            said("B_equiv", 3e-6),
+            said("T", 20.0),
+        ),
+        *(said("B_equiv_2", 1e-6), said("T_2", 900.0), said("amplitude_2", 2e-5), said("amplitude", 1e-5)),
+        *(said("frequency", 7.0), said("frequency_2", 3.0, supported=False)),
+    ]
+    channel = {"name": "gyro", "kind": "rate", "models": [{"family": "gauss-markov", "estimates": estimates}]}
+    (group,) = wording.groups([channel])
+    heads = wording.headings(group)
+    assert list(heads) == ["N", "B", "T", "B_2", "T_2", "amplitude", "frequency", "amplitude_2"]
+    assert [head for head, _ in heads.values()] == ["N", "B", "T_b", "B_2", "T_b2", "line", "f", "line_2"]
+    assert (
+        heads["T_2"][1] == "s"
+        and heads["frequency"][1] == "Hz"
+        and heads["amplitude_2"][1] == heads["amplitude"][1]
+    )
+    assert wording.readings(channel)["B_2"].equivalent
+    assert wording.si_unit("rate", "T_2") == "s" and wording.si_unit("rate", "frequency") == "Hz"
+    assert group.name_of("T_2") == "correlation time, number 2"

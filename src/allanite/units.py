@@ -602,7 +602,8 @@ def display_unit(kind: str, symbol: str, unit: str = "") -> tuple[str, float]:
     kind : str
         Kind of the channel: "rate", "angle", "acceleration", "velocity", "voltage", "counts", "unknown", ...
     symbol : str
-        Q, N, B, K, R, the Gauss-Markov q, sigma and T, amplitude and frequency of a line, or adev, mean, sd.
+        Q, N, B, K, R, the Gauss-Markov q, sigma and T, amplitude and frequency of a line, or adev, mean, sd; of several
+        terms of a kind with their number: sigma_2.
     unit : str, optional
         The channel's own unit, used where it has no SI meaning (counts, unknown).
 
@@ -617,6 +618,7 @@ def display_unit(kind: str, symbol: str, unit: str = "") -> tuple[str, float]:
     InputError
         A symbol that no noise term has.
     """
+    symbol = re.sub(r"_\d+$", "", symbol)
     if symbol in ("T", "T_b", "tau"):
         return "s", 1.0
     if symbol in ("frequency", "f0"):

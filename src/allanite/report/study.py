@@ -34,6 +34,7 @@ from allanite.wording import (
     reading,
     readings,
     record_facts,
+    shown_symbol,
     si_unit,
     slope_reading,
     verdict,
@@ -43,7 +44,6 @@ from allanite.wording import (
 __all__ = ["page"]
 
 Json = Mapping[str, Any]
-_SHOWN = {"T": "T_b"}
 _FLOOR = (
     " The model is that of the sensor without its instrument, whose own curve is grey; diamonds: the difference of the "
     "two variances, a bar alone its upper limit."
@@ -188,7 +188,7 @@ def _channel(id_: str, channel: Json, group: Group, document: Json) -> dict[str,
         "mean": f"{number((channel['mean'] or 0.0) / factor, 5)} {unit}",
         "sd": f"{number((channel['sd'] or 0.0) / spread_factor, 4)} {spread}",
         "models": [_model(m, channel, group) for m in channel["models"]],
-        "slopes": [(_SHOWN.get(s, s), slope_reading(channel, s)) for s in COLUMNS if s in channel["slopes"]],
+        "slopes": [(shown_symbol(s), slope_reading(channel, s)) for s in COLUMNS if s in channel["slopes"]],
         "no_slopes": channel["slopes"].get("note") or "",
         "basis": curve.get("interval_basis") or "",
         "floor": _over_floor(channel),
@@ -209,7 +209,7 @@ def _over_floor(channel: Json) -> dict[str, Any] | None:
 
 
 def _summary(channel: Json) -> str:
-    return "; ".join(f"{_SHOWN.get(s, s)} {r.text}" for s, r in readings(channel).items()) or "no model"
+    return "; ".join(f"{shown_symbol(s)} {r.text}" for s, r in readings(channel).items()) or "no model"
 
 
 def _model(model: Json, channel: Json, group: Group) -> dict[str, Any]:
@@ -234,7 +234,8 @@ def _model(model: Json, channel: Json, group: Group) -> dict[str, Any]:
 
 def _order(symbol: str) -> int:
     order = ("N", "B", "B_equiv", "T", "sigma", "q", "K", "R", "Q")
-    return order.index(symbol) if symbol in order else len(order)
+    base = symbol.removesuffix("_2")
+    return 2 * (order.index(base) if base in order else len(order)) + (base != symbol)
 
 
 def _symbol_name(symbol: str, group: Group) -> str:
@@ -243,7 +244,9 @@ def _symbol_name(symbol: str, group: Group) -> str:
         "sigma": "Gauss-Markov deviation",
         "q": "Gauss-Markov driving noise",
     }
-    return extra.get(symbol) or group.name_of(symbol)
+    base = symbol.removesuffix("_2")
+    second = ", number 2" if base != symbol else ""
+    return extra[base] + second if base in extra else group.name_of(symbol)
 
 
 def _goodness(goodness: Json) -> str:
@@ -301,7 +304,7 @@ def _advice(channels: Iterable[Json]) -> list[dict[str, str]]:
     return [
         {
             "channel": channel["name"],
-            "symbol": _SHOWN.get(advice["symbol"], advice["symbol"]),
+            "symbol": shown_symbol(advice["symbol"]),
             "duration": "–" if advice.get("duration") is None else duration(advice["duration"]),
             "text": advice["text"],
         }

@@ -25,6 +25,7 @@ from allanite.wording import (
     provisos,
     readings,
     record_facts,
+    shown_symbol,
     si_unit,
 )
 
@@ -228,7 +229,7 @@ def _list_table(group: Group, *, si: bool) -> Table:
             name = channel["name"] if i == 0 else ""
             mark = " *" if found.equivalent else ""
             unit = found.si_unit if si else found.unit
-            table.add_row(name, "T_b" if symbol == "T" else symbol, Text(value + mark, style), ends, unit)
+            table.add_row(name, shown_symbol(symbol), Text(value + mark, style), ends, unit)
     return table
 
 
@@ -247,7 +248,7 @@ def _cell(found: Reading | None, *, si: bool) -> Any:
 def _alternative(channel: Json, model: Json) -> str:
     family = "Gauss-Markov" if model["family"] == "gauss-markov" else model["family"]
     found = readings(channel, model)
-    words = "; ".join(f"{'T_b' if s == 'T' else s} {r.text}" for s, r in found.items())
+    words = "; ".join(f"{shown_symbol(s)} {r.text}" for s, r in found.items())
     return f"{channel['name']}: the record cannot decide. The {family} family gives {words}"
 
 

@@ -9,7 +9,7 @@ from typing import Any
 
 from allanite.noise import NoiseModel
 from allanite.wording.numbers import duration, interval, number
-from allanite.wording.study import COLUMNS, people_unit, reading
+from allanite.wording.study import COLUMNS, column_of, people_unit, reading, shown_symbol
 
 __all__ = ["drift_lines", "drift_unit", "pair_lines", "rest_words"]
 
@@ -56,7 +56,7 @@ def pair_lines(channel: Json) -> list[tuple[str, str, str, str]]:
         if values[0] and values[1]:
             ratio = number(values[1] / values[0])
         unit = people_unit(channel["kind"], symbol, channel["unit"])[0]
-        lines.append((f"{'T_b' if symbol == 'T' else symbol}, {unit}", *texts, ratio))
+        lines.append((f"{shown_symbol(symbol)}, {unit}", *texts, ratio))
     return lines  # type: ignore[return-value]
 
 
@@ -64,7 +64,7 @@ def _parameters(model: Json, channel: Json) -> dict[str, tuple[str, float | None
     """By symbol: words, and the value where one is known."""
     found: dict[str, tuple[str, float | None]] = {}
     for estimate in model["estimates"]:
-        symbol = "B" if estimate["symbol"] == "B_equiv" else estimate["symbol"]
+        symbol = column_of(estimate["symbol"])
         if symbol in COLUMNS and (symbol != "T" or estimate["supported"]):
             read = reading(channel["kind"], channel["unit"], estimate)
             words = " ".join(part for part in (read.value, read.range) if part)

@@ -18,6 +18,7 @@ __all__ = [
     "GUARANTEE",
     "Group",
     "Reading",
+    "column_of",
     "finding_kinds",
     "groups",
     "headings",
@@ -25,6 +26,7 @@ __all__ = [
     "reading",
     "readings",
     "severity_order",
+    "shown_symbol",
     "si_unit",
     "slope_reading",
     "verdict",
@@ -61,6 +63,7 @@ _SI_PATTERNS = {
     "R": "{}/s",
     "T": "s",
     "Q": "{}·s",
+    "frequency": "Hz",
 }  # all others: the unit of the samples
 _NAMES = {
     "gyroscope": {
@@ -77,8 +80,17 @@ _NAMES = {
     },
 }
 _PLAIN_NAMES = {"N": "white noise", "K": "random walk", "R": "ramp", "Q": "quantisation"}
-_SHARED_NAMES = {"B": "bias instability", "T": "correlation time"}
-_SHOWN = {"T": "T_b"}
+_SHARED_NAMES = {
+    "B": "bias instability",
+    "T": "correlation time",
+    "amplitude": "spectral line",
+    "frequency": "of the line",
+}
+_SHOWN = {"T": "T_b", "amplitude": "line", "frequency": "f"}
+#: Columns that belong together, in the order of a table; a second term of a kind follows the first one.
+_KINDS = (("N",), ("B", "T"), ("K",), ("R",), ("Q",), ("amplitude", "frequency"))
+_TABULATED = tuple(symbol for kind in _KINDS for symbol in kind)
+_ONLY_RESOLVED = ("T", "frequency")
 _COUNTS = {3: "three", 4: "four", 5: "five", 6: "six"}
 _SEVERITIES = ("fatal", "warning", "info")
 
@@ -86,8 +98,34 @@ _SEVERITIES = ("fatal", "warning", "info")
 # -- units and names --------------------------------------------------------------------------------------
 
 
+def _split(column: str) -> tuple[str, int]:
+    """The symbol of a column, and which of several terms of its kind it is."""
+    found = re.fullmatch(r"(.*)_(\d+)", column)
+    return (found[1], int(found[2])) if found else (column, 1)
+
+
+def column_of(symbol: str) -> str:
+    """The column in which an estimate stands: B_equiv of a Gauss-Markov term is a B."""
+    return symbol.replace("B_equiv", "B")
+
+
+def shown_symbol(column: str) -> str:
+    """A column's heading: T_b, of a second term T_b2."""
+    symbol, which = _split(column)
+    shown = _SHOWN.get(symbol, symbol)
+    return shown if which == 1 else f"{shown}{'' if '_' in shown else '_'}{which}"
+
+
+def _place(column: str) -> tuple[int, int, int]:
+    """Sort key of columns: a second Gauss-Markov term follows the first one, a second line the first line."""
+    symbol, which = _split(column)
+    kind = next(i for i, kind in enumerate(_KINDS) if symbol in kind)
+    return kind, which, _KINDS[kind].index(symbol)
+
+
 def si_unit(kind: str, symbol: str, unit: str = "") -> str:
     """Text of the SI unit of a coefficient; the channel's own unit where that has no SI meaning."""
+    symbol = _split(symbol)[0]
     base = _SI_BASES.get(_FAMILIES.get(kind, ""), "")
     if (base, symbol) in _SI_SHORT:
         return _SI_SHORT[base, symbol]
@@ -97,7 +135,7 @@ def si_unit(kind: str, symbol: str, unit: str = "") -> str:
 
 def people_unit(kind: str, symbol: str, unit: str = "") -> tuple[str, float]:
     """`display_unit`, for B_equiv too."""
-    return display_unit(kind, "B" if symbol == "B_equiv" else symbol, unit)
+    return display_unit(kind, column_of(symbol), unit)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -126,6 +164,9 @@ class Group:
 
     def name_of(self, symbol: str) -> str:
         """What the coefficient is called for this kind of sensor: "angle random walk"."""
+        symbol, which = _split(symbol)
+        if which > 1:
+            return f"{self.name_of(symbol)}, number {which}"
         names = _NAMES.get(self.title.lower(), _PLAIN_NAMES)
         return _SHARED_NAMES.get(symbol) or names.get(symbol, symbol)
 
@@ -162,8 +203,9 @@ def _title(family: str, unit: str, members: Sequence[Json]) -> str:
 def headings(group: Group) -> dict[str, tuple[str, str]]:
     """Columns that at least one channel of the group has something to say about: symbol -> (head, people's unit)."""
     present = {symbol for channel in group.channels for symbol in readings(channel)}
-    heads = {s: ("T_b" if s == "T" else s, people_unit(group.kind, s, group.unit)[0]) for s in COLUMNS}
-    return {s: heads[s] for s in COLUMNS if s in present}
+    return {
+        s: (shown_symbol(s), people_unit(group.kind, s, group.unit)[0]) for s in sorted(present, key=_place)
+    }
 
 
 # -- coefficients -----------------------------------------------------------------------------------------
@@ -201,7 +243,7 @@ class Reading:
     @property
     def equivalent(self) -> bool:
         """True for the B that stands for a Gauss-Markov term."""
-        return self.symbol == "B_equiv"
+        return self.symbol.startswith("B_equiv")
 
     @property
     def text(self) -> str:
@@ -218,7 +260,7 @@ def reading(kind: str, unit: str, estimate: Json, *, read_off: bool = False) -> 
     return Reading(
         symbol=symbol,
         unit=text,
-        si_unit=si_unit(kind, "B" if symbol == "B_equiv" else symbol, unit),
+        si_unit=si_unit(kind, column_of(symbol), unit),
         supported=bool(estimate["supported"]),
         value=shown[0],
         range=shown[1],
@@ -245,7 +287,7 @@ def _note(symbol: str, estimate: Json) -> str:
     own = estimate.get("note") or ""
     if own == "upper limit":  # the "<" says so
         return ""
-    if symbol == "B_equiv" and not own:
+    if symbol.startswith("B_equiv") and not own:
         return "from the Gauss-Markov term: the B with the same peak"
     return own
 
@@ -265,20 +307,22 @@ def _scaled(estimate: Json, factor: float, read_off: bool) -> tuple[str, str]:
 
 
 def readings(channel: Json, model: Json | None = None) -> dict[str, Reading]:
-    """Coefficients of a channel's first model (or of the one given), keyed by the columns of `COLUMNS`.
+    """Coefficients of a channel's first model (or of the one given), keyed by their columns.
 
-    B_equiv of a Gauss-Markov model stands in column B. T appears where it is supported, or read off, only: elsewhere
-    it is not a limit that anybody can use.
+    Columns are those of `COLUMNS`, numbered from the second term of a kind on (B_2, T_2), and amplitude and frequency
+    of lines. B_equiv of a Gauss-Markov model stands in column B. T appears where it is supported, or read off, only:
+    elsewhere it is not a limit that anybody can use.
     """
     if model is None:
         model = channel["models"][0] if channel["models"] else {"estimates": ()}
     read_off = model.get("family") == "slopes"
     found: dict[str, Reading] = {}
     for estimate in model["estimates"]:
-        column = "B" if estimate["symbol"] == "B_equiv" else estimate["symbol"]
-        if column in COLUMNS and (column != "T" or estimate["supported"] or read_off):
+        column = column_of(estimate["symbol"])
+        symbol = _split(column)[0]
+        if symbol in _TABULATED and (symbol not in _ONLY_RESOLVED or estimate["supported"] or read_off):
             found[column] = reading(channel["kind"], channel.get("unit") or "", estimate, read_off=read_off)
-    return {symbol: found[symbol] for symbol in COLUMNS if symbol in found}
+    return {column: found[column] for column in sorted(found, key=_place)}
 
 
 def slope_reading(channel: Json, symbol: str) -> str:

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -20,10 +20,12 @@ from allanite.fitting.likelihood.family import (
     FamilyFit,
     fit_family,
 )
+from allanite.fitting.likelihood.lines import GIVEN_WIDTHS, line_price
 from allanite.fitting.likelihood.maximum import Peak
-from allanite.fitting.likelihood.problem import LikelihoodProblem, checked_letters
+from allanite.fitting.likelihood.problem import LikelihoodProblem, Maximum, checked_letters
 from allanite.fitting.rivals import supported_families
 from allanite.fitting.verdict import supported_words
+from allanite.laws import normal_quantile
 from allanite.noise import Estimate, NoiseModel
 from allanite.recording import Recording
 
@@ -190,7 +192,7 @@ def _model(problem: LikelihoodProblem, fit: FamilyFit, confidence: float) -> Noi
     return NoiseModel(
         terms=found.terms,
         family="gauss-markov" if "G" in fit.letters else "flicker",
-        estimates=tuple(_estimates(problem, fit)),
+        estimates=(*_estimates(problem, fit), *_line_estimates(found, confidence)),
         confidence=confidence,
         covariance=found.covariance,
         goodness={
@@ -241,6 +243,34 @@ def _estimates(problem: LikelihoodProblem, fit: FamilyFit) -> list[Estimate]:
     for place, sigma in zip(range(n, len(names)), sigmas, strict=True):
         markov += [equivalent_flicker(sigma), _time_estimate(problem, fit, place, values)]
     return [*found, *_slope_estimates(problem, fit), *markov]
+
+
+def _line_estimates(found: Maximum, confidence: float) -> Iterator[Estimate]:
+    """Amplitude and frequency of each line: normal intervals by the density of the noise at the line.
+
+    The largest wave within reach of the given frequency is never nothing: a line that noise alone would give in one of
+    a hundred records is a limit.
+    """
+    symbols = found.covariance.get("symbols", [])
+    lines = [i for i, s in enumerate(symbols) if s.startswith(("amplitude", "frequency"))]
+    half = float(normal_quantile(0.5 + confidence / 2))
+    for i in lines:
+        symbol, value = symbols[i], found.parameters[symbols[i]]
+        ends = half * math.sqrt(found.covariance["matrix"][i][i]) * value
+        if symbol.startswith("amplitude"):
+            supported = 1 / found.covariance["matrix"][i][i] > line_price(GIVEN_WIDTHS)
+        if symbol.startswith("amplitude") and not supported:
+            yield limit_estimate(symbol, value + ends)
+        else:
+            note = "" if supported else "of a line that is not resolved"
+            yield Estimate(
+                symbol=symbol,
+                value=value,
+                lower=value - ends,
+                upper=value + ends,
+                supported=supported,
+                note=note,
+            )
 
 
 def _point_values(problem: LikelihoodProblem, fit: FamilyFit) -> dict[str, float]:

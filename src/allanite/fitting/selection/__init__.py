@@ -10,8 +10,8 @@
 
 from __future__ import annotations
 
+from allanite.fitting.likelihood.lines import line_price
 from allanite.fitting.selection.estimation import select
-from allanite.fitting.selection.lines import line_price
 from allanite.fitting.selection.results import Candidate, ChosenLine, Selection
 from allanite.fitting.selection.search import PRICE
 

@@ -21,7 +21,8 @@ from typing import Literal
 from allanite.errors import FitError, InputError
 from allanite.fitting.likelihood import LikelihoodProblem
 from allanite.fitting.likelihood.coarser import EXPLAINED, explained_part
-from allanite.fitting.selection.lines import GIVEN_WIDTHS, gains_of, line_price, steady_lines
+from allanite.fitting.likelihood.lines import GIVEN_WIDTHS, line_price
+from allanite.fitting.selection.lines import gains_of, steady_lines
 from allanite.fitting.selection.results import Candidate, ChosenLine, Selection
 from allanite.fitting.selection.search import Letters, Progress, Search
 from allanite.recording import Recording
