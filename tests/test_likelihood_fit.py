@@ -6,6 +6,7 @@ from __future__ import annotations
 import json
 import math
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -17,6 +18,7 @@ from allanite.fitting.likelihood.family import FLICKER
 from allanite.fitting.likelihood.profile import coefficient_set, critical_value, slope_set
 from allanite.noise import Flicker, GaussMarkov, NoiseModel, Quantisation, Ramp, RandomWalk, Sinusoid, White
 from allanite.recording import Recording
+from shell import Run
 
 WALK = NoiseModel.of(White(N=1e-4), RandomWalk(K=1e-5))
 
@@ -293,3 +295,19 @@ def test_refusals_say_what_to_do() -> None:
         al.fit(several, channel="x")
     with pytest.raises(DataQualityError, match="usable samples"):
         al.fit(Recording.from_rate(np.full(1000, np.nan), rate=1.0, unit="rad/s"))
+
+
+def test_fit_takes_lines_from_the_command_line(run: Run, tmp_path: Path) -> None:
+    model = NoiseModel.of(White(N=1e-4), Sinusoid(amplitude=5e-5, frequency=1.3))
+    path = tmp_path / "line.npy"
+    np.save(path, record(model, duration=600.0).values("gyro"))
+    words = ("fit", path, "--rate", 10, "--unit", "rad/s", "--method", "likelihood")
+    done = run(*words, "--terms", "N", "--lines", "1.3", "--json")
+    (fitted,) = json.loads(done.out).values()
+    line = next(e for e in fitted["estimates"] if e["symbol"] == "amplitude")
+    assert line["supported"] and line["lower"] < 5e-5 < line["upper"]
+    shown = run(*words, "--terms", "N", "--lines", "1.3").out
+    assert "line [" in shown and "f [Hz]" in shown
+    for wrong in (("--lines", "auto"), ("--method", "moments", "--lines", "1.3")):
+        refused = run(*words, *wrong)
+        assert refused.code == 1 and "--lines of a fit are frequencies in Hz" in refused.err

@@ -10,6 +10,7 @@ import click
 
 from allanite.cli.options import (
     ENGINES,
+    Frequencies,
     Lags,
     accept_option,
     environment_options,
@@ -148,13 +149,19 @@ def allan(
     metavar="LETTERS",
     help="The sum of terms to fit, for likelihood and spectral: Q N B K R, and G once or twice, as in NGGK.",
 )
+@click.option(
+    "--lines",
+    metavar="FREQUENCIES",
+    type=Frequencies(),
+    help="Spectral lines near these frequencies in Hz, fitted with the noise: 12.3,50. For likelihood.",
+)
 @floor_option
 @accept_option
 @click.option("-o", "--output", type=click.Path(dir_okay=False), help="Write the models as JSON.")
 @force_option
 @json_option
 def fit(
-    curve_or_log: str, method: str, terms: str | None, floor: str | None, accept: tuple[str, ...],
+    curve_or_log: str, method: str, terms: str | None, lines: Any, floor: str | None, accept: tuple[str, ...],
     output: str | None, force: bool, as_json: bool, **options: Any,
 ) -> int:  # fmt: skip
     """Fit noise models to a saved curve or to a log (CURVE_OR_LOG).
@@ -168,6 +175,7 @@ def fit(
             place_of(curve_or_log),
             method=method,
             terms=terms,
+            lines=lines or (),
             floor=floor,
             accept=accept,
             progress=advance,

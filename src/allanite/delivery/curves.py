@@ -38,6 +38,7 @@ def fit_file(
     *,
     method: str = "moments",
     terms: str | None = None,
+    lines: Sequence[float] | str = (),
     accept: Collection[str] = (),
     floor: str | os.PathLike[str] | None = None,
     progress: Callable[[float, str], None] | None = None,
@@ -46,7 +47,8 @@ def fit_file(
     """Fit the channels of a curve that `AllanCurve.to_csv` wrote, or of a log.
 
     Faults of a log are refused. By moments it is characterised, so that spectral lines and the band limit are kept out
-    of the fit. Options are those of `read_part`. `floor` is the log of the shorted input, for a log by moments.
+    of the fit. Options are those of `read_part`. `lines` [Hz] are fitted with the noise by likelihood. `floor` is the
+    log of the shorted input, for a log by moments.
 
     Returns
     -------
@@ -58,7 +60,7 @@ def fit_file(
     Raises
     ------
     InputError
-        Letters of terms for a method that takes none, a floor for one that takes none or for a curve.
+        Letters of terms, lines or a floor for a method that takes none; a floor for a curve.
     """
     from allanite.allan import AllanCurve, allan_curve
     from allanite.fitting import fit
@@ -67,6 +69,11 @@ def fit_file(
     of_samples = method in ("likelihood", "spectral")
     if terms is not None and not of_samples:
         raise InputError(f"--method {method} takes no terms: give them with --method likelihood or spectral")
+    if len(lines) and (method != "likelihood" or isinstance(lines, str) or _is_saved_curve(place)):
+        raise InputError(
+            "--lines of a fit are frequencies in Hz, for --method likelihood and a log; `allanite select --lines auto` "
+            "finds them"
+        )
     if floor is not None and (method != "moments" or _is_saved_curve(place)):
         raise InputError("--floor goes with the log of the sensor and --method moments, which fits both")
     if not _is_saved_curve(place) and method == "moments":
@@ -80,8 +87,9 @@ def fit_file(
         prepared, findings = ready_log(place, accept=accept, **options)
         lossy = is_lossy(f.to_json() for f in findings)
         if of_samples:
+            asked: dict[str, Any] = {"lines": lines} if len(lines) else {}
             models = {
-                name: fit(prepared, method=method, channel=name, terms=terms)
+                name: fit(prepared, method=method, channel=name, terms=terms, **asked)
                 for name in noise_channels(prepared)
             }
         else:
