@@ -35,7 +35,7 @@ docs: $(VENV)/.dev ## bring the generated reference pages up to date, run every 
 lint: $(VENV)/.dev ## style, types and the import contract
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
-	$(BIN)/mypy --strict src
+	MYPY_NUM_WORKERS=2 $(BIN)/mypy --strict src
 	$(BIN)/lint-imports --no-cache
 
 kernels-test: ## the C++ kernels alone, with sanitizers, without Python
