@@ -22,9 +22,7 @@ from __future__ import annotations
 
 import ast
 import math
-import struct
 import zipfile
-import zlib
 from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -36,7 +34,7 @@ from numpy.typing import NDArray
 from allanite.errors import FormatError, InputError
 from allanite.readers.arrays import left_out, samples_among, table_of
 from allanite.readers.assembly import Options, Table
-from allanite.readers.spool import refuse_bomb, to_file
+from allanite.readers.spool import ZIP_ERRORS, refuse_bomb, to_file
 
 NAME: Final = "NumPy"
 OPTIONS: Final = frozenset({"variable"})
@@ -45,16 +43,6 @@ _MAGIC = b"\x93NUMPY"
 _ZIP = b"PK\x03\x04"
 _LONGEST_HEADER = 16384
 _PIECE = 1 << 20
-_ZIP_ERRORS = (
-    zipfile.BadZipFile,
-    zipfile.LargeZipFile,
-    zlib.error,
-    struct.error,
-    NotImplementedError,
-    EOFError,
-    OSError,
-    RuntimeError,
-)
 
 
 def sniff(head: bytes, path: Path) -> bool:
@@ -66,7 +54,7 @@ def sniff(head: bytes, path: Path) -> bool:
     try:
         with zipfile.ZipFile(path) as archive:
             return any(name.endswith(".npy") for name in archive.namelist())
-    except (zipfile.BadZipFile, OSError, ValueError, NotImplementedError):
+    except (*ZIP_ERRORS, ValueError):
         return path.suffix.lower() == ".npz"  # a broken one: `read` says what is wrong
 
 
@@ -175,7 +163,7 @@ def _read_archive(path: Path, options: Options) -> Table:
                 if k not in wanted and m.file_size < _PIECE
             }
             arrays = {k: _member(archive, members[k], path) for k in wanted}
-    except _ZIP_ERRORS as error:
+    except ZIP_ERRORS as error:
         raise FormatError(f"{path.name}: broken or unsupported zip archive ({error})") from None
     return table_of(arrays, small, path, NAME, left_out(shapes, wanted))
 

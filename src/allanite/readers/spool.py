@@ -7,7 +7,10 @@ A file that unpacks to far more than its own size is a bomb: it is refused while
 
 from __future__ import annotations
 
+import struct
 import tempfile
+import zipfile
+import zlib
 from collections.abc import Iterable, Sequence
 from typing import IO, Any
 
@@ -17,13 +20,24 @@ from numpy.typing import NDArray
 from allanite.columns import ArrayColumn, Calculated, Column
 from allanite.errors import LimitError, StorageError
 
-__all__ = ["BOMB_BYTES", "BOMB_RATIO", "GrowingColumn", "refuse_bomb", "to_file"]
+__all__ = ["BOMB_BYTES", "BOMB_RATIO", "ZIP_ERRORS", "GrowingColumn", "refuse_bomb", "to_file"]
 
 #: Unpacking more than this [bytes] at more than this ratio is refused. Logs of sensors pack 2- to 30-fold.
 BOMB_BYTES = 32 << 20
 BOMB_RATIO = 200
 _IN_MEMORY = 256 << 20  # bytes of one column before it moves to a file
 _SMALL = 4 << 20  # bytes of a column that is put together, not kept in pieces
+#: How the standard library refuses an archive: broken, of an unknown version or packing, with a password.
+ZIP_ERRORS = (
+    zipfile.BadZipFile,
+    zipfile.LargeZipFile,
+    zlib.error,
+    struct.error,
+    NotImplementedError,
+    EOFError,
+    OSError,
+    RuntimeError,
+)
 
 
 def refuse_bomb(packed: int, unpacked: int, name: str) -> None:

@@ -24,7 +24,7 @@ from allanite.readers.assembly import Options, Table
 from allanite.readers.contents import Part, choose_part, listed
 from allanite.readers.extras import require
 from allanite.readers.sandbox import run
-from allanite.readers.spool import refuse_bomb, to_file
+from allanite.readers.spool import ZIP_ERRORS, refuse_bomb, to_file
 
 NAME: Final = "spreadsheet"
 OPTIONS: Final = frozenset({"variable", "decimal"})
@@ -51,7 +51,7 @@ def sniff(head: bytes, path: Path) -> bool:
                 return True
             with archive.open("mimetype") as member:
                 return b"opendocument.spreadsheet" in member.read(100)
-    except (zipfile.BadZipFile, KeyError, OSError, ValueError, NotImplementedError, RuntimeError):
+    except (*ZIP_ERRORS, KeyError, ValueError):
         return path.suffix.lower() in (
             ".xlsx",
             ".xlsm",
@@ -102,7 +102,7 @@ def _refuse_bomb(path: Path) -> None:
         with zipfile.ZipFile(path) as archive:
             for member in archive.infolist():
                 refuse_bomb(member.compress_size, member.file_size, f"{path.name}:{member.filename}")
-    except (zipfile.BadZipFile, OSError, ValueError):
+    except (*ZIP_ERRORS, KeyError, ValueError):
         return  # no zip, or a broken one: the library says so
 
 

@@ -73,7 +73,7 @@ def variation_facts(document: Json) -> list[tuple[str, str]]:
     visible = [
         f"{channel['name']}: "
         + ", ".join(
-            f"{part_name(s)} by {100 * (f - 1):.2g} %"
+            f"{part_name(s)} by {number(100 * (f - 1), 2)} %"
             for s, f in channel["visible"].items()
             if s != "all" and f < 3
         )
