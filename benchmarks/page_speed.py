@@ -3,7 +3,9 @@
 
     python -m benchmarks.page_speed
 
-A real server in a process of its own. What a browser needs to draw is not in it.
+A real server in a process of its own, asked over HTTP; then a real browser without a screen, from the click on the
+recording, or the end of a stroke over the series, until the picture is painted. The latter is left out where
+playwright or chromium is not installed.
 """
 
 from __future__ import annotations
@@ -11,6 +13,7 @@ from __future__ import annotations
 import json
 import os
 import re
+import shutil
 import signal
 import statistics
 import subprocess
@@ -28,6 +31,27 @@ from .machine import describe, save
 SAMPLES = 20_000_000
 RATE = 200.0
 ZOOMS = 300
+OPENED = 7  # times, in the browser
+STROKES = 25
+
+#: Milliseconds from an event to the paint after the next drawing of the series.
+_WATCH = """
+() => {
+  const plot = () => document.querySelector(".series .plot");
+  const painted = (then) => requestAnimationFrame(() => setTimeout(() => then(performance.now())));
+  window.spent = (event) => new Promise((resolve) => {
+    let begin = null;
+    window.addEventListener(event, (e) => {
+      begin = e.timeStamp;
+      new MutationObserver((news, watcher) => {
+        if (!news.some((one) => one.target === plot())) return;
+        watcher.disconnect();
+        painted((end) => resolve(end - begin));
+      }).observe(document.body, { subtree: true, attributeFilter: ["data-drawn"] });
+    }, { capture: true, once: true });
+  });
+}
+"""
 
 
 class _Page:
@@ -83,6 +107,70 @@ def measure(page: _Page) -> dict[str, Any]:
     }
 
 
+def measure_browser(address: str) -> dict[str, Any]:
+    """Milliseconds until something is painted; empty without a browser."""
+    program = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+    try:
+        from playwright.sync_api import sync_playwright
+    except ImportError:
+        program = None
+    if program is None:
+        return {}
+    with sync_playwright() as play:
+        browser = play.chromium.launch(executable_path=program, args=["--no-sandbox", "--disable-gpu"])
+        page = browser.new_page(viewport={"width": 1280, "height": 900})
+        page.goto(address)
+        opened = [_opened(page) for _ in range(OPENED)]
+        strokes = [_stroke(page, n) for n in range(STROKES)]
+        reloaded = _reloaded(page)
+        version = browser.version
+        browser.close()
+    return {
+        "browser": f"Chromium {version}",
+        "screen_median_ms": statistics.median(opened),
+        "screen_worst_ms": max(opened),
+        "screen_reload_ms": reloaded,
+        "drawn_median_ms": statistics.median(strokes),
+        "drawn_p90_ms": sorted(strokes)[int(0.9 * STROKES)],
+        "drawn_worst_ms": max(strokes),
+    }
+
+
+def _opened(page: Any) -> float:
+    """Click on the recording; the pyramid is there already, the view is not."""
+    page.evaluate("location.hash = '#/'")
+    page.locator("main h1", has_text="Recordings of").wait_for()
+    page.evaluate(_WATCH)
+    waiting = page.evaluate_handle("({ end: spent('click') })")
+    page.get_by_role("link", name="log.npy").click()
+    return float(waiting.evaluate("w => w.end"))
+
+
+def _stroke(page: Any, number: int) -> float:
+    """A stroke of the pointer over a third of what is on screen; each fourth time over the whole record again."""
+    plot = page.locator(".series .plot")
+    if number % 4 == 0:
+        plot.press("Home")
+        page.wait_for_timeout(500)
+    box = plot.bounding_box()
+    x, y = box["x"] + 120 + 37 * (number % 9), box["y"] + box["height"] / 2
+    waiting = page.evaluate_handle("({ end: spent('mouseup') })")
+    page.mouse.move(x, y)
+    page.mouse.down()
+    page.mouse.move(x + box["width"] / 3, y + 2, steps=4)
+    page.mouse.up()
+    spent = float(waiting.evaluate("w => w.end"))
+    page.wait_for_timeout(400)  # two strokes in a row would be a double click
+    return spent
+
+
+def _reloaded(page: Any) -> float:
+    """From nothing: the page itself, its scripts out of the cache of the browser, and the series."""
+    page.reload(wait_until="commit")
+    page.locator(".series .plot[data-drawn]").wait_for()
+    return float(page.evaluate("() => performance.now()"))
+
+
 def main() -> None:
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place) / "data"
@@ -96,7 +184,9 @@ def main() -> None:
         )  # fmt: skip
         try:
             assert server.stdout is not None
-            found = measure(_Page(server.stdout.readline().strip()))
+            address = server.stdout.readline().strip()
+            found = measure(_Page(address))
+            drawn = measure_browser(address)
         finally:
             server.send_signal(signal.SIGINT)
             server.wait()
@@ -104,9 +194,11 @@ def main() -> None:
         "machine": describe("starlette", "uvicorn"),
         "samples": SAMPLES,
         **found,
+        **drawn,
         "notes": [
             f"{SAMPLES} samples of one channel out of a .npy; a new connection for each request",
             f"zoom: {ZOOMS} windows of all lengths, at most 1500 blocks each",
+            *_notes(drawn),
         ],
     }
     rows = [
@@ -116,7 +208,26 @@ def main() -> None:
         ["zoom, median", f"{found['zoom_median_ms']:.1f}"],
         ["zoom, 99 %", f"{found['zoom_p99_ms']:.1f}"],
     ]
+    if drawn:
+        rows += [
+            ["on screen after the click, median", f"{drawn['screen_median_ms']:.0f}"],
+            ["on screen after the click, worst", f"{drawn['screen_worst_ms']:.0f}"],
+            ["on screen after a reload of the page", f"{drawn['screen_reload_ms']:.0f}"],
+            ["zoom drawn, median", f"{drawn['drawn_median_ms']:.0f}"],
+            ["zoom drawn, 90 %", f"{drawn['drawn_p90_ms']:.0f}"],
+            ["zoom drawn, worst", f"{drawn['drawn_worst_ms']:.0f}"],
+        ]
     print(save("page_speed", "A long series on the page", result, ["step", "ms"], rows))
+
+
+def _notes(drawn: dict[str, Any]) -> list[str]:
+    if not drawn:
+        return ["playwright or chromium is not installed: nothing was drawn"]
+    return [
+        f"{drawn['browser']} without a screen and without a graphics processor, 1280 x 900 pixels",
+        f"on screen: {OPENED} clicks on the recording, until the paint",
+        f"drawn: {STROKES} strokes with the pointer, from its release until the paint",
+    ]
 
 
 if __name__ == "__main__":

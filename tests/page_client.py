@@ -32,7 +32,7 @@ def application(folder: Path, cache: Path, **limits: Any) -> Application:
             folder=folder.resolve(),
             port=PORT,
             cache=cache,
-            limits=replace(Limits(), **{"ahead": False, **limits}),
+            limits=replace(Limits(), **{"ahead": False, "look": 0.05, **limits}),
         )
     )
 

@@ -4,14 +4,17 @@
 from __future__ import annotations
 
 import asyncio
+import contextlib
 import errno
 import json
 import os
 import resource
+import shlex
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from starlette.requests import Request
 
@@ -21,6 +24,7 @@ from allanite.page.replies import Refused
 from allanite.page.uploads import DROPPED, name_for, receive
 from allanite.readers import READERS, _reader_for
 from page_client import Browser, application, small_log
+from shell import Run
 
 SAMPLES = Path(__file__).parent / "samples"
 
@@ -105,6 +109,78 @@ def test_catalogue_lists_and_refreshes(browser: Browser) -> None:
     (root / "study.json").unlink()
     assert catalogue(browser)["documents"] == []
     assert browser.get(f"/api/documents/{document['id']}").status_code == 404
+
+
+def test_tables_of_results_are_no_recordings(browser: Browser) -> None:
+    """Those of jobs, and those that commands left beside a result; a log of the same name elsewhere is one."""
+    root = browser.app.settings.folder
+    for place in ("allanite-results/gyro-spectrum", "out", "logs"):
+        (root / place).mkdir(parents=True)
+        (root / place / "spectrum.csv").write_text("channel,frequency\ngyro,0.1\ngyro,0.2\n")
+    (root / "allanite-results" / "gyro-spectrum" / "turns.csv").write_text("start,stop\n1,2\n3,4\n")
+    for place in ("allanite-results/gyro-spectrum", "out"):
+        (root / place / "spectrum.json").write_text('{"format": "allanite-spectrum", "version": 1}')
+    (root / "out" / "gyro.csv").write_text("1.5\n2.5\n")
+    found = catalogue(browser)
+    assert sorted(r["name"] for r in found["recordings"]) == ["logs/spectrum.csv", "out/gyro.csv"]
+    assert len(found["documents"]) == 2
+
+
+_LAYOUT = """rate: 50
+frame:
+  length: 4
+  fields:
+    - {name: gyro_z, at: 0, type: f32, unit: deg/s}
+"""
+
+
+def test_raw_binary_logs_are_listed_with_the_layout_beside_them(browser: Browser, run: Run) -> None:
+    root = browser.app.settings.folder
+    samples = np.random.default_rng(1).standard_normal(500).astype("<f4")
+    (root / "a b.bin").write_bytes(samples.tobytes())
+    (root / "other.dat").write_bytes(samples.tobytes())
+    (root / "notes.bin.txt").write_text("words alone\n")
+    assert catalogue(browser)["recordings"] == []
+    (root / "a b.yaml").write_text("title: no layout\nframe: imu_link\n")
+    assert catalogue(browser)["recordings"] == []
+    (root / "a b.yaml").write_text(_LAYOUT)
+    (found,) = catalogue(browser)["recordings"]
+    assert (found["name"], found["format"]) == ("a b.bin", "raw_binary")
+    (root / "layout.yaml").write_text(_LAYOUT.replace("50", "25"))
+    assert set(browser.names()) == {"a b.bin", "other.dat"}
+    asked = {"kind": "check", "recording": browser.names()["a b.bin"]}
+    shown = browser.post("/api/jobs/preview", asked).json()
+    words = shlex.split(shown["command"])
+    assert words == ["allanite", "info", "a b.bin", "--layout=a b.yaml", "--json"]
+    with contextlib.chdir(root):
+        typed = json.loads(run(*words[1:]).out)
+        space: dict[str, Any] = {}
+        exec(shown["python"], space)
+    assert json.loads(json.dumps(space["facts"])) == typed
+    assert (typed["samples"], typed["rate"]) == (500, 50.0)
+    both = {"kind": "compare", "recordings": list(browser.names().values())}
+    refused = browser.post("/api/jobs/preview", both)
+    assert refused.status_code == 400 and "one layout" in refused.json()["error"]["message"]
+    with browser:
+        opening = browser.post(f"/api/recordings/{asked['recording']}/open").json()["job"]
+        assert "--layout=" in opening["command"] and browser.wait(opening)["state"] == "done"
+        series = browser.post(f"/api/recordings/{asked['recording']}/open").json()["series"]
+        assert (
+            series["samples"] == 500
+            and series["read"] == {}
+            and series["channels"][0]["shown_unit"] == "deg/s"
+        )
+    # Another layout is another series; one that leads out of the folder is none.
+    before = browser.app.catalogue.recording(asked["recording"]).identity
+    (root / "a b.yaml").write_text(_LAYOUT.replace("50", "600"))
+    assert set(browser.names()) == {"a b.bin", "other.dat"}
+    assert browser.app.catalogue.recording(asked["recording"]).identity != before
+    outside = root.parent / "outside.yaml"
+    outside.write_text(_LAYOUT)
+    (root / "a b.yaml").unlink()
+    (root / "layout.yaml").unlink()
+    (root / "a b.yaml").symlink_to(outside)
+    assert catalogue(browser)["recordings"] == []
 
 
 def test_runs_are_recordings(browser: Browser) -> None:

@@ -19,7 +19,7 @@ from allanite.page.live import Watcher
 from page_client import Browser, application
 
 
-def until(what: Callable[[], Any], seconds: float = 20.0) -> Any:
+def until(what: Callable[[], Any], seconds: float = 60.0) -> Any:
     end = time.monotonic() + seconds
     while time.monotonic() < end:
         if found := what():
@@ -42,7 +42,7 @@ def test_a_capture_outlives_the_page(tmp_path: Path) -> None:
     request = {
         "instrument": "simulated",
         "options": {
-            "model": {"words": "N=0.3 deg/√h"}, "rate": 40, "speed": 5, "seed": 3, "duration": 3600, "unit": "deg/s",
+            "model": {"words": "N=0.3 deg/√h"}, "rate": 40, "speed": 20, "seed": 3, "duration": 36000, "unit": "deg/s",
         },
     }  # fmt: skip
     with Browser(application(data, tmp_path / "cache", captures=1)) as browser:

@@ -105,7 +105,10 @@ def _done(task: Json, out: TextIO) -> Json:
         if task["task"] == "follow":
             from allanite.page.tasks import follow
 
-            follow(task["run"], lambda event, data: _say(out, {"event": event, "data": plain(data)}))
+            def tell(event: str, data: Json) -> None:
+                _say(out, {"event": event, "data": plain(data)})
+
+            follow(task["run"], tell, every=float(task.get("every", 1.0)))
             return {"exit": 0}
         from allanite.page.tasks import TASKS
 

@@ -36,7 +36,7 @@ from allanite.page.settings import Settings
 from allanite.page.static_files import StaticFiles
 from allanite.page.store import Series
 from allanite.page.uploads import receive
-from allanite.page.work import Work, path_word, planned, work_of
+from allanite.page.work import Work, path_word, planned, with_layout, work_of
 
 __all__ = ["Application"]
 
@@ -137,6 +137,7 @@ class Application:
             ("GET", "/api/documents/{id}", Application.document),
             ("GET", "/api/documents/{id}/figure", Application.figure),
             ("GET", "/api/documents/{id}/parameters", Application.parameters),
+            ("GET", "/api/documents/{id}/said", Application.said),
             ("GET", "/api/documents/{id}/report", Application.report),
             ("GET", "/api/documents/{id}/files/{index}", Application.document_file),
             ("POST", "/api/plan", Application.plan),
@@ -235,11 +236,12 @@ class Application:
             if job is None:
                 self.series.make_room()
                 word = path_word(recording.path, self.settings)
+                asked, spelt = dict(spelt.arguments), with_layout(spelt, recording.layout, self.settings)
                 lines = "from allanite.delivery import read_part\n\nrecording = read_part"
                 arguments = "".join(f", {k}={v!r}" for k, v in spelt.arguments.items())
                 task = {
                     "task": "series", "key": key, "log": word, "cwd": str(self.settings.folder),
-                    "folder": str(self.series.folder(key)), "read": dict(spelt.arguments),
+                    "folder": str(self.series.folder(key)), "read": dict(spelt.arguments), "given": asked,
                 }  # fmt: skip
                 job = self.jobs.submit(
                     Work(
@@ -415,6 +417,12 @@ class Application:
     async def parameters(self, request: Request) -> Response:
         found = self.catalogue.document(request.path_params["id"])
         return await self._asked({"task": "parameters", "document": str(found.path)})
+
+    @_answering
+    async def said(self, request: Request) -> Response:
+        found = self.catalogue.document(request.path_params["id"])
+        dark = request.query_params.get("dark") == "1"
+        return await self._asked({"task": "said", "document": str(found.path), "dark": dark})
 
     async def _asked(self, task: Json, status: int = 400) -> Response:
         answer = await run_in_threadpool(self.quick.ask, task)

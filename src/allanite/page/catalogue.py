@@ -19,8 +19,8 @@ from pathlib import Path
 from typing import Any
 
 from allanite.page.replies import Refused
-from allanite.page.settings import Settings
-from allanite.page.sniffing import HEAD, document_format, recording_format
+from allanite.page.settings import RESULTS, Settings
+from allanite.page.sniffing import HEAD, document_format, layout_beside, recording_format
 
 __all__ = ["Catalogue", "Document", "Recorded", "health_of", "utc"]
 
@@ -33,6 +33,14 @@ _SKIPPED = frozenset({"__pycache__", "node_modules", "site-packages"})
 _BESIDE = frozenset(
     {
         ".csv", ".yaml", ".yml", ".html", ".pdf", ".svg", ".png", ".json", ".hpp", ".txt", ".m", ".sdf", ".param",
+    }
+)  # fmt: skip
+#: Tables that commands leave beside a result; they look like logs, and are none.
+_TABLES = frozenset(
+    {
+        "datasheet.csv", "difference.csv", "dwells.csv", "errors.csv", "inflation.csv", "parameters.csv", "plan.csv",
+        "positions.csv", "selection.csv", "separation.csv", "spectrum.csv", "stands.csv", "steps.csv",
+        "stretches.csv", "variation.csv", "weights.csv",
     }
 )  # fmt: skip
 _SEVERITIES = ("fatal", "warning", "info")
@@ -51,7 +59,9 @@ class Recorded:
     size : int [bytes]
     modified : float [s]
     identity : str
-        Changes when the file does.
+        Changes when the file does, or its layout.
+    layout : Path or None
+        The file that describes the records of a raw binary log.
     """
 
     id: str
@@ -61,6 +71,7 @@ class Recorded:
     size: int
     modified: float
     identity: str
+    layout: Path | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -124,7 +135,7 @@ class Catalogue:
 
     def _inside(self, path: Path) -> bool:
         """Whether a path is below the root, or below the folder of results that could not be kept there."""
-        roots = (self._settings.folder, self._settings.cache.resolve() / "allanite-results")
+        roots = (self._settings.folder, self._settings.cache.resolve() / RESULTS)
         try:
             place = path.resolve(strict=False)
         except (OSError, RuntimeError):
@@ -175,12 +186,18 @@ class Catalogue:
             self._sort(path, entry, recordings, documents)
         for path in self._elsewhere():
             self._sort(path, path.stat(), {}, documents)
-        self._recordings, self._documents = recordings, documents
+        beside = {d.path.parent for d in documents.values()}
+        self._recordings = {
+            key: r
+            for key, r in recordings.items()
+            if r.path.name not in _TABLES or r.path.parent not in beside
+        }
+        self._documents = documents
         self.scanned = utc(datetime.now(UTC).timestamp())
 
     def _elsewhere(self) -> Iterator[Path]:
         """Results of a folder that cannot be written."""
-        place = self._settings.cache.resolve() / "allanite-results"
+        place = self._settings.cache.resolve() / RESULTS
         if not self._settings.writable and place.is_dir():
             yield from place.glob("*/*.json")
 
@@ -202,12 +219,22 @@ class Catalogue:
                 facts=self._facts_of(path, stat, kind),
             )  # fmt: skip
             return
-        form = recording_format(path, head)
+        if path.is_relative_to(root / RESULTS):
+            return
+        form, layout = recording_format(path, head), None
+        if form is None and (layout := self._layout(path)) is not None:
+            form, known = "raw_binary", layout.stat()
+            said = f"{identity} {known.st_size} {known.st_mtime_ns}"
+            identity = hashlib.sha256(said.encode()).hexdigest()[:32]
         if form is not None:
             recordings[key] = Recorded(
                 id=key, name=_shown(name), path=path, format=form, size=_size(path, stat),
-                modified=_modified(path, stat), identity=identity,
+                modified=_modified(path, stat), identity=identity, layout=layout,
             )  # fmt: skip
+
+    def _layout(self, path: Path) -> Path | None:
+        found = layout_beside(path)
+        return found if found is not None and self._inside(found) else None
 
     def _walk(self, folder: Path, depth: int) -> Iterator[tuple[Path, os.stat_result]]:
         try:

@@ -91,7 +91,9 @@ class Live:
                 going = [w for w in self._watchers.values() if not w.over]
                 if len(going) >= self._limits.watchers:
                     raise Refused(429, f"{len(going)} runs are followed already: close one of them")
-                found = self._watchers[run] = Watcher(run, {"task": "follow", "run": str(run)})
+                found = self._watchers[run] = Watcher(
+                    run, {"task": "follow", "run": str(run), "every": self._limits.look}
+                )
             found.lookers += 1
             return found
 

@@ -10,7 +10,10 @@ from pathlib import Path
 
 from allanite.errors import InputError, StorageError
 
-__all__ = ["LOOPBACK", "Limits", "Settings", "cache_folder", "checked_settings"]
+__all__ = ["LOOPBACK", "RESULTS", "Limits", "Settings", "cache_folder", "checked_settings"]
+
+RESULTS = "allanite-results"
+"""Folder of results, in the one that is served."""
 
 LOOPBACK = ("127.0.0.1", "::1")
 _SHORTEST_TOKEN = 16
@@ -49,6 +52,8 @@ class Limits:
         An answer that somebody waits for (a figure, a plan) is given up after so long.
     ahead : bool
         Processes are started before there is work for them.
+    look : float [s]
+        Between two looks at a run that grows.
     watchers, captures : int
         Runs that are followed, and recorders that are started, at a time.
     """
@@ -68,6 +73,7 @@ class Limits:
     cache: int = 20 << 30
     quick: float = 30.0
     ahead: bool = True
+    look: float = 1.0
     watchers: int = 8
     captures: int = 8
 

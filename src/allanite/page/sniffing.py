@@ -10,7 +10,7 @@ import re
 from pathlib import Path
 from typing import Final
 
-__all__ = ["HEAD", "document_format", "recording_format"]
+__all__ = ["HEAD", "document_format", "layout_beside", "recording_format"]
 
 HEAD: Final = 4096
 """Bytes that are looked at."""
@@ -46,6 +46,9 @@ _CURVE = b"# format: allanite-curve"
 _NUMBERS = re.compile(rb"(?:^|[\s,;|\"])[-+]?\d+(?:[.,]\d+)?(?:[eE][-+]?\d+)?(?:$|[\s,;|\"])", re.M)
 #: Lines with a number, in the first bytes of a log, at least; one of two that are whole.
 _FEWEST_LINES = 2
+#: Raw binary files, where one layout describes all of a folder.
+_RAW: Final = frozenset({".bin", ".dat", ".raw"})
+_FRAME = re.compile(rb"^frame[ \t]*:[ \t]*(?:#.*|\{.*)?\r?$", re.M)
 _FORMAT = re.compile(rb'"format"\s*:\s*"(allanite-[a-z-]{1,40})"')
 _MODEL = re.compile(rb'^\s*\{\s*"[^"]{1,200}"\s*:\s*\{\s*"(?:terms|family)"')
 
@@ -62,6 +65,20 @@ def recording_format(path: Path, head: bytes) -> str | None:
     if any(head.startswith(magic) for magic, _ in _PACKED):
         return "text" if ".tar" not in path.name else None
     return "text" if path.suffix.lower() not in _NO_LOGS and _is_table(head) else None
+
+
+def layout_beside(path: Path) -> Path | None:
+    """The layout of a raw binary log: the YAML file of its name beside it, or layout.yaml for all of the folder."""
+    if path.suffix.lower() in _NO_LOGS or not path.is_file():
+        return None
+    named = [path.with_suffix(".yaml"), path.with_suffix(".yml"), path.with_name(f"{path.name}.yaml")]
+    shared = [path.with_name("layout.yaml")] if path.suffix.lower() in _RAW else []
+    return next((p for p in (*named, *shared) if p.is_file() and _FRAME.search(_first(p))), None)
+
+
+def _first(path: Path) -> bytes:
+    with path.open("rb") as file:
+        return file.read(HEAD)
 
 
 def _folder_format(path: Path) -> str | None:

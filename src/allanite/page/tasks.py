@@ -19,9 +19,7 @@ __all__ = ["TASKS", "follow", "prepare"]
 Json = Mapping[str, Any]
 Advance = Callable[[float, str], None]
 
-#: Seconds between two looks at a run; two between two curves.
-_EVERY = 1.0
-#: Waits so many times as long as a look has cost, at least: some percent of one core.
+#: Waits so many times as long as a look has cost, at least, where a second lies between two: some percent of one core.
 _SPARING = 20.0
 #: Blocks of the picture of a run that grows, at most.
 _LIVE_BLOCKS = 1024
@@ -41,7 +39,7 @@ def prepare(task: Json, advance: Advance) -> Json:
         build(
             recording,
             made,
-            facts={"read": dict(task["read"])},
+            facts={"read": dict(task.get("given", task["read"]))},
             progress=lambda f, s: advance(0.3 + 0.7 * f, s),
         )
         if not target.exists():
@@ -73,6 +71,14 @@ def parameters(task: Json, advance: Advance) -> Json:
     return parameters_of(json.loads(Path(task["document"]).read_text(encoding="utf-8")))
 
 
+def said(task: Json, advance: Advance) -> Json:
+    """A result in words, tables and figures; see `allanite.page.documents.said_of`."""
+    from allanite.page.documents import said_of
+
+    document = json.loads(Path(task["document"]).read_text(encoding="utf-8"))
+    return said_of(document, dark=bool(task.get("dark")))
+
+
 def live_curve(task: Json, advance: Advance) -> Json:
     """The figure of the Allan curve of a run so far."""
     from allanite.delivery import RunWatch
@@ -91,18 +97,20 @@ def live_curve(task: Json, advance: Advance) -> Json:
 
 
 TASKS: Mapping[str, Callable[[Json, Advance], Json]] = {
-    "series": prepare, "figure": draw, "parameters": parameters, "live-curve": live_curve,
+    "series": prepare, "figure": draw, "parameters": parameters, "said": said, "live-curve": live_curve,
 }  # fmt: skip
 """By name, as the server asks for them."""
 
 
-def follow(run: str, tell: Callable[[str, Json], None]) -> None:
+def follow(run: str, tell: Callable[[str, Json], None], *, every: float = 1.0) -> None:
     """Tell of a run while it grows, and of its end; each time all that a picture needs.
 
     Parameters
     ----------
     tell : callable
         Takes the name of an event, "run" or "ended", and its data.
+    every : float [s]
+        Between two looks; two of it between two curves.
     """
     from allanite.delivery import RunWatch
     from allanite.page.envelope import GrowingEnvelope
@@ -123,7 +131,7 @@ def follow(run: str, tell: Callable[[str, Json], None]) -> None:
         going = state["status"] == "recording"
         if state["samples"] != samples or not going:
             samples = state["samples"]
-            due = time.monotonic() - curves_at > 2 * _EVERY or not going
+            due = time.monotonic() - curves_at > 2 * every or not going
             if due:
                 curves, curves_at = watch.curves(), time.monotonic()
             series = next((e.to_json() for e in seen.values()), None)
@@ -133,4 +141,4 @@ def follow(run: str, tell: Callable[[str, Json], None]) -> None:
         if not going:
             tell("ended", {"state": state})
             return
-        time.sleep(max(_EVERY, _SPARING * (time.process_time() - began)))
+        time.sleep(every * max(1.0, _SPARING * (time.process_time() - began)))

@@ -14,12 +14,9 @@ from allanite.page.catalogue import Catalogue, Document, Recorded
 from allanite.page.kinds import KINDS, Kind, lines_of, plan_lines
 from allanite.page.options import READING, Option, Spelt, checked, given_in, number_text
 from allanite.page.replies import Refused
-from allanite.page.settings import Settings
+from allanite.page.settings import RESULTS, Settings
 
-__all__ = ["RESULTS", "Work", "model_word", "path_word", "planned", "work_of"]
-
-RESULTS = "allanite-results"
-"""Folder of results, in the one that is served."""
+__all__ = ["Work", "model_word", "path_word", "planned", "with_layout", "work_of"]
 
 _WORDS = re.compile(r"\s*[QNBKRT](?:_b)?\s*=")
 _MOST_RECORDINGS = 64
@@ -86,7 +83,7 @@ def work_of(request: Mapping[str, Any], catalogue: Catalogue, settings: Settings
     folder = _free(settings, _stem(found[0]), consumer or name)
     desk = _Desk(catalogue, settings, folder)
     subjects = [desk.word(getattr(place, "path", place)) for _, place, _ in found]
-    reading = checked(READING if kind.reads else {}, given_in(request, "read"), desk.place)
+    reading = _reading(kind, request, [place for _, place, _ in found], desk)
     given = given_in(request, "options")
     missing = [option for option in kind.required if given.get(option) in (None, "", {})]
     if missing:
@@ -97,7 +94,7 @@ def work_of(request: Mapping[str, Any], catalogue: Catalogue, settings: Settings
     of = found[0][2] if kind.takes == "recording" else None
     return Work(
         kind=name,
-        title=f"{kind.title}: {', '.join(title for title, *_ in found)}"[:300],
+        title=_title(kind, [name for name, *_ in found]),
         argv=tuple(argv),
         python=lines_of(kind, [_plain(s) for s in subjects], reading, own, _plain(desk.word(target))),
         cwd=settings.folder,
@@ -139,6 +136,29 @@ def _argv(
         return [kind.command, f"--model={subjects[0]}", *words, *out]
     named = [consumer, *subjects] if consumer else list(subjects)
     return [kind.command, *named, *reading.words, *words, *out]
+
+
+def _title(kind: Kind, names: Sequence[str]) -> str:
+    colon = "" if kind.title.endswith("?") else ":"
+    return f"{kind.title}{colon} {', '.join(names)}"[:300]
+
+
+def _reading(kind: Kind, request: Mapping[str, Any], places: Sequence[Any], desk: _Desk) -> Spelt:
+    """How the logs are read; one that a layout describes is read with it."""
+    reading = checked(READING if kind.reads else {}, given_in(request, "read"), desk.place)
+    layouts = {p.layout if isinstance(p, Recorded) else None for p in places} if kind.reads else {None}
+    if len(layouts) > 1:
+        raise Refused(400, "one layout holds for all logs: compare those that have the same one")
+    return with_layout(reading, layouts.pop(), desk.settings)
+
+
+def with_layout(reading: Spelt, layout: Path | None, settings: Settings) -> Spelt:
+    """Options of reading, with the file that describes the records of a raw binary log."""
+    if layout is None:
+        return reading
+    word = path_word(layout, settings)
+    arguments = {**reading.arguments, "layout": _plain(word)}
+    return replace(reading, words=(*reading.words, f"--layout={word}"), arguments=arguments)
 
 
 def _consumer(given: Any) -> str:
@@ -214,12 +234,12 @@ class _Desk:
     """Turns ids, tables and models into words of a command."""
 
     def __init__(self, catalogue: Catalogue, settings: Settings, folder: Path) -> None:
-        self._catalogue, self._settings, self._folder = catalogue, settings, folder
+        self.settings, self._catalogue, self._folder = settings, catalogue, folder
         self.lists: dict[str, str] = {}
 
     def word(self, place: Any) -> str:
         """A path as it would be typed in the folder that is served; a model as it is given."""
-        return path_word(place, self._settings) if isinstance(place, Path) else self.model(place)
+        return path_word(place, self.settings) if isinstance(place, Path) else self.model(place)
 
     def place(self, option: Option, name: str, value: Any) -> str:
         """The word for a value that is no plain text."""
@@ -237,7 +257,7 @@ class _Desk:
 
     def model(self, value: Any) -> str:
         """A study or a model by its id, or a model in words."""
-        return model_word(value, self._catalogue, self._settings)
+        return model_word(value, self._catalogue, self.settings)
 
 
 def path_word(place: Path, settings: Settings) -> str:

@@ -22,7 +22,7 @@ from typing import Any
 from allanite.atomic_file import fresh
 from allanite.errors import AllaniteError, FormatError, InputError
 
-__all__ = ["html_of", "render", "render_file"]
+__all__ = ["html_of", "page_of", "render", "render_file"]
 
 _HERE = Path(__file__).parent
 
@@ -89,10 +89,26 @@ def render(result: Any, path: str | os.PathLike[str], *, force: bool = False) ->
 def html_of(result: Any) -> str:
     """The page as text."""
     document = result if isinstance(result, Mapping) else _document(result)
+    return _filled(_named(document)[1], page_of(document))
+
+
+def page_of(document: Mapping[str, Any]) -> dict[str, Any]:
+    """What the report of a document says, as its template takes it.
+
+    Raises
+    ------
+    InputError
+        Nothing that has a report.
+    """
+    made: dict[str, Any] = import_module(f"{__name__}.{_named(document)[0]}").page(document)
+    return made
+
+
+def _named(document: Mapping[str, Any]) -> tuple[str, str]:
+    """Its module and its template."""
     if document.get("format") not in _PAGES:
         raise InputError(f"no report of {document.get('format')!r}; there are those of {', '.join(_PAGES)}")
-    module, template = _PAGES[document["format"]]
-    return _filled(template, import_module(f"{__name__}.{module}").page(document))
+    return _PAGES[document["format"]]
 
 
 def render_file(source: str | os.PathLike[str], path: str | os.PathLike[str], *, force: bool = False) -> Path:

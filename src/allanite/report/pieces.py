@@ -32,19 +32,28 @@ class Figure:
     ----------
     id, caption, words : str
         `words` say what is to be seen to those who cannot see it.
+    sheet : Sheet
     """
 
     id: str
     caption: str
     words: str
-    spec: Json
-    still: str
+    sheet: Sheet
 
     @classmethod
     def of(cls, id_: str, sheet: Sheet, caption: str, words: str) -> Figure:
-        """Both drawings of a sheet."""
-        still = "data:image/svg+xml," + quote(matplotlib.svg(sheet), safe=_SAFE_IN_URI)
-        return cls(id=id_, caption=caption, words=words, spec=plotly.spec(sheet), still=still)
+        """The figure of a sheet; each of its two drawings is made when it is wanted."""
+        return cls(id=id_, caption=caption, words=words, sheet=sheet)
+
+    @property
+    def spec(self) -> Json:
+        """Traces and layout for Plotly."""
+        return plotly.spec(self.sheet)
+
+    @property
+    def still(self) -> str:
+        """The picture."""
+        return "data:image/svg+xml," + quote(matplotlib.svg(self.sheet), safe=_SAFE_IN_URI)
 
 
 def with_powers(text: str) -> Markup:

@@ -9,6 +9,7 @@ import { jobList } from "./joblist.js";
 import { CaptureView, LiveView } from "./live.js";
 import { PlanView } from "./plan.js";
 import { RecordingView } from "./recording.js";
+import { DocumentView, ResultsView } from "./results.js";
 import { switchable } from "./theme.js";
 import * as work from "./work.js";
 
@@ -18,14 +19,17 @@ history.replaceState(null, "", `/${location.hash}`);
 const main = document.getElementById("main-view");
 const VIEWS = {
   recording: (session, id) => new RecordingView(session, id),
+  results: () => new ResultsView(),
+  result: (session, id) => new DocumentView(session, id),
   compare: (session) => new CompareView(session),
   plan: () => new PlanView(),
   capture: (session) => new CaptureView(session),
   live: (session, id) => new LiveView(session, id),
 };
 /** Views that stand in the bar at the top. */
-const NAV = [["#/", "Recordings"], ["#/compare", "Compare"], ["#/plan", "Plan"], ["#/capture", "Capture"]];
+const NAV = [["#/", "Recordings"], ["#/results", "Results"], ["#/compare", "Compare"], ["#/plan", "Plan"], ["#/capture", "Capture"]];
 
+const narrow = window.matchMedia("(max-width: 60rem)");
 let view = null;
 
 function welcome(session) {
@@ -35,20 +39,34 @@ function welcome(session) {
     h("p", { class: "soft" }, `allanite ${session.version}. Everything stays on this machine. Results go to allanite-results in ${session.folder}.`));
 }
 
+let shown = false;
+
+/** A view begins at its top, also for who reads or works without seeing it; on a narrow screen lists stand above it. */
+function begun(name) {
+  if (name && narrow.matches) main.scrollIntoView({ block: "start" });
+  else window.scrollTo(0, 0);
+  if (shown) main.focus({ preventScroll: true });
+  shown = true;
+}
+
 async function show(session) {
   const [, name, id] = location.hash.split("/").map(decodeURIComponent);
   view?.close?.();
   view = null;
   notice("");
   for (const link of document.querySelectorAll("#main-nav a")) {
-    const of = { recording: "", live: "capture" };
+    const of = { recording: "", result: "results", live: "capture" };
     const here = link.getAttribute("href") === `#/${VIEWS[name] ? (of[name] ?? name) : ""}`;
     if (here) link.setAttribute("aria-current", "page");
     else link.removeAttribute("aria-current");
   }
-  if (!VIEWS[name]) return fill(main, welcome(session));
+  if (!VIEWS[name]) {
+    fill(main, welcome(session));
+    return begun(name);
+  }
   const mine = (view = VIEWS[name](session, id));
   fill(main, mine.place);
+  begun(name);
   document.title = `${catalogue.recording(id)?.name || NAV.find(([a]) => a === `#/${name}`)?.[1] || ""} – allanite`;
   try {
     await mine.load();

@@ -24,8 +24,6 @@ export function watch(action) {
 /** Look into the folder again. */
 export async function refresh() {
   known = await get("/api/catalogue");
-  // Tables among the results of jobs look like logs, and are none.
-  known.recordings = known.recordings.filter((r) => !r.name.startsWith("allanite-results/"));
   for (const action of listeners) action(known);
   return known;
 }

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // Several recordings side by side: do they differ, and in what.
 
-import { get } from "./api.js";
 import * as catalogue from "./catalogue.js";
 import { h, fill, said, notice } from "./dom.js";
 import { fields } from "./form.js";
@@ -12,7 +11,7 @@ export class CompareView {
   constructor(session) {
     this.session = session;
     this.chosen = new Set();
-    this.result = new ResultView("Comparison");
+    this.result = new ResultView();
     this.list = h("fieldset", { class: "stack plain" });
     const read = fields(session.reading, { names: ["unit", "rate", "channels"] });
     const own = fields(session.kinds.compare.options, { names: ["names", "accept", "level", "confidence"] });
@@ -51,9 +50,6 @@ export class CompareView {
     const ids = catalogue.recordings().map((r) => r.id).filter((id) => this.chosen.has(id));
     if (ids.length < 2) return notice("Choose two recordings or more.");
     const job = await run(doing, { kind: "compare", recordings: ids, read, options });
-    if (!job) return;
-    const found = await get(`/api/jobs/${job.id}/document`);
-    const remarks = (found.remarks || []).map((r) => h("li", {}, r));
-    await this.result.show(job, found, [remarks.length ? h("ul", { class: "note" }, remarks) : null], [["curves", "Curves"], ["parameters", "Parameters"]]);
+    if (job) await this.result.show(job);
   }
 }

@@ -17,9 +17,23 @@ export function h(tag, properties = {}, ...children) {
   return made;
 }
 
-/** Put these in place of what an element holds. */
+const nameOf = (element) => element.getAttribute("aria-label") || element.getAttribute("href") || element.name || element.textContent;
+
+const folds = (place) => [...place.querySelectorAll("details")];
+const titleOf = (fold) => fold.querySelector("summary")?.textContent;
+
+/** Put these in place of what an element holds; who works with the keyboard stays where they are, what is unfolded stays so. */
 export function fill(place, ...children) {
+  const held = place.contains(document.activeElement) ? document.activeElement : null;
+  const alike = () => [...place.querySelectorAll(held.tagName)];
+  const number = held ? alike().indexOf(held) : -1;
+  const unfolded = folds(place).map((fold) => fold.open && titleOf(fold));
   place.replaceChildren(...children.flat(3).filter((child) => child !== null && child !== undefined && child !== false));
+  folds(place).forEach((fold, i) => (fold.open ||= unfolded[i] === titleOf(fold)));
+  if (held && held !== place) {
+    const found = alike();
+    (found.find((e) => nameOf(e) === nameOf(held)) || found[number])?.focus({ preventScroll: true });
+  }
   return place;
 }
 

@@ -15,7 +15,7 @@ export function save(address) {
 }
 
 /**
- * Buttons for the files of a study.
+ * Buttons for the files of a study, or of a calibration.
  * @param {object} session
  * @param {object} document as in the catalogue
  */
@@ -39,25 +39,27 @@ export function exportBar(session, document) {
     if (job) save(`/api/jobs/${job.id}/files/0`);
   }
 
-  const consumers = session.consumers.filter((c) => c.takes !== "calibration");
+  const kind = document.format === "allanite-study" ? "study" : "calibration";
+  const consumers = session.consumers.filter((c) => [kind, "either"].includes(c.takes));
   const select = h("select", { id: "export-consumer", "aria-label": "Format" }, consumers.map((c) => h("option", { value: c.name }, `${c.name.replace(/_/g, "-")}: ${c.file}`)));
   let form = null;
   const chosen = () => consumers.find((c) => c.name === select.value);
   const draw = () => {
-    form = fields(session.kinds.export.options, { names: chosen().options.filter((n) => n !== "model") });
+    form = fields(session.kinds.export.options, { names: chosen().options.filter((n) => n !== "model" || kind === "calibration") });
     fill(more, h("p", { class: "note" }, chosen().summary), h("details", {}, h("summary", {}, "Options"), form.place));
   };
   select.addEventListener("change", draw);
   draw();
   const name = (consumer) => consumer.name.replace(/_/g, "-");
 
-  return h("section", { "aria-labelledby": "export-title" },
-    h("h2", { id: "export-title" }, "Take it with you"),
-    h("div", { class: "bar" },
+  const own = () => h("div", { class: "bar" },
       h("button", { type: "button", class: "main", onclick: said(() => (imu ? save(address(imu)) : exported("kalibr", {}))) }, "imu.yaml"),
       h("button", { type: "button", onclick: said(report) }, "Report"),
       document.files.filter((f) => !["imu.yaml", "report.html"].includes(f.name)).map((f) => h("a", { class: "button", href: address(f), download: "" }, f.name)),
-    ),
+    );
+  return h("section", { "aria-labelledby": "export-title" },
+    h("h2", { id: "export-title" }, kind === "study" ? "Take it with you" : "For other programs"),
+    kind === "study" ? own() : null,
     h("div", { class: "bar" }, h("label", { for: "export-consumer" }, "For"), select,
       h("button", { type: "button", onclick: said(() => exported(name(chosen()), form.values())) }, "Export")),
     more, doing,

@@ -3,7 +3,7 @@
 
 import { get } from "./api.js";
 import { h } from "./dom.js";
-import { isDark, onTheme } from "./theme.js";
+import { colours, isDark, onTheme } from "./theme.js";
 import { CONFIG } from "./plotting.js";
 
 // One decade up is as long as one decade across at every width; words below a least width would run together.
@@ -13,7 +13,9 @@ function sized(layout, width) {
   const share = Math.min(wide / (meta.drawn_at || wide), 1);
   for (const note of layout.annotations || []) if (note.font) note.font.size *= share;
   const height = Math.round(Math.max((wide - margin.l - margin.r) * meta.aspect, 160) + margin.t + margin.b);
-  return { ...layout, width: wide, height, uirevision: "kept" };
+  const { guide, ink } = colours();
+  const modebar = { bgcolor: "rgba(0,0,0,0)", color: guide, activecolor: ink };
+  return { ...layout, width: wide, height, modebar, uirevision: "kept" };
 }
 
 // A logarithmic axis has a tick at each decade; one that is zoomed in needs more.
@@ -38,7 +40,7 @@ export class FigureView {
    */
   constructor(name, options = {}) {
     this.options = options;
-    this.plot = h("div", { class: "plot", role: "img", "aria-label": name });
+    this.plot = h("div", { class: "plot", role: "group", "aria-label": name });
     this.place = h("div", { class: "wide" }, this.plot);
     this.forget = onTheme(() => this.source && this.load(this.source));
     this.watcher = new ResizeObserver(() => this.figure && this.place.clientWidth && this.place.clientWidth !== this.width && this.paint());

@@ -8,19 +8,26 @@ import { progress } from "./progress.js";
 const ENDED_SHOWN = 4;
 
 export function jobList(place) {
+  const rows = new Map();
+  let shown = "";
+  const rowOf = (job) => {
+    if (!rows.has(job.id)) rows.set(job.id, h("div", {}));
+    progress(rows.get(job.id), job);
+    return rows.get(job.id);
+  };
   const draw = () => {
     const jobs = work.all();
     const open = jobs.filter((job) => !work.isOver(job));
     const ended = jobs.filter((job) => work.isOver(job) && job.kind !== "open").slice(0, ENDED_SHOWN);
     place.hidden = !open.length && !ended.length;
+    const made = [...open, ...ended].map(rowOf);
+    const news = [...open.map((job) => job.id), "", ...ended.map((job) => job.id)].join();
+    if (news === shown) return;
+    shown = news;
     fill(
       place,
       h("h2", { id: "side-jobs-title" }, "Work", open.length ? h("span", { class: "soft" }, ` ${open.length} open`) : null),
-      [...open, ...ended].map((job) => {
-        const row = h("div", {});
-        progress(row, job);
-        return row;
-      }),
+      made,
     );
   };
   work.watch(draw);

@@ -11,7 +11,7 @@ function copyable(title, text) {
     button.textContent = "Copied";
     setTimeout(() => (button.textContent = "Copy"), 1500);
   }));
-  return h("div", { class: "lines" }, h("span", { class: "soft" }, title), h("pre", { tabindex: 0, "aria-label": title }, code), button);
+  return h("div", { class: "lines" }, h("span", { class: "soft" }, title), h("pre", { tabindex: 0, role: "group", "aria-label": title }, code), button);
 }
 
 export function lines({ command, python }, open = false) {

@@ -67,6 +67,9 @@ export class CaptureView {
 
   async look() {
     const { captures } = await get("/api/captures");
+    const news = JSON.stringify(captures.map(({ id, state, run, exit }) => [id, state, run, exit]));
+    if (news === this.shown) return captures;
+    this.shown = news;
     fill(this.list, h("h2", { id: "captures-title" }, "Captures"), captures.length ? h("ul", { class: "verdict" }, captures.map((c) => this.row(c))) : h("p", { class: "soft" }, "None has been started from this page."));
     return captures;
   }
@@ -86,7 +89,7 @@ export class LiveView {
     this.run = run;
     this.state = h("dl", { class: "facts" });
     this.status = h("p", { role: "status", "aria-live": "off" }, "Connecting …");
-    this.plot = h("div", { class: "plot", role: "img", "aria-label": "Series so far" });
+    this.plot = h("div", { class: "plot", role: "group", "aria-label": "Series so far" });
     this.curve = new FigureView("Allan deviation so far, with its interval");
     this.channel = h("select", { "aria-label": "Channel" });
     this.channel.addEventListener("change", said(() => this.drawCurve()));

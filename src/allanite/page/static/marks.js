@@ -57,25 +57,29 @@ export class Marks {
     this.again();
   }
 
-  /** A band was dragged: its new ends. */
-  moved(change) {
-    let news = false;
-    for (const [key, value] of Object.entries(change)) {
-      const found = /^shapes\[(\d+)\]\.x([01])$/.exec(key);
-      if (!found || !this.rows[found[1]]) continue;
-      this.rows[found[1]][Number(found[2])] = Math.max(rounded(value), 0);
-      news = true;
-    }
-    for (const row of this.rows) if (row[0] > row[1]) [row[0], row[1]] = [row[1], row[0]];
-    if (news) this.draw();
+  /** A band is dragged, by an end or as a whole; drawn once for each picture of the screen. */
+  dragged(index, part, seconds) {
+    const row = this.rows[index];
+    if (!row) return;
+    if (part !== "stop") row[0] = Math.max(row[0] + seconds, 0);
+    if (part !== "start") row[1] = Math.max(row[1] + seconds, 0);
+    this.waiting ??= requestAnimationFrame(() => {
+      this.waiting = undefined;
+      this.changed();
+    });
   }
 
-  /** Bands over the series; the order is that of the rows, by which `moved` finds them. */
+  /** It was let go. */
+  dropped() {
+    this.set(this.rows.map(([a, b, ...more]) => [Math.min(a, b), Math.max(a, b), ...more]));
+  }
+
+  /** Bands over the series; the order is that of the rows, by which `dragged` finds them. */
   shapes() {
     const palette = colours();
     return this.rows.map((row) => ({
       type: "rect", xref: "x", yref: "paper", x0: row[0], x1: row[1], y0: 0, y1: 1, fillcolor: palette.finding, opacity: 0.3, line: { width: 1, color: palette.finding },
-      editable: this.on, label: this.kind === "headings" ? { text: `${row[2]}°`, textposition: "top center", font: { color: palette.ink } } : undefined,
+      editable: this.on, layer: this.on ? "above" : "below", label: this.kind === "headings" ? { text: `${row[2]}°`, textposition: "top center", font: { color: palette.ink } } : undefined,
     }));
   }
 
@@ -84,7 +88,7 @@ export class Marks {
     const mark = h("button", { type: "button", "aria-pressed": String(this.on), onclick: () => this.switched() }, this.on ? "Stop marking" : `Mark ${word}s on the series`);
     const add = h("button", { type: "button", onclick: () => { this.rows.push([0, 0, 0]); this.again(); this.place.querySelector("tbody tr:last-child input").focus(); } }, `Add a ${word}`);
     const clear = this.rows.length ? h("button", { type: "button", onclick: () => this.set([]) }, "Remove all") : null;
-    const hint = this.on ? `Draw across the series to mark a ${word}; drag a band or its edge to correct it.` : this.rows.length ? `${this.rows.length} ${word}${this.rows.length > 1 ? "s" : ""}` : this.kind === "turns" ? "None given: turns are looked for in the record." : "List where the axis pointed, and when.";
+    const hint = this.on ? `Draw across the series to mark a ${word}; drag a band or its end to correct it.` : this.rows.length ? `${this.rows.length} ${word}${this.rows.length > 1 ? "s" : ""}` : this.kind === "turns" ? "None given: turns are looked for in the record." : "List where the axis pointed, and when.";
     fill(this.place, h("div", { class: "bar" }, mark, add, clear, h("span", { class: "soft" }, hint)), this.rows.length ? this.table(word) : null);
   }
 

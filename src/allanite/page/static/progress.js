@@ -13,23 +13,31 @@ const says = {
   cancelled: () => "cancelled",
 };
 
-/** One job, drawn anew at each change. */
+const drawn = new WeakMap(); // by place: what moves while a job goes
+
+/** One job. While it goes, only the bar and the words move: the button can be held, and nothing is read out again. */
 export function progress(place, job) {
   const over = work.isOver(job);
-  const percent = Math.round(100 * job.progress);
-  const label = `${job.title}: ${percent} %`;
-  const bar = h("progress", { max: 1, value: job.progress, "aria-label": label });
+  const known = drawn.get(place);
+  if (known?.id === job.id && known.state === job.state && place.contains(known.bar)) {
+    known.bar.value = job.progress;
+    known.step.textContent = says[job.state](job);
+    return;
+  }
+  const bar = h("progress", { max: 1, value: job.progress, "aria-label": job.title });
   if (job.state === "queued") bar.removeAttribute("value");
   const cancel = h(
     "button",
     { type: "button", "aria-label": `Cancel ${job.title}`, onclick: said(() => work.cancel(job)) },
     "Cancel",
   );
+  const step = h("span", { class: "job-step", "aria-live": over ? null : "off" }, says[job.state](job), over ? ` (${duration(job.seconds)})` : "");
+  drawn.set(place, { id: job.id, state: job.state, bar, step });
   fill(
     place,
     h("div", { class: `job ${job.state}` },
       h("span", { class: "job-title" }, job.title),
-      h("span", { class: "job-step" }, says[job.state](job), over ? ` (${duration(job.seconds)})` : ""),
+      step,
       over ? null : bar,
       over ? null : cancel,
     ),

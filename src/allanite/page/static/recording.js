@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // One recording: its series at once, what is missing is asked in the same place, and its study.
 
+import { AnalysisPanel } from "./analysis.js";
 import { post } from "./api.js";
 import * as catalogue from "./catalogue.js";
 import { h, fill, said } from "./dom.js";
@@ -30,18 +31,20 @@ export class RecordingView {
     this.noise = h("div", {}, this.result);
     this.measure = new MeasurePanel(session, { id, read: () => this.read, again: () => this.shown?.paint().catch(() => {}), look: () => this.series.scrollIntoView({ block: "start" }) });
     this.reading.hidden = this.action.hidden = true;
-    this.tabs = h("fieldset", { class: "choices tabs", hidden: true }, h("legend", { class: "hidden" }, "What to do with it"), this.tab("noise", "Noise"), this.tab("measure", "Earth rate and north"));
+    this.closer = new AnalysisPanel(session, { id, read: () => this.read });
+    this.tabs = h("fieldset", { class: "choices tabs", hidden: true }, h("legend", { class: "hidden" }, "What to do with it"), this.tab("noise", "Noise"), this.tab("measure", "Earth rate and north"), this.tab("closer", "A closer look"));
     // What is to be done next stands above the pictures: it is seen without scrolling.
-    this.place = h("div", {}, h("h1", {}, this.found ? catalogue.shortName(this.found.name) : "Recording"), this.tabs, this.action, this.reading, this.series, this.noise, this.measure.place);
+    this.place = h("div", {}, h("h1", {}, this.found ? catalogue.shortName(this.found.name) : "Recording"), this.tabs, this.action, this.reading, this.series, this.noise, this.measure.place, this.closer.place);
   }
 
   tab(name, label) {
     const input = h("input", { type: "radio", name: "recording-tab", value: name, checked: name === "noise" });
     input.addEventListener("change", () => {
-      const noise = name === "noise";
-      this.noise.hidden = this.action.hidden = !noise;
-      this.measure.place.hidden = noise;
-      this.measuring = !noise;
+      this.tabbed = name;
+      this.noise.hidden = this.action.hidden = name !== "noise";
+      this.measure.place.hidden = name !== "measure";
+      this.closer.place.hidden = name !== "closer";
+      this.measuring = name === "measure";
       this.shown?.paint().catch(() => {});
     });
     return h("label", { class: "choice" }, input, label);
@@ -52,6 +55,7 @@ export class RecordingView {
     this.shown?.close();
     this.study?.close();
     this.measure.close();
+    this.closer.close();
   }
 
   async load() {
@@ -117,7 +121,8 @@ export class RecordingView {
       shapes: () => (this.measuring ? marks.shapes() : []),
       marking: () => this.measuring && marks.on,
       selected: (range) => marks.selected(range),
-      moved: (change) => this.measuring && marks.moved(change),
+      dragged: (index, part, seconds) => marks.dragged(index, part, seconds),
+      dropped: () => marks.dropped(),
     });
     this.tabs.hidden = false;
     const facts = `${duration(meta.duration)}, ${samples(meta.samples)} samples at ${meta.rate} Hz`;
@@ -147,7 +152,7 @@ export class RecordingView {
       h("div", { class: "bar" }, button, h("span", { class: "soft" }, "Allan curve, noise model with intervals, imu.yaml, report")),
       h("details", {}, h("summary", {}, "Options"), form.place), same, doing, health);
     form.place.addEventListener("change", preview);
-    this.action.hidden = Boolean(this.measuring);
+    this.action.hidden = (this.tabbed || "noise") !== "noise";
     preview();
   }
 

@@ -1,45 +1,58 @@
 // SPDX-License-Identifier: BSD-3-Clause
-// A result of a job that is no study: what it says, its figure, its files, and how to get it otherwise.
+// A result that is no study: what its report says, its files, and how to get it otherwise.
 
-import { h, fill, said } from "./dom.js";
-import { FigureView } from "./figure.js";
+import { get } from "./api.js";
+import { Said } from "./blocks.js";
+import { h, fill, said, unique } from "./dom.js";
+import { save } from "./exports.js";
 import { lines } from "./lines.js";
+import { run } from "./progress.js";
+import { isDark } from "./theme.js";
 
-const GOOD = ["resolved", "found", "no difference seen", "north found"];
-
-export function files(job) {
-  return h("div", { class: "bar" }, job.files.map((f) => h("a", { class: f.name === "report.html" ? "button strong" : "button", href: `/api/jobs/${job.id}/files/${f.index}`, download: "" }, f.name === "report.html" ? "Report" : f.name)));
+/**
+ * Report and files of a result.
+ * @param {{document: string, files: object[], address: (file: object) => string}} subject
+ */
+function files({ document, files: all, address }) {
+  const doing = h("div", { role: "status" });
+  const report = all.find((f) => f.name === "report.html");
+  const make = said(async () => {
+    if (report) return save(address(report));
+    const job = await run(doing, { kind: "report", document });
+    if (job) save(`/api/jobs/${job.id}/files/0`);
+  });
+  const others = all.filter((f) => f !== report).map((f) => h("a", { class: "button", href: address(f), download: "" }, f.name));
+  return [h("div", { class: "bar" }, h("button", { type: "button", class: "main", onclick: make }, "Report"), others), doing];
 }
 
 /** A place that holds one result at a time. */
 export class ResultView {
-  constructor(name) {
-    this.name = name;
+  constructor() {
     this.place = h("div", {});
   }
 
   close() {
-    this.figure?.close();
+    this.said?.close();
   }
 
-  /**
-   * @param {object} job that is done
-   * @param {object} document its result
-   * @param {Array} more elements between the verdict and the figure
-   * @param {Array} views names and labels of views of the figure
-   */
-  async show(job, document, more = [], views = []) {
+  /** Show the result of a job that is done; `more` stands below it. */
+  show(job, more = null) {
+    return this.draw({ document: job.document, files: job.files, address: (f) => `/api/jobs/${job.id}/files/${f.index}`, same: job }, more);
+  }
+
+  /** Show a result of the folder. */
+  showDocument(document, more = null) {
+    const address = (f) => `/api/documents/${document.id}/files/${f.index}`;
+    return this.draw({ document: document.id, files: document.files, address, same: document }, more);
+  }
+
+  async draw(subject, more) {
     this.close();
-    this.figure = new FigureView(`${this.name}: ${document.verdict || ""}`);
-    const severity = GOOD.includes(document.verdict) ? "good" : "warning";
-    const select = h("select", { "aria-label": "Figure" }, views.map(([v, label]) => h("option", { value: v }, label)));
-    const draw = () => this.figure.document(job.document, { view: select.value });
-    select.addEventListener("change", said(draw));
-    fill(this.place, h("section", { "aria-labelledby": "result-title" },
-      h("h2", { id: "result-title" }, "Result"),
-      h("div", { class: `banner ${severity}` }, h("span", {}, h("b", {}, document.verdict?.replace(/^./, (c) => c.toUpperCase())), document.reason ? `: ${document.reason}` : "")),
-      (document.advice || []).map((a) => h("p", {}, typeof a === "string" ? a : a.text)), more,
-      views.length > 1 ? h("div", { class: "bar" }, select) : null, this.figure.place, files(job), lines(job)));
-    await draw();
+    this.said = new Said((dark) => get(`/api/documents/${subject.document}/said?dark=${dark ? 1 : 0}`));
+    const id = unique("take");
+    fill(this.place, this.said.place, more,
+      h("section", { "aria-labelledby": id }, h("h2", { id }, "Take it with you"), files(subject), lines(subject.same)));
+    await this.said.load(isDark());
+    this.place.dataset.drawn = "yes";
   }
 }

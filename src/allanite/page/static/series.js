@@ -12,6 +12,7 @@ const PANELS = { 1: 300, 2: 190, 3: 150 }; // pixels, by their number; more have
 const LOWEST = 105;
 const SAME = 3; // channels that lie further apart than so many times their spread would be flat lines in one panel
 const ORDER = ["x", "y", "z", "purple", "orange", "sky"];
+const EDGE = 8; // pixels of a band by which its end is taken, rather than the whole band
 const DASHES = ["solid", "9px,4px", "1px,3px"];
 
 /** Channels that share a unit share a panel, unless there is room for one each, or they lie far apart. */
@@ -48,8 +49,9 @@ function line(facts, values, number, factor) {
 /**
  * Show a series.
  * @param {object} meta facts of the series
- * @param {{shapes?: () => object[], marking?: () => boolean, selected?: (range: number[]) => void, moved?: (change: object) => void}}
- *   options marks over it; whether a stroke of the pointer marks rather than zooms; what to do with it
+ * @param {{shapes?: () => object[], marking?: () => boolean, selected?: (range: number[]) => void, dragged?: (index: number, part: string, seconds: number) => void, dropped?: () => void}}
+ *   options marks over it; whether a stroke of the pointer marks rather than zooms; what to do with it, and with a mark
+ *   whose "start", "stop" or "both" are dragged
  */
 export class SeriesView {
   constructor(meta, options = {}) {
@@ -63,6 +65,7 @@ export class SeriesView {
     this.place = h("div", { class: "series" }, this.tools(), this.plot);
     this.forget = onTheme(() => this.draw(true));
     this.plot.addEventListener("keydown", (event) => this.key(event));
+    this.plot.addEventListener("pointerdown", (event) => this.grab(event), true);
     this.width = new ResizeObserver(() => this.resized());
     this.width.observe(this.plot);
   }
@@ -108,6 +111,29 @@ export class SeriesView {
     this.go(...ways[event.key]).catch(() => {});
   }
 
+  /** A mark is taken by an end or as a whole, at any height: Plotly would also move its upper and lower edge. */
+  grab(event) {
+    const band = event.target.closest?.(".shapelayer path[data-index]");
+    if (!band || !this.options.marking?.()) return;
+    event.preventDefault();
+    event.stopPropagation();
+    const { left, right, width } = band.getBoundingClientRect();
+    const edge = Math.min(EDGE, width / 3);
+    const part = event.clientX < left + edge ? "start" : event.clientX > right - edge ? "stop" : "both";
+    const seconds = (this.range[1] - this.range[0]) / this.plot.querySelector(".nsewdrag").getBoundingClientRect().width;
+    let before = event.clientX;
+    const move = (news) => {
+      this.options.dragged?.(Number(band.dataset.index), part, (news.clientX - before) * seconds);
+      before = news.clientX;
+    };
+    const end = () => {
+      window.removeEventListener("pointermove", move);
+      this.options.dropped?.();
+    };
+    window.addEventListener("pointermove", move);
+    window.addEventListener("pointerup", end, { once: true });
+  }
+
   resized() {
     if (this.drawn && this.plot.clientWidth && this.plot.clientWidth !== this.drawnAt) this.paint();
   }
@@ -141,14 +167,13 @@ export class SeriesView {
 
   listen() {
     this.plot.on("plotly_relayout", (change) => {
-      this.options.moved?.(change);
       const axis = this.plot.layout.xaxis;
       const wanted = change["xaxis.autorange"] ? this.whole : axis.range.map(Number);
       // Our own drawing is reported here as well: only a range that differs from the last one asked for is news.
       const close = (i) => Math.abs(wanted[i] - this.range[i]) <= 1e-9 * Math.max(1, Math.abs(wanted[i]));
       if (close(0) && close(1)) return;
       clearTimeout(this.waiting);
-      this.waiting = setTimeout(said(() => this.go(...wanted)), 25);
+      this.waiting = setTimeout(said(() => this.go(...wanted)), 5);
     });
     if (this.options.selected) this.plot.on("plotly_selected", (event) => event?.range && this.options.selected(event.range.x));
   }
@@ -163,7 +188,7 @@ export class SeriesView {
       xaxis: { range: [...this.range], title: { text: "Time since the first sample [s]", font: { size: 13 }, standoff: 6 }, gridcolor: palette.grid, zeroline: false, anchor: panels.length > 1 ? `y${panels.length}` : "y", exponentformat: "none", tickformat: this.range[1] - this.range[0] > 5 ? "," : "" },
       separators: ".\u202f", dragmode: this.options.marking?.() ? "select" : "zoom", selectdirection: "h", hovermode: "closest", legend: { orientation: "h", x: 0, y: 1.01, yanchor: "bottom" },
       shapes: [...(this.options.shapes?.() || []), ...this.gaps(channels, palette)], uirevision: "kept",
-      // A selection has become a mark, and a dragged mark is in the rows: neither is kept by the drawing itself.
+      // A selection has become a mark, and is not kept by the drawing itself.
       selections: [], selectionrevision: (this.painted = (this.painted || 0) + 1), editrevision: this.painted,
     };
     const step = 1 / panels.length;

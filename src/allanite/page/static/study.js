@@ -13,10 +13,10 @@ import * as work from "./work.js";
 
 /**
  * Show the study of a document of the catalogue.
- * `subject()` is the recording and how it is read; `refit(options)` characterizes it again.
+ * `subject` is the recording and how it is read, `refit(options)` characterizes it again; null where it is not there.
  */
 export class StudyView {
-  constructor(session, document, subject, refit) {
+  constructor(session, document, subject = null, refit = null) {
     this.session = session;
     this.subject = subject;
     this.document = document;
@@ -39,7 +39,7 @@ export class StudyView {
       this.curve.models = models;
       return this.curve.draw();
     };
-    this.fit = otherTerms(this.session, this.subject, table, drawn, () => this.curve.name);
+    this.fit = this.subject && otherTerms(this.session, this.subject, table, drawn, () => this.curve.name);
     const job = work.all().find((j) => j.document === id);
     fill(
       this.place,
@@ -60,7 +60,7 @@ export class StudyView {
 
   /** The channel that is looked at. */
   channel(name) {
-    this.fit.show();
+    this.fit?.show();
     const found = this.table.channels.find((c) => c.name === name);
     if (found) fill(this.parameters, parameterTable(found, this.study.channels.find((c) => c.name === name)?.models[0]?.confidence));
   }

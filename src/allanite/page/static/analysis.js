@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// A closer look at one recording: its spectrum, whether its noise changes, which terms it supports.
+
+import { h, fill, said } from "./dom.js";
+import { fields } from "./form.js";
+import { run } from "./progress.js";
+import { ResultView } from "./result.js";
+
+const KINDS = {
+  spectrum: ["Spectrum", "Power spectral density with intervals; lines that stand out"],
+  variation: ["Does the noise change?", "Allan deviation over time, and a test for a change"],
+  select: ["Which terms?", "Sets of noise terms side by side, and how sure the choice is"],
+};
+
+export class AnalysisPanel {
+  /** @param {{id: string, read: () => object}} recording */
+  constructor(session, recording) {
+    this.session = session;
+    this.recording = recording;
+    this.form = h("div", {});
+    this.result = new ResultView();
+    this.place = h("div", { hidden: true }, h("section", { "aria-label": "Closer look" },
+      h("fieldset", { class: "choices" }, h("legend", { class: "hidden" }, "Look at"), Object.keys(KINDS).map((kind) => this.choice(kind))), this.form), this.result.place);
+    this.draw("spectrum");
+  }
+
+  close() {
+    this.result.close();
+  }
+
+  choice(kind) {
+    const input = h("input", { type: "radio", name: "analysis-kind", value: kind, checked: kind === "spectrum" });
+    input.addEventListener("change", () => this.draw(kind));
+    return h("label", { class: "choice" }, input, KINDS[kind][0]);
+  }
+
+  draw(kind) {
+    const form = fields(this.session.kinds[kind].options);
+    const doing = h("div", { role: "status" });
+    const start = said(async (event) => {
+      event.preventDefault();
+      const job = await run(doing, { kind, recording: this.recording.id, read: this.recording.read(), options: form.values() });
+      if (job) await this.result.show(job);
+    });
+    fill(this.form, h("form", { onsubmit: start }, h("div", { class: "bar" }, h("button", { class: "main" }, "Look"), h("span", { class: "soft" }, KINDS[kind][1])),
+      h("details", {}, h("summary", {}, "Options"), form.place)), doing);
+  }
+}
