@@ -253,6 +253,13 @@ def test_a_log_comes_through_stdin(
     assert json.loads(done.out)["samples"] == 18_000
 
 
+def test_a_name_that_the_file_system_refuses_is_a_failure_with_words(run: Run, folder: Path) -> None:
+    for name in ("g" * 300 + ".csv", "g" * 300 + "/a.csv"):
+        done = run("convert", folder / "gyro.csv", name, "--to", "1s", "--rate", "100")
+        assert (done.code, done.out) == (1, "")
+        assert "File name too long" in done.err
+
+
 def test_a_part_of_a_log(run: Run, folder: Path) -> None:
     facts = json.loads(run("info", folder / "gyro.csv", "--from", "5min", "--to", "15min", "--json").out)
     assert (facts["samples"], facts["duration"]) == (6000, pytest.approx(600.0))

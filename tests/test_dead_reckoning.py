@@ -208,6 +208,20 @@ def test_simulated_units_err_as_told(name: str) -> None:
         assert rms[column] == pytest.approx(found[state][-1], rel=0.2), state
 
 
+@pytest.mark.parametrize("term", [White(N=1e-4), RandomWalk(K=3e-7), Flicker(B=2e-5)], ids=lambda t: t.type)
+def test_the_heading_is_the_drift_of_one_axis_while_the_earth_has_hardly_turned(term: TermType) -> None:
+    """`allanite diff` integrates one axis alone: equal within the Earth's turn, 0.07 rad in 1000 s, and the sum of
+    states that stands for flicker; 1000 s of tilt are less by the swing of Schuler."""
+    from allanite.difference import drift
+
+    for t, apart in ((1.0, 1e-3), (100.0, 1e-3), (1000.0, 0.05)):
+        found = budget(term, t=t, rest=t, rate=100.0)
+        alone = drift(NoiseModel.of(term), t)
+        assert found.sd[-1][found.quantities.index("heading")] == pytest.approx(alone, rel=apart)
+        tilt = found.sd[-1][found.quantities.index("tilt_north")] / alone
+        assert tilt == pytest.approx(1.0 if t < 1000 else 0.8, abs=0.004 if t < 1000 else 0.04)
+
+
 def test_rest_takes_constants_off() -> None:
     models = {
         "gyro": NoiseModel.of(White(N=1e-5)),

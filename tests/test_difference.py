@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import csv
 import json
 import math
 from pathlib import Path
@@ -167,5 +168,11 @@ def test_command(run: Run, tmp_path: Path) -> None:
     only = json.loads(words.out)["channels"][0]["drifts"]
     assert [p["seconds"] for p in only] == [10.0] and only[0]["lower"] is None
     assert run("diff", study, tmp_path / "none.json").code == 1
+    named = json.loads(study.read_text(encoding="utf-8"))
+    named["channels"][0]["name"] = '=HYPERLINK("x")'
+    study.write_text(json.dumps(named), encoding="utf-8")
+    assert run("diff", study, imu, "--out", tmp_path / "f9").code == 0
+    rows = list(csv.reader((tmp_path / "f9" / "difference.csv").read_text().splitlines()))
+    assert [row[0] for row in rows[1:]] == ['\'=HYPERLINK("x")'] * 3, "a label is no formula"
     with pytest.raises(InputError, match="no view"):
         al.plot(document, view="none")

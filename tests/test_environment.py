@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 import allanite as al
 from allanite.allan import allan_curve
+from allanite.delivery.measurement import file_names
 from allanite.environment import (
     EnvironmentEstimate,
     free_of_environment,
@@ -29,6 +30,7 @@ from allanite.errors import DataQualityError, InputError
 from allanite.figures import plot
 from allanite.noise import Flicker, NoiseModel, RandomWalk, White
 from allanite.recording import Channel, Recording
+from allanite.recording_file import write_recording
 from allanite.regression import LEVEL, covariance_of, regress
 from allanite.report import html_of
 from allanite.simulation import Temperature, simulate
@@ -442,3 +444,23 @@ def test_the_command_says_what_the_library_says(run: Run, tmp_path: Path) -> Non
     assert wrong.code == 1
     nothing = run("environment", log, "--temperature", "heat")
     assert (nothing.code, "heat" in nothing.err) == (1, True)
+
+
+def test_f10_a_channel_names_no_place_outside_of_the_folder(run: Run, tmp_path: Path) -> None:
+    record = twin(seed=20)
+    gyro, temp = record.channels
+    named = replace(record, channels=(replace(gyro, name="../../evil"), temp))
+    log, out = write_recording(named, tmp_path / "log.parquet"), tmp_path / "a" / "b" / "out"
+    done = run("environment", log, "--temperature", "temp", "--out", out)
+    assert done.code == 0, done.err
+    assert {p.name for p in tmp_path.rglob("*") if p.is_file()} == {
+        "log.parquet", "report.html", "environment.json", "evil.csv",
+    }  # fmt: skip
+    assert (out / "evil.csv").exists()
+    labels = ["../../x", "C:\\x", "\0", "con", "LPT1.txt", "X", "g" * 300, "g" * 300, "a/b", "", "ω"]
+    made = file_names(labels, ".csv")
+    assert len({name.lower() for name in made}) == len(labels)
+    assert made[:6] == ["x.csv", "C_x.csv", "channel.csv", "_con.csv", "_LPT1.txt.csv", "X_2.csv"]
+    for name in made:
+        assert (tmp_path / name).parent == tmp_path and len(name.encode()) < 120
+        (tmp_path / name).touch()

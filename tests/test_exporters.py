@@ -354,6 +354,9 @@ def test_registry() -> None:
         assert list(GOLDEN.glob(f"{name}_*")), "every exporter has a golden file"
     with pytest.raises(InputError, match="there are: kalibr"):
         exporters.exporter("excel")
+    for near, meant in {"Kalibr": "kalibr", "orbslam3": "orb-slam3", "gnss_inssim": "gnss-ins-sim"}.items():
+        with pytest.raises(InputError, match=f"did you mean '{meant}'"):
+            exporters.exporter(near)
     assert exporters.exporter("imu-tk") is exporters.exporter("imu_tk")
 
 

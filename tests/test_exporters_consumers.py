@@ -15,6 +15,7 @@ import re
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
+from xml.dom import minidom
 
 import numpy as np
 import pytest
@@ -369,7 +370,9 @@ TIMES = {
         ("psins", {"g": NoiseModel.of(White(N=1.0), RandomWalk(K=1.0))}, {"correlation_time": 9.0}, "above zero"),
         ("gazebo", FLICKER, {"walk": "K"}, "'upper-bound', 'k-only'"),
         ("gazebo", FLICKER, {"inflate": math.nan}, "positive factor"),
+        ("gazebo", FLICKER, {"inflate": "2"}, "positive factor, not '2'"),
         ("gazebo", FLICKER, {"correlation_time": 0.0}, "correlation_time"),
+        ("kalibr", FLICKER, {"correlation_time": "9s"}, "positive number of seconds, not '9s'"),
         ("vins", FLICKER, {"filter_rate": 0.0}, "filter_rate"),
         ("px4", FLICKER, {"filter_rate": math.inf}, "filter_rate"),
         ("kalibr", FLICKER, {"digits": 2}, "digits"),
@@ -382,6 +385,42 @@ TIMES = {
 def test_refusals(name: str, models: Any, options: dict[str, Any], message: str) -> None:
     with pytest.raises(InputError, match=message):
         al.export(name, models, rate=RATE, **options)
+
+
+def test_a_rate_beside_a_study_is_refused_and_not_ignored() -> None:
+    with pytest.raises(InputError, match="the study knows its sample rate"):
+        al.export("vins", sample_study.build(), rate=50.0)
+    with pytest.raises(InputError, match=r"not 'study.json'; read a file first: al.Study.load"):
+        al.export("vins", "study.json")
+
+
+#: Escapes, ends of lines of YAML 1.1 and of Python, ends of comments and of texts, no valid character, a long way up.
+HOSTILE = (
+    "\0x\x1b[31m\u2028evil: 1\x85evil: 1\x0bevil: 1\revil: 1\nevil: 1 -->*/ ''' \"\"\" \\ \ud800 "
+    + "../" * 100
+)
+
+
+@pytest.mark.parametrize("name", [*ALL, "openvins", "cpp"])
+def test_f10_names_of_any_kind_stay_in_their_comment(name: str) -> None:
+    """No control character, which YAML, XML and Python refuse, and no line of the name's own."""
+    document = sample_study.build()
+    document["channels"][0]["name"] = document["recording"]["channels"][0]["name"] = HOSTILE
+    document["provenance"]["source"] = HOSTILE
+    given = {"channel": HOSTILE} if name == "cpp" else OPTIONS.get(name, {"correlation_time": 100.0})
+    text = al.export(name, document, **given)
+    assert text.isascii() and all(c.isprintable() or c in "\n\t" for c in text)
+    lines = [line for line in text.splitlines() if "evil" in line]
+    assert lines
+    if name == "gazebo":
+        root = minidom.parseString(f"<r>{text}</r>").documentElement
+        assert len(root.getElementsByTagName("*")) == 6
+    elif name != "matlab":
+        assert all(line.startswith(("#", "%", "//")) for line in lines)
+    if name in ("gtsam", "pyins", "gnss_ins_sim"):
+        compile(text, name, "exec")
+    if name == "matlab":
+        json.loads(text[text.index("{") : text.rindex("}") + 1])
 
 
 def test_a_correlation_time_of_all_replaces_those_of_the_models() -> None:
@@ -401,7 +440,8 @@ def test_a_bound_above_the_sensor_stays_one() -> None:
         made = {"terms": terms, "estimates": [], "overbound": {**facts, "factors": {"N": 1.1, "K": 1.2}}}
         channel["models"] = [made]
     for name in WALKERS:
-        assert "INFLATED: with probability 95 %" in exporters.exporter(name).write(document)
+        text = str(exporters.exporter(name).write(document))
+        assert "INFLATED: with probability 95 %" in text and "not inflated" not in text
     write = exporters.exporter("kf_gins").write
     with pytest.raises(InputError, match="walk='k-only'"):
         write(document, correlation_time=100.0)

@@ -226,6 +226,8 @@ def test_user_text_stays_in_its_comment() -> None:
         ([fitted("g", RandomWalk(K=0.0))], {}, "no white noise"),
         ([fitted("g", White(N=1.0))], {"scalar": "half"}, "'float' or 'double'"),
         ([fitted("g", White(N=1.0))], {"namespace": "a b"}, "C\\+\\+ namespace"),
+        ([fitted("g", White(N=1.0))], {"namespace": "class"}, "C\\+\\+ namespace"),
+        ([fitted("g", White(N=1.0))], {"namespace": "std"}, "C\\+\\+ namespace"),
         ([fitted("g", White(N=1.0))], {"filter_rate": 0.0}, "filter_rate must be a positive"),
         ([fitted("g", White(N=1.0))], {"horizon": math.inf}, "horizon must be a positive"),
         ([fitted("g", White(N=1.0))], {"sampling": "raw"}, "'mean' or 'point'"),

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
 import math
 from collections.abc import Callable
@@ -220,6 +221,18 @@ def test_published_files_of_imu_utils_are_refused(real_data: Callable[[str], Pat
 
 
 # -- every command ---------------------------------------------------------------------------------------------------
+
+
+def test_the_file_that_a_model_was_read_from_is_named_in_the_next(run: Run, tmp_path: Path) -> None:
+    place = tmp_path / "theirs.yaml"
+    place.write_text(KALIBR, encoding="utf-8")
+    done = run("export", "vins", place, "--walk", "k-only")
+    assert done.code == 0, done.err
+    assert (
+        f"# from theirs.yaml, SHA-256 {hashlib.sha256(place.read_bytes()).hexdigest()}, for 200.0 Hz"
+        in done.out
+    )
+    assert "for 100.0 Hz" in run("export", "vins", place, "--walk", "k-only", "--rate", "100").out
 
 
 def test_commands_take_such_files(run: Run, tmp_path: Path) -> None:

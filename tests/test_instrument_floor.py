@@ -250,11 +250,19 @@ def test_allan_and_fit_take_the_floor_of_a_log(rng: np.random.Generator, run: Ru
     shown = run("allan", *options)
     assert shown.code == 0, shown.err
     assert "instrument" in shown.out
-    plain = json.loads(run("allan", *options, "--json").out)["u"]
+    shown_as_json = run("allan", *options, "--json").out
+    plain = json.loads(shown_as_json)["u"]
     assert plain["sensor"]["deviation"][0] < plain["measured"]["deviation"][0]
+    paths[1].write_text(paths[1].read_text().replace("[V]", "[mV]", 1))
+    thousandfold = run("allan", *options)
+    assert thousandfold.code == 1
+    assert "the floor says that u is in mV, and V was said for the log" in thousandfold.err
+    paths[1].write_text(paths[1].read_text().replace("[mV]", "[Volt]", 1))
+    assert run("allan", *options, "--json").out == shown_as_json
     written = tmp_path / "curve.csv"
     assert run("allan", *options, "-o", written, "--plot", tmp_path / "curve.svg").code == 0
     assert written.read_text(encoding="utf-8").startswith("# format: allanite-over-floor 1")
+    assert "not a log; commands take the two logs" in run("info", written).err
     refused = run("fit", written)
     assert refused.code == 1
     model = json.loads(run("fit", *options, "--json").out)["u"]

@@ -222,7 +222,10 @@ def test_units_by_name_group_or_for_all(six: Path, unit: Any, expected: str) -> 
 
 def test_units_that_cannot_be_meant(six: Path) -> None:
     with pytest.raises(InputError, match="fits none"):
-        read(six, unit="V/√Hz")
+        read(six, unit="Pa")
+    for meant in ("V/√Hz", "deg/√h", {"gx": "deg/√h"}, "mg/√Hz", "LSB/(deg/s)"):
+        with pytest.raises(InputError, match=r"not of samples: did you mean (V|deg/s|m/s²|LSB)"):
+            read(six, unit=meant)
     with pytest.raises(InputError, match=r"channel ax: unit 'deg/foo'.*nearest: foot"):
         read(six, unit={"acc": "deg/foo"})
     with pytest.raises(InputError, match=r"'volt'.*no such channel"):
@@ -246,6 +249,12 @@ def test_scale_factors_turn_counts_and_volts_into_rates(six: Path) -> None:
 def test_channels_are_chosen_by_name_heading_or_group(six: Path) -> None:
     assert read(six, channels=["gyro", "az"]).names == ("gx", "gy", "gz", "az")
     assert read(six, channels="temp").names == ("temp",)
+    path = six.with_name("euroc.csv")  # names that say nothing, units that do
+    path.write_text("#timestamp [ns],w_RS_S_x [rad s^-1],a_RS_S_x [m s^-2]\n" + "".join(
+        f"{1403636579758555392 + 5_000_000 * i},0.{i},9.{i}\n" for i in range(20)
+    ))  # fmt: skip
+    assert read(path, channels="gyro").names == ("w_RS_S_x",)
+    assert kinds(read(path, channels=["acc"], unit={"gyro": "deg/s", "acc": "g"})) == "a"
     with pytest.raises(InputError, match=r"no channel 'gw'.*gx, gy"):
         read(six, channels=["gw"])
 
@@ -272,6 +281,20 @@ def test_numbered_samples_place_gaps(tmp_path: Path) -> None:
     assert np.isnan(recording.values("wx")[40:45]).all()
 
 
+def test_json_is_no_log_and_a_result_says_what_shows_it(tmp_path: Path) -> None:
+    path = tmp_path / "study.json"
+    for content, words in {
+        '{\n "format": "allanite-study",\n "x": [1, 2]}': "result of allanite .study., not a log; `allanite report",
+        '{"a": [1, 2, 3]}': "is JSON",
+        "[[1, 2], [3, 4]]": "is JSON",
+    }.items():
+        path.write_text(content)
+        with pytest.raises(FormatError, match=words):
+            read(path, rate=1)
+    path.write_text("{t},wx\n" + "".join(f"{k},1.{k}\n" for k in range(20)))
+    assert read(path, rate=1).n_samples == 20
+
+
 def test_options_without_meaning_are_refused(six: Path, tmp_path: Path) -> None:
     np.save(tmp_path / "a.npy", GYRO)
     with pytest.raises(InputError, match=r"topic.*text file"):
@@ -288,6 +311,8 @@ def test_options_without_meaning_are_refused(six: Path, tmp_path: Path) -> None:
         read(six, decimal=";")
     with pytest.raises(InputError, match="sampling"):
         read(six, sampling="median")  # type: ignore[arg-type]
+    with pytest.raises(InputError, match="layout must be a YAML file or a mapping"):
+        read(tmp_path / "a.npy", layout=3)  # type: ignore[arg-type]
     with pytest.raises(InputError, match="no such file"):
         read(tmp_path / "absent.csv")
     with pytest.raises(FormatError, match="folder"):
@@ -331,6 +356,9 @@ def test_notes_hold_what_was_understood(six: Path) -> None:
 def test_time_alone_is_no_recording(tmp_path: Path) -> None:
     (tmp_path / "a.csv").write_text("t\n" + "".join(f"{k / 10}\n" for k in range(20)))
     with pytest.raises(InputError, match="nothing else"):
+        read(tmp_path / "a.csv")
+    (tmp_path / "a.csv").write_text("t,wx\n" + "".join(f"{k / 10},0x{k:02x}\n" for k in range(20)))
+    with pytest.raises(InputError, match=r"nothing else that is a number \(columns of words left out: wx\)"):
         read(tmp_path / "a.csv")
 
 

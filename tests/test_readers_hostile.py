@@ -22,6 +22,7 @@ import pytest
 from allanite.errors import AllaniteError, DataQualityError, FormatError, InputError, LimitError, StorageError
 from allanite.readers import read, sandbox, spool
 from allanite.recording import Recording
+from allanite.recording_file import write_recording
 
 #: The full number of mutations per format belongs to the long run: ALLANITE_MUTATIONS=2000.
 MUTATIONS = int(os.environ.get("ALLANITE_MUTATIONS", "60"))
@@ -404,3 +405,17 @@ def test_a_column_in_pieces_reads_any_stretch(monkeypatch: pytest.MonkeyPatch) -
 def test_a_full_disk_is_a_storage_error() -> None:
     with pytest.raises(StorageError, match="TMPDIR"), Path("/dev/full").open("wb", buffering=0) as full:
         spool.to_file([b"x" * 100], full)
+
+
+# -- names in files ----------------------------------------------------------------------------------------
+
+
+def test_f10_names_command_no_terminal(tmp_path: Path) -> None:
+    """Escape sequences, NUL and marks that turn the direction of a text are in no name of a channel."""
+    names = ["g\x1b[31mx", "g\u202ey", "g\x00z", "\x07", "gyro √ 1"]
+    rows = "".join(f"{k / 10},1,2,3,4,5.{k}\n" for k in range(20))
+    (tmp_path / "a.csv").write_text("t," + ",".join(names) + "\n" + rows, encoding="utf-8")
+    found = read(tmp_path / "a.csv")
+    assert found.names == ("g[31mx", "gy", "gz", "unnamed", "gyro_√_1")
+    ours = Recording.from_rate(np.ones((20, 2)), rate=1.0, unit="deg/s", names=[names[0], "../../x"])
+    assert read(write_recording(ours, tmp_path / "a.parquet")).names == ("g[31mx", "../../x")

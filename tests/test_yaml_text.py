@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from allanite.errors import FormatError, InputError
+from allanite.readers.raw_layout import read_layout
 from allanite.yaml_text import read_yaml, read_yaml_lines
 
 TEXT = """\
@@ -64,3 +65,24 @@ def test_entries_that_contain_themselves_or_more_than_a_person_writes(tmp_path: 
         place.write_text(text)
         with pytest.raises(FormatError, match="is not YAML"):
             read_yaml_lines(place, "thing")
+
+
+@pytest.mark.parametrize(
+    ("line", "message"),
+    [
+        ("rate: !!python/object/apply:os.mkdir [MARKER]", "not YAML"),
+        ("rate: !!python/name:os.system", "line 1, rate: should be a valid number"),
+        ("rate: 60:30:00", "line 1, rate: should be a valid number"),
+        ("on: 1", "line 1, on: is no entry that is known"),
+        ("a: &a [1, 1]\nb: &b [*a, *a]\nc: {b: *b, c: *b}", "no entry that is known"),
+    ],
+)
+def test_f8_what_yaml_can_do_beyond_text_is_refused(tmp_path: Path, line: str, message: str) -> None:
+    place, marker = tmp_path / "a.yaml", tmp_path / "marker"
+    frame = "frame: {fields: [{name: x, type: i16}]}\n"
+    place.write_text(line.replace("MARKER", str(marker)) + "\n" + frame)
+    with pytest.raises(FormatError, match=message):
+        read_layout(place)
+    assert not marker.exists()
+    place.write_text("rate: 1e3\n" + frame)
+    assert read_layout(place).rate == 1000.0

@@ -33,12 +33,16 @@ def main(arguments: Sequence[str] | None = None) -> None:
     except click.ClickException as error:
         error.show()
         code = error.exit_code
-    except (click.Abort, KeyboardInterrupt):
-        click.echo("allanite: interrupted; no file was left half written", err=True)
-        code = 130
     except BrokenPipeError:  # the reader of a pipe has seen enough
         sys.stderr.close()
         code = 0
+    except OSError as error:  # a name that is too long, a folder that may not be looked into
+        where = "" if error.filename is None else f"{error.filename}: "
+        click.echo(f"allanite: {where}{error.strerror or error}; give another place or name", err=True)
+        code = 1
+    except (click.Abort, KeyboardInterrupt):
+        click.echo("allanite: interrupted; no file was left half written", err=True)
+        code = 130
     raise SystemExit(code if isinstance(code, int) else 0)
 
 

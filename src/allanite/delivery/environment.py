@@ -8,7 +8,7 @@ from collections.abc import Callable, Collection, Mapping
 from pathlib import Path
 from typing import Any, Literal
 
-from allanite.delivery.measurement import Measured, beside
+from allanite.delivery.measurement import Measured, beside, file_names
 from allanite.delivery.recordings import file_sha256, has_gaps, models_from, noise_channels, ready_log
 
 __all__ = ["environment_of", "save_residual"]
@@ -74,13 +74,13 @@ def environment_of(
         "confidence": confidence,
         **beside(prepared, None, said, file_sha256(log), command),
     }
+    curves = {e.channel: e.correction for e in freed.estimates if e.correction is not None}
     tables = {
-        f"{e.channel}.csv": [
+        name: [
             dict(zip(_CURVE, row, strict=True))
-            for row in zip(*(getattr(e.correction, k).tolist() for k in _CURVE), strict=True)
+            for row in zip(*(getattr(curve, k).tolist() for k in _CURVE), strict=True)
         ]
-        for e in freed.estimates
-        if e.correction is not None
+        for name, curve in zip(file_names(curves, ".csv"), curves.values(), strict=True)
     }
     return Measured(
         result=freed, document=document, name="environment", tables=tables, lossy=has_gaps(prepared)

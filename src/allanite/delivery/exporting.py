@@ -50,8 +50,9 @@ def export_of(
     """
     from allanite.calibration import Calibration
     from allanite.delivery.bounds import bounds_of_study, with_bounds
+    from allanite.delivery.recordings import file_sha256
     from allanite.errors import InputError
-    from allanite.exporters import export, exporter
+    from allanite.exporters import document_of, export, exporter
     from allanite.model_file import load_models
     from allanite.study import Study
 
@@ -61,15 +62,14 @@ def export_of(
         raise InputError("bound_until is the horizon of a bound: give overbound, its probability, too")
 
     def loaded(path: str | os.PathLike[str]) -> Any:
-        nonlocal rate
         if not _is_study(path):
             if overbound is not None:
                 raise InputError(
                     f"a bound is made of a study, with the curve that was measured, not of {path}"
                 )
             models, own = load_models(path)
-            rate = own if rate is None else rate
-            return models
+            known = {"source": Path(path).name, "sha256": file_sha256(path)} if Path(path).is_file() else None
+            return document_of(models, own if rate is None else rate, known)
         if rate is not None:
             raise InputError("the study knows its sample rate: rate= is for models that do not")
         study = Study.load(Path(path))
@@ -87,9 +87,12 @@ def export_of(
             raise InputError(
                 f"{consumer} takes the noise from a study: give model, so that it can be bounded"
             )
-        return export(consumer, Calibration.load(Path(source)), output, force=force, rate=rate, **chosen)
-    found = loaded(source)
-    return export(consumer, found, output, force=force, rate=rate, **chosen)
+        if rate is not None and model is None:
+            raise InputError(
+                "rate is that of noise models, and a calibration alone has none: give model, too"
+            )
+        return export(consumer, Calibration.load(Path(source)), output, force=force, **chosen)
+    return export(consumer, loaded(source), output, force=force, **chosen)
 
 
 def _is_study(source: str | os.PathLike[str]) -> bool:

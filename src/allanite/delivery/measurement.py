@@ -9,9 +9,11 @@ from __future__ import annotations
 
 import csv
 import io
+import itertools
 import json
 import os
 import platform
+import re
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
@@ -25,9 +27,21 @@ if TYPE_CHECKING:
     from allanite.health import Finding
     from allanite.recording import Recording
 
-__all__ = ["Measured", "beside", "provenance", "refuse_measurement", "save_json", "write_measurement"]
+__all__ = [
+    "Measured",
+    "beside",
+    "file_names",
+    "provenance",
+    "refuse_measurement",
+    "save_json",
+    "write_measurement",
+]
 
 Json = Mapping[str, Any]
+
+#: Names that are devices on Windows, with any suffix.
+_DEVICES = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)(\.|$)", re.IGNORECASE)
+_LONGEST = 100  # bytes of a file name; file systems take 255
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -152,6 +166,30 @@ def write_measurement(
     return Delivered(files=tuple(files), notes=())
 
 
+def file_names(labels: Iterable[str], suffix: str) -> list[str]:
+    """A file name for each label out of a file, whatever it holds: of one folder, short, and no two alike.
+
+    Examples
+    --------
+    >>> file_names(["gyro_x", "../../gyro_x", "a/b", "con"], ".csv")
+    ['gyro_x.csv', 'gyro_x_2.csv', 'a_b.csv', '_con.csv']
+    """
+    taken: set[str] = set()
+    names = []
+    for label in labels:
+        plain = re.sub(r"[^\w.+-]+", "_", label).strip("._") or "channel"
+        plain = plain.encode("utf-8", "replace")[:_LONGEST].decode("utf-8", "ignore")
+        plain = f"_{plain}" if _DEVICES.match(plain) else plain
+        name = next(
+            n
+            for n in itertools.chain([plain], (f"{plain}_{k}" for k in itertools.count(2)))
+            if n.lower() not in taken
+        )
+        taken.add(name.lower())
+        names.append(name + suffix)
+    return names
+
+
 def save_json(document: Json, path: Path, *, force: bool) -> Path:
     """Write a document."""
     text = json.dumps(document, ensure_ascii=False, indent=1, allow_nan=False)
@@ -160,11 +198,22 @@ def save_json(document: Json, path: Path, *, force: bool) -> Path:
     return path
 
 
+def _cell(value: Any) -> Any:
+    """A label out of a file stays text in a spreadsheet: one that begins like a formula gets an apostrophe."""
+    if not isinstance(value, str) or not value.startswith(("=", "+", "-", "@", "\t", "\r")):
+        return value
+    try:
+        float(value)
+    except ValueError:
+        return f"'{value}"
+    return value
+
+
 def _save_table(rows: Sequence[Json], path: Path, *, force: bool) -> Path:
     text = io.StringIO()
     writer = csv.DictWriter(text, fieldnames=list(rows[0]) if rows else ["number"], lineterminator="\n")
     writer.writeheader()
-    writer.writerows(rows)
+    writer.writerows({key: _cell(value) for key, value in row.items()} for row in rows)
     with fresh(path, force=force) as place:
         place.write_text(text.getvalue(), encoding="utf-8")
     return path

@@ -75,9 +75,24 @@ def read_floor(floor: str | os.PathLike[str], **options: Any) -> Recording:
     """The record of a shorted input, read as the log of the sensor is.
 
     Of the options of the log those hold that say how it is written: not its part, channels, topic or repairs.
+
+    Raises
+    ------
+    InputError
+        The file states another unit than the log was said to have: a floor in mV that is read as V would be a thousand
+        times too large, and one that is too small takes nothing off.
     """
     kept = ("unit", "rate", "scale_factor", "sampling", "layout", "delimiter", "decimal")
-    return read_part(floor, **{k: options[k] for k in kept if options.get(k) is not None})
+    found = read_part(floor, **{k: options[k] for k in kept if options.get(k) is not None})
+    for step in found.history:
+        for name, stated in step.get("units_set_aside", {}).items():
+            said = found[name].unit
+            raise InputError(
+                f"{floor}: the floor says that {name} is in {stated}, and {said} was said for the log. If {said} is "
+                f"right for both, write it into a copy: allanite convert {floor} floor.parquet --unit {said}; if not, "
+                "correct the unit in the file of the log, and say none"
+            )
+    return found
 
 
 def ready_log(

@@ -14,6 +14,7 @@ from __future__ import annotations
 import inspect
 import os
 from collections.abc import Mapping
+from difflib import get_close_matches
 from importlib import import_module
 from pathlib import Path
 from typing import Any, Final, Literal, Protocol, cast, get_args
@@ -22,7 +23,7 @@ from allanite.atomic_file import fresh, make_folder, refuse_existing
 from allanite.errors import InputError
 from allanite.noise import NoiseModel
 
-__all__ = ["EXPORTERS", "Exporter", "export", "exporter", "options_of"]
+__all__ = ["EXPORTERS", "Exporter", "document_of", "export", "exporter", "options_of"]
 
 #: Modules of this package that write a format.
 EXPORTERS: Final = (
@@ -68,10 +69,12 @@ def exporter(name: str) -> Exporter:
     InputError
         No such format; the message lists those there are.
     """
-    module = name.replace("-", "_")
+    module = str(name).replace("-", "_")
     if module not in EXPORTERS:
-        there = ", ".join(known.replace("_", "-") for known in EXPORTERS)
-        raise InputError(f"no export format {name!r}; there are: {there}")
+        there = [known.replace("_", "-") for known in EXPORTERS]
+        near = get_close_matches(module.lower().replace("_", "-"), there, n=1)
+        meant = f" (did you mean {near[0]!r}?)" if near else ""
+        raise InputError(f"no export format {name!r}{meant}; there are: {', '.join(there)}")
     return cast(Exporter, import_module(f"{__name__}.{module}"))
 
 
@@ -200,7 +203,11 @@ def _document(study: Any, rate: float | None) -> Mapping[str, Any]:
     if hasattr(study, "to_json") and not isinstance(study, NoiseModel):
         study = study.to_json()
     if not isinstance(study, Mapping) or not study:
-        raise InputError(f"export needs a study or a mapping of channel names to noise models, not {study!r}")
+        where = "; read a file first: al.Study.load(path), allanite.model_file.load_models(path)"
+        raise InputError(
+            f"export needs a study or a mapping of channel names to noise models, not {study!r}"
+            + (where if isinstance(study, (str, os.PathLike)) else "")
+        )
     if not all(isinstance(value, NoiseModel) for value in study.values()):
         if study.get("format") == "allanite-calibration" or isinstance(study.get("calibration"), Mapping):
             raise InputError(
@@ -208,7 +215,22 @@ def _document(study: Any, rate: float | None) -> Mapping[str, Any]:
             )
         if "channels" not in study or "recording" not in study:
             raise InputError("the document is not a study: it has no 'channels' and 'recording'")
+        if rate is not None:
+            raise InputError("the study knows its sample rate: rate= is for bare noise models, which do not")
         return study
+    return document_of(study, rate)
+
+
+def document_of(
+    models: Mapping[str, NoiseModel], rate: float | None, provenance: Mapping[str, Any] | None = None
+) -> dict[str, Any]:
+    """What an exporter reads, of bare noise models: `provenance` names their file ("source", "sha256").
+
+    Raises
+    ------
+    InputError
+        No sample rate.
+    """
     if rate is None:
         raise InputError("bare noise models do not know their sample rate: give rate=")
     channels = [
@@ -218,6 +240,6 @@ def _document(study: Any, rate: float | None) -> Mapping[str, Any]:
             "unit": model.unit,
             "models": [m.to_json() for m in model.families],
         }
-        for name, model in study.items()
+        for name, model in models.items()
     ]
-    return {"provenance": {}, "recording": {"rate": rate}, "channels": channels}
+    return {"provenance": dict(provenance or {}), "recording": {"rate": rate}, "channels": channels}

@@ -33,6 +33,7 @@ from numpy.typing import NDArray
 from allanite import __version__
 from allanite.errors import InputError
 from allanite.exporters.bounds import bound_comments, refuse_terms
+from allanite.exporters.triads import plain_line
 from allanite.noise import NoiseModel, StateSpace
 
 __all__ = ["FILE_NAME", "NAME", "SUMMARY", "TAKES", "write"]
@@ -51,6 +52,15 @@ Array = NDArray[np.float64]
 _HORIZON = 3600.0
 _UNITS = {"rate": "rad/s", "angle": "rad/s", "acceleration": "m/s^2", "velocity": "m/s^2", "voltage": "V"}
 _DIGITS = {"float": 9, "double": 17}
+#: Words of C++17, and namespaces that the header uses.
+_TAKEN = """
+alignas alignof and and_eq asm auto bitand bitor bool break case catch char char16_t char32_t class compl
+const const_cast constexpr continue decltype default delete do double dynamic_cast else enum explicit export
+extern false float for friend goto if inline int long mutable namespace new noexcept not not_eq nullptr
+operator or or_eq private protected public register reinterpret_cast return short signed sizeof static
+static_assert static_cast struct switch template this thread_local throw true try typedef typeid typename
+union unsigned using virtual void volatile wchar_t while xor xor_eq allanite std main
+"""
 
 
 def write(
@@ -99,8 +109,14 @@ def write(
     """
     if scalar not in _DIGITS:
         raise InputError(f"scalar must be 'float' or 'double', not {scalar!r}")
-    if not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", namespace):
-        raise InputError(f"{namespace!r} is not the name of a C++ namespace")
+    if (
+        not re.fullmatch(r"[A-Za-z][A-Za-z0-9_]*", namespace)
+        or namespace in _TAKEN.split()
+        or "__" in namespace
+    ):
+        raise InputError(
+            f"{namespace!r} is not a name that a C++ namespace of yours can have; take for example 'gyro_x'"
+        )
     recording = document["recording"]
     rate = _positive(recording["rate"] if filter_rate is None else filter_rate, "filter_rate")
     span = _positive(recording.get("duration", _HORIZON) if horizon is None else horizon, "horizon")
@@ -412,4 +428,4 @@ def _literal(value: float, scalar: str) -> str:
 
 def _plain(text: str) -> str:
     """Text of a user on one line of ASCII that ends no comment and continues none."""
-    return " ".join(text.split()).encode("ascii", "backslashreplace").decode("ascii").replace("\\", "/")
+    return plain_line(text).replace("\\", "/")

@@ -113,5 +113,6 @@ def _per_g(calibration: Calibration, sensor: str) -> str:
 
 
 def plain_line(text: str) -> str:
-    """Text of a user on one line of ASCII."""
-    return " ".join(text.split()).encode("ascii", "backslashreplace").decode("ascii")
+    """Text of a user on one line of ASCII: without control characters, which no YAML and no Python file may hold."""
+    ascii_text = " ".join(text.split()).encode("ascii", "backslashreplace").decode("ascii")
+    return "".join(c if c.isprintable() else f"\\x{ord(c):02x}" for c in ascii_text)

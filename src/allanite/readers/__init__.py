@@ -14,6 +14,7 @@ To add a format: one module, one word in `READERS`, one folder in ``tests/sample
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import fields
 from importlib import import_module
@@ -55,6 +56,10 @@ _OTHERS: Final = (
     (
         b"# format: allanite-curve",
         "an Allan curve, not a log; fit it with `allanite fit`, AllanCurve.from_csv reads it",
+    ),
+    (
+        b"# format: allanite-over-floor",
+        "a table of Allan deviations, not a log; commands take the two logs: `allanite fit gyro.csv --floor short.csv`",
     ),
     (b"PK\x03\x04", "a zip archive without NumPy arrays; unpack it and read the file inside"),
     (b"\x28\xb5\x2f\xfd", "compressed with zstd; unpack it and read the result"),
@@ -199,6 +204,16 @@ def _refuse_others(head: bytes, path: Path) -> None:
     for magic, what in _OTHERS:
         if head.startswith(magic):
             raise FormatError(f"{path.name} is {what}")
+    ours = re.match(rb'\s*\{\s*"format"\s*:\s*"allanite-([a-z-]+)"', head)
+    if ours:
+        raise FormatError(
+            f"{path.name} is a result of allanite ({ours[1].decode()}), not a log; `allanite report {path.name}` shows "
+            "it, and commands that take a model or a calibration take it"
+        )
+    if re.match(rb'\s*(\{\s*["}]|\[\s*[\[{])', head):
+        raise FormatError(
+            f"{path.name} is JSON, and no log of samples: write them as a table, CSV or Parquet"
+        )
 
 
 def _head(path: Path) -> bytes:

@@ -15,6 +15,7 @@ from typing import Any
 
 from allanite.errors import DataQualityError, InputError
 from allanite.readers.headings import Heading, canonical_group, read_heading
+from allanite.readers.numbering import Numbering, numbering_of, unseen_by_stamps
 from allanite.readers.stamps import TimeChoice, choose_time, is_counter
 from allanite.readers.timebase import Stamps, Timebase, even_grid, fit_grid
 from allanite.recording import Channel, Column, Kind, Recording, Sampling, Spliced, checked_rate
@@ -25,6 +26,14 @@ __all__ = ["Options", "Table", "assemble", "time_of"]
 _FITTING = {
     "gyro": {Quantity.ANGLE_RATE, Quantity.ANGLE, Quantity.VOLTAGE, Quantity.COUNTS},
     "acc": {Quantity.ACCELERATION, Quantity.VELOCITY, Quantity.VOLTAGE, Quantity.COUNTS},
+}
+_COEFFICIENTS = ("_N", "_K", "_R", "_Q", "_PSD", "SCALE_FACTOR")
+_SAMPLES_IN = {
+    "GYRO": "deg/s, deg/h or rad/s",
+    "ACCEL": "m/s², g, mg or µg",
+    "VOLTAGE": "V",
+    "COUNTS": "LSB",
+    "SCALE": "LSB or V, with scale_factor= (--scale-factor)",
 }
 _VOLTS = re.compile(r"[_ .]([mµu]?V)$")
 
@@ -124,13 +133,18 @@ def assemble(table: Table, options: Options, name: str) -> Recording:
     time = table.stamps or time_of(table)
     guesses = [*table.guesses, *(time.guesses if time else ())]
     used = set(time.used) if time else set()
-    counters = [i for i, h in enumerate(headings) if h.group == "counter" and is_counter(table.columns[i])]
-    if not time and len(table.columns) > 1 and not headings[0].name and is_counter(table.columns[0]):
-        counters.insert(0, 0)
-        guesses.append("column 0 counts rows: it is neither time nor a channel")
-    places = [i for i in range(len(headings)) if i not in used and i not in counters]
+    counters, doubts = numbering_of(headings, table.columns)
+    if not time:
+        guesses += [*doubts, *(said for counter in counters[:1] for said in counter.said)]
+        if len(table.columns) > 1 and not headings[0].name and is_counter(table.columns[0]):
+            counters.insert(0, Numbering(place=0, name="0", numbers=table.columns[0]))
+            guesses.append("column 0 counts rows: it is neither time nor a channel")
+    used |= {counter.place for counter in counters}
+    places = [i for i in range(len(headings)) if i not in used]
     named = _named(headings, places)
-    base = _grid(table, options, time, [table.columns[i] for i in counters], name, guesses)
+    base = _grid(table, options, time, [counter.numbers for counter in counters], name, guesses)
+    if time and options.rate is None:
+        guesses += unseen_by_stamps(counters, base.facts["missing"])
     chosen = _selected(options.channels, named, table)
     channels = _channels(table, options, named, chosen, guesses)
     columns = tuple(_placed(table.columns[i], base) for i in chosen)
@@ -145,6 +159,9 @@ def assemble(table: Table, options: Options, name: str) -> Recording:
     }
     if options.rate is not None and time is not None:
         step["stamps_set_aside"] = time.source
+    if options.unit is not None:
+        other = {channels[i].name: named[i].unit for i in chosen if _differs(channels[i].unit, named[i].unit)}
+        step |= {"units_set_aside": other} if other else {}
     return Recording(
         channels=tuple(channels[i] for i in chosen),
         columns=columns,
@@ -243,12 +260,16 @@ def _counted(
     if len(counter) < 2:
         return plain
     stamps: Stamps = _Counted(counter, rate, float(counter.read(0, 1)[0]))
+    fitted: Timebase | None
     try:
         fitted = fit_grid(stamps, source=source, unit="samples", nominal=nominal)
     except DataQualityError:
-        guesses.append("the sample numbers are not in order: gaps cannot be told from them")
-        return plain
-    if abs(fitted.rate / rate - 1.0) > 1e-6:
+        fitted = None
+    if fitted is None or abs(fitted.rate / rate - 1.0) > 1e-6:
+        guesses.append(
+            "the sample numbers are not in order, or jump beyond the length of the record: gaps cannot be told from "
+            "them"
+        )
         return plain
     keep = ("gaps", "missing", "gap_places", "duplicates", "duplicate_rows", "backward", "backward_rows")
     facts = plain.facts | {key: fitted.facts[key] for key in keep}
@@ -269,9 +290,12 @@ def _channels(
         ours = {c.name: c for c in table.channels}
         known = {i: ours[table.headings[i]] for i in named if table.headings[i] in ours}
         if len(known) == len(named) and options.unit is None and options.scale_factor is None:
-            return known
+            shown = {i: c.name if c.name.isprintable() else named[i].name for i, c in known.items()}
+            return {i: replace(c, name=shown[i]) for i, c in known.items()}
     units = _per_channel(options.unit, named, "unit")
     factors = _per_channel(options.scale_factor, named, "scale factor")
+    for i, said in units.items():
+        _refuse_no_sample(named[i].name, said)
     _refuse_unfitting(options.unit, units, named)
     result = {}
     for i in chosen:
@@ -309,6 +333,10 @@ def _channel(
     if given is None and unit and not _known(unit):
         guesses.append(f"unit {unit!r} of {heading.name} is not known: read as unknown")
         unit = ""
+    if given is None and unit and heading.group != "other" and _of_no_sample(unit):
+        guesses.append(
+            f"unit {unit!r} of {heading.name} is that of {_of_no_sample(unit)}, not of samples: left aside"
+        )
     if given is None and factor is None and heading.group in ("other", "counter", "identity", "time"):
         return Channel(name=heading.name, kind=Kind.OTHER, unit=unit, scale=1.0, sampling=sampling)
     if given is None and not unit and heading.group == "temperature":
@@ -319,12 +347,37 @@ def _channel(
         raise InputError(f"channel {heading.name}: {error}") from None
 
 
+def _differs(unit: str, stated: str) -> bool:
+    """Not the same unit, whatever it is called."""
+    if not stated or not _known(stated) or unit == stated:
+        return False
+    mine, other = parse_unit(unit) if unit and _known(unit) else None, parse_unit(stated)
+    return mine is None or (mine.quantity, mine.factor) != (other.quantity, other.factor)
+
+
 def _known(unit: str) -> bool:
     try:
         parse_unit(unit)
     except InputError:
         return False
     return True
+
+
+def _of_no_sample(unit: str) -> str:
+    """What a unit measures that no sample is in: a coefficient of noise, or a scale factor; "" of all others."""
+    if unit == "unknown" or not _known(unit):
+        return ""
+    quantity = parse_unit(unit).quantity
+    return quantity.value if quantity.name.endswith(_COEFFICIENTS) else ""
+
+
+def _refuse_no_sample(name: str, unit: str) -> None:
+    said = _of_no_sample(unit)
+    if said:
+        begin = parse_unit(unit).quantity.name.split("_")[0]
+        raise InputError(
+            f"channel {name}: {unit!r} is a unit of {said}, not of samples: did you mean {_SAMPLES_IN[begin]}?"
+        )
 
 
 def _fits(unit: str, heading: Heading) -> bool:
@@ -381,7 +434,15 @@ def _is_name(key: str, heading: Heading) -> bool:
 def _is_group(key: str, heading: Heading) -> bool:
     if key.lower() in {k.value for k in Kind} and heading.unit and _known(heading.unit):
         return Channel.of("x", heading.unit).kind.value == key.lower()
-    return heading.group != "" and canonical_group(key) == heading.group
+    group = heading.group or _group_by_unit(heading.unit)
+    return group != "" and canonical_group(key) == group
+
+
+def _group_by_unit(unit: str) -> str:
+    """The group of a name that says nothing (w_RS_S_x), where the unit leaves no doubt."""
+    if not unit or not _known(unit):
+        return ""
+    return {Quantity.ANGLE_RATE: "gyro", Quantity.ACCELERATION: "acc"}.get(parse_unit(unit).quantity, "")
 
 
 def _is_prefix(key: str, heading: Heading) -> bool:
@@ -390,7 +451,10 @@ def _is_prefix(key: str, heading: Heading) -> bool:
 
 def _selected(wanted: Sequence[str] | None, named: Mapping[int, Heading], table: Table) -> list[int]:
     if not named:
-        raise InputError(f"this {table.format} file holds a time column and nothing else")
+        aside = "".join(f" ({g})" for g in table.guesses)
+        raise InputError(
+            f"this {table.format} file holds a time column and nothing else that is a number{aside}"
+        )
     if wanted is None:
         return list(named)
     if isinstance(wanted, str):

@@ -130,6 +130,8 @@ _SUFFIX_BY_GROUP = {
 }  # fmt: skip
 _BRACKETED = re.compile(r"\s*[,:]?\s*[\[({<]\s*([^\[\](){}<>]*(?:\([^()]*\)[^\[\](){}<>]*)?)\s*[\])}>]\s*$")
 _INDEXED = re.compile(r"\[(\d+)\]$")
+#: "time [samples]" numbers the samples, whatever it is called.
+_NUMBERED = re.compile(r"[\[({<]\s*(?:samples?|counts?|index|#)\s*[\])}>]\s*$", re.IGNORECASE)
 _TIME_TAIL = re.compile(r"^(?:time|t|timestamp|stamp)(s|sec|ms|us|ns)$")
 
 
@@ -158,6 +160,8 @@ def read_heading(text: str) -> Heading:
         unit = unit.replace("G", "g")
     if group == "identity" and unit:  # "sensor [rad/s]" holds samples, not names of sensors
         group = ""
+    if group == "time" and not unit and _NUMBERED.search(name):
+        group = "counter"
     return Heading(_clean(name), unit, group)
 
 
@@ -186,7 +190,9 @@ def _plain(text: str) -> str:
 
 
 def _clean(text: str) -> str:
-    return re.sub(r"\s+", "_", text.strip(" \t.,:;_")) or "unnamed"
+    """A name without blanks, and without signs that command a terminal or turn the direction of the text."""
+    name = re.sub(r"\s+", "_", text.strip(" \t.,:;_"))
+    return "".join(c for c in name if c.isprintable()) or "unnamed"
 
 
 def _group(plain: str) -> Group:

@@ -101,6 +101,8 @@ def read_layout(source: str | os.PathLike[str] | Mapping[str, Any]) -> Layout:
     """
     if isinstance(source, Mapping):
         return check_entries(Layout, source, "the layout", {}, _contradictions)
+    if not isinstance(source, (str, os.PathLike)):
+        raise InputError(f"layout must be a YAML file or a mapping of its entries, not {source!r}")
     place = Path(source)
     entries, lines = read_yaml_lines(place, "layout of records")
     if not isinstance(entries, Mapping):

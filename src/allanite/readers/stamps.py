@@ -7,6 +7,7 @@ A column that counts rows (0, 1, 2, ...) is not time. A guess is never silent: i
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 
@@ -26,6 +27,9 @@ _SHORT_NAMES = {1.0: "s", 1e-3: "ms", 1e-6: "us", 1e-9: "ns", 60.0: "min", 3600.
 _FACTORS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "0.1 ms": 1e-4}
 #: Seconds since 1970 between 2001 and 2128, and the same in ms, µs, ns.
 _EPOCH = (1e9, 5e9)
+_UNKNOWN_UNIT = re.compile(
+    r"[\[({<]_*([^\[\](){}<>]+?)_*[\])}>]$"
+)  # at the end of a name: no unit that is known
 _LOOK = 2048  # values looked at in each of three places
 
 
@@ -152,7 +156,9 @@ def _single(
     if not unit:
         unit, factor = _by_magnitude(column, absolute, nominal)
         if not _EPOCH[0] <= absolute * factor <= _EPOCH[1]:
-            guesses.append(f"time column {heading.name or chosen}: no unit given, read as {unit}")
+            stated = _UNKNOWN_UNIT.search(heading.name)
+            reason = f"the unit {stated[1]!r} is not known" if stated else "no unit given"
+            guesses.append(f"time column {heading.name or chosen}: {reason}, read as {unit}")
     first_ns = round(absolute * round(factor * 1e9))
     start = first_ns if _EPOCH[0] <= absolute * factor <= _EPOCH[1] else None
     spacing = None

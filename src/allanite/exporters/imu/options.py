@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, TypedDict, TypeVar
@@ -11,7 +10,7 @@ from typing import Any, TypedDict, TypeVar
 from allanite.errors import InputError
 from allanite.exporters.imu.axes import SENSORS, axes_rule, channels_of, combined, refuse_nothing
 from allanite.exporters.imu.preamble import Consumer, bound_lines, number_format, preamble
-from allanite.exporters.imu.walks import WalkChoice, refuse_time, walk_choice
+from allanite.exporters.imu.walks import WalkChoice, is_positive, refuse_time, walk_choice
 
 __all__ = ["Asked", "NoiseOptions", "asked_of"]
 
@@ -119,7 +118,7 @@ def asked_of(
     choice = None if walk is None else walk_choice(walk, correlation_time, consumer.file)
     axes = axes or ("rms" if consumer.simulator else "worst")
     rule, style = axes_rule(axes, per_axis=consumer.per_axis), number_format(digits)
-    if not (math.isfinite(inflate) and inflate > 0):
+    if not is_positive(inflate):
         raise InputError(f"inflate must be a positive factor, not {inflate!r}")
     wanted = dict(zip(SENSORS, (gyroscope, accelerometer), strict=True))
     channels = {sensor: channels_of(document, sensor, wanted[sensor]) for sensor in SENSORS}

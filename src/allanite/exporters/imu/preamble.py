@@ -69,7 +69,10 @@ def preamble(
     source = provenance.get("source") or "samples or models in memory"
     digest = f", SHA-256 {provenance['sha256']}" if provenance.get("sha256") else ""
     span = f", {recording['duration']:g} s at" if "duration" in recording else ", for"
-    inflated = "not inflated" if inflate == 1 else f"INFLATED by {inflate:g} (the table below is not)"
+    bound = any(model.get("overbound") for channel in document["channels"] for model in channel["models"])
+    inflated = "INFLATED to a bound, see below" if bound else "not inflated"
+    if inflate != 1:
+        inflated = f"INFLATED by {inflate:g}{' ON TOP of a bound' * bound} (the table below is not)"
     return [
         f"IMU noise for {consumer.name}, written by allanite {__version__}",
         f"from {plain_line(source)}{digest}{span} {rate_text(recording['rate'])} Hz",

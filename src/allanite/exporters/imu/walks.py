@@ -20,6 +20,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
+
 from allanite.errors import InputError
 from allanite.exporters.imu.axes import AxisNumbers, parameter
 from allanite.noise import FLICKER_FLOOR, SIGMA_PER_B, GaussMarkov
@@ -112,9 +114,16 @@ def walking(channel: Json, choice: WalkChoice, consumer: str, file: str) -> Walk
     return Walking(name=name, noise=max(noises), walk=max(walks), notes=tuple(notes))
 
 
+def is_positive(value: Any) -> bool:
+    """A finite number above zero, and no text that looks like one."""
+    if isinstance(value, bool) or not isinstance(value, (int, float, np.integer, np.floating)):
+        return False
+    return bool(math.isfinite(value) and value > 0)
+
+
 def refuse_time(correlation_time: float | None) -> None:
     """Raise if a correlation time is not a positive number of seconds."""
-    if correlation_time is not None and not (math.isfinite(correlation_time) and correlation_time > 0):
+    if correlation_time is not None and not is_positive(correlation_time):
         raise InputError(f"correlation_time must be a positive number of seconds, not {correlation_time!r}")
 
 
