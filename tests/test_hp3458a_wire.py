@@ -290,6 +290,19 @@ def test_silence_is_a_timeout_each_time_and_no_reading_is_repeated():
     assert flags[30] == Flag.RESYNC and np.count_nonzero(flags) == 1
 
 
+def test_a_busy_host_that_stands_still_again_and_again_loses_count_of_nothing():
+    with virtual_wire(signal=counting) as wire:
+        wire.late = 5e-3  # a quarter of a period on average, and more than half of one in one read of seven
+        instrument = started(wire, Settings(rate=50))
+        blocks = [instrument.read(1.0) for _ in range(12)]
+        for _ in range(100):
+            wire.clock.pass_by(0.4)
+            blocks += [instrument.read(1.0) for _ in range(3)]
+    values, counter, flags, remarks = joined(blocks)
+    assert counter.tolist() == microvolts(values) == list(range(len(counter)))
+    assert not flags.any() and not remarks
+
+
 def test_a_slow_host_behind_an_adapter_loses_readings_and_the_counter_says_so():
     with virtual_adapter() as (transport, clock):
         instrument = started(transport, Settings(rate=100))

@@ -340,7 +340,7 @@ def test_q9_q10_the_wall_clock_is_set_and_the_host_sleeps(
     assert 59.5 < (clock[len(awake)] - clock[len(awake) - 3]) * 1e-9 < 61.5
     (gap,) = lines_of(found, "gap")
     assert gap["reason"].startswith("the host slept for 60 s; ")
-    assert 15 < gap["samples"] - 3000 < 25, "it was asked for its settings before it was armed again"
+    assert 15 < gap["samples"] - 3000 < 30, "it was asked for its settings before it was armed again"
     assert_gaps_are_told(found)
 
 

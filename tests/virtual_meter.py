@@ -53,6 +53,7 @@ class VirtualWire:
     clock: VirtualClock
     error: float
     answer_seconds: float = 0.02  # from a query to its answer
+    late: float = LATE  # of the host at a read, on average [s]
     gone: bool = False
     _jitter: np.random.Generator = field(default_factory=lambda: np.random.default_rng(5))
     _held: bytearray = field(default_factory=bytearray)
@@ -81,7 +82,7 @@ class VirtualWire:
                 self._held += self.meter.take(count)
                 break
         else:
-            self.clock.pass_by(self._jitter.exponential(LATE))
+            self.clock.pass_by(self._jitter.exponential(self.late))
         out = bytes(self._held[:count])
         del self._held[:count]
         return out

@@ -34,6 +34,8 @@ QUIET = 0.1
 LATE, LONGEST_QUEUE = 0.05, 10_000
 #: A wait is cut into such slices [s], except so close to the instant at which a reading is due [s].
 SLICE, NEAR = 0.25, 1.0
+#: After a silence the clock is asked for so long [s], at least with one reading and at most with so many.
+ASSURANCE, MOST_ASSURING = 0.1, 16
 #: Seconds of readings in one block, and their largest number.
 BLOCK, LARGEST_BLOCK = 0.1, 65536
 
@@ -378,24 +380,39 @@ class HP3458A:
         return min(-late - NEAR, SLICE) if late < -NEAR - QUIET else max(NEAR - late, SLICE)
 
     def _all_of(self, stream: Stream, heard: _Heard) -> _Heard:
-        """After a silence: everything that was on its way, up to a reading that had to be waited for."""
+        """After a silence: everything that was on its way, up to readings that had to be waited for.
+
+        A host only ever delays, so the least late of some of them says when the last one was there.
+        """
         data, last = heard.data, heard
+        seen: list[tuple[int, int]] = []  # when each was there that was waited for, and how many had come by then
         for _ in range(LONGEST_QUEUE):
             begun = (stream.begun + len(data)) % stream.width
             more = self._heard(stream.width - begun, 2 * self._step, stream)
             data += more.data
             if more.broken_off:
                 # When the last one came nobody knows unless it was waited for: the next one will tell.
-                return replace(last, data=data, silent=True, broken_off=not last.awaited)
+                return self._least_late(replace(last, data=data, broken_off=not last.awaited), stream, seen)
             last = more
             if not more.awaited:
                 continue
+            count = len(data)
             more = self._heard(stream.width, 0.0, stream)  # a busy host is slow with a queue too
             data += more.data
             if more.broken_off:
-                break
+                seen.append((last.at_ns, count // stream.width))
+                if len(seen) >= min(max(ASSURANCE / self._step, 1), MOST_ASSURING):
+                    break
+                continue
             last = more
-        return replace(last, data=data, silent=True)
+        return self._least_late(replace(last, data=data), stream, seen)
+
+    def _least_late(self, heard: _Heard, stream: Stream, seen: list[tuple[int, int]]) -> _Heard:
+        """All that came since a silence, timed by the least late of the readings seen."""
+        if not heard.awaited or not seen:
+            return replace(heard, silent=True)
+        count, step = seen[-1][1], self._step * 1e9
+        return replace(heard, at_ns=min(at + round((count - n) * step) for at, n in seen), silent=True)
 
     # ---- arming --------------------------------------------------------------------------------------------------
 
