@@ -626,6 +626,18 @@ def test_csv_gives_back_the_curve(tmp_path: Path) -> None:
         al.AllanCurve.from_csv(path)
 
 
+def test_hostile_names_stay_one_cell_of_text_and_come_back(tmp_path: Path) -> None:
+    y = np.random.default_rng(1).standard_normal((100, 2))
+    names = ["=1+1", "a\nb\0\u2028c"]
+    curve = al.allan_curve(Recording.from_rate(y, rate=10.0, unit="deg/s", names=names))
+    path = curve.to_csv(tmp_path / "allan.csv")
+    (heads,) = (row for row in path.read_text(encoding="utf-8").split("\n") if row.startswith("m,tau"))
+    assert heads.split(",")[2::5] == ["'=1+1.deviation", r"a\nb\x00\u2028c.deviation"]
+    again = al.AllanCurve.from_csv(path)
+    assert again.names == curve.names
+    np.testing.assert_array_equal(again.deviation, curve.deviation)
+
+
 def test_channels_are_reached_by_name() -> None:
     y = np.random.default_rng(1).standard_normal((500, 3))
     curve = oadev(y)

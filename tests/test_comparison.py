@@ -25,6 +25,7 @@ from allanite.errors import FormatError, InputError
 from allanite.laws import chi_square_quantile
 from allanite.noise import Flicker, GaussMarkov, NoiseModel, RandomWalk, White
 from allanite.recording_file import write_recording
+from allanite.report.measurement import judgement
 from allanite.simulation import simulate
 from shell import Run
 
@@ -320,6 +321,7 @@ def test_a_record_with_more_noise_is_named_and_the_others_agree() -> None:
     found = compare([*curves, curve(4, LOUD)], names=list("abcd"))
     c = found["gyro"]
     assert found.verdict == "the records differ" and "N" in found.reason and "d stands out" in found.reason
+    assert judgement(found.to_json(), ())[0]["text"].startswith("gyro in N")
     for outlier in (c.outlier, c["N"].outlier):
         assert outlier is not None and outlier.record == "d" and outlier.p < 1e-3 and outlier.rest_p > 0.05
     assert c["N"].worst == "d" and c["N"].worst_p is not None and c["N"].worst_p < 1e-3

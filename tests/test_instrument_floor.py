@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import csv
 import json
 import math
 from pathlib import Path
@@ -139,6 +140,15 @@ def test_the_curve_over_the_floor_is_the_sensor_and_a_limit_where_it_is_not_reso
     text = nothing.to_csv(tmp_path / "over.csv").read_text(encoding="utf-8")
     assert "# format: allanite-over-floor 1" in text
     assert text.count(",,") >= int(hidden.sum())
+
+
+def test_labels_of_the_table_stay_text_on_one_line(rng: np.random.Generator, tmp_path: Path) -> None:
+    made = al.Recording.from_rate(rng.standard_normal(200), rate=10.0, unit="V", names="@a, b\nc")
+    above = over_floor(al.allan_curve(made), made)
+    rows = above.to_csv(tmp_path / "over.csv").read_text(encoding="utf-8").splitlines()
+    heads, first = list(csv.reader(rows[4:6]))
+    assert heads[2:] == [rf"'@a, b\nc.{p}" for p in ("measured", "instrument", "sensor", "lower", "upper")]
+    assert [float(cell) for cell in first[:4]] == [1.0, 0.1, *[above.measured.deviation[0, 0]] * 2]
 
 
 # -- both curves fitted together ----------------------------------------------------------------------------

@@ -18,6 +18,7 @@ import numpy as np
 import pytest
 from starlette.requests import Request
 
+from allanite.delivery import environment
 from allanite.errors import AllaniteError
 from allanite.page import sniffing, uploads
 from allanite.page.replies import Refused
@@ -71,6 +72,8 @@ def test_results_sources_and_other_files_are_no_recordings(tmp_path: Path) -> No
         "imu.yaml": "rate: 1\nnoise: 2\n",
         "words.txt": "these are words\nand no numbers at all\n",
         "allan.csv": "# format: allanite-curve\n1,2\n3,4\n",
+        "over.csv": "# format: allanite-over-floor 1\n1,2\n3,4\n",
+        "gyro_x.csv": ",".join(environment._CURVE) + "\n1,2,3,4,5,6,7\n2,2,3,4,5,6,7\n",
         "zeros.bin": "\x00" * 100,
     }.items():
         (tmp_path / name).write_text(text)

@@ -3,7 +3,9 @@
 
 from __future__ import annotations
 
+import csv
 import os
+import re
 import stat
 from pathlib import Path
 
@@ -11,7 +13,7 @@ import numpy as np
 import pytest
 
 import allanite as al
-from allanite.atomic_file import fresh, make_folder
+from allanite.atomic_file import fresh, make_folder, refuse_existing
 from allanite.errors import InputError, StorageError
 from allanite.recording_file import FORMATS, summary, write_recording
 
@@ -132,6 +134,41 @@ def test_integers_far_from_zero_survive(suffix: str, tmp_path: Path) -> None:
     assert np.all(steps == 1) if suffix == ".parquet" else np.all(np.abs(steps) <= 256)
 
 
+def named(*names: str) -> al.Recording:
+    samples = np.random.default_rng(3).normal(0, 0.01, (300, len(names)))
+    return al.Recording.from_rate(samples, rate=32.0, unit="rad/s", names=names)
+
+
+@pytest.mark.parametrize("suffix", [s for s in FORMATS if s != ".npy"])
+def test_names_that_begin_like_a_formula_are_text_and_come_back(suffix: str, tmp_path: Path) -> None:
+    recording = named("=1+1", "+gyro", "-gyro", "@sum", "a,b", 'c"d')
+    back = al.read(write_recording(recording, tmp_path / f"r{suffix}"))
+    assert (back.names, back.rate) == (recording.names, pytest.approx(32.0, rel=1e-8))
+    np.testing.assert_array_equal(back.values("@sum"), recording.values("@sum"))
+    if suffix == ".csv":
+        with (tmp_path / "r.csv").open(newline="") as file:
+            heads, first = next(rows := csv.reader(file)), next(rows)
+        assert heads[1:5] == [f"'{name} [rad/s]" for name in recording.names[:4]]
+        assert [float(cell) for cell in first[1:]] == [recording.values(n)[0] for n in recording.names]
+
+
+@pytest.mark.parametrize("suffix", FORMATS)
+@pytest.mark.parametrize("name", ["a\nb", "a\0b", "\tx", "a\u2028b"])
+def test_a_name_that_no_file_gives_back_is_refused(name: str, suffix: str, tmp_path: Path) -> None:
+    recording, path = named(name, "gyro_y"), tmp_path / f"r{suffix}"
+    if suffix == ".npy":  # holds no names
+        assert np.load(write_recording(recording, path)).shape == (300, 2)
+        return
+    with pytest.raises(InputError, match=f"the name of channel {re.escape(repr(name))} .*another name"):
+        write_recording(recording, path)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_channel_does_not_hide_the_rate_of_an_archive(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="channel 'fs'"):
+        write_recording(named("fs"), tmp_path / "r.npz")
+
+
 def test_blocks_are_written_in_their_order(tmp_path: Path) -> None:
     recording = al.Recording.from_rate(
         np.arange(100_000.0), rate=1.0, unit="V"
@@ -178,6 +215,21 @@ def test_a_file_is_whole_or_absent(tmp_path: Path) -> None:
     write(target, "new", force=True)
     assert target.read_text() == "new"
     assert list(tmp_path.iterdir()) == [target]
+
+
+@pytest.mark.parametrize("name", ["n" * 300, "a\0b"])
+def test_a_name_that_no_file_can_have_is_said(name: str, tmp_path: Path) -> None:
+    place = tmp_path / name
+    for force in (False, True):
+        with (
+            pytest.raises(StorageError, match=r"cannot write .*choose another name"),
+            fresh(place, force=force),
+        ):
+            pass
+        with pytest.raises(StorageError, match=r"cannot write .*choose another name"):
+            refuse_existing(place, force=force)
+    with pytest.raises(StorageError, match=r"cannot make the folder .*choose another name"):
+        make_folder(place)
 
 
 def test_a_new_file_has_the_rights_that_the_user_gives_new_files(tmp_path: Path) -> None:

@@ -68,6 +68,13 @@ def test_a_damaged_study_names_every_fault(study: al.Study, tmp_path: Path) -> N
         al.Study.from_json(document)
     with pytest.raises(FormatError, match="version 9"):
         al.Study.from_json({"format": "allanite-study", "version": 9})
+    with pytest.raises(InputError, match="no such file"):
+        al.Study.load(tmp_path / "none.json")
+    (tmp_path / "x.json").write_text("t,gyro")
+    with pytest.raises(
+        FormatError, match=r"x\.json is not JSON .*give a study, study.json of 'allanite char"
+    ):
+        al.Study.load(tmp_path / "x.json")
     for text in ("{", "[1]", '{"format": "other"}'):
         (tmp_path / "x.json").write_text(text)
         with pytest.raises(FormatError):

@@ -164,6 +164,15 @@ def test_a_week_counts_limits_apart_from_intervals() -> None:
     )
 
 
+def test_a_name_stays_as_it_is_written_where_a_sentence_begins() -> None:
+    names = wording.channel_names({"channels": [{"name": "x"}, {"name": "gyro_x"}]})
+    assert wording.sentence("gyro_x in N", names) == "gyro_x in N."
+    assert wording.sentence("x: its lags", names) == "x: its lags."
+    assert wording.sentence("xenon is heavy", names) == "Xenon is heavy."
+    assert wording.channel_names({"channels": ("a", "b")}) == ["a", "b"]
+    assert wording.channel_names({"channels": {"gyro": ["a"]}}) == wording.channel_names({}) == []
+
+
 def test_the_verdict_of_a_null_test_has_its_tone() -> None:
     assert wording.tone("no bias that follows the turns") == "good"
     assert wording.tone("a bias follows the turns") == "fatal"

@@ -67,11 +67,25 @@ def test_entries_that_contain_themselves_or_more_than_a_person_writes(tmp_path: 
             read_yaml_lines(place, "thing")
 
 
+@pytest.mark.parametrize("reader", [read_yaml, read_yaml_lines])
+def test_a_whole_file_with_a_tag_of_a_language_is_refused_as_such(tmp_path: Path, reader: object) -> None:
+    place = tmp_path / "a.yaml"
+    place.write_text("# first\n!!python/object/apply:os.system [ls]\n")
+    with pytest.raises(FormatError, match=r"a\.yaml, line 2: the tag python/object/apply:os\.system"):
+        reader(place, "thing")  # type: ignore[operator]
+    place.write_text("a: 'no !!python/object'\nb: !!str 3\n")
+    read_yaml(place, "thing")
+
+
 @pytest.mark.parametrize(
     ("line", "message"),
     [
-        ("rate: !!python/object/apply:os.mkdir [MARKER]", "not YAML"),
-        ("rate: !!python/name:os.system", "line 1, rate: should be a valid number"),
+        (
+            "rate: !!python/object/apply:os.mkdir [MARKER]",
+            "line 1: the tag python/object/apply:os.mkdir is one of",
+        ),
+        ("rate: !!python/name:os.system", "line 1: the tag python/name:os.system is one of a programming"),
+        ("rate: !ruby/object:Set {}", "tag !ruby/object:Set .* are not read; write plain texts"),
         ("rate: 60:30:00", "line 1, rate: should be a valid number"),
         ("on: 1", "line 1, on: is no entry that is known"),
         ("a: &a [1, 1]\nb: &b [*a, *a]\nc: {b: *b, c: *b}", "no entry that is known"),

@@ -161,7 +161,7 @@ def run_mutations(
     Returns
     -------
     list of dict
-        One per format: format, files, read, refused, by_signal, other_errors (0, or the run stops).
+        One per format: format, files, read, refused, by_signal, other_errors (0, or the run stops), passes.
     """
     rows: list[Json] = []
     for name, (file, write, options) in FORMATS.items():
@@ -182,6 +182,7 @@ def run_mutations(
         }
         row["by_signal"] = sum(n for what, n in told.items() if what.startswith("signal"))
         row["other_errors"] = told.get("another error", 0)
+        row["passes"] = not (row["by_signal"] or row["other_errors"])
         rows.append(row)
         say(str(row))
     return rows

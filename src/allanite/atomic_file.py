@@ -28,7 +28,7 @@ def fresh(path: str | os.PathLike[str], *, force: bool = False) -> Iterator[Path
     Raises
     ------
     StorageError
-        The file exists, the folder does not, or the disk refuses.
+        The file exists, the folder does not, the name is none, or the disk refuses.
 
     Examples
     --------
@@ -44,15 +44,15 @@ def fresh(path: str | os.PathLike[str], *, force: bool = False) -> Iterator[Path
     try:
         handle, name = tempfile.mkstemp(prefix=f".{target.name}.", suffix=target.suffix, dir=target.parent)
         os.close(handle)
-    except OSError as error:
-        raise StorageError(f"cannot write {target}: {error.strerror or error}") from None
+    except (OSError, ValueError) as error:
+        raise _refusal("write", target, error) from None
     place = Path(name)
     try:
         yield place
         place.chmod(0o666 & ~_umask())
         place.replace(target)
     except OSError as error:
-        raise StorageError(f"cannot write {target}: {error.strerror or error}") from error
+        raise _refusal("write", target, error) from error
     finally:
         place.unlink(missing_ok=True)
 
@@ -63,9 +63,9 @@ def refuse_existing(*paths: str | os.PathLike[str], force: bool) -> None:
     Raises
     ------
     StorageError
-        Names the files that exist.
+        Names the files that exist, or a name that none can have.
     """
-    there = [str(p) for p in paths if Path(p).exists()]
+    there = [str(p) for p in paths if _exists(p)]
     if there and not force:
         raise StorageError(
             f"{', '.join(there)} exists; use --force (force=True) to replace it, or choose another place"
@@ -82,9 +82,28 @@ def make_folder(path: str | os.PathLike[str]) -> Path:
     """
     try:
         Path(path).mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise StorageError(f"cannot make the folder {path}: {error.strerror or error}") from None
+    except (OSError, ValueError) as error:
+        raise _refusal("make the folder", path, error) from None
     return Path(path)
+
+
+def _exists(path: str | os.PathLike[str]) -> bool:
+    try:
+        Path(path).stat()
+    except (FileNotFoundError, NotADirectoryError):
+        return False
+    except (
+        OSError,
+        ValueError,
+    ) as error:  # too long for a name, a NUL in it, a folder that may not be entered
+        raise _refusal("write", path, error) from None
+    return True
+
+
+def _refusal(what: str, path: str | os.PathLike[str], error: OSError | ValueError) -> StorageError:
+    reason = (error.strerror if isinstance(error, OSError) else None) or str(error)
+    shown = str(path).replace("\0", "\\0")
+    return StorageError(f"cannot {what} {shown}: {reason}; choose another name or place")
 
 
 def _umask() -> int:

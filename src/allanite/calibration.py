@@ -15,7 +15,6 @@ same body and have all six misalignments; alone they define it in the same way.
 
 from __future__ import annotations
 
-import json
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -27,7 +26,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from allanite.columns import Calculated, Column
 from allanite.errors import FormatError, InputError
-from allanite.plain_data import plain
+from allanite.plain_data import load_plain, plain
 from allanite.recording import Kind, Recording, scaled_samples
 
 __all__ = ["ACCELEROMETER", "AXES", "GYRO", "Calibration", "Frame", "TriadErrors", "parameter_names"]
@@ -371,12 +370,9 @@ class Calibration:
         FormatError
             Not a calibration.
         """
-        try:
-            return cls.from_json(json.loads(Path(path).read_text(encoding="utf-8")))
-        except FileNotFoundError:
-            raise InputError(f"no such file: {path}") from None
-        except (OSError, UnicodeDecodeError, json.JSONDecodeError) as error:
-            raise FormatError(f"{path} is not JSON: {error}") from None
+        return cls.from_json(
+            load_plain(path, "a calibration, calibration.json of 'allanite calibrate LOG --out FOLDER'")
+        )
 
 
 _ALL = tuple(

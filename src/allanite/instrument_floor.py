@@ -36,6 +36,7 @@ from numpy.typing import NDArray
 
 from allanite.allan import AllanCurve, allan_curve
 from allanite.atomic_file import fresh
+from allanite.csv_cells import heading_cell
 from allanite.errors import DataQualityError, InputError
 from allanite.health import Finding, Severity, check, prepare
 from allanite.health.finding import finding, percent
@@ -225,7 +226,7 @@ class OverFloor:
             f"# confidence: {self.measured.confidence:g}",
             "# units: tau in s, deviations in SI (or the channel's own unit where it has none)",
             "# sensor: empty where the instrument's noise hides it; upper is then a limit",
-            ",".join(["m", "tau", *(f"{n}.{p}" for n in self.names for p in parts)]),
+            ",".join(["m", "tau", *(heading_cell(f"{n}.{p}") for n in self.names for p in parts)]),
         ]
         for j, m in enumerate(self.measured.lags):
             row = [str(int(m)), repr(float(self.tau[j]))]

@@ -19,6 +19,7 @@ from allanite.noise import (
     GaussMarkov,
     NoiseModel,
 )
+from allanite.plain_data import load_plain
 from allanite.units import Quantity, parse_unit
 
 __all__ = ["load_models", "model_of", "save_models"]
@@ -31,6 +32,10 @@ _CLASSES = {  # what the unit of a coefficient may be: that of a gyro, or that o
     "R": (Quantity.GYRO_R, Quantity.ACCEL_R),
     "T": (Quantity.TIME,),
 }
+_WANTED = (
+    "a study (study.json of 'allanite characterize LOG'), models (-o of 'allanite fit LOG'), a data sheet or a file of "
+    "another program (.yaml), or words such as 'N=0.3 deg/√h, B=5 deg/h'"
+)
 _WORDS = re.compile(r"\s*([QNBKRT])(?:_b)?\s*=\s*((?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*([^\s\d.].*?)\s*")
 
 
@@ -59,12 +64,7 @@ def load_models(path: str | os.PathLike[str]) -> tuple[dict[str, NoiseModel], fl
     if "=" in str(path) and not Path(path).exists():
         model = model_of(str(path))
         return {"gyro" if model.kind == "rate" else "accelerometer": model}, None
-    try:
-        found = json.loads(Path(path).read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise InputError(f"no such file: {path}") from None
-    except (OSError, UnicodeDecodeError, json.JSONDecodeError) as error:
-        raise FormatError(f"{path} is not JSON: {error}") from None
+    found = load_plain(path, _WANTED)
     if isinstance(found, Mapping) and found.get("format") == "allanite-study":
         from allanite.study import Study
 

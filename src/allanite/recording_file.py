@@ -22,6 +22,7 @@ from numpy.typing import NDArray
 
 from allanite.atomic_file import fresh, refuse_existing
 from allanite.columns import Samples
+from allanite.csv_cells import heading_cell
 from allanite.errors import InputError
 from allanite.recording import BLOCK, OVERLOAD, Channel, Kind, Recording
 
@@ -29,6 +30,7 @@ __all__ = ["FORMATS", "refuse_recording", "summary", "write_recording"]
 
 Progress = Callable[[float], None]
 
+_MEMBERS = ("fs", "units")  # of an archive, beside the channels
 _MOST_MATLAB = 2**31  # bytes of one variable
 
 _SI = {
@@ -63,7 +65,8 @@ def write_recording(
     Raises
     ------
     InputError
-        Another suffix, or more samples than a MATLAB file of version 5 takes.
+        Another suffix, a channel whose name the file would not give back, or more samples than a MATLAB file of
+        version 5 takes.
     StorageError
         The file exists and `force` is not given, or the disk refuses.
     """
@@ -73,6 +76,7 @@ def write_recording(
         raise InputError(
             f"{target.name}: a recording is written as {', '.join(FORMATS)}; give one of these suffixes"
         )
+    _refuse_names(recording, target)
     with fresh(target, force=force) as place:
         write(recording, place, progress or (lambda _: None))
     return target
@@ -85,6 +89,19 @@ def refuse_recording(path: str | os.PathLike[str], *, force: bool) -> None:
             f"{path}: a recording is written as {', '.join(FORMATS)}; give one of these suffixes"
         )
     refuse_existing(path, force=force)
+
+
+def _refuse_names(recording: Recording, target: Path) -> None:
+    """Raise if a name would be lost, or would hide the rate or the units; an array alone holds no names."""
+    suffix = target.suffix.lower()
+    for name in recording.names if suffix != ".npy" else ():
+        if not name.isprintable():
+            why = "holds signs that do not print (a line end, a NUL), and no reader gives them back"
+        elif suffix == ".npz" and name in _MEMBERS:
+            why = "is the name under which the archive holds something else"
+        else:
+            continue
+        raise InputError(f"{target.name}: the name of channel {name!r} {why}; give the channel another name")
 
 
 def summary(recording: Recording, path: Path) -> str:
@@ -139,7 +156,7 @@ def _csv(recording: Recording, place: Path, progress: Progress) -> None:
     heads = [f"{n} [{unit}]" if unit else n for n, unit in zip(recording.names, units, strict=True)]
     rows = BLOCK // 8
     with place.open("w", encoding="utf-8", newline="\n") as file:
-        file.write(",".join(_cell(head) for head in ["time [s]", *heads]) + "\n")
+        file.write(",".join(heading_cell(head) for head in ["time [s]", *heads]) + "\n")
         for start in range(0, recording.n_samples, rows):
             stop = min(start + rows, recording.n_samples)
             columns = [np.arange(start, stop) / recording.rate]
@@ -162,15 +179,13 @@ def _scaled(samples: Samples, origin: float, factor: float) -> Samples:
     return samples if factor == 1.0 else np.where(np.abs(samples) >= OVERLOAD, samples, samples * factor)
 
 
-def _cell(text: str) -> str:
-    return '"' + text.replace('"', '""') + '"' if any(c in text for c in ',"\n\r') else text
-
-
 def _npz(recording: Recording, place: Path, progress: Progress) -> None:
     """One member per channel, in the type in which it was written, beside ``fs`` and ``units``."""
     units = [_written(channel)[0] for channel in recording.channels]
     with zipfile.ZipFile(place, "w", allowZip64=True) as archive:
-        for name, small in (("fs", np.float64(recording.rate)), ("units", np.array(units, dtype=np.str_))):
+        for name, small in zip(
+            _MEMBERS, (np.float64(recording.rate), np.array(units, dtype=np.str_)), strict=True
+        ):
             with archive.open(f"{name}.npy", "w") as member:
                 np.lib.format.write_array(member, np.asanyarray(small), allow_pickle=False)
         done, whole = 0, recording.n_samples * len(recording.channels)

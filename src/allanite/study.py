@@ -38,6 +38,7 @@ from allanite.instrument_floor import (
     ready_floor,
 )
 from allanite.noise import NoiseModel
+from allanite.plain_data import load_plain
 from allanite.recording import Channel, Kind, Recording
 
 if TYPE_CHECKING:
@@ -149,13 +150,12 @@ class Study:
 
         Raises
         ------
+        InputError
+            No such file.
         FormatError
             Not JSON, or not a study.
         """
-        try:
-            document = json.loads(Path(path).read_text(encoding="utf-8"))
-        except (UnicodeDecodeError, json.JSONDecodeError) as error:
-            raise FormatError(f"{path} is not JSON: {error}") from None
+        document = load_plain(path, "a study, study.json of 'allanite characterize LOG'")
         if not isinstance(document, dict):
             raise FormatError(f"{path} is not a study: it holds a {type(document).__name__}")
         return cls.from_json(document)

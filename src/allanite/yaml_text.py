@@ -8,6 +8,7 @@ References
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
@@ -19,6 +20,9 @@ __all__ = ["LineNumbers", "read_yaml", "read_yaml_lines"]
 
 #: A larger file was not written by a person [bytes]; more entries come only from aliases of aliases.
 _MOST_BYTES, _MOST_ENTRIES = 1 << 18, 20_000
+_STANDARD = "tag:yaml.org,2002:"
+#: A tag that names a language and a type of it.
+_LANGUAGE_TAG = re.compile(rf"(?:{_STANDARD}|!)\w+/")
 #: Ways in which the parser fails, besides its own errors, on what is no YAML (an entry that contains itself).
 _FAILURES = (ValueError, RecursionError, AttributeError, LookupError, TypeError)
 
@@ -40,7 +44,7 @@ def read_yaml(place: Path, what: str) -> Any:
     InputError
         No such file.
     FormatError
-        Not YAML, not text, or too large.
+        Not YAML, not text, too large, or with tags of a programming language.
     """
     from ruamel.yaml import YAML
 
@@ -64,7 +68,22 @@ def _text(place: Path, what: str) -> str:
     size = place.stat().st_size
     if size > _MOST_BYTES:
         raise FormatError(f"{place} has {size} bytes: that is no {what}")
-    return place.read_text(encoding="utf-8-sig")
+    text = place.read_text(encoding="utf-8-sig")
+    _refuse_language_tags(text, place)
+    return text
+
+
+def _refuse_language_tags(text: str, place: Path) -> None:
+    """Raise at a tag that asks for an object of a program: ``!!python/object:os.system``, ``!ruby/object:Set``."""
+    from ruamel.yaml import YAML
+
+    for event in YAML(typ="safe", pure=True).parse(text) if "!" in text else ():
+        tag = getattr(event, "tag", None) or ""
+        if _LANGUAGE_TAG.match(tag):
+            raise FormatError(
+                f"{place}, line {event.start_mark.line + 1}: the tag {tag.removeprefix(_STANDARD)} is one of a "
+                "programming language, and such tags are not read; write plain texts, numbers and lists"
+            )
 
 
 @contextmanager

@@ -28,6 +28,7 @@ from allanite.allan.statistics import (
 )
 from allanite.allan.theo import hybrid_lags, is_heavy, sums_of_inner_squares, theo_lags
 from allanite.atomic_file import fresh
+from allanite.csv_cells import heading_cell
 from allanite.errors import DataQualityError, DataQualityWarning, FormatError, InputError
 from allanite.noise import NoiseModel
 from allanite.recording import Channel, Recording, Sampling
@@ -296,7 +297,7 @@ class AllanCurve:
         fields = ("deviation", "lower", "upper", "edf", "count")
         names = ["m", "tau", *(f"{c.name}.{k}" for c in self.channels for k in fields)]
         lines = [f"# {key}: {value}" for key, value in header.items()]
-        lines.append(",".join(_cell(n) for n in names))
+        lines.append(",".join(heading_cell(n) for n in names))
         for i, m in enumerate(self.lags):
             row = [str(int(m)), repr(float(self.tau[i]))]
             for j in range(len(self.channels)):
@@ -322,7 +323,8 @@ class AllanCurve:
         except UnicodeDecodeError as error:
             raise FormatError(f"{path} is not a curve written by allanite: {error}") from None
         head: dict[str, str] = {}
-        for line in text.splitlines():
+        lines = text.split("\n")  # no other line ends: a name may hold them
+        for line in lines:
             if line.startswith("# ") and ": " in line:
                 key, value = line[2:].split(": ", 1)
                 head[key] = value
@@ -333,7 +335,7 @@ class AllanCurve:
         try:
             channels = tuple(Channel.from_json(c) for c in json.loads(head["channels"]))
             missing = tuple(np.array(r, dtype=np.int64).reshape(-1, 2) for r in json.loads(head["missing"]))
-            rows = [r for r in text.splitlines() if r and not r.startswith("#")][1:]
+            rows = [r for r in lines if r and not r.startswith("#")][1:]
             table = np.array([[float(c) for c in r.split(",")] for r in rows])
             grid = table[:, 2:].reshape(len(table), len(channels), 5)
             bent = [np.isin(table[:, 0], lags) for lags in json.loads(head.get("excluded", "[]"))]
@@ -362,10 +364,6 @@ class AllanCurve:
 
 def _plain(values: NDArray[Any]) -> list[float | int | None]:
     return [v if v == v and abs(v) != np.inf else None for v in values.tolist()]
-
-
-def _cell(text: str) -> str:
-    return '"' + text.replace('"', '""') + '"' if any(c in text for c in ',"\n') else text
 
 
 def allan_curve(

@@ -21,6 +21,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from allanite.atomic_file import fresh, make_folder, refuse_existing
+from allanite.csv_cells import as_label
 from allanite.delivery.pictures import Delivered, refuse_figure, save_figure
 
 if TYPE_CHECKING:
@@ -198,22 +199,13 @@ def save_json(document: Json, path: Path, *, force: bool) -> Path:
     return path
 
 
-def _cell(value: Any) -> Any:
-    """A label out of a file stays text in a spreadsheet: one that begins like a formula gets an apostrophe."""
-    if not isinstance(value, str) or not value.startswith(("=", "+", "-", "@", "\t", "\r")):
-        return value
-    try:
-        float(value)
-    except ValueError:
-        return f"'{value}"
-    return value
-
-
 def _save_table(rows: Sequence[Json], path: Path, *, force: bool) -> Path:
     text = io.StringIO()
     writer = csv.DictWriter(text, fieldnames=list(rows[0]) if rows else ["number"], lineterminator="\n")
     writer.writeheader()
-    writer.writerows({key: _cell(value) for key, value in row.items()} for row in rows)
+    writer.writerows(
+        {key: as_label(v) if isinstance(v, str) else v for key, v in row.items()} for row in rows
+    )
     with fresh(path, force=force) as place:
         place.write_text(text.getvalue(), encoding="utf-8")
     return path

@@ -33,8 +33,7 @@ from allanite import __version__
 from allanite.attitude import rotation_vector
 from allanite.calibration import ACCELEROMETER, GYRO, Calibration
 from allanite.errors import InputError
-from allanite.exporters import kalibr
-from allanite.exporters.imu import NoiseOptions, white_and_walk
+from allanite.exporters.imu import Consumer, NoiseOptions, white_and_walk
 from allanite.exporters.kalibr import noise_lines, open_lines, refuse_topic
 from allanite.exporters.triads import (
     lower_and_rotation,
@@ -50,7 +49,13 @@ NAME = "openvins"
 FILE_NAME = "kalibr_imu_chain.yaml"
 SUMMARY = "OpenVINS, with the names of Kalibr: Tw, Ta and rotations of a calibration, noise of a study"
 TAKES = "either"
-CONSUMER = kalibr.CONSUMER  # the four numbers are those of an imu.yaml, and so is what is said of them
+CONSUMER = Consumer(  # the four numbers are those of an imu.yaml of Kalibr
+    name="OpenVINS",
+    file=FILE_NAME,
+    convention=(
+        "continuous-time root densities in SI units, two-sided; OpenVINS makes them discrete itself",
+    ),
+)
 TERMS = CONSUMER.terms
 
 Json = Mapping[str, Any]

@@ -42,7 +42,8 @@ _NO_LOGS: Final = frozenset(
         ".launch",
     }
 )  # fmt: skip
-_CURVE = b"# format: allanite-curve"
+#: Beginnings of tables that allanite wrote: curves, and what an environment did to the curve of a channel.
+_OURS: Final = (b"# format: allanite-", b"tau,before,after,deviation,error,share,left\n")
 _NUMBERS = re.compile(rb"(?:^|[\s,;|\"])[-+]?\d+(?:[.,]\d+)?(?:[eE][-+]?\d+)?(?:$|[\s,;|\"])", re.M)
 #: Lines with a number, in the first bytes of a log, at least; one of two that are whole.
 _FEWEST_LINES = 2
@@ -101,7 +102,7 @@ def _is_table(head: bytes) -> bool:
     if head.startswith((b"\xff\xfe", b"\xfe\xff")):
         head = head.decode("utf-16", "replace").encode()
     head = head.rstrip(b"\x00")  # what a crash leaves behind a log
-    if b"\x00" in head or head.startswith(_CURVE) or _FORMAT.search(head):
+    if b"\x00" in head or head.startswith(_OURS) or _FORMAT.search(head):
         return False
     lines = head.splitlines()
     return sum(1 for line in lines if _NUMBERS.search(line)) >= min(_FEWEST_LINES, max(len(lines), 1))

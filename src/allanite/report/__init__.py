@@ -12,7 +12,6 @@
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Mapping
 from importlib import import_module
@@ -21,6 +20,7 @@ from typing import Any
 
 from allanite.atomic_file import fresh
 from allanite.errors import AllaniteError, FormatError, InputError
+from allanite.plain_data import load_plain
 
 __all__ = ["html_of", "page_of", "render", "render_file"]
 
@@ -137,12 +137,9 @@ def render_file(source: str | os.PathLike[str], path: str | os.PathLike[str], *,
 
 
 def _loaded(path: Path) -> Mapping[str, Any]:
-    try:
-        document = json.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError:
-        raise InputError(f"no such file: {path}") from None
-    except (OSError, UnicodeDecodeError, json.JSONDecodeError, RecursionError) as error:
-        raise FormatError(f"{path} is not JSON: {error}") from None
+    document = load_plain(
+        path, "a result of allanite, study.json of 'allanite characterize LOG' or what another --out holds"
+    )
     found = document.get("format") if isinstance(document, Mapping) else None
     if found not in _PAGES:
         names = ", ".join(name.removeprefix("allanite-") for name in _PAGES)

@@ -19,6 +19,7 @@ from allanite.report.blocks import (
 )
 from allanite.report.measurement import judgement, known_facts, measurement_page
 from allanite.wording import (
+    channel_names,
     channel_table,
     comparison_facts,
     duration,
@@ -88,7 +89,7 @@ def _verdict(document: Json) -> list[Block]:
             outlier_lines(document),
             caption="What stands out.",
         ),
-        *bullets([sentence(remark) for remark in document["remarks"]]),
+        *bullets([sentence(remark, channel_names(document)) for remark in document["remarks"]]),
     ]
 
 

@@ -7,7 +7,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from allanite.report.blocks import Block, Section, banner, bullets, drawn, page_of, pairs, provenance, table
-from allanite.wording import sentence, tone
+from allanite.wording import channel_names, sentence, tone
 
 __all__ = ["judgement", "known_facts", "measurement_page", "rate_budget", "views"]
 
@@ -39,10 +39,10 @@ def measurement_page(
 
 def judgement(document: Json, advice: Sequence[str] | None = None) -> list[Block]:
     """The verdict with its reason, and what to do or to know; `advice` in place of that of the document."""
-    verdict = document["verdict"]
+    verdict, names = document["verdict"], channel_names(document)
     return [
-        banner(tone(verdict), sentence(verdict), sentence(document["reason"])),
-        *bullets([sentence(words) for words in (document["advice"] if advice is None else advice)]),
+        banner(tone(verdict), sentence(verdict), sentence(document["reason"], names)),
+        *bullets([sentence(words, names) for words in (document["advice"] if advice is None else advice)]),
     ]
 
 

@@ -20,6 +20,7 @@ from allanite.report.blocks import (
 from allanite.report.measurement import judgement, known_facts, measurement_page
 from allanite.wording import (
     change_lines,
+    channel_names,
     constancy_lines,
     duration,
     model_words,
@@ -70,7 +71,7 @@ def _verdict(document: Json) -> list[Block]:
             change_lines(document),
             caption=f"Changes with their {100 * document['confidence']:g} % intervals.",
         ),
-        *bullets([sentence(remark) for remark in remarks]),
+        *bullets([sentence(remark, channel_names(document)) for remark in remarks]),
         known_facts(variation_facts(document)),
     ]
 

@@ -9,6 +9,7 @@ from typing import Any
 from allanite.terminal.console import console
 from allanite.terminal.parts import say_advice, say_facts, say_files, say_rows, say_verdict
 from allanite.wording import (
+    channel_names,
     channel_table,
     comparison_facts,
     outlier_lines,
@@ -31,6 +32,6 @@ def show_comparison(document: Json, files: Sequence[object] = ()) -> None:
         say_rows(out, heads, rows)
     say_rows(out, ("Same?", "Allan curves", "parameters", "lags that differ alone"), sameness_lines(document))
     say_rows(out, ("Stands out", "in", "record", "", "the others"), outlier_lines(document))
-    say_advice(out, document["remarks"])
+    say_advice(out, document["remarks"], channel_names(document))
     say_facts(out, *comparison_facts(document))
     say_files(out, files)

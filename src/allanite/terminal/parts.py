@@ -59,10 +59,10 @@ def say_checks(out: Console, checks: Sequence[Json]) -> None:
     say_rows(out, ("Check", "", "χ² (expected)", ""), lines)
 
 
-def say_advice(out: Console, advice: Sequence[str]) -> None:
-    """Sentences behind arrows, and an empty line."""
+def say_advice(out: Console, advice: Sequence[str], names: Sequence[str] = ()) -> None:
+    """Sentences behind arrows, and an empty line; `names` stay as they are written."""
     for words in advice:
-        say_indented(out, f"→ {sentence(words)}")
+        say_indented(out, f"→ {sentence(words, names)}")
     if advice:
         out.print()
 

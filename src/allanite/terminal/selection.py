@@ -31,8 +31,8 @@ def show_selection(document: Json, files: Sequence[object] = ()) -> None:
         say_rows(out, ("Term", "in sets of weight", "95 % interval over all sets"), term_lines(channel))
         say_rows(out, ("Line", "amplitude", "gain and price", ""), chosen_line_lines(channel))
         if len(document["channels"]) > 1:
-            say_advice(out, [f"{name}: {channel['verdict']}"])
-        say_advice(out, [f"{name}: {remark}" for remark in channel["remarks"]])
+            say_advice(out, [f"{name}: {channel['verdict']}"], [name])
+        say_advice(out, [f"{name}: {remark}" for remark in channel["remarks"]], [name])
         say_facts(out, *((fact, words) for fact, words in selection_facts(channel) if words))
     say_end(out, document, files)
 

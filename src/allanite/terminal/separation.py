@@ -8,7 +8,7 @@ from typing import Any
 
 from allanite.terminal.console import console
 from allanite.terminal.parts import say_advice, say_end, say_facts, say_rows, say_verdict
-from allanite.wording import part_lines, part_term_lines, separation_facts
+from allanite.wording import channel_names, part_lines, part_term_lines, separation_facts
 
 __all__ = ["show_separation"]
 
@@ -21,6 +21,6 @@ def show_separation(document: Json, files: Sequence[object] = ()) -> None:
     say_verdict(out, document["verdict"], document["reason"])
     for heads, rows in (part_lines(document), part_term_lines(document)):
         say_rows(out, heads, rows)
-    say_advice(out, document["remarks"])
+    say_advice(out, document["remarks"], channel_names(document))
     say_facts(out, *((name, words) for name, words in separation_facts(document) if words))
     say_end(out, document, files)

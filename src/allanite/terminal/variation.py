@@ -8,7 +8,7 @@ from typing import Any
 
 from allanite.terminal.console import console
 from allanite.terminal.parts import say_advice, say_end, say_facts, say_rows, say_verdict
-from allanite.wording import change_lines, constancy_lines, variation_facts
+from allanite.wording import change_lines, channel_names, constancy_lines, variation_facts
 
 __all__ = ["show_variation"]
 
@@ -30,6 +30,7 @@ def show_variation(document: Json, files: Sequence[object] = ()) -> None:
         "constant",
     )
     say_rows(out, heads, constancy_lines(document))
-    say_advice(out, [f"{c['name']}: {remark}" for c in document["channels"] for remark in c["remarks"]])
+    remarks = [f"{c['name']}: {remark}" for c in document["channels"] for remark in c["remarks"]]
+    say_advice(out, remarks, channel_names(document))
     say_facts(out, *((name, words) for name, words in variation_facts(document) if words))
     say_end(out, document, files)

@@ -29,6 +29,7 @@ __all__ = [
     "angle",
     "budget_lines",
     "capitalised",
+    "channel_names",
     "check_lines",
     "consistency_lines",
     "contradictions",
@@ -114,14 +115,23 @@ def signed(value: float | None, factor: float, decimals: int) -> str:
     return "–" if value is None or not math.isfinite(value) else f"{value / factor:.{decimals}f}"
 
 
-def sentence(text: str) -> str:
-    """Words as a sentence: a capital letter before, a full stop after.
+def sentence(text: str, names: Iterable[str] = ()) -> str:
+    """Words as a sentence: a capital letter before, unless one of `names` stands there, and a full stop after.
 
-    >>> sentence("not resolved"), sentence("Done.")
-    ('Not resolved.', 'Done.')
+    >>> sentence("not resolved"), sentence("Done."), sentence("x: not resolved", ["x"])
+    ('Not resolved.', 'Done.', 'x: not resolved.')
     """
     text = text.replace("+-", "±")
-    return capitalised(text) + ("" if text.endswith((".", "!", "?", ":")) else ".")
+    named = any(text.startswith(name) and not text[len(name) :][:1].isalnum() for name in names)
+    begun = text if named else capitalised(text)
+    return begun + ("" if text.endswith((".", "!", "?", ":")) else ".")
+
+
+def channel_names(document: Json) -> list[str]:
+    """Names of the channels that a document lists; they stay as they are written."""
+    channels = document.get("channels")
+    listed = channels if isinstance(channels, Sequence) else ()
+    return [c["name"] if isinstance(c, Mapping) else c for c in listed]
 
 
 def capitalised(text: str) -> str:

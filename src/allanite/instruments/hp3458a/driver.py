@@ -385,7 +385,9 @@ class HP3458A:
         A host only ever delays, so the least late of some of them says when the last one was there.
         """
         data, last = heard.data, heard
-        seen: list[tuple[int, int]] = []  # when each was there that was waited for, and how many had come by then
+        seen: list[
+            tuple[int, int]
+        ] = []  # when each was there that was waited for, and how many had come by then
         for _ in range(LONGEST_QUEUE):
             begun = (stream.begun + len(data)) % stream.width
             more = self._heard(stream.width - begun, 2 * self._step, stream)

@@ -434,7 +434,9 @@ def _header_cells(line: str, vote: _Vote, open_end: bool, quoted: bool) -> list[
     """Cells of a header row, or None if the line is none."""
     commented = _is_comment(line)
     text = _without_comment(line) if commented else line.strip("\r\n")
-    cells = split(text, vote.delimiter, quoted)
+    cells = split(text, vote.delimiter, quoted=True)  # a name may be quoted where no sample is
+    if len(cells) != vote.count:
+        cells = split(text, vote.delimiter, quoted)
     if vote.delimiter == " " and len(cells) != vote.count:  # names with single blanks in them
         cells = [c.strip() for c in re.split(r"\s{2,}|\t", text.strip())]
     if len(cells) == vote.count + 1 and not cells[-1]:
