@@ -91,6 +91,12 @@ def test_an_upper_limit_says_nothing_below_it() -> None:
 # -- equality ------------------------------------------------------------------------------------------------------
 
 
+def test_zero_as_good_as_the_best_to_rounding_leaves_the_set_open_below() -> None:
+    found = traced(lambda x: max(x, 0.0) ** 2, 0.0, 0.5, CRITICAL, at_zero=-1e-12)
+    assert found.interval == (-math.inf, pytest.approx(math.sqrt(CRITICAL), rel=1e-3))
+    assert not found.supported
+
+
 def test_equality_of_normal_estimates_is_cochrans_chi_square() -> None:
     rng = np.random.default_rng(1)
     x, sd = rng.standard_normal(6), rng.uniform(0.2, 3, 6)

@@ -146,10 +146,12 @@ def traced(
     step = min(max(0.5 * sd, 1e-9), 0.5)
     up_x, up_s, high = _walk(loss, best, step, bounds[1])
     floor = bounds[0] if at_zero is None else best - _LOWEST
-    down_x, down_s, low = _walk(loss, best, -step, floor, None if at_zero is None else math.sqrt(at_zero))
-    if at_zero is not None and not low and (not down_x or down_x[-1] > floor):
+    # below zero by rounding where zero is as good as the best
+    ceiling = None if at_zero is None else math.sqrt(max(at_zero, 0.0))
+    down_x, down_s, low = _walk(loss, best, -step, floor, ceiling)
+    if ceiling is not None and not low and (not down_x or down_x[-1] > floor):
         down_x.append(floor)
-        down_s.append(math.sqrt(max(at_zero, 0.0)))
+        down_s.append(ceiling)
     knots = np.array([*down_x[::-1], best, *up_x])
     roots = np.maximum.accumulate(np.array([*(-s for s in down_s[::-1]), 0.0, *up_s]))
     return Profile(knots=knots, roots=roots, low=low, high=high, best=best, critical=critical)
