@@ -16,6 +16,7 @@ from verification.firmware import RATE, constants, replayed, space_of
 
 import allanite as al
 from allanite.errors import InputError
+from allanite.exporters import cpp
 from allanite.kalman import merged, run_filter, steady_state
 from allanite.kalman.filtering import FilterRun
 from allanite.noise import (
@@ -30,7 +31,9 @@ from allanite.noise import (
 )
 
 ROOT = Path(__file__).resolve().parent.parent
+#: The constants of a model; what comes behind them is `bias_filter.hpp`, word by word.
 GOLDEN = Path(__file__).parent / "published" / "cpp_model.hpp"
+FILTERS = "// -- the filter ---"
 LICENCE = "// SPDX-License-Identifier: BSD-3-Clause\n"
 DEG = math.radians(1)
 
@@ -166,7 +169,10 @@ def test_golden_file() -> None:
         fitted("gy", White(N=8.7e-5), Flicker(B=2.4e-5), estimates=limits),
     ]
     text = al.export("cpp", study(*channels), filter_rate=10.0, horizon=100.0)
-    assert LICENCE + text.replace(al.__version__, "VERSION") == GOLDEN.read_text(encoding="utf-8")
+    model, _, filters = text.partition(FILTERS)
+    assert LICENCE + model.replace(al.__version__, "VERSION") == GOLDEN.read_text(encoding="utf-8")
+    written = Path(cpp.__file__).with_name("bias_filter.hpp").read_text(encoding="utf-8")
+    assert filters == written.partition(FILTERS)[2] + "\n}  // namespace sensor\n\n#endif\n"
 
 
 def test_example_in_the_folder_is_up_to_date() -> None:

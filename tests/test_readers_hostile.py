@@ -22,6 +22,7 @@ import pytest
 from allanite.errors import AllaniteError, DataQualityError, FormatError, InputError, LimitError, StorageError
 from allanite.readers import parquet, read, sandbox, spool
 from allanite.recording import Recording
+from hostile_files import mutations
 
 #: The full number of mutations per format belongs to the long run: ALLANITE_MUTATIONS=2000.
 MUTATIONS = int(os.environ.get("ALLANITE_MUTATIONS", "60"))
@@ -241,19 +242,6 @@ def test_b3_no_samples(tmp_path: Path) -> None:
 
 
 # -- mutations ---------------------------------------------------------------------------------------------
-
-
-def mutations(content: bytes, count: int) -> list[bytes]:
-    """Copies with one to five bytes changed, at random places of the first kilobyte or anywhere."""
-    rng = np.random.default_rng(20261121)
-    result = []
-    for _ in range(count):
-        copy = bytearray(content)
-        reach = len(copy) if rng.random() < 0.5 else min(len(copy), 1024)
-        for place in rng.integers(0, reach, size=rng.integers(1, 6)):
-            copy[place] = rng.integers(0, 256)
-        result.append(bytes(copy))
-    return result
 
 
 def test_f4_mutations_of_npy(tmp_path: Path) -> None:

@@ -47,8 +47,8 @@ _SEVERITIES = ("fatal", "warning", "info")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Recorded:
-    """A recording in the folder.
+class _Listed:
+    """A file in the folder, or the folder of a run.
 
     Attributes
     ----------
@@ -58,10 +58,6 @@ class Recorded:
     format : str
     size : int [bytes]
     modified : float [s]
-    identity : str
-        Changes when the file does, or its layout.
-    layout : Path or None
-        The file that describes the records of a raw binary log.
     """
 
     id: str
@@ -70,20 +66,28 @@ class Recorded:
     format: str
     size: int
     modified: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Recorded(_Listed):
+    """A recording in the folder.
+
+    Attributes
+    ----------
+    identity : str
+        Changes when the file does, or its layout.
+    layout : Path or None
+        The file that describes the records of a raw binary log.
+    """
+
     identity: str
     layout: Path | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Document:
-    """A result in the folder."""
+class Document(_Listed):
+    """A result in the folder; `facts` is what the list shows of it."""
 
-    id: str
-    name: str
-    path: Path
-    format: str
-    size: int
-    modified: float
     facts: Json
 
 
