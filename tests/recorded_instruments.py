@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from allanite.capture import Patience, listener, session
+from allanite.capture import Patience, device_lock, listener, session
 from allanite.instruments.hp3458a import driver, prologix
 from allanite.instruments.hp3458a.simulated_meter import SimulatedMeter
 from allanite.instruments.hp3458a.simulator import Simulator
@@ -145,8 +145,13 @@ def sent_by(values: np.ndarray, n: int) -> np.ndarray:
     return source[first : first + n]
 
 
-def make_quick(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Waits of the drivers cut short."""
+def make_quick(monkeypatch: pytest.MonkeyPatch, locks: Path) -> None:
+    """Waits of the drivers cut short; locks of devices in a folder of the test's own.
+
+    Pseudo-terminals change their numbers when they vanish: another test at the same time may get that of ours.
+    """
+    locks.chmod(0o1777)
+    monkeypatch.setattr(device_lock, "_SHARED", (locks,))
     monkeypatch.setenv("PYVISA_LIBRARY", "@py")  # else it looks for the makers' libraries each time
     monkeypatch.setattr(driver, "QUIET", 0.02)
     monkeypatch.setattr(prologix, "READ_TIMEOUT_MS", 30)

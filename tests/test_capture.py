@@ -566,8 +566,6 @@ def test_q14_a_signal_ends_the_run_with_its_name(name: str, tmp_path: Path) -> N
 
 
 def test_q14_a_slow_instrument_is_not_waited_for(tmp_path: Path) -> None:
-    stop = Stop()
-
     class Slow(Scripted):
         """A sample each twenty seconds."""
 
@@ -575,11 +573,16 @@ def test_q14_a_slow_instrument_is_not_waited_for(tmp_path: Path) -> None:
         def rate(self) -> float:
             return 0.05
 
-    threading.Timer(0.1, stop.ask, ("SIGINT",)).start()
-    began = time.monotonic()
-    done = capture(Slow([block(0, 2)]), tmp_path / "run", stop=stop)
-    assert time.monotonic() - began < 15.0 and (done.status, done.samples) == ("abort", 2)
-    run = open_run(tmp_path / "run")
+    spent = []
+    for i in range(3):  # the quickest: the host may be busy
+        stop = Stop()
+        threading.Timer(0.1, stop.ask, ("SIGINT",)).start()
+        began = time.monotonic()
+        done = capture(Slow([block(0, 2)]), tmp_path / f"run{i}", stop=stop)
+        spent.append(time.monotonic() - began)
+        assert (done.status, done.samples) == ("abort", 2)
+    assert min(spent) < 2.0
+    run = open_run(tmp_path / "run0")
     assert not [e for e in run.manifest if e["kind"] in ("silence", "gap", "lost")]
 
 

@@ -247,16 +247,24 @@ def test_a_meter_left_measuring_by_another_program_is_stopped_first():
 # In a time that is only counted: what is missing is told by the clock, and a busy host must not have a say in a test.
 
 
+FAULTS = [
+    Fault(at=5, kind="overload"),
+    Fault(at=12, kind="partial"),
+    Fault(at=18, kind="garbage", data=b"\xff\x00#\r\n"),
+    Fault(at=30, kind="delay", seconds=0.15),  # all of it comes afterwards, and nothing is to be said
+    Fault(at=63, kind="doubled"),
+]
+
+
+def assert_faults_were_said(said: bytes) -> None:
+    assert b"+1.00000000E+38\r\n" in said and b"\r\n+1.20\r\n" in said and b"\r\n\xff\x00#\r\n" in said
+    assert said.count(b"+6.30000000E-05\r\n") == 2
+
+
 def test_faults_of_readings_are_rejected_counted_and_marked():
-    faults = [
-        Fault(at=5, kind="overload"),
-        Fault(at=12, kind="partial"),
-        Fault(at=18, kind="garbage", data=b"\xff\x00#\r\n"),
-        Fault(at=30, kind="delay", seconds=0.15),  # all of it comes afterwards, and nothing is to be said
-        Fault(at=63, kind="doubled"),
-    ]
-    with virtual_wire(signal=counting, faults=faults) as wire:
+    with virtual_wire(signal=counting, faults=FAULTS) as wire:
         values, counter, flags, remarks = joined(read_until(started(wire, Settings(rate=50)), 65))
+        assert_faults_were_said(bytes(wire.said))
     expected = [k for k in range(len(counter) + 1) if k != 12]
     assert counter.tolist() == expected
     assert microvolts(values) == [-1 if k == 5 else k for k in expected]
@@ -290,6 +298,23 @@ def test_silence_is_a_timeout_each_time_and_no_reading_is_repeated():
     assert flags[30] == Flag.RESYNC and np.count_nonzero(flags) == 1
 
 
+def test_faults_of_readings_come_through_a_socket():
+    """What does not rest on the clock: the bytes of each fault, and that no reading is wrong."""
+    with meter(Settings(rate=50), faults=FAULTS) as (simulator, instrument):
+        instrument.open()
+        instrument.start()
+        values, _, flags, remarks = joined(read_until(instrument, 70))
+        assert_faults_were_said(bytes(simulator.said))
+    numbers = microvolts(values)
+    told = [k for k in numbers if k != 63]
+    assert told == [-1 if k == 5 else k for k in range(numbers[-1] + 1) if k not in (12, 63)]
+    assert flags[5] == Flag.OVERLOAD and flags[12] & Flag.RESYNC
+    assert remarks[:2] == (
+        "rejected b'+1.20', which is no reading",
+        "rejected b'\\xff\\x00#', which is no reading",
+    )
+
+
 def test_a_busy_host_that_stands_still_again_and_again_loses_count_of_nothing():
     with virtual_wire(signal=counting) as wire:
         wire.late = 5e-3  # a quarter of a period on average, and more than half of one in one read of seven
@@ -319,16 +344,19 @@ def test_a_slow_host_behind_an_adapter_loses_readings_and_the_counter_says_so():
 def test_who_interrupts_is_heard_while_a_slow_reading_is_waited_for(monkeypatch):
     monkeypatch.setattr(driver, "NEAR", 0.05)
     monkeypatch.setattr(driver, "SLICE", 0.05)
-    with meter(Settings(rate=0.05)) as (_, instrument):
-        instrument.open()
-        instrument.start()
-        threading.Timer(0.1, instrument.interrupt).start()
-        began = time.monotonic()
-        with pytest.raises(InstrumentTimeout):
-            instrument.read(40.0)
-        with pytest.raises(InstrumentTimeout):
-            instrument.read(40.0)
-        assert time.monotonic() - began < 20.0
+    spent = []
+    for _ in range(3):  # the quickest: the host may be busy
+        with meter(Settings(rate=0.05)) as (_, instrument):
+            instrument.open()
+            instrument.start()
+            threading.Timer(0.1, instrument.interrupt).start()
+            began = time.monotonic()
+            with pytest.raises(InstrumentTimeout):
+                instrument.read(40.0)
+            with pytest.raises(InstrumentTimeout):
+                instrument.read(40.0)
+            spent.append(time.monotonic() - began)
+    assert min(spent) < 1.0
 
 
 def test_a_byte_lost_on_the_way_brings_the_meter_to_rest_and_starts_it_anew():

@@ -51,8 +51,8 @@ ASKED = {"start": [{"text": "GO"}], "identity": {"ask": {"text": "ID?"}, "answer
 
 
 @pytest.fixture(autouse=True)
-def _quick(monkeypatch: pytest.MonkeyPatch) -> None:
-    make_quick(monkeypatch)
+def _quick(monkeypatch: pytest.MonkeyPatch, tmp_path_factory: pytest.TempPathFactory) -> None:
+    make_quick(monkeypatch, tmp_path_factory.mktemp("locks"))
 
 
 # -- the normal course ---------------------------------------------------------------------------------------
@@ -248,29 +248,26 @@ def test_q7_another_meter_comes_back_and_ends_the_run(door: str, rate: int, run:
 def test_q7_an_imu_is_unplugged_and_plugged_in(
     serial: str | None, code: int, run: Run, tmp_path: Path
 ) -> None:
-    entries = IMU | ASKED
+    entries = IMU | ASKED | {"rate": 100}  # so slow that a busy host takes what has come
     faults = (LineFault(kind="vanish", at=150, seconds=0.2, serial=serial),)
     with SimulatedImu(Description.of(entries), faults=faults, serial="1") as device:
-        done = record_serial(run, device.port, tmp_path, 3, "--json", entries=entries)
+        done = record_serial(run, device.port, tmp_path, 4, "--json", entries=entries)
     assert done.code == code, done.err
     found = only_run(tmp_path / "runs")
     counter, values, _ = stored(found)
-    true = noise(6)(0, 4000)
+    true = noise(6)(0, 2000)
     number = np.array([int(np.argmin(np.abs(true - row).sum(axis=1))) for row in values])
     np.testing.assert_allclose(values, true[number], atol=6e-5)
     assert (np.diff(number) > 0).all()
     away = min([len(number), *(np.flatnonzero(np.diff(number) > 1) + 1)])
-    # what the host had not taken yet is lost with the port
-    assert number[away - 1] < 150 and np.array_equal(counter[:away], np.arange(away))
+    assert 120 <= number[away - 1] < 150 and np.array_equal(counter[:away], np.arange(away))
     assert_gaps_are_told(found, "ttyIMU")
     if code == 3:
         (back,), (lost,) = lines_of(found, "reconnected"), lines_of(found, "lost")
-        gone = (back["monotonic_ns"] - lost["monotonic_ns"]) * 1e-6  # samples that the clock saw pass
-        assert np.array_equal(counter[away:], np.arange(counter[away], 3000))
-        assert (
-            -1000 < counter[away] - away - gone < 1000
-        )  # the device waited for its start, and did not count
-        assert counter[away] >= 300 and counter[-1] == 2999
+        gone = (back["monotonic_ns"] - lost["monotonic_ns"]) * 1e-7  # samples that the clock saw pass
+        assert np.array_equal(counter[away:], np.arange(counter[away], 400))
+        assert -10 < counter[away] - away - gone < 30  # the device waited for its start, and did not count
+        assert counter[away] >= 165 and counter[-1] == 399
     else:
         assert "another instrument answers: X1 2 in place of X1 1" in done.err and found.status == "fail"
         assert len(counter) == np.ptp(number) + 1  # up to there, nothing is missing

@@ -55,8 +55,8 @@ from virtual_meter import SECOND, VirtualClock, virtual_adapter, virtual_wire
 
 
 @pytest.fixture(autouse=True)
-def _quick(monkeypatch: pytest.MonkeyPatch) -> None:
-    make_quick(monkeypatch)
+def _quick(monkeypatch: pytest.MonkeyPatch, tmp_path_factory: pytest.TempPathFactory) -> None:
+    make_quick(monkeypatch, tmp_path_factory.mktemp("locks"))
 
 
 # -- one recorder for a device (battery row Q12) ---------------------------------------------------------------
@@ -172,11 +172,11 @@ def test_q3_a_disk_that_is_full_ends_the_run_at_once_and_nothing_acknowledged_is
     def full(call: str) -> None:
         calls[call] += 1
         if call == "write" and calls["write"] > 5:
-            failed.append(time.monotonic())
+            failed.append(time.process_time())
             raise OSError(errno.ENOSPC, "No space left on device")
 
     done = recorded_on(full, 60, run, tmp_path, monkeypatch)
-    assert time.monotonic() - failed[0] < 20.0
+    assert time.process_time() - failed[0] < 1.0  # and not at the end of the minute
     assert done.code == 1 and "No space left on device: make room" in done.err and not done.out
     safe = int(done.err.partition("all up to sample ")[2].split()[0])
     counter, values, _ = stored(only_run(tmp_path / "runs"))

@@ -168,12 +168,15 @@ def test_silence_and_garbage_are_two_kinds_of_timeout() -> None:
 def test_who_interrupts_is_heard_while_a_sample_is_waited_for() -> None:
     device = SerialImu("ttyX", imu(), connect=Wire())
     device.open()
-    device.start()
-    device.interrupt()
-    began = time.monotonic()
-    with pytest.raises(InstrumentTimeout):
-        device.read(40.0)
-    assert time.monotonic() - began < 20.0
+    spent = []
+    for _ in range(3):  # the quickest: the host may be busy
+        device.start()
+        device.interrupt()
+        began = time.monotonic()
+        with pytest.raises(InstrumentTimeout):
+            device.read(40.0)
+        spent.append(time.monotonic() - began)
+    assert min(spent) < 0.5
     device.start()
     with pytest.raises(InstrumentTimeout, match=r"within 0\.05 s"):
         device.read(0.05)

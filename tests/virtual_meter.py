@@ -55,6 +55,7 @@ class VirtualWire:
     answer_seconds: float = 0.02  # from a query to its answer
     late: float = LATE  # of the host at a read, on average [s]
     gone: bool = False
+    said: bytearray = field(default_factory=bytearray)  # readings as the host got them
     _jitter: np.random.Generator = field(default_factory=lambda: np.random.default_rng(5))
     _held: bytearray = field(default_factory=bytearray)
 
@@ -85,6 +86,7 @@ class VirtualWire:
             self.clock.pass_by(self._jitter.exponential(self.late))
         out = bytes(self._held[:count])
         del self._held[:count]
+        self.said += out
         return out
 
     def clear(self) -> None:
