@@ -46,6 +46,42 @@ def perfect(model: NoiseModel, n: int = 200_000, rate: float = 10.0) -> al.Allan
     return replace(zero, deviation=np.sqrt(model.avar_sampled(zero.lags, zero.dt))[:, None])
 
 
+def test_a_covariance_knows_of_terms_that_are_not_resolved() -> None:
+    """A walk that is there and not resolved bends sigma and T: their standard deviations are those of their sets."""
+    truth = NoiseModel.of(White(N=1e-4), GaussMarkov.from_sigma(4e-4, 5.0), RandomWalk(K=3e-6))
+    model = fitted(truth, rate=10.0, duration=7200.0, seed=7)
+    walk, known = model.estimate("K"), model.covariance["symbols"]
+    assert walk is not None and not walk.supported and walk.upper > 3e-6
+    matrix = np.array(model.covariance["matrix"])
+    assert np.linalg.eigvalsh(matrix).min() > 0
+    assert known == ["N", "sigma", "T"]
+    for i, symbol in enumerate(known):
+        e = model.estimate(symbol)
+        assert e is not None
+        assert math.sqrt(matrix[i, i]) == pytest.approx(math.log(e.upper / e.lower) / 2 / 1.959964, rel=1e-6)
+    # what the information of these three terms alone would say, by another formula: too little for sigma
+    curve = al.allan_curve(al.simulate(truth, rate=10.0, duration=7200.0, seed=7))
+    used = lags_used(curve)
+    design = design_of(curve.lags[used], curve.n_samples, "mean")
+    N, B = (term for term in model.terms if isinstance(term, (White, GaussMarkov)))
+    c, T = np.array([N.N**2 * curve.dt**-1, B.sigma**2]), B.T / curve.dt
+    G = [design.column("G", T * f) for f in (1.01, 1 / 1.01)]
+    slopes = np.stack(
+        [
+            2 * c[0] * design.column("N"),
+            2 * c[1] * design.column("G", T),
+            c[1] * (G[0] - G[1]) / math.log(1.0201),
+        ],
+        axis=1,
+    )  # of ln N, ln sigma, ln T
+    V = design.covariance(["N", "G"], c, T)
+    alone = np.linalg.inv(slopes.T @ np.linalg.solve(V, slopes))
+    assert matrix[1, 1] > alone[1, 1]
+    for i, j in ((0, 1), (0, 2), (1, 2)):  # correlations are those of the information
+        ours = matrix[i, j] / math.sqrt(matrix[i, i] * matrix[j, j])
+        assert ours == pytest.approx(alone[i, j] / math.sqrt(alone[i, i] * alone[j, j]), abs=0.02)
+
+
 def test_c14_white_noise_alone_leaves_upper_limits() -> None:
     model = fitted(NoiseModel.of(White(N=1e-4)), rate=5.0, duration=20_000.0, seed=14)
     assert [t.type for t in model.terms] == ["white"]

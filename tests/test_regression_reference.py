@@ -110,7 +110,7 @@ def test_r7_wampler(number: int) -> None:
     exact = [Fraction(1, 10**k) if number == 2 else Fraction(1) for k in range(6)]
     assert solved(columns, y) == exact  # what is added is orthogonal to the columns, as NIST says
     fit = fitted(columns, y)
-    if number <= 3:
+    if number <= 3 or np.finfo(np.longdouble).nmant > np.finfo(np.float64).nmant:
         assert lre(fit.coefficients, exact) >= 9
     else:  # coefficients 1e3 to 1e7 times smaller than their own standard deviations: digits of those count
         sd = fit.sd * math.sqrt(fit.chi2 / fit.dof)

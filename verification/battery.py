@@ -188,11 +188,18 @@ _SUMS = {
 _IDENTIFIABLE = 0.2
 
 
-def _summed(job: tuple[str, int]) -> dict[str, float | None]:
-    """ln(estimate/truth) over its standard deviation, by symbol; None: not supported."""
+def _summed(job: tuple[str, int]) -> dict[str, dict[str, float | None]]:
+    """By both fits: ln(estimate/truth) over its standard deviation, by symbol; None: not supported."""
     name, seed = job
     truth, rate, duration = _SUMS[name]
-    model = al.fit(al.allan_curve(al.simulate(truth, rate=rate, duration=duration, seed=seed), threads=1))
+    record = al.simulate(truth, rate=rate, duration=duration, seed=seed)
+    return {
+        "likelihood": _scores(al.fit(record, method="likelihood"), truth),
+        "moments": _scores(al.fit(al.allan_curve(record, threads=1)), truth),
+    }
+
+
+def _scores(model: NoiseModel, truth: NoiseModel) -> dict[str, float | None]:
     out: dict[str, float | None] = {}
     for symbol, true in _parameters(truth).items():
         e = model.estimate(symbol)
@@ -216,28 +223,27 @@ def _parameters(model: NoiseModel) -> dict[str, float]:
 
 
 def _sum(records: int, seed: int, workers: int) -> list[Json]:
+    """The gate is for the fit of the record. The curve alone does not know sigma and T as well as its lags suggest
+    where a random walk is near the limit of what is resolved; its shares stand beside."""
     rows = []
     for number, (name, (truth, rate, duration)) in enumerate(_SUMS.items()):
         bound = predicted_sd(truth, n_samples=round(rate * duration), dt=1 / rate)
         tasks = [(name, _seed(seed, 22, number, i)) for i in range(records)]
         scores = spread(_summed, tasks, workers=workers, chunk=1)
-        for symbol in _parameters(truth):
-            stated = [s[symbol] for s in scores]
-            known = [abs(x) for x in stated if x is not None]
-            inside = float(np.mean([x <= 3 for x in known])) if known else None
-            able = bound.get(symbol, math.inf) < _IDENTIFIABLE
-            rows.append(
-                {
-                    "model": name,
-                    "term": symbol,
-                    "records": records,
+        for fit in ("likelihood", "moments"):
+            for symbol in _parameters(truth):
+                known = [abs(x) for s in scores if (x := s[fit][symbol]) is not None]
+                inside = float(np.mean([x <= 3 for x in known])) if known else None
+                able = bound.get(symbol, math.inf) < _IDENTIFIABLE
+                row = {"model": name, "fit": fit, "term": symbol, "records": records, "identifiable": able}
+                row |= {
                     "bound": bound.get(symbol),
                     "stated_in": len(known) / records,
                     "within_3_sd": inside,
-                    "identifiable": able,
-                    "passes": not able or (inside is not None and inside >= 0.99),
                 }
-            )
+                if fit == "likelihood":
+                    row["passes"] = not able or (inside is not None and inside >= 0.99)
+                rows.append(row)
     return rows
 
 

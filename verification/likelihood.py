@@ -77,7 +77,7 @@ def _full(task: tuple[str, int]) -> Json:
 def _by_moments(record: Recording) -> Json:
     curve = al.allan_curve(record, threads=1)
     chosen = best_explained(curve, lags_used(curve))
-    at = Family(chosen.data, GAUSS_MARKOV)({"Q": 0.0})
+    at = Family(chosen.data, GAUSS_MARKOV)({"Q": 0.0, "R": 0.0})
 
     def amplitude(symbol: str) -> float:
         return math.sqrt(at.coefficient(symbol) * chosen.scale) * curve.dt ** TIME_POWER[symbol]

@@ -28,6 +28,7 @@ from allanite.fitting.rivals import supported_families
 from allanite.fitting.sets import fisher_sd
 from allanite.fitting.verdict import supported_words
 from allanite.instrument_floor import SAME_RATE
+from allanite.laws import normal_quantile
 from allanite.noise import Estimate, GaussMarkov, NoiseModel, TermType, term_of
 
 __all__ = ["fit_moments", "lags_used"]
@@ -213,7 +214,7 @@ def _model(
         family="gauss-markov" if "G" in sensor else "flicker",
         estimates=tuple(estimates),
         confidence=confidence,
-        covariance=_covariance(fit),
+        covariance=_covariance(fit, confidence),
         goodness={"chi2": chosen.chi2, "dof": dof, "p": float(chdtrc(dof, chosen.chi2)), **facts},
         kind=channel.kind.value,
         unit="" if channel.kind.has_si else channel.unit,
@@ -257,8 +258,12 @@ def _term(symbol: str, at: Solution, scale: float, dt: float) -> TermType:
     return term_of(symbol, value, dt=dt)
 
 
-def _covariance(fit: FamilyFit) -> dict[str, Any]:
-    """Covariance of the natural logarithms of the supported amplitudes (and of T)."""
+def _covariance(fit: FamilyFit, confidence: float) -> dict[str, Any]:
+    """Covariance of the natural logarithms of the supported amplitudes (and of T).
+
+    Correlations are those of the expected information, standard deviations those of the sets: these know that a term
+    which the record does not support may be there all the same, of which the information of the chosen terms is silent.
+    """
     at = fit.selected
     sd = fisher_sd(fit.family.curve, at)
     if not sd:
@@ -267,7 +272,9 @@ def _covariance(fit: FamilyFit) -> dict[str, Any]:
     names = [*at.symbols, *(["T"] if at.T is not None else [])]
     index = [names.index(n) for n in sd]
     half = np.array([1.0 if n == "T" else 0.5 for n in sd])
-    matrix = np.linalg.pinv(J[:, index].T @ J[:, index]) * np.outer(half, half)
+    matrix = np.linalg.pinv(J[:, index].T @ J[:, index])
+    scale = np.array([_width(fit.sets.get(n), confidence, float(sd[n])) / sd[n] for n in sd]) * half
+    matrix *= np.outer(scale, scale)
     own = [i for i, n in enumerate(sd) if not of_floor(n)]
     if not own:
         return {}
@@ -276,3 +283,10 @@ def _covariance(fit: FamilyFit) -> dict[str, Any]:
         "of": "natural logarithms",
         "matrix": matrix[np.ix_(own, own)].tolist(),
     }
+
+
+def _width(ends: tuple[float, float] | None, confidence: float, otherwise: float) -> float:
+    """Standard deviation of the logarithm that makes a normal set as long; where it is open, `otherwise`."""
+    if ends is None or not 0 < ends[0] < ends[1] < math.inf:
+        return otherwise
+    return math.log(ends[1] / ends[0]) / 2 / float(normal_quantile(0.5 + confidence / 2))

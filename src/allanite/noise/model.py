@@ -93,7 +93,8 @@ class NoiseModel:
     confidence : float
         Level of the sets in `estimates`.
     covariance : dict
-        {"symbols": [...], "matrix": [[...]]} of the natural logarithms of the supported parameters.
+        {"symbols": [...], "matrix": [[...]]} of the natural logarithms of the supported parameters; what terms that
+        are not resolved may be is in it.
     goodness : dict
         {"chi2", "dof", "p"}: does the model explain the curve?
     verdict : str
