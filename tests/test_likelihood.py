@@ -21,7 +21,8 @@ from allanite.recording import Recording
 
 Array = NDArray[np.float64]
 
-ALL = (Component("Q"), Component("N"), Component("B"), Component("G", 12.0), Component("K"))
+#: The correlation time is one of those between which is interpolated.
+ALL = (Component("Q"), Component("N"), Component("B"), Component("G", math.exp(2.5)), Component("K"))
 MIXED = np.array([0.2, 1.0, 0.3, 0.5, 0.02])
 SAMPLINGS = ("mean", "point")
 #: By how much the stated error of a slope may be off, by the rows on top at most: 20 rows are fewer than are ever used.
@@ -149,6 +150,28 @@ def test_expected_moments_are_exact(k: int, sampling: str) -> None:
     low = o.matrices(ALL[k])[-1][0]
     assert np.abs(low - total).max() < error * np.abs(total).max()
     assert o.variances(ALL[k])[0] == pytest.approx(np.diag(low), rel=1e-12)
+
+
+@pytest.mark.parametrize("sampling", SAMPLINGS)
+@pytest.mark.parametrize("T", [2.2, 17.0, 120.0, 900.0, 2e5])
+def test_interpolated_covariances_are_those_of_the_correlation_time(T: float, sampling: str) -> None:
+    n = 90
+    exact = contrasts(n) @ toeplitz(Component("G", T), n, sampling) @ contrasts(n).T
+    y = series(n, 5)
+    o = objective(y, sampling)
+    modes = o.pyramid.modes
+    assert modes is not None and not o.pyramid.pools  # all in one vector: its covariance is that of contrasts
+    u = slow_contrasts(np.arange(n), np.ones(n), n - 1)[1] @ contrasts(n).T
+    expected = u @ exact @ u.T
+    found, slope = o.matrices(Component("G", T))[-1]
+    assert np.abs(found - expected).max() < 5e-7 * np.abs(expected).max()
+    step = 1e-3
+    ends = [
+        contrasts(n) @ toeplitz(Component("G", T * math.exp(d)), n, sampling) @ contrasts(n).T
+        for d in (step, -step)
+    ]
+    change = u @ (ends[0] - ends[1]) @ u.T / (2 * step)
+    assert np.abs(slope - change).max() < 2e-5 * max(np.abs(change).max(), np.abs(expected).max())
 
 
 @pytest.mark.parametrize("sampling", SAMPLINGS)

@@ -36,8 +36,10 @@ Array = NDArray[np.float64]
 
 #: Step of ln T in the derivative of a covariance; its error is of the order of the square.
 _LOG_STEP = 1e-3
-#: Covariance matrices of Gauss-Markov terms that are kept.
+#: Covariances of Gauss-Markov terms that are kept.
 _KEPT = 200
+#: Distance in ln T of the correlation times whose covariances are computed; between them they are interpolated.
+_SPACING = 1 / 16
 #: Terms of the first kinds of extra noise.
 _QUICK = "NQ"
 _LOG_2_PI = math.log(2 * math.pi)
@@ -123,6 +125,10 @@ class _Singles:
     tilt: Array
 
 
+#: Covariances for every pool and the slowest modes, and variances of all modes; second entry: derivative with ln T.
+_Expected = tuple[list[Array], Array]
+
+
 @dataclass(slots=True)
 class Objective:
     """Likelihood of the random terms of a record, in sample units; samples divided by `scale`.
@@ -140,7 +146,8 @@ class Objective:
     scale: float
     _parts: list[_Part] = field(default_factory=list)
     _high: _Singles = field(default_factory=lambda: _Singles(0, np.zeros(0), np.zeros(0)))
-    _matrices: dict[Component, tuple[list[Array], Array]] = field(default_factory=dict)
+    _matrices: dict[Component, _Expected] = field(default_factory=dict)
+    _nodes: dict[int, Array] = field(default_factory=dict)
 
     @classmethod
     def of(cls, pyramid: Pyramid, sampling: str) -> Objective:
@@ -194,24 +201,66 @@ class Objective:
         """Variances of all modes, shape (1, n) or (2, n)."""
         return self._expected(component)[1]
 
-    def _expected(self, component: Component) -> tuple[list[Array], Array]:
+    def _expected(self, component: Component) -> _Expected:
         if component not in self._matrices:
             if len(self._matrices) > _KEPT:
                 self._matrices = {k: v for k, v in self._matrices.items() if k.T is None}
-            units = [component.unit()]
-            if component.T is not None:
-                units += [component.unit(math.exp(_LOG_STEP)), component.unit(math.exp(-_LOG_STEP))]
-            extra = self._extra(component.symbol, units)
-
-            def series(count: int, block: int) -> Array:
-                return _with_derivative(self._series(units, count, block))
-
-            found, variances = [p.expected(series, extra) for p in self.pyramid.pools], np.zeros(0)
-            if self.pyramid.modes is not None:
-                low, variances = self.pyramid.modes.expected(series, extra)
-                found.append(low)
-            self._matrices[component] = found, variances
+            if component.T is None:
+                self._matrices[component] = self._computed(component)
+            else:
+                self._matrices[component] = self._split(
+                    self._between(component.symbol, math.log(component.T))
+                )
         return self._matrices[component]
+
+    def _computed(self, component: Component) -> _Expected:
+        units = [component.unit()]
+        if component.T is not None:
+            units += [component.unit(math.exp(_LOG_STEP)), component.unit(math.exp(-_LOG_STEP))]
+        extra = self._extra(component.symbol, units)
+
+        def series(count: int, block: int) -> Array:
+            return _with_derivative(self._series(units, count, block))
+
+        found, variances = [p.expected(series, extra) for p in self.pyramid.pools], np.zeros((len(extra), 0))
+        if self.pyramid.modes is not None:
+            low, variances = self.pyramid.modes.expected(series, extra)
+            found.append(low)
+        return found, variances
+
+    def _between(self, symbol: str, log_time: float) -> Array:
+        """Hermite's cubic between two correlation times: to 1e-7, and a search tries thousands of them."""
+        place = log_time / _SPACING
+        low = math.floor(place)
+        s = place - low
+        ends = np.concatenate([self._node(symbol, low), self._node(symbol, low + 1)])
+        rise, rest = 3 * s**2 - 2 * s**3, 1 - s
+        slope = 6 * s * rest / _SPACING
+        weights = np.array(
+            [
+                [1 - rise, _SPACING * s * rest**2, rise, -_SPACING * s**2 * rest],
+                [-slope, rest * (1 - 3 * s), slope, s * (3 * s - 2)],
+            ]
+        )
+        return np.asarray(weights @ ends)
+
+    def _node(self, symbol: str, number: int) -> Array:
+        """All covariances of a Gauss-Markov term at a correlation time of the grid in two rows."""
+        if number not in self._nodes:
+            found, variances = self._computed(Component(symbol, math.exp(number * _SPACING)))
+            self._nodes[number] = np.concatenate([*(m.reshape(2, -1) for m in found), variances], axis=1)
+        return self._nodes[number]
+
+    def _split(self, rows: Array) -> _Expected:
+        """The matrices and variances that stand side by side in two rows."""
+        sizes = [p.size for p in self.pyramid.pools]
+        if self.pyramid.modes is not None:
+            sizes.append(self.pyramid.modes.low)
+        found, place = [], 0
+        for d in sizes:
+            found.append(rows[:, place : place + d * d].reshape(2, d, d))
+            place += d * d
+        return found, rows[:, place:]
 
     def _series(self, units: Sequence[TermType], count: int, block: int) -> Array:
         return np.array([autocovariance(u, count, block, self.sampling) for u in units])
