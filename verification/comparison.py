@@ -14,6 +14,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from scipy.stats import binom
 
 from allanite.allan import AllanCurve, allan_curve
 from allanite.comparison import Comparison, compare
@@ -26,8 +27,6 @@ __all__ = ["run_coverage", "run_power", "run_size"]
 
 Json = dict[str, Any]
 
-#: Upper 99.9 % binomial bound of 5 % in 1000 comparisons, and lower one of 95 %.
-MOST, LEAST = 0.074, 0.927
 N, B = 1e-3, 1e-4
 RESOLVED, BARELY = 1.2e-5, 3e-6
 
@@ -101,8 +100,12 @@ def run_size(seed: int, say: Say, records: int, workers: int, cache: Path | None
         for name in ("channel", "curves", "joint", "lags", "stands out", "N", "B", "K"):
             p = [f[name] for f in found if name in f]
             row[name] = sum(v < 0.05 for v in p) / records if p else None
-        row["gate"] = records < 500 or all(
-            v is None or v <= MOST for v in (row[n] for n in ("channel", "curves", "joint", "N", "B", "K"))
+        most = binom.ppf(0.999, records, 0.05) / records
+        row["gate"] = bool(
+            all(
+                v is None or v <= most
+                for v in (row[n] for n in ("channel", "curves", "joint", "N", "B", "K"))
+            )
         )
         rows.append(row)
         say(str(row))
@@ -188,7 +191,8 @@ def run_coverage(seed: int, say: Say, records: int, workers: int, cache: Path | 
                 row: Json = {"records": k, "spread": sd, "parameter": symbol, "comparisons": len(seen)}
                 for i, name in enumerate(("mean", "spread_covered", "next")):
                     row[name] = sum(s[i] for s in seen) / max(len(seen), 1)
-                row["gate"] = len(seen) < 500 or min(row["mean"], row["spread_covered"], row["next"]) >= LEAST
+                least = binom.ppf(0.001, len(seen), 0.95) / max(len(seen), 1)
+                row["gate"] = bool(min(row["mean"], row["spread_covered"], row["next"]) >= least)
                 rows.append(row)
                 say(str(row))
     return rows
