@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import csv
+import io
 import json
 from pathlib import Path
 
@@ -54,6 +55,34 @@ def test_select_prints_sets_and_leaves_files(run: Run, tmp_path: Path) -> None:
     assert run("select", log, "--out", tmp_path / "out").code == 1  # files are there
     refused = run("select", log, "--lines", "often")
     assert refused.code == 2 and "auto, none, or frequencies" in refused.err
+
+
+@pytest.mark.parametrize("columns", [60, 80, 130])
+def test_a_narrow_terminal_cuts_nothing_off(columns: int) -> None:
+    from rich.console import Console
+
+    from allanite.terminal.console import table_of
+
+    rows = [
+        (
+            "white noise, Gauss-Markov and random walk",
+            "67 %",
+            "N 0.732 deg/√h, sigma 11.1 deg/h, T_b 232 s",
+            "p = 0.61",
+        ),
+        ("white noise", "< 1 %", "N 0.732 deg/√h", "p = 0.0004"),
+    ]
+    table = table_of(("gyro", "weight", "parameters", "goodness"))
+    for row in rows:
+        table.add_row(*row)
+    out = Console(width=columns, record=True, force_terminal=False, file=io.StringIO())
+    out.print(table)
+    lines = out.export_text().splitlines()
+    assert max(map(len, lines)) <= columns
+    for word in " ".join(cell for row in rows for cell in row).split():
+        assert word in " ".join(lines)
+    assert all("67 %" not in line or "p = 0.61" in line for line in lines)  # numbers stay whole, in one line
+    assert "…" not in "".join(lines)
 
 
 def test_select_prints_its_document(run: Run, tmp_path: Path) -> None:

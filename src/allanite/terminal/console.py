@@ -11,8 +11,8 @@ from contextlib import contextmanager, suppress
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from rich.console import Console
-    from rich.table import Table
+    from rich.console import Console, ConsoleOptions, RenderResult
+    from rich.table import Column, Table
 
 __all__ = ["WIDE", "Advance", "console", "is_terminal", "listen", "progress", "table_of"]
 
@@ -22,6 +22,10 @@ _listener: Advance | None = None
 
 #: Columns where nobody looks: a pipe or a file.
 WIDE = 400
+#: Cells with more characters are words rather than numbers.
+_WORDS = 30
+#: Blanks between two columns.
+_BETWEEN = 3
 
 
 @contextmanager
@@ -98,11 +102,33 @@ class _Trimmed:
 
 
 def table_of(heads: Sequence[str]) -> Table:
+    """A plain table: where a row is wider than the terminal, its words go on below; nothing is cut off."""
     from rich import box
     from rich.table import Table
     from rich.text import Text
 
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False)
+    class Folding(Table):
+        def __rich_console__(self, out: Console, options: ConsoleOptions) -> RenderResult:
+            for least in (_WORDS, 0):  # first the columns of words, then all
+                if sum(_needed(column) + _BETWEEN for column in self.columns) - _BETWEEN > options.max_width:
+                    for column in self.columns:
+                        column.no_wrap = column.no_wrap and max(_lengths(column)) <= least
+            yield from super().__rich_console__(out, options)
+
+    table = Folding(box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False)
     for head in heads:
-        table.add_column(Text(head), no_wrap=True)
+        table.add_column(Text(head), no_wrap=True, overflow="fold")
     return table
+
+
+def _needed(column: Column) -> int:
+    """Columns of the terminal without which words are cut."""
+    return max(_lengths(column, words=not column.no_wrap))
+
+
+def _lengths(column: Column, *, words: bool = False) -> Iterator[int]:
+    from rich.cells import cell_len
+
+    for cell in (column.header, *column.cells):
+        for line in str(cell).splitlines() or [""]:
+            yield from map(cell_len, line.split() or [""]) if words else (cell_len(line),)
