@@ -23,7 +23,7 @@ demo: $(VENV)/.run ## the seed experiment on a simulated twin: a week at rest, f
 test: $(VENV)/.dev ## run the tests (a few minutes)
 	$(BIN)/python -m pytest -n $(JOBS) --dist worksteal -q
 
-verify: $(VENV)/.dev ## long statistical runs (two hours on two cores); results go to verification/results
+verify: $(VENV)/.dev ## long statistical runs (a day on two cores; what is done is kept); results go to verification/results
 	$(BIN)/python -m verification
 
 bench: $(VENV)/.dev ## speed and memory beside allantools, statsmodels and plain NumPy
