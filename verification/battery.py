@@ -223,8 +223,7 @@ def _parameters(model: NoiseModel) -> dict[str, float]:
 
 
 def _sum(records: int, seed: int, workers: int) -> list[Json]:
-    """The gate is for the fit of the record. The curve alone does not know sigma and T as well as its lags suggest
-    where a random walk is near the limit of what is resolved; its shares stand beside."""
+    """The gate is for the fit of the record; the shares of the fit of the curve stand beside."""
     rows = []
     for number, (name, (truth, rate, duration)) in enumerate(_SUMS.items()):
         bound = predicted_sd(truth, n_samples=round(rate * duration), dt=1 / rate)
