@@ -15,6 +15,9 @@ import allanite as al
 from allanite.errors import DataQualityError, FormatError, InputError, StorageError
 from allanite.noise import Flicker, NoiseModel, RandomWalk, White
 from allanite.recording import Recording
+from allanite.recording_file import write_recording
+from allanite.report import html_of
+from shell import Run
 
 TRUTH = NoiseModel.of(White(N=1e-4), RandomWalk(K=1e-5))
 
@@ -79,6 +82,36 @@ def test_a_damaged_study_names_every_fault(study: al.Study, tmp_path: Path) -> N
         (tmp_path / "x.json").write_text(text)
         with pytest.raises(FormatError):
             al.Study.load(tmp_path / "x.json")
+
+
+def test_the_samples_are_fitted_where_the_curve_ends_early(run: Run, tmp_path: Path) -> None:
+    """One message in fifty is lost: no long stretch is unbroken, and the curve alone sees nothing slow."""
+    truth = NoiseModel.of(White(N=1e-4), RandomWalk(K=2e-5))
+    whole = al.simulate({"gyro": truth}, rate=50.0, duration=1500.0, seed=12)
+    y = whole.values("gyro").copy()
+    y[np.random.default_rng(12).random(y.size) < 0.02] = np.nan
+    record = Recording.from_rate(y, rate=50.0, unit="rad/s", names=["gyro"])
+    estimates = {}
+    for method in ("moments", "likelihood"):
+        study = al.characterize(record, method=method)
+        estimates[method] = {e["symbol"]: e for e in study["gyro"]["models"][0]["estimates"]}
+    assert not estimates["moments"]["K"]["supported"]
+    k = estimates["likelihood"]["K"]
+    assert k["supported"] and k["lower"] < 2e-5 < k["upper"] < estimates["moments"]["K"]["upper"] / 2
+    direct = al.fit(record, method="likelihood").estimate("K")
+    assert direct is not None and (k["lower"], k["upper"]) == pytest.approx((direct.lower, direct.upper))
+    page = html_of(study.document)
+    assert "maximise the likelihood of the samples" in page and "fitted to the samples" in page
+    log = write_recording(record, tmp_path / "lossy.parquet")
+    done = run("characterize", log, "--method", "likelihood", "--out", tmp_path / "out")
+    assert (
+        done.code == 3
+        and "95 % upper limit" not in (tmp_path / "out" / "imu.yaml").read_text().split("K ")[1][:60]
+    )
+    refused = run("characterize", log, "--method", "likelihood", "--exclude", "1:2", "--out", tmp_path / "no")
+    assert refused.code == 1 and "knows nothing of exclude" in refused.err
+    with pytest.raises(InputError, match="'moments' or 'likelihood'"):
+        al.characterize(record, method="slopes")
 
 
 def test_progress_rises_to_one() -> None:

@@ -165,6 +165,7 @@ def characterize(
     recording: Recording,
     *,
     accept: Collection[str] = (),
+    method: str = "moments",
     statistic: str = "oadev",
     taus: str | int | ArrayLike = "octave",
     confidence: float = 0.95,
@@ -183,6 +184,10 @@ def characterize(
     recording : Recording
     accept : collection of str
         Codes of fatal findings to go on in spite of.
+    method : "moments" or "likelihood"
+        Fit of the curve, or of the samples themselves (`allanite.fitting.fit`): the latter has smaller errors, takes
+        two Gauss-Markov terms where one does not explain the record, and needs no unbroken stretches where samples are
+        missing. It knows nothing of `temperature`, of a modelled warm-up, of `floor` and `exclude`.
     statistic : str
         Of the curve that is shown; the fit always uses oadev.
     taus : "octave", "decade", "all", int or array_like [s]
@@ -211,8 +216,15 @@ def characterize(
     DataQualityError
         A fatal finding that was not accepted; the message says what accepting it would risk.
     InputError
-        An unknown finding code, statistic or grid; a floor that does not fit.
+        An unknown finding code, statistic, method or grid; a floor that does not fit; what a method knows nothing of.
     """
+    asked = {
+        "a temperature": temperature,
+        "a modelled warm-up": warm_up == "model",
+        "a floor": floor,
+        "exclude": exclude,
+    }
+    _check_method(method, [name for name, value in asked.items() if value])
     report = _Steps(progress)
     report(0.0, "looking for faults")
     found = check(recording, progress=report.part(0.0, 0.25))
@@ -243,7 +255,7 @@ def characterize(
     if statistic != "oadev":
         fitted = allan_curve(whole, taus="octave", confidence=confidence, threads=threads)
     report(0.4, "fitting")
-    parts = _channels(whole, curve, fitted, confidence, threads, report, environment, below, exclude)
+    parts = _channels(whole, curve, fitted, method, confidence, threads, report, environment, below, exclude)
     extra = [f for _, fs in parts for f in fs]
     document = {
         "format": FORMAT,
@@ -256,6 +268,16 @@ def characterize(
     }
     report(1.0, "done")
     return Study(_finite(document))
+
+
+def _check_method(method: str, others: Sequence[str]) -> None:
+    if method not in ("moments", "likelihood"):
+        raise InputError(f"method must be 'moments' or 'likelihood', not {method!r}")
+    if method == "likelihood" and others:
+        raise InputError(
+            f"the fit of the samples (likelihood) knows nothing of {' or '.join(others)}: leave that out, or fit the "
+            "curve (moments)"
+        )
 
 
 def _freed(
@@ -303,6 +325,7 @@ def _channels(
     recording: Recording,
     curve: AllanCurve,
     fitted: AllanCurve,
+    method: str,
     confidence: float,
     threads: int | None,
     report: _Steps,
@@ -320,6 +343,7 @@ def _channels(
             name,
             shown,
             shown if fitted is curve else fitted[name],
+            method,
             confidence,
             found,
             floor,
@@ -338,6 +362,7 @@ def _channel(
     name: str,
     curve: AllanCurve,
     fitted: AllanCurve,
+    method: str,
     confidence: float,
     environment: EnvironmentEstimate | None = None,
     floor: Recording | None = None,
@@ -380,7 +405,10 @@ def _channel(
     models: list[NoiseModel] = []
     below = None if floor is None else quiet_curve(floor, name, confidence)
     try:
-        model = fit(fitted, exclude=bent.excluded, confidence=confidence, floor=below)
+        if method == "likelihood":
+            model = fit(alone, method=method, confidence=confidence)
+        else:
+            model = fit(fitted, exclude=bent.excluded, confidence=confidence, floor=below)
         models = list(model.families)
     except (DataQualityError, FitError) as refusal:
         findings.append(_not_fitted(name, str(refusal)))
@@ -397,7 +425,8 @@ def _channel(
     if (
         models and below is None
     ):  # with an instrument it is not the sensor's noise alone that must be averaged
-        findings += agreement_findings(model, alone, left)
+        if method == "moments":  # the other fit has judged its model by the samples already
+            findings += agreement_findings(model, alone, left)
         advice = advise(models[0], n_samples=curve.n_samples, dt=curve.dt, sampling=channel.sampling)
     taken: Json = {}
     if floor is not None and below is not None:
@@ -481,11 +510,14 @@ def _misfit_findings(model: NoiseModel, name: str) -> list[Finding]:
     found = []
     left_out, discrepancy = int(model.goodness["left_out"]), float(model.goodness["discrepancy"])
     if left_out:
+        shortest = f"{model.goodness['shortest_tau']:.3g} s"
+        what = f"the shortest {left_out} lags, below {shortest}, follow no sum of noise terms and are"
+        if model.goodness.get("method") == "likelihood":
+            what = f"what happens within {shortest} follows no sum of noise terms and is"
         found.append(
             finding(
                 "short_lags_left_out",
-                f"{name}: the shortest {left_out} lags, below {model.goodness['shortest_tau']:.3g} s, follow no sum of "
-                "noise terms and are left out of the fit",
+                f"{name}: {what} left out of the fit",
                 severity=Severity.WARNING,
                 channel=name,
                 count=left_out,

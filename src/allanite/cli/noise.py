@@ -35,6 +35,13 @@ __all__ = ["allan", "characterize", "fit", "info"]
 @click.option(
     "--out", type=click.Path(file_okay=False), help="Folder for the results.  [default: <log>-allanite]"
 )
+@click.option(
+    "--method",
+    type=click.Choice(["moments", "likelihood"]),
+    default="moments",
+    show_default=True,
+    help="Fit the curve, or the samples: smaller errors, and no unbroken stretches needed.",
+)
 @environment_options
 @exclude_option
 @floor_option

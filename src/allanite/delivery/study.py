@@ -50,6 +50,7 @@ def study_of(
     log: str | os.PathLike[str],
     *,
     accept: Collection[str] = (),
+    method: str = "moments",
     statistic: str = "oadev",
     temperature: str | Mapping[str, str] | None = None,
     warm_up: Literal["model", "cut"] | None = None,
@@ -73,6 +74,7 @@ def study_of(
     return characterize(
         recording,
         accept=accept,
+        method=method,
         statistic=statistic,
         temperature=temperature,
         warm_up=warm_up,

@@ -81,6 +81,7 @@ def page(study: Json) -> dict[str, Any]:
         "statistics": sorted(
             {_in_a_sentence(STATISTICS[c["curve"]["statistic"]]) for c in study["channels"]}
         ),
+        "of_samples": any(map(_of_samples, study["channels"])),
         "residual": environment_sentences(study["channels"]),
         "environment": environment,
         "figures": {
@@ -137,8 +138,9 @@ def _section(index: int, group: Group, study: Json) -> dict[str, Any]:
             sheet_of(
                 {**study, "channels": [c for c in group.channels if c.get("spectrum")]}, view="spectrum"
             ),
-            f"{group.title}: root of the two-sided power spectral density; dashed, the model fitted to the curve, as "
-            "these segments would show it. Where they part, the curve holds something that is not noise.",
+            f"{group.title}: root of the two-sided power spectral density; dashed, the model fitted to the "
+            f"{_fitted(group.channels)}, as these segments would show it. Where they part, the record holds something "
+            "that is not noise.",
             f"Spectrum of {names} with the model.",
         )
     return {
@@ -172,7 +174,9 @@ def _channel(id_: str, channel: Json, group: Group, document: Json) -> dict[str,
     unit, factor = people_unit(channel["kind"], "mean", channel.get("unit") or "")
     spread, spread_factor = people_unit(channel["kind"], "sd", channel.get("unit") or "")
     curve = channel["curve"]
-    left_out = sum(not u for u in curve.get("used") or [])
+    there = [d is not None for d in curve["deviation"]]
+    left_out = sum(d and not u for d, u in zip(there, curve.get("used") or [], strict=False))
+    left_out = 0 if _of_samples(channel) else left_out
     one = sheet_of({**document, "channels": [channel]}, view="channels")
     return {
         "name": channel["name"],
@@ -193,8 +197,17 @@ def _channel(id_: str, channel: Json, group: Group, document: Json) -> dict[str,
         "basis": curve.get("interval_basis") or "",
         "floor": _over_floor(channel),
         "left_out": left_out,
-        "lags": len(curve["lags"]),
+        "lags": sum(there),
     }
+
+
+def _of_samples(channel: Json) -> bool:
+    """The model is that of the samples, not of the curve."""
+    return any((m.get("goodness") or {}).get("method") == "likelihood" for m in channel["models"])
+
+
+def _fitted(channels: Iterable[Json]) -> str:
+    return "samples" if any(map(_of_samples, channels)) else "curve"
 
 
 def _over_floor(channel: Json) -> dict[str, Any] | None:

@@ -41,7 +41,7 @@ SAMPLES: dict[str, Entry] = {
         means="samples are missing (NaN, empty cells, gaps in the time stamps)",
         risk="fewer averages at lags longer than the unbroken stretches",
         done="left as gaps: nothing is filled in and no average crosses them",
-        advice="none needed; where the curve ends too early for you: fit --method likelihood takes every sample",
+        advice="none needed; where the curve ends too early: characterize --method likelihood takes every sample",
     ),
     "overload": Entry(
         group=_RANGE,
