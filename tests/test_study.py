@@ -104,10 +104,8 @@ def test_the_samples_are_fitted_where_the_curve_ends_early(run: Run, tmp_path: P
     assert "maximise the likelihood of the samples" in page and "fitted to the samples" in page
     log = write_recording(record, tmp_path / "lossy.parquet")
     done = run("characterize", log, "--method", "likelihood", "--out", tmp_path / "out")
-    assert (
-        done.code == 3
-        and "95 % upper limit" not in (tmp_path / "out" / "imu.yaml").read_text().split("K ")[1][:60]
-    )
+    assert done.code == 3, done.err  # missing samples
+    assert "; K < " not in (tmp_path / "out" / "imu.yaml").read_text()  # the walk is a number, no limit
     refused = run("characterize", log, "--method", "likelihood", "--exclude", "1:2", "--out", tmp_path / "no")
     assert refused.code == 1 and "knows nothing of exclude" in refused.err
     with pytest.raises(InputError, match="'moments' or 'likelihood'"):

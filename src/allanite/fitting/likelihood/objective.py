@@ -229,7 +229,7 @@ class Objective:
         return found, variances
 
     def _between(self, symbol: str, log_time: float) -> Array:
-        """Hermite's cubic between two correlation times: to 1e-7, and a search tries thousands of them."""
+        """Hermite's cubic between two correlation times: to 5e-7, and a search tries thousands of them."""
         place = log_time / _SPACING
         low = math.floor(place)
         s = place - low

@@ -12,8 +12,8 @@ term would cost 8.5, because its correlation time means nothing where it is abse
 all times [1], [2]; but with a long time it is a random walk as well, and gains on that another half of chi-square(1):
 at 9.5 it is taken for the walk that it is not in 2 % of records. The slope of a ramp would cost 6.63; but slow noise
 too weak to be told from none has a slope in any one record: at 9.5 a ramp takes its place in 3 % of them. So an absent
-term is called present in less than 5 % of records, whatever their length: a price that grows with the logarithm of
-their number, as in BIC, would give the power away.
+term is called present in about 5 % of records at most (6 % of 400: a Gauss-Markov term for a weak walk beside flicker),
+whatever their length: a price that grows with the logarithm of their number, as in BIC, would give the power away.
 
 References
 ----------
