@@ -8,12 +8,12 @@ them, a random walk, a ramp. It scores
 
 L being the likelihood of the record at its maximum. The price of a term is what its absence lets the likelihood gain in
 one record out of a hundred: 5.41 for a variance that cannot be negative (half of chi-square(1) at 2 %). A Gauss-Markov
-term would cost 8.5, because its correlation time means nothing where it is absent, so that the gain is a maximum over
-all times [1], [2]; but with a long time it is a random walk as well, and gains on that another half of chi-square(1):
-at 9.5 it is taken for the walk that it is not in 2 % of records. The slope of a ramp would cost 6.63; but slow noise
-too weak to be told from none has a slope in any one record: at 9.5 a ramp takes its place in 3 % of them. So an absent
-term is called present in about 5 % of records at most (6 % of 400: a Gauss-Markov term for a weak walk beside flicker),
-whatever their length: a price that grows with the logarithm of their number, as in BIC, would give the power away.
+term is a random walk that forgets itself, at a rate that cannot be negative either: what the walk costs and 5.41 more,
+so that it is taken for a walk in one record out of a hundred. Where no slow term is present it would cost 8.5, because
+its correlation time means nothing there, and the gain is a maximum over all times [1], [2]. The slope of a ramp would
+cost 6.63; but slow noise too weak to be told from none has a slope in any one record: at 9.5 a ramp takes its place in
+3 % of them. So an absent term is called present in a few percent of records at most, whatever their length: a price
+that grows with the logarithm of their number, as in BIC, would give the power away.
 
 References
 ----------
@@ -36,7 +36,7 @@ Letters = tuple[str, ...]
 Progress = Callable[[float, str], None]
 
 #: What a term must gain in 2 ln L.
-PRICE = {"Q": 5.41, "N": 5.41, "B": 5.41, "K": 5.41, "R": 9.5, "G": 9.5}
+PRICE = {"Q": 5.41, "N": 5.41, "B": 5.41, "K": 5.41, "R": 9.5, "G": 10.82}
 ORDER = "QNBGKR"
 MOST_MARKOV = 2
 #: Terms that stand in for each other: exchanged as one step of the search.
