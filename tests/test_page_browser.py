@@ -250,6 +250,23 @@ def test_from_a_dropped_log_to_imu_yaml_in_two_clicks(
     assert left == [0.04]
 
 
+def test_a_study_by_likelihood_has_no_averaging_times_to_leave_out(
+    page: Any, served: tuple[str, Path]
+) -> None:
+    studied(page)
+    page.locator("main summary", has_text=re.compile("^Options$")).first.click()
+    page.get_by_label("Method", exact=True).first.select_option("likelihood")
+    page.get_by_role("button", name=re.compile("^Characterize")).click()
+    page.locator(".study .same", has_text="--method=likelihood").wait_for(state="attached")
+    page.locator(STUDY).wait_for()
+    assert not page.get_by_text("Leave averaging times out").count()
+    newest = max(served[1].glob("allanite-results/*/study.json"), key=lambda p: p.stat().st_mtime)
+    (first, *_) = json.loads(newest.read_text())["channels"][0]["models"]
+    assert first["goodness"]["method"] == "likelihood"
+    # what was asked for stays in the form
+    assert page.get_by_label("Method", exact=True).first.input_value() == "likelihood"
+
+
 def pointed(page: Any, number: int) -> tuple[float, float]:
     """Where a point of the Allan curve stands on the screen."""
     plot = page.locator(STUDY)

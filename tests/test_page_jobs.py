@@ -127,6 +127,20 @@ def test_study_is_the_same_by_page_command_and_python(
         al.characterize(al.read(browser.app.settings.folder / "gyro.csv"), exclude=[(5.0, 2.0)])
 
 
+def test_study_by_likelihood_is_the_same_by_page_command_and_python(
+    browser: Browser, run: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    job = browser.start(
+        kind="characterize", recording=browser.recording("gyro.csv"), options={"method": "likelihood"}
+    )
+    done = browser.wait(job)
+    assert done["state"] == "done" and "--method=likelihood" in done["command"], done["message"]
+    page = browser.get(f"/api/jobs/{done['id']}/document").json()
+    typed, lines = repeated(browser, done["command"], done["python"], run, monkeypatch, ("study.json",))
+    assert numbers(page) == numbers(typed) == numbers(lines)
+    assert page["channels"][0]["models"][0]["goodness"]["method"] == "likelihood"
+
+
 _WORDS = {"words": "N=0.001 deg/√h"}
 _NOISE = {"words": "N=0.1 deg/√h"}
 _REQUESTS: dict[str, dict[str, Any]] = {

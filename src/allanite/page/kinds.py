@@ -238,6 +238,10 @@ KINDS: Mapping[str, Kind] = {
         command="characterize",
         takes="recording",
         options={
+            "method": _own(
+                "choice", "--method", "Fit the curve, or the samples: smaller errors, no unbroken stretches needed.",
+                choices=("moments", "likelihood"), default="moments",
+            ),
             "exclude": _own("spans", "--exclude", "Averaging times to leave out of the fit: [[from, to], …]."),
             "accept": _ACCEPT,
             "statistic": _own(

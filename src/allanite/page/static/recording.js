@@ -23,6 +23,7 @@ export class RecordingView {
     this.session = session;
     this.id = id;
     this.found = catalogue.recording(id);
+    this.asked = {}; // options of the study that was made last
     this.read = readings.get(id) || this.found?.facts?.read || {};
     this.reading = h("section", { "aria-labelledby": "reading-title" });
     this.series = h("section", { "aria-labelledby": "series-title" });
@@ -137,7 +138,7 @@ export class RecordingView {
 
   drawAction() {
     const { options } = this.session.kinds.characterize;
-    const form = fields(options, { names: ["accept", "statistic", "temperature", "warm_up"] });
+    const form = fields(options, { names: ["method", "accept", "statistic", "temperature", "warm_up"], given: this.asked });
     const doing = (this.doing = h("div", { role: "status" }));
     const same = h("div", {});
     const preview = said(async () => {
@@ -158,6 +159,7 @@ export class RecordingView {
 
   async characterize(options) {
     this.button.disabled = true;
+    this.asked = options;
     try {
       const job = await run(this.doing, { kind: "characterize", recording: this.id, read: this.read, options });
       if (!job || this.closed) return;
@@ -174,7 +176,7 @@ export class RecordingView {
     const subject = { recording: this.id, read: this.read };
     this.study = new StudyView(this.session, document, subject, (options) => {
       this.action.scrollIntoView({ block: "center" });
-      return this.characterize(options);
+      return this.characterize({ ...this.asked, ...options });
     });
     const studies = catalogue.documents((d) => d.recording === this.id && d.format === "allanite-study");
     const select = h("select", { "aria-label": "Study" }, studies.map((d) => h("option", { value: d.id }, d.name.replace(/^allanite-results\//, ""))));

@@ -31,7 +31,9 @@ export class StudyView {
   async load() {
     const id = this.document.id;
     const [study, table] = await Promise.all([get(`/api/documents/${id}`), get(`/api/documents/${id}/parameters`)]);
-    this.curve = new CurvePanel(this.session, this.document, study, { refit: this.refit, channel: (name) => this.channel(name) });
+    // A fit of the samples knows no averaging times: none can be left out.
+    const refit = study.channels.some((c) => c.models[0]?.goodness.method === "likelihood") ? null : this.refit;
+    this.curve = new CurvePanel(this.session, this.document, study, { refit, channel: (name) => this.channel(name) });
     this.study = study;
     this.parameters = h("div", {});
     this.table = table;
