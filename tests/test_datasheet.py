@@ -310,7 +310,7 @@ def test_correlation_time_is_no_promise_and_a_term_of_another_family_stays_open(
     entries = {"bias_stability": "10 deg/h", "correlation_time": "300 s"}
     found = hold_against(Study.from_json(build()), Datasheet.of(gyro_x=entries))
     sigma, time = found.channels[0].statements
-    assert sigma.verdict == "not resolved" and "flicker" in sigma.note
+    assert sigma.verdict == "not resolved" and "no Gauss-Markov term" in sigma.note
     assert time.verdict == ""
     assert found.verdict == "not resolved" and "bias stability" in found.reason
 

@@ -11,11 +11,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from scipy.stats import binom
 
 import allanite as al
 from allanite.difference import drift, model_difference
 from allanite.errors import InputError
 from allanite.noise import (
+    Estimate,
     Flicker,
     GaussMarkov,
     NoiseModel,
@@ -114,6 +116,44 @@ def test_interval_covers_what_the_covariance_scatters(rng: np.random.Generator) 
     sizes = np.array([NoiseModel.of(t).avar(1000.0) for t in terms])
     ratios = np.sqrt(sizes.sum() / (factors**2 @ sizes))
     assert ((ratios > pair.lower) & (ratios < pair.upper)).mean() == pytest.approx(0.95, abs=0.02)
+
+
+def test_interval_goes_from_what_is_shown_to_all_limits() -> None:
+    """By hand: white noise shown, a walk that the curve needs in place of something like it, flicker bounded."""
+    n, k, t = 1e-4, 3e-6, 100.0
+    fitted = NoiseModel(
+        terms=(White(N=n), RandomWalk(K=k)),
+        covariance={"symbols": ["N"], "matrix": [[0.0]]},
+        estimates=(
+            Estimate(symbol="N", value=n, lower=n, upper=n, supported=True),
+            Estimate(symbol="K", value=None, lower=0.0, upper=2 * k, supported=False),
+            Estimate(symbol="B", value=None, lower=0.0, upper=2e-5, supported=False),
+        ),
+    )
+    (pair,) = (
+        model_difference({"g": NoiseModel.of(White(N=n))}, {"g": fitted}, seconds=(t,)).channels[0].drifts
+    )
+    white, walk = 2 * t * n**2, 2 * t**3 * k**2 / 3
+    flicker = 2 * t**2 * float(Flicker(B=2e-5).avar(t))
+    assert pair.second == pytest.approx(math.sqrt(white + walk))
+    assert pair.lower == pytest.approx(math.sqrt(white / white))
+    assert pair.upper == pytest.approx(math.sqrt((white + 4 * walk + flicker) / white))
+
+
+def test_interval_of_a_record_too_short_for_its_slow_noise() -> None:
+    """One model, pairs of records of 200 s: the drift after 1000 s is extrapolated, and the interval says so."""
+    truth, held = NoiseModel.of(White(N=2e-5), RandomWalk(K=3.5e-6)), []
+    models = [
+        al.fit(al.allan_curve(al.simulate(truth, rate=20.0, duration=200.0, seed=s))) for s in range(24)
+    ]
+    assert not any(isinstance(t, Ramp) for m in models for t in m.terms)  # none of them shows one
+    for a, b in zip(models[::2], models[1::2], strict=True):
+        for pair in model_difference({"g": a}, {"g": b}).channels[0].drifts:
+            assert pair.lower is not None and pair.upper is not None
+            held.append(pair.lower <= 1 <= pair.upper)
+    assert sum(held[0::3]) >= binom.ppf(1e-4, 12, 0.95)
+    assert sum(held[1::3]) >= binom.ppf(1e-4, 12, 0.95)
+    assert sum(held[2::3]) >= binom.ppf(1e-4, 12, 0.95)
 
 
 def test_who_goes_with_whom() -> None:

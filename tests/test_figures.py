@@ -122,8 +122,8 @@ def test_the_curve_is_in_people_units(study: dict[str, Any]) -> None:
 
 def test_both_families_are_drawn_when_the_record_is_undecided(study: dict[str, Any]) -> None:
     styles = {curve.label: curve.style for curve in panel(study["channels"][1]).curves}
-    assert styles["model (flicker)"] == "dashed"
-    assert styles["or: model (Gauss-Markov)"] == "dashdot"
+    assert styles["model (N, B)"] == "dashed"
+    assert styles["or: model (N, Gauss-Markov)"] == "dashdot"
 
 
 def test_axes_are_red_green_and_blue_by_their_letter_with_a_marker_each(study: dict[str, Any]) -> None:

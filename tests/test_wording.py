@@ -8,8 +8,10 @@ from typing import Any
 
 import pytest
 
+import allanite as al
 import sample_study
 from allanite import wording
+from allanite.noise import RandomWalk, White
 
 
 @pytest.mark.parametrize(
@@ -110,7 +112,8 @@ def test_the_verdict_says_what_is_resolved_what_is_bounded_and_what_is_doubtful(
     assert any("gyro_y the record cannot decide" in s for s in said)
     assert any("does not explain the curve of gyro_z (p < 0.001)" in s for s in said)
     assert any(
-        s.startswith("The record does not show, but bounds: Q below") for s in wording.verdict(accelerometer)
+        s.startswith("The record does not show by itself, but bounds: Q below")
+        for s in wording.verdict(accelerometer)
     )
 
 
@@ -207,3 +210,15 @@ def test_a_second_term_of_a_kind_and_lines_have_columns_of_their_own() -> None:
     assert wording.readings(channel)["B_2"].equivalent
     assert wording.si_unit("rate", "T_2") == "s" and wording.si_unit("rate", "frequency") == "Hz"
     assert group.name_of("T_2") == "correlation time, number 2"
+
+
+def test_a_limit_of_noise_that_is_there_is_not_read_as_none() -> None:
+    """From a record that needs a slow term and cannot tell which, to the sentence below the table."""
+    truth = al.NoiseModel.of(White(N=2e-5), RandomWalk(K=3.5e-6))
+    study = al.characterize(al.simulate(truth, rate=20.0, duration=200.0, seed=1)).document
+    (channel,) = study["channels"]
+    assert not any(e["supported"] for e in channel["models"][0]["estimates"] if e["symbol"] in "BKR")
+    (said,) = wording.provisos([channel])
+    assert "slow noise is there" in said and "or a term like it" in said
+    clear = al.characterize(al.simulate(al.NoiseModel.of(White(N=1e-4)), rate=20.0, duration=200.0, seed=1))
+    assert wording.provisos(clear.document["channels"]) == []

@@ -22,7 +22,7 @@ HEAD = """# Real recordings
 
 What allanite says of recordings that others have published, beside what they or the data sheet say. The recordings
 themselves are not part of the repository; the page is written by `python -m verification.real_recordings FOLDER`.
-Intervals are at 95 %; `<` is a 95 % upper limit: the record does not show the term.
+Intervals are at 95 %; `<` is a 95 % upper limit: the record does not show the term by itself.
 
 Every record below is characterised as `allanite characterize FILE` does it, without options, but for the units that
 the file of the ADIS16405 does not hold.

@@ -10,25 +10,31 @@ which exists for every term, flicker and random walk included: weights 1, -(1 + 
 and the variance is the sum of w_i w_j S(t_i - t_j) over the generalised autocovariance S of the phase [1]. With r = t
 it is sqrt(2) t times the Allan deviation at t.
 
-Intervals of the ratio are those of the fitted parameters of both models, to first order in their logarithms. A model
-that was stated, not fitted, has none.
+The interval of the ratio comes from what is known of each fitted model. Its parameters scatter as their covariance
+says, to first order in their logarithms. Below, the drift may be that of the terms that the record shows, alone;
+above, that of all terms, those that it does not show at their upper limits, and of the other model where the record
+cannot decide between two. Both sides join those of the other model in quadrature of the logarithms [2]. Where a record
+is short for the time that is asked about, the interval is wide: what the noise does then is extrapolated. A model that
+was stated, not fitted, has none.
 
 References
 ----------
 .. [1] C. Greenhall, W. Riley, "Uncertainty of stability variances based on finite differences", PTTI 2003.
+.. [2] A. Donner, G. Zou, "Closed-form confidence intervals for functions of the normal mean and standard deviation",
+   Stat. Methods Med. Res. 21 (2012) 347: limits of a difference from the limits of its parts.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from allanite.errors import InputError
-from allanite.noise import NoiseModel, Ramp, TermType
+from allanite.noise import Flicker, NoiseModel, Quantisation, Ramp, RandomWalk, TermType, White
 from allanite.plain_data import plain
 
 __all__ = ["ChannelDifference", "Difference", "DriftPair", "drift", "model_difference"]
@@ -40,6 +46,15 @@ VERSION = 1
 SECONDS = (1.0, 100.0, 1000.0)
 _NORMAL_95 = 1.959963984540054
 _STEP = 1e-4
+#: Term of a symbol that a record may bound from above alone.
+_BOUNDED: Mapping[str, Callable[[float], TermType]] = {
+    "Q": lambda upper: Quantisation(Q=upper),
+    "N": lambda upper: White(N=upper),
+    "B": lambda upper: Flicker(B=upper),
+    "B_equiv": lambda upper: Flicker(B=upper),
+    "K": lambda upper: RandomWalk(K=upper),
+    "R": lambda upper: Ramp(R=upper),
+}
 
 
 def drift(model: NoiseModel, seconds: float, rest: float | None = None) -> float:
@@ -95,7 +110,7 @@ class DriftPair:
     ratio : float
         Second over first.
     lower, upper : float or None
-        95 % interval of the ratio; None where neither model has intervals.
+        95 % interval of the ratio; None where neither model has intervals, or one of them shows no term at all.
     """
 
     seconds: float
@@ -265,17 +280,34 @@ def _channel(
 def _pair(first: NoiseModel, second: NoiseModel, t: float, rest: float | None) -> DriftPair:
     a, b = drift(first, t, rest), drift(second, t, rest)
     ratio = b / a if a > 0 else math.inf
-    spread = None
-    if a > 0 and (_fitted(first) or _fitted(second)):
-        spread = math.exp(_NORMAL_95 * math.hypot(*(_log_sd(m, t, rest) for m in (first, second))))
-    return DriftPair(
-        seconds=t,
-        first=a,
-        second=b,
-        ratio=ratio,
-        lower=None if spread is None else ratio / spread,
-        upper=None if spread is None else ratio * spread,
-    )
+    lower = upper = None
+    if a > 0 and b > 0 and (_fitted(first) or _fitted(second)):
+        (less_a, more_a), (less_b, more_b) = (_margins(m, t, rest) for m in (first, second))
+        down, up = math.hypot(less_b, more_a), math.hypot(more_b, less_a)
+        if math.isfinite(down + up):
+            lower, upper = ratio * math.exp(-down), ratio * math.exp(up)
+    return DriftPair(seconds=t, first=a, second=b, ratio=ratio, lower=lower, upper=upper)
+
+
+def _margins(model: NoiseModel, t: float, rest: float | None) -> tuple[float, float]:
+    """How far the logarithm of the drift may lie below and above that of the model, at 95 %; zeros where stated."""
+    if not _fitted(model):
+        return 0.0, 0.0
+    scatter = _NORMAL_95 * _log_sd(model, t, rest)
+    best = drift(model, t, rest)
+    ends = [_extremes(family, t, rest) for family in model.families]
+    low, high = min(a for a, _ in ends), max(b for _, b in ends)
+    less = math.inf if low <= 0 else math.log(best / low)
+    return math.hypot(scatter, max(less, 0.0)), math.hypot(scatter, max(math.log(high / best), 0.0))
+
+
+def _extremes(model: NoiseModel, t: float, rest: float | None) -> tuple[float, float]:
+    """The drift of the terms that are shown alone, and that of all with the others at their limits."""
+    limits = {e.symbol: e.upper for e in model.estimates if e.value is None and math.isfinite(e.upper)}
+    shown = tuple(term for term in model.terms if not set(term.symbols) & set(limits))
+    others = tuple(_BOUNDED[s](upper) for s, upper in limits.items() if s in _BOUNDED and upper > 0)
+    low, high = (drift(replace(model, terms=terms), t, rest) for terms in (shown, shown + others))
+    return low, high
 
 
 def _fitted(model: NoiseModel) -> Sequence[str]:

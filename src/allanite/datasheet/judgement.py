@@ -266,12 +266,8 @@ def _estimate(symbol: str, models: Sequence[NoiseModel]) -> tuple[float | None, 
     names = ("B", "B_equiv") if symbol == "B" else (symbol,)
     found = [e for m in models for e in m.estimates if e.symbol in names]
     if not found:
-        others = {
-            "sigma": "flicker, which has no standard deviation",
-            "T": "flicker, which has no correlation time",
-        }
-        shown = others.get(symbol, "no such term")
-        return None, 0.0, math.inf, f"the fitted model holds {shown}"
+        words = "no Gauss-Markov term" if symbol in ("sigma", "T") else "no such term"
+        return None, 0.0, math.inf, f"the fitted model holds {words}"
     first = found[0]
     lower, upper = min(e.lower for e in found), max(e.upper for e in found)
     value = first.value if all(e.supported for e in found) else None

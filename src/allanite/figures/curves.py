@@ -72,6 +72,8 @@ STATISTICS = {
 _OF_MODEL = ("adev", "oadev", "totdev", "robust", "theobr", "theoh")  # what a term's Allan variance describes
 _SLOPE = {"Q": -1.0, "N": -0.5, "B": 0.0, "K": 0.5, "R": 1.0}
 _SLOPE_NAME = {-1.0: "−1", -0.5: "−1/2", 0.0: "0", 0.5: "+1/2", 1.0: "+1"}
+#: Terms of a model in its name.
+_NAMED = {"q": "Gauss-Markov", "amplitude": "line"}
 _READ_AT = {"Q": math.sqrt(3), "N": 1.0, "K": 3.0, "R": math.sqrt(2)}
 _SIDE = {"Q": "below left", "N": "above right", "B": "below", "K": "below right", "R": "below right"}
 _LANDMARKS = ((60.0, "1 min"), (3600.0, "1 h"), (86400.0, "1 d"))
@@ -309,9 +311,10 @@ def model_curve(
     """The model as these samples show it; the alternative family is dash-dotted."""
     averaged = array(curve["tau"]) / curve["dt"]
     m = np.geomspace(averaged.min(), averaged.max(), 160)
-    variance = NoiseModel.from_json(model).avar_sampled(m, curve["dt"], curve["sampling"])
-    family = "Gauss-Markov" if model.get("family") == "gauss-markov" else model.get("family")
-    named = f"model ({family})" if family else "model"
+    shown = NoiseModel.from_json(model)
+    variance = shown.avar_sampled(m, curve["dt"], curve["sampling"])
+    letters = [_NAMED.get(t.symbols[0], t.symbols[0]) for t in shown.terms]
+    named = f"model ({', '.join(letters)})" if letters else "model"
     return Curve(
         x=m * curve["dt"],
         y=np.sqrt(variance) / factor,

@@ -156,7 +156,13 @@ def _excludes_zero(family: Family, best: Solution, symbol: str, critical: float)
 
 
 def _selected(family: Family, best: Solution, supported: frozenset[str]) -> Solution:
-    """The supported terms, and as many more as the curve needs though none of them is resolved by itself."""
+    """The supported terms, and as many more as the curve needs though none of them is resolved by itself.
+
+    A ramp that is not supported is none of these: noise stands in for it, since a trend that the record does not show
+    would rule every drift and every simulated twin of the model.
+    """
+    if "R" in family.symbols and "R" not in supported and best.coefficient("R") > 0:
+        best = family({"R": 0.0}, best)
     chosen = set(supported) | (set(family.symbols) & set(FLOOR))
     fit = _only(family, best, chosen)
     while fit.value - best.value > _NEEDED:

@@ -98,10 +98,21 @@ def bound_lines(channel: Json) -> list[tuple[str, str, str, str]]:
     for name, inflation in facts["factors"].items():
         if name in bound:
             unit, factor = _unit(channel, name.partition("_")[0])
-            was = "–" if inflation is None else f"{number(fitted[name] / factor, 4)} {unit}"
+            was = (
+                "–"
+                if inflation is None
+                else f"{number(fitted[name] / factor, 4)} {unit}{_open(channel, name)}"
+            )
             grown = "added" if inflation is None else f"× {number(inflation, 4)}"
             lines.append((name, was, f"{number(bound[name] / factor, 4)} {unit}", grown))
     return lines
+
+
+def _open(channel: Json, symbol: str) -> str:
+    """Behind a term that the curve needs, though the record cannot tell it from another."""
+    estimates = channel["models"][0]["estimates"]
+    limit = any(e["symbol"] == symbol and e["value"] is None and not e["supported"] for e in estimates)
+    return ", or a term like it" if limit else ""
 
 
 def _amplitudes(terms: list[Json]) -> dict[str, float]:

@@ -36,6 +36,8 @@ def drift_lines(channel: Json) -> list[tuple[str, str, str, str]]:
     for line in channel["drifts"]:
         first, second = (f"{number(line[key] / factor)} {unit}" for key in ("first", "second"))
         ratio = number(line["ratio"])
+        if line["lower"] is None and any(channel["intervals"]):
+            ratio += " [not resolved]"
         if line["lower"] is not None:
             value, low, high = interval(line["ratio"], line["lower"], line["upper"])
             ratio = f"{value} [{low}, {high}]"
@@ -93,5 +95,6 @@ def rest_words(document: Json) -> str:
     before = "as long at rest just before" if rest is None else f"{duration(rest)} at rest just before"
     return (
         "Drift: standard deviation (1 σ) of the angle, or velocity, that the noise adds up to without help, the bias "
-        f"being its mean over {before}. Terms with an upper limit alone are not in it"
+        f"being its mean over {before}. The interval of the ratio allows for terms that a record does not show, up to "
+        "their limits"
     )

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What noise coefficients hold besides the noise of the sensor: aperture of the meter, error of the scale factor.
+"""What a reader of noise coefficients must know besides: a term that is needed but open, the aperture of the meter,
+the error of the scale factor.
 
 And what a run lacks, and how it was recorded.
 """
@@ -28,10 +29,22 @@ def provisos(channels: Iterable[Json]) -> list[str]:
     """
     said: dict[str, list[str]] = {}
     for channel in channels:
-        for sentence in (_aliasing(channel), _scale(channel)):
+        for sentence in (_needed(channel), _aliasing(channel), _scale(channel)):
             if sentence:
                 said.setdefault(sentence, []).append(channel["name"])
     return [f"{', '.join(names)}: {sentence}" for sentence, names in said.items()]
+
+
+def _needed(channel: Json) -> str:
+    """Limits that must not be read as "no slow noise": one of the terms is there, and which one is open."""
+    model = channel["models"][0] if channel.get("models") else {}
+    needed = [e["symbol"] for e in model.get("estimates") or () if "one like it" in (e.get("note") or "")]
+    if not needed:
+        return ""
+    return (
+        f"slow noise is there, {' and '.join(needed)} or a term like it; the record cannot tell which, so that each "
+        "has a limit alone. Record longer to know."
+    )
 
 
 def _aliasing(channel: Json) -> str:

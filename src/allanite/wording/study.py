@@ -38,7 +38,7 @@ Json = Mapping[str, Any]
 COLUMNS = ("N", "B", "T", "K", "R", "Q")
 """Columns of every parameter table, in the order in which a curve shows them. B stands for B_equiv too."""
 
-GUARANTEE = "95 % intervals; '<' is a 95 % upper limit: the record does not show the term."
+GUARANTEE = "95 % intervals; '<' is a 95 % upper limit: the record does not show the term by itself."
 EQUIVALENT = "* the B whose floor is the peak of the Gauss-Markov term with this T_b."
 
 _FAMILIES = {
@@ -365,7 +365,7 @@ def verdict(group: Group) -> list[str]:
     sentences = [s for symbol in COLUMNS if (s := _statement(group, symbol))]
     absent = [a for symbol in COLUMNS if (a := _absent(group, symbol))]
     if absent:
-        sentences.append(f"The record does not show, but bounds: {', '.join(absent)}.")
+        sentences.append(f"The record does not show by itself, but bounds: {', '.join(absent)}.")
     undecided = [c["name"] for c in group.channels if len(c["models"]) > 1]
     if undecided:
         sentences.append(
