@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import itertools
 import math
 from collections.abc import Sequence
 from dataclasses import replace
@@ -396,6 +397,37 @@ def test_class_3_two_sensors_with_one_level_and_two_noises(rng: np.random.Genera
     finding = only(samples, "interleaved")
     assert finding.severity is Severity.WARNING
     assert "ratio" in finding.message
+
+
+def test_rounded_white_noise_does_not_alternate() -> None:
+    """By chance 4e-6 of records; the squares of differences on steps are 0, 1 or 4 of them."""
+    for seed, step in itertools.product(range(25), (0.5, 0.6, 1.0)):
+        rng = np.random.default_rng(seed)
+        y = rng.standard_normal(5000)
+        assert "interleaved" not in found(np.round(y / step) * step)
+        y[rng.random(5000) < 0.02] *= 20.0
+        assert "interleaved" not in found(np.round(y / step) * step)
+
+
+def test_noise_near_the_step_of_float32_does_not_alternate() -> None:
+    for seed in range(20):
+        y = (1000.0 + 1e-4 * np.random.default_rng(seed).standard_normal(5000)).astype(np.float32)
+        assert "interleaved" not in found(y)
+
+
+@pytest.mark.parametrize("step", [0.0, 0.6])
+@pytest.mark.parametrize("period", [2, 3, 4])
+def test_one_row_in_several_with_three_times_the_noise(period: int, step: float) -> None:
+    """Rounded or not, with strays in 0.3 % of the samples: the period is that of the rows, not a divisor of it."""
+    for seed in range(5):
+        rng = np.random.default_rng(seed)
+        y = white(rng, 8000)
+        y[::period] *= 3.0
+        y = np.round(y / step) * step if step else y
+        y[rng.random(len(y)) < 0.003] += 40.0
+        alternating = found(y)["interleaved"]
+        assert f"period {period}" in alternating.message
+        assert 2.2 < float(alternating.message.split("ratio ")[1].split()[0]) < 3.1
 
 
 @pytest.mark.parametrize(

@@ -40,6 +40,24 @@ def test_b18_a_step_of_a_known_range_in_the_other_unit(
     assert "unit_trap" not in found(Recording.from_rate(y, rate=100.0, unit=right, names="gx"))
 
 
+@pytest.mark.parametrize(
+    ("label", "size", "question"),
+    [
+        ("deg/s", 160.0, "counts, volts or thousandths of a degree, labelled 'deg/s'?"),
+        ("rad/s", 160.0, "counts, volts or thousandths of a degree, labelled 'rad/s'?"),
+    ],
+)
+def test_too_much_noise_is_asked_about_in_words_that_fit_the_unit(
+    rng: np.random.Generator, label: str, size: float, question: str
+) -> None:
+    """16 deg/s per root Hz are no degrees called degrees; nor would radians that are degrees explain so much."""
+    y = size * white(rng, N) + 3.0 * size
+    trap = found(Recording.from_rate(y, rate=100.0, unit=label, names="gx"))["unit_trap"]
+    assert question in trap.message
+    assert "57.3" not in trap.message
+    assert f"--unit gx={label}" not in trap.advice and "--unit gx=LSB" in trap.advice
+
+
 def test_steps_of_no_known_range_raise_no_alarm() -> None:
     """Any step of eight decades agrees by chance in 17 x 2e-4/ln(10)/8 = 2e-4 of records."""
     rng = np.random.default_rng(20261121)

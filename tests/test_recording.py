@@ -10,6 +10,7 @@ import pytest
 
 import allanite as al
 from allanite.errors import InputError
+from allanite.fitting.selection import select
 from allanite.recording import ArrayColumn, Channel, Kind, Recording, Spliced, merge_spans
 
 
@@ -17,6 +18,34 @@ def test_rate_span_and_length_cannot_disagree() -> None:
     rec = Recording.from_rate(np.zeros(320), rate=32.0, unit="deg/s")
     assert (rec.duration, rec.dt, rec.n_samples) == (10.0, 1 / 32, 320)
     assert "320 samples at 32 Hz" in repr(rec)
+
+
+@pytest.mark.parametrize("rate", [1e300, 1e-300, 1e100, 1e-30, 1.1e12, 9e-10])
+def test_a_rate_of_no_sensor_is_refused(rate: float) -> None:
+    with pytest.raises(InputError, match=r"between 1e-09 and 1e\+12 Hz"):
+        Recording.from_rate(np.zeros(100), rate=rate, unit="deg/s")
+
+
+@pytest.mark.parametrize("rate", [1e-9, 1e12])
+def test_the_outermost_rates_go_all_the_way(rng: np.random.Generator, rate: float) -> None:
+    rec = Recording.from_rate(1e-3 * rng.standard_normal(2000) + 0.1, rate=rate, unit="deg/s")
+    n = next(e for e in al.fit(al.allan_curve(rec)).estimates if e.symbol == "N")
+    assert n.value == pytest.approx(np.radians(1e-3) / np.sqrt(rate), rel=0.1)
+
+
+@pytest.mark.parametrize("given", [np.zeros(1000), "x", 3, None, [1.0, 2.0]])
+def test_what_is_no_recording_is_refused_with_the_way_to_make_one(given: object) -> None:
+    for refuse in (al.fit, al.characterize, al.allan_curve, al.check, select):
+        with pytest.raises(
+            InputError, match=r"Recording, not .*al\.Recording\.from_rate\(y, rate=.*al\.read"
+        ):
+            refuse(given)
+
+
+@pytest.mark.parametrize("given", [123, None, b"gyro.csv", [1.0, 2.0], np.zeros(3), [b"x"]])
+def test_what_is_no_path_is_refused(given: object) -> None:
+    with pytest.raises(InputError, match="read needs"):
+        al.read(given)
 
 
 @pytest.mark.parametrize(

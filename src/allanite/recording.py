@@ -32,6 +32,7 @@ __all__ = [
     "Sampling",
     "Spliced",
     "checked_rate",
+    "checked_recording",
     "checked_samples",
     "merge_spans",
     "scaled_samples",
@@ -41,6 +42,9 @@ Sampling = Literal["mean", "point"]
 
 #: Samples per block when a recording is streamed (2 MiB of float64: stays in the second-level cache).
 BLOCK = 1 << 18
+#: Rates that a recording may have [Hz]: from one sample in 30 years to a hundred times the fastest converters. Beyond
+#: them a rate is a slip, and its powers leave the range of numbers.
+RATES = (1e-9, 1e12)
 #: SCPI writes infinity as +-9.9E37 and "not a number" as 9.91E37; some meters write 1E38. No sensor does.
 OVERLOAD = 9.9e37
 
@@ -214,7 +218,7 @@ class Recording:
     columns : tuple of Column
         One per channel, all of length `n_samples`.
     rate : float [Hz]
-        Samples per second; span and length follow from it, so they can never disagree.
+        Samples per second, 1e-9 to 1e12; span and length follow from it, so they can never disagree.
     start : int or None [ns]
         UTC of the first sample, int64 nanoseconds since 1970.
     history : tuple of dict
@@ -494,13 +498,38 @@ def checked_rate(rate: object) -> float:
     Raises
     ------
     InputError
-        Not a number, not finite, or not positive.
+        Not a number, not finite, or not positive; or outside of `RATES`, as that of no sensor.
     """
     if isinstance(rate, (bool, str, bytes)) or not isinstance(rate, (int, float, np.integer, np.floating)):
         raise InputError(f"rate must be a number of samples per second, not {rate!r}")
     if not (math.isfinite(rate) and rate > 0):
         raise InputError(f"rate must be finite and positive [Hz], not {rate!r}")
+    if not RATES[0] <= rate <= RATES[1]:
+        raise InputError(
+            f"rate must lie between {RATES[0]:g} and {RATES[1]:g} Hz, not {rate!r}: give it in samples per second"
+        )
     return float(rate)
+
+
+def checked_recording(recording: object, who: str, needed: str = "a Recording") -> Recording:
+    """A recording, as the function `who` needs it.
+
+    Raises
+    ------
+    InputError
+        Something else: bare samples, which have neither rate nor unit, or the name of a file.
+    """
+    if not isinstance(recording, Recording):
+        raise InputError(f"{who} needs {needed}, not {_said(recording)}: {_MADE_BY}")
+    return recording
+
+
+_MADE_BY = "al.Recording.from_rate(y, rate=100.0, unit='deg/s') makes a recording of samples, al.read(path) of a file"
+
+
+def _said(thing: object) -> str:
+    kind = type(thing)
+    return repr(thing) if isinstance(thing, (str, int, float)) else f"{kind.__module__}.{kind.__qualname__}"
 
 
 def checked_samples(samples: ArrayLike) -> NDArray[Any]:

@@ -39,7 +39,7 @@ from allanite.instrument_floor import (
 )
 from allanite.noise import NoiseModel
 from allanite.plain_data import load_plain
-from allanite.recording import Channel, Kind, Recording
+from allanite.recording import Channel, Kind, Recording, checked_recording
 
 if TYPE_CHECKING:
     from allanite.environment import EnvironmentEstimate
@@ -218,6 +218,7 @@ def characterize(
     InputError
         An unknown finding code, statistic, method or grid; a floor that does not fit; what a method knows nothing of.
     """
+    checked_recording(recording, "characterize")
     asked = {
         "a temperature": temperature,
         "a modelled warm-up": warm_up == "model",

@@ -31,7 +31,7 @@ from allanite.atomic_file import fresh
 from allanite.csv_cells import heading_cell
 from allanite.errors import DataQualityError, DataQualityWarning, FormatError, InputError
 from allanite.noise import NoiseModel
-from allanite.recording import Channel, Recording, Sampling
+from allanite.recording import Channel, Recording, Sampling, checked_recording
 
 __all__ = ["AllanCurve", "allan_curve"]
 
@@ -401,10 +401,12 @@ def allan_curve(
     Raises
     ------
     InputError
-        An unknown statistic, grid or engine; a lag the record does not support; a confidence outside (0, 1).
+        No recording; an unknown statistic, grid or engine; a lag the record does not support; a confidence outside
+        (0, 1).
     DataQualityError
         Fewer than three samples, or none present.
     """
+    checked_recording(recording, "allan_curve")
     chosen = _chosen(statistic)
     degrees.chi_square_factors(np.array([1.0]), confidence)
     names = [c.name for c in recording.channels if c.kind.noise_bearing]

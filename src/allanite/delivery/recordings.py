@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from allanite.recording import Recording
 
 __all__ = [
+    "GAPS",
     "describe",
     "file_sha256",
     "has_gaps",
@@ -32,6 +33,8 @@ __all__ = [
 
 Json = Mapping[str, Any]
 
+#: Gaps that are listed.
+GAPS = 1000
 _LOSSES = frozenset(
     {
         "missing",
@@ -176,12 +179,17 @@ def models_of_several(
 
 
 def describe(recording: Recording, findings: Iterable[Finding]) -> dict[str, Any]:
-    """Facts of a recording and what was found in it, as plain data."""
+    """Facts of a recording and what was found in it, as plain data.
+
+    "gaps" lists where samples are missing, `GAPS` at most, each with its "channels", "start" and "stop" [samples]; the
+    same gap in several channels is one. "gap_count" says how many there are; where "gaps_cut", at least so many, and
+    not all of them are listed.
+    """
     from allanite.health.run import missing_because
 
+    findings = tuple(findings)
     found = [f.to_json() for f in findings]
-    gaps = [f for f in found if f["code"] == "missing"]
-    missing = max((f["count"] for f in gaps), default=0)
+    missing = max((f.count for f in findings if f.code == "missing"), default=0)
     return {
         "source": recording.source,
         "rate": recording.rate,
@@ -190,12 +198,33 @@ def describe(recording: Recording, findings: Iterable[Finding]) -> dict[str, Any
         "start": recording.start,
         "missing": missing,
         "missing_because": missing_because(recording, missing),
-        "gaps": [place for f in gaps for place in f["places"]],
+        **_gaps(recording, findings),
         "channels": [c.to_json() for c in recording.channels],
         "history": [dict(step) for step in recording.history],
         "contents": _contents(recording),
         "remarks": _remarks(recording),
         "findings": found,
+    }
+
+
+def _gaps(recording: Recording, findings: Iterable[Finding]) -> dict[str, Any]:
+    """All stretches without samples that the findings know of; the pass keeps the first 100 000 of a channel."""
+    bearing = [c.name for c in recording.channels if c.kind.noise_bearing]
+    channels: dict[tuple[int, int], list[str]] = {}
+    unknown = False
+    for f in (f for f in findings if f.code == "missing"):
+        spans = f.spans.tolist()
+        unknown = unknown or sum(stop - start for start, stop in spans) < f.count
+        for start, stop in spans:
+            channels.setdefault((start, stop), []).extend(bearing if f.channel is None else [f.channel])
+    listed = sorted(channels)[:GAPS]
+    return {
+        "gaps": [
+            {"channels": [n for n in bearing if n in channels[span]], "start": span[0], "stop": span[1]}
+            for span in listed
+        ],
+        "gap_count": len(channels),
+        "gaps_cut": unknown or len(listed) < len(channels),
     }
 
 

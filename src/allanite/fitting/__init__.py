@@ -72,7 +72,8 @@ def fit(
     Raises
     ------
     InputError
-        An unknown method or one for the other kind of input, several channels, or another statistic than oadev.
+        Neither a curve nor a recording, an unknown method or one for the other kind of input, several channels, or
+        another statistic than oadev.
     DataQualityError
         No noise, or too few lags or samples.
     FitError
@@ -81,6 +82,7 @@ def fit(
     from allanite.fitting.scale import with_scale_uncertainty
     from allanite.recording import Recording
 
+    _check_kind(measured)
     if isinstance(measured, Recording):
         if exclude is not None:
             raise InputError("exclude= leaves out lags of a curve; it means nothing for a recording")
@@ -94,6 +96,14 @@ def fit(
         model = _fit_curve(measured, method or "moments", exclude, confidence, floor, options)
         channels = list(measured.channels)
     return with_scale_uncertainty(model, channels[0].scale_uncertainty if len(channels) == 1 else None)
+
+
+def _check_kind(measured: object) -> None:
+    from allanite.allan import AllanCurve
+    from allanite.recording import checked_recording
+
+    if not isinstance(measured, AllanCurve):
+        checked_recording(measured, "fit", "an AllanCurve or a Recording")
 
 
 def _noisy(recording: Recording) -> list[Channel]:

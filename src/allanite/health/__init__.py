@@ -35,7 +35,7 @@ from allanite.health import constancy, disturbance, log, meaning, motion, repeat
 from allanite.health.catalogue import CATALOGUE, Entry
 from allanite.health.finding import Finding, Severity
 from allanite.health.survey import Survey, survey
-from allanite.recording import Recording
+from allanite.recording import Recording, checked_recording
 
 __all__ = [
     "CATALOGUE",
@@ -119,6 +119,7 @@ def check(recording: Recording, *, progress: Progress | None = None) -> tuple[Fi
     progress : callable, optional
         Called with the fraction done, 0 to 1.
     """
+    checked_recording(recording, "check")
     total = max(recording.n_samples * len(recording.channels), 1)
     done = 0
 

@@ -240,13 +240,21 @@ def alternation(survey: Survey) -> Alternation | None:
     """How the rows alternate; None where they do not."""
     if survey.channel.kind.integrated or survey.constant:
         return None
-    for period in (2, 3, 4):
-        apart = [a for _, values in survey.probes if (a := _phases(values, period)) is not None]
-        if len(apart) < max(1, 0.5 * len(survey.probes)):
-            continue
-        level, noise = np.quantile(np.array(apart), 0.1, axis=0)
-        if level > (1.0 if period == 2 else 3.0) or noise > 3.0:
-            return Alternation(period, float(level), float(noise))
+    stretches = [values for _, values in survey.probes]
+    two = _alternates(stretches, 2)
+    if two is not None and not any(_alternates([v[k::2] for v in stretches], 2) for k in (0, 1)):
+        return two
+    return _alternates(stretches, 3) or _alternates(stretches, 4) or two  # four phases make two as well
+
+
+def _alternates(stretches: Sequence[Samples], period: int) -> Alternation | None:
+    """The alternation with this period, if nine stretches in ten show it."""
+    apart = [a for values in stretches if (a := _phases(values, period)) is not None]
+    if len(apart) < max(1, 0.5 * len(stretches)):
+        return None
+    level, noise = np.quantile(np.array(apart), 0.1, axis=0)
+    if level > (1.0 if period == 2 else 3.0) or noise > 3.0:
+        return Alternation(period, float(level), float(noise))
     return None
 
 
@@ -257,7 +265,7 @@ def interleaved(survey: Survey) -> Iterator[Finding]:
         return
     what = f"levels {found.level:.2g} sigma apart"
     if found.level <= 1.0:
-        what = f"noises in the ratio {math.sqrt(found.noise):.2g}"
+        what = f"noises in the ratio {math.sqrt(found.noise):.2g} or more"
     yield finding(
         "interleaved",
         f"rows alternate with period {found.period}: {what}",
@@ -269,21 +277,42 @@ def interleaved(survey: Survey) -> Iterator[Finding]:
 
 
 def _phases(values: Samples, period: int) -> tuple[float, float] | None:
-    """How far the phases of a period lie apart: level (in sigma within a phase) and ratio of noise powers."""
+    """How far the phases of a period lie apart: level (in sigma within a phase) and ratio of noise powers.
+
+    The power of a phase is half the mean square of its differences from row to row: a mean, since the median of
+    samples on steps jumps from one square of a step to the next. The largest fortieth of the differences of all phases
+    counts as no larger than its least, which keeps it deaf to outliers and makes a ratio of powers of 9 up to 17 %
+    smaller. The ratio counts where its logarithm exceeds five standard errors.
+    """
     rows = values[: len(values) // period * period].reshape(-1, period)
     rows = rows[np.isfinite(rows).all(axis=1)]
     if len(rows) < 256:
         return None
     squares = np.diff(rows, axis=0) ** 2
-    power = np.median(squares, axis=0) / 0.9099  # of a Gaussian: deaf to outliers
+    largest = float(np.quantile(squares, 0.975))
+    if largest > 0.0:  # else the values rarely change
+        squares = np.minimum(squares, largest)
+    power = 0.5 * np.mean(squares, axis=0)
     if power.min() == 0.0:
-        power = 0.5 * np.mean(squares, axis=0)
-    sigma = float(np.sqrt(np.median(power)))
-    if sigma == 0.0 or power.min() == 0.0:
         return None
+    sigma = float(np.sqrt(np.median(power)))
     level = rows.mean(axis=0)
     noise = 8.0 * sigma / math.sqrt(len(rows))  # what chance makes of the levels, generously
-    return max(float(np.ptp(level)) - noise, 0.0) / sigma, float(power.max() / power.min())
+    return max(float(np.ptp(level)) - noise, 0.0) / sigma, _ratio_of_powers(squares)
+
+
+def _ratio_of_powers(squares: Samples) -> float:
+    """Largest ratio of the mean squares of two phases; 1.0 where chance explains it.
+
+    Differences that share a row of white noise have correlation -1/2, their squares 1/4: the variance of a mean
+    square is 1.5 times that of as many independent ones (Isserlis). Chance exceeds five standard errors in 6e-7, for
+    the six pairs of four phases in less than 4e-6 of the stretches looked at, of which nine in ten must agree.
+    """
+    power = squares.mean(axis=0)
+    high, low = int(np.argmax(power)), int(np.argmin(power))
+    spread = 1.5 * squares.var(axis=0) / (len(squares) * power**2)
+    ratio = float(power[high] / power[low])
+    return ratio if math.log(ratio) > 5.0 * math.sqrt(spread[high] + spread[low]) else 1.0
 
 
 # -- two names for one sensor -----------------------------------------------------------------------------

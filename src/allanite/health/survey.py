@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.health.impulses import Impulses, Spikes
-from allanite.health.tallies import Energies, EqualRuns, Extreme, Extremes, MissingRuns, Scale
+from allanite.health.tallies import Energies, EqualRuns, Extreme, Extremes, MissingRuns, PartSums, Scale
 from allanite.recording import BLOCK, OVERLOAD, Channel, Recording, merge_spans
 
 __all__ = ["Lattice", "Survey", "lattice_of", "survey"]
@@ -63,6 +63,8 @@ class Survey:
         Longest stretch without a missing or overload sample.
     mean : float
         Of the samples present; of their first differences for an angle or a velocity.
+    parts : ndarray, shape (16,)
+        Means of as many equal parts of the record, less `origin`; NaN where less than half of the part is there.
     sigma : float
         Standard deviation of the sample-to-sample noise: median over windows of half the mean square difference.
         For an angle or a velocity it is that of the increments.
@@ -92,6 +94,7 @@ class Survey:
     overload_runs: int
     unbroken: int
     mean: float
+    parts: Samples = field(repr=False)
     sigma: float
     high: Extreme = field(repr=False)
     low: Extreme = field(repr=False)
@@ -195,7 +198,7 @@ class _Pass:
         self.energies = Energies(n, BLOCK)
         self.starts = _probe_starts(n)
         self.probes: list[tuple[int, Samples]] = []
-        self.total, self.terms = 0.0, 0
+        self.sums = PartSums(n)
 
     def run(self, advance: Callable[[int], None] | None) -> Survey:
         for start in range(0, self.n, BLOCK):
@@ -248,15 +251,14 @@ class _Pass:
     def _take_values(self, signal: Samples, fresh: Mask, complete: bool) -> None:
         self.high.add(signal, fresh)
         self.low.add(signal, fresh)
-        there = signal if complete else signal[~np.isnan(signal)]
-        self.total += float(there.sum())
-        self.terms += len(there)
+        self.sums.add(signal, complete)
 
     def _mean(self) -> float:
-        if self.terms == 0:
+        terms = int(self.sums.count.sum())
+        if terms == 0:
             return np.nan
         origin = 0.0 if self.integrated else self.recording.origin(self.channel.name)
-        return self.total / self.terms + origin
+        return float(self.sums.total.sum()) / terms + origin
 
     def _facts(self) -> Survey:
         high, low = self.high.result(), self.low.result()
@@ -274,6 +276,7 @@ class _Pass:
             overload_runs=self.overload.n_runs,
             unbroken=self.broken.longest,
             mean=self._mean(),
+            parts=self.sums.means(),
             sigma=_sigma(scales, self.probes, self.integrated),
             high=high,
             low=low,

@@ -18,6 +18,7 @@ __all__ = [
     "Extreme",
     "Extremes",
     "MissingRuns",
+    "PartSums",
     "Runs",
     "Scale",
 ]
@@ -95,6 +96,39 @@ class MissingRuns:
     def spans(self) -> Index:
         """The first stretches, at most as many as were to be kept, shape (n, 2)."""
         return np.concatenate(self._kept)
+
+
+# -- means ------------------------------------------------------------------------------------------------
+
+
+class PartSums:
+    """Sums of sixteen equal parts of a stream: its mean, and how far the parts' means lie from one another."""
+
+    __slots__ = ("_at", "_edges", "count", "total")
+
+    PARTS = 16
+
+    def __init__(self, n_samples: int) -> None:
+        self._edges = [-(-k * n_samples // self.PARTS) for k in range(self.PARTS + 1)]
+        self._at = 0
+        #: Sum and number of the samples that are no NaN, part by part.
+        self.total, self.count = np.zeros(self.PARTS), np.zeros(self.PARTS, dtype=np.int64)
+
+    def add(self, block: Samples, complete: bool) -> None:
+        """Take the next block; `complete` promises that it holds no NaN."""
+        start, self._at = self._at, self._at + len(block)
+        for k in range(self.PARTS):
+            part = block[max(self._edges[k] - start, 0) : max(self._edges[k + 1] - start, 0)]
+            there = part if complete else part[~np.isnan(part)]
+            self.total[k] += float(there.sum())
+            self.count[k] += len(there)
+
+    def means(self) -> Samples:
+        """Mean of each part; NaN where less than half of it is there."""
+        enough = 2 * self.count >= np.maximum(np.diff(self._edges), 1)
+        found = np.full(self.PARTS, np.nan)
+        found[enough] = self.total[enough] / self.count[enough]
+        return found
 
 
 # -- extreme values ---------------------------------------------------------------------------------------

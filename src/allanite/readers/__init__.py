@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import os
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import fields
 from importlib import import_module
 from pathlib import Path
@@ -162,9 +162,7 @@ def read(
         variable=variable,
         layout=layout,
     )
-    paths = [Path(path)] if isinstance(path, (str, os.PathLike)) else [Path(p) for p in path]
-    if not paths:
-        raise InputError("no file given")
+    paths = _paths(path)
     tables = []
     for place in paths:
         reader = _reader_for(place) if layout is None else _raw(place)
@@ -172,6 +170,25 @@ def read(
         tables.append(reader.read(place, options))
     names = [p.name for p in paths]
     return assemble(join(tables, names), options, names[0] if len(names) == 1 else " + ".join(sorted(names)))
+
+
+def _paths(path: object) -> list[Path]:
+    several = [path] if isinstance(path, (str, os.PathLike)) else path
+    if not isinstance(several, Iterable) or isinstance(several, bytes):
+        raise InputError(
+            f"read needs the path of a file, al.read('gyro.csv'), or several of them, not {path!r}"
+        )
+    found = []
+    for one in several:
+        if not isinstance(one, (str, os.PathLike)):
+            raise InputError(
+                f"read needs paths of files, not a {type(one).__name__}; samples that are in memory become a recording "
+                "by al.Recording.from_rate(y, rate=100.0, unit='deg/s')"
+            )
+        found.append(Path(one))
+    if not found:
+        raise InputError("no file given")
+    return found
 
 
 def _raw(path: Path) -> Reader:

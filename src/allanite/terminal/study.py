@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -40,6 +41,8 @@ __all__ = ["curve_table", "show_curve", "show_findings", "show_models", "show_re
 
 Json = Mapping[str, Any]
 
+#: Sets of channels whose gaps are listed, and gaps of each.
+_SETS, _SPANS = 12, 12
 _COLOURS = {"fatal": "bold red", "warning": "yellow", "info": "cyan"}
 
 
@@ -101,9 +104,7 @@ def show_recording(facts: Json) -> None:
     _recorded(out, facts)
     _listed(out, "In this file", facts["contents"])
     _listed(out, "How it was read", facts["remarks"])
-    if facts["gaps"]:
-        spans = (f"{_at(a, facts['rate'])} to {_at(b, facts['rate'])}" for a, b in facts["gaps"])
-        out.print(f"Gaps: {'; '.join(spans)}")
+    _gaps(out, facts)
     _missing(out, facts)
     out.print()
     show_findings(facts["findings"])
@@ -134,6 +135,38 @@ def _recorded(out: Console, facts: Json) -> None:
             grid.add_row(*fact)
         out.print()
         out.print(grid)
+
+
+def _gaps(out: Console, facts: Json) -> None:
+    """Where samples are missing: the first gaps of each set of channels that share theirs."""
+    bearing = [c["name"] for c in facts["channels"] if c["kind"] not in ("temperature", "other")]
+    shared: dict[tuple[str, ...], list[str]] = {}
+    for gap in facts["gaps"]:
+        shared.setdefault(tuple(gap["channels"]), []).append(_span(gap["start"], gap["stop"], facts["rate"]))
+    shown = 0
+    for names, spans in list(shared.items())[:_SETS]:
+        which = (
+            ""
+            if len(bearing) == 1
+            else f" in {', '.join(names)}"
+            if len(names) < len(bearing)
+            else " in all channels"
+        )
+        more = f"; … {len(spans) - _SPANS} more" if len(spans) > _SPANS else ""
+        out.print(f"Gaps{which}: {'; '.join(spans[:_SPANS])}{more}")
+        shown += len(spans)
+    if shown < facts["gap_count"]:
+        least = "at least " if facts["gaps_cut"] else ""
+        out.print(f"Gaps, {least}{facts['gap_count'] - shown} more: see --json")
+
+
+def _span(start: int, stop: int, rate: float) -> str:
+    """From when to when [s], to a hundredth of the span."""
+    digits = max(0, 2 - math.floor(math.log10((stop - start) / rate)))
+    begin, end = (f"{sample / rate:.{digits}f}" for sample in (start, stop))
+    if digits:
+        begin, end = (text.rstrip("0").rstrip(".") for text in (begin, end))
+    return f"{begin} s to {end} s"
 
 
 def _missing(out: Console, facts: Json) -> None:
@@ -183,13 +216,15 @@ def curve_table(curve: AllanCurve, which: range) -> Table:
 
 
 def _parameters(out: Console, channels: Sequence[Json]) -> None:
-    for group in groups(channels):
-        if headings(group):
-            for si in (False, True)[: 1 + group.has_si]:
-                table = _group_table(group, si=si)
-                fits = out.measure(table, options=out.options.update(max_width=WIDE)).maximum <= out.width
-                out.print(table if fits else _list_table(group, si=si))
-                out.print()
+    found = [group for group in groups(channels) if headings(group)]
+    for group in found:
+        for si in (False, True)[: 1 + group.has_si]:
+            table = _group_table(group, si=si)
+            fits = out.measure(table, options=out.options.update(max_width=WIDE)).maximum <= out.width
+            out.print(table if fits else _list_table(group, si=si))
+            out.print()
+    if not found:  # no table, and nothing to be said below it
+        return
     for channel in channels:
         for other in channel["models"][1:]:
             out.print(_alternative(channel, other))
@@ -263,7 +298,3 @@ def _next(out: Console, channels: Sequence[Json]) -> None:
     if open_:
         _, name, text = min(open_)
         out.print(f"next: {name}: {text}")
-
-
-def _at(sample: int, rate: float) -> str:
-    return duration(sample / rate)

@@ -60,15 +60,34 @@ def channels_of(document: Json, sensor: str, wanted: Sequence[str] | None) -> li
     if len(found) > 3:
         names = ", ".join(c["name"] for c in found)
         raise InputError(
-            f"{len(found)} {sensor} channels ({names}): name the three of one triad with {sensor}="
+            f"{len(found)} {sensor} channels ({names}): name the three of one triad, {_naming(sensor, '…', '…')}"
         )
-    for channel in found:
-        if not channel["models"]:
-            raise InputError(
-                f"channel {channel['name']!r} has no noise model: leave it out by naming the others "
-                "(gyroscope=, accelerometer=)"
-            )
+    refused = [c["name"] for c in found if not c["models"]]
+    if refused:
+        raise InputError(_without_model(document, sensor, found, refused))
     return found
+
+
+def _without_model(document: Json, sensor: str, found: Sequence[Json], refused: Sequence[str]) -> str:
+    """What is to be done where channels of a sensor have no noise model."""
+    said = f"channel {refused[0]!r} has no noise model"
+    if len(refused) > 1:
+        said = f"the channels {', '.join(refused)} have no noise model"
+    left = ",".join(c["name"] for c in found if c["name"] not in refused)
+    others = ",".join(c["name"] for c in document["channels"] if c["models"])
+    if left:
+        return f"{said}: leave {'it' if len(refused) == 1 else 'them'} out, {_naming(sensor, left, others)}"
+    if others:
+        return f"{said}: leave the {sensor} out, with --channels {others} of `allanite characterize`"
+    return f"{said}, nor has any other: see the findings of the study"
+
+
+def _naming(sensor: str, names: str, all_names: str) -> str:
+    """How channels are named where a file is made of a study, and where the study is made."""
+    return (
+        f"with --channels {all_names} of `allanite characterize`, or --{sensor} {names} of `allanite export` "
+        f"({sensor}= of export)"
+    )
 
 
 def refuse_nothing(document: Json, chosen: Mapping[str, Sequence[Json]], file: str) -> None:

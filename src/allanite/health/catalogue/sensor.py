@@ -98,17 +98,20 @@ SENSOR: dict[str, Entry] = {
     "unit_trap": Entry(
         group=_MEANING,
         severity="warning",
-        means="a gyro noisier than any, or one whose step is that of a known 16-bit range in the other unit: degrees "
-        "and radians mixed up (57.3)",
-        risk="every number is 57.3 times too large or too small",
+        means="a gyro noisier than any: degrees labelled as radians (57.3), counts, volts or thousandths of a degree; "
+        "or one whose step is that of a known 16-bit range in the other unit of angle",
+        risk="every number is too large or too small by the same factor, 57.3 for degrees and radians",
         done="kept",
         advice="check the unit: --unit NAME=deg/s",
     ),
     "bias_removed": Entry(
         group=_MEANING,
         severity="warning",
-        means="the gyro's mean is zero within its own noise: the bias was subtracted before logging",
-        risk="the Earth's rotation went with the bias and cannot be measured; the slowest noise is altered too",
+        means="the gyro's mean is zero within its standard error, and nearer to it than bias and the Earth's rotation "
+        "let a gyro of such noise come by chance in one record of 100: the bias was subtracted before logging. An axis "
+        "put at right angles to the Earth's, of a gyro with hardly any bias, looks alike",
+        risk="what the axis saw of the Earth's rotation went with the bias and cannot be measured; the slowest noise "
+        "is altered too",
         done="kept; N is not affected",
         advice="log the uncalibrated gyro if the Earth's rotation or the bias matter; ignore it for simulated data",
     ),
