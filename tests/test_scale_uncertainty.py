@@ -128,3 +128,17 @@ def test_it_is_kept_in_headers_and_channels() -> None:
     header = Header(channels=(channel,), rate=1.0)
     assert Header.from_json(header.to_json()).channels[0].scale_uncertainty == pytest.approx(0.2 / 24)
     assert "scale_uncertainty" not in Channel.of("gyro", "V").to_json()
+
+
+def test_the_frequency_of_a_line_is_of_time() -> None:
+    """The interval of the frequency is that without an uncertain scale factor; that of the amplitude is wider."""
+    x = np.random.default_rng(3).standard_normal(4000) + 0.5 * np.sin(2 * np.pi * 0.073 * np.arange(4000))
+
+    def line(scale_factor: str) -> tuple[Estimate, Estimate]:
+        made = Recording.from_rate(x, rate=100.0, unit="V", scale_factor=scale_factor)
+        found = al.fit(made, terms="N", lines=[7.3])
+        return found.estimate("amplitude"), found.estimate("frequency")
+
+    (sure, at), (unsure, again) = line("24.0 mV/(deg/s)"), line("24.0(2) mV/(deg/s)")
+    assert (again.lower, again.upper) == (at.lower, at.upper) and again.statistical is None
+    assert unsure.upper > sure.upper and unsure.lower < sure.lower

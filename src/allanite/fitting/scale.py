@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The uncertainty of a scale factor in the intervals of a fitted model: one relative error, common to all amplitudes.
 
-A wrong scale factor multiplies every amplitude by the same number and no correlation time by any. In the logarithm it
-adds to the statistical error, and the two are independent. With u the standard uncertainty of the scale factor,
-relative to it, and z the quantile of the normal law, an end of an interval moves from ln l to
+A wrong scale factor multiplies every amplitude by the same number and no correlation time or frequency of a line by
+any. In the logarithm it adds to the statistical error, and the two are independent. With u the standard uncertainty of
+the scale factor, relative to it, and z the quantile of the normal law, an end of an interval moves from ln l to
 
     ln v - sqrt((ln v - ln l)^2 + (z u)^2)
 
@@ -45,7 +45,7 @@ def with_scale_uncertainty(model: NoiseModel, relative: float | None) -> NoiseMo
 
 
 def _widened(estimate: Estimate, relative: float, confidence: float) -> Estimate:
-    if estimate.symbol.startswith("T"):  # a time, which no scale factor touches
+    if estimate.symbol.startswith(("T", "frequency")):  # of time, which no scale factor touches
         return estimate
     lower, upper, value = estimate.lower, estimate.upper, estimate.value
     if not estimate.supported or value is None or value <= 0:

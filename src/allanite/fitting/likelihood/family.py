@@ -8,6 +8,7 @@ Parameters are named by their place in the gradient: coefficients, then the corr
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, replace
 
 from allanite.fitting.likelihood.maximum import Peak
@@ -137,7 +138,10 @@ class _Without:
         if self._found is None:
             problem, letters, best = self._ask
             at = best.at
-            self._found = problem.peak(letters, slope=at.slope, averaged=at.averaged, near=best)
+            if letters:
+                self._found = problem.peak(letters, slope=at.slope, averaged=at.averaged, near=best)
+            else:  # without any noise no record is possible
+                self._found = replace(best, value=replace(best.value, log_likelihood=-math.inf))
         return self._found
 
 

@@ -4,9 +4,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +15,7 @@ from allanite.errors import DataQualityError, InputError
 from allanite.fitting.design import TIME_POWER
 from allanite.fitting.likelihood.bands import Band, ModeBand, bands, explained, first_guess
 from allanite.fitting.likelihood.exact import sharpened, shifted
-from allanite.fitting.likelihood.lines import Line, fit_lines, without
+from allanite.fitting.likelihood.lines import FEWEST_PERIODS, Line, checked_lines, fit_lines, without
 from allanite.fitting.likelihood.maximum import Peak, Search, maximise
 from allanite.fitting.likelihood.objective import Component, Objective
 from allanite.fitting.likelihood.pyramid import build
@@ -32,6 +32,8 @@ LETTERS = ("Q", "N", "B", "K", "R", "G")
 #: a matter of the sensor's bandwidth; one that outlasts half of the record is a random walk.
 _SHORTEST, _PART = 16.0, 2.0
 _FEWEST = 8  # samples
+#: Noise [unit of the channel] whose square, and what is small beside it, are still numbers of full precision.
+_SMALLEST = 1e-135
 _MOST_MARKOV = 2
 
 
@@ -90,8 +92,8 @@ class LikelihoodProblem:
         more = problem.maximum(("N", "G", "G", "K"))
         2 * (more.log_likelihood - few.log_likelihood)
 
-    The record is read once, by `of` (and twice more by `with_lines`); each `maximum` then takes 10 ms to 1 s, however
-    long the record is.
+    The record is read once, by `of` (and again by `with_lines`, some times for several lines); each `maximum` then
+    takes 10 ms to 1 s, however long the record is.
 
     Attributes
     ----------
@@ -155,8 +157,12 @@ class LikelihoodProblem:
         """
         if engine not in ("composite", "exact"):
             raise InputError(f"engine must be 'composite' or 'exact', not {engine!r}")
-        if block < 1 or (block > 1 and engine == "exact"):
-            raise InputError(f"block must be at least 1 sample, and 1 for the exact engine, not {block!r}")
+        whole = isinstance(block, (int, np.integer)) and not isinstance(block, bool)
+        if not whole or block < 1 or (block > 1 and engine == "exact"):
+            raise InputError(
+                f"block must be a whole number of samples, at least 1, and 1 for the exact engine, not {block!r}"
+            )
+        block = int(block)
         name = _channel_of(recording, channel)
         n_rows = recording.n_samples // block
         pyramid = build(_averaged(without(_rates(recording, name), lines), block), n_rows, block)
@@ -165,8 +171,8 @@ class LikelihoodProblem:
                 f"channel {name!r} has {pyramid.present} usable samples, at least {_FEWEST} are needed"
             )
         objective = Objective.of(pyramid, recording[name].sampling)
-        if not (objective.scale > 0 and math.isfinite(objective.scale)):
-            raise DataQualityError(f"channel {name!r} is constant: no noise is resolved (resolution limit)")
+        if not (objective.scale >= _SMALLEST and math.isfinite(objective.scale)):
+            _refuse_no_noise(recording, name)
         return cls(
             channel=recording[name],
             dt=recording.dt,
@@ -185,10 +191,19 @@ class LikelihoodProblem:
         Raises
         ------
         InputError
-            A frequency outside ]0, rate/2[.
+            A frequency outside ]0, rate/2[, or one of fewer than four periods in the record.
         """
+        frequencies = checked_lines(frequencies)
         if not all(0 < f * self.dt < 0.5 for f in frequencies):
-            raise InputError(f"lines must lie between 0 and {0.5 / self.dt:g} Hz, not at {list(frequencies)}")
+            raise InputError(f"lines must lie between 0 and {0.5 / self.dt:g} Hz, not at {frequencies}")
+        duration = self.n_samples * self.dt
+        for f in frequencies:
+            if f * duration < FEWEST_PERIODS * (1 - 1e-9):
+                raise InputError(
+                    f"a line at {f:g} Hz has {f * duration:.2g} periods in the record of {duration:g} s, and fewer "
+                    f"than {FEWEST_PERIODS:g} are not told from slow noise: leave that line out, or record at least "
+                    f"{FEWEST_PERIODS / f:.3g} s"
+                )
         name = self.channel.name
         found: tuple[Line, ...] = ()
         if len(frequencies):
@@ -356,12 +371,12 @@ class LikelihoodProblem:
             terms=tuple(t for t in self.terms(peak, ramp=False) if not isinstance(t, Sinusoid))
         )
         density = float(sampled_psd(model, line.frequency / self.dt, self.dt, self.channel.sampling))
-        size = (line.amplitude * self.channel.scale) ** 2
-        n = self.objective.pyramid.present * self.block
-        noise = 2 * density / (n * self.dt) / size if size > 0 else math.inf
+        # variance of a sample of white noise with that density; two-sided as the terms are
+        noise = density / self.dt / self.channel.scale**2
+        of_amplitude, of_frequency = line.variances
         return [
-            (f"amplitude{tag}", noise),
-            (f"frequency{tag}", 12 * noise / (2 * math.pi * line.frequency * n) ** 2),
+            (f"amplitude{tag}", noise * of_amplitude / line.amplitude**2 if line.amplitude > 0 else math.inf),
+            (f"frequency{tag}", noise * of_frequency / line.frequency**2),
         ]
 
 
@@ -381,13 +396,13 @@ def checked_letters(terms: Sequence[str]) -> tuple[str, ...]:
     InputError
         Unknown letters, one twice, more than two G, or no random term.
     """
-    letters = tuple(terms)
+    letters = tuple(terms) if isinstance(terms, Iterable) else ()
     unknown = [s for s in letters if s not in LETTERS]
-    twice = [s for s in set(letters) if letters.count(s) > (_MOST_MARKOV if s == "G" else 1)]
-    if unknown or twice or not set(letters) - {"R"}:
+    twice = [s for s in LETTERS if letters.count(s) > (_MOST_MARKOV if s == "G" else 1)]
+    if unknown or twice or all(s == "R" for s in letters):
         raise InputError(
             f"terms are letters out of {', '.join(LETTERS)}, each once and G once or twice, at least one besides R; "
-            f"got {list(terms)}"
+            f"got {list(letters) or terms!r}"
         )
     return letters
 
@@ -414,6 +429,18 @@ def _rates(recording: Recording, name: str) -> Iterator[Array]:
         if math.isnan(origin) and not np.isnan(block).all():
             origin = float(np.nanmean(block))
         yield block if math.isnan(origin) else block - origin
+
+
+def _refuse_no_noise(recording: Recording, name: str) -> NoReturn:
+    """A constant channel, or one that is too small."""
+    known = [c[np.isfinite(c)] for c in _rates(recording, name)]
+    spread = max(float(c.max()) for c in known if len(c)) - min(float(c.min()) for c in known if len(c))
+    if 0 < spread < math.sqrt(_SMALLEST):
+        raise DataQualityError(
+            f"channel {name!r} is too small for the squares of its samples to be numbers (they lie within {spread:.1g} "
+            f"{recording[name].unit}): give it in a smaller unit, with samples near one"
+        )
+    raise DataQualityError(f"channel {name!r} is constant: no noise is resolved (resolution limit)")
 
 
 def _averaged(chunks: Iterator[Array], block: int) -> Iterator[Array]:

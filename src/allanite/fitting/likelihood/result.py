@@ -20,7 +20,7 @@ from allanite.fitting.likelihood.family import (
     FamilyFit,
     fit_family,
 )
-from allanite.fitting.likelihood.lines import GIVEN_WIDTHS, line_price
+from allanite.fitting.likelihood.lines import GIVEN_WIDTHS, checked_lines, line_price
 from allanite.fitting.likelihood.maximum import Peak
 from allanite.fitting.likelihood.problem import LikelihoodProblem, Maximum, checked_letters
 from allanite.fitting.rivals import supported_families
@@ -65,7 +65,8 @@ def fit_likelihood(
     Raises
     ------
     InputError
-        Another engine, a channel that is not there, letters that are no terms, a confidence outside ]0, 1[.
+        Another engine, a channel that is not there, letters that are no terms, a confidence outside ]0, 1[, a block
+        that is no number of samples, lines that are no frequencies below rate/2 or have fewer than four periods.
     DataQualityError
         Too few samples or no noise.
     FitError
@@ -80,9 +81,10 @@ def fit_likelihood(
         raise InputError(f"engine must be 'auto', 'composite' or 'exact', not {engine!r}")
     kind = "exact" if engine == "exact" else "composite"
     letters = None if terms is None else checked_letters(terms)
-    problem = LikelihoodProblem.of(recording, channel, block=block or 1, engine=kind)
-    if len(lines):
-        problem = problem.with_lines(lines)
+    frequencies = checked_lines(lines)
+    problem = LikelihoodProblem.of(recording, channel, block=1 if block is None else block, engine=kind)
+    if frequencies:
+        problem = problem.with_lines(frequencies)
     if letters is not None:
         return _given(problem, letters, confidence)
     if block is None and kind == "composite":

@@ -21,11 +21,11 @@ from typing import Literal
 from allanite.errors import FitError, InputError
 from allanite.fitting.likelihood import LikelihoodProblem
 from allanite.fitting.likelihood.coarser import EXPLAINED, explained_part
-from allanite.fitting.likelihood.lines import GIVEN_WIDTHS, line_price
+from allanite.fitting.likelihood.lines import GIVEN_WIDTHS, checked_lines, line_price
 from allanite.fitting.selection.lines import gains_of, steady_lines
 from allanite.fitting.selection.results import Candidate, ChosenLine, Selection
 from allanite.fitting.selection.search import Letters, Progress, Search
-from allanite.recording import Recording
+from allanite.recording import Recording, checked_recording
 
 __all__ = ["select"]
 
@@ -70,7 +70,8 @@ def select(
     Raises
     ------
     InputError
-        A channel that is not there or not named, channel or lines besides a problem, a frequency outside ]0, rate/2[.
+        A channel that is not there or not named, channel or lines besides a problem, a frequency outside ]0, rate/2[
+        or with fewer than four periods in the record.
     DataQualityError
         Too few samples, or no noise in them.
     FitError
@@ -89,7 +90,7 @@ def select(
                 "the problem has its channel and its lines already: leave out channel= and lines="
             )
         return _selected(Search(recording, progress), (), (), confidence)
-    problem = LikelihoodProblem.of(recording, channel)
+    problem = LikelihoodProblem.of(checked_recording(recording, "select"), channel)
     frequencies, remarks, widths = _proposed(problem, lines, progress)
     if frequencies:
         problem = problem.with_lines(frequencies)
@@ -108,7 +109,7 @@ def _proposed(
         if progress is not None:
             progress(0.0, "looking for lines")
         return (*steady_lines(problem), problem.n_samples / 2)
-    return [float(f) for f in lines], (), GIVEN_WIDTHS
+    return checked_lines(lines), (), GIVEN_WIDTHS
 
 
 def _searched(problem: LikelihoodProblem, progress: Progress | None) -> tuple[Search, float]:

@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from allanite.fitting.likelihood import LikelihoodProblem
+from allanite.fitting.likelihood.lines import FEWEST_PERIODS
 from allanite.fitting.selection.search import Letters
 
 __all__ = ["gains_of", "steady_lines"]
@@ -34,9 +35,15 @@ def steady_lines(problem: LikelihoodProblem) -> tuple[list[float], tuple[str, ..
     from allanite.spectrum import power_spectrum
 
     found = power_spectrum(problem.recording, problem.channel.name).lines
-    unsteady = tuple(
+    lowest = FEWEST_PERIODS / (problem.n_samples * problem.dt)
+    remarks = [
         f"the line at {line.frequency:.4g} Hz is no sinusoid and stays in the record: {line.note}"
         for line in found
         if not line.stable
-    )
-    return [line.frequency for line in found if line.stable], unsteady
+    ]
+    remarks += [
+        f"the line at {line.frequency:.4g} Hz has too few periods to be told from slow noise and stays in the record"
+        for line in found
+        if line.stable and line.frequency < lowest
+    ]
+    return [line.frequency for line in found if line.stable and line.frequency >= lowest], tuple(remarks)
