@@ -121,7 +121,21 @@ def test_pictures_of_both_are_drawn_by_both_libraries(varied: Variation, separat
         assert al.plot(result.to_json(), interactive=True, dark=True).to_dict()["data"]
     parts, correlation = sheet_of(separated).panels
     assert sum("upper limit" in curve.label for curve in parts.curves) >= 1
-    assert len(correlation.curves) == 3
+    assert sum(curve.marker is not None for curve in correlation.curves) == 3
+
+
+def test_words_of_a_level_stand_in_the_legend_and_not_on_the_data(
+    varied: Variation, separated: Separation
+) -> None:
+    for panels, words, height in (
+        (sheet_of(varied, view="lines").panels, "whole record", 1.0),
+        (sheet_of(separated, view="correlation").panels, "nothing shared", 0.0),
+    ):
+        for panel in panels:
+            (line,) = (c for c in panel.curves if c.label == words)
+            assert panel.key == "above" and words in panel.entries
+            assert panel.x.limits == (line.x[0], line.x[1]) and (line.y == height).all()
+            assert not any(label.place == "level" for label in panel.labels)
 
 
 def test_words_say_values_with_intervals_and_limits(varied: Variation, separated: Separation) -> None:

@@ -19,9 +19,11 @@ from allanite.comparison.bias import mean_sd
 from allanite.comparison.curves import Ratio, compared, holm
 from allanite.comparison.equality import detectable, least, level_set, without_each
 from allanite.comparison.null_law import Directions, Law, law_of_equality
+from allanite.comparison.parameters import bias_comparison
 from allanite.comparison.population import population_of
 from allanite.comparison.profiles import Profile, normal_profile, traced
 from allanite.errors import FormatError, InputError
+from allanite.figures import sheet_of
 from allanite.laws import chi_square_quantile
 from allanite.noise import Flicker, GaussMarkov, NoiseModel, RandomWalk, White
 from allanite.recording_file import write_recording
@@ -441,3 +443,39 @@ def test_compare_logs_and_studies(run: Run, tmp_path: Path, monkeypatch: pytest.
     assert run("compare", "sn0.parquet").code == 1
     gone = run("compare", "sn0.parquet", "gone.csv")
     assert gone.code == 1 and "no such file: gone.csv" in gone.err
+
+
+@pytest.mark.parametrize("unit", [1e5, 1e12])
+def test_common_bias_does_not_depend_on_its_unit(unit: float) -> None:
+    """Of normal estimates: the weighted mean with the interval of its standard deviation."""
+    values, sd = np.array([1.0, 2.0, 1.5]), np.array([1.0, 0.3, 2.0])
+    found = bias_comparison(["a", "b", "c"], profiles(unit * values, unit * sd), 0.95)
+    weight = 1 / sd**2
+    middle, reach = float(np.average(values, weights=weight)), math.sqrt(CRITICAL / weight.sum())
+    common = [x / unit for x in (found.common.value or math.nan, found.common.lower, found.common.upper)]
+    assert common == pytest.approx([middle, middle - reach, middle + reach], rel=1e-9)
+    assert found.population is not None and found.detectable is not None
+    one = bias_comparison(["a", "b", "c"], profiles(values, sd), 0.95)
+    assert one.population is not None and one.detectable is not None
+    assert found.population.upper / unit == pytest.approx(one.population.upper, rel=1e-9)
+    assert found.detectable / unit == pytest.approx(one.detectable, rel=1e-9)
+
+
+def test_picture_has_a_column_for_each_channel_and_no_hole() -> None:
+    """Three channels side by side: as wide as high, or wider; a parameter that one lacks leaves its place free."""
+    two = compare([curve(1), curve(2)], names=["a", "b"]).to_json()
+    (channel,) = two["channels"]
+    few = {**channel, "name": "z", "parameters": channel["parameters"][:1]}
+    three = {**two, "channels": [{**channel, "name": "x"}, {**channel, "name": "y"}, few]}
+    sheet = sheet_of(three)
+    assert {len(row) for row in sheet.rows} == {3}
+    for row in sheet.rows[1:]:
+        labels = {p.y.label for p in row if p.drawing is None}
+        assert len(labels) == 1 and all(p.drawing is None for p in row[:2])
+    assert sum(p.drawing is not None for p in sheet.panels) == len(channel["parameters"]) - 1 > 0
+    width, height = al.plot(three).get_size_inches()
+    assert height <= width
+    assert al.plot(three, interactive=True).to_dict()["data"]
+    alone = sheet_of(two)
+    said = [c.label for p in alone.panels for c in p.curves if c.label]
+    assert {len(row) for row in alone.rows} == {1} and len(set(said)) == len(said)

@@ -234,6 +234,16 @@ def test_what_cannot_be_taken_apart_is_refused() -> None:
         separate_noise(record(sensors(2, 300, 1)))["x"]
 
 
+def test_advice_for_one_channel_is_not_what_was_asked() -> None:
+    y = record(sensors(3, 200, 1))
+    with pytest.raises(InputError, match=r"not 1: b; name them, for instance --channels b,a,c$"):
+        separate_noise(y, channels=["b"])
+    with pytest.raises(InputError, match=r"not 1: a; name a and at least one more channel of the log"):
+        separate_noise(y.select("a"))
+    with pytest.raises(InputError, match=r"b is named twice; name them, for instance --channels b,a,c$"):
+        separate_noise(y, channels=["b", "b"])
+
+
 def test_redundant_sensors_have_the_same_covariance_as_before() -> None:
     means = sensors(4, 1000, 21)
     means[100:103, 2] = np.nan

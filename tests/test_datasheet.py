@@ -15,6 +15,7 @@ import pytest
 import allanite as al
 from allanite.datasheet import Datasheet, hold_against, read_datasheet
 from allanite.errors import FormatError, InputError
+from allanite.figures import sheet_of
 from allanite.model_file import load_models
 from allanite.noise import FLICKER_FLOOR, SIGMA_PER_B, GaussMarkov, NoiseModel
 from allanite.noise.datasheet import ENTRIES, sensor_sheet
@@ -287,6 +288,10 @@ def test_curves_stand_beside_one_another() -> None:
     document = json.loads(json.dumps(found.to_json(), allow_nan=False))
     np.testing.assert_allclose(document["channels"][0]["ratio_deviation"], 1.0, atol=0.8)
     assert [s["symbol"] for s in document["channels"][0]["statements"]] == ["N", "B", "K"]
+    ratio = sheet_of(found, view="ratio").panels[0]
+    (level,) = (c for c in ratio.curves if c.label == "the data sheet")
+    assert (level.y == 1.0).all() and ratio.x.limits == tuple(level.x)
+    assert "the data sheet" in ratio.entries and not ratio.labels  # words at its end would cover the last bar
 
 
 def test_minimum_is_bounded_by_the_curve() -> None:

@@ -34,6 +34,7 @@ from allanite.recording_file import write_recording
 from allanite.regression import LEVEL, covariance_of, regress
 from allanite.report import html_of
 from allanite.simulation import Temperature, simulate
+from allanite.wording import coefficient_lines
 from pages import text_of
 from shell import Run
 
@@ -229,6 +230,35 @@ def test_a_temperature_that_goes_with_time_is_no_drift_of_the_sensor() -> None:
     assert one_way["rate of temperature"].status == "not separable"
 
 
+@pytest.mark.parametrize(
+    ("unit", "scale", "si"),
+    [
+        ("mV", 1e-3, "V"),
+        ("V", 1.0, "V"),
+        ("degC", 1.0, "K"),
+        ("LSB", 1.0, "LSB"),
+        ("hPa", 1.0, "hPa"),
+        ("", 1.0, ""),
+    ],
+)
+def test_a_thermometer_keeps_its_unit(unit: str, scale: float, si: str) -> None:
+    """Readings of some 300 of any unit are told in it; the coefficient is per volt, kelvin or the unit itself."""
+    record = twin(seed=2)
+    readings = 280.0 + np.asarray(record.values("temp"))
+    columns = (record.columns[0], Recording.from_rate(readings, rate=RATE_HZ, unit="K").columns[0])
+    channels = (record.channels[0], Channel.of("temp", unit))
+    pair = replace(record, channels=channels, columns=columns)
+    found = regress_environment(pair, channel="gyro", temperature="temp", model=NOISE)
+    thermometer = found.thermometer
+    assert thermometer is not None and (thermometer.unit, thermometer.si) == (unit, si)
+    assert thermometer.mean == pytest.approx(readings.mean(), rel=1e-3)
+    assert thermometer.low == pytest.approx(readings.min(), rel=1e-3)
+    assert thermometer.high == pytest.approx(readings.max(), rel=1e-3)
+    assert found.reference is not None and thermometer.low < found.reference < thermometer.high
+    assert found["temperature"].value == pytest.approx(SLOPE / scale, rel=0.25)
+    assert f"deg/h/{si or 'unit'}" in coefficient_lines(found.to_json())[0][1]
+
+
 def test_a_noisy_thermometer_is_told() -> None:
     """Noise as large as a tenth of the swing, in blocks: the coefficient is too small by less than is said."""
     found = regress_environment(twin(seed=8, noise=8.0, coefficient=20 * SLOPE), temperature="temp")
@@ -264,6 +294,12 @@ def test_a_warm_up_is_cut_modelled_or_left_in_and_said() -> None:
         regress_environment(
             twin(seed=9, coefficient=0.0, warm_up=(9e3 * DEG_H, LENGTH / 4)).select("gyro"), warm_up="cut"
         )
+
+
+def test_an_empty_recording_is_refused() -> None:
+    empty = Recording.from_rate(np.zeros(0), rate=RATE_HZ, unit="rad/s", names="gyro")
+    with pytest.raises(DataQualityError, match="no samples"):
+        regress_environment(empty)
 
 
 # -- residual --------------------------------------------------------------------------------------------------

@@ -18,8 +18,9 @@ from allanite.noise import Flicker, GaussMarkov, NoiseModel, Quantisation, Ramp,
 from allanite.recording import Recording
 from allanite.variation import examine_variation
 from allanite.variation.constancy import Scatter, Whitened, excess_kurtosis, window_scores
+from allanite.variation.estimation import _change
 from allanite.variation.shapes import Shape, effect_of, shares_of
-from allanite.variation.sizes import _hansen
+from allanite.variation.sizes import FoundChange, _deviations, _hansen, _minimum, ratio_of
 from noise_records import binomial_bound
 
 WHITE = NoiseModel.of(White(N=1.0))
@@ -208,6 +209,86 @@ def test_effect_of_changes_has_mean_one_at_every_lag() -> None:
         weight = (cells.stop - cells.start)[here]
         assert np.average(effect[here], weights=weight) == pytest.approx(1.0, abs=1e-9)
     assert np.allclose(effect_of([], np.zeros(0), cells, shares), 1.0)
+
+
+@pytest.mark.parametrize("factor", [1.5, 1000.0])
+def test_a_divided_window_feels_the_samples_of_both_sides(factor: float) -> None:
+    """Mean and scatter of its differences, one by one, against the sums in closed form."""
+    n, time, more = 512, 200, factor**2 - 1
+    cells = cells_of(phase_of(record(noise(WHITE, n, 1)), "gyro"), [1, 8, 32], [64, 64, 128])
+    shape, shares = Shape(symbol="N", time=float(time)), {"N": np.array([1.0, 0.7, 0.3])}
+    sample = np.concatenate(([0.0], np.cumsum(np.arange(n) >= time)))
+    reached = shape.reaches(cells, time, time)
+    for i, (m, first, last) in enumerate(zip(cells.lag, cells.first, cells.last, strict=True)):
+        start = np.arange(first, last)
+        x = (sample[start + 2 * m] - sample[start]) / (2 * m)
+        g = 1 + shares["N"][cells.row[i]] * more * x
+        assert shape.after(cells)[i] == pytest.approx(x.mean(), abs=1e-12)
+        wanted = np.mean(g**2) / g.mean() ** 2
+        assert shape.spread(cells, math.log(factor), shares)[i] == pytest.approx(wanted, rel=1e-9)
+        assert reached[i] == (0 < x.min() + x.max() < 2)
+
+
+@pytest.mark.parametrize(("factor", "at"), [(20.0, 15_000), (1e3, 7_000)])
+def test_one_clear_step_is_one_change_with_its_time_and_size(factor: float, at: int) -> None:
+    """Off the borders of the windows: what is left of a step is no other one, and the intervals hold the truth."""
+    runs, more, size, time = 12, 0, 0, 0
+    for i in range(runs):
+        y = np.random.default_rng([41, i, int(factor)]).standard_normal(20_000)
+        y[at:] *= factor
+        changes = examine_variation(record(y), models=WHITE).channels[0].changes
+        clearest = max(changes, key=lambda c: abs(math.log(c.ratio)))
+        more += len(changes) > 1
+        size += not clearest.lower <= factor <= clearest.upper
+        time += not clearest.time_lower <= at <= clearest.time_upper  # type: ignore[operator]
+    assert more <= binomial_bound(runs, 0.025)
+    assert max(size, time) <= binomial_bound(runs, 0.05)
+
+
+@pytest.mark.parametrize(
+    ("start", "stop", "factor"), [(7000, None, 100.0), (7000, None, 1e6), (0, 7000, 1e6)]
+)
+def test_steps_of_large_factors_are_told_by_the_terms_that_the_fit_finds(
+    start: int, stop: int | None, factor: float
+) -> None:
+    y = np.random.default_rng(8).standard_normal(20_000)
+    y[start:stop] *= factor
+    channel = examine_variation(Recording.from_rate(y, rate=100.0, unit="rad/s")).channels[0]
+    (change,) = channel.changes
+    truth = factor if start else 1 / factor
+    assert change.lower / 1.02 <= truth <= change.upper * 1.02
+    assert change.time_lower - 0.05 <= 70.0 <= change.time_upper + 0.05  # type: ignore[operator]
+    assert channel.kurtosis == 0.0
+
+
+@pytest.mark.parametrize("counts", [1, 2, 5])
+def test_few_counts_among_zeros_are_no_steps(counts: int) -> None:
+    """Of a quiet quantised sensor most windows hold one value: refused, or said."""
+    y = np.zeros(5000)
+    y[np.linspace(300, 4500, counts).astype(int)] = 1.0
+    if counts < 4:
+        with pytest.raises(DataQualityError, match="fewer than 4 windows hold samples and noise"):
+            examine_variation(record(y))
+        return
+    channel = examine_variation(record(y)).channels[0]
+    assert channel.verdict == "the noise fluctuates" and not channel.changes
+    assert "59 windows hold one and the same value" in channel.reason
+
+
+def test_a_size_that_the_windows_do_not_tell_has_no_interval() -> None:
+    def wall(at: np.ndarray) -> float:
+        return math.inf if abs(at[0]) < 0.01 else float(at[0] ** 2)
+
+    at, _, hessian = _minimum(wall, np.array([0.03]))
+    assert np.isfinite(at).all() and not np.isfinite(hessian).all()
+    assert np.isinf(_deviations(hessian)).all()
+    assert np.isinf(_deviations(np.array([[2.0, 0.0], [0.0, -1.0]]))).all()
+    np.testing.assert_allclose(_deviations(np.array([[2.0, 1.0], [1.0, 2.0]])), math.sqrt(4 / 3))
+    found = FoundChange(
+        shape=Shape(symbol="N", time=60.0), lower=50.0, upper=70.0, beta=3.0, sd=math.inf, p=0.01
+    )
+    assert ratio_of(found, 0.95)[1:] == (0.0, math.inf)
+    assert _change(found, 1.0, 0.95).says == "N grew at 60 s, by how much the windows do not tell"
 
 
 def test_quantile_of_the_time_is_that_of_the_published_law() -> None:

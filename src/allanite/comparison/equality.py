@@ -38,6 +38,8 @@ Array = NDArray[np.float64]
 
 _GRID = 201
 _ROUNDS = 4
+#: First step to the edge of a set, and where none is looked for, in standard deviations: x may have any unit.
+_START, _FARTHEST = 1e-6, 1e4
 #: Probability with which a difference is seen that is called detectable.
 _POWER = 0.8
 _TEST = 0.05
@@ -94,15 +96,21 @@ def level_set(profiles: Sequence[Profile], level: float, tau: float = 0.0) -> tu
     def excess(x: float) -> float:
         return float(_total(profiles, np.array([x]), tau)[0]) - value - level
 
-    return _edge(excess, centre, -1.0), _edge(excess, centre, 1.0)
+    widths = [w for w in (math.hypot(p.sd, tau) for p in profiles) if 0 < w < math.inf] or [1.0]
+    start = max(_START * min(widths), math.ulp(centre))
+    farthest = _FARTHEST * max(widths)
+    return _edge(excess, centre, -1.0, start, farthest), _edge(excess, centre, 1.0, start, farthest)
 
 
-def _edge(excess: Callable[[float], float], centre: float, direction: float) -> float:
-    step, inside = 1e-6, 0.0
+def _edge(
+    excess: Callable[[float], float], centre: float, direction: float, step: float, farthest: float
+) -> float:
+    """Where the excess becomes positive, by steps that double; infinite where it does not within `farthest`."""
+    inside = 0.0
     while excess(centre + direction * (inside + step)) < 0:
         inside += step
         step *= 2
-        if inside > 1e4:
+        if inside > farthest:
             return direction * math.inf
     outside = inside + step
     for _ in range(50):

@@ -109,15 +109,26 @@ def _channels(recording: Recording, wanted: Sequence[str] | None) -> tuple[str, 
     bearing = [c.name for c in recording.channels if c.kind.noise_bearing]
     names = tuple(bearing if wanted is None else (recording[name].name for name in wanted))
     if len(names) not in (2, 3) or len(set(names)) != len(names):
-        raise InputError(
-            f"noise is taken apart for two or three sensors, not {len(names)}: {', '.join(names)}; name them, for "
-            f"instance --channels {','.join(bearing[:3])}"
-        )
+        raise InputError(_not_two_or_three(names, bearing))
     kinds = {(recording[n].kind, "" if recording[n].kind.has_si else recording[n].unit) for n in names}
     if len(kinds) > 1 or len({recording[n].sampling for n in names}) > 1:
         said = ", ".join(f"{n} ({recording[n].kind.value}, {recording[n].unit})" for n in names)
         raise InputError(f"sensors that share noise are of one kind and unit: {said}")
     return names
+
+
+def _not_two_or_three(names: Sequence[str], bearing: Sequence[str]) -> str:
+    """What is wrong with the channels, and what to do; an example only where it would be taken."""
+    said = f", not {len(set(names))}{': ' if names else ''}{', '.join(dict.fromkeys(names))}"
+    if len(set(names)) < len(names):
+        said = f"; {listed([n for n in dict.fromkeys(names) if names.count(n) > 1])} is named twice"
+    enough = [*dict.fromkeys(names), *(n for n in bearing if n not in names)]
+    advice = f"name them, for instance --channels {','.join(enough[:3])}"
+    if len(enough) < 2:
+        # the others may have been left out when the log was read
+        more = f"{enough[0]} and at least one more channel" if enough else "two or three channels"
+        advice = f"name {more} of the log (--channels), or record the sensors into one log"
+    return f"noise is taken apart for two or three sensors{said}; {advice}"
 
 
 def _signs(names: Sequence[str], opposite: Sequence[str]) -> Array:

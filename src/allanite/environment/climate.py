@@ -39,6 +39,8 @@ CONSTANT = 3.0
 DISCREPANCY = 1.03
 #: Kinds of channel that no temperature is.
 _NO_TEMPERATURE = (Kind.RATE, Kind.ANGLE, Kind.ACCELERATION, Kind.VELOCITY)
+#: SI unit of the columns that may be one; the others stay in their own unit.
+_SI = {Kind.TEMPERATURE: "K", Kind.VOLTAGE: "V"}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -49,10 +51,12 @@ class Thermometer:
     ----------
     channel, unit : str
     scale : float
-        Kelvins in one unit.
+        Kelvins in one unit; of a column that is no temperature the SI value of one unit (volts in a millivolt).
+    si : str
+        What `noise` and the coefficients count in: "K", "V", or the unit of the column; "" where it has none.
     mean, low, high : float [unit]
         Of the smoothed temperature.
-    noise : float [K]
+    noise : float [si]
         Standard deviation of the mean of a block around the smoothed temperature.
     window : float [s]
         Length of the smoothing.
@@ -65,6 +69,7 @@ class Thermometer:
     channel: str
     unit: str
     scale: float
+    si: str
     mean: float
     low: float
     high: float
@@ -87,7 +92,7 @@ class Climate:
     middle : ndarray, shape (n,) [s]
         Middle of each block, since the first sample.
     thermometer : Thermometer or None
-    warmth : ndarray, shape (n,) [K]
+    warmth : ndarray, shape (n,) [K, or `Thermometer.si`]
         Smoothed temperature less its mean; empty without one.
     width : int
         Blocks of the smoothing.
@@ -161,7 +166,9 @@ def _temperature(
             f"channel {name!r} is one of {facts.kind.value}, not of temperature: name another, or give its unit "
             f"(--unit {name}=degC)"
         )
-    means = block_means(recording, name, size, np.array([[0, recording.n_samples]])).mean
+    # a column without an SI unit of its own stays in its unit, as everywhere
+    scale, own = (facts.scale, 1.0) if facts.kind in _SI else (1.0, facts.scale)
+    means = block_means(recording, name, size, np.array([[0, recording.n_samples]])).mean / own
     present = np.isfinite(means)
     if np.count_nonzero(present) < FEWEST:
         raise DataQualityError(f"the temperature {name!r} has readings in {present.sum()} blocks only")
@@ -169,13 +176,13 @@ def _temperature(
     noise = _noise_of(readings)
     width = _widest(readings, noise)
     smooth = smoothed(readings, width)
-    scale = facts.scale if facts.kind is Kind.TEMPERATURE else 1.0
     span = float(smooth.max() - smooth.min())
     left = noise * math.sqrt(_leverage(width))
     thermometer = Thermometer(
         channel=name,
         unit=facts.unit,
         scale=scale,
+        si=_SI.get(facts.kind, facts.unit),
         mean=float(smooth.mean()) / scale,
         low=float(smooth.min()) / scale,
         high=float(smooth.max()) / scale,

@@ -38,7 +38,8 @@ class Coefficient:
     Attributes
     ----------
     name : str
-        "temperature" [SI/K], "temperature squared" [SI/K^2], "rate of temperature" [SI s/K].
+        "temperature" [SI/K], "temperature squared" [SI/K^2], "rate of temperature" [SI s/K]; of a column that is no
+        temperature per `Thermometer.si` in place of the kelvin.
     value, sd : float or None
         None where the record cannot tell it at all.
     lower, upper : float or None

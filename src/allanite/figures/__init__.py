@@ -491,10 +491,14 @@ def _comparison(comparison: Any, *, view: str = "whole") -> Sheet:
 
     _known_view(view, panels.VIEWS, "compared records")
     document = comparison if isinstance(comparison, Mapping) else comparison.to_json()
+    if view == "whole":
+        return Sheet(rows=tuple(panels.columns(document)))
     rows: list[tuple[Panel, ...]] = []
     for channel in document["channels"]:
-        drawn = [] if view == "parameters" else [panels.curves_panel(document, channel)]
-        drawn += [] if view == "curves" else panels.parameter_panels(document, channel)
+        alone = view == "curves"
+        drawn = (
+            [panels.curves_panel(document, channel)] if alone else panels.parameter_panels(document, channel)
+        )
         rows += _rows_of(drawn, 2)
     return Sheet(rows=tuple(rows))
 

@@ -3,11 +3,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
+from allanite.figures.drawing import Drawing
 from allanite.figures.panel import (
     MARKERS,
     SERIES,
@@ -24,7 +26,7 @@ from allanite.noise import NoiseModel
 from allanite.units import display_unit
 from allanite.wording import adjusted_p, compared_unit, parameter_name
 
-__all__ = ["VIEWS", "curves_panel", "parameter_panels"]
+__all__ = ["VIEWS", "columns", "curves_panel", "parameter_panels"]
 
 Json = Mapping[str, Any]
 
@@ -33,6 +35,8 @@ VIEWS = ("whole", "curves", "parameters")
 _BANDS = 6
 #: A parameter whose values lie farther apart than this has a logarithmic axis.
 _WIDE = 8.0
+#: Channels side by side, and height over width of the curves and of a parameter.
+_BESIDE, _TALL, _LOW = 3, 0.6, 0.3
 _LONG = 12  # characters of a record's name below its place
 
 
@@ -81,6 +85,51 @@ def parameter_panels(document: Json, channel: Json) -> list[Panel]:
     """One panel for each parameter and for the bias."""
     found = [*channel["parameters"], *([channel["bias"]] if channel["bias"] else [])]
     return [_parameter(document, channel, p) for p in found]
+
+
+def columns(document: Json) -> list[tuple[Panel, ...]]:
+    """Rows of a sheet with a column for each channel: the curves, and one low row for each parameter below them.
+
+    The parameters of all channels stand in the same order, so that one reads across; three channels at most stand
+    side by side. Of a single channel every legend stands above its panel, of several one stands below them all.
+    """
+    rows: list[tuple[Panel, ...]] = []
+    channels = document["channels"]
+    for i in range(0, len(channels), _BESIDE):
+        block = channels[i : i + _BESIDE]
+        alone = len(channels) == 1
+        rows.append(tuple(replace(curves_panel(document, c), **_form(_TALL, alone)) for c in block))
+        made = [{p.y.label: p for p in parameter_panels(document, c)} for c in block]
+        for label in dict.fromkeys(label for one in made for label in one):
+            height = _LOW / (1.5 if alone else 1.0)
+            rows.append(
+                tuple(
+                    replace(
+                        one[label],
+                        title=f"{'' if alone else c['name'] + ', '}{one[label].title}",
+                        **_form(height, alone),
+                    )
+                    if label in one
+                    else Panel(title="", drawing=Drawing(width=1.0, height=height, parts=()))
+                    for c, one in zip(block, made, strict=True)
+                )
+            )
+    return _said_once(rows) if len(channels) == 1 else rows
+
+
+def _form(height: float, alone: bool) -> dict[str, Any]:
+    return {"height": height, "key": "above" if alone else "inside"}
+
+
+def _said_once(rows: Sequence[tuple[Panel, ...]]) -> list[tuple[Panel, ...]]:
+    """The panels of one column without the entries of a legend that stand above an earlier one."""
+    said = set[str]()
+    out: list[tuple[Panel, ...]] = []
+    for (panel,) in rows:
+        curves = tuple(replace(c, label="") if c.label in said else c for c in panel.curves)
+        said |= {c.label for c in panel.curves}
+        out.append((replace(panel, curves=curves),))
+    return out
 
 
 def _parameter(document: Json, channel: Json, parameter: Json) -> Panel:

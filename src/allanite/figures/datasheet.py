@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from allanite.figures.curves import measured_curve, model_curve, model_panel, series_colours, tau_axis
-from allanite.figures.panel import Axis, Curve, Label, Panel, array, positive_range
+from allanite.figures.panel import Axis, Curve, Panel, array, level, positive_range
 from allanite.noise import NoiseModel
 from allanite.wording import people_unit
 
@@ -79,12 +79,7 @@ def ratio_panel(document: Json) -> Panel:
         title="Measured over stated",
         x=tau_axis((x[0] / 1.5, x[1] * 1.5)),
         y=Axis(label="Ratio of Allan deviations", log=True, limits=(y[0], y[1] * 1.3)),
-        curves=tuple(curves),
-        labels=(
-            Label(
-                x=x[0] / 1.5, y=1.0, text="the data sheet", colour="model", side="above right", place="level"
-            ),
-        ),
+        curves=(*curves, level((x[0] / 1.5, x[1] * 1.5), 1.0, "the data sheet", "model")),
         height=0.36,
         key="above",
     )
@@ -135,12 +130,7 @@ def inflation_panel(document: Json) -> Panel:
         title="Inflation: bound over fitted model",
         x=tau_axis((x[0] / 1.5, x[1] * 1.5)),
         y=Axis(label="Ratio of Allan deviations", log=True, limits=(0.9, 1.2 * top)),
-        curves=tuple(curves),
-        labels=(
-            Label(
-                x=x[0] / 1.5, y=1.0, text="not inflated", colour="model", side="above right", place="level"
-            ),
-        ),
+        curves=(*curves, level((x[0] / 1.5, x[1] * 1.5), 1.0, "not inflated", "model")),
         height=0.36,
         key="above",
     )

@@ -37,6 +37,7 @@ __all__ = [
     "around",
     "array",
     "decades",
+    "level",
     "positive_range",
     "thinned",
 ]
@@ -137,6 +138,11 @@ class Curve:
     hollow: NDArray[np.bool_] | None = None
     hollow_label: str = "not in the fit"
     band_label: str = ""
+
+
+def level(ends: tuple[float, float], y: float, label: str, colour: str = "guide") -> Curve:
+    """A horizontal line that the legend names: words at its end would stand on the data."""
+    return Curve(x=array(ends), y=np.full(2, y), label=label, colour=colour, style="dashed")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

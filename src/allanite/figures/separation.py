@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from allanite.figures.panel import MARKERS, SERIES, Axis, Curve, Label, Panel, array, positive_range
+from allanite.figures.panel import MARKERS, SERIES, Axis, Curve, Panel, array, level, positive_range
 from allanite.units import display_unit
 
 __all__ = ["VIEWS", "correlation_panel", "part_panel"]
@@ -76,14 +76,12 @@ def correlation_panel(document: Json) -> Panel:
         for k, (first, second) in enumerate(document["pairs"])
     )
     low = float(min(np.nanmin(r), 0.0))
+    ends = float(tau.min()) / 1.3, float(tau.max()) * 1.3
     return Panel(
         title="Correlation of the sensors",
-        x=Axis(label="Averaging time [s]", log=True),
+        x=Axis(label="Averaging time [s]", log=True, limits=ends),
         y=Axis(label="Correlation", limits=(max(low - 0.1, -1.05), 1.05)),
-        curves=curves,
-        labels=(
-            Label(x=0.0, y=0.0, text="nothing shared", colour="guide", side="above right", place="level"),
-        ),
+        curves=(*curves, level(ends, 0.0, "nothing shared")),
         height=0.3,
         key="above",
     )

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from allanite.figures.drawing import Drawing, Shape, Words, box, line
-from allanite.figures.panel import Axis, Curve, Label, Panel, array
+from allanite.figures.panel import Axis, Curve, Label, Panel, array, level
 from allanite.figures.records import clock
 from allanite.wording import duration, part_name, probability
 
@@ -171,7 +171,7 @@ def _lag_panel(
     bottom, top = float(min(low.min(), 0.95)), float(max(high.max(), 1.05))
     marks = np.asarray(lag["significant"], dtype=bool)
     curves = [
-        Curve(x=middle, y=ratio, lower=low, upper=high, label="window, with its interval", colour="z", marker="circle")
+        Curve(x=middle, y=ratio, lower=low, upper=high, label="window, with its interval", colour="z", marker="circle"),
     ]  # fmt: skip
     if marks.any():
         curves.append(
@@ -185,11 +185,8 @@ def _lag_panel(
         y=Axis(
             label="Over whole record", limits=(bottom - 0.02 * (top - bottom), top + 0.02 * (top - bottom))
         ),
-        curves=tuple(curves),
-        labels=(
-            Label(x=0.0, y=1.0, text="whole record", colour="guide", side="above right", place="level"),
-            *labels,
-        ),
+        curves=(*curves, level((0.0, length / second), 1.0, "whole record")),
+        labels=labels,
         height=0.2,
         key="above",
     )

@@ -4,7 +4,8 @@
 The score of a shape (a term, a time) is its normalised projection on the whitened residuals. Without a change all
 scores together are normal with a covariance that is known exactly, so that the law of the largest is simulated, once
 for the record at hand: the threshold allows for every time and term that was tried. A change that is accepted enters
-the model, and the scan goes on with what is left.
+the model, and the scan goes on with what is left: without the windows that a step divides, whose scatter is not that of
+constant noise, so that the remainder of one step is not taken for another.
 
 References
 ----------
@@ -24,9 +25,9 @@ from numpy.typing import NDArray
 from allanite.allan.cells import Cells
 from allanite.variation.constancy import Scatter, Whitened
 from allanite.variation.shapes import EVERYTHING, Shape
-from allanite.variation.sizes import FoundChange, Misfit, joint_effect, placed
+from allanite.variation.sizes import FoundChange, Misfit, joint_effect, placed, sized
 
-__all__ = ["Scan", "find_changes"]
+__all__ = ["Scan", "find_changes", "undivided"]
 
 Array = NDArray[np.float64]
 
@@ -35,6 +36,7 @@ MOST = 4
 #: Standard deviation of a term's logarithm beyond which a shape says nothing: not even a factor of ten would show.
 _BLIND = 1.2
 _DRAWS = 8000
+_NEAR = 0.7  # logarithm of a factor that is found from none
 _SIMPLER = 6.0  # twice the log-likelihood by which the noise as a whole must be the better explanation
 _SEED = 20090219
 _KEPT = 1e-5  # of the scores' variance may be lost in their simulation
@@ -51,9 +53,7 @@ class Scan:
     p : float
         Chance of the largest score in a record whose noise is constant.
     left : Whitened
-        Residuals after the changes.
-    effect : ndarray, shape (n_cells,)
-        Variance of every cell under the changes over that of the whole record.
+        Residuals after the changes, of the windows that no step divides.
     visible : mapping of str to float
         Factor on the amplitude of each term at which a step in the middle would just be accepted.
     """
@@ -61,7 +61,6 @@ class Scan:
     changes: tuple[FoundChange, ...]
     p: float
     left: Whitened
-    effect: Array
     visible: Mapping[str, float]
 
 
@@ -81,17 +80,39 @@ def find_changes(
     every, misfit = _shapes(cells, shares), Misfit.of(cells, scatter, shares)
     first, visible = 1.0, dict[str, float]()
     while True:
+        whole = undivided(accepted, cells)
+        rest, part = cells.where(whole), _of_lags(shares, cells, whole)
         effect = joint_effect(accepted, cells, shares)
-        left = Whitened.of(cells.variance / effect, cells.row, scatter)
-        best, p, needed = _largest(every, [c.shape for c in accepted], cells, shares, left, level)
+        left = Whitened.of(rest.variance / effect[whole], rest.row, scatter.of_cells(np.flatnonzero(whole)))
+        tried, p, needed = _largest(every, [c.shape for c in accepted], rest, part, left, level)
         if not accepted:
             first, visible = p, _visible(needed, cells, shares, left)
-        if best is None or p > level or len(accepted) == MOST:
+        # beyond a change whose size is not known nothing can be told of what is left
+        known = all(math.isfinite(c.sd) for c in accepted)
+        if not tried or p > level or len(accepted) == MOST or not known:
             break
-        accepted.append(FoundChange(shape=best, lower=None, upper=None, beta=0.0, sd=0.0, p=p))
-        accepted = placed(accepted, misfit, confidence)
+        accepted = placed(_likeliest(tried, accepted, p, misfit), misfit, confidence)
     ordered = sorted(accepted, key=lambda c: -1.0 if c.shape.time is None else c.shape.time)
-    return Scan(changes=tuple(ordered), p=first, left=left, effect=effect, visible=visible)
+    return Scan(changes=tuple(ordered), p=first, left=left, visible=visible)
+
+
+def undivided(changes: Sequence[FoundChange], cells: Cells) -> NDArray[np.bool_]:
+    """Windows that lie on one side of every step, wherever its time may be if that is known to a window or two."""
+    keep = np.ones(len(cells), dtype=np.bool_)
+    near = 2.0 * float((cells.stop - cells.start).min())
+    for change in changes:
+        time, lower, upper = change.shape.time, change.lower, change.upper
+        if time is None or lower is None or upper is None:
+            continue
+        ends = (lower, upper) if upper - lower <= near else (time, time)
+        keep &= ~change.shape.reaches(cells, *ends)
+    return keep
+
+
+def _of_lags(shares: Mapping[str, Array], cells: Cells, keep: NDArray[np.bool_]) -> dict[str, Array]:
+    """Shares at the lags of the cells that are kept."""
+    rows = np.unique(cells.row[keep])
+    return {symbol: share[rows] for symbol, share in shares.items()}
 
 
 def _shapes(cells: Cells, shares: Mapping[str, Array]) -> list[Shape]:
@@ -111,19 +132,57 @@ def _largest(
     shares: Mapping[str, Array],
     left: Whitened,
     level: float,
-) -> tuple[Shape | None, float, float]:
-    """The shape with the largest score, the probability that chance makes one as large, and the score needed."""
+) -> tuple[list[Shape], float, float]:
+    """The shapes with the largest scores, the probability that chance makes one as large, and the score needed.
+
+    One step and one drift of each term: scores are of first order, and do not tell terms that change by much apart.
+    """
     made, sizes = _free(shapes, known, cells, shares, left)
     able = sizes > 1.5 / _BLIND  # ln amplitude = 3/2 of the cube root
     if not able.any():
-        return None, 1.0, math.inf
+        return [], 1.0, math.inf
     unit = made[:, able] / sizes[able]
     tried = [s for s, use in zip(shapes, able, strict=True) if use]
     scores = np.abs(unit.T @ left.residual)
     p, needed = _chance(unit, float(scores.max()), level)
-    # one term rather than all of them, unless that explains clearly less
-    named = np.array([0.0 if s.symbol == EVERYTHING else _SIMPLER for s in tried])
-    return tried[int(np.argmax(scores**2 + named))], p, needed
+    best = dict[tuple[str, bool], Shape]()
+    for i in np.argsort(-scores):
+        best.setdefault((tried[i].symbol, tried[i].time is None), tried[i])
+    return list(best.values()), p, needed
+
+
+def _likeliest(
+    shapes: Sequence[Shape], known: Sequence[FoundChange], p: float, misfit: Misfit
+) -> list[FoundChange]:
+    """The known changes with the one of the shapes that explains the most; one term rather than all of them, unless
+    that explains clearly less."""
+    cells, shares = misfit.cells, misfit.shares
+    borders = np.unique(cells.start[cells.row == 0])[1:].astype(np.float64)
+    ratio = cells.variance / joint_effect(known, cells, shares)
+    found = []
+    for shape in shapes:
+        more = _SIMPLER if shape.symbol == EVERYTHING else 0.0
+        # the window that a step divides looks like its louder side: the border that leaves it there may be the next
+        i = 0 if shape.time is None else int(np.searchsorted(borders, shape.time))
+        times = [None] if shape.time is None else borders[max(i - 1, 0) : i + 2].tolist()
+        for at in (Shape(symbol=shape.symbol, time=time) for time in times):
+            for beta in _starts(at, ratio, cells, shares):
+                new = FoundChange(shape=at, lower=None, upper=None, beta=beta, sd=0.0, p=p)
+                changes, loss = sized([*known, new], misfit)
+                found.append((loss + more, changes))
+    return min(found, key=lambda one: one[0])[1]
+
+
+def _starts(shape: Shape, ratio: Array, cells: Cells, shares: Mapping[str, Array]) -> list[float]:
+    """Where to look for the size: at none, and of a step of a large factor where the windows of one lag say."""
+    if shape.time is None:
+        return [0.0]
+    here = cells.row == int(np.argmax(shares[shape.symbol]))
+    before, after = ratio[here & (cells.stop <= shape.time)], ratio[here & (cells.start >= shape.time)]
+    if not (len(before) and len(after)):
+        return [0.0]
+    beta = 0.5 * math.log(float(np.median(after) / np.median(before)))
+    return [0.0] if abs(beta) < _NEAR else [0.0, beta]
 
 
 def _visible(needed: float, cells: Cells, shares: Mapping[str, Array], left: Whitened) -> dict[str, float]:

@@ -23,7 +23,7 @@ from allanite.given_models import models_of
 from allanite.laws import chi_square_tail, normal_quantile
 from allanite.noise import NoiseModel, term_of
 from allanite.recording import Channel, Recording
-from allanite.variation.changes import Scan, find_changes
+from allanite.variation.changes import Scan, find_changes, undivided
 from allanite.variation.constancy import Scatter, Whitened, excess_kurtosis, window_scores
 from allanite.variation.results import (
     CHANGES,
@@ -46,6 +46,8 @@ Progress = Callable[[float, str], None]
 LAGS, FEWEST, LEAST = 4, 4, 16
 #: Degrees of freedom that a window needs for its cube root to be normal.
 _FREE = 1.5
+#: Roundings in a second difference of the phase, at most.
+_ROUNDED = 8.0
 
 
 def examine_variation(
@@ -128,29 +130,44 @@ def _channel(
 ) -> ChannelVariation:
     channel, dt = recording[name], recording.dt
     phase = phase_of(recording, name)
-    cells = _cells(phase, windows, channel)
+    cells, silent = _cells(phase, windows, channel)
     model, remarks = (given, []) if given is not None else _fitted(recording, name)
+    level = false_alarm / 2
     tails = excess_kurtosis(phase.x, cells)
     cells, scatter = _scatter(cells, model, phase.n_samples, dt, channel.sampling, tails)
-    if tails:
-        remarks.append(f"the white noise has excess kurtosis {tails:.2g}: the intervals allow for it")
-    level = false_alarm / 2
-    everything = Whitened.of(cells.variance, cells.row, scatter)
-    p = chi_square_tail(everything.chi2, everything.dof)
     shares = shares_of(model, cells.lags, dt, channel.sampling)
     scan = find_changes(cells, scatter, shares, level=level, confidence=confidence)
+    # a window that a step divides looks like one with tails
+    calm = excess_kurtosis(phase.x, cells.where(undivided(scan.changes, cells))) if tails else 0.0
+    if calm < tails:
+        tails = calm
+        cells, scatter = _scatter(cells, model, phase.n_samples, dt, channel.sampling, tails)
+        scan = find_changes(
+            cells,
+            scatter,
+            shares_of(model, cells.lags, dt, channel.sampling),
+            level=level,
+            confidence=confidence,
+        )
+    if tails:
+        remarks.append(f"the white noise has excess kurtosis {tails:.2g}: the intervals allow for it")
+    everything = Whitened.of(cells.variance, cells.row, scatter)
+    p = chi_square_tail(everything.chi2, everything.dof)
     lags = _lag_tests(cells, scatter, dt, abs(channel.scale), confidence, false_alarm)
-    changes = tuple(_change(c, dt, confidence) for c in scan.changes)
-    verdict = CHANGES if changes else FLUCTUATES if p < level else CONSTANT
+    changes = () if len(silent[0]) else tuple(_change(c, dt, confidence) for c in scan.changes)
+    verdict = CHANGES if changes else FLUCTUATES if p < level or len(silent[0]) else CONSTANT
     p_left = chi_square_tail(scan.left.chi2, max(scan.left.dof - 2 * len(changes), 1))
+    if any(not math.isfinite(c.upper) for c in changes):
+        remarks.append("the search ended at a change whose size the windows do not tell: there may be others")
     if changes and p_left < level:
         remarks.append("steps and drifts do not explain all of it: look at the picture")
+    reason = _silence(*silent, dt) if len(silent[0]) else _reason(verdict, changes, lags, p, scan)
     return ChannelVariation(
         name=name,
         kind=channel.kind.value,
         unit=channel.unit,
         verdict=verdict,
-        reason=_reason(verdict, changes, lags, p, scan),
+        reason=reason,
         lags=lags,
         changes=changes,
         chi2=everything.chi2,
@@ -168,7 +185,8 @@ def _channel(
 # -- windows and how they scatter ----------------------------------------------------------------------------------
 
 
-def _cells(phase: Phase, windows: int, channel: Channel) -> Cells:
+def _cells(phase: Phase, windows: int, channel: Channel) -> tuple[Cells, tuple[Array, Array]]:
+    """Windows that hold noise, and start and stop of those of the shortest lag that hold none."""
     n = phase.n_samples
     while windows >= FEWEST and n // windows < LEAST:
         windows //= 2
@@ -187,8 +205,22 @@ def _cells(phase: Phase, windows: int, channel: Channel) -> Cells:
         lengths.append(length)
         m *= 2
     found = cells_of(phase, lags, lengths)
-    noisy = found.variance > 0
-    return _enough(found.where(noisy), channel.name)
+    noisy = found.variance > _rounding(phase, found)
+    if np.count_nonzero(noisy & (found.row == 0)) < FEWEST:
+        noisy = np.zeros(len(found), dtype=np.bool_)  # longer lags only spread those few
+    return _enough(found.where(noisy), channel.name), _silent(found, noisy)
+
+
+def _rounding(phase: Phase, cells: Cells) -> Array:
+    """Variance that rounding of the phase alone makes of samples that are all the same, shape (n_cells,)."""
+    error = _ROUNDED * np.finfo(np.float64).eps * float(np.abs(phase.x).max())
+    return np.asarray((error / cells.lag) ** 2)
+
+
+def _silent(cells: Cells, noisy: NDArray[np.bool_]) -> tuple[Array, Array]:
+    """Start and stop of the windows of the shortest lag that hold one and the same value [samples]."""
+    here = (cells.row == 0) & ~noisy
+    return cells.start[here].astype(np.float64), cells.stop[here].astype(np.float64)
 
 
 def _enough(cells: Cells, name: str) -> Cells:
@@ -314,6 +346,8 @@ def _says(symbol: str, ratio: float, lower: float, upper: float, time: float | N
     """ "N grew by 30 % (20 to 41) at 5.2 h"."""
     who = {EVERYTHING: "the noise as a whole", "sigma": "the Gauss-Markov term"}.get(symbol, symbol)
     when = "steadily from the first to the last sample" if time is None else f"at {_when(time)}"
+    if not math.isfinite(upper):
+        return f"{who} {'grew' if ratio >= 1 else 'fell'} {when}, by how much the windows do not tell"
     if ratio >= 3:
         return f"{who} grew {_short(ratio)} times ({_short(lower)} to {_short(upper)}) {when}"
     verb, ends = ("grew", (lower - 1, upper - 1)) if ratio >= 1 else ("fell", (1 - upper, 1 - lower))
@@ -332,6 +366,14 @@ def _when(seconds: float) -> str:
         if seconds >= least * size:
             return f"{seconds / size:.3g} {unit}"
     return f"{seconds:.3g} s"
+
+
+def _silence(start: Array, stop: Array, dt: float) -> str:
+    return (
+        f"{len(start)} windows hold one and the same value throughout, the first from {_when(start[0] * dt)} to "
+        f"{_when(stop[0] * dt)}: steps of the noise cannot be told beside them; take them out (gaps), or record with a "
+        "finer resolution"
+    )
 
 
 def _reason(verdict: str, changes: Sequence[Change], lags: Sequence[LagTest], p: float, scan: Scan) -> str:

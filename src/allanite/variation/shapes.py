@@ -3,7 +3,20 @@
 
 A term's amplitude becomes exp(beta x(t)) times as large: x is 0 before and 1 after a step, and rises from 0 to 1 over
 the record for a drift. A window feels the mean of exp(2 beta x) over it, in proportion to the share of the term in the
-Allan variance at its lag.
+Allan variance at its lag. A difference d_m(i) of white noise weighs its 2 m samples alike, so that of the steps of a
+large factor a window feels those too that lie within m samples beyond its ends.
+
+The differences of a window that a step divides do not have one variance. With g that of each over that before the
+step, s the share of the term, x the part of the samples after the step and R = exp(2 beta),
+
+    g = 1 + s (R - 1) x,      edf = edf_0 (mean g)^2 / mean(g^2),                                                  (1)
+
+for differences that are independent (Satterthwaite [1]): the louder part alone counts in the end.
+
+References
+----------
+.. [1] F. Satterthwaite, "An approximate distribution of estimates of variance components", Biometrics Bull. 2 (1946)
+   110.
 """
 
 from __future__ import annotations
@@ -17,7 +30,7 @@ from numpy.typing import NDArray
 from allanite.allan.cells import Cells
 from allanite.noise import NoiseModel, Ramp
 
-__all__ = ["EVERYTHING", "Shape", "effect_of", "shares_of"]
+__all__ = ["EVERYTHING", "Shape", "effect_of", "shares_of", "spread_of"]
 
 Array = NDArray[np.float64]
 
@@ -44,10 +57,14 @@ class Shape:
     time: float | None
 
     def after(self, cells: Cells) -> Array:
-        """Share of each window that lies after a step; for a drift where its middle lies, 0 to 1."""
+        """Mean of x over the differences of each window; for a drift where its middle lies, 0 to 1."""
         if self.time is None:
             return np.asarray((cells.start + cells.stop) / 2.0 / cells.stop.max())
-        return np.asarray(np.clip((cells.stop - self.time) / (cells.stop - cells.start), 0.0, 1.0))
+        return _mean_after(cells, self.time, 1)
+
+    def reaches(self, cells: Cells, lower: float, upper: float) -> NDArray[np.bool_]:
+        """Windows with a difference that holds samples of both sides of a step between two times."""
+        return np.asarray((cells.first < upper) & (cells.last - 1 + 2 * cells.lag > lower))
 
     def growth(self, cells: Cells, beta: float) -> Array:
         """Mean of exp(2 beta x) over each window."""
@@ -57,6 +74,15 @@ class Shape:
             inner = (np.arange(_POINTS) + 0.5) / _POINTS - 0.5
             return np.asarray(np.exp(2 * beta * (x[:, None] + width[:, None] * inner)).mean(axis=1))
         return np.asarray(1.0 + x * np.expm1(2 * beta))
+
+    def spread(self, cells: Cells, beta: float, shares: Mapping[str, Array]) -> Array:
+        """Relative variance of each window over that under constant noise, edf_0/edf of equation (1)."""
+        if self.time is None:
+            return np.ones(len(cells))
+        more = shares[self.symbol][cells.row] * np.expm1(2 * beta)
+        first, second = (_mean_after(cells, self.time, power) for power in (1, 2))
+        square = 1.0 + 2.0 * more * first + more**2 * second
+        return np.asarray(np.maximum(square / (1.0 + more * first) ** 2, 1.0))
 
     def column(self, cells: Cells, shares: Mapping[str, Array]) -> Array:
         """First-order change of ln v of every cell with 2 beta."""
@@ -89,6 +115,30 @@ def effect_of(shapes: Sequence[Shape], beta: Array, cells: Cells, shares: Mappin
     for symbol in dict.fromkeys(h.symbol for h in shapes if h.symbol != EVERYTHING):
         total = total + shares[symbol][cells.row] * _growth(shapes, beta, cells, symbol)
     return np.asarray(total * _growth(shapes, beta, cells, EVERYTHING))
+
+
+def spread_of(shapes: Sequence[Shape], beta: Array, cells: Cells, shares: Mapping[str, Array]) -> Array:
+    """Relative variance of every cell under these changes, over that of constant noise, shape (n_cells,)."""
+    out = np.ones(len(cells))
+    for shape, size in zip(shapes, beta, strict=True):
+        out = out * shape.spread(cells, float(size), shares)
+    return out
+
+
+def _mean_after(cells: Cells, time: float, power: int) -> Array:
+    """Mean of x or x^2 over the differences of each window, x being the part of the 2 m samples after a step."""
+    lag = cells.lag.astype(np.float64)
+
+    def total(start: NDArray[np.int64]) -> Array:
+        """Sum over the differences before a start: x = k/(2 m) for k = 1, 2, ... 2 m, then 1."""
+        k = start - 1 + 2 * lag - time
+        part = np.clip(k, 0.0, 2 * lag)
+        rising = part * (part + 1) / (4 * lag)
+        if power == 2:
+            rising = rising * (2 * part + 1) / (6 * lag)
+        return np.asarray(rising + np.maximum(k - 2 * lag, 0.0))
+
+    return np.asarray((total(cells.last) - total(cells.first)) / (cells.last - cells.first))
 
 
 def _growth(shapes: Sequence[Shape], beta: Array, cells: Cells, symbol: str) -> Array:

@@ -3,10 +3,11 @@
 
 Minus twice the log-likelihood of all windows is, with the cube roots of `constancy` and the effect of the changes,
 
-    L = z' C^-1 z + (2/3) sum ln(effect) - 2 sum ln a,    z = a (v/effect)^(1/3) - (1 - 2/(9 e)).                    (1)
+    L = z' C^-1 z + ln det C + (2/3) sum ln(effect) - 2 sum ln a,    z = a (v/effect)^(1/3) - (1 - 2/(9 e)).        (1)
 
-Sizes have the interval of its curvature. The time of a step has the set of times at which L, least over the size, is
-within 7.35 (for 95 %) of its minimum [1].
+A window that a step divides has fewer degrees of freedom e than one of constant noise (`shapes`, equation 1): its
+variance in C and its mean follow them, its correlations stay. Sizes have the interval of the curvature of L. The time
+of a step has the set of times at which L, least over the size, is within 7.35 (for 95 %) of its minimum [1].
 
 References
 ----------
@@ -25,15 +26,16 @@ from numpy.typing import NDArray
 from allanite.allan.cells import Cells
 from allanite.laws import normal_quantile
 from allanite.variation.constancy import Scatter, Whitened
-from allanite.variation.shapes import Shape, effect_of
+from allanite.variation.shapes import Shape, effect_of, spread_of
 
-__all__ = ["FoundChange", "Misfit", "joint_effect", "placed", "ratio_of"]
+__all__ = ["FoundChange", "Misfit", "joint_effect", "placed", "ratio_of", "sized"]
 
 Array = NDArray[np.float64]
 
-_FINE = 8  # times within a window at which a step is placed
-_ROUNDS, _STEP, _FARTHEST = 12, 0.02, 0.7
-_LARGEST = 12.0  # logarithm of a ratio that is as good as infinite
+_FINE = 8  # times within a window at which a step is placed, and again between two of them
+_ROUNDS, _STEP, _FARTHEST = 40, 0.02, 0.7
+_LARGEST = 25.0  # logarithm of a ratio that is as good as infinite
+_FEWEST = 1.0  # degrees of freedom: a sum of squares has no fewer
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -46,7 +48,8 @@ class FoundChange:
     lower, upper : float or None [samples]
         Set of times of a step.
     beta, sd : float
-        Logarithm of the amplitude after over that before, and its standard deviation.
+        Logarithm of the amplitude after over that before, and its standard deviation; infinite where the windows do
+        not tell it.
     p : float
         Chance of one as clear in a record whose noise is constant.
     """
@@ -65,7 +68,9 @@ def joint_effect(changes: Sequence[FoundChange], cells: Cells, shares: Mapping[s
 
 
 def ratio_of(change: FoundChange, confidence: float) -> tuple[float, float, float]:
-    """Amplitude after over before, with its interval."""
+    """Amplitude after over before, with its interval; from zero to infinity where the size is not known."""
+    if not math.isfinite(change.sd):
+        return math.exp(change.beta), 0.0, math.inf
     reach = normal_quantile(0.5 + confidence / 2) * change.sd
     low, high = max(change.beta - reach, -_LARGEST), min(change.beta + reach, _LARGEST)
     return math.exp(change.beta), math.exp(low), math.exp(high)
@@ -85,6 +90,7 @@ class Misfit:
 
     cells: Cells
     shares: Mapping[str, Array]
+    edf: Array
     centre: Array
     inverse: Array
     instrument: Array
@@ -97,60 +103,97 @@ class Misfit:
         inverse = factor.T @ factor
         member = cells.row[:, None] == np.arange(len(cells.lags))
         instrument = (scatter.centre[:, None] * member).T @ inverse
-        return cls(cells, shares, scatter.centre, inverse, instrument, member)
+        return cls(cells, shares, scatter.edf, scatter.centre, inverse, instrument, member)
 
     def __call__(self, shapes: Sequence[Shape], beta: Array) -> float:
         """L under these changes, levels solved for."""
-        effect = effect_of(shapes, beta, self.cells, self.shares)
-        if effect.min() <= 0 or np.abs(beta).max(initial=0.0) > _LARGEST:
+        if np.abs(beta).max(initial=0.0) > _LARGEST:
             return math.inf
+        effect = effect_of(shapes, beta, self.cells, self.shares)
+        if effect.min() <= 0:
+            return math.inf
+        widened = np.sqrt(self._widened(shapes, beta))
+        centre = 1.0 - 2.0 / 9.0 * widened**2 / self.edf
+        # the instrument of other means and variances, from that of constant noise: few windows are divided
+        weight = centre / widened
+        other = np.flatnonzero(weight != self.centre)
+        moved = (self.member[other] * (weight - self.centre)[other, None]).T @ self.inverse[other]
+        instrument = (self.instrument + moved) / widened
         u = np.cbrt(self.cells.variance / effect)
-        a = np.linalg.solve((self.instrument * u) @ self.member, self.instrument @ self.centre)
-        if a.min() <= 0:
+        try:
+            a = np.linalg.solve((instrument * u) @ self.member, instrument @ centre)
+        except np.linalg.LinAlgError:
+            return math.inf
+        if not a.min() > 0:
             return math.inf
         level = a[self.cells.row]
-        z = level * u - self.centre
-        return float(z @ self.inverse @ z + 2 / 3 * np.log(effect).sum() - 2 * np.log(level).sum())
+        z = (level * u - centre) / widened
+        scale = 2 * np.log(widened).sum() + 2 / 3 * np.log(effect).sum() - 2 * np.log(level).sum()
+        return float(z @ self.inverse @ z + scale)
+
+    def _widened(self, shapes: Sequence[Shape], beta: Array) -> Array:
+        """Degrees of freedom under constant noise over those under these changes."""
+        return np.minimum(
+            spread_of(shapes, beta, self.cells, self.shares), np.maximum(self.edf / _FEWEST, 1.0)
+        )
 
 
 def placed(changes: Sequence[FoundChange], misfit: Misfit, confidence: float) -> list[FoundChange]:
     """Sizes of all changes, then the time of each step given the others, then sizes once more."""
-    out = _sized(changes, misfit)
+    out, _ = sized(changes, misfit)
     for i, change in enumerate(out):
         if change.shape.time is not None:
             out[i] = _timed(change, out[:i] + out[i + 1 :], misfit, confidence)
-    return _sized(out, misfit)
+    return sized(out, misfit)[0]
 
 
 # -- sizes ---------------------------------------------------------------------------------------------------------
 
 
-def _sized(changes: Sequence[FoundChange], misfit: Misfit) -> list[FoundChange]:
+def sized(changes: Sequence[FoundChange], misfit: Misfit) -> tuple[list[FoundChange], float]:
+    """The changes with the sizes at which L is least, and L there."""
     shapes = [c.shape for c in changes]
-    beta, hessian = _minimum(lambda at: misfit(shapes, at), np.array([c.beta for c in changes]))
-    sds = np.sqrt(np.maximum(np.diag(2.0 * np.linalg.pinv(hessian)), 0.0))
-    return [replace(c, beta=float(b), sd=float(s)) for c, b, s in zip(changes, beta, sds, strict=True)]
+    beta, loss, hessian = _minimum(lambda at: misfit(shapes, at), np.array([c.beta for c in changes]))
+    sds = _deviations(hessian)
+    out = [replace(c, beta=float(b), sd=float(s)) for c, b, s in zip(changes, beta, sds, strict=True)]
+    return out, loss
 
 
-def _minimum(function: Callable[[Array], float], start: Array) -> tuple[Array, Array]:
-    """Newton's method with halved steps; where the minimum lies, and the second derivatives there."""
+def _deviations(hessian: Array) -> Array:
+    """Standard deviations by the curvature of L; infinite where it has no minimum."""
+    unknown = np.full(len(hessian), math.inf)
+    if not np.isfinite(hessian).all():
+        return unknown
+    values, vectors = np.linalg.eigh(hessian)
+    if values.min() <= 1e-9 * abs(values.max()):
+        return unknown
+    return np.asarray(np.sqrt(2.0 * (vectors**2 / values).sum(axis=1)))
+
+
+def _minimum(function: Callable[[Array], float], start: Array) -> tuple[Array, float, Array]:
+    """Newton's method with halved steps; where the minimum lies, its value, and the second derivatives there.
+
+    Where the function or its derivatives are not finite the way ends; the derivatives tell it.
+    """
     at, value = start, function(start)
-    hessian = np.eye(len(at))
+    hessian = np.full((len(at), len(at)), math.nan)
     for _ in range(_ROUNDS):
         gradient, hessian = _derivatives(function, at, value)
+        if not (np.isfinite(gradient).all() and np.isfinite(hessian).all()):
+            break
         values, vectors = np.linalg.eigh(hessian)
         step = vectors @ ((vectors.T @ gradient) / np.maximum(np.abs(values), 1e-6))
         step *= min(1.0, _FARTHEST / max(float(np.abs(step).max()), 1e-12))
         scale, new = 1.0, function(at - step)
-        while new > value and scale > 1e-3:
+        while not new <= value and scale > 1e-3:
             scale /= 2
             new = function(at - scale * step)
-        if new > value:
+        if not new <= value:
             break
         at, value = at - scale * step, new
         if np.abs(scale * step).max() < 1e-3:
             break
-    return at, hessian
+    return at, value, hessian
 
 
 def _derivatives(function: Callable[[Array], float], at: Array, middle: float) -> tuple[Array, Array]:
@@ -159,6 +202,8 @@ def _derivatives(function: Callable[[Array], float], at: Array, middle: float) -
     eye = h * np.eye(k)
     up = np.array([function(at + e) for e in eye])
     down = np.array([function(at - e) for e in eye])
+    if not (math.isfinite(middle) and np.isfinite(up).all() and np.isfinite(down).all()):
+        return np.full(k, math.nan), np.full((k, k), math.nan)
     hessian = np.diag((up - 2 * middle + down) / h**2)
     for i in range(k):
         for j in range(i):
@@ -174,25 +219,47 @@ def _derivatives(function: Callable[[Array], float], at: Array, middle: float) -
 def _timed(
     change: FoundChange, others: Sequence[FoundChange], misfit: Misfit, confidence: float
 ) -> FoundChange:
-    """The time with the least L, first among the borders of windows, then within the two windows around the best."""
+    """The time with the least L: first among the borders of windows, then closer and closer around the best.
+
+    Of a large step the divided window tells the time to a sample, and no coarser time explains it.
+    """
     cells = misfit.cells
     borders = np.append(np.unique(cells.start[cells.row == 0]), cells.stop.max()).astype(np.float64)
     known = {t: _least(t, change, others, misfit) for t in borders[1:-1].tolist()}
-    best = min(known, key=lambda t: known[t])
-    k = int(np.searchsorted(borders, best))
-    step = float(np.diff(borders).max()) / _FINE
-    for t in np.arange(borders[k - 1] + step, borders[k + 1] - step / 2, step):
-        known.setdefault(float(t), _least(float(t), change, others, misfit))
-    best = min(known, key=lambda t: known[t])
-    inside = [t for t, value in known.items() if value <= known[best] + _hansen(confidence)]
-    # of a border the neighbours beyond were not tried: they may belong to the set as far as half a window
-    reach = {t: step if borders[k - 1] <= t <= borders[k + 1] else _FINE * step / 2 for t in inside}
+    best, step = min(known, key=lambda t: known[t]), float(np.diff(borders).max())
+    k, level = int(np.searchsorted(borders, best)), _hansen(confidence)
+    low, high = float(borders[k - 1]), float(borders[k + 1])
+    while True:
+        step /= _FINE
+        for t in np.unique(np.rint(np.arange(low + step, high - step / 2, step))).tolist():
+            known.setdefault(t, _least(t, change, others, misfit))  # a step lies between two samples
+        best = min(known, key=lambda t: known[t])
+        low, high = best - step, best + step
+        if step <= 1 or all(known.get(t, math.inf) <= known[best] + level for t in _beside(best, known)):
+            break
+    ends = _ends(known, level, float(np.diff(borders).max()) / _FINE)
     return replace(
         change,
         shape=Shape(symbol=change.shape.symbol, time=best),
-        lower=max(min(t - reach[t] for t in inside), 0.0),
-        upper=min(max(t + reach[t] for t in inside), float(borders[-1])),
+        lower=max(ends[0], 0.0),
+        upper=min(ends[1], float(borders[-1])),
     )
+
+
+def _beside(time: float, known: Mapping[float, float]) -> list[float]:
+    """The times that were tried next before and after one."""
+    return [*sorted(t for t in known if t < time)[-1:], *sorted(t for t in known if t > time)[:1]]
+
+
+def _ends(known: Mapping[float, float], level: float, fine: float) -> tuple[float, float]:
+    """Of the set of times: as far as the next time that was tried and is outside, half as far between borders."""
+    bar = min(known.values()) + level
+    inside = [t for t, value in known.items() if value <= bar]
+    ends = []
+    for end, way in ((min(inside), -1.0), (max(inside), 1.0)):
+        gap = min((way * (t - end) for t in known if way * (t - end) > 0), default=_FINE * fine)
+        ends.append(end + way * (gap if gap < 1.5 * fine else gap / 2))
+    return ends[0], ends[1]
 
 
 def _least(time: float, change: FoundChange, others: Sequence[FoundChange], misfit: Misfit) -> float:

@@ -25,9 +25,9 @@ _ROWS = 6
 
 
 def temperature_unit(found: Json) -> str:
-    """What a kelvin is called: the unit of a column that is no temperature stands for itself."""
+    """What the coefficients are per: a kelvin, a volt, or the unit of a column that is neither."""
     thermometer = found.get("thermometer")
-    return "K" if thermometer is None or thermometer["unit"] else "unit"
+    return "K" if thermometer is None else thermometer.get("si", "K") or "unit"
 
 
 def _per(found: Json, name: str) -> tuple[str, float]:
