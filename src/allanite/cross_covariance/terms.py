@@ -10,7 +10,7 @@ an interval which reaches zero is an upper limit.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -114,30 +114,42 @@ def fit_terms(covariance: Array, pairs: LagPairs, sampling: str) -> FittedTerms:
     free = (inverse @ (made.T @ (whiten @ target)) / norm).reshape(n + 1, -1)
     sd = np.where(known, np.sqrt(np.maximum(np.diag(inverse), 0.0)) / norm, np.inf).reshape(n + 1, -1)
     weights = inverse @ made.T @ whiten / norm[:, None]
+
+    def others(at: int, value: float) -> Array:
+        """Coefficients where one of them is `value`: the rest fitted again, for what it took belongs to them."""
+        rest = np.delete(np.arange(len(norm)), at)
+        around = whiten @ (target - design[:, at] * value)
+        found = np.full(len(norm), value)
+        found[rest] = nnls(made[:, rest], around, maxiter=1000)[0] / norm[rest]
+        return found.reshape(n + 1, -1)
+
     return FittedTerms(
         coefficients=c,
         free=free,
         sd=sd,
-        spread=_spread(weights, c, free, sd, products, forms),
+        spread=_spread(weights, others, free, sd, products, forms),
         products=products.of(c),
         means=np.asarray(c @ columns.T),
     )
 
 
 def _spread(
-    weights: Array, c: Array, free: Array, sd: Array, products: Products, forms: Sequence[Array]
+    weights: Array,
+    others: Callable[[int, float], Array],
+    free: Array,
+    sd: Array,
+    products: Products,
+    forms: Sequence[Array],
 ) -> Array:
     """Variance of every linear estimate at three values of its own coefficient, as a quadratic."""
-    out = np.zeros((*c.shape, 3))
-    for at, row in zip(np.ndindex(*c.shape), weights, strict=True):
+    out = np.zeros((*free.shape, 3))
+    for place, (at, row) in enumerate(zip(np.ndindex(*free.shape), weights, strict=True)):
         if not np.isfinite(sd[at]):
             continue
         step = max(float(free[at]), float(sd[at]), 1e-300)
         found = []
         for value in (0.0, step, 2.0 * step):
-            trial = c.copy()
-            trial[at] = value
-            V = covariance_of(forms, products.of(trial)).reshape(len(row), len(row))
+            V = covariance_of(forms, products.of(others(place, value))).reshape(len(row), len(row))
             found.append(float(row @ V @ row))
         zero, one, two = found
         curvature = max((two - 2.0 * one + zero) / (2.0 * step**2), 0.0)
