@@ -86,7 +86,7 @@ def run_separation(
     coefficients that are zero, or that the record does not show, are one-sided.
     """
     rows = []
-    for case, (name, _, own, common, _) in enumerate(CASES):
+    for case, (name, _, _, common, _) in enumerate(CASES):
         found = spread(
             partial(_covers, seed, case),
             range(runs),

@@ -127,7 +127,7 @@ def fit_terms(covariance: Array, pairs: LagPairs, sampling: str) -> FittedTerms:
         coefficients=c,
         free=free,
         sd=sd,
-        spread=_spread(weights, others, free, sd, products, forms),
+        spread=_spread(weights, others, c, free, sd, products, forms),
         products=products.of(c),
         means=np.asarray(c @ columns.T),
     )
@@ -136,6 +136,7 @@ def fit_terms(covariance: Array, pairs: LagPairs, sampling: str) -> FittedTerms:
 def _spread(
     weights: Array,
     others: Callable[[int, float], Array],
+    c: Array,
     free: Array,
     sd: Array,
     products: Products,
@@ -146,7 +147,8 @@ def _spread(
     for place, (at, row) in enumerate(zip(np.ndindex(*free.shape), weights, strict=True)):
         if not np.isfinite(sd[at]):
             continue
-        step = max(float(free[at]), float(sd[at]), 1e-300)
+        # the fitted value is a node, so that the stated standard deviation is met there
+        step = float(c[at]) if c[at] > 0.5 * sd[at] else max(float(free[at]), float(sd[at]), 1e-300)
         found = []
         for value in (0.0, step, 2.0 * step):
             V = covariance_of(forms, products.of(others(place, value))).reshape(len(row), len(row))
