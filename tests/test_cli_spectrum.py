@@ -7,6 +7,7 @@ import csv
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import allanite as al
@@ -58,6 +59,24 @@ def test_spectrum_by_welch_as_json(log: Path, run: Run) -> None:
     assert channel["spectrum"]["window"] == "blackman"
     assert channel["spectrum"]["resolution"][0] == pytest.approx(0.1)
     assert channel["expected"] is None
+
+
+def test_a_constant_channel_has_no_density(tmp_path: Path, run: Run) -> None:
+    """One of three channels is 0.5 wherever it is there: it is said to show no noise, and the others are shown."""
+    rng = np.random.default_rng(1)
+    y = 1e-3 * rng.standard_normal((6000, 3))
+    y[:, 1] = 0.5
+    y[rng.random(6000) < 0.02, 1] = np.nan
+    record = al.Recording.from_rate(y, rate=50.0, unit="deg/s", names=("gx", "gy", "gz"))
+    log, out = write_recording(record, tmp_path / "log.parquet"), tmp_path / "out"
+    done = run("spectrum", log, "--model", "N=0.0001 deg/√h", "--plot", tmp_path / "s.png", "--out", out)
+    assert "e-14" not in done.out and done.out.count("Root density") == 2
+    assert "none: no noise resolved: every sample is 0.5 deg/s (resolution limit)" in done.out
+    assert "fatal no_noise_resolved" in done.out
+    assert done.out.count("Model and spectrum") == 2
+    rows = list(csv.DictReader((out / "spectrum.csv").open(encoding="utf-8")))
+    assert {row["channel"] for row in rows} == {"gx", "gz"}
+    assert "no noise resolved" in (out / "report.html").read_text(encoding="utf-8")
 
 
 def test_a_model_that_is_not_this_sensors(log: Path, run: Run) -> None:

@@ -51,6 +51,10 @@ def test_r4_theo1_is_that_of_allantools_by_window(rates: np.ndarray, data_type: 
         np.testing.assert_allclose(found.curve.tau, 0.75 * found.taus)
     with pytest.raises(InputError, match="even number of samples, 10 at least"):
         compat.theo1(rates, data_type=data_type, taus=[11.0])
+    # what the page says of the named grids: the window as long as the record has one term, and is left out
+    known = allantools.theo1(rates[:100], rate=10.0, data_type=data_type, taus="decade")[0]
+    found = compat.theo1(rates[:100], rate=10.0, data_type=data_type, taus="decade").taus
+    assert (known[-1], found[-1]) == ((10.0, 4.0) if data_type == "freq" else (4.0, 4.0))
 
 
 def test_r1_r2_published_values() -> None:
@@ -96,6 +100,18 @@ def test_errors_are_the_spread_of_the_estimates() -> None:
     assert devs[:, 2].std() > 3 * np.mean(devs[:, 2] / np.sqrt(found[0].ns[2]))
 
 
+def test_errors_hold_at_any_number_of_degrees_of_freedom() -> None:
+    """Against forty digits: 1e-9 from a tenth of a degree of freedom to 1e12, where sd/mean is sqrt(1/(2 n))."""
+    mpmath = pytest.importorskip("mpmath")
+    edf = np.concatenate([np.geomspace(0.1, 1e12, 53), [29.999, 30.0, 30.001]])
+    with mpmath.workdps(40):
+        halves = [mpmath.mpf(float(e)) / 2 for e in edf]
+        means = [mpmath.exp(mpmath.loggamma(h + 0.5) - mpmath.loggamma(h)) / mpmath.sqrt(h) for h in halves]
+        right = np.array([float(mpmath.sqrt(1 / m**2 - 1)) for m in means])
+    np.testing.assert_allclose(compat._relative_sd(edf), right, rtol=1e-9)
+    assert compat._relative_sd(np.array([1e8]))[0] == pytest.approx(math.sqrt(0.5e-8), rel=1e-8)
+
+
 def test_gaps_cost_the_terms_that_touch_them_and_nothing_else() -> None:
     """A tenth of the samples missing: the deviation of white noise stays within its interval (99.99 %)."""
     y = np.random.default_rng(4).standard_normal(20_000)
@@ -132,6 +148,15 @@ def test_what_allantools_accepts_in_silence_is_refused(
 ) -> None:
     with pytest.raises(error, match=words):
         compat.oadev(rates, **options)  # type: ignore[arg-type]
+
+
+@pytest.mark.parametrize("name", ["oadev", "theo1"])
+@pytest.mark.parametrize("taus", [["a"], [16j], [16 + 1j], [None], ["16"]])
+def test_averaging_times_that_are_no_numbers_are_refused(
+    rates: np.ndarray, name: str, taus: list[object]
+) -> None:
+    with pytest.raises(InputError, match="numbers of seconds"):
+        getattr(compat, name)(rates, data_type="freq", taus=taus)
 
 
 def test_unsound_samples_are_refused(rates: np.ndarray) -> None:

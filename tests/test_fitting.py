@@ -223,6 +223,20 @@ def test_slopes_read_the_curve_and_warn() -> None:
     assert q is not None and q.value is None and "no slope -1.0" in q.note
 
 
+def test_slopes_are_read_off_the_oadev_alone_with_one_exclusion_for_each_lag() -> None:
+    y = 0.1 * np.random.default_rng(2).standard_normal(20_000)
+    record = Recording.from_rate(y, rate=1.0, unit="rad/s", names="x")
+    for statistic in ("mdev", "ohdev", "totdev"):
+        with pytest.raises(InputError, match=f"oadev curve, not of {statistic}"):
+            al.fit(al.allan_curve(record, statistic=statistic)["x"], method="slopes")
+    curve = al.allan_curve(record)["x"]
+    for exclude in ([True], [False], [False, True]):
+        with pytest.raises(InputError, match=f"each of the {len(curve.lags)} lags"):
+            al.fit(curve, method="slopes", exclude=exclude)
+    n = al.fit(curve, method="slopes", exclude=curve.lags < 4).estimate("N")
+    assert n is not None and n.value == pytest.approx(0.1, rel=0.05)
+
+
 def test_lags_are_thinned_and_excluded() -> None:
     y = np.random.default_rng(1).standard_normal(10_000)
     curve = al.allan_curve(Recording.from_rate(y, rate=1.0, unit="rad/s"), taus=40)

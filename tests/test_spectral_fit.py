@@ -9,7 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.linalg import toeplitz
+from scipy.optimize import minimize
 from scipy.signal import butter, sosfilt
+from scipy.stats import binom, chi2
 
 import allanite as al
 from allanite.errors import DataQualityError, InputError
@@ -196,7 +198,11 @@ def test_a_steady_line_is_a_term_of_the_model() -> None:
         ({"terms": "NX"}, "no noise term has the letter 'X'"),
         ({"terms": "NN"}, "at most once"),
         ({"terms": "R"}, "but R"),
+        ({"terms": 5}, "terms must be letters"),
+        ({"terms": ["N", 5]}, "no noise term has the letter 5"),
         ({"confidence": 2.0}, "between 0 and 1"),
+        ({"confidence": None}, "between 0 and 1"),
+        ({"confidence": "a"}, "between 0 and 1"),
         ({"channel": "z"}, "no channel 'z'"),
     ],
 )
@@ -208,12 +214,73 @@ def test_what_cannot_be_fitted_is_refused(given: dict[str, Any], said: str) -> N
 def test_short_and_silent_records_are_refused() -> None:
     with pytest.raises(DataQualityError, match="record longer"):
         fit_spectral(simulated(MIXED, 6))
+    with pytest.raises(DataQualityError, match="now 0 samples"):
+        fit_spectral(Recording.from_rate(np.zeros(0), rate=RATE, unit="rad/s", names="x"))
     silent = Recording.from_rate(np.zeros(5000), rate=RATE, unit="rad/s", names="x")
     with pytest.raises(DataQualityError, match="resolution"):
         fit_spectral(silent)
     two = Recording.from_rate(np.zeros((50, 2)), rate=RATE, unit="rad/s")
     with pytest.raises(InputError, match="several channels: name one of"):
         fit_spectral(two)
+
+
+# -- isolated missing samples -------------------------------------------------------------------------------
+
+
+def missing_singly(n: int, seed: int) -> Recording:
+    """White noise of N = 1; two fifths of it are missing, never two in a row."""
+    rng = np.random.default_rng(seed)
+    y = rng.standard_normal(n) * math.sqrt(RATE)
+    y[1::2][rng.random(n // 2) < 0.8] = np.nan
+    return Recording.from_rate(y, rate=RATE, unit="rad/s", names="x")
+
+
+def test_bridged_samples_carry_no_information() -> None:
+    """No interval is shorter than the samples that are there allow, sqrt(1/(2 p n)), and 95 % of them hold N."""
+    runs, hits, z = 40, 0, []
+    for seed in range(runs):
+        record = missing_singly(3000, seed)
+        n = fit_spectral(record, terms="N").estimate("N")
+        assert n is not None and n.value is not None
+        sd = math.log(n.upper / n.lower) / (2 * 1.96)
+        present = int(np.isfinite(record.values("x")).sum())
+        assert sd > 0.96 / math.sqrt(2 * present)  # 4 % for the noise of the share that was put back
+        hits += n.lower < 1.0 < n.upper
+        z.append(math.log(n.value) / sd)
+    assert hits >= binom.ppf(1e-4, runs, 0.95)
+    low, high = chi2.ppf([1e-4, 1 - 1e-4], runs)
+    assert low < np.sum(np.square(z)) < high
+
+
+def test_common_errors_are_marginalised() -> None:
+    """The whitened columns and the likelihood against the dense covariance and a plain minimisation."""
+    data, _ = spectral_ordinates(missing_singly(3000, 1), "x")
+    problem = Problem(data=data, letters=("N", "K"))
+    at = problem.best()
+    assert data.common.shape[1] > 1 and not data.common[: len(data.contrast)].any()
+    dense = np.diag(2 / data.weight) + data.common @ data.common.T
+    columns = problem.columns(()) / at.mean[:, None]
+    seen = problem.whitened(columns, np.ones(len(columns)))
+    np.testing.assert_allclose(seen.T @ seen, columns.T @ np.linalg.solve(dense, columns), rtol=1e-8)
+    ratio = problem.values(at.ramp) / at.mean * 1.1  # away from the minimum
+
+    def L(e: np.ndarray) -> float:
+        turn = data.common @ e
+        return float(data.weight @ (np.log(at.mean) + turn + ratio * np.exp(-turn)) + e @ e)
+
+    found = minimize(L, np.zeros(data.common.shape[1]), method="BFGS", options={"gtol": 1e-6})
+    np.testing.assert_allclose(problem._shared(ratio), found.x, atol=1e-4)
+    at_minimum = problem.values(at.ramp) / at.mean
+    e = problem._shared(at_minimum)
+    turn = data.common @ e
+    value = data.weight @ (np.log(at.mean) + turn + at_minimum * np.exp(-turn)) + e @ e
+    assert at.value == pytest.approx(float(value), rel=1e-10)
+
+
+def test_the_only_density_is_kept_in_a_short_record() -> None:
+    """Without its only term there is no model to compare with: that is a loss without bound, no failure."""
+    n = fit_spectral(simulated(NoiseModel.of(White(N=0.1)), 1500, seed=3), terms="N").estimate("N")
+    assert n is not None and n.supported and n.lower < 0.1 < n.upper
 
 
 # -- lags against frequencies -----------------------------------------------------------------------------

@@ -165,6 +165,14 @@ def test_b15_gaps_cost_segments_and_leave_the_density_alone(method: Any) -> None
         ({"method": "welch", "segment": 900.0}, "from 0.16 to 25 s"),
         ({"method": "welch", "window": "boxcar"}, "no window 'boxcar'"),
         ({"confidence": 95.0}, "between 0 and 1"),
+        ({"confidence": None}, "between 0 and 1"),
+        ({"method": "welch", "segment": math.nan}, "segment must be a length in seconds"),
+        ({"method": "welch", "segment": math.inf}, "segment must be a length in seconds"),
+        ({"method": "welch", "segment": "1"}, "segment must be a length in seconds"),
+        ({"method": "welch", "overlap": "half"}, "0 to 0.9"),
+        ({"least": 4.5}, "whole number of segments, 4 at least"),
+        ({"least": 3}, "whole number of segments, 4 at least"),
+        ({"least": math.nan}, "whole number of segments, 4 at least"),
     ],
 )
 def test_wrong_choices_are_refused(choices: dict[str, Any], said: str) -> None:
@@ -232,6 +240,28 @@ def test_m1_a_line_in_angles_is_taken_out_of_the_rates() -> None:
     assert power_spectrum(without_stable_lines(record, spectrum), "x").lines == ()
 
 
+def test_the_sign_of_a_scale_factor_turns_the_phase_of_a_line() -> None:
+    """The same sine, in SI, behind a sensor of either sign: amplitude, phase and what is left are the same."""
+    rates = np.degrees(simulated(NoiseModel.of(White(N=0.02)) + LINE, 40_000).values("x"))
+    found = []
+    for sign in (1, -1):
+        record = Recording.from_rate(
+            sign * 0.024 * rates, rate=RATE, unit="V", names="x", scale_factor=f"{sign * 24.0} mV/(deg/s)"
+        )
+        spectrum = power_spectrum(record, "x")
+        (line,) = sinusoids(spectrum)
+        found.append((line, without_stable_lines(record, spectrum).values("x")))
+        (drawn,) = (each for each in spectrum.lines if each.stable)
+        sd = (drawn.amplitude_upper - drawn.amplitude_lower) / 3.92 / drawn.amplitude
+        assert (
+            abs(line.phase - LINE.phase) < 4 * 2 * sd
+        )  # its own sd, and that of the frequency at the first sample
+        assert power_spectrum(without_stable_lines(record, spectrum), "x").lines == ()
+    (plus, left), (minus, mirrored) = found
+    assert minus.phase == pytest.approx(plus.phase, abs=1e-9)
+    np.testing.assert_allclose(mirrored, -left, atol=1e-9)  # volts of the other sign
+
+
 def test_a_wandering_line_is_said_to_be_no_sinusoid(rng: np.random.Generator) -> None:
     y = simulated(COLOURED, 200_000).values("x").copy()
     t = np.arange(len(y)) * DT
@@ -293,3 +323,78 @@ def test_bridged_samples_and_their_variance_are_those_of_the_best_estimate(rng: 
     assert bridge.lacking * len(walk) / len(missing) == pytest.approx(0.5, rel=0.05)
     holed[300:310] = np.nan  # longer runs stay missing
     assert np.isnan(Bridge()(holed)).sum() == 10
+
+
+# -- what bridged samples cost ------------------------------------------------------------------------------
+
+
+def holed(n: int, pattern: str, rng: np.random.Generator) -> np.ndarray:
+    """White noise of variance one; three or four tenths of it are missing, at random places or never two in a row."""
+    y = rng.standard_normal(n)
+    if pattern == "random":
+        y[rng.random(n) < 0.3] = np.nan
+    else:
+        y[1::2][rng.random(n // 2) < 0.8] = np.nan
+    return y
+
+
+@pytest.mark.parametrize("pattern", ["random", "single"])
+def test_bridged_bins_share_an_error(pattern: str) -> None:
+    """Over 250 records: the mean over all bins, and differences of bins, scatter as eq. (3) of `holes` says.
+
+    The variance of 250 values is known to sqrt(2/250) = 9 %.
+    """
+    runs, n, length = 250, 4000, 64
+    rng, densities, shared, dof, seen = np.random.default_rng(5), [], 0.0, 0.0, 0.0
+    for _ in range(runs):
+        record = Recording.from_rate(holed(n, pattern, rng), rate=1.0, unit="rad/s", names="x")
+        found = welch(record, "x", length)
+        bins = np.arange(4, length // 2 - 3)
+        densities.append(found.density[bins])
+        common = found.bridged.common(np.ones(len(bins)), (bins - 0.5) / length, (bins + 0.5) / length)
+        shared = shared + common @ common.T / runs
+        dof, seen = dof + found.edf / runs, seen + found.bridged.share / runs
+    P, count = np.array(densities), len(densities[0])
+    assert P.mean() == pytest.approx(1.0, abs=4 * math.sqrt(2 / (runs * n * (1 - seen))))
+    # the common part alone is a lower bound, with the own part of every bin an upper one (bins are correlated)
+    assert P.mean(axis=1).var() > 0.75 * shared.mean()
+    assert P.mean(axis=1).var() < 1.3 * (shared.mean() + (1 - seen) * 2 / dof * 2 / count)
+    assert P.var(axis=0).mean() < 1.1 * (np.trace(shared) / count + (1 - seen) * 2 / dof)
+    # the lag of one sample stands out: it is what `errors` hold besides the level
+    wave = np.cos(2 * np.pi * bins / length)
+    wave -= wave.mean()
+    assert (P @ wave).var() > 0.75 * wave @ shared @ wave
+    assert (P @ wave).var() < 1.3 * (wave @ shared @ wave + (1 - seen) * 2 / dof * 2 * wave @ wave)
+
+
+@pytest.mark.parametrize("method", ["log", "welch"])
+def test_intervals_cover_where_samples_are_bridged(method: Any) -> None:
+    """A fifth missing at random: 95 % of the intervals hold it.
+
+    With a chi-square law of the whole density 98 % of the log-binned ones would.
+    """
+    rng, hits, total = np.random.default_rng(6), 0, 0
+    for _ in range(80):
+        y = rng.standard_normal(3000)
+        y[rng.random(3000) < 0.2] = np.nan
+        chosen = {"segment": 0.64} if method == "welch" else {}
+        found = power_spectrum(
+            Recording.from_rate(y, rate=RATE, unit="rad/s", names="x"), "x", method=method, **chosen
+        )
+        hits += int(np.sum((found.lower < DT) & (found.upper > DT)))
+        total += len(found.frequency)
+        assert 0.15 < found.bridged.share < 0.25
+        assert np.all(found.lower > found.bridged.lacking)
+    # bins share their level: as if a third of them were independent
+    assert within(hits / total, total // 3)
+
+
+def test_a_whole_record_has_nothing_bridged_and_json_keeps_what_is(rng: np.random.Generator) -> None:
+    assert power_spectrum(simulated(COLOURED, 5000), "x").bridged.lacking == 0.0
+    found = power_spectrum(
+        Recording.from_rate(holed(3000, "single", rng), rate=RATE, unit="rad/s", names="x"), "x"
+    )
+    again = Spectrum.from_json(json.loads(json.dumps(found.to_json())))
+    assert found.bridged.errors and again.bridged == found.bridged
+    old = {key: value for key, value in found.to_json().items() if key != "bridged"}
+    assert Spectrum.from_json(old).bridged.share == 0.0

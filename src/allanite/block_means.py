@@ -15,7 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from allanite.errors import InputError
+from allanite.errors import DataQualityError, InputError
 from allanite.noise import NoiseModel, Quantisation, White
 from allanite.recording import BLOCK, Recording
 
@@ -86,6 +86,8 @@ def block_means(recording: Recording, channel: str, size: int, spans: ArrayLike)
     ------
     InputError
         A size below one, spans that overlap or are not sorted, a channel of angles.
+    DataQualityError
+        A record without samples.
     """
     facts = recording[channel]
     if facts.kind.integrated:
@@ -95,6 +97,8 @@ def block_means(recording: Recording, channel: str, size: int, spans: ArrayLike)
     edges = np.asarray(spans, dtype=np.int64).reshape(-1, 2)
     if size < 1 or (np.diff(edges.ravel()) < 0).any():
         raise InputError("blocks need at least one sample, and spans must be sorted and disjoint")
+    if not recording.n_samples:
+        raise DataQualityError(f"channel {channel!r} has no samples: there is nothing to take means of")
     parts = [
         _chunk(samples, start, size, edges)
         for start, samples in recording.blocks(channel, size * max(BLOCK // size, 1))

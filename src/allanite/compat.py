@@ -39,6 +39,7 @@ Array = NDArray[np.float64]
 
 _MOST_LAGS = 100_000
 _CONFIDENCE = 0.95
+_MANY = 30.0  # degrees of freedom from which on a series is better than logarithms that cancel
 
 
 class _Four(NamedTuple):
@@ -107,11 +108,18 @@ class Deviations(_Four):
 
 
 def _relative_sd(edf: Array) -> Array:
-    """Standard deviation of the root of a chi-square variable over its degrees of freedom, over its mean."""
+    """Standard deviation of the root of a chi-square variable over its degrees of freedom, over its mean.
+
+    The mean is sqrt(2/n) G((n + 1)/2)/G(n/2). For large n the two logarithms would cancel; there it is their series,
+    ln mean = -1/(4 n) + 1/(24 n^3) - 1/(20 n^5) + 17/(112 n^7) - ... [NIST DLMF 5.11.8].
+    """
     from scipy.special import gammaln
 
-    mean = np.sqrt(2 / edf) * np.exp(gammaln((edf + 1) / 2) - gammaln(edf / 2))
-    return np.asarray(np.sqrt(np.maximum(1 / mean**2 - 1, 0.0)))
+    n = np.asarray(edf, dtype=np.float64)
+    few, x = np.minimum(n, _MANY), 1 / np.maximum(n, _MANY)
+    exact = np.log(2 / few) / 2 + gammaln((few + 1) / 2) - gammaln(few / 2)
+    series = -x * (1 / 4 - x**2 * (1 / 24 - x**2 * (1 / 20 - x**2 * 17 / 112)))
+    return np.asarray(np.sqrt(np.expm1(-2 * np.where(n < _MANY, exact, series))))
 
 
 def adev(
@@ -213,7 +221,8 @@ def theo1(
     """Theo1, without the factor for its bias; see `oadev` for the arguments.
 
     As in allantools `taus` are the windows, an even number of samples; the averaging time is 0.75 of that
-    (``curve.tau`` has it). The shortest window is that of the published definition, ten samples.
+    (``curve.tau`` has it). The shortest window is that of the published definition, ten samples; the named grids leave
+    out the one that is as long as the record, where one term is left.
     """
     return _deviations("theo1", data, rate, data_type, taus, gaps)
 
@@ -270,7 +279,7 @@ def _recording(samples: Array, rate: float, data_type: str | None) -> Recording:
 def _averaging_times(statistic: str, recording: Recording, taus: str | ArrayLike | None) -> Array:
     """Lags of a named grid [s] that leave two terms; what was given as an array, as it is."""
     if taus is not None and not isinstance(taus, str):
-        return np.asarray(taus)
+        return _seconds(taus)
     n = recording.n_samples - int(recording.channels[0].kind.integrated)
     if n < 3:
         raise DataQualityError(f"{recording.n_samples} samples: an Allan variance needs at least 3 rates")
@@ -290,13 +299,21 @@ def _windows(recording: Recording, taus: str | ArrayLike | None) -> Array:
         m = _grid(taus or "octave", n - 1, n + 1)
         m = m[(m % 2 == 0) & (m >= SHORTEST)]
     else:
-        m = np.asarray(taus, dtype=np.float64) * recording.rate
+        m = _seconds(taus) * recording.rate
         if not np.all(np.abs(m / 2 - np.round(m / 2)) < 1e-6) or np.any(m < SHORTEST):
             raise InputError(
                 f"a window of Theo1 is an even number of samples, {SHORTEST} at least: multiples of "
                 f"{2 * recording.dt:.9g} s from {SHORTEST * recording.dt:.9g} s"
             )
     return np.asarray(0.75 * m * recording.dt)
+
+
+def _seconds(taus: ArrayLike) -> Array:
+    """Averaging times that were given as an array."""
+    array = np.asarray(taus)
+    if array.dtype.kind not in "iuf":
+        raise InputError(f"taus must be the name of a grid or numbers of seconds, not {taus!r}")
+    return np.asarray(array, dtype=np.float64)
 
 
 def _grid(name: str, top: int, points: int) -> Array:

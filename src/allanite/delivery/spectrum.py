@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -54,22 +55,27 @@ def spectra_of(
     advance = progress or (lambda fraction, what: None)
     advance(0.0, "reading")
     recording = read_part(log, source=source, **options)
+    advance(0.05, "looking for faults of the record")
     names = noise_channels(recording)
     models = {} if model is None else models_from(model, names)
     missing = [name for name in names if models and name not in models]
     if missing:
         raise InputError(f"no model for {', '.join(missing)} in {model}; it has {', '.join(models)}")
+    findings = check(recording.select(*names))
+    unresolved = {f.channel: f.message for f in findings if f.code == "no_noise_resolved"}
     channels = []
     for i, name in enumerate(names):
         advance(0.1 + 0.8 * i / len(names), f"spectrum of {name}")
         spectrum = power_spectrum(recording, name, **(estimate or {}))
-        channels.append(_channel(recording, spectrum, models.get(name)))
-    advance(0.9, "looking for faults of the record")
+        if name in unresolved:
+            channels.append(_without_noise(recording, spectrum, unresolved[name]))
+        else:
+            channels.append(_channel(recording, spectrum, models.get(name)))
     document = {
         "format": "allanite-spectrum",
         "version": 1,
         "channels": channels,
-        **beside(recording, None, check(recording.select(*names)), file_sha256(log), command),
+        **beside(recording, None, findings, file_sha256(log), command),
         **({} if model is None else {"model_name": str(model)}),
     }
     return Measured(
@@ -101,6 +107,16 @@ def _channel(recording: Recording, spectrum: Spectrum, model: NoiseModel | None)
         "compared": spectrum.method == "log",
         "disagreement": parted,
     }
+
+
+def _without_noise(recording: Recording, spectrum: Spectrum, why: str) -> Json:
+    """A channel whose samples are all equal: without points, for a density of zero is not the sensor's."""
+    none = np.zeros(0)
+    empty = replace(
+        spectrum, frequency=none, density=none, lower=none, upper=none, edf=none, background=none,
+        resolution=none, bins=np.zeros((0, 2), dtype=np.int64), lines=(), band_limit=None,
+    )  # fmt: skip
+    return {**_channel(recording, empty, None), "unresolved": why}
 
 
 def _disagreement(recording: Recording, spectrum: Spectrum, model: NoiseModel) -> str | None:

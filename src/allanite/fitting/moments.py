@@ -50,7 +50,7 @@ def lags_used(curve: AllanCurve, exclude: ArrayLike | None = None) -> NDArray[np
     ok = (curve.count[:, 0] >= np.maximum(curve.lags, 1)) & np.isfinite(curve.deviation[:, 0])
     ok &= (curve.deviation[:, 0] > 0) & ~curve.excluded[:, 0]
     if exclude is not None:
-        ok &= ~_one_per_lag(exclude, len(curve.lags))
+        ok &= ~one_per_lag(exclude, len(curve.lags))
     used = np.zeros(len(curve.lags), dtype=bool)
     last = 0.0
     for i in np.flatnonzero(ok):
@@ -60,7 +60,7 @@ def lags_used(curve: AllanCurve, exclude: ArrayLike | None = None) -> NDArray[np
     return used
 
 
-def _one_per_lag(exclude: ArrayLike, n_lags: int) -> NDArray[np.bool_]:
+def one_per_lag(exclude: ArrayLike, n_lags: int) -> NDArray[np.bool_]:
     mask = np.asarray(exclude, dtype=bool)
     if mask.shape != (n_lags,):
         raise InputError(

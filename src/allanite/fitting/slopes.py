@@ -19,6 +19,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from allanite.allan.curve import AllanCurve
 from allanite.errors import DataQualityError, InputError
+from allanite.fitting.moments import one_per_lag
 from allanite.noise import FLICKER_FLOOR, Estimate, NoiseModel, term_of
 
 __all__ = ["read_slopes"]
@@ -35,16 +36,18 @@ def read_slopes(curve: AllanCurve, *, exclude: ArrayLike | None = None) -> Noise
     Raises
     ------
     InputError
-        More than one channel.
+        More than one channel, another statistic than oadev, or an `exclude` without one value for each lag.
     DataQualityError
         Fewer than three lags with a deviation.
     """
     if len(curve.channels) != 1:
         raise InputError("read_slopes takes the curve of one channel: curve['x']")
+    if curve.statistic != "oadev":
+        raise InputError(f"the slopes are those of the oadev curve, not of {curve.statistic}")
     ok = np.isfinite(curve.deviation[:, 0]) & (curve.deviation[:, 0] > 0)
     ok &= ~curve.excluded[:, 0]
     if exclude is not None:
-        ok &= ~np.asarray(exclude, dtype=bool)
+        ok &= ~one_per_lag(exclude, len(curve.lags))
     if ok.sum() < 3:
         raise DataQualityError(f"{int(ok.sum())} lags with a deviation; reading slopes needs at least 3")
     tau, sigma = curve.tau[ok], curve.deviation[ok, 0]

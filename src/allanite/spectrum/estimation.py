@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 
@@ -12,6 +13,7 @@ from numpy.typing import NDArray
 from allanite.errors import InputError
 from allanite.recording import Recording
 from allanite.spectrum.band_limit import find_band_limit
+from allanite.spectrum.holes import Bridged
 from allanite.spectrum.lines import SpectralLine, find_lines, without_lines
 from allanite.spectrum.periodogram import (
     FEWEST_SEGMENTS,
@@ -83,13 +85,18 @@ def power_spectrum(
     Raises
     ------
     InputError
-        No such channel or window, segments that the record has no room for, or Welch's choices for another method.
+        No such channel or window, segments that the record has no room for, Welch's choices for another method, or
+        what is no number where one is needed.
 
     Notes
     -----
     The interval is chi-square with the degrees of freedom that the window and the overlap leave [1]_. It covers the
     density seen through the window, which stands above a steep one: by n(n + 1)/(6 k^2) for S = 1/f^n at bin k of a
     Hann window. Bins where that would count for a random walk are left out; `Spectrum.expected` holds the rest.
+
+    Isolated missing samples are bridged, and what that takes off the variance is put back at all frequencies
+    (`Spectrum.bridged`): the chi-square law holds for the density less that part, and the error of that part is in the
+    interval.
 
     References
     ----------
@@ -98,14 +105,16 @@ def power_spectrum(
     """
     if method not in METHODS:
         raise InputError(f"method must be {' or '.join(map(repr, METHODS))}, not {method!r}")
-    if not 0 < confidence < 1:
+    if not (_is_number(confidence) and 0 < confidence < 1):
         raise InputError(f"confidence must lie between 0 and 1, not {confidence!r}")
-    if least < FEWEST_SEGMENTS:
-        raise InputError(f"a spectrum needs {FEWEST_SEGMENTS} segments at least, not {least!r}")
+    if not (_is_number(least) and least == int(least) and least >= FEWEST_SEGMENTS):
+        raise InputError(
+            f"a spectrum needs a whole number of segments, {FEWEST_SEGMENTS} at least, not {least!r}"
+        )
     if method == "log" and (segment, window, overlap) != (None, "hann", 0.5):
         raise InputError("segment, window and overlap are choices of method 'welch'")
     streams = (
-        periodograms(recording, name, progress, least)
+        periodograms(recording, name, progress, int(least))
         if method == "log"
         else _welch(recording, name, segment, window, overlap, progress)
     )
@@ -116,6 +125,12 @@ def power_spectrum(
     found = _spectrum(recording, name, streams, lines, method, window, confidence)
     found = replace(found, overlap=overlap)
     return replace(found, lines=examined(recording, found)) if lines else found
+
+
+def _is_number(value: object) -> bool:
+    """A finite real number (True is none)."""
+    real = isinstance(value, (int, float, np.integer, np.floating)) and not isinstance(value, bool)
+    return real and math.isfinite(value)  # type: ignore[arg-type]
 
 
 def _spectrum(
@@ -136,7 +151,10 @@ def _spectrum(
     ]
     columns = [np.concatenate(part) for part in zip(*rows, strict=True)] if rows else [np.zeros(0)] * 7
     frequency, density, background, edf, resolution = columns[:5]
-    lower, upper = _interval(density, edf, confidence)
+    bridged = streams[0].bridged if streams else Bridged()
+    bins = np.stack(columns[5:7], axis=1)
+    shared = bridged.common(density, *((bins - 0.5) * resolution[:, None]).T)
+    lower, upper = _interval(density, edf, confidence, bridged, shared)
     return Spectrum(
         channel=name,
         frequency=frequency,
@@ -156,12 +174,13 @@ def _spectrum(
         window=window,
         confidence=confidence,
         resolution=resolution,
-        bins=np.stack(columns[5:7], axis=1),
+        bins=bins,
+        bridged=bridged,
     )
 
 
 def _scaled(stream: Periodogram, factor: float) -> Periodogram:
-    return replace(stream, density=stream.density * factor)
+    return replace(stream, density=stream.density * factor, bridged=stream.bridged.scaled(factor))
 
 
 def _welch(
@@ -173,8 +192,10 @@ def _welch(
     progress: Progress | None,
 ) -> list[Periodogram]:
     shape = window_of(window)
-    if not 0 <= overlap <= 0.9:
+    if not (_is_number(overlap) and 0 <= overlap <= 0.9):
         raise InputError(f"overlap must be a part of a segment, 0 to 0.9, not {overlap!r}")
+    if segment is not None and not (_is_number(segment) and segment > 0):
+        raise InputError(f"segment must be a length in seconds, finite and positive, not {segment!r}")
     length = _default_length(recording.n_samples) if segment is None else round(segment * recording.rate)
     length -= length % 2
     if segment is not None and not SHORTEST_SEGMENT <= length <= recording.n_samples / FEWEST_SEGMENTS:
@@ -238,8 +259,16 @@ def _means(
     )
 
 
-def _interval(density: Array, edf: Array, confidence: float) -> tuple[Array, Array]:
+def _interval(
+    density: Array, edf: Array, confidence: float, bridged: Bridged, shared: Array
+) -> tuple[Array, Array]:
+    """Chi-square interval of what was seen, over what was put back; the error of that takes degrees of freedom off."""
     from scipy.special import gammaincinv
 
-    half, tail = edf / 2, (1 - confidence) / 2
-    return density * half / gammaincinv(half, 1 - tail), density * half / gammaincinv(half, tail)
+    seen = np.maximum(density - bridged.lacking, 0.0)
+    common = (density**2 * (shared**2).sum(axis=1) + bridged.white**2 * bridged.coupling) / 2
+    dof = 1 / (1 / edf + np.divide(common, seen**2, out=np.zeros_like(seen), where=seen > 0))
+    half, tail = np.maximum(dof, 1.0) / 2, (1 - confidence) / 2
+    ends = (seen * half / gammaincinv(half, part) for part in (1 - tail, tail))
+    lower, upper = (bridged.lacking + end for end in ends)
+    return lower, upper

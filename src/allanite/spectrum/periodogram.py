@@ -14,14 +14,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.recording import Recording
-from allanite.spectrum.holes import Bridge
+from allanite.spectrum.holes import Bridge, Bridged
 from allanite.spectrum.windows import HANN, Window
 
 __all__ = [
@@ -75,7 +75,9 @@ class Periodogram:
     merged : int
         Bins of the transform in each bin.
     edf : float
-        Equivalent degrees of freedom of one bin, for white noise.
+        Equivalent degrees of freedom of one bin, for white noise without bridged samples.
+    bridged : Bridged
+        What the density holds for bridged samples.
     """
 
     frequency: Array
@@ -88,6 +90,7 @@ class Periodogram:
     skipped: int
     merged: int = 1
     edf: float = math.nan
+    bridged: Bridged = field(default_factory=Bridged)
 
     @property
     def resolution(self) -> float:
@@ -152,8 +155,10 @@ def _run(
         if progress is not None:
             progress(done / recording.n_samples)
     kept = [s for s in streams if s.welch.segments >= least]
-    white = bridge.lacking / recording.rate
-    return [replace(p, density=p.density + white) for p in _shares(kept)] if kept else []
+    if not kept:
+        return []
+    bridged = bridge.account(1 / recording.rate, kept[0].welch.seen)
+    return [replace(p, density=p.density + bridged.lacking, bridged=bridged) for p in _shares(kept)]
 
 
 def _plan(n_samples: int, dt: float, longest: int, least: int) -> list[_Stream]:
@@ -202,9 +207,10 @@ def welch(
         whole.feed(bridge(block))
         if progress is not None:
             progress(done / recording.n_samples)
+    bridged = bridge.account(dt, whole.seen)
     return Periodogram(
         frequency=np.arange(length // 2 + 1) / (length * dt),
-        density=(whole.density() + bridge.lacking) * dt,
+        density=whole.density() * dt + bridged.lacking,
         first=window.order + 2,
         last=length // 2 - window.order,
         segment=length,
@@ -212,6 +218,7 @@ def welch(
         pairs=whole.pairs,
         skipped=whole.skipped,
         edf=whole.edf(),
+        bridged=bridged,
     )
 
 
@@ -296,6 +303,11 @@ class _Welch:
     def pairs(self) -> int:
         """Neighbouring segments that were both used."""
         return int(self._lags[0]) if len(self._lags) else 0
+
+    @property
+    def seen(self) -> int:
+        """Samples under the segments that were used, about."""
+        return self.segments * self.length - self.pairs * max(self.length - self._hop, 0)
 
     def feed(self, block: Array) -> None:
         stream = np.concatenate([self._rest, block])

@@ -15,6 +15,7 @@ from allanite.noise import NoiseModel
 from allanite.recording import Sampling
 from allanite.spectrum.band_limit import BandLimit
 from allanite.spectrum.expected import Sight, sight_of
+from allanite.spectrum.holes import Bridged
 from allanite.spectrum.lines import SpectralLine
 from allanite.spectrum.sampled import sampled_psd
 from allanite.spectrum.windows import window_of
@@ -42,8 +43,9 @@ class Spectrum:
     density : ndarray, shape (n,) [SI^2/Hz]
         Two-sided, lines included.
     lower, upper : ndarray, shape (n,)
-        Chi-square interval of the density with `edf` degrees of freedom.
+        Interval of the density: chi-square with `edf` degrees of freedom, about what is put back for bridged samples.
     edf : ndarray, shape (n,)
+        Of the density less `bridged.lacking`.
     background : ndarray, shape (n,)
         The density with its lines taken out.
     lines : tuple of SpectralLine
@@ -66,6 +68,8 @@ class Spectrum:
         Distance of the periodogram bins behind each point.
     bins : ndarray of int64, shape (n, 2)
         Each point is the mean of periodogram bins [first, last).
+    bridged : Bridged
+        What the density holds for isolated missing samples.
     """
 
     channel: str
@@ -88,6 +92,7 @@ class Spectrum:
     confidence: float = 0.95
     resolution: Array = field(default_factory=lambda: np.zeros(0), repr=False)
     bins: NDArray[np.int64] = field(default_factory=_no_bins, repr=False)
+    bridged: Bridged = field(default_factory=Bridged, repr=False)
 
     def __post_init__(self) -> None:
         for name in _ARRAYS:
@@ -148,6 +153,7 @@ class Spectrum:
             "window": self.window,
             "overlap": self.overlap,
             "confidence": self.confidence,
+            "bridged": asdict(self.bridged),
         }
 
     @classmethod
@@ -157,7 +163,12 @@ class Spectrum:
         limit = data.get("band_limit")
         given["lines"] = tuple(_line(line) for line in data["lines"])
         given["band_limit"] = None if limit is None else BandLimit(**limit)
+        given["bridged"] = _bridged(data.get("bridged", {}))  # none in a document of an earlier version
         return cls(**given)
+
+
+def _bridged(data: Mapping[str, Any]) -> Bridged:
+    return Bridged(**{**data, "errors": tuple(map(tuple, data.get("errors", ())))})
 
 
 def _line(data: Mapping[str, Any]) -> SpectralLine:

@@ -53,7 +53,7 @@ def examined(recording: Recording, spectrum: Spectrum) -> tuple[SpectralLine, ..
     for done, block in rate_blocks(recording, spectrum.channel):
         for one in names:
             one.feed(done - len(block), block)
-    scale = abs(recording[spectrum.channel].scale)
+    scale = recording[spectrum.channel].scale  # its sign turns the phase
     return tuple(
         _judged(line, one.segments() * scale, one, spectrum)
         for line, one in zip(spectrum.lines, names, strict=True)
@@ -80,7 +80,7 @@ def without_stable_lines(recording: Recording, spectrum: Spectrum) -> Recording:
     alone = recording.select(spectrum.channel)
     if not lines:
         return alone
-    scale = abs(alone.channels[0].scale)
+    scale = alone.channels[0].scale
     tones = tuple((line.amplitude / scale, line.frequency / recording.rate, line.phase) for line in lines)
     integrated = recording.rate if alone.channels[0].kind.integrated else 0.0
     return replace(alone, columns=(_Without(alone.columns[0], tones, integrated),))
@@ -90,6 +90,7 @@ def without_stable_lines(recording: Recording, spectrum: Spectrum) -> Recording:
 class _Without:
     """A column without some sinusoids: (amplitude, cycles per sample, phase of the sine at the first sample).
 
+    An amplitude is in the column's own unit, negative where the scale factor is.
     `integrated` is the rate of samples that are running sums, 0 for others.
     """
 

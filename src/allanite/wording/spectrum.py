@@ -83,7 +83,8 @@ def spectrum_facts(channel: Json) -> list[tuple[str, str]]:
     spectrum = channel["spectrum"]
     points = len(spectrum["frequency"])
     if not points:
-        return [("points", "none: the record, or what gaps leave of it, is too short")]
+        too_short = "the record, or what gaps leave of it, is too short"
+        return [("points", f"none: {channel.get('unresolved') or too_short}")]
     how = {"log": "log-binned, from a cascade of decimated records", "welch": "Welch"}[spectrum["method"]]
     if spectrum["method"] == "welch":
         length = 1 / spectrum["resolution"][0]

@@ -84,8 +84,8 @@ def fit_spectral(
         No sum of terms explains the spectrum.
     """
     name = _only_channel(recording) if channel is None else recording[channel].name
-    if not 0 < confidence < 1:
-        raise InputError(f"confidence must lie between 0 and 1, not {confidence!r}")
+    if isinstance(confidence, bool) or not (isinstance(confidence, (int, float)) and 0 < confidence < 1):
+        raise InputError(f"confidence must lie between 0 and 1 (0.95 for 95 %), not {confidence!r}")
     wanted = None if terms is None else _letters(terms)
     data, spectrum = spectral_ordinates(recording, name, progress=progress)
     candidates = (FLICKER, GAUSS_MARKOV) if wanted is None else (wanted,)
@@ -139,8 +139,11 @@ def _only_channel(recording: Recording) -> str:
 
 
 def _letters(terms: str | Sequence[str]) -> tuple[str, ...]:
-    letters = tuple(terms)
-    unknown = [s for s in letters if s not in _LETTERS]
+    try:
+        letters = tuple(terms)
+    except TypeError:
+        raise InputError(f"terms must be letters, as in 'NBK' or ['N', 'G'], not {terms!r}") from None
+    unknown = [s for s in letters if not isinstance(s, str) or s not in _LETTERS]
     if unknown:
         raise InputError(
             f"no noise term has the letter {unknown[0]!r}; there are Q, N, B, K, R, and G (Gauss-Markov)"

@@ -109,4 +109,6 @@ def _block_means(recording: Recording, name: str, size: int) -> tuple[Array, Arr
         count = present.sum(axis=1)
         means.append(np.where(present, table, 0.0).sum(axis=1) / np.maximum(count, 1))
         parts.append(count / size)
+    if not means:  # a record without samples
+        return np.zeros(0), np.zeros(0)
     return np.concatenate(means), np.concatenate(parts)

@@ -32,6 +32,8 @@ _STEP = 0.1
 _SHORTEST, _LONGEST = 2.0, 2.0
 #: A line is kept at this distance [resolutions of the spectrum].
 _CLEAR = 8.0
+#: Points on each side over which a density is averaged to tell how much of it was put back for bridged samples.
+_NEIGHBOURS = 7
 
 
 @dataclass(slots=True)
@@ -56,6 +58,8 @@ class Ordinates:
     dof : ndarray, shape (n,)
     frequency : ndarray, shape (n,) [Hz]
     dt, duration : float [s]
+    common : ndarray, shape (n, n_errors)
+        Loadings of the relative errors, of unit variance, that bridged samples give all densities in common.
     discrepancy : float
         Relative error of the model at every ordinate, for records that no sum of terms explains.
     """
@@ -69,6 +73,7 @@ class Ordinates:
     dt: float
     duration: float
     sampling: str
+    common: Array
     discrepancy: float = 0.0
     _sight: Sight
     _kept: NDArray[np.bool_]
@@ -108,7 +113,12 @@ class Ordinates:
         kept = self._kept.copy()
         kept[np.flatnonzero(self._kept)[~keep]] = False
         return replace(
-            self, value=self.value[keep], dof=self.dof[keep], frequency=self.frequency[keep], _kept=kept
+            self,
+            value=self.value[keep],
+            dof=self.dof[keep],
+            frequency=self.frequency[keep],
+            common=self.common[keep],
+            _kept=kept,
         )
 
     def _markov(self, T: float) -> tuple[Array, Array]:
@@ -161,6 +171,9 @@ def ordinates_of(recording: Recording, spectrum: Spectrum) -> Ordinates:
         beside = line.width + _CLEAR / (spectrum.dt * spectrum.n_samples)
         away &= np.abs(modes.frequency - line.frequency) > beside
     fast = additive_dof(spectrum.edf[used], np.diff(spectrum.bins[used], axis=1)[:, 0])
+    level, bridged = _smooth(spectrum.density[used]), spectrum.bridged
+    shared = bridged.common(level, *((spectrum.bins[used] - 0.5) * spectrum.resolution[used, None]).T)
+    fast = fast / bridged.own_part(level)
     contrast = modes.value[away]
     return Ordinates(
         modes=modes,
@@ -172,9 +185,22 @@ def ordinates_of(recording: Recording, spectrum: Spectrum) -> Ordinates:
         dt=spectrum.dt,
         duration=spectrum.dt * spectrum.n_samples,
         sampling=spectrum.sampling,
+        common=np.concatenate([np.zeros((len(contrast), shared.shape[1])), shared]),
         _sight=sight_of(
             spectrum.bins[used], spectrum.resolution[used], 0.5 / spectrum.dt, window_of(spectrum.window)
         ),
         _kept=np.concatenate([away, np.ones(int(used.sum()), dtype=bool)]),
         _tables=_Tables(),
     )
+
+
+def _smooth(density: Array) -> Array:
+    """Densities averaged over neighbours, so that a weight depends little on the value that it weighs."""
+    ones = np.ones(2 * _NEIGHBOURS + 1)
+    if not len(density):
+        return density
+    total, count = (
+        np.convolve(v, ones)[_NEIGHBOURS:-_NEIGHBOURS]
+        for v in (np.log(np.maximum(density, 1e-300)), np.ones(len(density)))
+    )
+    return np.asarray(np.exp(total / count))

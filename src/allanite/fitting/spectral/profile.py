@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.errors import FitError
 from allanite.fitting.sets import CERTAIN, cone_point
 from allanite.fitting.spectral.whittle import Problem, Solution
 from allanite.laws import chi_square_quantile, student_quantile
@@ -96,7 +97,7 @@ def covariance(problem: Problem, at: Solution) -> tuple[Array, tuple[int, ...]]:
 
 def _whitened(problem: Problem, at: Solution) -> tuple[Array, tuple[int, ...]]:
     slopes, places = problem.slopes(at)
-    return slopes * np.sqrt(problem.data.weight / 2)[:, None], places
+    return problem.whitened(slopes, np.ones(len(slopes))), places
 
 
 def _size(problem: Problem, at: Solution, i: int) -> float:
@@ -109,7 +110,10 @@ def _loss(problem: Problem, full: Solution, i: int, value: float, near: Solution
         return problem.best(ramp=math.sqrt(value), near=near or full).value - full.value
     cold = near is None and problem.letters[i] != "G"
     start = None if cold else near or full
-    return problem.best(fixed={i: value}, near=start).value - full.value
+    try:
+        return problem.best(fixed={i: value}, near=start).value - full.value
+    except FitError:  # it is the only term with a density: without it there is no model
+        return math.inf
 
 
 def _critical(
@@ -118,11 +122,11 @@ def _critical(
     """Critical distance of a parameter: terms that are not supported sit at zero, where they may only grow."""
     n = len(problem.letters)
     A = problem.columns(full.times)
-    root = np.sqrt(problem.data.weight / 2) / full.mean
-    named = {i: A[:, i] * root for i in range(n) if problem.letters[i] != "R"}
+    named = {i: A[:, i] for i in range(n) if problem.letters[i] != "R"}
     for g, T in zip(problem.markov, full.times, strict=True):
         if full.c[g] > 0:
-            named[g + n] = full.c[g] * problem.data.slope(T) * root
+            named[g + n] = full.c[g] * problem.data.slope(T)
+    named = {p: problem.whitened(part[:, None], full.mean)[:, 0] for p, part in named.items()}
     if place not in named:
         return chi_square_quantile(confidence, 1)
     order = [place, *(p for p in named if p != place)]
@@ -146,7 +150,8 @@ def ramp_point(problem: Problem, at: Solution, confidence: float) -> float:
     columns = problem.columns(at.times) / at.mean[:, None]
     columns = columns[:, columns.any(axis=0)]
     scaled = columns / np.linalg.norm(columns, axis=0)
-    known = np.linalg.pinv(scaled.T @ (scaled * (problem.data.weight / 2)[:, None]), rcond=1e-10)
+    seen = problem.whitened(scaled, np.ones(len(scaled)))
+    known = np.linalg.pinv(seen.T @ seen, rcond=1e-10)
     level = told @ scaled[:n] / told.sum()
     nu = min(max(2 / float(level @ known @ level), 2.0), 1e6)
     return (nu + 1) * math.log1p(student_quantile((1 + confidence) / 2, nu) ** 2 / nu)

@@ -9,6 +9,11 @@ of the likelihood is, up to a constant,
 [1], with the exact means a_t of the ordinates for each term, window and folding included [2]. A ramp of slope R is
 no noise: it takes its part off the contrasts, x_k = (c_k - R d_k)^2, with the R that fits best.
 
+Bridged samples give the densities errors e in common, whose parts in ordinate i are r_i [eq. (3) of spectrum.holes].
+They are numbers more, of mean zero and variance one, at which L is least:
+
+    L(p) = min over e of sum of nu_i [ln mu_i + r_i e + x_i exp(-r_i e)/mu_i] + e'e.                       (2)
+
 The minimum is found by Fisher scoring: each step is a non-negative least-squares problem in the coefficients, with the
 correlation times beside them.
 
@@ -37,7 +42,8 @@ Array = NDArray[np.float64]
 _STEPS = 60
 _SETTLED = 1e-6  # a gain of L that no longer matters: 0.001 standard deviations
 _SCAN = 3.0  # ratio of the correlation times that are tried first
-_LEAP = 0.7  # largest step in ln T
+_LEAP = 0.7  # largest step in ln T, and in the logarithm of an ordinate
+_CLOSE = 1e-7  # of a common error, whose deviation is one
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -219,9 +225,43 @@ class Problem:
         if not np.all(mean > 0) or not np.all(np.isfinite(mean)):
             return None
         slope = self._ramp(mean) if ramp is None else ramp
-        x = self.values(slope)
-        value = float(self.data.weight @ (np.log(mean) + x / mean))
+        ratio = self.values(slope) / mean
+        value = float(self.data.weight @ (np.log(mean) + ratio))
+        if self.data.common.shape[1]:
+            e = self._shared(ratio)
+            turn = self.data.common @ e
+            value += float(self.data.weight @ (turn + ratio * np.expm1(-turn)) + e @ e)
         return Solution(c=c, times=times, ramp=slope, value=value, mean=mean)
+
+    def _shared(self, ratio: Array) -> Array:
+        """The common errors at which L is least, for ordinates over their means: eq. (2) is convex in them."""
+        r, w = self.data.common, self.data.weight
+        e = np.zeros(r.shape[1])
+        if not len(e):
+            return e
+        for _ in range(_STEPS):
+            part = w * ratio * np.exp(-(r @ e))
+            step = np.linalg.solve(2 * np.eye(len(e)) + (r.T * part) @ r, 2 * e + r.T @ (w - part))
+            e = e - step / max(1.0, float(np.abs(r @ step).max()) / _LEAP)
+            if np.abs(step).max() < _CLOSE:
+                break
+        return e
+
+    def whitened(self, parts: Array, mean: Array) -> Array:
+        """Columns of parts of the ordinates over their standard deviations, the common errors taken into account.
+
+        The covariance of the ordinates over their own deviations is 1 + U U'; with U'U = V diag(s) V' its inverse root
+        is 1 - U V diag((1 - 1/sqrt(1 + s))/s) V' U'.
+        """
+        root = np.sqrt(self.data.weight / 2)
+        scaled = parts * (root / mean)[:, None]
+        if not self.data.common.shape[1]:
+            return np.asarray(scaled)
+        U = root[:, None] * self.data.common
+        s, V = np.linalg.eigh(U.T @ U)
+        s = np.maximum(s, 1e-12)
+        turned = U @ V
+        return np.asarray(scaled - turned @ (((1 - 1 / np.sqrt(1 + s)) / s)[:, None] * (turned.T @ scaled)))
 
     def values(self, slope: float) -> Array:
         """The ordinates without a ramp."""
@@ -244,17 +284,17 @@ class Problem:
         """Step of the coefficients and of ln T to the minimum of the expected quadratic."""
         from scipy.optimize import nnls
 
-        weight = np.sqrt(self.data.weight / 2) / at.mean
         free = [i for i, s in enumerate(self.letters) if i not in fixed and s != "R"]
         moving = [k for k, g in enumerate(self.markov) if g not in held and at.c[g] > 0]
         if not free and not moving:
             return np.zeros_like(at.c), np.zeros(len(at.times))
         A = self.columns(at.times)
         slope = [self.data.slope(at.times[k]) * at.c[self.markov[k]] for k in moving]
-        B = np.column_stack([A[:, free], *slope, *(-s for s in slope)]) * weight[:, None]
+        B = self.whitened(np.column_stack([A[:, free], *slope, *(-s for s in slope)]), at.mean)
         norm = np.linalg.norm(B, axis=0)
         norm[norm == 0] = 1.0
-        target = (self.values(at.ramp) - at.mean) * weight + (A[:, free] * weight[:, None]) @ at.c[free]
+        rest = self.values(at.ramp) - at.mean + A[:, free] @ at.c[free]
+        target = self.whitened(rest[:, None], at.mean)[:, 0]
         try:
             x = nnls(B / norm, target)[0] / norm
         except RuntimeError:  # too many iterations: the columns are nearly the same
@@ -269,14 +309,18 @@ class Problem:
 
     def chi2(self, at: Solution) -> float:
         """Sum of squared normal scores of the ordinates: chi-square with one degree of freedom for each."""
-        return float(self.scores(at) @ self.scores(at))
+        z, e = self.scores(at), self._shared(self.values(at.ramp) / at.mean)
+        return float(z @ z + e @ e)
 
     def scores(self, at: Solution) -> Array:
         """Normal score of each ordinate: where it lies in the law that the model gives it."""
         from scipy.special import chdtr, chdtrc, ndtri
 
         dof = self.data.weight
-        x = dof * self.values(at.ramp) / at.mean
+        ratio = self.values(at.ramp) / at.mean
+        if self.data.common.shape[1]:
+            ratio = ratio * np.exp(-(self.data.common @ self._shared(ratio)))
+        x = dof * ratio
         low, high = chdtr(dof, x), chdtrc(dof, x)
         tiny = 1e-300
         scores: Array = np.where(low < 0.5, ndtri(np.maximum(low, tiny)), -ndtri(np.maximum(high, tiny)))
