@@ -185,6 +185,23 @@ def test_words_are_the_numbers() -> None:
     assert lines[2][2] == f"{math.degrees(drift(sheet, 1000.0)):.2f} deg"
 
 
+@pytest.mark.parametrize(
+    ("ratio", "shown"),
+    [((0.836, 0.0646, 13.02), "0.84 [0.065, 13]"), ((1.003, 0.973, 1.034), "1.003 [0.973, 1.034]")],
+)
+def test_a_ratio_keeps_its_digits_however_wide_its_interval(
+    ratio: tuple[float, float, float], shown: str
+) -> None:
+    line = {
+        "seconds": 1.0,
+        "first": 1.0,
+        "second": 1.0,
+        **dict(zip(("ratio", "lower", "upper"), ratio, strict=True)),
+    }
+    channel = {"kind": "rate", "unit": "rad/s", "intervals": [True, True], "drifts": [line]}
+    assert drift_lines(channel)[0][3] == shown
+
+
 def test_command(run: Run, tmp_path: Path) -> None:
     study, out = tmp_path / "study.json", tmp_path / "out"
     document = build()

@@ -39,10 +39,16 @@ def drift_lines(channel: Json) -> list[tuple[str, str, str, str]]:
         if line["lower"] is None and any(channel["intervals"]):
             ratio += " [not resolved]"
         if line["lower"] is not None:
-            value, low, high = interval(line["ratio"], line["lower"], line["upper"])
-            ratio = f"{value} [{low}, {high}]"
+            ratio = "{} [{}, {}]".format(*_ratio(line["ratio"], line["lower"], line["upper"]))
         lines.append((f"{line['seconds']:g} s", first, second, ratio))
     return lines
+
+
+def _ratio(value: float, lower: float, upper: float) -> tuple[str, str, str]:
+    """A ratio and its interval; digits of each for itself where it spans more than a factor of two."""
+    if lower > 0 and upper > 2 * lower:
+        return number(value, 2), number(lower, 2), number(upper, 2)
+    return interval(value, lower, upper)
 
 
 def pair_lines(channel: Json) -> list[tuple[str, str, str, str]]:
