@@ -27,14 +27,14 @@ References
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from allanite.errors import InputError
-from allanite.noise import Flicker, NoiseModel, Quantisation, Ramp, RandomWalk, TermType, White
+from allanite.noise import BY_LETTER, NoiseModel, Ramp, TermType
 from allanite.plain_data import plain
 
 __all__ = ["ChannelDifference", "Difference", "DriftPair", "drift", "model_difference"]
@@ -46,15 +46,6 @@ VERSION = 1
 SECONDS = (1.0, 100.0, 1000.0)
 _NORMAL_95 = 1.959963984540054
 _STEP = 1e-4
-#: Term of a symbol that a record may bound from above alone.
-_BOUNDED: Mapping[str, Callable[[float], TermType]] = {
-    "Q": lambda upper: Quantisation(Q=upper),
-    "N": lambda upper: White(N=upper),
-    "B": lambda upper: Flicker(B=upper),
-    "B_equiv": lambda upper: Flicker(B=upper),
-    "K": lambda upper: RandomWalk(K=upper),
-    "R": lambda upper: Ramp(R=upper),
-}
 
 
 def drift(model: NoiseModel, seconds: float, rest: float | None = None) -> float:
@@ -305,7 +296,8 @@ def _extremes(model: NoiseModel, t: float, rest: float | None) -> tuple[float, f
     """The drift of the terms that are shown alone, and that of all with the others at their limits."""
     limits = {e.symbol: e.upper for e in model.estimates if e.value is None and math.isfinite(e.upper)}
     shown = tuple(term for term in model.terms if not set(term.symbols) & set(limits))
-    others = tuple(_BOUNDED[s](upper) for s, upper in limits.items() if s in _BOUNDED and upper > 0)
+    letters = {symbol.replace("B_equiv", "B"): upper for symbol, upper in limits.items() if upper > 0}
+    others = tuple(BY_LETTER[s](**{s: upper}) for s, upper in letters.items() if s in BY_LETTER)
     low, high = (drift(replace(model, terms=terms), t, rest) for terms in (shown, shown + others))
     return low, high
 
