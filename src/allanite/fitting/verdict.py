@@ -31,7 +31,7 @@ def supported_words(models: Sequence[NoiseModel]) -> str:
     named = [e for e in models[0].estimates if e.symbol in _NAMES]
     found = [_NAMES[e.symbol] for e in named if e.supported]
     text = f"the record supports {_listed(found)}." if found else "the record supports no term by itself."
-    needed = [_NAMES[e.symbol] for e in named if "one like it" in e.note]
+    needed = [_NAMES[e.symbol] for e in named if e.needed]
     if needed:
         text += f" It needs {_listed(needed)} or a term like it, and cannot tell which."
     if len(models) == 2:

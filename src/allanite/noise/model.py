@@ -52,6 +52,11 @@ class Estimate:
     note: str = ""
     statistical: tuple[float, float] | None = None
 
+    @property
+    def needed(self) -> bool:
+        """A limit, and yet the model holds the term: it needs this one or one like it."""
+        return self.note.endswith("or one like it")
+
     def to_json(self) -> dict[str, Any]:
         """Plain data; infinity is written as null."""
         data = {**asdict(self), "upper": _finite(self.upper)}

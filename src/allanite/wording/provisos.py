@@ -10,6 +10,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+from allanite.noise import Estimate
 from allanite.wording.numbers import duration, number
 
 __all__ = ["missing_lines", "provisos", "record_facts"]
@@ -38,7 +39,7 @@ def provisos(channels: Iterable[Json]) -> list[str]:
 def _needed(channel: Json) -> str:
     """Limits that must not be read as "no slow noise": one of the terms is there, and which one is open."""
     model = channel["models"][0] if channel.get("models") else {}
-    needed = [e["symbol"] for e in model.get("estimates") or () if "one like it" in (e.get("note") or "")]
+    needed = [e["symbol"] for e in model.get("estimates") or () if Estimate.from_json(e).needed]
     if not needed:
         return ""
     return (
