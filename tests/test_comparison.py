@@ -18,10 +18,12 @@ from allanite.comparison import compare
 from allanite.comparison.bias import mean_sd
 from allanite.comparison.curves import Ratio, compared, holm
 from allanite.comparison.equality import detectable, least, level_set, without_each
+from allanite.comparison.estimation import _family
 from allanite.comparison.null_law import Directions, Law, law_of_equality
 from allanite.comparison.parameters import bias_comparison
 from allanite.comparison.population import population_of
 from allanite.comparison.profiles import Profile, normal_profile, traced
+from allanite.comparison.series import record_of
 from allanite.errors import FormatError, InputError
 from allanite.figures import sheet_of
 from allanite.laws import chi_square_quantile
@@ -29,6 +31,7 @@ from allanite.noise import Flicker, GaussMarkov, NoiseModel, RandomWalk, White
 from allanite.recording_file import write_recording
 from allanite.report.measurement import judgement
 from allanite.simulation import simulate
+from noise_records import binomial_bound
 from shell import Run
 
 Array = NDArray[np.float64]
@@ -479,3 +482,16 @@ def test_picture_has_a_column_for_each_channel_and_no_hole() -> None:
     alone = sheet_of(two)
     said = [c.label for p in alone.panels for c in p.curves if c.label]
     assert {len(row) for row in alone.rows} == {1} and len(set(said)) == len(said)
+
+
+def test_records_of_flicker_noise_are_not_taken_for_gauss_markov_because_they_are_many() -> None:
+    """Each record may have a correlation time of its own: what that gains by chance adds up."""
+    model = NoiseModel.of(White(N=1e-3), Flicker(B=1e-4), RandomWalk(K=1.2e-5))
+    found = []
+    for i in range(120):
+        one = curve(i, model, rate=2.0, duration=18_000.0)
+        found.append(record_of(one).series(one.names[0]))
+    rng = np.random.default_rng(1)
+    groups = [[found[i] for i in rng.choice(len(found), 10, replace=False)] for _ in range(150)]
+    wrong = sum(_family(group)[0] == "gauss-markov" for group in groups)
+    assert wrong <= binomial_bound(len(groups), 0.02)

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -14,13 +15,14 @@ from allanite.allan.cells import Cells, cell_covariance, cells_of
 from allanite.allan.covariance import edf
 from allanite.allan.statistics import phase_of
 from allanite.errors import DataQualityError, InputError
+from allanite.laws import chi_square_tail
 from allanite.noise import Flicker, GaussMarkov, NoiseModel, Quantisation, Ramp, RandomWalk, White
 from allanite.recording import Recording
 from allanite.variation import examine_variation
-from allanite.variation.constancy import Scatter, Whitened, excess_kurtosis, window_scores
+from allanite.variation.constancy import Scatter, Whitened, excess_kurtosis, together, window_scores
 from allanite.variation.estimation import _change
-from allanite.variation.shapes import Shape, effect_of, shares_of
-from allanite.variation.sizes import FoundChange, _deviations, _hansen, _minimum, ratio_of
+from allanite.variation.shapes import Shape, _shares, doubt_of_effect, doubts_of, effect_of, shares_of
+from allanite.variation.sizes import FoundChange, Misfit, _deviations, _hansen, _minimum, ratio_of
 from noise_records import binomial_bound
 
 WHITE = NoiseModel.of(White(N=1.0))
@@ -105,8 +107,13 @@ def test_covariance_of_neighbouring_windows_is_that_of_the_plain_double_sum() ->
             assert V[a, b] == pytest.approx(2 * square.sum() / square.size, rel=1e-9, abs=1e-15)
 
 
+def scatter_of(cells: Cells, model: NoiseModel, n: int) -> Scatter:
+    mean = model.avar_sampled(cells.lag.astype(float), 1.0, "mean")
+    return Scatter.of(cell_covariance(cells, model, n, 1.0, "mean") / np.outer(mean, mean))
+
+
 def test_chi_square_of_windows_has_its_law_and_gaps_make_it_no_larger() -> None:
-    """Cells under a known model: mean and spread of chi-square, and at most 5 % of p values below 5 %."""
+    """Cells under a known model: mean of chi-square, and at most 5 % of p values below 5 %."""
     runs, small, sums = 80, {False: 0, True: 0}, []
     for gaps in (False, True):
         scatter = None
@@ -116,18 +123,33 @@ def test_chi_square_of_windows_has_its_law_and_gaps_make_it_no_larger() -> None:
                 y[100:110], y[500:680] = np.nan, np.nan
             cells = cells_of(phase_of(record(y), "gyro"), [1, 4, 16], [64, 64, 64])
             if scatter is None:
-                mean = SLOW.avar_sampled(cells.lag.astype(float), 1.0, "mean")
-                V = cell_covariance(cells, SLOW, 1024, 1.0, "mean")
-                scatter = Scatter.of(V / np.outer(mean, mean))
-            fitted = Whitened.of(cells.variance, cells.row, scatter)
+                scatter = scatter_of(cells, SLOW, 1024)
             if not gaps:
-                sums.append(fitted.chi2)
+                sums.append(Whitened.of(cells.variance, cells.row, scatter).chi2)
             here = np.flatnonzero(cells.row == 0)
             chi2, scores = window_scores(cells.variance[here], scatter.of_cells(here))
             small[gaps] += chi2 > 1.96**2 and math.erfc(abs(scores[0]) / math.sqrt(2)) < 0.05
-    dof = fitted.dof if not gaps else 45
+    dof = 3 * 16 - 3
     assert abs(np.mean(sums) - dof) < 5 * math.sqrt(2 * dof / runs) + 0.03 * dof
     assert max(small.values()) <= binomial_bound(runs, 0.05)
+
+
+def test_all_lags_together_have_their_law_where_they_see_nearly_the_same_noise() -> None:
+    """A walk, neighbouring lags: a sum over all whitened cells says p < 0.025 in three times as many records."""
+    walk = NoiseModel.of(White(N=0.3), RandomWalk(K=0.05))
+    runs, n, found, small = 400, 4096, [], 0
+    scatter = None
+    for i in range(runs):
+        lags = [1, 2, 4, 8, 16]
+        cells = cells_of(phase_of(record(noise(walk, n, 3000 + i)), "gyro"), lags, [128] * len(lags))
+        scatter = scatter or scatter_of(cells, walk, n)
+        chi2, dof = together(cells.variance, cells.row, scatter)
+        found.append(chi2)
+        small += chi_square_tail(chi2, dof) < 0.025
+    assert len(lags) * 0.2 * 31 < dof < len(lags) * 31  # they do share noise
+    # the cube root of few degrees of freedom is narrower than normal, by a few per cent
+    assert -5 * math.sqrt(2 * dof / runs) - 0.05 * dof < np.mean(found) - dof < 5 * math.sqrt(2 * dof / runs)
+    assert small <= binomial_bound(runs, 0.025)
 
 
 def test_constant_noise_is_said_to_change_in_at_most_five_per_cent() -> None:
@@ -209,6 +231,96 @@ def test_effect_of_changes_has_mean_one_at_every_lag() -> None:
         weight = (cells.stop - cells.start)[here]
         assert np.average(effect[here], weights=weight) == pytest.approx(1.0, abs=1e-9)
     assert np.allclose(effect_of([], np.zeros(0), cells, shares), 1.0)
+
+
+MARKOV = NoiseModel.of(White(N=1.0), GaussMarkov.from_sigma(0.2, 40.0), RandomWalk(K=0.01))
+
+
+def fitted(model: NoiseModel, symbols: list[str], sd: float) -> NoiseModel:
+    rng = np.random.default_rng(5)
+    root = sd * (np.eye(len(symbols)) + 0.3 * rng.standard_normal((len(symbols),) * 2))
+    return replace(model, covariance={"symbols": symbols, "matrix": (root @ root.T).tolist()})
+
+
+@pytest.mark.parametrize(
+    ("model", "symbols"), [(SLOW, ["N", "B", "K"]), (MARKOV, ["N", "sigma", "K", "T"])], ids=["B", "G"]
+)
+def test_doubt_of_the_shares_is_the_spread_of_the_shares_of_models_drawn(
+    model: NoiseModel, symbols: list[str]
+) -> None:
+    lags, sd = np.array([1, 8, 64, 512]), 1e-3
+    known = fitted(model, symbols, sd)
+    doubts = doubts_of(known, lags, 1.0, "mean")
+    root = np.linalg.cholesky(np.array(known.covariance["matrix"]))
+    rng = np.random.default_rng(6)
+    drawn = {symbol: [] for symbol in doubts}
+    for _ in range(500):
+        step = dict(zip(symbols, root @ rng.standard_normal(len(symbols)), strict=True))
+        terms = []
+        for term in model.terms:
+            if isinstance(term, GaussMarkov):
+                sigma, T = term.sigma * math.exp(step["sigma"]), term.T * math.exp(step["T"])
+                terms.append(GaussMarkov.from_sigma(sigma, T))
+            else:
+                s = term.symbols[0]
+                terms.append(replace(term, **{s: getattr(term, s) * math.exp(step[s])}))
+        shares = _shares(NoiseModel.of(*terms), lags, 1.0, "mean")
+        for symbol, share in shares.items():
+            drawn[symbol].append(share)
+    for symbol, rows in drawn.items():
+        wanted = np.cov(np.array(rows).T)
+        found = doubts[symbol] @ doubts[symbol].T
+        # four standard deviations of a variance from 500 draws
+        assert np.diag(found) == pytest.approx(np.diag(wanted), rel=4 * math.sqrt(2 / 500), abs=1e-16)
+    assert sum(doubts.values()) == pytest.approx(np.zeros_like(doubts["N"]), abs=1e-9)
+
+
+def test_a_model_that_is_given_without_a_covariance_leaves_no_doubt() -> None:
+    found = doubts_of(SLOW, np.array([1, 8]), 1.0, "mean")
+    assert {s: d.shape for s, d in found.items()} == {"N": (2, 0), "B": (2, 0), "K": (2, 0)}
+
+
+def test_likelihood_with_doubt_is_that_of_the_whole_covariance() -> None:
+    """Equation (2) as a matrix of full size, the levels eliminated as unknown means."""
+    cells = cells_of(phase_of(record(noise(SLOW, 4096, 2)), "gyro"), [1, 8, 64], [128, 128, 512])
+    known = fitted(SLOW, ["N", "B", "K"], 0.2)
+    scatter = scatter_of(cells, SLOW, 4096)
+    shares, doubts = (of(known, cells.lags, 1.0, "mean") for of in (shares_of, doubts_of))
+    none = {symbol: np.zeros((3, 0)) for symbol in doubts}
+    shapes, beta = [Shape(symbol="N", time=1024.0)], np.array([-0.6])
+    sure, unsure = (Misfit.of(cells, scatter, shares, d) for d in (none, doubts))
+
+    effect = effect_of(shapes, beta, cells, shares)
+    slope = doubt_of_effect(shapes, beta, cells, shares, doubts)
+    for k in range(3):  # the slope against a difference of effects
+        ends = [
+            effect_of(
+                shapes,
+                beta,
+                cells,
+                {s: v + h * doubts[s][:, k] if s in doubts else v for s, v in shares.items()},
+            )
+            for h in (1e-5, -1e-5)
+        ]
+        assert slope[:, k] == pytest.approx(np.log(ends[0] / ends[1]) / 2e-5, rel=1e-3, abs=1e-6)
+
+    C = scatter.covariance * np.sqrt(np.outer(*[shapes[0].spread(cells, -0.6, shares)] * 2))
+    edf = scatter.edf / shapes[0].spread(cells, -0.6, shares)
+    centre = 1 - 2 / 9 / edf
+    levels = centre[:, None] * (cells.row[:, None] == np.arange(3))
+    u = np.cbrt(cells.variance / effect)[:, None] * (cells.row[:, None] == np.arange(3))
+    inverse = np.linalg.inv(C)
+    a = np.linalg.solve(levels.T @ inverse @ u, levels.T @ inverse @ centre)
+    z = u @ a - centre
+    G = centre[:, None] * slope / 3
+    # basis of what is free of the levels
+    free = np.linalg.svd(levels)[0][:, 3:].T
+    both = []
+    for V in (C, C + G @ G.T):
+        W = free @ V @ free.T
+        both.append(float(free @ z @ np.linalg.solve(W, free @ z) + np.linalg.slogdet(W)[1]))
+    assert unsure(shapes, beta) - sure(shapes, beta) == pytest.approx(both[1] - both[0], rel=1e-5)
+    assert abs(both[1] - both[0]) > 0.1
 
 
 @pytest.mark.parametrize("factor", [1.5, 1000.0])

@@ -262,7 +262,7 @@ def _environment(order: Order) -> None:
             order.count(2000), ROOT_SEED, _say, order.workers, order.cache
         ),
         "Warm-ups found, without one and with one (+ amplitude in units of N)": run_warm_up(
-            order.count(2000), ROOT_SEED, _say, order.workers, order.cache
+            order.count(500), ROOT_SEED, _say, order.workers, order.cache
         ),
     }
     title = "Effects of the environment"

@@ -37,8 +37,9 @@ Progress = Callable[[float, str], None]
 
 #: A family is rejected by a record from this advantage of its rival on, as in the fit of one record.
 _REJECTS_FLICKER, _REJECTS_GAUSS_MARKOV = 8.0, 5.0
-#: Gauss-Markov, which has one parameter more in every record, must do better by this and one for each record.
-_PREFERS_GAUSS_MARKOV = 3.0
+#: Gauss-Markov, which has one parameter more in every record, must do better by this and by some for each record.
+#: Flicker noise makes the sum of k advantages k on average, with variance 5 k: one in a hundred is beyond 5 + 2 k.
+_PREFERS_GAUSS_MARKOV, _PREFERS_EACH = 5.0, 2.0
 #: Shown also where no record resolves them.
 _ALWAYS = ("N", "B", "B_equiv", "K")
 
@@ -210,7 +211,7 @@ def _family(series: Sequence[Series]) -> tuple[str, tuple[str, ...]]:
         rejected = against_flicker > _REJECTS_FLICKER, against_markov > _REJECTS_GAUSS_MARKOV
         words = {(True, True): "neither", (True, False): "gauss-markov", (False, True): "flicker"}
         each.append(words.get(rejected, "both"))
-    better = flicker - markov > _PREFERS_GAUSS_MARKOV + len(series)
+    better = flicker - markov > _PREFERS_GAUSS_MARKOV + _PREFERS_EACH * len(series)
     return ("gauss-markov" if better else "flicker"), tuple(each)
 
 

@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.allan.cells import Cells
-from allanite.variation.constancy import Scatter, Whitened
+from allanite.variation.constancy import Scatter, Whitened, together
 from allanite.variation.shapes import EVERYTHING, Shape
 from allanite.variation.sizes import FoundChange, Misfit, joint_effect, placed, sized
 
@@ -52,20 +52,26 @@ class Scan:
         In the order of time; drifts first.
     p : float
         Chance of the largest score in a record whose noise is constant.
-    left : Whitened
-        Residuals after the changes, of the windows that no step divides.
+    left : (float, float)
+        Chi-square and degrees of freedom of the windows after the changes, of those that no step divides.
     visible : mapping of str to float
         Factor on the amplitude of each term at which a step in the middle would just be accepted.
     """
 
     changes: tuple[FoundChange, ...]
     p: float
-    left: Whitened
+    left: tuple[float, float]
     visible: Mapping[str, float]
 
 
 def find_changes(
-    cells: Cells, scatter: Scatter, shares: Mapping[str, Array], *, level: float, confidence: float
+    cells: Cells,
+    scatter: Scatter,
+    shares: Mapping[str, Array],
+    doubts: Mapping[str, Array],
+    *,
+    level: float,
+    confidence: float,
 ) -> Scan:
     """Look for steps and drifts of the terms until what is left may be chance.
 
@@ -73,17 +79,20 @@ def find_changes(
     ----------
     shares : mapping of str to ndarray, shape (n_lags,)
         Share of every term in the variance at each lag.
+    doubts : mapping of str to ndarray, shape (n_lags, n_parameters)
+        How far each is open: see `shapes.doubts_of`.
     level : float
         Probability of any change in a record whose noise is constant.
     """
     accepted: list[FoundChange] = []
-    every, misfit = _shapes(cells, shares), Misfit.of(cells, scatter, shares)
+    every, misfit = _shapes(cells, shares), Misfit.of(cells, scatter, shares, doubts)
     first, visible = 1.0, dict[str, float]()
     while True:
         whole = undivided(accepted, cells)
         rest, part = cells.where(whole), _of_lags(shares, cells, whole)
         effect = joint_effect(accepted, cells, shares)
-        left = Whitened.of(rest.variance / effect[whole], rest.row, scatter.of_cells(np.flatnonzero(whole)))
+        calm, own = rest.variance / effect[whole], scatter.of_cells(np.flatnonzero(whole))
+        left = Whitened.of(calm, rest.row, own)
         tried, p, needed = _largest(every, [c.shape for c in accepted], rest, part, left, level)
         if not accepted:
             first, visible = p, _visible(needed, cells, shares, left)
@@ -93,7 +102,7 @@ def find_changes(
             break
         accepted = placed(_likeliest(tried, accepted, p, misfit), misfit, confidence)
     ordered = sorted(accepted, key=lambda c: -1.0 if c.shape.time is None else c.shape.time)
-    return Scan(changes=tuple(ordered), p=first, left=left, visible=visible)
+    return Scan(changes=tuple(ordered), p=first, left=together(calm, rest.row, own), visible=visible)
 
 
 def undivided(changes: Sequence[FoundChange], cells: Cells) -> NDArray[np.bool_]:

@@ -10,10 +10,20 @@ lag is free: what is tested is constancy, not the model, which only says how muc
 that is not Gaussian scatters more: excess kurtosis kappa of the white noise adds kappa/n to the relative variance of a
 window of n samples, at all lags alike as far as the noise is white.
 
+All lags together are tested by the sum of the chi-squares of the single lags. Neighbouring lags see nearly the same
+noise; the whitened differences between them, that a sum over all cells at once would count, are small and of a law
+with long tails. With z' A z that sum, A one block for each lag, and C the covariance of all cells,
+
+    E = tr(A C),   var = 2 tr(A C A C):   z' A z is nearly var/(2 E) chi-square with 2 E^2/var degrees of freedom  (2)
+
+(Satterthwaite [3]).
+
 References
 ----------
 .. [1] E. Wilson, M. Hilferty, "The distribution of chi-square", PNAS 17 (1931) 684.
 .. [2] L. Galleani, P. Tavella, "The dynamic Allan variance", IEEE Trans. UFFC 56 (2009) 450.
+.. [3] F. Satterthwaite, "An approximate distribution of estimates of variance components", Biometrics Bull. 2 (1946)
+   110.
 """
 
 from __future__ import annotations
@@ -25,7 +35,7 @@ from numpy.typing import NDArray
 
 from allanite.allan.cells import Cells
 
-__all__ = ["Scatter", "Whitened", "excess_kurtosis", "window_scores"]
+__all__ = ["Scatter", "Whitened", "excess_kurtosis", "together", "window_scores"]
 
 Array = NDArray[np.float64]
 
@@ -107,12 +117,6 @@ class Whitened:
         """Sum of squares of the residuals."""
         return float(self.residual @ self.residual)
 
-    @property
-    def dof(self) -> int:
-        """Cells less lags."""
-        cells, lags = self.levels.shape
-        return int(cells - lags)
-
     def without_levels(self, columns: Array) -> Array:
         """Whitened columns, shape (n_cells, k), less what the levels explain of them."""
         made = self.factor @ columns
@@ -129,6 +133,20 @@ def window_scores(variance: Array, scatter: Scatter) -> tuple[float, Array]:
     spread = np.diag(scatter.covariance) - mean**2 / float(np.sum((fitted.factor @ mean) ** 2))
     scores = (fitted.root[0] * np.cbrt(variance) - mean) / np.sqrt(np.maximum(spread, 1e-300))
     return fitted.chi2, np.asarray(scores)
+
+
+def together(variance: Array, row: NDArray[np.int64], scatter: Scatter) -> tuple[float, float]:
+    """Chi-square of the windows of all lags, and its degrees of freedom, which are no whole number: equation (2)."""
+    blocks, total = np.zeros_like(scatter.covariance), 0.0
+    for one in np.unique(row):
+        here = np.flatnonzero(row == one)
+        own = Whitened.of(variance[here], np.zeros(len(here), dtype=np.int64), scatter.of_cells(here))
+        free = own.without_levels(np.eye(len(here)))
+        blocks[np.ix_(here, here)] = free.T @ free
+        total += own.chi2
+    product = blocks @ scatter.covariance
+    mean, spread = float(np.trace(product)), 2.0 * float(np.sum(product * product.T))
+    return total * 2.0 * mean / spread, 2.0 * mean**2 / spread
 
 
 def _inverse_root(covariance: Array) -> Array:

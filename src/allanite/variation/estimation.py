@@ -24,7 +24,7 @@ from allanite.laws import chi_square_tail, normal_quantile
 from allanite.noise import NoiseModel, term_of
 from allanite.recording import Channel, Recording
 from allanite.variation.changes import Scan, find_changes, undivided
-from allanite.variation.constancy import Scatter, Whitened, excess_kurtosis, window_scores
+from allanite.variation.constancy import Scatter, excess_kurtosis, together, window_scores
 from allanite.variation.results import (
     CHANGES,
     CONSTANT,
@@ -34,7 +34,7 @@ from allanite.variation.results import (
     LagTest,
     Variation,
 )
-from allanite.variation.shapes import EVERYTHING, shares_of
+from allanite.variation.shapes import EVERYTHING, doubts_of, shares_of
 from allanite.variation.sizes import FoundChange, ratio_of
 
 __all__ = ["examine_variation"]
@@ -135,28 +135,21 @@ def _channel(
     level = false_alarm / 2
     tails = excess_kurtosis(phase.x, cells)
     cells, scatter = _scatter(cells, model, phase.n_samples, dt, channel.sampling, tails)
-    shares = shares_of(model, cells.lags, dt, channel.sampling)
-    scan = find_changes(cells, scatter, shares, level=level, confidence=confidence)
+    scan = _scan(cells, scatter, model, dt, channel.sampling, level, confidence)
     # a window that a step divides looks like one with tails
     calm = excess_kurtosis(phase.x, cells.where(undivided(scan.changes, cells))) if tails else 0.0
     if calm < tails:
         tails = calm
         cells, scatter = _scatter(cells, model, phase.n_samples, dt, channel.sampling, tails)
-        scan = find_changes(
-            cells,
-            scatter,
-            shares_of(model, cells.lags, dt, channel.sampling),
-            level=level,
-            confidence=confidence,
-        )
+        scan = _scan(cells, scatter, model, dt, channel.sampling, level, confidence)
     if tails:
         remarks.append(f"the white noise has excess kurtosis {tails:.2g}: the intervals allow for it")
-    everything = Whitened.of(cells.variance, cells.row, scatter)
-    p = chi_square_tail(everything.chi2, everything.dof)
+    chi2, dof = together(cells.variance, cells.row, scatter)
+    p = chi_square_tail(chi2, dof)
     lags = _lag_tests(cells, scatter, dt, abs(channel.scale), confidence, false_alarm)
     changes = () if len(silent[0]) else tuple(_change(c, dt, confidence) for c in scan.changes)
     verdict = CHANGES if changes else FLUCTUATES if p < level or len(silent[0]) else CONSTANT
-    p_left = chi_square_tail(scan.left.chi2, max(scan.left.dof - 2 * len(changes), 1))
+    p_left = chi_square_tail(*scan.left)
     if any(not math.isfinite(c.upper) for c in changes):
         remarks.append("the search ended at a change whose size the windows do not tell: there may be others")
     if changes and p_left < level:
@@ -170,8 +163,8 @@ def _channel(
         reason=reason,
         lags=lags,
         changes=changes,
-        chi2=everything.chi2,
-        dof=everything.dof,
+        chi2=chi2,
+        dof=dof,
         p=p,
         p_change=scan.p,
         p_left=p_left,
@@ -180,6 +173,19 @@ def _channel(
         model=model,
         remarks=tuple(remarks),
     )
+
+
+def _scan(
+    cells: Cells,
+    scatter: Scatter,
+    model: NoiseModel,
+    dt: float,
+    sampling: str,
+    level: float,
+    confidence: float,
+) -> Scan:
+    shares, doubts = (of(model, cells.lags, dt, sampling) for of in (shares_of, doubts_of))
+    return find_changes(cells, scatter, shares, doubts, level=level, confidence=confidence)
 
 
 # -- windows and how they scatter ----------------------------------------------------------------------------------

@@ -108,9 +108,8 @@ class ChannelVariation:
     reason : str
     lags : tuple of LagTest
     changes : tuple of Change
-    chi2, p : float
-    dof : int
-        All windows of all lags together.
+    chi2, dof, p : float
+        All windows of all lags together; lags that see the same noise count as fewer degrees of freedom.
     p_change : float
         Chance of the clearest change where the noise is constant.
     p_left : float
@@ -132,7 +131,7 @@ class ChannelVariation:
     lags: tuple[LagTest, ...] = field(repr=False)
     changes: tuple[Change, ...]
     chi2: float
-    dof: int
+    dof: float
     p: float
     p_change: float
     p_left: float

@@ -13,6 +13,9 @@ step, s the share of the term, x the part of the samples after the step and R = 
 
 for differences that are independent (Satterthwaite [1]): the louder part alone counts in the end.
 
+The shares are those of a fitted model, and no better known than it is. Where a term shrinks they matter: at a lag of
+which half is white noise, how much of it the others are is all that is left. `doubts_of` says how far they may be off.
+
 References
 ----------
 .. [1] F. Satterthwaite, "An approximate distribution of estimates of variance components", Biometrics Bull. 2 (1946)
@@ -21,16 +24,17 @@ References
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.allan.cells import Cells
-from allanite.noise import NoiseModel, Ramp
+from allanite.noise import GaussMarkov, NoiseModel, Ramp, TermType
 
-__all__ = ["EVERYTHING", "Shape", "effect_of", "shares_of", "spread_of"]
+__all__ = ["EVERYTHING", "Shape", "doubt_of_effect", "doubts_of", "effect_of", "shares_of", "spread_of"]
 
 Array = NDArray[np.float64]
 
@@ -39,6 +43,7 @@ EVERYTHING = "all"
 #: A term with a smaller share than this at every lag cannot be seen to change.
 _SEEN = 0.02
 _POINTS = 8  # at which a drift is taken within a window
+_STEP = 0.01  # of the logarithm of a parameter, for derivatives
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -94,16 +99,68 @@ def shares_of(model: NoiseModel, lags: NDArray[np.int64], dt: float, sampling: s
 
     `EVERYTHING` stands last, where there is more than one.
     """
-    total = model.avar_sampled(lags.astype(np.float64), dt, sampling)
-    found: dict[str, Array] = {}
-    for term in model.terms:
-        part = term.avar_sampled(lags.astype(np.float64), dt, sampling) / total
-        symbol = term.symbols[0] if term.type != "gauss_markov" else "sigma"
-        if not isinstance(term, Ramp) and part.max() > _SEEN:
-            found[symbol] = found.get(symbol, 0.0) + part
+    found = {s: part for s, part in _shares(model, lags, dt, sampling).items() if part.max() > _SEEN}
     if len(found) == 1:
         return found
     return {**found, EVERYTHING: np.ones(len(lags))}
+
+
+def _shares(model: NoiseModel, lags: NDArray[np.int64], dt: float, sampling: str) -> dict[str, Array]:
+    """Of every term but a ramp, which cannot change."""
+    m = lags.astype(np.float64)
+    total = model.avar_sampled(m, dt, sampling)
+    found: dict[str, Array] = {}
+    for term in model.terms:
+        symbol = term.symbols[0] if term.type != "gauss_markov" else "sigma"
+        if not isinstance(term, Ramp):
+            found[symbol] = found.get(symbol, 0.0) + term.avar_sampled(m, dt, sampling) / total
+    return found
+
+
+def doubts_of(model: NoiseModel, lags: NDArray[np.int64], dt: float, sampling: str) -> dict[str, Array]:
+    """How far the fit leaves the shares open: they are off by these columns times independent standard normal numbers.
+
+    Shape (n_lags, n_parameters) by symbol, to first order, from the covariance of the fitted logarithms; a model that
+    was given without one is taken at its word.
+    """
+    symbols, matrix = model.covariance.get("symbols", []), np.asarray(model.covariance.get("matrix", []))
+    movable = [i for i, symbol in enumerate(symbols) if _term_of(model, symbol) is not None]
+    if not movable:
+        return {symbol: np.zeros((len(lags), 0)) for symbol in _shares(model, lags, dt, sampling)}
+    values, vectors = np.linalg.eigh(matrix[np.ix_(movable, movable)])
+    root = vectors * np.sqrt(np.maximum(values, 0.0))
+    ends = [
+        [_shares(_moved(model, symbols[i], way * _STEP), lags, dt, sampling) for way in (1.0, -1.0)]
+        for i in movable
+    ]
+    return {
+        symbol: np.stack([(up[symbol] - down[symbol]) / (2 * _STEP) for up, down in ends], axis=1) @ root
+        for symbol in ends[0][0]
+    }
+
+
+def _term_of(model: NoiseModel, symbol: str) -> TermType | None:
+    """The term that a symbol of a covariance belongs to; a second Gauss-Markov term is the slower one, sigma_2."""
+    name, _, rank = symbol.partition("_")
+    if name in ("sigma", "T"):
+        found = sorted((t for t in model.terms if isinstance(t, GaussMarkov)), key=lambda t: t.T)
+        return found[int(rank or 1) - 1] if int(rank or 1) <= len(found) else None
+    return next((t for t in model.terms if t.symbols == (symbol,)), None)
+
+
+def _moved(model: NoiseModel, symbol: str, step: float) -> NoiseModel:
+    """The model with the logarithm of one parameter changed."""
+    term, factor = _term_of(model, symbol), math.exp(step)
+    if term is None:
+        return model
+    if isinstance(term, GaussMarkov):
+        slower = symbol.startswith("T")
+        other: TermType = GaussMarkov.from_sigma(
+            term.sigma if slower else term.sigma * factor, term.T * factor if slower else term.T
+        )
+    else:
+        other = replace(term, **{symbol: getattr(term, symbol) * factor})
+    return NoiseModel.of(*(other if t is term else t for t in model.terms))
 
 
 def effect_of(shapes: Sequence[Shape], beta: Array, cells: Cells, shares: Mapping[str, Array]) -> Array:
@@ -115,6 +172,22 @@ def effect_of(shapes: Sequence[Shape], beta: Array, cells: Cells, shares: Mappin
     for symbol in dict.fromkeys(h.symbol for h in shapes if h.symbol != EVERYTHING):
         total = total + shares[symbol][cells.row] * _growth(shapes, beta, cells, symbol)
     return np.asarray(total * _growth(shapes, beta, cells, EVERYTHING))
+
+
+def doubt_of_effect(
+    shapes: Sequence[Shape],
+    beta: Array,
+    cells: Cells,
+    shares: Mapping[str, Array],
+    doubts: Mapping[str, Array],
+) -> Array:
+    """What the doubt of the shares makes of the logarithm of every cell's effect, shape (n_cells, n_parameters)."""
+    total = effect_of(shapes, beta, cells, shares) / _growth(shapes, beta, cells, EVERYTHING)
+    out = np.zeros((len(cells), next(iter(doubts.values())).shape[1]))
+    for symbol in dict.fromkeys(h.symbol for h in shapes if h.symbol != EVERYTHING):
+        grown = (_growth(shapes, beta, cells, symbol) - 1.0) / total
+        out += grown[:, None] * doubts[symbol][cells.row]
+    return out
 
 
 def spread_of(shapes: Sequence[Shape], beta: Array, cells: Cells, shares: Mapping[str, Array]) -> Array:

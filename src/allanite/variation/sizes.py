@@ -6,8 +6,15 @@ Minus twice the log-likelihood of all windows is, with the cube roots of `consta
     L = z' C^-1 z + ln det C + (2/3) sum ln(effect) - 2 sum ln a,    z = a (v/effect)^(1/3) - (1 - 2/(9 e)).        (1)
 
 A window that a step divides has fewer degrees of freedom e than one of constant noise (`shapes`, equation 1): its
-variance in C and its mean follow them, its correlations stay. Sizes have the interval of the curvature of L. The time
-of a step has the set of times at which L, least over the size, is within 7.35 (for 95 %) of its minimum [1].
+variance in C and its mean follow them, its correlations stay. The shares of the terms, from which the effect follows,
+are known to some doubt D (`shapes`), a change of ln(effect) by D e with e standard normal: z has the covariance
+
+    C + G G',    G = (1 - 2/(9 e)) D/3                                                                            (2)
+
+where it is free of the levels; C alone in (1) would have sizes too sure wherever a term shrinks.
+
+Sizes have the interval of the curvature of L. The time of a step has the set of times at which L, least over the size,
+is within 7.35 (for 95 %) of its minimum [1].
 
 References
 ----------
@@ -26,7 +33,7 @@ from numpy.typing import NDArray
 from allanite.allan.cells import Cells
 from allanite.laws import normal_quantile
 from allanite.variation.constancy import Scatter, Whitened
-from allanite.variation.shapes import Shape, effect_of, spread_of
+from allanite.variation.shapes import Shape, doubt_of_effect, effect_of, spread_of
 
 __all__ = ["FoundChange", "Misfit", "joint_effect", "placed", "ratio_of", "sized"]
 
@@ -90,6 +97,7 @@ class Misfit:
 
     cells: Cells
     shares: Mapping[str, Array]
+    doubts: Mapping[str, Array]
     edf: Array
     centre: Array
     inverse: Array
@@ -97,13 +105,15 @@ class Misfit:
     member: NDArray[np.bool_]
 
     @classmethod
-    def of(cls, cells: Cells, scatter: Scatter, shares: Mapping[str, Array]) -> Misfit:
+    def of(
+        cls, cells: Cells, scatter: Scatter, shares: Mapping[str, Array], doubts: Mapping[str, Array]
+    ) -> Misfit:
         """Of the cells of a record."""
         factor = Whitened.of(cells.variance, cells.row, scatter).factor
         inverse = factor.T @ factor
         member = cells.row[:, None] == np.arange(len(cells.lags))
         instrument = (scatter.centre[:, None] * member).T @ inverse
-        return cls(cells, shares, scatter.edf, scatter.centre, inverse, instrument, member)
+        return cls(cells, shares, doubts, scatter.edf, scatter.centre, inverse, instrument, member)
 
     def __call__(self, shapes: Sequence[Shape], beta: Array) -> float:
         """L under these changes, levels solved for."""
@@ -118,7 +128,8 @@ class Misfit:
         weight = centre / widened
         other = np.flatnonzero(weight != self.centre)
         moved = (self.member[other] * (weight - self.centre)[other, None]).T @ self.inverse[other]
-        instrument = (self.instrument + moved) / widened
+        levels = self.instrument + moved
+        instrument = levels / widened
         u = np.cbrt(self.cells.variance / effect)
         try:
             a = np.linalg.solve((instrument * u) @ self.member, instrument @ centre)
@@ -129,7 +140,20 @@ class Misfit:
         level = a[self.cells.row]
         z = (level * u - centre) / widened
         scale = 2 * np.log(widened).sum() + 2 / 3 * np.log(effect).sum() - 2 * np.log(level).sum()
-        return float(z @ self.inverse @ z + scale)
+        white = self.inverse @ z
+        return float(z @ white + scale) + self._doubted(shapes, beta, weight, levels, white)
+
+    def _doubted(
+        self, shapes: Sequence[Shape], beta: Array, mean: Array, levels: Array, white: Array
+    ) -> float:
+        """What L changes by with equation (2) in place of C: G of rank k, free of the levels (Woodbury)."""
+        G = mean[:, None] / 3 * doubt_of_effect(shapes, beta, self.cells, self.shares, self.doubts)
+        across = levels @ G
+        own = G.T @ self.inverse @ G
+        own -= across.T @ np.linalg.solve(levels @ (mean[:, None] * self.member), across)
+        own[np.diag_indices_from(own)] += 1.0
+        seen = G.T @ white
+        return float(np.linalg.slogdet(own)[1] - seen @ np.linalg.solve(own, seen))
 
     def _widened(self, shapes: Sequence[Shape], beta: Array) -> Array:
         """Degrees of freedom under constant noise over those under these changes."""
