@@ -165,6 +165,28 @@ def test_bound_is_above_truth_and_measurement_and_says_its_factors(
     assert again == bound and "95 %" in bound.verdict
 
 
+def test_absent_terms_do_not_lower_the_curve_where_others_rule() -> None:
+    """White noise: quantisation that is not there takes of it in every draw, so that the fit alone is drawn too."""
+    curve = al.allan_curve(al.simulate(NoiseModel.of(White(N=1e-4)), rate=RATE, duration=DURATION, seed=7))
+    model = al.fit(curve)
+    assert {t.type for t in model.terms} == {"white"}
+    m = np.array([1.0, 2.0, 4.0, 8.0])
+    every, alone = (
+        plausible.plausible_variances(
+            curve, lags_used(curve), model, m, fitted_terms_only=only, rng=np.random.default_rng(3)
+        )
+        for only in (False, True)
+    )
+    assert np.allclose(alone * m, alone[:, :1])  # white noise and nothing else
+    N = next(e for e in model.estimates if e.symbol == "N")
+    ends = np.sqrt(np.quantile(alone[:, 0] / RATE, [0.025, 0.975]))
+    # a quantile of some hundred independent draws is known to a fifth of the width
+    assert ends == pytest.approx([N.lower, N.upper], abs=0.2 * (N.upper - N.lower))
+    assert np.median(every[:, 2]) < np.median(alone[:, 2])
+    bounded = overbound(curve, model, above_measured=False).avar_sampled(m, curve.dt)
+    assert np.all(np.mean(alone < bounded * (1 + 1e-9), axis=0) >= 0.95)
+
+
 def test_higher_probability_and_further_horizon_cost_more(
     record: tuple[AllanCurve, NoiseModel], bound: NoiseModel
 ) -> None:

@@ -98,10 +98,17 @@ def overbound(
     rng = np.random.default_rng(_SEED)
     drawn = [
         plausible_variances(
-            curve, used, family, places, discrepancy=float(model.goodness.get("discrepancy", 0.0)), rng=rng
+            curve,
+            used,
+            family,
+            places,
+            fitted_terms_only=only,
+            discrepancy=float(model.goodness.get("discrepancy", 0.0)),
+            rng=rng,
         )
         for family in model.families
         if family.terms
+        for only in (False, True)
     ]
     shown = _shown(curve, end) if above_measured else np.zeros(len(curve.lags), dtype=bool)
     ground = _Ground(

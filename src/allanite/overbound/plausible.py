@@ -2,11 +2,14 @@
 """Noise that a record does not contradict: curves of sums of terms, drawn from the likelihood of the measured curve.
 
 The likelihood is that of the moment fit (`allanite.fitting.objective`): cube roots of the variances, with the
-covariance that each drawn model itself gives the curve. All terms of a family take part, supported or not, because
-those that the record cannot show are what matters at long averaging times. Beforehand every amplitude is as likely as
-any other that is not negative, and so is the logarithm of a correlation time. For one amplitude alone an upper end
-by these weights covers a little more often than it states; what it does for whole curves is measured
-(`python -m verification overbound`).
+covariance that each drawn model itself gives the curve. Beforehand every amplitude is as likely as any other that is
+not negative, and so is the logarithm of a correlation time. For one amplitude alone an upper end by these weights
+covers a little more often than it states; what it does for whole curves is measured (`python -m verification
+overbound`).
+
+Once all terms of a family take part, supported or not, because those that the record cannot show are what matters at
+long averaging times. And once those of the fit alone: a term that may only add, and is not there, takes a little from
+its neighbours in every draw, so that where these rule the curve is drawn too low (quantisation from white noise).
 """
 
 from __future__ import annotations
@@ -47,6 +50,7 @@ def plausible_variances(
     model: NoiseModel,
     m: Array,
     *,
+    fitted_terms_only: bool = False,
     discrepancy: float = 0.0,
     rng: np.random.Generator,
 ) -> Array:
@@ -62,6 +66,8 @@ def plausible_variances(
         What was fitted: where the walk begins, and which family it takes (flicker, or as many Gauss-Markov terms).
     m : ndarray, shape (n_times,)
         Averaging times [samples] at which the variances are wanted.
+    fitted_terms_only : bool
+        Without the terms of the family that the model does not hold.
     discrepancy : float
         Relative error of the model at every lag that the fit allowed for.
 
@@ -79,7 +85,7 @@ def plausible_variances(
         n_samples=curve.n_samples,
         sampling=curve.channels[0].sampling,
         pairs=lag_pairs(lags, curve.n_samples, part),
-        symbols=_symbols(model),
+        symbols=_symbols(model, fitted_terms_only),
         discrepancy=discrepancy,
     )
     begin = _start(sums, model, curve.dt, scale, rng)
@@ -87,9 +93,11 @@ def plausible_variances(
     return sums.variances(drawn, m) * scale
 
 
-def _symbols(model: NoiseModel) -> tuple[str, ...]:
+def _symbols(model: NoiseModel, fitted_terms_only: bool) -> tuple[str, ...]:
     markov = sum(isinstance(t, GaussMarkov) for t in model.terms)
-    return ("Q", "N", *(["G"] * markov or ["B"]), "K", "R")
+    every = ("Q", "N", *(["G"] * markov or ["B"]), "K", "R")
+    held = {"G" if isinstance(t, GaussMarkov) else t.symbols[0] for t in model.terms}
+    return tuple(s for s in every if s in held) if fitted_terms_only and held & set(every) else every
 
 
 def _start(sums: _Sums, model: NoiseModel, dt: float, scale: float, rng: np.random.Generator) -> Array:
@@ -241,9 +249,9 @@ class _Sums:
         known = np.round(log_times / np.log(2) * _COVARIANCES)
         names = [i for i, s in enumerate(self.symbols) if s != "R"]
         first, second = np.triu_indices(len(names))
-        x, ramp = c[:, names], c[:, [self.symbols.index("R")]]
+        x, ramp = c[:, names], c[:, [i for i, s in enumerate(self.symbols) if s == "R"]]
         weights = x[:, first] * x[:, second] * np.where(first == second, 1.0, 2.0)
-        weights = np.concatenate([weights, ramp * x], axis=1)
+        weights = np.concatenate([weights, ramp.sum(axis=1, keepdims=True) * x], axis=1)
         out = np.empty((n, size, size))
         for place in np.unique(known, axis=0):
             rows = np.all(known == place, axis=1)
