@@ -49,7 +49,17 @@ as a user's would be; every record counts, whether a parameter was called presen
 inside the bounds of chance that its table states (99.9 % for most), so that of a thousand rows one fails by bad luck.
 `make verify` makes all again, `python -m verification likelihood --share 0.1` a tenth of one; every run has its seed.
 This page is made from the [committed results](../verification/results), and a test holds it to them."""
-_VERDICTS = ("passes", "pass", "met", "gate")
+_VERDICTS = ("passes", "pass", "met", "gate", "exact")
+#: Columns that hold a row by being zero.
+_NONE = (
+    "acknowledged_lost",
+    "torn",
+    "recover_wrong",
+    "not_the_exact_prefix",
+    "not_recovered",
+    "without_an_error",
+)
+_NONE += ("not_in_order", "differ_when_cut", "false_gaps")
 
 
 def proof_page() -> str:
@@ -124,6 +134,7 @@ def _judged(document: Json) -> Iterator[tuple[str, bool]]:
         for words, row in _rows(part, "" if heading in ("scenarios", "rows") else heading):
             verdicts = [row[key] for key in _VERDICTS if isinstance(row.get(key), bool)]
             verdicts += [v for key, v in row.items() if key.endswith(" pass") and isinstance(v, bool)]
+            verdicts += [row[key] == 0 for key in _NONE if key in row]
             if verdicts:
                 yield words, all(verdicts)
 
