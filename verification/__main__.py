@@ -407,7 +407,9 @@ def _floor(order: Order) -> None:
     from verification.tables import write_tables
 
     parts = {
-        "Coverage with the instrument's own noise taken off": run_floor(ROOT_SEED, _say, order.count(1000))
+        "Coverage with the instrument's own noise taken off": run_floor(
+            ROOT_SEED, _say, order.count(1000), order.workers, order.cache
+        )
     }
     write_tables("floor", "Noise of the instrument", parts, HERE / "results", seed=ROOT_SEED, date=order.date)
 
