@@ -114,9 +114,9 @@ def _method(_: Json) -> list[Block]:
         text(
             "Its interval is chi-square, with the degrees of freedom that window and overlap leave. A model is drawn "
             "as these segments would show it: its density folded by sampling, averaged over the window. Isolated "
-            "missing samples are bridged by their expected value, and the variance that it lacks is added: the "
-            "chi-square law is that of the rest, and the interval holds the error of that variance. Segments that hold "
-            "longer gaps are left out. A line is steady when its amplitude and phase, part by part of the "
+            "missing samples are bridged by their expected value, and the density of its errors is added: the "
+            "chi-square law is that of the rest, and the interval holds the error of what was added. Segments that "
+            "hold longer gaps are left out. A line is steady when its amplitude and phase, part by part of the "
             "record, scatter no more than the noise around it explains; then it is a sinusoid, and can be taken out."
         ),
         references([WELCH, HARRIS, SYKULSKI]),

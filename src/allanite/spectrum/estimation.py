@@ -94,7 +94,7 @@ def power_spectrum(
     density seen through the window, which stands above a steep one: by n(n + 1)/(6 k^2) for S = 1/f^n at bin k of a
     Hann window. Bins where that would count for a random walk are left out; `Spectrum.expected` holds the rest.
 
-    Isolated missing samples are bridged, and what that takes off the variance is put back at all frequencies
+    Isolated missing samples are bridged, and the density that this takes off is put back
     (`Spectrum.bridged`): the chi-square law holds for the density less that part, and the error of that part is in the
     interval.
 
@@ -154,7 +154,7 @@ def _spectrum(
     bridged = streams[0].bridged if streams else Bridged()
     bins = np.stack(columns[5:7], axis=1)
     shared = bridged.common(density, *((bins - 0.5) * resolution[:, None]).T)
-    lower, upper = _interval(density, edf, confidence, bridged, shared)
+    lower, upper = _interval(frequency, density, edf, confidence, bridged, shared)
     return Spectrum(
         channel=name,
         frequency=frequency,
@@ -260,15 +260,16 @@ def _means(
 
 
 def _interval(
-    density: Array, edf: Array, confidence: float, bridged: Bridged, shared: Array
+    frequency: Array, density: Array, edf: Array, confidence: float, bridged: Bridged, shared: Array
 ) -> tuple[Array, Array]:
     """Chi-square interval of what was seen, over what was put back; the error of that takes degrees of freedom off."""
     from scipy.special import gammaincinv
 
-    seen = np.maximum(density - bridged.lacking, 0.0)
+    back = bridged.put_back(frequency)
+    seen = np.maximum(density - back, 0.0)
     common = (density**2 * (shared**2).sum(axis=1) + bridged.white**2 * bridged.coupling) / 2
     dof = 1 / (1 / edf + np.divide(common, seen**2, out=np.zeros_like(seen), where=seen > 0))
     half, tail = np.maximum(dof, 1.0) / 2, (1 - confidence) / 2
     ends = (seen * half / gammaincinv(half, part) for part in (1 - tail, tail))
-    lower, upper = (bridged.lacking + end for end in ends)
+    lower, upper = (back + end for end in ends)
     return lower, upper

@@ -3,24 +3,26 @@
 
 Left out at weight zero, a missing sample of red noise is a step down to the mean and back: it leaks the power of the
 lowest frequencies over all others. Here its expected value given its neighbours stands in for it, and what that value
-lacks in variance is added to the density: for error e_i of the best estimate, which no neighbour tells,
+lacks is added to the density. Errors e_i of the best estimate are independent of all that is there, so that
 
-    E|F(f)|^2 = E|F'(f)|^2 + sum over missing i of w_i^2 var(e_i)                                          (1)
+    E|F(f)|^2 = E|F'(f)|^2 + sum over missing i, j of w_i w_j cov(e_i, e_j) cos(2 pi f (i - j) dt)         (1)
 
-at every frequency, whatever the spectrum, for holes that stand apart. White noise is so put back to what it was (the
-estimate is then the mean); a random walk needs nothing put back. Runs of more than a few samples stay missing:
-segments that hold them are left out. The recording itself keeps its gaps.
+whatever the spectrum. Holes that stand apart have errors of their own, and what is added is white; of steep noise
+neighbouring holes err to the same side, and less is added at high frequencies. White noise is so put back to what it
+was (the estimate is then the mean); a random walk needs nothing put back. Runs of more than a few samples stay
+missing: segments that hold them are left out. The recording itself keeps its gaps.
 
 What is put back carries no information. Look at the density as the transform of the autocovariance: the pairs of
 samples that are h apart enter with the weight of their number. With p_h the part of them that is there (p_0 = p, the
 part of the samples), white noise of variance R has an autocovariance known to R^2 (2 if h = 0 else 1)/(n p_h), and a
 density whose missing samples were set to the mean holds the part p_h of it. Bridged, and with (1) put back, it holds
-the part w_h,
+the part w_h (w_0 = 1),
 
-    w_0 = 1,    w_h = p_h + pairs of one bridged sample and one that is there, up to h = `_REACH`,         (2)
+    w_h = p_h + pairs of which one sample or both are bridged, up to h = `_REACH`,                         (2)
 
-because the estimate of a missing sample is that autocovariance. With 2/nu the relative variance of an ordinate of a
-whole record, l_0 = 1 and l_h = sqrt(2) cos(2 pi f h dt), the relative errors of the ordinates are so
+because the estimate of a missing sample is that autocovariance, and so is the covariance of two errors. With 2/nu the
+relative variance of an ordinate of a whole record, l_0 = 1 and l_h = sqrt(2) cos(2 pi f h dt), the relative errors of
+the ordinates are so
 
     own:  2 p/nu at most,        in common:  sum over h, k of l_h l_k C_hk,                                 (3)
 
@@ -33,10 +35,6 @@ eigenvalue larger than p, that of the mean over all of them. With the common par
 1/p: no better than the p n samples allow. One narrow bin is known to p^2, better than without holes, by a part that
 tells nothing. In other noise the white part alone, of density `Bridged.white`, is taken to do all this: slow noise is
 bridged with next to no error.
-
-Not covered: (1) takes the errors e_i of neighbouring holes as uncorrelated. Where a large part of steep noise is
-missing at random, its highest frequencies come out too high: for a Gauss-Markov term of five samples and white noise
-of 1/16 of its root density at zero, N by 3 % with a tenth missing, by 38 % with two fifths.
 
 References
 ----------
@@ -63,7 +61,7 @@ _REACH = 8
 _ENOUGH = 64  # samples of a block that its autocovariance is taken from
 _RIDGE = 1e-9
 _BATCH = 4096
-#: An independent error of eq. (3) whose variance is smaller, times 2/n, does not count.
+#: An independent error of eq. (3) whose variance is smaller, times 2/n, does not count; nor does less of a density.
 _LEAST = 1e-3
 
 
@@ -73,8 +71,9 @@ class Bridged:
 
     Attributes
     ----------
-    lacking : float
-        Density that was added at all frequencies, in the unit of the density.
+    lacking : tuple of float
+        Autocovariance of the errors of eq. (1), from distance 0, a sample of the record on average, times dt: unit of
+        the density.
     share : float
         Bridged samples over all samples.
     dt : float [s]
@@ -86,20 +85,34 @@ class Bridged:
         Variance of a mean over all frequencies that holes at random places add to that of its bins, likewise.
     """
 
-    lacking: float = 0.0
+    lacking: tuple[float, ...] = ()
     share: float = 0.0
     dt: float = 1.0
     errors: tuple[tuple[float, ...], ...] = ()
     coupling: float = 0.0
 
+    def put_back(self, frequency: ArrayLike) -> Array:
+        """Density that was added, in the unit of the density; shape of `frequency` [Hz]."""
+        f = np.asarray(frequency, dtype=np.float64)
+        total = np.zeros_like(f)
+        for h, part in enumerate(self.lacking):
+            total += (2 if h else 1) * part * np.cos(2 * np.pi * h * self.dt * f)
+        return np.maximum(total, 0.0)
+
     @property
     def white(self) -> float:
-        """Density of the white part of the record, which the neighbours of a missing sample do not tell."""
-        return self.lacking / self.share if self.share > 0 else 0.0
+        """Density of the part of the record that the neighbours of a missing sample do not tell, as if it were white.
 
-    def own_part(self, density: ArrayLike) -> Array:
+        A mean of logarithms over all frequencies, as the error of a prediction has it.
+        """
+        if not self.share > 0:
+            return 0.0
+        back = self.put_back(np.linspace(0.0, 0.5 / self.dt, 65))
+        return float(np.exp(np.log(np.maximum(back, _LEAST * self.lacking[0])).mean())) / self.share
+
+    def own_part(self, density: ArrayLike, frequency: ArrayLike) -> Array:
         """Variance of densities but for the common errors, at most, over that without holes: p for white noise."""
-        return np.asarray(1 - np.minimum(_over(self.lacking, density), self.share))
+        return np.asarray(1 - np.minimum(_over(self.put_back(frequency), density), self.share))
 
     def common(self, density: ArrayLike, below: ArrayLike, above: ArrayLike) -> Array:
         """Loadings of independent errors of unit variance that all densities have in common, relative to them.
@@ -126,10 +139,10 @@ class Bridged:
 
     def scaled(self, factor: float) -> Bridged:
         """The same for a density times a factor."""
-        return replace(self, lacking=self.lacking * factor)
+        return replace(self, lacking=tuple(part * factor for part in self.lacking))
 
 
-def _over(part: float, density: ArrayLike) -> Array:
+def _over(part: ArrayLike, density: ArrayLike) -> Array:
     level = np.asarray(density, dtype=np.float64)
     return np.asarray(np.divide(part, level, out=np.zeros_like(level), where=level > 0))
 
@@ -138,22 +151,22 @@ class Bridge:
     """Bridges short runs of missing samples in a stream of blocks, and counts what that takes off the variance."""
 
     def __init__(self) -> None:
-        self._lacking = 0.0
+        self._lacking = np.zeros(_REACH + 1)  # sums of cov(e_i, e_i+h)
         self._samples = self._filled = 0
-        self._pairs = np.zeros((2, _REACH + 1))  # by distance: both there, and one of them bridged
+        self._pairs = np.zeros((2, _REACH + 1))  # by distance: both there, and one or both bridged
         self._shared = np.zeros((_REACH, _REACH))  # sums of c_ih c_ik
 
     @property
-    def lacking(self) -> float:
-        """Variance that bridged samples lack, averaged over all samples: a white density of this times dt."""
-        return self._lacking / max(self._samples, 1)
+    def lacking(self) -> Array:
+        """Autocovariance of the errors from distance 0, averaged over all samples: a density at dt = 1."""
+        return np.asarray(self._lacking / max(self._samples, 1))
 
     def account(self, dt: float, seen: int) -> Bridged:
         """What to put back into the density of `seen` samples of interval dt."""
-        if not self._lacking > 0 or not seen:
+        if not self._lacking[0] > 0 or not seen:
             return Bridged(dt=dt)
         return Bridged(
-            lacking=self.lacking * dt,
+            lacking=tuple((self.lacking * dt).tolist()),
             share=self._filled / self._samples,
             dt=dt,
             errors=self._errors(min(seen, self._samples)),
@@ -168,7 +181,6 @@ class Bridge:
         """Root of C in eq. (3), for a density of n samples."""
         both, one = np.maximum(self._pairs, [[1.0], [0.0]]) / self._samples
         whole = both + one
-        whole[0] = 1.0
         C = np.diag((whole**2 - both**2) / both)  # times 2/n
         gain = ((whole - both) / both)[1:]
         apart = self._shared / self._samples / 2 - 2 * np.outer(both[1:], both[1:]) / both[0]
@@ -188,10 +200,10 @@ class Bridge:
         level = float(np.nanmean(block))
         covariance = _autocovariance(np.where(missing, 0.0, block - level), ~missing)
         out = block.copy()
-        for places in _batches(short):
-            value, error = _expected(block - level, ~missing, places, covariance)
-            out[places] = value + level
-            self._lacking += float(error.sum())
+        for own, places in _batches(short):
+            value, shares = _expected(block - level, ~missing, places, covariance)
+            out[places[:own]] = value[:own] + level
+            self._lacking += _lacking(places, shares, own, covariance)
         return out
 
     def _count(self, there: NDArray[np.bool_], bridged: NDArray[np.int64]) -> None:
@@ -204,21 +216,23 @@ class Bridge:
             return
         filled = np.zeros(len(there), dtype=bool)
         filled[bridged] = True
-        within = np.zeros((_REACH, len(there)))
+        known, within = there | filled, np.zeros((_REACH, len(there)))
         for h in range(min(_REACH + 1, len(there))):
             a, b = slice(h, None), slice(None, len(there) - h)
             pair = there[a] & there[b]
             self._pairs[0, h] += int(pair.sum())
-            self._pairs[1, h] += int(np.sum(there[a] & filled[b])) + int(np.sum(filled[a] & there[b]))
+            self._pairs[1, h] += int(np.sum(known[a] & known[b] & ~pair))
             if h:
                 within[h - 1, a] += pair
                 within[h - 1, b] += pair
         self._shared += within @ within.T
 
 
-def _batches(places: NDArray[np.int64]) -> Iterator[NDArray[np.int64]]:
+def _batches(places: NDArray[np.int64]) -> Iterator[tuple[int, NDArray[np.int64]]]:
+    """How many places are those of the batch, and these with the ones that follow within reach."""
     for first in range(0, len(places), _BATCH):
-        yield places[first : first + _BATCH]
+        own = min(_BATCH, len(places) - first)
+        yield own, places[first : first + own + _REACH]
 
 
 def _short(missing: NDArray[np.bool_]) -> NDArray[np.int64]:
@@ -234,28 +248,61 @@ def _autocovariance(values: Array, present: NDArray[np.bool_]) -> Array:
     """R(0) about the mean of the block, and R(h) = R(0) - D(h)/2 by mean squared differences D: no cancellation."""
     whole = float(values @ values) / max(int(present.sum()), 1)
     found = [whole]
-    for h in range(1, 2 * _REACH + 1):
+    for h in range(1, 3 * _REACH + 1):
         both = present[h:] & present[:-h]
         apart = float(np.sum(np.where(both, values[h:] - values[:-h], 0.0) ** 2)) / max(int(both.sum()), 1)
         found.append(whole - apart / 2)
-    return np.array(found)
+    return _definite(np.array(found))
+
+
+def _definite(covariance: Array) -> Array:
+    """As much white noise mixed in as makes it a covariance, as far above zero as it was below.
+
+    Where holes leave few pairs of some distances, their errors make estimates that are larger than any sample.
+    """
+    from scipy.linalg import toeplitz
+
+    least = float(np.linalg.eigvalsh(toeplitz(covariance))[0])
+    if least >= 0:
+        return covariance
+    share = min(2 * -least / (covariance[0] - least), 1.0)
+    return np.asarray(np.concatenate([covariance[:1], (1 - share) * covariance[1:]]))
+
+
+_OFFSETS = np.concatenate([np.arange(-_REACH, 0), np.arange(1, _REACH + 1)])
 
 
 def _expected(
     values: Array, present: NDArray[np.bool_], places: NDArray[np.int64], covariance: Array
 ) -> tuple[Array, Array]:
-    """Best linear estimate of the samples at `places` from those around, and the variance of its error."""
-    offsets = np.concatenate([np.arange(-_REACH, 0), np.arange(1, _REACH + 1)])
-    near = places[:, None] + offsets
+    """Best linear estimate of the samples at `places` from those around, and the weights of these, by `_OFFSETS`."""
+    near = places[:, None] + _OFFSETS
     inside = (near >= 0) & (near < len(values))
     near = np.clip(near, 0, len(values) - 1)
     there = inside & present[near]
-    between = covariance[np.minimum(np.abs(np.subtract.outer(offsets, offsets)), 2 * _REACH)]
-    matrix = np.where(there[:, :, None] & there[:, None, :], between, 0.0)
-    diagonal = np.arange(len(offsets))
+    matrix = np.where(there[:, :, None] & there[:, None, :], _between(covariance, 0), 0.0)
+    diagonal = np.arange(len(_OFFSETS))
     matrix[:, diagonal, diagonal] = covariance[0] * (1 + _RIDGE) or 1.0
-    target = np.where(there, covariance[np.abs(offsets)], 0.0)
-    share = np.linalg.solve(matrix, target[:, :, None])[:, :, 0]
-    value = np.sum(share * np.where(there, values[near], 0.0), axis=1)
-    error = covariance[0] - np.sum(share * target, axis=1)
-    return value, np.clip(error, 0.0, covariance[0])
+    target = np.where(there, covariance[np.abs(_OFFSETS)], 0.0)
+    shares = np.linalg.solve(matrix, target[:, :, None])[:, :, 0]
+    return np.sum(shares * np.where(there, values[near], 0.0), axis=1), shares
+
+
+def _between(covariance: Array, apart: int) -> Array:
+    """Covariance of the neighbours of a place (rows) with those of the place so many samples on (columns)."""
+    return np.asarray(covariance[np.abs(np.subtract.outer(_OFFSETS, _OFFSETS + apart))])
+
+
+def _lacking(places: NDArray[np.int64], shares: Array, own: int, covariance: Array) -> Array:
+    """Sum over the first `own` places of cov(e_i, e_i+h), h = 0 ... `_REACH`; e is a sample less its estimate."""
+    total = np.zeros(_REACH + 1)
+    for h in range(_REACH + 1):
+        i = np.arange(own)
+        j = np.searchsorted(places, places[:own] + h)
+        both = j < len(places)
+        both[both] = places[j[both]] == places[i[both]] + h
+        a, b = shares[i[both]], shares[j[both]]
+        mixed = np.sum((a @ _between(covariance, h)) * b, axis=1)
+        known = a @ covariance[np.abs(_OFFSETS - h)] + b @ covariance[np.abs(_OFFSETS + h)]
+        total[h] = float(np.sum(covariance[h] - known + mixed))
+    return np.concatenate([np.maximum(total[:1], 0.0), total[1:]])

@@ -158,7 +158,9 @@ def _run(
     if not kept:
         return []
     bridged = bridge.account(1 / recording.rate, kept[0].welch.seen)
-    return [replace(p, density=p.density + bridged.lacking, bridged=bridged) for p in _shares(kept)]
+    return [
+        replace(p, density=p.density + bridged.put_back(p.frequency), bridged=bridged) for p in _shares(kept)
+    ]
 
 
 def _plan(n_samples: int, dt: float, longest: int, least: int) -> list[_Stream]:
@@ -208,9 +210,10 @@ def welch(
         if progress is not None:
             progress(done / recording.n_samples)
     bridged = bridge.account(dt, whole.seen)
+    frequency = np.arange(length // 2 + 1) / (length * dt)
     return Periodogram(
-        frequency=np.arange(length // 2 + 1) / (length * dt),
-        density=whole.density() * dt + bridged.lacking,
+        frequency=frequency,
+        density=whole.density() * dt + bridged.put_back(frequency),
         first=window.order + 2,
         last=length // 2 - window.order,
         segment=length,

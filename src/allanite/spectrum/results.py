@@ -45,7 +45,7 @@ class Spectrum:
     lower, upper : ndarray, shape (n,)
         Interval of the density: chi-square with `edf` degrees of freedom, about what is put back for bridged samples.
     edf : ndarray, shape (n,)
-        Of the density less `bridged.lacking`.
+        Of the density less `bridged.put_back`.
     background : ndarray, shape (n,)
         The density with its lines taken out.
     lines : tuple of SpectralLine
@@ -168,7 +168,9 @@ class Spectrum:
 
 
 def _bridged(data: Mapping[str, Any]) -> Bridged:
-    return Bridged(**{**data, "errors": tuple(map(tuple, data.get("errors", ())))})
+    lacking = data.get("lacking", ())
+    white = (lacking,) if isinstance(lacking, (int, float)) else lacking  # a number in an earlier version
+    return Bridged(**{**data, "lacking": tuple(white), "errors": tuple(map(tuple, data.get("errors", ())))})
 
 
 def _line(data: Mapping[str, Any]) -> SpectralLine:

@@ -173,7 +173,7 @@ def ordinates_of(recording: Recording, spectrum: Spectrum) -> Ordinates:
     fast = additive_dof(spectrum.edf[used], np.diff(spectrum.bins[used], axis=1)[:, 0])
     level, bridged = _smooth(spectrum.density[used]), spectrum.bridged
     shared = bridged.common(level, *((spectrum.bins[used] - 0.5) * spectrum.resolution[used, None]).T)
-    fast = fast / bridged.own_part(level)
+    fast = fast / bridged.own_part(level, spectrum.frequency[used])
     contrast = modes.value[away]
     return Ordinates(
         modes=modes,
