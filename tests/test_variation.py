@@ -23,6 +23,7 @@ from allanite.variation.constancy import Scatter, Whitened, excess_kurtosis, tog
 from allanite.variation.estimation import _change
 from allanite.variation.shapes import Shape, _shares, doubt_of_effect, doubts_of, effect_of, shares_of
 from allanite.variation.sizes import FoundChange, Misfit, _deviations, _hansen, _minimum, ratio_of
+from allanite.wording.variation import change_lines, variation_facts
 from noise_records import binomial_bound
 
 WHITE = NoiseModel.of(White(N=1.0))
@@ -400,7 +401,14 @@ def test_a_size_that_the_windows_do_not_tell_has_no_interval() -> None:
         shape=Shape(symbol="N", time=60.0), lower=50.0, upper=70.0, beta=3.0, sd=math.inf, p=0.01
     )
     assert ratio_of(found, 0.95)[1:] == (0.0, math.inf)
-    assert _change(found, 1.0, 0.95).says == "N grew at 60 s, by how much the windows do not tell"
+    change = _change(found, 1.0, 0.95)
+    assert change.says == "N grew at 60 s, by how much the windows do not tell"
+    whole = examine_variation(record(noise(SLOW, 2000, 1)), models=SLOW, windows=16)
+    document = replace(whole, channels=(replace(whole.channels[0], changes=(change,)),)).to_json()
+    assert change_lines(document) == [
+        ("gyro", "N", "60 s [50 s, 70 s]", "the windows do not tell", "p = 0.010")
+    ]
+    assert dict(variation_facts(document))["all windows together"].count(".") <= 1  # p alone has decimals
 
 
 def test_quantile_of_the_time_is_that_of_the_published_law() -> None:

@@ -34,8 +34,10 @@ def change_lines(document: Json) -> list[tuple[str, str, str, str, str]]:
             if change["time"] is not None:
                 low, high = (duration(change[f"time_{end}"]) for end in ("lower", "upper"))
                 when = f"{duration(change['time'])} [{low}, {high}]"
-            middle, least, most = interval(change["ratio"], change["lower"], change["upper"])
-            size = f"{middle} times [{least}, {most}]"
+            size = "the windows do not tell"
+            if change["upper"] is not None:
+                middle, least, most = interval(change["ratio"], change["lower"], change["upper"])
+                size = f"{middle} times [{least}, {most}]"
             rows.append((channel["name"], part_name(change["symbol"]), when, size, probability(change["p"])))
     return rows
 
@@ -85,7 +87,7 @@ def variation_facts(document: Json) -> list[tuple[str, str]]:
         (
             "all windows together",
             "; ".join(
-                f"{c['name']}: χ² {c['chi2']:.0f} ({c['dof']} expected), {probability(c['p'])}"
+                f"{c['name']}: χ² {c['chi2']:.0f} ({c['dof']:.0f} expected), {probability(c['p'])}"
                 for c in channels
             ),
         ),
