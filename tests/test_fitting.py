@@ -348,3 +348,12 @@ def test_excluded_lags_survive_the_file(tmp_path: Path) -> None:
         al.fit(curve["x"], exclude=[True])
     with pytest.raises(InputError, match="confidence"):
         al.fit(curve["x"], confidence=2.0)
+
+
+def test_a_curve_that_is_a_ramp_alone_is_refused_with_words() -> None:
+    """A walk of a walk with a gap: beside its trend no noise is resolved."""
+    y = np.cumsum(np.cumsum(np.random.default_rng(4).standard_normal(2000)))
+    y[500:1150] = np.nan
+    curve = al.allan_curve(al.Recording.from_rate(y, rate=10.0, unit="rad/s"))
+    with pytest.raises(FitError, match="that of a ramp"):
+        al.fit(curve)

@@ -18,7 +18,7 @@ from allanite.errors import DataQualityError, InputError
 from allanite.laws import chi_square_tail
 from allanite.noise import Flicker, GaussMarkov, NoiseModel, Quantisation, Ramp, RandomWalk, White
 from allanite.recording import Recording
-from allanite.variation import examine_variation
+from allanite.variation import changes, examine_variation
 from allanite.variation.constancy import Scatter, Whitened, excess_kurtosis, together, window_scores
 from allanite.variation.estimation import _change
 from allanite.variation.shapes import Shape, _shares, doubt_of_effect, doubts_of, effect_of, shares_of
@@ -409,6 +409,27 @@ def test_a_size_that_the_windows_do_not_tell_has_no_interval() -> None:
         ("gyro", "N", "60 s [50 s, 70 s]", "the windows do not tell", "p = 0.010")
     ]
     assert dict(variation_facts(document))["all windows together"].count(".") <= 1  # p alone has decimals
+
+
+@pytest.mark.parametrize(
+    ("n", "factor", "seed"), [(64, 0.03, 18), (64, 30.0, 10), (100, 1e-3, 7), (100, 0.03, 0)]
+)
+def test_a_change_that_leaves_no_two_windows_of_any_lag_is_told_all_the_same(
+    n: int, factor: float, seed: int
+) -> None:
+    y = np.random.default_rng(seed).standard_normal(n)
+    y[n // 2 :] *= factor
+    channel = examine_variation(record(y)).channels[0]
+    assert channel.verdict == "the noise changes" and channel.changes
+    assert 0.0 < channel.p_left <= 1.0 and math.isfinite(channel.chi2)
+
+
+def test_where_steps_divide_every_window_the_search_ends(monkeypatch: pytest.MonkeyPatch) -> None:
+    y = noise(WHITE, 4000, 3)
+    y[1500:] *= 2.0
+    monkeypatch.setattr(changes, "undivided", lambda found, cells: np.full(len(cells), not found))
+    channel = examine_variation(record(y), models=WHITE).channels[0]
+    assert len(channel.changes) == 1 and channel.p_left == 1.0
 
 
 def test_quantile_of_the_time_is_that_of_the_published_law() -> None:

@@ -164,6 +164,11 @@ def _families(chosen: Candidate, confidence: float) -> list[FamilyFit]:
 
     def fitted(symbols: tuple[str, ...], solution: Solution, own: str) -> tuple[FamilyFit, bool]:
         fit = fit_family(Family(data, symbols), solution, confidence)
+        if not math.isfinite(fit.selected.value):
+            raise FitError(
+                "the curve is that of a ramp, and no noise is resolved beside it; take the trend out, or look at the "
+                "findings and at the curve"
+            )
         return fit, own in fit.supported
 
     return supported_families(

@@ -172,7 +172,8 @@ class _Sums:
         if not inside.any():
             return out
         c = np.exp(positions[inside, :k])
-        level = self._minus_twice(c, times[inside])
+        with np.errstate(over="ignore", invalid="ignore"):  # far out: no density there
+            level = self._minus_twice(c, times[inside])
         out[inside] = (
             -level / 2 + positions[inside, :k].sum(axis=1) / 2
         )  # flat in the root of each coefficient

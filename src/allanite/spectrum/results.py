@@ -140,7 +140,7 @@ class Spectrum:
             "channel": self.channel,
             **{name: getattr(self, name).tolist() for name in _ARRAYS},
             "bins": self.bins.tolist(),
-            "lines": [asdict(line) for line in self.lines],
+            "lines": [_plain(line) for line in self.lines],
             "corner": self.corner,
             "band_limit": None if self.band_limit is None else asdict(self.band_limit),
             "shortest_trusted_tau": self.shortest_trusted_tau,
@@ -171,6 +171,13 @@ def _bridged(data: Mapping[str, Any]) -> Bridged:
     lacking = data.get("lacking", ())
     white = (lacking,) if isinstance(lacking, (int, float)) else lacking  # a number in an earlier version
     return Bridged(**{**data, "lacking": tuple(white), "errors": tuple(map(tuple, data.get("errors", ())))})
+
+
+def _plain(line: SpectralLine) -> dict[str, Any]:
+    """Inverse of `_line`."""
+    return {
+        key: None if value != value else value for key, value in asdict(line).items()
+    }  # NaN alone is not itself
 
 
 def _line(data: Mapping[str, Any]) -> SpectralLine:

@@ -89,10 +89,13 @@ def find_changes(
     first, visible = 1.0, dict[str, float]()
     while True:
         whole = undivided(accepted, cells)
+        if not whole.any():  # steps divide every window: nothing is left to look at
+            left_over = (0.0, 0.0)
+            break
         rest, part = cells.where(whole), _of_lags(shares, cells, whole)
         effect = joint_effect(accepted, cells, shares)
         calm, own = rest.variance / effect[whole], scatter.of_cells(np.flatnonzero(whole))
-        left = Whitened.of(calm, rest.row, own)
+        left, left_over = Whitened.of(calm, rest.row, own), together(calm, rest.row, own)
         tried, p, needed = _largest(every, [c.shape for c in accepted], rest, part, left, level)
         if not accepted:
             first, visible = p, _visible(needed, cells, shares, left)
@@ -102,7 +105,7 @@ def find_changes(
             break
         accepted = placed(_likeliest(tried, accepted, p, misfit), misfit, confidence)
     ordered = sorted(accepted, key=lambda c: -1.0 if c.shape.time is None else c.shape.time)
-    return Scan(changes=tuple(ordered), p=first, left=together(calm, rest.row, own), visible=visible)
+    return Scan(changes=tuple(ordered), p=first, left=left_over, visible=visible)
 
 
 def undivided(changes: Sequence[FoundChange], cells: Cells) -> NDArray[np.bool_]:

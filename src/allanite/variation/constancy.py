@@ -136,7 +136,10 @@ def window_scores(variance: Array, scatter: Scatter) -> tuple[float, Array]:
 
 
 def together(variance: Array, row: NDArray[np.int64], scatter: Scatter) -> tuple[float, float]:
-    """Chi-square of the windows of all lags, and its degrees of freedom, which are no whole number: equation (2)."""
+    """Chi-square of the windows of all lags, and its degrees of freedom, which are no whole number: equation (2).
+
+    No degrees of freedom where no lag has two windows.
+    """
     blocks, total = np.zeros_like(scatter.covariance), 0.0
     for one in np.unique(row):
         here = np.flatnonzero(row == one)
@@ -146,6 +149,8 @@ def together(variance: Array, row: NDArray[np.int64], scatter: Scatter) -> tuple
         total += own.chi2
     product = blocks @ scatter.covariance
     mean, spread = float(np.trace(product)), 2.0 * float(np.sum(product * product.T))
+    if spread < 1e-12:
+        return 0.0, 0.0
     return total * 2.0 * mean / spread, 2.0 * mean**2 / spread
 
 

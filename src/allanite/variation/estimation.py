@@ -149,7 +149,7 @@ def _channel(
     lags = _lag_tests(cells, scatter, dt, abs(channel.scale), confidence, false_alarm)
     changes = () if len(silent[0]) else tuple(_change(c, dt, confidence) for c in scan.changes)
     verdict = CHANGES if changes else FLUCTUATES if p < level or len(silent[0]) else CONSTANT
-    p_left = chi_square_tail(*scan.left)
+    p_left = chi_square_tail(*scan.left) if scan.left[1] > 0 else 1.0
     if any(not math.isfinite(c.upper) for c in changes):
         remarks.append("the search ended at a change whose size the windows do not tell: there may be others")
     if changes and p_left < level:
