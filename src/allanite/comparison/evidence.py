@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from allanite.comparison.profiles import Profile, limit, normal_profile, traced
 from allanite.comparison.series import Series
 from allanite.fitting.design import TIME_POWER
-from allanite.fitting.families import FLICKER, GAUSS_MARKOV, Family
+from allanite.fitting.families import Family
 from allanite.fitting.objective import Curve, Solution, distance, sensitivity
 from allanite.fitting.sets import CERTAIN, critical_value, fisher_sd
 from allanite.noise import SIGMA_PER_B
@@ -54,12 +54,12 @@ class Evidence:
 
 
 def evidence_of(
-    series: Series, family: str, confidence: float, *, only: frozenset[str] | None = None
+    series: Series, symbols: tuple[str, ...], confidence: float, *, only: frozenset[str] | None = None
 ) -> Evidence:
-    """Profiles of the parameters of a family ("flicker" or "gauss-markov"); `only` those symbols, if it is given."""
-    symbols = FLICKER if family == "flicker" else GAUSS_MARKOV
-    best = series.fit.flicker if family == "flicker" else series.fit.markov
-    tracer = _Tracer(series, Family(series.fit.data, symbols), best, confidence)
+    """Profiles of the parameters of a sum of these terms; `only` those symbols, if they are given."""
+    family = Family(series.fit.data, symbols)
+    best = series.best(symbols)
+    tracer = _Tracer(series, family, best, confidence)
     wanted = [s for s in symbols if only is None or s in only]
     profiles = {("B_equiv" if s == "G" else s): tracer.coefficient(s) for s in wanted}
     if "B_equiv" in profiles and profiles["B_equiv"].supported:

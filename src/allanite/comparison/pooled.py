@@ -20,12 +20,17 @@ from numpy.typing import NDArray
 from allanite.comparison.series import Series
 from allanite.fitting.design import TIME_POWER, Design
 from allanite.fitting.families import Family
-from allanite.fitting.objective import Curve, Solution, solve
+from allanite.fitting.objective import Curve, Solution, distance, solve
 from allanite.noise import GaussMarkov, NoiseModel, TermType, term_of
 
-__all__ = ["JointDesign", "model_of", "pooled_fit", "seen_by"]
+__all__ = ["JointDesign", "model_of", "pooled_fit", "seen_by", "terms_needed"]
 
 Array = NDArray[np.float64]
+
+#: Terms that a comparison does without where nothing shows them.
+_RARE = ("Q", "R")
+#: Loss without a term from which on all records together show it, or a single one among several.
+_SHOWN, _SHOWN_BY_ONE = 3.84, 6.63
 
 
 @dataclass(slots=True)
@@ -85,10 +90,36 @@ class JointDesign(Design):
 def pooled_fit(series: Sequence[Series], symbols: tuple[str, ...]) -> tuple[JointDesign, Solution]:
     """The best single model of a family for all records."""
     design = JointDesign.of(series)
+    return design, _pooled(series, design, symbols)({})
+
+
+def _pooled(series: Sequence[Series], design: JointDesign, symbols: tuple[str, ...]) -> Family:
     variance = np.concatenate([s.fit.data.variance for s in series])
     discrepancy = max(s.fit.data.discrepancy for s in series)
-    family = Family(Curve(variance, design, discrepancy), symbols)
-    return design, family({})
+    return Family(Curve(variance, design, discrepancy), symbols)
+
+
+def terms_needed(series: Sequence[Series], symbols: tuple[str, ...]) -> tuple[str, ...]:
+    """The family without quantisation and ramp, unless all records together or one of them show it.
+
+    A term that may only add and is not there takes a little from its neighbours in every record, by chance to one side:
+    N would come out low by 0.4 standard deviations of one record, which the mean of ten records does not forgive.
+    """
+    design, kept = JointDesign.of(series), symbols
+    for symbol in (s for s in _RARE if s in symbols):
+        together = _pooled(series, design, kept)
+        shown = _loss_without(together, together({}), symbol) > _SHOWN or any(
+            _loss_without(Family(s.fit.data, kept), s.best(kept), symbol) > _SHOWN_BY_ONE for s in series
+        )
+        if not shown:
+            kept = tuple(s for s in kept if s != symbol)
+    return kept
+
+
+def _loss_without(family: Family, best: Solution, symbol: str) -> float:
+    if best.coefficient(symbol) <= 0:
+        return 0.0
+    return distance(family.curve, family({symbol: 0.0}, best), best.T)
 
 
 def seen_by(design: JointDesign, i: int, pooled: Solution) -> Solution:

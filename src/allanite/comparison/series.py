@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -12,8 +12,10 @@ from numpy.typing import NDArray
 
 from allanite.allan import AllanCurve
 from allanite.errors import DataQualityError, FitError, FormatError, InputError
+from allanite.fitting.families import Family
 from allanite.fitting.misfit import Candidate, best_explained, candidate
 from allanite.fitting.moments import lags_used
+from allanite.fitting.objective import Solution
 from allanite.recording import Channel, Kind
 
 __all__ = ["Part", "Record", "Series", "matched", "record_of", "refuse_other_kinds"]
@@ -48,6 +50,14 @@ class Series:
     fit: Candidate
     mean: float | None
     present: int
+
+    def best(self, symbols: tuple[str, ...]) -> Solution:
+        """The best fit of a family, or of some of its terms."""
+        whole = self.fit.markov if "G" in symbols else self.fit.flicker
+        if symbols == whole.symbols:
+            return whole
+        near = replace(whole, symbols=symbols, c=np.array([whole.coefficient(s) for s in symbols]))
+        return Family(self.fit.data, symbols)({}, near)
 
     @property
     def kind(self) -> Kind:
