@@ -19,15 +19,18 @@ from allanite.comparison.bias import mean_sd
 from allanite.comparison.curves import Ratio, compared, holm
 from allanite.comparison.equality import detectable, least, level_set, without_each
 from allanite.comparison.estimation import _family
+from allanite.comparison.evidence import evidence_of
 from allanite.comparison.null_law import Directions, Law, law_of_equality
 from allanite.comparison.parameters import bias_comparison
+from allanite.comparison.pooled import terms_needed
 from allanite.comparison.population import population_of
 from allanite.comparison.profiles import Profile, normal_profile, traced
-from allanite.comparison.series import record_of
+from allanite.comparison.series import Series, record_of
 from allanite.errors import FormatError, InputError
 from allanite.figures import sheet_of
+from allanite.fitting.families import FLICKER, GAUSS_MARKOV
 from allanite.laws import chi_square_quantile
-from allanite.noise import Flicker, GaussMarkov, NoiseModel, RandomWalk, White
+from allanite.noise import Flicker, GaussMarkov, NoiseModel, Quantisation, Ramp, RandomWalk, White
 from allanite.recording_file import write_recording
 from allanite.report.measurement import judgement
 from allanite.simulation import simulate
@@ -495,3 +498,38 @@ def test_records_of_flicker_noise_are_not_taken_for_gauss_markov_because_they_ar
     groups = [[found[i] for i in rng.choice(len(found), 10, replace=False)] for _ in range(150)]
     wrong = sum(_family(group)[0] == "gauss-markov" for group in groups)
     assert wrong <= binomial_bound(len(groups), 0.02)
+
+
+def of(model: NoiseModel, count: int, seed: int) -> list[Series]:
+    found = []
+    for i in range(count):
+        one = curve(seed + i, model, rate=2.0, duration=6_000.0)
+        found.append(record_of(one).series(one.names[0]))
+    return found
+
+
+def test_quantisation_and_ramp_take_part_where_something_shows_them() -> None:
+    plain = NoiseModel.of(White(N=1e-3), Flicker(B=1e-4), RandomWalk(K=1.2e-5))
+    rough = NoiseModel.of(Quantisation(Q=3e-3), *plain.terms)
+    steep = NoiseModel.of(*plain.terms, Ramp(R=5e-6))
+    quick = NoiseModel.of(White(N=1e-3), GaussMarkov.from_sigma(3e-4, 100.0))
+    same = of(plain, 6, 300)
+    assert terms_needed(same, FLICKER) == ("N", "B", "K")
+    assert terms_needed(of(rough, 2, 310), FLICKER) == ("Q", "N", "B", "K")
+    assert terms_needed([*same, *of(steep, 1, 320)], FLICKER) == ("N", "B", "K", "R")
+    assert terms_needed(of(quick, 3, 340), GAUSS_MARKOV) == ("N", "G", "K")
+    some = evidence_of(of(quick, 1, 340)[0], ("N", "G", "K"), 0.95)
+    assert set(some.profiles) >= {"N", "B_equiv", "T", "K"} and "Q" not in some.profiles
+    assert some.profiles["N"].best == pytest.approx(math.log(1e-3), abs=0.05)
+
+
+def test_white_noise_of_many_records_is_not_low() -> None:
+    """The mean of N over 120 records: with quantisation in every fit it was 0.4 of its standard deviation low."""
+    plain = NoiseModel.of(White(N=1e-3), Flicker(B=1e-4), RandomWalk(K=1.2e-5))
+    z = []
+    for one in of(plain, 120, 400):
+        profile = evidence_of(one, ("N", "B", "K"), 0.95).profiles["N"]
+        z.append((profile.best - math.log(1e-3)) / profile.sd)
+    assert abs(np.mean(z)) < 3 / math.sqrt(len(z))
+    low, high = (chi_square_quantile(p, len(z)) for p in (1e-4, 1 - 1e-4))
+    assert low < np.sum(np.square(z)) < high

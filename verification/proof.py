@@ -8,6 +8,8 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
+from verification.tables import VERDICTS
+
 __all__ = ["proof_page"]
 
 Json = Mapping[str, Any]
@@ -49,7 +51,6 @@ as a user's would be; every record counts, whether a parameter was called presen
 inside the bounds of chance that its table states (99.9 % for most), so that of a thousand rows one fails by bad luck.
 `make verify` makes all again, `python -m verification likelihood --share 0.1` a tenth of one; every run has its seed.
 This page is made from the [committed results](../verification/results), and a test holds it to them."""
-_VERDICTS = ("passes", "pass", "met", "gate", "exact")
 #: Columns that hold a row by being zero.
 _NONE = (
     "acknowledged_lost",
@@ -132,7 +133,7 @@ def _judged(document: Json) -> Iterator[tuple[str, bool]]:
         if not isinstance(part, (list, Mapping)):
             continue
         for words, row in _rows(part, "" if heading in ("scenarios", "rows") else heading):
-            verdicts = [row[key] for key in _VERDICTS if isinstance(row.get(key), bool)]
+            verdicts = [row[key] for key in VERDICTS if isinstance(row.get(key), bool)]
             verdicts += [v for key, v in row.items() if key.endswith(" pass") and isinstance(v, bool)]
             verdicts += [row[key] == 0 for key in _NONE if key in row]
             if verdicts:
