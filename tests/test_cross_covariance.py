@@ -286,3 +286,14 @@ def test_interval_of_a_coefficient_is_the_set_that_its_estimate_does_not_contrad
         assert low < x < high and high - x > x - low
     c = found.coefficients[2, 3]  # under which the standard deviations are stated
     assert q0 + q1 * c + q2 * c**2 == pytest.approx(found.sd[2, 3] ** 2, rel=1e-3)
+
+
+@pytest.mark.parametrize("seed", [59, 151, 160])
+def test_lags_at_which_a_channel_holds_rounding_alone_are_left_out(seed: int) -> None:
+    """A count now and then, of which no complete window sees any: sums of it are rounded, and no noise."""
+    rng = np.random.default_rng(seed)
+    coarse = 1e-12 * np.round(0.25 * rng.standard_normal(300))
+    coarse[1::2][rng.random(150) < 0.9] = np.nan
+    y = np.column_stack([coarse, 1e-13 * rng.standard_normal(300), 1e-13 * rng.standard_normal(300)])
+    with pytest.raises(DataQualityError, match="no lag with noise"):
+        separate_noise(Recording.from_rate(y, rate=10.0, unit="rad/s", names=["a", "b", "c"]))

@@ -40,6 +40,8 @@ _LONGEST = 6
 _FEWEST_SAMPLES = 64
 #: Channels whose difference has less than this part of their variance are one and the same.
 _SAME = 1e-20
+#: Roundings in a second difference of the phase, at most.
+_ROUNDED = 8.0
 #: Probability below which three sensors do not share the same part.
 _UNLIKE = 0.01
 
@@ -159,9 +161,10 @@ def _starts(missing: Spans, n_samples: int, lags: NDArray[np.int64]) -> list[Spa
 def _measured(phases: Array, missing: Spans, names: Sequence[str]) -> AllanMatrix:
     lags = octave_lags(phases.shape[1] - 1, window=_LONGEST)
     found = allan_matrix(phases, missing, lags)
-    keep = (found.count >= np.maximum(2 * lags, 32)) & (np.einsum("lii->li", found.covariance) > 0).all(
-        axis=1
-    )
+    own = np.einsum("lii->li", found.covariance)
+    rounding = _ROUNDED * np.finfo(np.float64).eps * np.abs(phases).max(axis=1) / lags[:, None]
+    noisy = (own > rounding**2).all(axis=1)
+    keep = (found.count >= np.maximum(2 * lags, 32)) & noisy
     if not keep.any():
         raise DataQualityError(f"{listed(names)}: no lag with noise and enough complete windows")
     for i in range(len(names)):
