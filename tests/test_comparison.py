@@ -22,7 +22,7 @@ from allanite.comparison.estimation import _family
 from allanite.comparison.evidence import evidence_of
 from allanite.comparison.null_law import Directions, Law, law_of_equality
 from allanite.comparison.parameters import bias_comparison
-from allanite.comparison.pooled import terms_needed
+from allanite.comparison.pooled import pooled_fit
 from allanite.comparison.population import population_of
 from allanite.comparison.profiles import Profile, normal_profile, traced
 from allanite.comparison.series import Series, record_of
@@ -514,10 +514,10 @@ def test_quantisation_and_ramp_take_part_where_something_shows_them() -> None:
     steep = NoiseModel.of(*plain.terms, Ramp(R=5e-6))
     quick = NoiseModel.of(White(N=1e-3), GaussMarkov.from_sigma(3e-4, 100.0))
     same = of(plain, 6, 300)
-    assert terms_needed(same, FLICKER) == ("N", "B", "K")
-    assert terms_needed(of(rough, 2, 310), FLICKER) == ("Q", "N", "B", "K")
-    assert terms_needed([*same, *of(steep, 1, 320)], FLICKER) == ("N", "B", "K", "R")
-    assert terms_needed(of(quick, 3, 340), GAUSS_MARKOV) == ("N", "G", "K")
+    assert pooled_fit(same, FLICKER)[1].symbols == ("N", "B", "K")
+    assert pooled_fit(of(rough, 2, 310), FLICKER)[1].symbols == ("Q", "N", "B", "K")
+    assert pooled_fit([*same, *of(steep, 1, 320)], FLICKER)[1].symbols == ("N", "B", "K", "R")
+    assert pooled_fit(of(quick, 3, 340), GAUSS_MARKOV)[1].symbols == ("N", "G", "K")
     some = evidence_of(of(quick, 1, 340)[0], ("N", "G", "K"), 0.95)
     assert set(some.profiles) >= {"N", "B_equiv", "T", "K"} and "Q" not in some.profiles
     assert some.profiles["N"].best == pytest.approx(math.log(1e-3), abs=0.05)

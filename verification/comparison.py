@@ -149,9 +149,8 @@ def run_power(seed: int, say: Say, records: int, workers: int, cache: Path | Non
         row: Json = {"the fifth has": name, "comparisons": records}
         for key in ("channel", "parameter", "named", "wrong"):
             row[key] = sum(f[key] for f in found) / records
-        middle = float(
-            np.median([f["detectable"] or math.inf for f in found])
-        )  # none: no two records resolve it
+        # none where no two records resolve the parameter
+        middle = float(np.median([f["detectable"] or math.inf for f in found]))
         row["detectable_in_four_of_five"] = middle if math.isfinite(middle) else None
         rows.append(row)
         say(str(row))

@@ -85,7 +85,6 @@ def run_floor(
     seed: int, say: Say, records: int = 400, workers: int = 1, cache: Path | None = None
 ) -> list[Json]:
     """One row for each case and term: coverage of the sets, and how often the term is called supported."""
-    low, high = (float(binom.ppf(q, records, 0.95)) / records for q in (0.0005, 0.9995))
     rows: list[Json] = []
     for case, (name, sensor, *_) in enumerate(CASES):
         truth = {t.symbols[0] for t in sensor}
@@ -93,6 +92,9 @@ def run_floor(
         found = spread(partial(one, seed, case), range(records), workers=workers, say=say, place=place)
         for symbol in ("Q", "N", "B", "K", "R"):
             answers = [held[symbol] for held, _ in found if symbol in held]
+            if not answers:
+                continue
+            low, high = (float(binom.ppf(q, len(answers), 0.95)) / len(answers) for q in (0.0005, 0.9995))
             covered, supported = (sum(a[k] for a in answers) / len(answers) for k in (0, 1))
             # a set of a coefficient that is zero, or that an upper limit ends, covers more often
             two_sided = symbol in truth and supported == 1

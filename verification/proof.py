@@ -8,7 +8,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from verification.tables import VERDICTS
+from verification.tables import is_verdict
 
 __all__ = ["proof_page"]
 
@@ -59,8 +59,10 @@ _NONE = (
     "not_the_exact_prefix",
     "not_recovered",
     "without_an_error",
+    "not_in_order",
+    "differ_when_cut",
+    "false_gaps",
 )
-_NONE += ("not_in_order", "differ_when_cut", "false_gaps")
 
 
 def proof_page() -> str:
@@ -133,8 +135,7 @@ def _judged(document: Json) -> Iterator[tuple[str, bool]]:
         if not isinstance(part, (list, Mapping)):
             continue
         for words, row in _rows(part, "" if heading in ("scenarios", "rows") else heading):
-            verdicts = [row[key] for key in VERDICTS if isinstance(row.get(key), bool)]
-            verdicts += [v for key, v in row.items() if key.endswith(" pass") and isinstance(v, bool)]
+            verdicts = [v for key, v in row.items() if is_verdict(key) and isinstance(v, bool)]
             verdicts += [row[key] == 0 for key in _NONE if key in row]
             if verdicts:
                 yield words, all(verdicts)

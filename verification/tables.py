@@ -7,12 +7,12 @@ import json
 from pathlib import Path
 from typing import Any
 
-__all__ = ["VERDICTS", "write_tables"]
+__all__ = ["is_verdict", "write_tables"]
 
 Json = dict[str, Any]
 
 #: Columns that say whether a row holds; so do those that end in " pass".
-VERDICTS = ("passes", "pass", "met", "gate", "exact")
+_VERDICTS = ("passes", "pass", "met", "gate", "exact")
 
 
 def write_tables(
@@ -27,13 +27,13 @@ def write_tables(
         columns = list(dict.fromkeys(key for row in rows for key in row))
         lines += ["", f"## {heading}", "", f"| {' | '.join(c.replace('_', ' ') for c in columns)} |"]
         lines.append("|" + "---|" * len(columns))
-        lines += [f"| {' | '.join(_cell(row.get(c), _bold(c)) for c in columns)} |" for row in rows]
+        lines += [f"| {' | '.join(_cell(row.get(c), is_verdict(c)) for c in columns)} |" for row in rows]
     (folder / f"{name}.md").write_text("\n".join(lines) + "\n")
 
 
-def _bold(column: str) -> bool:
+def is_verdict(column: str) -> bool:
     """Whether "no" in this column is a failure."""
-    return column in VERDICTS or column.endswith(" pass")
+    return column in _VERDICTS or column.endswith(" pass")
 
 
 def _cell(value: Any, bold: bool = False) -> str:

@@ -53,6 +53,7 @@ __all__ = [
     "merge_touching",
     "phase_of",
     "processors",
+    "rounding_variance",
     "sums_of_squares",
     "total_length",
 ]
@@ -66,6 +67,7 @@ _BLOCK = (
 )  # starts summed as one partial sum: fixed, so that any number of threads gives the same digits
 _TASK = 64  # blocks per task
 _RUNS = 150_000  # runs of complete windows held at once (2 MiB): scattered gaps make many
+_ROUNDED = 8.0  # roundings in a second difference of the phase, at most
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -229,6 +231,12 @@ def phase_of(recording: Recording, name: str, progress: Progress | None = None) 
     if len(missing) and int((missing[:, 1] - missing[:, 0]).sum()) == n:
         raise DataQualityError(f"channel {name!r}: all {n} samples are missing")
     return Phase(x=x, missing=missing)
+
+
+def rounding_variance(x: Array, m: NDArray[np.int64]) -> Array:
+    """Allan variance at lags m that rounding of a phase x alone makes of samples that are all the same, shape of m."""
+    error = _ROUNDED * np.finfo(np.float64).eps * float(np.abs(x).max())
+    return np.asarray((error / m) ** 2)
 
 
 def first_level(recording: Recording, name: str) -> float:

@@ -15,7 +15,7 @@ from allanite.comparison.curves import compared, holm, ratios
 from allanite.comparison.equality import joint_law, joint_loss
 from allanite.comparison.evidence import Evidence, evidence_of
 from allanite.comparison.parameters import bias_comparison, parameter_comparison
-from allanite.comparison.pooled import model_of, pooled_fit, terms_needed
+from allanite.comparison.pooled import model_of, pooled_fit
 from allanite.comparison.remarks import remarks_of
 from allanite.comparison.results import (
     ChannelComparison,
@@ -164,9 +164,8 @@ def _channel(
     name: str, series: Sequence[Series], confidence: float, level: float, pool: ThreadPoolExecutor
 ) -> ChannelComparison:
     family, families = _family(series)
-    symbols = terms_needed(series, FLICKER if family == "flicker" else GAUSS_MARKOV)
-    found = list(pool.map(lambda s: evidence_of(s, symbols, confidence), series))
-    design, pooled = pooled_fit(series, symbols)
+    design, pooled = pooled_fit(series, FLICKER if family == "flicker" else GAUSS_MARKOV)
+    found = list(pool.map(lambda s: evidence_of(s, pooled.symbols, confidence), series))
     losses = joint_loss(design, pooled, found)
     law = joint_law(design, pooled, found)
     joint_p = law.tail(float(losses.sum()))

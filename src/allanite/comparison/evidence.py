@@ -53,15 +53,12 @@ class Evidence:
     present: frozenset[str]
 
 
-def evidence_of(
-    series: Series, symbols: tuple[str, ...], confidence: float, *, only: frozenset[str] | None = None
-) -> Evidence:
-    """Profiles of the parameters of a sum of these terms; `only` those symbols, if they are given."""
+def evidence_of(series: Series, symbols: tuple[str, ...], confidence: float) -> Evidence:
+    """Profiles of the parameters of a sum of these terms."""
     family = Family(series.fit.data, symbols)
     best = series.best(symbols)
     tracer = _Tracer(series, family, best, confidence)
-    wanted = [s for s in symbols if only is None or s in only]
-    profiles = {("B_equiv" if s == "G" else s): tracer.coefficient(s) for s in wanted}
+    profiles = {("B_equiv" if s == "G" else s): tracer.coefficient(s) for s in symbols}
     if "B_equiv" in profiles and profiles["B_equiv"].supported:
         profiles["T"] = tracer.time()
         profiles["q"] = tracer.drive()

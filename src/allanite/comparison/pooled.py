@@ -23,7 +23,7 @@ from allanite.fitting.families import Family
 from allanite.fitting.objective import Curve, Solution, distance, solve
 from allanite.noise import GaussMarkov, NoiseModel, TermType, term_of
 
-__all__ = ["JointDesign", "model_of", "pooled_fit", "seen_by", "terms_needed"]
+__all__ = ["JointDesign", "model_of", "pooled_fit", "seen_by"]
 
 Array = NDArray[np.float64]
 
@@ -88,32 +88,24 @@ class JointDesign(Design):
 
 
 def pooled_fit(series: Sequence[Series], symbols: tuple[str, ...]) -> tuple[JointDesign, Solution]:
-    """The best single model of a family for all records."""
-    design = JointDesign.of(series)
-    return design, _pooled(series, design, symbols)({})
+    """The best single model of a family for all records, and with it the terms that they are compared by.
 
-
-def _pooled(series: Sequence[Series], design: JointDesign, symbols: tuple[str, ...]) -> Family:
-    variance = np.concatenate([s.fit.data.variance for s in series])
-    discrepancy = max(s.fit.data.discrepancy for s in series)
-    return Family(Curve(variance, design, discrepancy), symbols)
-
-
-def terms_needed(series: Sequence[Series], symbols: tuple[str, ...]) -> tuple[str, ...]:
-    """The family without quantisation and ramp, unless all records together or one of them show it.
-
-    A term that may only add and is not there takes a little from its neighbours in every record, by chance to one side:
-    N would come out low by 0.4 standard deviations of one record, which the mean of ten records does not forgive.
+    Without quantisation and ramp, unless all records together or one of them show it: a term that may only add and is
+    not there takes a little from its neighbours in every record, by chance to one side. N would come out low by 0.4
+    standard deviations of one record, which the mean of ten records does not forgive.
     """
-    design, kept = JointDesign.of(series), symbols
+    design = JointDesign.of(series)
+    variance = np.concatenate([s.fit.data.variance for s in series])
+    curve = Curve(variance, design, max(s.fit.data.discrepancy for s in series))
+    best = Family(curve, symbols)({})
     for symbol in (s for s in _RARE if s in symbols):
-        together = _pooled(series, design, kept)
-        shown = _loss_without(together, together({}), symbol) > _SHOWN or any(
+        kept = best.symbols
+        shown = _loss_without(Family(curve, kept), best, symbol) > _SHOWN or any(
             _loss_without(Family(s.fit.data, kept), s.best(kept), symbol) > _SHOWN_BY_ONE for s in series
         )
         if not shown:
-            kept = tuple(s for s in kept if s != symbol)
-    return kept
+            best = Family(curve, tuple(s for s in kept if s != symbol))({})
+    return design, best
 
 
 def _loss_without(family: Family, best: Solution, symbol: str) -> float:

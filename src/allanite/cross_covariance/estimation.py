@@ -17,7 +17,7 @@ from allanite.allan.covariance import complete_starts, lag_pairs
 from allanite.allan.degrees import chi_square_factors
 from allanite.allan.lags import octave_lags
 from allanite.allan.matrix import AllanMatrix, allan_matrix
-from allanite.allan.statistics import Phase, phase_of
+from allanite.allan.statistics import Phase, phase_of, rounding_variance
 from allanite.cross_covariance.agreement import delay_of, listed, same_to_all, shared_sign
 from allanite.cross_covariance.fiducial import LEAST_FREEDOM, interval_of
 from allanite.cross_covariance.quadratic import common_form, covariance_of, own_basis, own_form
@@ -40,8 +40,6 @@ _LONGEST = 6
 _FEWEST_SAMPLES = 64
 #: Channels whose difference has less than this part of their variance are one and the same.
 _SAME = 1e-20
-#: Roundings in a second difference of the phase, at most.
-_ROUNDED = 8.0
 #: Probability below which three sensors do not share the same part.
 _UNLIKE = 0.01
 
@@ -162,8 +160,8 @@ def _measured(phases: Array, missing: Spans, names: Sequence[str]) -> AllanMatri
     lags = octave_lags(phases.shape[1] - 1, window=_LONGEST)
     found = allan_matrix(phases, missing, lags)
     own = np.einsum("lii->li", found.covariance)
-    rounding = _ROUNDED * np.finfo(np.float64).eps * np.abs(phases).max(axis=1) / lags[:, None]
-    noisy = (own > rounding**2).all(axis=1)
+    rounding = np.stack([rounding_variance(x, lags) for x in phases], axis=1)
+    noisy = (own > rounding).all(axis=1)
     keep = (found.count >= np.maximum(2 * lags, 32)) & noisy
     if not keep.any():
         raise DataQualityError(f"{listed(names)}: no lag with noise and enough complete windows")

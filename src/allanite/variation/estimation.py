@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from allanite.allan import AllanCurve, allan_curve
 from allanite.allan.cells import Cells, cell_covariance, cells_of
 from allanite.allan.degrees import chi_square_factors
-from allanite.allan.statistics import Phase, phase_of
+from allanite.allan.statistics import Phase, phase_of, rounding_variance
 from allanite.errors import DataQualityError, FitError, InputError
 from allanite.given_models import models_of
 from allanite.laws import chi_square_tail, normal_quantile
@@ -46,8 +46,6 @@ Progress = Callable[[float, str], None]
 LAGS, FEWEST, LEAST = 4, 4, 16
 #: Degrees of freedom that a window needs for its cube root to be normal.
 _FREE = 1.5
-#: Roundings in a second difference of the phase, at most.
-_ROUNDED = 8.0
 
 
 def examine_variation(
@@ -211,16 +209,10 @@ def _cells(phase: Phase, windows: int, channel: Channel) -> tuple[Cells, tuple[A
         lengths.append(length)
         m *= 2
     found = cells_of(phase, lags, lengths)
-    noisy = found.variance > _rounding(phase, found)
+    noisy = found.variance > rounding_variance(phase.x, found.lag)
     if np.count_nonzero(noisy & (found.row == 0)) < FEWEST:
         noisy = np.zeros(len(found), dtype=np.bool_)  # longer lags only spread those few
     return _enough(found.where(noisy), channel.name), _silent(found, noisy)
-
-
-def _rounding(phase: Phase, cells: Cells) -> Array:
-    """Variance that rounding of the phase alone makes of samples that are all the same, shape (n_cells,)."""
-    error = _ROUNDED * np.finfo(np.float64).eps * float(np.abs(phase.x).max())
-    return np.asarray((error / cells.lag) ** 2)
 
 
 def _silent(cells: Cells, noisy: NDArray[np.bool_]) -> tuple[Array, Array]:
