@@ -8,11 +8,11 @@ JOBS   ?= 3
 
 BIN := $(VENV)/bin
 # Python sources are live in an editable install; only these call for a rebuild.
-BUILD_INPUTS := pyproject.toml CMakeLists.txt $(wildcard kernels/*.cpp kernels/*.hpp kernels/include/allanite/*.hpp)
+BUILD_INPUTS := pyproject.toml CMakeLists.txt $(wildcard kernels/*.in kernels/*.cpp kernels/*.hpp kernels/include/allanite/*.hpp)
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help demo test verify bench docs lint kernels-test firmware dev-build clean prerequisites
+.PHONY: help demo test verify bench docs lint kernels-test firmware dist dev-build clean prerequisites
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-13s %s\n", $$1, $$2}' Makefile
@@ -32,17 +32,24 @@ bench: $(VENV)/.dev ## speed and memory beside allantools, statsmodels and plain
 docs: $(VENV)/.dev ## bring the generated reference pages up to date, run every example of the documents
 	ALLANITE_WRITE_DOCS=1 $(BIN)/python -m pytest -q tests/test_docs.py
 
-lint: $(VENV)/.dev ## style, types and the import contract
+lint: $(VENV)/.dev ## style, types, the import contract and bandit
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
 	MYPY_NUM_WORKERS=2 $(BIN)/mypy --strict src
 	$(BIN)/lint-imports --no-cache
+	$(BIN)/bandit -q -c pyproject.toml -r src
 
 kernels-test: ## the C++ kernels alone, with sanitizers, without Python
 	$(MAKE) -C kernels test
 
 firmware: ## the filter example for a microcontroller: on this machine, and compiled for a Cortex-M4
 	$(MAKE) -C firmware host cortex-m4 $(if $(MODEL),MODEL=$(abspath $(MODEL)))
+
+dist: $(VENV)/.dev ## a wheel in dist/, its hashes and bill of materials checked
+	rm -rf dist
+	$(BIN)/python -m pip wheel --quiet --no-deps --wheel-dir dist .
+	ALLANITE_WHEEL=$$(echo dist/*.whl) $(BIN)/python -m pytest -q tests/test_distribution.py
+	cd dist && sha256sum *.whl >SHA256SUMS && cat SHA256SUMS
 
 dev-build: ## rebuild the compiled module for the Python on PATH (in an active environment)
 	python -m pip install --quiet --no-build-isolation --no-deps -Cbuild-dir=build/{wheel_tag} \

@@ -3,6 +3,8 @@
 
 from __future__ import annotations
 
+from allanite.printable import printable
+
 __all__ = ["as_label", "heading_cell"]
 
 #: A spreadsheet takes a cell that begins so for a formula.
@@ -25,11 +27,10 @@ def as_label(text: str) -> str:
 
 
 def heading_cell(text: str) -> str:
-    r"""A label as one cell of a heading: signs that do not print as escapes, quoted where it must be.
+    r"""A label as one cell of a heading, on one line, quoted where it must be.
 
     >>> print(heading_cell("@a, b"), heading_cell("a\nb"))
     "'@a, b" a\nb
     """
-    shown = "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in text)
-    cell = as_label(shown)
+    cell = as_label(printable(text))
     return '"' + cell.replace('"', '""') + '"' if any(c in cell for c in ',"') else cell

@@ -1,12 +1,14 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """One recorder for each device: two would take each other's bytes, and both runs would be wrong.
 
-The lock is the operating system's, on a file that all users share: it ends with the process that holds it, however that
-ends, so that a lock of the dead never stands in the way.
+The lock is the operating system's, on a file that all users can open: it ends with the process that holds it, however
+that ends, so that a lock of the dead never stands in the way. Only the owner of the file writes into it who has the
+device; a lock needs no right to write.
 """
 
 from __future__ import annotations
 
+import errno
 import fcntl
 import hashlib
 import json
@@ -26,7 +28,7 @@ __all__ = ["DeviceLock", "locked_device"]
 
 #: Where devices are locked for the whole machine: the first of them that everybody may write to, and nobody remove the
 #: files of others from, so that all users take the same one, whatever they may do and whatever TMPDIR says.
-_SHARED: Final = (Path("/run/lock"), Path("/tmp"))  # noqa: S108
+_SHARED: Final = (Path("/run/lock"), Path("/tmp"))  # nosec B108  # noqa: S108 - opened without following links, for no more than a lock
 _FOR_ALL: Final = stat.S_ISVTX | stat.S_IWOTH
 
 
@@ -94,7 +96,7 @@ def _taken(device: str) -> DeviceLock:
         try:
             fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
-            held = _read(descriptor)
+            held = _told(descriptor)
             os.close(descriptor)
             raise InstrumentError(_refusal(device, held)) from None
         if _is_still(path, descriptor):
@@ -117,14 +119,29 @@ def _is_for_all(folder: Path) -> bool:
 
 def _opened(path: Path) -> int:
     """The file, made if it is not there. Without O_CREAT first: the system refuses that on files of other users."""
-    plain = os.O_RDWR | os.O_CLOEXEC | os.O_NOFOLLOW
+    plain = os.O_CLOEXEC | os.O_NOFOLLOW | os.O_NONBLOCK
     while True:
         with suppress(FileNotFoundError):
-            return os.open(path, plain)
+            return _regular(_for_both(path, plain))
         with suppress(FileExistsError):
-            descriptor = os.open(path, plain | os.O_CREAT | os.O_EXCL, 0o666)
-            os.fchmod(descriptor, 0o666)  # whatever the umask says: other users lock the same device
+            descriptor = os.open(path, plain | os.O_RDWR | os.O_CREAT | os.O_EXCL, 0o644)
+            os.fchmod(descriptor, 0o644)  # whatever the umask says: other users lock the same device
             return descriptor
+
+
+def _for_both(path: Path, plain: int) -> int:
+    """Opened to write where this user may, else to read: a file of another user is locked all the same."""
+    try:
+        return os.open(path, plain | os.O_RDWR)
+    except PermissionError:
+        return os.open(path, plain | os.O_RDONLY)
+
+
+def _regular(descriptor: int) -> int:
+    if stat.S_ISREG(os.fstat(descriptor).st_mode):
+        return descriptor
+    os.close(descriptor)
+    raise OSError(errno.EINVAL, "this is no regular file")
 
 
 def _is_still(path: Path, descriptor: int) -> bool:
@@ -134,12 +151,14 @@ def _is_still(path: Path, descriptor: int) -> bool:
         return False
 
 
-def _read(descriptor: int) -> dict[str, Any]:
+def _told(descriptor: int) -> dict[str, Any]:
+    """What the file says of the holder, if that can be true: its process lives, and belongs to who wrote the file."""
     try:
         found = json.loads(os.pread(descriptor, 4096, 0))
-    except (OSError, ValueError):
+        owner = Path(f"/proc/{int(found['process'])}").stat().st_uid
+    except (OSError, ValueError, KeyError, TypeError):
         return {}
-    return found if isinstance(found, dict) else {}
+    return found if owner == os.fstat(descriptor).st_uid else {}
 
 
 def _refusal(device: str, held: dict[str, Any]) -> str:

@@ -23,6 +23,7 @@ from collections.abc import Mapping
 from contextlib import redirect_stderr, redirect_stdout, suppress
 from typing import Any, TextIO
 
+from allanite.cli.failures import FAILED, failure
 from allanite.errors import AllaniteError
 from allanite.plain_data import plain
 
@@ -34,8 +35,8 @@ Json = Mapping[str, Any]
 _EVERY = 0.1
 #: Of what a command prints, and of what it complains [characters].
 _MOST = 64 << 20
-#: Failures of a foreign file that are answered rather than passed on.
-_REFUSED = (AllaniteError, ArithmeticError, AttributeError, LookupError, OSError, TypeError, ValueError)
+#: What a damaged result raises where it is drawn: an answer, not a defect.
+_DAMAGED = (ArithmeticError, AttributeError, LookupError, TypeError, ValueError)
 
 
 def main() -> None:
@@ -113,11 +114,11 @@ def _done(task: Json, out: TextIO) -> Json:
         from allanite.page.tasks import TASKS
 
         return {"exit": 0, "result": plain(TASKS[task["task"]](task, advance))}
-    except MemoryError:
-        return {"exit": 1, "message": "this needs more memory than the machine has"}
-    except _REFUSED as error:
-        damaged = "" if isinstance(error, AllaniteError) else "damaged or unsupported: "
-        return {"exit": 1, "message": f"{damaged}{error}" or type(error).__name__}
+    except Exception as error:  # noqa: BLE001 - as a command ends
+        if isinstance(error, _DAMAGED) and not isinstance(error, AllaniteError):
+            return {"exit": FAILED, "message": f"damaged or unsupported: {error}"}
+        code, words = failure(error)
+        return {"exit": code, "message": words}
 
 
 def _command(argv: list[str], advance: _Advance) -> Json:
@@ -134,12 +135,6 @@ def _command(argv: list[str], advance: _Advance) -> Json:
             program(argv)
         except SystemExit as left:
             code = left.code
-        except MemoryError:
-            code = 1
-            complained.write("allanite: this needs more memory than the machine has\n")
-        except Exception as error:  # noqa: BLE001 - a command that breaks is a job that failed, and says so
-            code = 1
-            complained.write(f"allanite: {type(error).__name__}: {error}\n")
     listen(None)
     return {
         "exit": int(code or 0), "stdout": said.getvalue()[:_MOST], "stderr": complained.getvalue()[-_MOST:]

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 import warnings
 from collections.abc import Callable, Sequence
@@ -11,7 +12,9 @@ from typing import Any
 import click
 
 from allanite import __version__
-from allanite.errors import AllaniteError, DataQualityWarning
+from allanite.cli.failures import failure
+from allanite.errors import DataQualityWarning
+from allanite.printable import Shielded, printable
 
 __all__ = ["LOSS", "cli", "command", "example_of", "family", "main"]
 
@@ -21,34 +24,39 @@ _EXAMPLE = "\b\nExample:\n  {}"
 
 def main(arguments: Sequence[str] | None = None) -> None:
     """Run the program and leave it with its exit code."""
-    for stream in (sys.stdout, sys.stderr):
+    for name in ("stdout", "stderr"):
+        stream = getattr(sys, name)
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="replace")  # a terminal without √ or µ shows a question mark
+        if stream is not None:  # one that was closed when the program began
+            setattr(sys, name, Shielded(stream))
     warnings.showwarning = _show_warning
     try:
         code = cli.main(arguments, prog_name="allanite", standalone_mode=False)
-    except AllaniteError as error:
-        click.echo(f"allanite: {error}", err=True)
-        code = 1
     except click.ClickException as error:
+        error.message = printable(error.message)
         error.show()
         code = error.exit_code
     except BrokenPipeError:  # the reader of a pipe has seen enough
         sys.stderr.close()
         code = 0
-    except OSError as error:  # a name that is too long, a folder that may not be looked into
-        where = "" if error.filename is None else f"{error.filename}: "
-        click.echo(f"allanite: {where}{error.strerror or error}; give another place or name", err=True)
-        code = 1
     except (click.Abort, KeyboardInterrupt):
         click.echo("allanite: interrupted; no file was left half written", err=True)
         code = 130
+    except Exception as error:  # noqa: BLE001 - the last net: no user meets a traceback
+        code, words = failure(error)
+        _say(words)
     raise SystemExit(code if isinstance(code, int) else 0)
 
 
 def _show_warning(message: Warning | str, category: type[Warning], *where: Any, **_: Any) -> None:
     if issubclass(category, DataQualityWarning):
-        click.echo(f"allanite: note: {message}", err=True)
+        _say(f"note: {message}")
+
+
+def _say(words: str) -> None:
+    """Lists have their lines set in; a line that begins anywhere else is in a name, and is nothing that we say."""
+    click.echo("allanite: " + re.sub(r"\n(?!  )", r"\\n", words), err=True)
 
 
 @click.group(

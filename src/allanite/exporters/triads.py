@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from allanite.calibration import ACCELEROMETER, GYRO, Calibration
 from allanite.errors import InputError
+from allanite.printable import printable
 
 __all__ = ["lower_and_rotation", "notes_of", "plain_line", "propagated", "upper_and_rotation"]
 
@@ -114,5 +115,4 @@ def _per_g(calibration: Calibration, sensor: str) -> str:
 
 def plain_line(text: str) -> str:
     """Text of a user on one line of ASCII: without control characters, which no YAML and no Python file may hold."""
-    ascii_text = " ".join(text.split()).encode("ascii", "backslashreplace").decode("ascii")
-    return "".join(c if c.isprintable() else f"\\x{ord(c):02x}" for c in ascii_text)
+    return printable(" ".join(text.split())).encode("ascii", "backslashreplace").decode("ascii")

@@ -30,6 +30,7 @@ from allanite.figures.panel import (
     thinned,
 )
 from allanite.figures.slim_svg import slim
+from allanite.printable import printable
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -119,7 +120,7 @@ def svg(sheet: Sheet, *, dark: bool = False) -> str:
     target = io.StringIO()
     with mpl.rc_context(_RC):
         made.savefig(target, format="svg", metadata={"Date": None, "Creator": "allanite"})
-    return slim(target.getvalue())
+    return slim(printable(target.getvalue(), lines=True))  # XML holds no control character
 
 
 def _layout(sheet: Sheet) -> tuple[tuple[float, float], list[tuple[float, float, float, float]]]:

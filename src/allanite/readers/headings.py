@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import Final, Literal
 
 from allanite.errors import InputError
+from allanite.printable import printable
 from allanite.units import Quantity, parse_unit
 
 __all__ = ["GROUPS", "Group", "Heading", "canonical_group", "is_unit", "read_heading"]
@@ -191,8 +192,7 @@ def _plain(text: str) -> str:
 
 def _clean(text: str) -> str:
     """A name without blanks, and without signs that command a terminal or turn the direction of the text."""
-    name = re.sub(r"\s+", "_", text.strip(" \t.,:;_"))
-    return "".join(c for c in name if c.isprintable()) or "unnamed"
+    return printable(re.sub(r"\s+", "_", text.strip(" \t.,:;_"))) or "unnamed"
 
 
 def _group(plain: str) -> Group:

@@ -21,6 +21,7 @@ from typing import Any
 from allanite.atomic_file import fresh
 from allanite.errors import AllaniteError, FormatError, InputError
 from allanite.plain_data import load_plain
+from allanite.printable import printable
 
 __all__ = ["html_of", "page_of", "render", "render_file"]
 
@@ -173,6 +174,7 @@ def _filled(template: str, content: Mapping[str, Any]) -> str:
     environment = Environment(
         loader=FileSystemLoader(_HERE),
         autoescape=True,
+        finalize=_shown,
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
@@ -180,10 +182,15 @@ def _filled(template: str, content: Mapping[str, Any]) -> str:
     environment.filters["power"] = with_powers
     return environment.get_template(template).render(
         **content,
-        style=Markup((_HERE / "page.css").read_text(encoding="utf-8")),  # noqa: S704 - our own files
-        script=Markup((_HERE / "page.js").read_text(encoding="utf-8")),  # noqa: S704
-        plotly=Markup(_plotly_script()),  # noqa: S704
+        style=Markup((_HERE / "page.css").read_text(encoding="utf-8")),  # nosec B704  # noqa: S704 - our own files
+        script=Markup((_HERE / "page.js").read_text(encoding="utf-8")),  # nosec B704  # noqa: S704 - as above
+        plotly=Markup(_plotly_script()),  # nosec B704  # noqa: S704 - of the installed package
     )
+
+
+def _shown(value: Any) -> Any:
+    """Text out of a record, which may hold what turns a line around; markup is ours."""
+    return printable(value, lines=True) if type(value) is str else value
 
 
 def _plotly_script() -> str:

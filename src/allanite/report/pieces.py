@@ -15,6 +15,7 @@ from markupsafe import Markup, escape
 
 from allanite.figures import matplotlib, plotly
 from allanite.figures.panel import Sheet
+from allanite.printable import printable
 from allanite.wording import model_words
 
 __all__ = ["Figure", "clock", "finding_row", "provenance_rows", "with_powers"]
@@ -61,9 +62,9 @@ def with_powers(text: str) -> Markup:
 
     An interval whose ends share an exponent gets it once: [1.1, 1.3] × 10 to the minus five.
     """
-    safe = _MINUS.sub("−", _SHARED.sub(r"[\1, \3]e\2", str(escape(text))))
+    safe = _MINUS.sub("−", _SHARED.sub(r"[\1, \3]e\2", printable(str(escape(text)), lines=True)))
     safe = safe.replace("T_b", "<i>T</i><sub>b</sub>").replace("B_equiv", "<i>B</i><sub>equiv</sub>")
-    return Markup(_POWER.sub(lambda m: f"{m[1]}\u202f×\u202f10<sup>{_exponent(m[2])}</sup>", safe))  # noqa: S704 - escaped above
+    return Markup(_POWER.sub(lambda m: f"{m[1]}\u202f×\u202f10<sup>{_exponent(m[2])}</sup>", safe))  # nosec B704  # noqa: S704 - escaped above
 
 
 _SHARED = re.compile(r"\[([\d.]+)e([+-]\d+), ([\d.]+)e\2\]")

@@ -1,17 +1,24 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Where text goes: the console on stdout, plain tables, and a progress bar on stderr."""
+"""Where text goes: the console on stdout, plain tables, and a progress bar on stderr.
+
+What an instrument or a file calls itself commands no terminal: streams and consoles show it as `printable` does.
+"""
 
 from __future__ import annotations
 
 import os
 import re
 import sys
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager, suppress
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
+from allanite.printable import Shielded, printable
+
 if TYPE_CHECKING:
-    from rich.console import Console, ConsoleOptions, RenderResult
+    from rich.console import Console, ConsoleOptions, RenderableType, RenderResult
+    from rich.segment import Segment
     from rich.table import Column, Table
 
 __all__ = ["WIDE", "Advance", "console", "is_terminal", "listen", "progress", "table_of"]
@@ -40,11 +47,12 @@ def progress(*, quiet: bool = False) -> Iterator[Advance | None]:
     if quiet or not is_terminal(sys.stderr) or os.environ.get("TERM") == "dumb":
         yield None
         return
-    from rich.console import Console
     from rich.progress import BarColumn, Progress, TextColumn, TimeRemainingColumn
 
     columns = TextColumn("{task.description:<24}"), BarColumn(), TextColumn("{task.percentage:>3.0f} %")
-    bar = Progress(*columns, TimeRemainingColumn(), console=Console(stderr=True), transient=True)
+    bar = Progress(
+        *columns, TimeRemainingColumn(), console=_console_class()(file=_bare(sys.stderr)), transient=True
+    )
     task = bar.add_task("", total=1.0)
 
     def advance(fraction: float, text: str = "") -> None:
@@ -70,12 +78,37 @@ def is_terminal(stream: Any) -> bool:
 
 
 def console() -> Console:
-    from rich.console import Console
-
     looked_at = is_terminal(sys.stdout)
     fixed = {} if looked_at or "COLUMNS" in os.environ else {"width": WIDE, "height": 25}
-    file = sys.stdout if looked_at else _Trimmed(sys.stdout)
-    return Console(file=file, highlight=False, markup=False, emoji=False, **fixed)  # type: ignore[arg-type]
+    bare = _bare(sys.stdout)
+    file = bare if looked_at else _Trimmed(bare)
+    return _console_class()(file=file, highlight=False, markup=False, emoji=False, **fixed)  # type: ignore[arg-type]
+
+
+@cache
+def _console_class() -> type[Console]:
+    from rich.console import Console
+    from rich.segment import Segment
+
+    class ShieldedConsole(Console):
+        """Escapes the text of what is rendered; colors and the cursor are the console's own."""
+
+        def render(
+            self, renderable: RenderableType, options: ConsoleOptions | None = None
+        ) -> Iterable[Segment]:
+            for segment in super().render(renderable, options):
+                yield (
+                    segment
+                    if segment.control
+                    else Segment(printable(segment.text, lines=True), segment.style)
+                )
+
+    return ShieldedConsole
+
+
+def _bare(stream: Any) -> Any:
+    """The stream behind a shielded one: consoles color their own text."""
+    return stream.bare if isinstance(stream, Shielded) else stream
 
 
 class _Trimmed:

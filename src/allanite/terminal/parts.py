@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from allanite.printable import printable
 from allanite.terminal.console import table_of
 from allanite.terminal.study import show_findings
 from allanite.wording import check_lines, headline, sentence, tone
@@ -89,7 +90,7 @@ def say_indented(out: Console, text: str, style: str = "") -> None:
 def say_files(out: Console, files: Sequence[object]) -> None:
     """What was written."""
     for file in files:
-        out.print(f"wrote {file}", soft_wrap=True)
+        out.print(f"wrote {printable(str(file))}", soft_wrap=True)
 
 
 def say_end(out: Console, document: Json, files: Sequence[object]) -> None:

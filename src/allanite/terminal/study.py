@@ -7,6 +7,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from allanite.printable import printable
 from allanite.terminal.console import WIDE, console, table_of
 from allanite.terminal.floor import show_over_floor
 from allanite.wording import (
@@ -96,9 +97,8 @@ def show_recording(facts: Json) -> None:
         kind = {"mean": "means", "point": "points"}[c["sampling"]]
         table.add_row(c["name"], c["kind"], c["unit"] or "unknown", scale, kind)
     missing = f", {facts['missing']} missing" if facts["missing"] else ""
-    out.print(
-        f"{facts['source'] or 'recording'}: {duration(facts['duration'])} at {facts['rate']:.9g} Hz, ", end=""
-    )
+    source = printable(facts["source"] or "recording")
+    out.print(f"{source}: {duration(facts['duration'])} at {facts['rate']:.9g} Hz, ", end="")
     out.print(f"{facts['samples']} samples{missing}\n")
     out.print(table)
     _recorded(out, facts)

@@ -1,0 +1,84 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What is shipped: the bill of materials, the licenses of what is linked, and the hashes of the files.
+
+Of the installed package; of a wheel too where ALLANITE_WHEEL names one (`make dist`).
+"""
+
+from __future__ import annotations
+
+import base64
+import csv
+import hashlib
+import importlib.metadata
+import json
+import os
+import re
+import zipfile
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import allanite
+
+_ROOT = Path(__file__).parents[1]
+_WHEEL = os.environ.get("ALLANITE_WHEEL", "")
+_KINDS = {".py", ".pyi", ".typed", ".so", ".js", ".css", ".html", ".svg", ".hpp", ".json", ".txt", ".yaml"}
+
+
+def bill_of(text: str) -> dict[str, Any]:
+    """A bill of materials, looked through."""
+    bill: dict[str, Any] = json.loads(text)
+    assert (bill["bomFormat"], bill["specVersion"]) == ("CycloneDX", "1.6")
+    own = bill["metadata"]["component"]
+    assert (own["name"], own["version"]) == ("allanite", allanite.__version__)
+    parts = {part["name"]: part for part in bill["components"]}
+    for part in (own, *parts.values()):
+        assert re.fullmatch(r"\d+(\.\d+)+", part["version"]), part
+        assert part["purl"].endswith(part["version"]) and part["licenses"][0]["license"]["id"]
+    assert {d["ref"] for d in bill["dependencies"]} <= {p["bom-ref"] for p in (own, *parts.values())}
+    return parts
+
+
+def test_the_bill_of_materials_is_installed_and_names_what_is_linked() -> None:
+    files = importlib.metadata.files("allanite")
+    assert files is not None
+    (place,) = [f for f in files if f.match("*.dist-info/sboms/*.cdx.json")]
+    parts = bill_of(place.read_text())
+    assert set(parts) == {"nanobind", "robin-map"}
+    shipped = {f.name for f in files if "licenses" in f.parts}
+    assert shipped == {"LICENSE", *(f"{name}.txt" for name in parts)}
+
+
+def test_each_license_is_that_of_what_is_linked() -> None:
+    nanobind = pytest.importorskip("nanobind", reason="nanobind is needed to build, not to run")
+    files = importlib.metadata.files("nanobind")
+    assert files is not None
+    (theirs,) = [f for f in files if f.name == "LICENSE"]
+    assert theirs.read_text() == (_ROOT / "LICENSES" / "nanobind.txt").read_text(encoding="utf-8")
+    header = Path(nanobind.include_dir()).parent / "ext" / "robin_map" / "include" / "tsl" / "robin_map.h"
+    comment = re.sub(r"^ \*[ /]?", "", header.read_text(encoding="utf-8"), flags=re.MULTILINE)
+    assert (_ROOT / "LICENSES" / "robin-map.txt").read_text(encoding="utf-8").strip() in comment
+
+
+def test_the_license_of_the_package_names_all_of_them() -> None:
+    said = importlib.metadata.metadata("allanite")["License-Expression"]
+    assert set(said.split(" AND ")) == {"BSD-3-Clause", "MIT"}
+
+
+@pytest.mark.skipif(not _WHEEL, reason="ALLANITE_WHEEL names no wheel: make dist")
+def test_a_wheel_holds_what_its_hashes_say_and_nothing_else() -> None:
+    with zipfile.ZipFile(_WHEEL) as wheel:
+        names = {n for n in wheel.namelist() if not n.endswith("/")}
+        (record,) = [n for n in names if n.endswith(".dist-info/RECORD")]
+        rows = {row[0]: row[1] for row in csv.reader(wheel.read(record).decode().splitlines())}
+        assert set(rows) == names
+        for name in names - {record}:
+            digest = base64.urlsafe_b64encode(hashlib.sha256(wheel.read(name)).digest()).rstrip(b"=").decode()
+            assert rows[name] == f"sha256={digest}", name
+        ours = [n for n in names if ".dist-info/" not in n]
+        assert all(n.startswith("allanite/") for n in ours)
+        assert {Path(n).suffix for n in ours} <= _KINDS
+        assert str(_ROOT).encode() not in b"".join(wheel.read(n) for n in ours)
+        (bill,) = [n for n in names if n.endswith(".cdx.json")]
+        assert set(bill_of(wheel.read(bill).decode())) == {"nanobind", "robin-map"}
