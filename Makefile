@@ -5,6 +5,7 @@
 PYTHON ?= python3
 VENV   ?= .venv
 JOBS   ?= 3
+FUZZ_SECONDS ?= 600
 
 BIN := $(VENV)/bin
 # Python sources are live in an editable install; only these call for a rebuild.
@@ -12,7 +13,7 @@ BUILD_INPUTS := pyproject.toml CMakeLists.txt $(wildcard kernels/*.in kernels/*.
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help demo test verify bench docs lint kernels-test firmware dist dev-build clean prerequisites
+.PHONY: help demo test verify fuzz bench docs lint kernels-test firmware dist dev-build clean prerequisites
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-13s %s\n", $$1, $$2}' Makefile
@@ -25,6 +26,9 @@ test: $(VENV)/.dev ## run the tests (a few minutes)
 
 verify: $(VENV)/.dev ## long statistical runs (a day on two cores; what is done is kept); results go to verification/results
 	$(BIN)/python -m verification
+
+fuzz: $(VENV)/.dev ## damaged files of every format and damaged runs, FUZZ_SECONDS long; what fails is kept in build/fuzz
+	$(BIN)/python -m tests.fuzz --seconds $(FUZZ_SECONDS)
 
 bench: $(VENV)/.dev ## speed and memory beside allantools, statsmodels and plain NumPy
 	$(BIN)/python -m benchmarks

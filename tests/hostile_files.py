@@ -1,64 +1,221 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What becomes of many damaged files: each is read in a process of its own, with the limits of a reader's child.
+"""What becomes of many hostile files: they are opened in forks that have the limits of a reader's child.
 
 A reader starts a fresh interpreter for every file, which costs a third of a second. Here one interpreter imports all,
-and forks for every file: in the fork the child's part runs with its limits, then the parent's part. A signal in the
-fork is what the real reader reports as a FormatError.
+and forks for every few files: in the fork the child's part runs with its limits, then the parent's part. What ends its
+fork, or fails in any other way, is opened once more alone. A signal is what the real reader reports as a FormatError.
 """
 
 from __future__ import annotations
 
 import json
+import os
+import resource
+import signal
 import subprocess
 import sys
+import tempfile
+import time
+import traceback
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field
 from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import Any, Final
 
 import numpy as np
 
 from allanite.errors import FormatError, InputError, LimitError
 
-__all__ = ["CODES", "inline", "mutations", "outcomes", "tally"]
+__all__ = [
+    "CODES",
+    "MOST_MEMORY",
+    "MOST_SECONDS",
+    "ROLES",
+    "Attempt",
+    "Outcome",
+    "fault_of",
+    "inline",
+    "measured",
+    "mutations",
+    "outcomes",
+    "tally",
+]
 
 CODES = {10: "read", 11: "refused", 12: "another error"}
+#: What opening a file may take: processor time [s], and resident memory [bytes].
+MOST_SECONDS: Final = 10
+MOST_MEMORY: Final = 512 << 20
+_TOGETHER = 50  # files that are opened by one process
 _PATCHED = ("ardupilot", "ulog", "tdms", "hdf5", "matlab", "rosbag", "spreadsheet")
+#: Imported before the first fork: what the libraries need for themselves does not count.
+_IMPORTED = (
+    "allanite.calibration", "allanite.cli", "allanite.datasheet", "allanite.delivery", "allanite.terminal",
+    "allanite.instruments.serial_imu.description", "allanite.log_store", "allanite.model_file",
+    "allanite.readers.raw_layout", "allanite.study_schema", "h5py", "nptdms", "pyarrow.csv", "pyarrow.feather",
+    "pyarrow.ipc", "pyarrow.parquet", "python_calamine", "pyulog", "rosbags.typesys", "ruamel.yaml", "scipy.io",
+    *(f"allanite.readers.{name}" for name in (*_PATCHED, "text", "run", "parquet", "numpy_file")),
+    "allanite.readers.rosbag.table", "allanite.readers.ardupilot.parts",
+)  # fmt: skip
 _HARNESS = """
-import json, os, signal, sys, traceback
-from importlib import import_module
+import json, sys
 job = json.load(sys.stdin)
 sys.path.insert(0, job["folder"])
-from hostile_files import inline
-from allanite.errors import AllaniteError
-from allanite.readers import read
-from allanite.readers.sandbox import limit
-for name in job["patched"]:
-    import_module("allanite.readers." + name).run = inline
-read(job["sound"], **job["options"])  # everything is imported before the first fork
-found = []
-for path in job["paths"]:
-    child = os.fork()
-    if child == 0:
-        os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
-        signal.alarm(job["seconds"])
-        limit(512 << 20, job["seconds"])
-        code = 10
-        try:
-            recording = read(path, **job["options"])
-            for name in recording.names:
-                recording.values(name)
-        except AllaniteError:
-            code = 11
-        except BaseException:
-            traceback.print_exc()
-            code = 12
-        os._exit(code)
-    status = os.waitpid(child, 0)[1]
-    found.append(-os.WTERMSIG(status) if os.WIFSIGNALED(status) else os.WEXITSTATUS(status))
-print(json.dumps(found))
+import hostile_files
+print(json.dumps(hostile_files.forked(job)))
 """
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Attempt:
+    """A file, how it is opened (see `ROLES`), and with which options of `read`."""
+
+    path: Path
+    role: str = "log"
+    options: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True, slots=True)
+class Outcome:
+    """What became of a file.
+
+    Attributes
+    ----------
+    code : int
+        See `CODES`, or less the number of the signal that ended the process.
+    message : str
+        Of the refusal, or the traceback of another error.
+    seconds : float [s]
+        Processor time.
+    memory : int [bytes]
+        Largest resident size of the process, with all that was imported, and of what it opened before.
+    """
+
+    code: int
+    message: str
+    seconds: float
+    memory: int
+
+
+# -- how files are opened ----------------------------------------------------------------------------------
+
+
+def _log(path: Path, options: Mapping[str, Any]) -> None:
+    from allanite.readers import read
+
+    recording = read(path, **options)
+    for name in recording.names:
+        recording.values(name)
+
+
+def _raw(path: Path, options: Mapping[str, Any]) -> None:
+    """The file is the layout of samples that are there."""
+    samples = path.with_name("samples.raw")
+    samples.write_bytes((b"\xa5\x5a" + bytes(14)) * 256)
+    _log(samples, {"layout": path})
+
+
+def _run(path: Path, options: Mapping[str, Any]) -> None:
+    from allanite.log_store import open_run, recover
+
+    def followed() -> None:
+        run = open_run(path)
+        _, position = run.tail()
+        run.tail(position)
+
+    def rescued() -> None:
+        recover(path, path.with_name("recovered"))
+
+    _every(lambda: _log(path, {}), lambda: recover(path, None), followed, rescued)
+
+
+def _info(path: Path, options: Mapping[str, Any]) -> None:
+    """By the command line, which has the last word on every error."""
+    from allanite.cli import main
+
+    given = [f"--{key}={value}" for key, value in options.items() if key != "layout"]
+    if "layout" in options:
+        layout = path.with_name("layout.yaml")
+        layout.write_text(json.dumps(options["layout"]), encoding="utf-8")
+        given.append(f"--layout={layout}")
+    try:
+        main(["info", str(path), *given])
+    except SystemExit as end:
+        if end.code not in (0, 1, 3):
+            raise AssertionError(f"the command ended with exit code {end.code}") from None
+        if end.code == 1:
+            raise InputError("refused by the command line") from None
+
+
+def _every(*calls: Callable[[], Any]) -> None:
+    """All of them, though one refuses."""
+    from allanite.errors import AllaniteError
+
+    refusals = []
+    for call in calls:
+        try:
+            call()
+        except AllaniteError as error:
+            refusals.append(error)
+    if refusals:
+        raise refusals[0]
+
+
+def _layout(path: Path, options: Mapping[str, Any]) -> None:
+    from allanite.readers.raw_layout import read_layout
+
+    read_layout(path)
+
+
+def _device(path: Path, options: Mapping[str, Any]) -> None:
+    from allanite.instruments.serial_imu.description import read_description
+
+    read_description(path)
+
+
+def _datasheet(path: Path, options: Mapping[str, Any]) -> None:
+    from allanite.datasheet import read_datasheet
+
+    read_datasheet(path)
+
+
+def _model(path: Path, options: Mapping[str, Any]) -> None:
+    from allanite.model_file import load_models
+
+    load_models(path)
+
+
+def _study(path: Path, options: Mapping[str, Any]) -> None:
+    from allanite.study import Study
+
+    study = Study.load(path)
+    study.models, study.findings, study.to_json()
+
+
+def _calibration(path: Path, options: Mapping[str, Any]) -> None:
+    from allanite.calibration import Calibration
+
+    Calibration.load(path)
+
+
+#: How a file is opened.
+ROLES: Final[dict[str, Callable[[Path, Mapping[str, Any]], None]]] = {
+    "log": _log,
+    "raw": _raw,
+    "run": _run,
+    "info": _info,
+    "layout": _layout,
+    "device": _device,
+    "datasheet": _datasheet,
+    "model": _model,
+    "study": _study,
+    "calibration": _calibration,
+}
+
+
+# -- in the process that is forked -------------------------------------------------------------------------
 
 
 def inline(function: str, arguments: Sequence[str], **limits: Any) -> tuple[Any, dict[str, Any]]:
@@ -75,6 +232,166 @@ def inline(function: str, arguments: Sequence[str], **limits: Any) -> tuple[Any,
     return json.loads(json.dumps(data)), arrays
 
 
+def forked(job: Mapping[str, Any]) -> list[list[Any]]:
+    """Open the files of a job, one fork each; the fields of `Outcome`."""
+    for name in _IMPORTED:
+        import_module(name)
+    for name in () if job["in_children"] else _PATCHED:
+        vars(import_module(f"allanite.readers.{name}"))["run"] = inline
+    _warm_up()
+    if job["sound"]:
+        _log(Path(job["sound"]), job["options"])  # what is imported on use is imported before the first fork
+    attempts, found = job["attempts"], list[list[Any]]()
+    limited = not job["in_children"]  # else the children have limits of their own
+    while len(found) < len(attempts):
+        some = attempts[len(found) : len(found) + _TOGETHER]
+        done = _together(some, job["seconds"], limited=limited)
+        for one, outcome in zip(some, done, strict=False):
+            # Alone once more: what others in the same process have left must not count.
+            suspect = len(some) > 1 and fault_of(Outcome(*outcome)) != ""
+            found.append(_together([one], job["seconds"], limited=limited)[0] if suspect else outcome)
+        if len(done) < len(some):
+            found.append(_together([some[len(done)]], job["seconds"], limited=limited)[0])
+    return found
+
+
+def _warm_up() -> None:
+    """Read and write once: what is imported on use is imported before the first fork."""
+    from allanite.log_store import recover
+    from allanite.yaml_text import read_yaml
+
+    with tempfile.TemporaryDirectory() as place:
+        folder = Path(place)
+        (folder / "a.csv").write_text(
+            "t,wx\n" + "".join(f"{k / 10},{k % 7}.5\n" for k in range(50)), encoding="utf-8"
+        )
+        (folder / "a.yaml").write_text("a: [1, 2.5, b]\n", encoding="utf-8")
+        _log(folder / "a.csv", {})
+        read_yaml(folder / "a.yaml", "file")
+        sample = Path(__file__).parent / "samples" / "run" / "finished"
+        _log(sample, {})
+        recover(sample, folder / "recovered")
+
+
+def _together(attempts: Sequence[Mapping[str, Any]], seconds: int, *, limited: bool) -> list[list[Any]]:
+    """Open files one after another in one fork; fewer outcomes than files if one of several ended it."""
+    with tempfile.TemporaryFile() as report, tempfile.TemporaryFile() as errors:
+        child = os.fork()
+        if child == 0:
+            os.dup2(os.open(os.devnull, os.O_WRONLY), 1)
+            os.dup2(errors.fileno(), 2)
+            _attempt_all(attempts, seconds, report.fileno(), limited=limited)
+            os._exit(0)
+        _, status, used = os.wait4(child, 0)
+        report.seek(0)
+        errors.seek(0)
+        found = [json.loads(line) for line in report.read().splitlines()]
+        said = errors.read(1 << 16).decode("utf-8", "replace")
+    if len(found) < len(attempts) == 1:
+        code = -os.WTERMSIG(status)
+        if code == -signal.SIGABRT and "memory allocation of " in said:  # as `sandbox.run` has it
+            code = 11
+        found.append([code, said, used.ru_utime + used.ru_stime, used.ru_maxrss * 1024])
+    return found
+
+
+def _attempt_all(attempts: Sequence[Mapping[str, Any]], seconds: int, report: int, *, limited: bool) -> None:
+    """Open files in the fork, and write a line for each."""
+    from allanite.readers.sandbox import limit
+
+    if limited:
+        limit(MOST_MEMORY, seconds)
+    for attempt in attempts:
+        begun = time.process_time()
+        _, hard = resource.getrlimit(resource.RLIMIT_CPU)
+        with suppress(ValueError):  # the hard limit is that of the first
+            resource.setrlimit(resource.RLIMIT_CPU, (round(begun) + 1 + seconds, hard))
+        signal.alarm(6 * seconds)
+        code, message = _attempt(attempt)
+        memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
+        line = json.dumps([code, message, time.process_time() - begun, memory])
+        os.write(report, line.encode() + b"\n")
+
+
+def _attempt(attempt: Mapping[str, Any]) -> tuple[int, str]:
+    """Open a file; its code and message."""
+    from allanite.errors import AllaniteError
+
+    try:
+        ROLES[attempt["role"]](Path(attempt["path"]), attempt["options"])
+    except AllaniteError as error:
+        return 11, f"{type(error).__name__}: {error}"[:2000]
+    except BaseException:  # noqa: BLE001 - is the report
+        return 12, traceback.format_exc()[-3000:]
+    return 10, ""
+
+
+# -- from outside ------------------------------------------------------------------------------------------
+
+
+def measured(
+    attempts: Sequence[Attempt],
+    *,
+    sound: Path | None = None,
+    options: Mapping[str, Any] | None = None,
+    seconds: int = MOST_SECONDS,
+    in_children: bool = False,
+) -> list[Outcome]:
+    """What becomes of files.
+
+    Parameters
+    ----------
+    attempts : sequence of Attempt
+    sound, options : Path, mapping
+        A file of the same format that can be read: it is read once in the process that is forked.
+    seconds : int [s]
+        Processor time for each; the wall clock may show six times as much.
+    in_children : bool
+        Parsers run in children of their own, as they do for a user: one that dies is a refusal.
+    """
+    job = {
+        "folder": str(Path(__file__).parent),
+        "sound": "" if sound is None else str(sound),
+        "options": dict(options or {}),
+        "attempts": [{"path": str(a.path), "role": a.role, "options": dict(a.options)} for a in attempts],
+        "seconds": seconds,
+        "in_children": in_children,
+    }
+    done = subprocess.run(
+        [sys.executable, "-c", _HARNESS],
+        input=json.dumps(job),
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr[-2000:]
+    return [Outcome(*fields) for fields in json.loads(done.stdout)]
+
+
+def fault_of(found: Outcome) -> str:
+    """What is wrong with what became of a file; "" if nothing is."""
+    if found.code not in (10, 11):
+        said = found.message.strip().splitlines()
+        return f"{CODES.get(found.code, f'signal {-found.code}')}: {said[-1] if said else ''}"
+    if found.seconds > MOST_SECONDS:
+        return f"{found.seconds:.1f} s of processor time"
+    return f"{found.memory >> 20} MiB" if found.memory > MOST_MEMORY else ""
+
+
+def outcomes(
+    sound: Path, paths: Sequence[Path], options: dict[str, Any] | None = None, *, seconds: int = 10
+) -> list[int]:
+    """Exit code of every file (see `CODES`), or less the number of the signal that ended its process.
+
+    `sound` is a file of the same format that can be read.
+    """
+    attempts = [Attempt(path=path, options=options or {}) for path in paths]
+    found = measured(attempts, sound=sound, options=options, seconds=seconds)
+    wrong = [one.message for one in found if one.code == 12]
+    assert not wrong, wrong[0]
+    return [one.code for one in found]
+
+
 def mutations(content: bytes, count: int, seed: int = 20261122) -> list[bytes]:
     """Copies with one to five bytes changed anywhere or in the first kilobyte; every tenth is cut as well."""
     rng = np.random.default_rng(seed)
@@ -86,30 +403,6 @@ def mutations(content: bytes, count: int, seed: int = 20261122) -> list[bytes]:
             copy[place] = rng.integers(0, 256)
         made.append(bytes(copy[: rng.integers(1, len(copy))] if k % 10 == 9 else copy))
     return made
-
-
-def outcomes(
-    sound: Path, paths: Sequence[Path], options: dict[str, Any] | None = None, *, seconds: int = 10
-) -> list[int]:
-    """Exit code of every file (see `CODES`), or less the number of the signal that ended its process.
-
-    `sound` is a file of the same format that can be read: it is read once in the process that is forked.
-    """
-    job = {
-        "folder": str(Path(__file__).parent),
-        "sound": str(sound),
-        "patched": _PATCHED,
-        "paths": [str(p) for p in paths],
-        "options": options or {},
-        "seconds": seconds,
-    }
-    done = subprocess.run(
-        [sys.executable, "-c", _HARNESS], input=json.dumps(job), capture_output=True, text=True, check=False
-    )
-    assert done.returncode == 0, done.stderr[-2000:]
-    found: list[int] = json.loads(done.stdout)
-    assert 12 not in found, done.stderr[-3000:]
-    return found
 
 
 def tally(found: Sequence[int]) -> dict[str, int]:

@@ -1,11 +1,13 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A page as a browser asks it: with its address, its cookie and the secret of its requests."""
+"""A page as a browser asks it: with its address, its cookie and the secret of its requests; and a server of its own."""
 
 from __future__ import annotations
 
 import re
+import threading
 import time
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -15,26 +17,49 @@ import numpy as np
 from starlette.testclient import TestClient
 
 from allanite.page.application import Application
+from allanite.page.attached import Named
+from allanite.page.server import listening, server_of
 from allanite.page.settings import Limits, Settings
 from allanite.recording import Recording
 from allanite.recording_file import write_recording
 
-__all__ = ["PORT", "Browser", "application", "noise", "small_log"]
+__all__ = ["PORT", "Browser", "application", "noise", "served", "small_log"]
 
 PORT = 8123
 BASE = f"http://127.0.0.1:{PORT}"
 
 
-def application(folder: Path, cache: Path, **limits: Any) -> Application:
+def application(
+    folder: Path, cache: Path, *, port: int = PORT, instruments: tuple[Named, ...] = (), **limits: Any
+) -> Application:
     """The application over a folder."""
     return Application(
         Settings(
             folder=folder.resolve(),
-            port=PORT,
+            port=port,
             cache=cache,
+            instruments=instruments,
             limits=replace(Limits(), **{"ahead": False, "look": 0.05, **limits}),
         )
     )
+
+
+@contextmanager
+def served(folder: Path, cache: Path, **limits: Any) -> Iterator[Application]:
+    """The application behind a socket, as `allanite serve` has it, in a thread of this process."""
+    with listening("127.0.0.1", 0) as bound:
+        app = application(folder, cache, port=bound.getsockname()[1], **limits)
+        server = server_of(app)
+        thread = threading.Thread(target=server.run, kwargs={"sockets": [bound]}, daemon=True)
+        thread.start()
+        try:
+            while not server.started and thread.is_alive():
+                time.sleep(0.01)
+            yield app
+        finally:
+            server.should_exit = True
+            thread.join(60)
+    assert not thread.is_alive()
 
 
 class Browser:

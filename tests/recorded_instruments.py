@@ -13,8 +13,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from allanite.capture import Patience, device_lock, listener, session
-from allanite.instruments.hp3458a import driver, prologix
+from allanite.capture import Patience, device_lock, listener, session, writer
+from allanite.instruments.hp3458a import conversation, driver, prologix
 from allanite.instruments.hp3458a.simulated_meter import SimulatedMeter
 from allanite.instruments.hp3458a.simulator import Simulator
 from allanite.instruments.hp3458a.transports import Transport
@@ -153,9 +153,10 @@ def make_quick(monkeypatch: pytest.MonkeyPatch, locks: Path) -> None:
     locks.chmod(0o1777)
     monkeypatch.setattr(device_lock, "_SHARED", (locks,))
     monkeypatch.setenv("PYVISA_LIBRARY", "@py")  # else it looks for the makers' libraries each time
-    monkeypatch.setattr(driver, "QUIET", 0.02)
+    monkeypatch.setattr(conversation, "QUIET", 0.02)
     monkeypatch.setattr(prologix, "READ_TIMEOUT_MS", 30)
     monkeypatch.setattr(prologix, "MARGIN", 0.03)
+    monkeypatch.setattr(writer, "_GRACE", 60.0)  # a busy host makes a link anew when the end has long passed
     monkeypatch.setattr(
         session, "Patience", partial(Patience, timeout=0.15, reconnections=8, pause=0.05, longest_pause=0.1)
     )

@@ -632,7 +632,7 @@ def test_hostile_names_stay_one_cell_of_text_and_come_back(tmp_path: Path) -> No
     curve = al.allan_curve(Recording.from_rate(y, rate=10.0, unit="deg/s", names=names))
     path = curve.to_csv(tmp_path / "allan.csv")
     (heads,) = (row for row in path.read_text(encoding="utf-8").split("\n") if row.startswith("m,tau"))
-    assert heads.split(",")[2::5] == ["'=1+1.deviation", r"a\nb\x00\u2028c.deviation"]
+    assert heads.split(",")[2::5] == ["'=1+1.deviation", r"a\nb\u0000\u2028c.deviation"]
     again = al.AllanCurve.from_csv(path)
     assert again.names == curve.names
     np.testing.assert_array_equal(again.deviation, curve.deviation)

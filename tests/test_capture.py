@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import os
 import signal
 import threading
@@ -13,7 +14,16 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from allanite.capture import Captured, HostClock, Patience, Progress, Stop, capture, stopping_on_signals
+from allanite.capture import (
+    Captured,
+    HostClock,
+    Patience,
+    Progress,
+    Stop,
+    capture,
+    stopping_on_signals,
+    writer,
+)
 from allanite.capture.clock import ClockWatch
 from allanite.capture.listener import Listener
 from allanite.capture.numbering import Gap, Numbered, Numbering
@@ -227,6 +237,38 @@ def test_q6_an_instrument_that_opens_and_brings_nothing_is_given_up(tmp_path: Pa
     assert run.status == "fail" and stored(tmp_path / "run")[1].tolist() == list(range(10))
     *_, tail = (e for e in run.manifest if e["kind"] == "gap")
     assert tail["counter"] == 10 and tail["samples"] > 3 and "nothing came" in tail["reason"]
+
+
+PATIENT = Patience(timeout=0.01, silences=3, reconnections=600, full=0.0, pause=0.001, longest_pause=0.002)
+GONE = (SAME, *[InstrumentError("no such port")] * 600)
+
+
+@pytest.mark.parametrize("identities", [GONE, ()], ids=["gone", "silent"])
+def test_a_run_whose_instrument_is_gone_ends_with_its_duration(
+    identities: tuple[Identity | Exception, ...], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(writer, "_GRACE", 0.0)
+    script: list[Step] = [block(0, 20), InstrumentError("the port is gone")]
+    instrument = Scripted(script, identities)
+    done = capture(instrument, tmp_path / "run", duration=0.5, patience=PATIENT)
+    assert (done.samples, done.missing, done.gaps, done.status) == (20, 30, 1, "success")
+    assert done.reason in ("the port is gone", "nothing came in 10 ms", "no such port")
+    run = open_run(tmp_path / "run")
+    assert (run.status, run.reason) == ("success", done.reason)
+    (gap,) = (e for e in run.manifest if e["kind"] == "gap")
+    assert (gap["counter"], gap["samples"]) == (20, 30)
+    assert run.recording().n_samples == 50
+
+
+def test_a_run_without_any_sample_ends_with_its_duration_and_is_a_failure(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(writer, "_GRACE", 0.0)
+    with pytest.raises(InstrumentError, match="no sample came in the planned duration: nothing came"):
+        capture(Scripted([]), tmp_path / "run", duration=0.3, patience=PATIENT)
+    run = open_run(tmp_path / "run")
+    assert run.status == "fail" and "no sample came" in run.reason
+    assert [(e["counter"], e["samples"]) for e in run.manifest if e["kind"] == "gap"] == [(0, 30)]
 
 
 def test_a_driver_that_fails_in_an_unforeseen_way_is_no_success(tmp_path: Path) -> None:
@@ -443,6 +485,57 @@ def test_q9_a_wall_clock_that_is_set_changes_no_interval(hour: int) -> None:
     (event,) = watch.look()
     assert (event.what, event.seconds) == ("step", pytest.approx(hour))
     assert watch.look() == []
+
+
+def set_clocks(folder: Path) -> list[float]:
+    return [round(e["seconds"]) for e in open_run(folder).manifest if e["kind"] == "clock"]
+
+
+@pytest.mark.parametrize("fails", [False, True])
+def test_q9_a_step_in_a_run_shorter_than_a_look_is_written_down(fails: bool, tmp_path: Path) -> None:
+    class Real(HostClock):
+        wall = 0
+
+        def utc(self) -> int:
+            return super().utc() + self.wall
+
+    clock = Real()
+
+    def after_the_clock_was_set() -> Block:
+        clock.wall += 3600 * 10**9
+        return block(10)
+
+    script: list[Step] = [block(0), after_the_clock_was_set]
+    script.append(ZeroDivisionError("a fault of the driver") if fails else block(20, 80))
+    with contextlib.suppress(ZeroDivisionError):
+        capture(Scripted(script), tmp_path / "run", duration=1.0, patience=QUICK, clock=clock)
+    assert open_run(tmp_path / "run").status == ("fail" if fails else "success")
+    assert set_clocks(tmp_path / "run") == [3600]
+
+
+def test_q9_two_steps_that_undo_each_other_within_a_minute_are_written_down(tmp_path: Path) -> None:
+    clock, seen = Clock(), threading.Event()
+
+    def step(seconds: int, number: int) -> Callable[[], Block]:
+        def set_it() -> Block:
+            clock.wall += seconds * 10**9
+            clock.time += 2 * 10**9
+            assert seen.wait(10)
+            seen.clear()
+            return block(number)
+
+        return set_it
+
+    script: list[Step] = [block(0), step(3600, 10), step(-3600, 20), block(30, 70)]
+    capture(
+        Scripted(script),
+        tmp_path / "run",
+        duration=1.0,
+        patience=QUICK,
+        clock=clock,
+        happened=lambda kind, facts: seen.set() if kind == "clock" else None,
+    )
+    assert set_clocks(tmp_path / "run") == [3600, -3600]
 
 
 def test_q10_a_host_that_sleeps_leaves_a_gap_as_long() -> None:

@@ -26,7 +26,7 @@ from allanite.instruments.simulated import SimulatedInstrument
 from allanite.log_store import open_run
 from allanite.terminal import journal, show_captured
 from shell import Run
-from test_capture import QUICK, Scripted, block
+from test_capture import PATIENT, QUICK, Scripted, block
 
 
 def invoke(*arguments: str) -> Result:
@@ -146,6 +146,25 @@ def test_what_happens_is_told_where_nobody_looks(tmp_path: Path, run: Run) -> No
     ]
     assert "20 samples are missing, 1 has no value and 1 is doubtful." in done.out
     assert "remarks          1, in manifest.jsonl" in done.out
+
+
+@pytest.mark.parametrize(("samples", "code"), [(20, 3), (0, 1)])
+def test_a_run_whose_instrument_is_gone_ends_on_time_with_words(
+    samples: int, code: int, tmp_path: Path, run: Run, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("allanite.capture.writer._GRACE", 0.0)
+    script = [block(0, samples)] if samples else []
+    monkeypatch.setattr(SimulatedInstrument, "from_file", lambda *_, **__: Scripted(script))
+    monkeypatch.setattr("allanite.capture.session.Patience", lambda: PATIENT)
+    done = run(*SIMULATED, "--duration", "0.4", "--out", tmp_path)
+    assert done.code == code, done.err
+    if samples:
+        said = " ".join(done.out.split())
+        assert said.startswith(
+            "20 samples are missing. Nothing came any more at the planned end: nothing came in 10"
+        )
+    else:
+        assert "no sample came in the planned duration" in done.err
 
 
 def test_the_journal_is_no_flood(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]) -> None:

@@ -34,7 +34,7 @@ def test_the_sequence_of_the_reference():
         "TRIG AUTO;TIMER 0.03125;NRDGS 16777215,TIMER",
     )
     assert commands.ARM == "TARM SGL,1"
-    assert commands.STOP == ("TARM HOLD;TRIG HOLD", "PRESET NORM;END ALWAYS")
+    assert commands.STOP == "PRESET NORM;END ALWAYS"
 
 
 @pytest.mark.parametrize(
@@ -112,7 +112,7 @@ def test_answers_in_numbers_and_in_words(query, answer, numbers):
     assert commands.numbers_of(query, answer) == numbers
 
 
-@pytest.mark.parametrize("answer", [b"\r\n", b"\xff\xfe\r\n", b"+1.2+3\r\n"])
+@pytest.mark.parametrize("answer", [b"\r\n", b"\xff\xfe\r\n", b"+1.2+3\r\n", b"1E999\r\n", b"nan\r\n"])
 def test_a_damaged_answer_is_refused(answer):
     with pytest.raises(InstrumentError, match="clear the interface"):
         commands.numbers_of("TIMER?", answer)
@@ -126,11 +126,20 @@ def test_a_setting_that_did_not_take_is_named():
     assert "1 numbers instead of 2" in commands.refusals(count, (16777215,))
 
 
+@pytest.mark.parametrize(
+    ("name", "impossible"),
+    [("scale", 0.0), ("scale", -1.0), ("scale", 1e30), ("mains_hz", 1e38), ("aperture", 1e20)],
+)
+def test_a_setting_that_no_meter_has_is_refused(name, impossible):
+    asked = next(r for r in commands.read_backs(Settings(rate=32)) if r.name == name)
+    assert "is impossible" in commands.refusals(asked, (impossible,))
+
+
 # ---- answers ---------------------------------------------------------------------------------------------------------
 
 
 def test_whole_lines_only():
-    lines = parse_lines(reading(1.5) + reading(-2e-9) + b"+1.2345")
+    lines = parse_lines(reading(1.5) + reading(-2e-9) + b"+1.2345", 10.0)
     assert lines.values.tolist() == [1.5, -2e-9] and lines.rest == b"+1.2345"
     assert not lines.rejected and not lines.flags.any()
 
@@ -151,7 +160,7 @@ def test_whole_lines_only():
     ],
 )
 def test_what_is_no_reading_is_set_aside_in_its_place(line):
-    lines = parse_lines(reading(1.0) + line + b"\r\n" + reading(2.0))
+    lines = parse_lines(reading(1.0) + line + b"\r\n" + reading(2.0), 10.0)
     assert lines.values.tolist() == [1.0, 2.0]
     assert lines.rejected == (line,) and lines.breaks == (1,)
 
@@ -171,19 +180,51 @@ def test_what_is_no_reading_is_set_aside_in_its_place(line):
     ],
 )
 def test_overload_in_every_spelling_is_nan_with_its_flag(line):
-    lines = parse_lines(reading(1.0) + line + b"\r\n")
+    lines = parse_lines(reading(1.0) + line + b"\r\n", 10.0)
     assert np.isnan(lines.values[1]) and lines.flags.tolist() == [0, Flag.OVERLOAD]
     assert not lines.rejected
 
 
 def test_a_line_without_end_does_not_grow_for_ever():
-    lines = parse_lines(b"x" * 100)
+    lines = parse_lines(b"x" * 100, 10.0)
     assert lines.rest == b"" and lines.rejected == (b"x" * 100,)
+
+
+@pytest.mark.parametrize("volts_of_range", commands.RANGES)
+@pytest.mark.parametrize(
+    ("output", "factor"),
+    [
+        *(("ASCII", factor) for factor in (1.3, -1.3, 1e3, -1e19, float("nan"), float("inf"))),
+        *(("DINT", factor) for factor in (1.3, -1.3, 4.9)),
+    ],
+)
+def test_no_reading_beyond_the_scale_of_its_range_is_given_in_any_format(volts_of_range, output, factor):
+    """120 % of the range by the manual, 105 % of 1000 V; 1E+38 is what an overload is written as."""
+    part = 1.05 if volts_of_range == 1000 else 1.2
+    sent = [part * volts_of_range * x for x in (0.0, 1 - 1e-6, -1 + 1e-6, 0.3)] * 20
+    bad = factor * volts_of_range
+    if output == "ASCII":
+        stream = LineStream(pace=Pace(period_ns=PERIOD, speed=None), range_volts=volts_of_range)
+        line = reading(bad) if np.isfinite(bad) else b"%+f\r\n" % bad
+        data = b"".join(map(reading, sent)) + line + b"".join(map(reading, sent))
+    else:
+        scale = 5 * volts_of_range / 2**31
+        stream = IntegerStream(pace=Pace(period_ns=1e6, speed=None), scale=scale, range_volts=volts_of_range)
+        data = np.round(np.array([*sent, bad, *sent]) / scale).astype(">i4").tobytes()
+    stream.armed(10_000)
+    got = stream.feed(data, 0, awaited=True)
+    given = np.abs(got.values[~np.isnan(got.values)])
+    assert len(given) and given.max() <= part * volts_of_range
+    assert len(got.remarks) == 1
+    if output == "ASCII" and not np.isinf(bad):
+        assert "rejected b'" in got.remarks[0] and f"{volts_of_range:g} V range" in got.remarks[0]
+        assert len(got.values) == 2 * len(sent) and got.counter[-1] == 2 * len(sent), "one is missing"
+        assert got.flags[len(sent)] == Flag.RESYNC and not np.delete(got.flags, len(sent)).any()
 
 
 @pytest.mark.parametrize("cut", range(1, 17))
 def test_lines_cut_anywhere_give_the_same_readings(cut):
-    stream = LineStream(pace=Pace(period_ns=PERIOD, speed=None))
+    stream = LineStream(pace=Pace(period_ns=PERIOD, speed=None), range_volts=10.0)
     stream.armed(100)
     data = b"".join(reading(k * 1e-3) for k in range(20))
     parts = [data[i : i + cut] for i in range(0, len(data), cut)]
@@ -221,7 +262,7 @@ class Host:
 
 @pytest.fixture
 def host():
-    host = Host(LineStream(pace=Pace(period_ns=PERIOD)))
+    host = Host(LineStream(pace=Pace(period_ns=PERIOD), range_volts=10.0))
     for k in range(0, 60, 3):
         host.feed(k, k + 3)
     return host
@@ -232,7 +273,7 @@ def test_a_rejected_line_is_one_reading_missing(host):
     assert got.values.tolist() == pytest.approx([60e-3, 62e-3])
     assert got.counter.tolist() == [60, 62]
     assert got.flags.tolist() == [0, Flag.RESYNC]
-    assert got.remarks == ("rejected b'+1.23', which is no reading",)
+    assert got.remarks == ("rejected b'+1.23', which is no reading of the 10 V range",)
     assert host.feed(63, 66).counter.tolist() == [63, 64, 65]
 
 
@@ -303,7 +344,7 @@ def test_a_late_block_and_what_queued_behind_it_move_nothing(host):
 
 def test_a_drifting_clock_of_the_meter_is_followed():
     # A hundredth of a percent: 23 readings in two hours.
-    host = Host(LineStream(pace=Pace(period_ns=PERIOD)))
+    host = Host(LineStream(pace=Pace(period_ns=PERIOD), range_volts=1000.0))
     for k in range(0, 230_400, 90):
         got = host.feed(k, k + 90, at=(k + 90) * 1.0001)
         assert not got.remarks
@@ -324,7 +365,7 @@ def test_after_a_pause_the_clock_says_how_long_it_was(host):
 
 
 def test_without_a_clock_everything_is_counted():
-    stream = LineStream(pace=Pace(period_ns=PERIOD, speed=None))
+    stream = LineStream(pace=Pace(period_ns=PERIOD, speed=None), range_volts=10.0)
     stream.armed(10)
     stream.feed(reading(0.0) + b"garbage\r\n", 0, awaited=False)
     got = stream.feed(reading(2.0), 0, awaited=False)

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import re
 import sys
 import threading
 import time
@@ -15,7 +16,7 @@ import pytest
 
 from allanite.errors import InputError, InstrumentError
 from allanite.instruments import Block, Flag, Instrument, InstrumentTimeout
-from allanite.instruments.hp3458a import HP3458A, Settings, driver, prologix
+from allanite.instruments.hp3458a import HP3458A, Settings, conversation, driver, prologix
 from allanite.instruments.hp3458a.prologix import PrologixTransport, escaped
 from allanite.instruments.hp3458a.simulated_meter import Fault, SimulatedIdentity, SimulatedMeter, counting
 from allanite.instruments.hp3458a.simulator import Simulator
@@ -47,7 +48,7 @@ QUERIES = [
 @pytest.fixture(autouse=True)
 def _quick(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("PYVISA_LIBRARY", "@py")  # else it looks for the makers' libraries each time
-    monkeypatch.setattr(driver, "QUIET", 0.02)
+    monkeypatch.setattr(conversation, "QUIET", 0.02)
     monkeypatch.setattr(prologix, "READ_TIMEOUT_MS", 30)
     monkeypatch.setattr(prologix, "MARGIN", 0.03)
 
@@ -115,10 +116,13 @@ def test_every_byte_of_the_normal_course_through_pyvisa():
         instrument.stop()
         arrived(simulator, b"PRESET NORM;END ALWAYS\n")
         heard = bytes(simulator.heard)
+    number = int(heard.partition(b"NRDGS ")[2].partition(b",")[0])
+    agreed = [f"NRDGS {number},AUTO", "NRDGS?", "TRIG AUTO;TIMER 0.01;NRDGS 1000,TIMER"]
     setting = [
         "TARM HOLD;TRIG HOLD",
         "RESET",
         "PRESET NORM;END ALWAYS;INBUF ON;TARM HOLD",
+        *agreed,
         *["ID?", "REV?", "CALNUM?", "CALSTR?", "ERR?"],
         "LFREQ LINE;DCV 10;NPLC 0.25;AZERO OFF;DELAY 0;MATH OFF;DISP OFF",
         "MEM OFF;OFORMAT ASCII",
@@ -137,7 +141,9 @@ def test_every_byte_of_the_normal_course_through_pyvisa():
         + "".join(f"{line}\n" for line in stop).encode()
     )
     said = bytes(simulator.said)
-    assert said.startswith(b'HP3458A\r\n9,2\r\n104\r\n"simulated"\r\n0\r\n0,"NO ERROR"\r\n2\r\n1\r\n4\r\n')
+    assert said.startswith(
+        b"%d,1\r\n" % number + b'HP3458A\r\n9,2\r\n104\r\n"simulated"\r\n0\r\n0,"NO ERROR"\r\n2\r\n1\r\n4\r\n'
+    )
     assert b"\r\n36.4\r\n+0.00000000E+00\r\n+1.00000000E-06\r\n+2.00000000E-06\r\n" in said
     assert (identity.model, identity.serial, identity.firmware) == ("3458A", "CALNUM 104 simulated", "9,2")
     values, counter, flags, remarks = joined(blocks)
@@ -198,7 +204,7 @@ def test_the_adapter_is_set_up_and_what_it_would_swallow_is_escaped():
         arrived(simulator, b"++clr\n")
         heard = bytes(simulator.heard)
     assert heard == (
-        b"\n++ver\n++savecfg 0\n++mode 1\n++auto 0\n++addr 22\n++eos 2\n++eoi 1\n++eot_enable 0\n"
+        b"\n++ver\n++ver\n++savecfg 0\n++mode 1\n++auto 0\n++addr 22\n++eos 2\n++eoi 1\n++eot_enable 0\n"
         b"++read_tmo_ms 30\nID?\n++read eoi\n\x1b+\x1b+addr 5\n++clr\n"
     )
     assert simulator.meter.executed == ["ID?", "++ADDR 5"]
@@ -223,8 +229,9 @@ def test_the_meter_is_armed_again_before_its_counter_ends():
     assert len(remarks) == 1 and "counter of 50 readings was full" in remarks[0]
     assert [b.facts for b in blocks if b.facts] == [{"temperature_c": 36.4}] * 2
     conversation = bytes(simulator.heard)
-    again = "AZERO ONCE\n" + "".join(f"{q}\n" for q in QUERIES) + "TARM SGL,1\n"
-    assert conversation.count(again.encode()) == 1
+    again = "AZERO ONCE\nNRDGS [0-9]{7},AUTO\nNRDGS[?]\nTRIG AUTO;TIMER 0.0025;NRDGS 50,TIMER\n"
+    again += "".join(f"{q[:-1]}[?]\n" for q in QUERIES) + "TARM SGL,1\n"
+    assert len(re.findall(again.encode(), conversation)) == 1
 
 
 def test_a_meter_left_measuring_by_another_program_is_stopped_first():
@@ -273,8 +280,8 @@ def test_faults_of_readings_are_rejected_counted_and_marked():
     assert flags[17] == Flag.RESYNC, "the reading after garbage"
     assert np.count_nonzero(flags) == 3
     assert remarks == (
-        "rejected b'+1.20', which is no reading",
-        "rejected b'\\xff\\x00#', which is no reading",
+        "rejected b'+1.20', which is no reading of the 10 V range",
+        "rejected b'\\xff\\x00#', which is no reading of the 10 V range",
         "1 reading(s) came twice; kept once",
     )
 
@@ -310,8 +317,8 @@ def test_faults_of_readings_come_through_a_socket():
     assert told == [-1 if k == 5 else k for k in range(numbers[-1] + 1) if k not in (12, 63)]
     assert flags[5] == Flag.OVERLOAD and flags[12] & Flag.RESYNC
     assert remarks[:2] == (
-        "rejected b'+1.20', which is no reading",
-        "rejected b'\\xff\\x00#', which is no reading",
+        "rejected b'+1.20', which is no reading of the 10 V range",
+        "rejected b'\\xff\\x00#', which is no reading of the 10 V range",
     )
 
 
@@ -442,12 +449,33 @@ def test_stop_and_close_of_a_dead_link_raise_nothing():
     ],
 )
 def test_opening_refuses_what_is_not_as_it_must_be(fault, why, monkeypatch):
-    monkeypatch.setattr(driver, "ANSWER", 0.1)
+    monkeypatch.setattr(conversation, "ANSWER", 0.1)
     with (
         meter(Settings(rate=100), faults=[fault]) as (_, instrument),
         pytest.raises(InstrumentError, match=why),
     ):
         instrument.open()
+
+
+def test_an_impossible_temperature_is_left_out_and_said():
+    wrong = Fault(at="TEMP?", kind="answer", data=b" 1.00000000E+38\r\n")
+    with virtual_wire(signal=counting, faults=[wrong]) as wire:
+        first = started(wire, Settings(rate=50)).read(1.0)
+    assert first.facts == {}
+    assert first.remarks == ("TEMP? answers 1e+38, which is impossible: -40 to 120; left out",)
+
+
+@pytest.mark.parametrize("bad", [1e20, -13.0, 1e37])
+def test_a_reading_beyond_the_scale_is_missing_and_said(bad):
+    def signal(index):
+        return np.where(index == 20, bad, counting(index))
+
+    with virtual_wire(signal=signal) as wire:
+        values, counter, flags, remarks = joined(read_until(started(wire, Settings(rate=50)), 40))
+    expected = [k for k in range(counter[-1] + 1) if k != 20]
+    assert counter.tolist() == microvolts(values) == expected
+    assert remarks == (f"rejected b'{bad:+.8E}', which is no reading of the 10 V range",)
+    assert np.flatnonzero(flags).tolist() == [20] and flags[20] == Flag.RESYNC
 
 
 def test_an_old_meter_without_calstr_opens(monkeypatch):

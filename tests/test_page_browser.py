@@ -1,7 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The page in a real browser: from a dropped log to imu.yaml, refits, marks, reports, captures, keyboard, names.
 
-One browser, one server and one window for all; nothing but this machine can be reached from the browser (row W11).
+Each test has a server, a folder and a window of its own, so that neither their order nor what runs beside them matters.
+Waits are for conditions. Nothing but this machine can be reached from the browser (row W11).
 """
 
 from __future__ import annotations
@@ -9,9 +10,7 @@ from __future__ import annotations
 import json
 import re
 import shutil
-import socket
 import sys
-import threading
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -20,10 +19,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from allanite.page.application import Application
-from allanite.page.settings import Limits, Settings
+import allanite as al
+from allanite.delivery import write_results
+from allanite.page.attached import Named
+from allanite.page.server import address_of
+from allanite.page.settings import RESULTS
 from allanite.recording import Recording
 from allanite.recording_file import write_recording
+from page_client import served as serving
 from sample_calibration import estimate
 
 SERIES = ".series .plot[data-drawn]"
@@ -33,6 +36,8 @@ EVIL = "<img src=x onerror=alert(1)>"
 EVIL_NAME = "<img/src=x/onerror=alert(1)>"
 VIEWS = ("#/", "#/results", "#/compare", "#/plan", "#/capture")
 DWELL, RATE = 20.0, 10.0
+BENCH = Named(kind="serial", name="/dev/null", title="unit on the bench")
+TABLE = Named(kind="serial", name="/dev/zero", title="unit on the table", format="/etc/x1.yaml")
 
 
 def imu_log(path: Path, *, units: bool = True, n: int = 1500) -> Path:
@@ -75,31 +80,32 @@ def calls() -> Iterator[set[Any]]:
 
 
 @pytest.fixture(scope="module")
-def served(tmp_path_factory: pytest.TempPathFactory, calls: set[Any]) -> Iterator[tuple[str, Path]]:
-    """Address of a page, with its token, and its folder."""
-    import uvicorn
-
-    folder, cache = tmp_path_factory.mktemp("recordings"), tmp_path_factory.mktemp("cache")
-    imu_log(folder / "bench.csv")
+def recordings(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """What lies in the folder of every test: logs, a study of one of them, a calibration."""
+    folder = tmp_path_factory.mktemp("recordings")
+    bench = imu_log(folder / "bench.csv")
+    write_results(al.characterize(al.read(bench)), folder / RESULTS / "bench-characterize")
     turned_take(folder / "take.parquet")
     (folder / "calibration.json").write_text(json.dumps(estimate().to_json()))
+    columns = "  columns:\n    - {name: gyro_z, column: 0, unit: deg/s}\n"
+    (folder / "x1.yaml").write_text(f"model: X1\nrate: 100\nlines:\n{columns}")
     rows = "".join(f"{i / 10},{i % 7}\n" for i in range(300))
     (folder / f"{EVIL}.csv").write_text(f"time_s,{EVIL_NAME}\n{rows}")
-    with socket.socket() as bound:
-        bound.bind(("127.0.0.1", 0))
-        bound.listen(64)
-        settings = Settings(
-            folder=folder.resolve(), port=bound.getsockname()[1], cache=cache, limits=Limits(look=0.2)
-        )
-        application = Application(settings)
-        server = uvicorn.Server(uvicorn.Config(application.app, log_level="warning", access_log=False))
-        application.ending = lambda: server.should_exit
-        thread = threading.Thread(target=server.run, kwargs={"sockets": [bound]}, daemon=True)
-        thread.start()
-        yield f"http://127.0.0.1:{settings.port}/?token={settings.token}", folder
-        server.should_exit = True
-        thread.join(60)
-    assert not thread.is_alive()
+    return folder
+
+
+@pytest.fixture
+def served(tmp_path: Path, recordings: Path, calls: set[Any]) -> Iterator[tuple[str, Path]]:
+    """Address of a page, with its token, and its folder; the server connects to nobody."""
+    folder = tmp_path / "recordings"
+    shutil.copytree(recordings, folder)
+    calls.clear()
+    with serving(folder, tmp_path / "cache", look=0.2, instruments=(BENCH, TABLE)) as app:
+        yield address_of(app.settings), folder
+    outside = {
+        a for a in calls if not (isinstance(a, str) and a.startswith("/")) and "127.0.0.1" not in str(a)
+    }
+    assert not outside
 
 
 @pytest.fixture(scope="module")
@@ -132,8 +138,8 @@ def complaining(view: Any, own: str) -> list[str]:
     return found
 
 
-@pytest.fixture(scope="module")
-def window(chromium: Any, served: tuple[str, Path]) -> Any:
+@pytest.fixture
+def window(chromium: Any, served: tuple[str, Path]) -> Iterator[Any]:
     """The window, and its complaints."""
     address, _ = served
     context = chromium.new_context(viewport={"width": 1280, "height": 900})
@@ -141,14 +147,14 @@ def window(chromium: Any, served: tuple[str, Path]) -> Any:
     opened = context.new_page()
     complaints = complaining(opened, address.split("?")[0])
     opened.goto(address)
-    return opened, complaints
+    yield opened, complaints
+    context.close()
 
 
 @pytest.fixture
 def page(window: Any) -> Iterator[Any]:
     """The window at its beginning; it must neither complain nor ask anybody else."""
     opened, complaints = window
-    complaints.clear()
     go(opened, "#/")
     yield opened
     assert not complaints
@@ -164,31 +170,84 @@ def until(page: Any, what: Callable[[], Any]) -> Any:
     while time.monotonic() < end:
         if found := what():
             return found
-        page.wait_for_timeout(30)
+        painted(page)
     raise AssertionError("it did not come about")
 
 
+def painted(page: Any) -> None:
+    """Once all is drawn that was asked for, and laid out."""
+    page.evaluate("() => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
+
+
+def settled(page: Any, plot: Any) -> dict[str, float]:
+    """Where a drawing is, once it does not move any more."""
+    plot.scroll_into_view_if_needed()
+    before: list[Any] = [None]
+
+    def stays() -> Any:
+        last, before[0] = before[0], plot.bounding_box()
+        return before[0] if before[0] == last else None
+
+    return dict(until(page, stays))
+
+
+_AT_REST = """
+async () => {
+  const [own, work] = await Promise.all([import("/static/catalogue.js"), import("/static/work.js")]);
+  const get = (path) => fetch(path).then((r) => r.json());
+  const [{ jobs }, { recordings, documents }] = await Promise.all([get("/api/jobs"), get("/api/catalogue")]);
+  const same = (a, b) => JSON.stringify(a) === JSON.stringify(b);
+  const known = jobs.every((job) => work.isOver(job) && same(work.byId(job.id)?.state, job.state));
+  return known && same(own.recordings(), recordings) && own.documents().length === documents.length;
+}
+"""
+
+
+def at_rest(page: Any) -> None:
+    """Once no work is open, and the page knows all that the server does: nothing is drawn anew after that."""
+    page.get_by_text("Looking for instruments").wait_for(state="detached")
+    until(page, lambda: page.evaluate(_AT_REST))
+
+
 def studied(page: Any) -> None:
-    """A recording with its study."""
-    known = page.locator("#side-files a", has_text="characterized")
-    if known.count():
-        known.first.click()
-    else:
-        page.get_by_role("link", name="bench.csv").first.click()
-        page.get_by_role("button", name="Characterize", exact=True).click()
+    """A recording with its series and its study."""
+    page.locator("#side-files a", has_text="characterized").click()
+    page.locator(SERIES).wait_for()  # with it come the forms
     page.locator(STUDY).wait_for()
+
+
+def result_of(page: Any, folder: Path, words: str, where: str = ".study") -> Path:
+    """The folder of the result that is shown, once it is the one of a command with these words."""
+    code = page.locator(f"{where} .same code")
+    shown = code.filter(has_text=words).filter(has_text="--out=")
+    shown.first.wait_for(state="attached")
+    named = re.search(r"--out=(\S+)", shown.first.text_content())
+    assert named is not None
+    return folder / named[1]
 
 
 def stroke(page: Any, plot: Any, begin: float, end: float) -> None:
     """Draw over the series with the mouse."""
-    plot.scroll_into_view_if_needed()
-    box = plot.bounding_box()
+    box = settled(page, plot)
     page.mouse.move(box["x"] + begin, box["y"] + 60)
     page.mouse.down()
     for step in range(1, 5):  # as a hand does, which is slower than the drawing
         page.mouse.move(box["x"] + begin + (end - begin) * step / 4, box["y"] + 62)
-        page.wait_for_timeout(40)
+        painted(page)
     page.mouse.up()
+
+
+def band(page: Any, plot: Any) -> tuple[float, float]:
+    """Ends of the first mark on the series in pixels, once it is drawn where its row says."""
+    ends = """plot => {
+      const path = plot.querySelector(".shapelayer path[data-index='0']"), { xaxis } = plot._fullLayout;
+      const rows = [...document.querySelectorAll(".marks input")].slice(0, 2).map((i) => Number(i.value));
+      if (!path || plot.dataset.stroke !== "marks") return null;
+      const { left, right } = path.getBoundingClientRect(), from = plot.getBoundingClientRect().left;
+      const there = rows.map((value) => xaxis._offset + xaxis.d2p(value)), here = [left - from, right - from];
+      return here.every((x, i) => Math.abs(x - there[i]) < 2) ? here : null;
+    }"""
+    return tuple(until(page, lambda: plot.evaluate(ends)))
 
 
 # -- from a log to what one takes away ------------------------------------------------------------------------------
@@ -219,8 +278,8 @@ def test_from_a_dropped_log_to_imu_yaml_in_two_clicks(
         page.get_by_role("button", name="imu.yaml").click()
     assert page.evaluate("window.clicks") <= 5
     written = Path(caught.value.path()).read_text()
-    (own,) = served[1].glob("allanite-results/*/imu.yaml")
-    assert written == own.read_text()
+    own = result_of(page, served[1], "allanite characterize allanite-dropped/")
+    assert written == (own / "imu.yaml").read_text()
     assert re.search(r"gyroscope_noise_density: \d", written)
     assert re.search(
         r"allanite characterize allanite-dropped/\S+ --out", page.locator(".study .same").text_content()
@@ -237,15 +296,14 @@ def test_from_a_dropped_log_to_imu_yaml_in_two_clicks(
     page.mouse.click(*pointed(page, 1))
     page.get_by_text("1 averaging time will be left out").wait_for()
     assert page.get_by_label("0.04 s", exact=True).is_checked()
-    page.wait_for_timeout(400)  # two in a row are a double click, which is a zoom
+    no_double_click(page)
     page.mouse.click(*pointed(page, 1))
     page.get_by_role("button", name="Fit again").wait_for(state="detached")
-    page.wait_for_timeout(400)
+    no_double_click(page)
     page.mouse.click(*pointed(page, 1))
     page.get_by_role("button", name="Fit again").click()
-    page.locator(".study .same", has_text="--exclude=").wait_for(state="attached")
-    newest = max(served[1].glob("allanite-results/*/study.json"), key=lambda p: p.stat().st_mtime)
-    curve = json.loads(newest.read_text())["channels"][0]["curve"]
+    study = result_of(page, served[1], "--exclude=") / "study.json"
+    curve = json.loads(study.read_text())["channels"][0]["curve"]
     left = [t for t, why in zip(curve["tau"], curve["excluded"], strict=True) if why == "left out by hand"]
     assert left == [0.04]
 
@@ -257,20 +315,30 @@ def test_a_study_by_likelihood_has_no_averaging_times_to_leave_out(
     page.locator("main summary", has_text=re.compile("^Options$")).first.click()
     page.get_by_label("Method", exact=True).first.select_option("likelihood")
     page.get_by_role("button", name=re.compile("^Characterize")).click()
-    page.locator(".study .same", has_text="--method=likelihood").wait_for(state="attached")
+    study = result_of(page, served[1], "--method=likelihood") / "study.json"
     page.locator(STUDY).wait_for()
     assert not page.get_by_text("Leave averaging times out").count()
-    newest = max(served[1].glob("allanite-results/*/study.json"), key=lambda p: p.stat().st_mtime)
-    (first, *_) = json.loads(newest.read_text())["channels"][0]["models"]
+    (first, *_) = json.loads(study.read_text())["channels"][0]["models"]
     assert first["goodness"]["method"] == "likelihood"
     # what was asked for stays in the form
     assert page.get_by_label("Method", exact=True).first.input_value() == "likelihood"
 
 
+def no_double_click(page: Any) -> None:
+    """Two clicks in a row are a zoom: wait until the next one is no second."""
+    page.locator(STUDY).evaluate(
+        """plot => new Promise((done) => {
+             const over = () => Date.now() - plot._mouseDownTime > plot._context.doubleClickDelay;
+             const look = () => (over() ? done() : requestAnimationFrame(look));
+             look();
+           })"""
+    )
+
+
 def pointed(page: Any, number: int) -> tuple[float, float]:
     """Where a point of the Allan curve stands on the screen."""
     plot = page.locator(STUDY)
-    plot.scroll_into_view_if_needed()
+    settled(page, plot)
     x, y = plot.evaluate(
         """(plot, number) => {
              const { xaxis, yaxis } = plot._fullLayout, box = plot.getBoundingClientRect();
@@ -375,18 +443,18 @@ def test_turns_are_marked_dragged_typed_and_measured(page: Any, served: tuple[st
     page.get_by_role("radio", name="Earth rate and north").check()
     # A stroke marks; the middle of the band moves it.
     page.get_by_role("button", name="Mark turns").press("Enter")
-    page.locator(".series .drag[data-subplot='xy'].nsewdrag").wait_for()
-    page.wait_for_timeout(100)  # the drawing takes up its new task
+    page.locator(".series .plot[data-stroke=marks]").wait_for()
     stroke(page, plot, 400, 440)
     page.locator(".marks input").first.wait_for()
     values = lambda: [float(i.input_value()) for i in page.locator(".marks input").all()]  # noqa: E731
     before = values()
     assert 0 < before[0] < before[1] < 200
-    until(page, lambda: page.locator(".series .shapelayer path[data-index='0']").count())
-    stroke(page, plot, 420, 480)
+    left, right = band(page, plot)
+    stroke(page, plot, (left + right) / 2, (left + right) / 2 + 60)
     moved = until(page, lambda: now if (now := values())[0] > before[0] + 3 else None)
     assert moved[1] - moved[0] == pytest.approx(before[1] - before[0], abs=0.05)
-    stroke(page, plot, 499, 530)  # its end alone
+    _, right = band(page, plot)
+    stroke(page, plot, right - 1, right + 30)  # its end alone
     longer = until(page, lambda: now if (now := values())[1] > moved[1] + 3 else None)
     assert longer[0] == pytest.approx(moved[0], abs=0.002)
     page.get_by_role("button", name="Remove turn 1").press("Enter")
@@ -404,11 +472,9 @@ def test_turns_are_marked_dragged_typed_and_measured(page: Any, served: tuple[st
     first.fill("25")
     first.press("Tab")
     page.get_by_role("button", name="Measure").press("Enter")
-    shown = page.locator("main .same code", has_text="--turns=")
-    shown.wait_for(state="attached")
-    newest = max(served[1].glob("allanite-results/*/earth-rate.json"), key=lambda p: p.stat().st_mtime)
-    assert (newest.parent / "turns.csv").read_text().splitlines()[1].endswith(",25")
-    turns = json.loads(newest.read_text())["reversals"]["turns"]
+    measured = result_of(page, served[1], "--turns=", "main")
+    assert (measured / "turns.csv").read_text().splitlines()[1].endswith(",25")
+    turns = json.loads((measured / "earth-rate.json").read_text())["reversals"]["turns"]
     assert len(turns) == 9 and turns[0]["stop"] / RATE == pytest.approx(25.0, abs=0.2)
     page.locator("main .banner").first.wait_for()
 
@@ -463,6 +529,23 @@ def test_w12_a_capture_is_started_watched_through_a_reload_and_stopped(page: Any
     assert page.get_by_role("button", name="Stop").count() == 0
 
 
+def test_a_port_is_chosen_by_its_title_and_sent_by_its_id(page: Any) -> None:
+    go(page, "#/capture")
+    at_rest(page)
+    page.get_by_label("Instrument", exact=True).select_option("IMU on a serial port")
+    port, frames = page.get_by_label("Port", exact=True), page.get_by_label("Format", exact=True)
+    assert port.locator("option").all_text_contents()[:2] == [BENCH.title, TABLE.title]
+    port.select_option(TABLE.title)
+    assert frames.is_disabled()  # its description came with it
+    port.select_option(BENCH.title)
+    assert frames.locator("option").all_text_contents() == ["x1.yaml"]
+    with page.expect_request(lambda r: r.method == "POST" and r.url.endswith("/api/captures")) as sent:
+        page.get_by_role("button", name="Start").click()
+    assert sent.value.post_data_json["options"]["port"] == BENCH.id
+    page.get_by_text("/dev/null cannot be opened").first.wait_for()  # the recorder was started, and says so
+    page.get_by_text("allanite record serial --port=/dev/null --format=x1.yaml").wait_for(state="attached")
+
+
 def test_sliders_plan(page: Any) -> None:
     go(page, "#/plan")
     amount = page.locator(".amount")
@@ -502,6 +585,7 @@ def all_views(page: Any) -> Iterator[str]:
 
 
 def opened(page: Any, name: str) -> str:
+    at_rest(page)
     page.locator("main details:not([open])").evaluate_all("all => all.forEach((d) => (d.open = true))")
     return name
 
@@ -578,9 +662,8 @@ def axe_script() -> str:
     return str(Axe().axe_script)
 
 
-def test_w11_nothing_but_this_machine_was_asked(page: Any, window: Any, calls: set[Any]) -> None:
-    """The browser of all these tests could reach nobody else, and no window asked; nor did the server connect."""
-    assert not window[1]
+def test_w11_nothing_but_this_machine_can_be_asked(page: Any, window: Any) -> None:
+    """That nobody tried is looked at in every test: the window by `page`, the server by `served`."""
     policy = page.evaluate("fetch('/').then((r) => r.headers.get('content-security-policy'))")
     assert "default-src 'none'" in policy and "connect-src 'self'" in policy and "http" not in policy
     left = page.evaluate("fetch('http://example.org/').then(() => 'reached', () => 'refused')")
@@ -588,7 +671,3 @@ def test_w11_nothing_but_this_machine_was_asked(page: Any, window: Any, calls: s
     until(page, lambda: window[1])
     assert all("violates the" in said for said in window[1])
     window[1].clear()
-    outside = [
-        a for a in calls if not (isinstance(a, str) and a.startswith("/")) and "127.0.0.1" not in str(a)
-    ]
-    assert not outside

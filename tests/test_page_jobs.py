@@ -24,6 +24,7 @@ from allanite import report as al_report
 from allanite.cli import cli
 from allanite.errors import InputError
 from allanite.fitting import selection  # noqa: F401 - imported before the clocks run
+from allanite.page import jobs as page_jobs
 from allanite.page.documents import figure_of, parameters_of, said_of
 from allanite.page.kinds import KINDS
 from allanite.page.options import READING, Option
@@ -522,8 +523,39 @@ def test_w10_crashes_cancelling_and_a_full_queue(tmp_path: Path) -> None:
         assert browser.get(f"/api/jobs/{job.id}/document").status_code == 409
 
 
+def test_no_two_jobs_have_a_folder_of_one_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Neither after one was cancelled, nor where another program takes the name in between."""
+    (tmp_path / "data").mkdir()
+    small_log(tmp_path / "data")
+    browser = Browser(application(tmp_path / "data", tmp_path / "cache", workers=0))  # nothing is run
+    request = {"kind": "check", "recording": browser.recording("gyro.csv")}
+
+    def folder_of(job: dict[str, Any]) -> str:
+        return str(browser.app.jobs.get(job["id"]).work.folder.name)  # type: ignore[union-attr]
+
+    first = browser.start(**request)
+    assert browser.post(f"/api/jobs/{first['id']}/cancel").json()["job"]["state"] == "cancelled"
+    assert not list((tmp_path / "data" / "allanite-results").iterdir())
+    assert folder_of(browser.start(**request)) == "gyro-check-2" != folder_of(first)
+    made, taken = page_jobs._make, []
+
+    def late(work: Work) -> None:
+        if not taken:
+            taken.append(work.folder)
+            work.folder.mkdir()  # type: ignore[union-attr]
+        made(work)
+
+    monkeypatch.setattr(page_jobs, "_make", late)
+    assert folder_of(browser.start(**request)) == "gyro-check-4" and taken[0].name == "gyro-check-3"
+    (tmp_path / "data" / "allanite-results" / "gyro-check-5").symlink_to(tmp_path / "none")
+    assert folder_of(browser.start(**request)) == "gyro-check-6"
+    named = {"kind": "check", "recording": request["recording"]}
+    shown = browser.post("/api/jobs/preview", named).json()
+    assert shown["command"] == "allanite info gyro.csv --json"
+
+
 def test_events_tell_of_every_change(browser: Browser, study: dict[str, Any]) -> None:
-    from allanite.page.events import stream
+    from allanite.page.events import Streams
 
     over = {"now": False}
     changes = iter([[("jobs", {"jobs": []})], [("job", {"id": "x", "title": "a\nb"})]])
@@ -534,7 +566,7 @@ def test_events_tell_of_every_change(browser: Browser, study: dict[str, Any]) ->
         return found or []
 
     async def read() -> str:
-        answer = stream(news, over=lambda: over["now"])
+        answer = Streams(4).stream(news, over=lambda: over["now"])
         return b"".join([part async for part in answer.body_iterator]).decode()  # type: ignore[misc]
 
     import asyncio

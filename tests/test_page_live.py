@@ -15,6 +15,7 @@ import numpy as np
 import pytest
 
 from allanite.log_store import open_run
+from allanite.page.attached import Named
 from allanite.page.live import Watcher
 from page_client import Browser, application
 
@@ -102,14 +103,20 @@ def test_captures_refuse_what_they_cannot_do(tmp_path: Path) -> None:
     data = tmp_path / "data"
     data.mkdir()
     (tmp_path / "frames.yaml").write_text("x: 1\n")
-    browser = Browser(application(data, tmp_path / "cache"))
+    known = Named(kind="serial", name="/dev/null", title="nothing")
+    own = Named(kind="serial", name="/dev/zero", title="described", format=str(tmp_path / "frames.yaml"))
+    browser = Browser(application(data, tmp_path / "cache", instruments=(known, own)))
     for request, status, said in (
         ({"instrument": "laser"}, 400, "no instrument"),
         ({"instrument": "simulated"}, 400, "give model"),
         ({"instrument": "simulated", "options": {"model": {"words": "N=1 deg/√h"}, "out": "/tmp"}}, 400, "no option"),
         ({"instrument": "3458a", "options": {"rate": 1}}, 400, "give resource"),
-        ({"instrument": "serial", "options": {"port": "/dev/null", "format": "../frames.yaml"}}, 404, "a file in"),
-        ({"instrument": "serial", "options": {"port": "/dev/null", "format": 3}}, 400, "line of text"),
+        ({"instrument": "serial", "options": {"port": known.id}}, 400, "give format"),
+        ({"instrument": "serial", "options": {"port": known.id, "format": "../frames.yaml"}}, 404, "no description"),
+        ({"instrument": "serial", "options": {"port": known.id, "format": 3}}, 404, "no description"),
+        ({"instrument": "serial", "options": {"port": own.id, "format": "a" * 24}}, 400, "description of its own"),
+        ({"instrument": "serial", "options": {"port": "/dev/null", "format": "a" * 24}}, 404, "id of an attached"),
+        ({"instrument": "3458a", "options": {"rate": 1, "resource": known.id}}, 404, "id of an attached"),
     ):  # fmt: skip
         answer = browser.post("/api/captures", request)
         assert answer.status_code == status and said in answer.json()["error"]["message"], answer.text

@@ -339,6 +339,30 @@ def test_sandbox_limits(
         sandbox.run(function, [], imports=[], memory=64 << 20, seconds=1, name="a.mat")
 
 
+def test_limits_of_the_child_stay_below_those_of_this_process() -> None:
+    """Where processor time is limited already (`ulimit -t`), the child may not ask for more, and need not."""
+    sample = Path(__file__).parent / "samples" / "matlab" / "vectors.mat"
+    script = (
+        "import resource, sys; resource.setrlimit(resource.RLIMIT_CPU, (25, 25)); "
+        "from allanite.readers import read; print(read(sys.argv[1], rate=100).n_samples)"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", script, str(sample)], capture_output=True, text=True, timeout=60, check=False
+    )
+    assert done.returncode == 0, done.stderr
+    assert int(done.stdout) > 0
+
+
+@pytest.mark.parametrize("words", ["memory allocation of 17179869184 bytes failed", "std::bad_alloc"])
+def test_a_library_that_aborts_for_want_of_memory_is_a_limit(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, words: str
+) -> None:
+    body = f"import os, sys; os.write(2, {words.encode()!r}); os.abort()"
+    function = bad_child(tmp_path, monkeypatch, body)
+    with pytest.raises(LimitError, match="more than 64 MiB of memory"):
+        sandbox.run(function, [], imports=[], memory=64 << 20, seconds=5, name="a.xlsx")
+
+
 def test_sandbox_hands_back_arrays(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     function = bad_child(
         tmp_path, monkeypatch, "import numpy as np; return 7, {'a/b': np.arange(50000.0), 'c': np.ones(2)}"

@@ -13,7 +13,7 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from allanite.errors import FormatError, InputError
+from allanite.errors import FormatError, InputError, LimitError
 from allanite.instruments import Flag
 from allanite.instruments.serial_imu import Description, Framer, Samples, read_description
 from allanite.instruments.serial_imu.checksums import KINDS, SIZES, checksum
@@ -217,7 +217,7 @@ def test_files_that_are_none(tmp_path: Path) -> None:
         ("a: &a [" + "0," * 99 + "]\nb: &b [" + "*a," * 99 + "]\nc: [" + "*b," * 99 + "]\n", "entries"),
     ):
         (tmp_path / "bad.yaml").write_text(text, encoding="utf-8")
-        with pytest.raises(FormatError, match=said):
+        with pytest.raises((FormatError, LimitError), match=said):
             read_description(tmp_path / "bad.yaml")
 
 
@@ -594,3 +594,51 @@ def test_a_single_byte_at_a_time_gives_the_same() -> None:
     parts, many = fed(described, sent, tuple(range(len(sent))))
     np.testing.assert_array_equal(joined(parts)[0], joined(whole)[0])
     assert many.tally == one.tally
+
+
+# -- values that no sensor gives ----------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("kind", "size"), [("f32", 4), ("f64", 8), ("i16", 2), ("i32", 4), ("text", 0)], ids=lambda x: str(x)
+)
+def test_a_value_beyond_its_limits_is_none_and_is_counted(kind: str, size: int) -> None:
+    """One rule for all types; without limits, 1e30 is a number like any other."""
+    gyro = {"name": "gz", "unit": "deg/s", "scale": 0.01 if kind[0] == "i" else 1.0, "limits": [-250, 250]}
+    if kind == "text":
+        described = {"lines": {"columns": [{**gyro, "column": 0}]}}
+        sent = [1.0, 1e30, -250.0, 250.5, float("nan"), 1e38, 249.0, 0.0]
+    else:
+        frame = {"header": "A5 5A", "length": 2 + size, "fields": [{**gyro, "at": 2, "type": kind}]}
+        described = {"frame": {**frame, "confirm": False}}
+        largest = {"i16": 327.67, "i32": 1e7}.get(kind, 1e30)
+        odd = [float("nan"), float("inf")] if kind[0] == "f" else [0.0, 0.0]
+        sent = [1.0, largest, -250.0, 250.5, *odd, 249.0, 0.0]
+    imu = Description.of({"model": "X1", "rate": 100, **described})
+    raw = np.array(sent) / gyro["scale"]
+    if kind == "text":
+        data = "".join(f"{v!r}\r\n" for v in [0.0, *sent]).encode()  # the first line may have begun before
+    else:
+        data = b"".join(b"\xa5\x5a" + v.tobytes() for v in raw.round(6).astype(f"<{kind[0]}{size}"))
+    framer = Framer(imu)
+    samples = framer.feed(data)
+    given = samples.values[:, 0]
+    assert len(given) == len(sent) and not (np.abs(given) > 250).any()
+    assert np.flatnonzero(np.isnan(given)).tolist() == [1, 3] + (
+        [4, 5] if kind in ("f32", "f64", "text") else []
+    )
+    assert (samples.flags[[1, 3]] == Flag.MISSING).all()
+    assert framer.tally.impossible == 2
+    assert framer.tally.sentences()[-1] == "left out values beyond their limits in 2 samples"
+
+
+@pytest.mark.parametrize("limits", [[1, 1], [2, 1], [float("nan"), 1], [0, float("inf")], [1]])
+def test_limits_that_are_none_are_refused(limits: list[float]) -> None:
+    with pytest.raises(FormatError, match="limits"):
+        Description.of(
+            {
+                "model": "X1",
+                "rate": 100,
+                "lines": {"columns": [{"name": "gz", "column": 0, "unit": "deg/s", "limits": limits}]},
+            }
+        )

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from allanite.errors import FormatError, InputError
+from allanite.errors import FormatError, InputError, LimitError
 from allanite.readers.raw_layout import read_layout
-from allanite.yaml_text import read_yaml, read_yaml_lines
+from allanite.yaml_text import read_yaml, read_yaml_lines, read_yaml_texts
 
 TEXT = """\
 usual: &usual {type: i16, scale: 0x10}
@@ -45,12 +45,12 @@ def test_what_is_no_such_file(tmp_path: Path, reader: object) -> None:
     with pytest.raises(InputError, match=r"no such file: .*a\.yaml"):
         reader(place, "thing")  # type: ignore[operator]
     place.write_text("a: " + "1" * (1 << 18))
-    with pytest.raises(FormatError, match=r"a\.yaml has 262147 bytes: that is no thing"):
+    with pytest.raises(FormatError, match=r"a\.yaml has 262147 bytes; at most 262144 .*: that is no thing"):
         reader(place, "thing")  # type: ignore[operator]
     place.write_bytes(b"a: \xff")
     with pytest.raises(FormatError, match=r"a\.yaml cannot be read: .*utf-8"):
         reader(place, "thing")  # type: ignore[operator]
-    with pytest.raises(FormatError, match=r"cannot be read: .*directory"):
+    with pytest.raises(InputError, match="is a folder; give a file"):
         reader(tmp_path, "thing")  # type: ignore[operator]
     for text in ("a: [", "a: 1\na: 2", "a: *b"):
         place.write_text(text)
@@ -58,13 +58,35 @@ def test_what_is_no_such_file(tmp_path: Path, reader: object) -> None:
             reader(place, "thing")  # type: ignore[operator]
 
 
-def test_entries_that_contain_themselves_or_more_than_a_person_writes(tmp_path: Path) -> None:
+@pytest.mark.parametrize("reader", [read_yaml, read_yaml_lines, read_yaml_texts])
+def test_entries_that_contain_themselves_or_more_than_a_person_writes(tmp_path: Path, reader: object) -> None:
     place = tmp_path / "a.yaml"
     tenfold = "".join(f"a{i}: &a{i} [{', '.join([f'*a{i - 1}'] * 10)}]\n" for i in range(1, 9))
-    for text in ("a: &a\n  <<: *a\n  b: 1\n", f"a0: &a0 [1]\n{tenfold}"):
+    for text, error, words in (
+        ("a: &a\n  <<: *a\n  b: 1\n", FormatError, r"is not YAML: line 2: the alias \*a names nothing"),
+        (f"a0: &a0 [1]\n{tenfold}", LimitError, "line 6: more than 40000 entries, those behind aliases"),
+    ):
         place.write_text(text)
-        with pytest.raises(FormatError, match="is not YAML"):
-            read_yaml_lines(place, "thing")
+        with pytest.raises(error, match=words):
+            reader(place, "thing")  # type: ignore[operator]
+
+
+@pytest.mark.parametrize("reader", [read_yaml, read_yaml_lines, read_yaml_texts])
+@pytest.mark.parametrize("text", ["[" * 50_000, "- " * 50_000, "{a: " * 10_000])
+def test_depth_is_refused_before_it_costs_time(tmp_path: Path, reader: object, text: str) -> None:
+    place = tmp_path / "a.yaml"
+    place.write_text(text)
+    with pytest.raises(LimitError, match=r"a\.yaml, line 1: lists and mappings more than 64 deep"):
+        reader(place, "thing")  # type: ignore[operator]
+
+
+@pytest.mark.parametrize("reader", [read_yaml, read_yaml_lines])
+@pytest.mark.parametrize("number", ["0x" + "f" * 5000, "7" * 41, "[{a: -" + "7" * 5000 + "}]"])
+def test_numbers_of_thousands_of_digits(tmp_path: Path, reader: object, number: str) -> None:
+    place = tmp_path / "a.yaml"
+    place.write_text(f"a: {number}")
+    with pytest.raises(FormatError, match=r"a\.yaml is not YAML: .*digits"):
+        reader(place, "thing")  # type: ignore[operator]
 
 
 @pytest.mark.parametrize("reader", [read_yaml, read_yaml_lines])

@@ -7,8 +7,11 @@ The clock of the meter may be off that of the host, and the host is late by a ra
 
 from __future__ import annotations
 
+import itertools
+import math
 import time
 import types
+from collections import deque
 from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
@@ -16,7 +19,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from allanite.errors import InstrumentError
-from allanite.instruments.hp3458a import driver, prologix, simulated_meter, simulator
+from allanite.instruments.hp3458a import conversation, driver, prologix, simulated_meter, simulator
 from allanite.instruments.hp3458a.prologix import PrologixTransport
 from allanite.instruments.hp3458a.simulated_meter import SimulatedMeter
 from allanite.instruments.hp3458a.simulator import SimulatedPrologix
@@ -117,21 +120,59 @@ class VirtualWire:
 
 
 @dataclass(slots=True)
+class DelayingWire(VirtualWire):
+    """A gateway that passes answers on as late as it likes, in their order, whatever was cleared meanwhile."""
+
+    delays: Iterator[float] = field(default_factory=lambda: itertools.repeat(0.0))  # [s]
+    _on_way: deque[tuple[int, bytes]] = field(default_factory=deque)
+
+    def write(self, message: bytes) -> None:
+        self.meter.receive(message + b"\n")
+        while self.meter._output:
+            came = self.clock.ns + round(next(self.delays) * SECOND)
+            before = self._on_way[-1][0] if self._on_way else 0
+            self._on_way.append((max(came, before), self.meter._output.popleft()))
+
+    def read_line(self, timeout: float) -> bytes:
+        deadline = self.clock.ns + round(timeout * SECOND)
+        if self._on_way and self._on_way[0][0] <= deadline:
+            came, answer = self._on_way.popleft()
+            self.clock.ns = max(self.clock.ns, came)
+            return answer
+        self.clock.ns = deadline
+        return b""
+
+    def read_bytes(self, count: int, timeout: float, *, message: int | None) -> bytes:
+        if self._on_way and self._on_way[0][0] <= self.clock.ns + round(timeout * SECOND):
+            return self.read_line(timeout)
+        return super(DelayingWire, self).read_bytes(count, timeout, message=message)
+
+
+@dataclass(slots=True)
 class VirtualAdapter:
     """A link of `PrologixTransport` to the simulated adapter in front of a meter."""
 
     door: SimulatedPrologix
     clock: VirtualClock
+    delays: Iterator[float] = field(default_factory=lambda: itertools.repeat(0.0))  # of what it says [s]
+    _on_way: deque[tuple[int, bytes]] = field(default_factory=deque)
 
     def send(self, data: bytes) -> None:
         self.door.hear(data)
 
     def receive(self, limit: int, timeout: float) -> bytes:
-        deadline = self.clock.ns + round(timeout * SECOND)
-        while not (said := self.door.speak()) and self.clock.ns < deadline:
+        deadline = self.clock.ns + math.ceil(timeout * SECOND)  # a wait moves the clock
+        while not (said := self._spoken()) and self.clock.ns < deadline:
             self.clock.pass_by(NAP)
         assert len(said) <= limit
         return said
+
+    def _spoken(self) -> bytes:
+        if said := self.door.speak():
+            came = self.clock.ns + round(next(self.delays) * SECOND)
+            before = self._on_way[-1][0] if self._on_way else 0
+            self._on_way.append((max(came, before), said))
+        return self._on_way.popleft()[1] if self._on_way and self._on_way[0][0] <= self.clock.ns else b""
 
     def close(self) -> None:
         """Nothing is held."""
@@ -144,13 +185,13 @@ def virtual_time(error: float = 0.0) -> Iterator[VirtualClock]:
     before = driver.host_ns, simulated_meter.host_ns
     driver.host_ns = clock.now
     simulated_meter.host_ns = lambda: round(clock.now() * (1 + error))
-    for module in (driver, prologix, simulator):
+    for module in (conversation, driver, prologix, simulator):
         module.time = types.SimpleNamespace(monotonic=clock.seconds)
     try:
         yield clock
     finally:
         driver.host_ns, simulated_meter.host_ns = before
-        for module in (driver, prologix, simulator):
+        for module in (conversation, driver, prologix, simulator):
             module.time = time
 
 

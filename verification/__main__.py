@@ -395,11 +395,25 @@ def _dead_reckoning(order: Order) -> None:
 
 
 def _hostile_files(order: Order) -> None:
-    from verification.hostile_files import run_mutations
+    from verification.hostile_files import run_mutations, run_shapes
     from verification.tables import write_tables
 
-    parts = {"Changed, cut and crafted files": run_mutations(records=order.count(2000))}
+    parts = {
+        "Changed, cut and crafted files": run_mutations(records=order.count(2000)),
+        "Wide, deep and lying files": run_shapes(),
+    }
     write_tables("hostile_files", "Hostile files", parts, HERE / "results", seed=ROOT_SEED, date=order.date)
+
+
+def _page(order: Order) -> None:
+    from verification.page import run_held, run_streams
+    from verification.tables import write_tables
+
+    parts = {
+        "Answers while others hold connections": run_held(300.0 * order.share, _say),
+        "Answers beside event streams of one session": run_streams(_say),
+    }
+    write_tables("page", "The page", parts, HERE / "results", seed=ROOT_SEED, date=order.date)
 
 
 def _floor(order: Order) -> None:
@@ -446,6 +460,7 @@ PARTS: dict[str, Callable[[Order], None]] = {
     "firmware": _firmware,
     "dead-reckoning": _dead_reckoning,
     "hostile-files": _hostile_files,
+    "page": _page,
     "floor": _floor,
     "limits": _limits,
     "scoreboard": _scoreboard,

@@ -28,14 +28,13 @@ from typing import Any
 from allanite.errors import FormatError, InputError
 from allanite.noise import Flicker, GaussMarkov, NoiseModel, RandomWalk, TermType, White
 from allanite.noise.datasheet import ENTRIES
+from allanite.yaml_text import read_yaml_texts
 
 __all__ = ["models_of_matlab", "models_of_yaml"]
 
 Json = Mapping[str, Any]
 Found = tuple[dict[str, NoiseModel], float | None]
 
-#: A larger file is no configuration [bytes].
-_MOST = 1 << 20
 _ROLES = {"gyro": "rate", "accelerometer": "acceleration"}
 
 
@@ -96,17 +95,9 @@ def models_of_yaml(path: Path) -> Found | None:
 
 def _loaded(path: Path) -> Json | None:
     """The mapping of a file with all values as text; None where it cannot be one of these."""
-    from ruamel.yaml import YAML
-    from ruamel.yaml.error import YAMLError
-
     try:
-        if path.stat().st_size > _MOST:
-            return None
-        text = path.read_text(encoding="utf-8-sig")
-        first, _, rest = text.partition("\n")
-        # OpenCV writes a first line that is no YAML
-        found = YAML(typ="base", pure=True).load(rest if first.strip().startswith("%YAML:") else text)
-    except (OSError, UnicodeDecodeError, YAMLError, ValueError, RecursionError):
+        found = read_yaml_texts(path, "configuration of a program")
+    except FormatError:
         return None
     return found if isinstance(found, Mapping) and all(isinstance(key, str) for key in found) else None
 

@@ -7,14 +7,15 @@ import json
 import math
 import os
 from collections.abc import Mapping
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from allanite.errors import FormatError, InputError
+from allanite.limits import DEPTH, DIGITS
+from allanite.regular_file import read_regular_text
 
-__all__ = ["load_plain", "plain"]
+__all__ = ["load_plain", "parse_plain", "plain"]
 
 
 def plain(value: Any) -> Any:
@@ -32,6 +33,51 @@ def plain(value: Any) -> Any:
     return value
 
 
+def parse_plain(text: str | bytes) -> Any:
+    """The data in a JSON text that anybody may have written: as `json.loads`, within limits.
+
+    Raises
+    ------
+    ValueError
+        Not JSON, more than 64 levels deep, a whole number of more than 40 digits, or a number that is infinite.
+    """
+    try:
+        found = json.loads(text, parse_int=_whole, parse_float=_finite, parse_constant=_constant)
+    except RecursionError:
+        raise ValueError(f"lists and objects more than {DEPTH} deep") from None
+    _refuse_depth(found)
+    return found
+
+
+def _whole(digits: str) -> int:
+    if len(digits) > DIGITS:
+        raise ValueError(f"a whole number of {len(digits)} digits; at most {DIGITS} are read")
+    return int(digits)
+
+
+def _finite(digits: str) -> float:
+    value = float(digits)
+    if math.isinf(value):
+        raise ValueError(f"{digits[:DIGITS]} is too large for a number in double precision")
+    return value
+
+
+def _constant(word: str) -> float:
+    if word != "NaN":
+        raise ValueError(f"{word} is no number that is stored")
+    return math.nan
+
+
+def _refuse_depth(found: Any) -> None:
+    """Level by level, so that depth costs no stack."""
+    level = [found]
+    for _ in range(DEPTH):
+        inner = [list(v.values()) if isinstance(v, dict) else v for v in level if isinstance(v, (dict, list))]
+        level = [v for several in inner for v in several]
+    if any(isinstance(v, (dict, list)) for v in level):
+        raise ValueError(f"lists and objects more than {DEPTH} deep")
+
+
 def load_plain(path: str | os.PathLike[str], wanted: str) -> Any:
     """The content of a JSON file.
 
@@ -43,13 +89,17 @@ def load_plain(path: str | os.PathLike[str], wanted: str) -> Any:
     Raises
     ------
     InputError
-        No such file.
+        No such file, or no regular one.
     FormatError
         Not JSON.
     """
     try:
-        return json.loads(Path(path).read_text(encoding="utf-8"))
+        text = read_regular_text(path)
     except FileNotFoundError:
         raise InputError(f"no such file: {path}") from None
-    except (OSError, ValueError, RecursionError) as error:
+    except (OSError, UnicodeDecodeError) as error:
+        raise FormatError(f"{path} is not JSON ({error}): give {wanted}") from None
+    try:
+        return parse_plain(text)
+    except ValueError as error:
         raise FormatError(f"{path} is not JSON ({error}): give {wanted}") from None

@@ -204,7 +204,17 @@ class Channel:
 
     @classmethod
     def from_json(cls, data: Mapping[str, Any]) -> Channel:
-        """Inverse of `to_json`."""
+        """Inverse of `to_json`.
+
+        Raises
+        ------
+        KeyError, TypeError, ValueError
+            The data are not those of a channel.
+        """
+        for text in (data["name"], data["unit"]):
+            if not isinstance(text, str):
+                raise TypeError(f"name and unit of a channel are texts, not a {type(text).__name__}")
+            text.encode()
         return cls(**{**data, "kind": Kind(data["kind"])})
 
 

@@ -12,19 +12,19 @@ import re
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
-from allanite.errors import FormatError, InputError
+from allanite.errors import AllaniteError, FormatError, InputError, LimitError
+from allanite.limits import DEPTH, DIGITS, DOCUMENT_BYTES, ENTRIES
+from allanite.regular_file import read_regular_text
 
-__all__ = ["LineNumbers", "read_yaml", "read_yaml_lines"]
+__all__ = ["LineNumbers", "read_yaml", "read_yaml_lines", "read_yaml_texts"]
 
-#: A larger file was not written by a person [bytes]; more entries come only from aliases of aliases.
-_MOST_BYTES, _MOST_ENTRIES = 1 << 18, 20_000
 _STANDARD = "tag:yaml.org,2002:"
 #: A tag that names a language and a type of it.
 _LANGUAGE_TAG = re.compile(rf"(?:{_STANDARD}|!)\w+/")
-#: Ways in which the parser fails, besides its own errors, on what is no YAML (an entry that contains itself).
-_FAILURES = (ValueError, RecursionError, AttributeError, LookupError, TypeError)
+#: Ways in which the parser fails, besides its own errors, on what is no YAML (a date that is none).
+_FAILURES = (ValueError, ArithmeticError, RecursionError, AttributeError, LookupError, TypeError)
 
 #: Line, counted from 1, by the path of keys and positions.
 LineNumbers = dict[tuple[str | int, ...], int]
@@ -42,14 +42,25 @@ def read_yaml(place: Path, what: str) -> Any:
     Raises
     ------
     InputError
-        No such file.
+        No such file, or no regular one.
     FormatError
-        Not YAML, not text, too large, or with tags of a programming language.
+        Not YAML, not text, or with tags of a programming language.
+    LimitError
+        Too large, too deep, or with more entries than a person writes.
     """
-    from ruamel.yaml import YAML
-
     with _refusals_of(place):
-        return YAML(typ="safe", pure=True).load(_text(place, what))
+        found = _loaded(_text(place, what), "safe")
+        _refuse_digits(found)
+        return found
+
+
+def read_yaml_texts(place: Path, what: str) -> Any:
+    """The content of a file with all values as texts; a first line ``%YAML:1.0`` of OpenCV, which is none, is left out.
+
+    Parameters and errors are those of `read_yaml`.
+    """
+    with _refusals_of(place):
+        return _loaded(_text(place, what), "base")
 
 
 def read_yaml_lines(place: Path, what: str) -> tuple[Any, LineNumbers]:
@@ -57,33 +68,83 @@ def read_yaml_lines(place: Path, what: str) -> tuple[Any, LineNumbers]:
 
     Parameters and errors are those of `read_yaml`.
     """
-    from ruamel.yaml import YAML
-
     lines: LineNumbers = {}
     with _refusals_of(place):
-        return _plain(YAML(typ="rt", pure=True).load(_text(place, what)), (), lines), lines
+        return _plain(_loaded(_text(place, what), "rt"), (), lines), lines
+
+
+def _loaded(text: str, kind: Literal["safe", "base", "rt"]) -> Any:
+    from ruamel.yaml import YAML
+
+    return YAML(typ=kind, pure=True).load(text)
 
 
 def _text(place: Path, what: str) -> str:
-    size = place.stat().st_size
-    if size > _MOST_BYTES:
-        raise FormatError(f"{place} has {size} bytes: that is no {what}")
-    text = place.read_text(encoding="utf-8-sig")
-    _refuse_language_tags(text, place)
+    try:
+        text = read_regular_text(place, DOCUMENT_BYTES)
+    except LimitError as error:
+        raise FormatError(f"{error}: that is no {what}") from None
+    first, end, rest = text.partition("\n")
+    if first.strip().startswith("%YAML:"):
+        text = end + rest  # the lines keep their numbers
+    _refuse_excess(text, place)
     return text
 
 
-def _refuse_language_tags(text: str, place: Path) -> None:
-    """Raise at a tag that asks for an object of a program: ``!!python/object:os.system``, ``!ruby/object:Set``."""
+def _refuse_excess(text: str, place: Path) -> None:
+    """Walk through a document before anything is made of it; raise at what is too deep, too many, or a program.
+
+    What stands behind an alias counts each time: nine lines of aliases of aliases are a billion entries. A tag that
+    asks for an object of a program is ``!!python/object:os.system``, ``!ruby/object:Set``.
+    """
     from ruamel.yaml import YAML
 
-    for event in YAML(typ="safe", pure=True).parse(text) if "!" in text else ():
-        tag = getattr(event, "tag", None) or ""
+    sizes: dict[str, int] = {}  # entries behind an anchor
+    within: list[tuple[str | None, int]] = []  # anchor of what is open, and the entries before it
+    entries = 0
+    for event in YAML(typ="safe", pure=True).parse(text):
+        kind, line = type(event).__name__, event.start_mark.line + 1
+        tag, anchor = getattr(event, "tag", None) or "", getattr(event, "anchor", None)
         if _LANGUAGE_TAG.match(tag):
             raise FormatError(
-                f"{place}, line {event.start_mark.line + 1}: the tag {tag.removeprefix(_STANDARD)} is one of a "
-                "programming language, and such tags are not read; write plain texts, numbers and lists"
+                f"{place}, line {line}: the tag {tag.removeprefix(_STANDARD)} is one of a programming language, and "
+                "such tags are not read; write plain texts, numbers and lists"
             )
+        if kind in ("SequenceStartEvent", "MappingStartEvent"):
+            within.append((anchor, entries))
+            entries += 1
+        elif kind in ("SequenceEndEvent", "MappingEndEvent"):
+            anchor, before = within.pop()
+            sizes |= {anchor: entries - before} if anchor else {}
+        elif kind == "ScalarEvent":
+            entries += 1
+            sizes |= {anchor: 1} if anchor else {}
+        elif kind == "AliasEvent":
+            if anchor not in sizes:
+                raise ValueError(f"line {line}: the alias *{anchor} names nothing that is complete above it")
+            entries += sizes[anchor]
+        if len(within) > DEPTH:
+            raise LimitError(
+                f"{place}, line {line}: lists and mappings more than {DEPTH} deep. Write fewer in one another"
+            )
+        if entries > ENTRIES:
+            raise LimitError(
+                f"{place}, line {line}: more than {ENTRIES} entries, those behind aliases counted each time. Divide "
+                "the file, or write no aliases"
+            )
+
+
+def _refuse_digits(node: Any) -> None:
+    """Raise at a whole number that no other program can read, and that cannot even be printed."""
+    if isinstance(node, Mapping):
+        for key, value in node.items():
+            _refuse_digits(key)
+            _refuse_digits(value)
+    elif isinstance(node, (list, tuple, set)):
+        for value in node:
+            _refuse_digits(value)
+    elif isinstance(node, int) and abs(node) >= 10**DIGITS:
+        raise ValueError(f"a whole number of more than {DIGITS} digits")
 
 
 @contextmanager
@@ -93,6 +154,8 @@ def _refusals_of(place: Path) -> Iterator[None]:
 
     try:
         yield
+    except AllaniteError:  # some of them are errors of a value, too
+        raise
     except FileNotFoundError:
         raise InputError(f"no such file: {place}") from None
     except (OSError, UnicodeDecodeError) as error:
@@ -104,8 +167,6 @@ def _refusals_of(place: Path) -> Iterator[None]:
 
 def _plain(node: Any, path: tuple[str | int, ...], lines: LineNumbers) -> Any:
     """The node without what a round trip of YAML keeps; notes the lines on the way."""
-    if len(lines) > _MOST_ENTRIES:
-        raise ValueError(f"more than {_MOST_ENTRIES} entries")
     if isinstance(node, Mapping):
         made = {}
         own = node.lc.data or {}  # type: ignore[attr-defined]  # none of what `<<` merges: its lines are elsewhere
@@ -123,6 +184,7 @@ def _plain(node: Any, path: tuple[str | int, ...], lines: LineNumbers) -> Any:
         return items
     if isinstance(node, (bool, bytes, type(None))):
         return node
+    _refuse_digits(node)
     for plain in (int, float, str):
         if isinstance(node, plain):
             return plain(node)

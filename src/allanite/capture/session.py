@@ -49,7 +49,8 @@ def capture(
     folder : path, or callable
         Of the run; made if it is not there. A callable makes it of the identity of the instrument.
     duration : float, optional [s]
-        Of the instrument's own time: so many samples at its rate, missing ones included. By default until `stop`.
+        Of the instrument's own time: so many samples at its rate, missing ones included. Where the instrument is silent
+        or gone, the clock of the host ends the run, two seconds later. By default until `stop`.
     stop : Stop, optional
         Ends the run when it is asked.
     patience : Patience, optional
@@ -70,8 +71,8 @@ def capture(
     InputError
         A duration that is not positive.
     InstrumentError
-        Another recorder has it, it does not answer, is another one after a reconnection, or did not come back. What
-        was recorded is kept.
+        Another recorder has it, it does not answer, is another one after a reconnection, did not come back, or gave
+        no sample in the whole duration. What was recorded is kept.
     StorageError
         The disk refuses, or the folder holds a run. What was acknowledged is kept.
     """

@@ -15,14 +15,17 @@ from allanite.capture.numbering import Gap, Numbered
 from allanite.capture.plan import Plan
 from allanite.capture.stopping import Stop
 from allanite.capture.surroundings import Surroundings
+from allanite.errors import InstrumentError
 from allanite.instruments import Flag, Identity
 from allanite.log_store import Batch, Header, LogStore, Status
 
 __all__ = ["Captured", "Progress", "Writer"]
 
-#: Between looks at the clocks and at the disk [s].
-_LOOK = 60.0
+#: Between looks at the disk, and at the clocks [s]. Two steps of the wall clock may undo each other in between.
+_LOOK, _CLOCK_LOOK = 60.0, 1.0
 _PATIENT = 0.25  # wait for samples [s]
+#: An instrument that may just come back is waited for so long past the planned end [s].
+_GRACE = 2.0
 #: Remarks of the instrument written down from one look to the next; the others are counted.
 _REMARKS = 20
 
@@ -71,10 +74,10 @@ class Captured:
         Of the missing ones, those for which the host was too slow.
     doubtful, resyncs : int
         Of the stored ones, those marked as doubtful, and the first ones after an interruption.
-    remarks : int
-        Of the instrument: what went wrong on the wire.
+    remarks, remarks_noted : int
+        Of the instrument: what went wrong on the wire, and how many of them have a line in the manifest.
     status, reason : str
-        "success", or "abort" and who asked for it.
+        "success", or "abort" and who asked for it. With "success", why nothing came when the duration was over.
     """
 
     folder: Path
@@ -87,6 +90,7 @@ class Captured:
     doubtful: int
     resyncs: int
     remarks: int
+    remarks_noted: int
     status: str
     reason: str
 
@@ -117,10 +121,15 @@ class Writer:
     _gaps: int = 0
     _dropped: int = 0
     _looked: int = 0
+    _looked_at_clocks: int = 0
+    _heard: int = 0  # when the last sample came [ns]
+    _trouble: str = ""  # why none has come since
+    _gone: str = ""  # at the end of the duration
     _doubtful: int = 0
     _resyncs: int = 0
     _remarks: int = 0
-    _written_remarks: int = 0  # since the last look
+    _remarks_noted: int = 0
+    _remarks_since: int = 0  # the last look
     _plan: Plan = field(init=False)
     _surroundings: Surroundings = field(init=False)
 
@@ -130,24 +139,40 @@ class Writer:
         self._note_plan()
 
     def run(self, listener: Listener, stop: Stop) -> bool:
-        """Until the duration is over (True), or the listener has ended, by itself or because somebody asked for it."""
+        """Until the duration is over (True), or the listener has ended, by itself or because somebody asked for it.
+
+        Raises
+        ------
+        InstrumentError
+            The duration is over, and no sample has come.
+        """
         over = False
+        self._heard = self.clock.now()
         while not over and not listener.ring.exhausted:
             if stop.asked:
                 listener.stop()  # what it has given is still written
             over = self._take(listener.ring.take(_PATIENT))
-            if self._gathering.is_due(self.store.header.rate, self.clock.now()):
+            now = self.clock.now()
+            if self._gathering.is_due(self.store.header.rate, now):
                 self._write()
-            if self.clock.now() - self._looked > _LOOK * 1e9:
+            if now - self._looked > _LOOK * 1e9:
                 self.look()
+            elif now - self._looked_at_clocks > _CLOCK_LOOK * 1e9:
+                self._look_at_clocks()
+            if not over and self._is_over_in_silence(now):
+                self._gone, over = self._trouble, True
         self._write()
+        if self._gone:
+            self._end_with_nothing()
+        self._look_at_clocks()
+        self._note_more_remarks()
         return over
 
     def finish(self, identity: Identity, stop: Stop) -> Captured:
         """Close the run."""
-        self._note_more_remarks()
         status: Status = "abort" if stop.asked else "success"
-        self.store.close(status, stop.reason)
+        reason = stop.reason or self._gone
+        self.store.close(status, reason)
         return Captured(
             folder=self.store.folder,
             identity=identity,
@@ -159,19 +184,43 @@ class Writer:
             doubtful=self._doubtful,
             resyncs=self._resyncs,
             remarks=self._remarks,
+            remarks_noted=self._remarks_noted,
             status=status,
-            reason=stop.reason,
+            reason=reason,
         )
 
     def look(self) -> None:
         """At the clocks and at the disk."""
-        self._looked = self.clock.now()
+        self._looked = self._looked_at_clocks = self.clock.now()
         self._note_more_remarks()
         space = self._surroundings.look(self._plan.left(self._next))
         if not space.enough:
             self._tell("disk", {"text": space.warning})
 
     # -- inside -----------------------------------------------------------------------------------------------
+
+    def _look_at_clocks(self) -> None:
+        self._looked_at_clocks = self.clock.now()
+        self._surroundings.look_at_clocks()
+
+    def _is_over_in_silence(self, now: int) -> bool:
+        """Whether the instrument is silent or gone, and the time that was left at its last sample is well over."""
+        left = self._plan.left(self._next)
+        return bool(self._trouble) and left is not None and now - self._heard >= (left + _GRACE) * 1e9
+
+    def _end_with_nothing(self) -> None:
+        """All up to the planned end is missing.
+
+        Raises
+        ------
+        InstrumentError
+            There is no sample at all.
+        """
+        limit = self._plan.limit
+        if limit is not None and limit > self._next:
+            self._note_gaps([Gap(counter=self._next, samples=limit - self._next, reason=self._gone)])
+        if not self._state.samples:
+            raise InstrumentError(f"no sample came in the planned duration: {self._gone}")
 
     def _take(self, item: Numbered | Note | Gap | Header | None) -> bool:
         """One thing that the listener gave; whether the planned duration is over."""
@@ -182,7 +231,8 @@ class Writer:
         elif isinstance(item, Header):
             self._change(item)
         elif item is not None:
-            self._gathering.add(self._plan.cut(item), self.clock.now())
+            self._heard, self._trouble = self.clock.now(), ""
+            self._gathering.add(self._plan.cut(item), self._heard)
             self._next = int(item.counter[-1]) + 1
             return self._plan.is_over(item)
         elif not self._gathering:
@@ -235,19 +285,23 @@ class Writer:
 
     def _note(self, note: Note) -> None:
         facts = note.facts
-        if note.kind == "remark":
+        if note.kind in ("silence", "lost"):
+            self._trouble = str(facts["reason"])
+        is_remark = note.kind == "remark"
+        if is_remark:
             self._remarks += 1
-            self._written_remarks += 1
-        if note.kind != "remark" or self._written_remarks <= _REMARKS:
+            self._remarks_since += 1
+        if not is_remark or self._remarks_since <= _REMARKS:
             self.store.note(note.kind, **facts)
+            self._remarks_noted += is_remark
         self._tell(note.kind, facts)
 
     def _note_more_remarks(self) -> None:
         """How many there were that were not written down."""
-        more = self._written_remarks - _REMARKS
+        more = self._remarks_since - _REMARKS
         if more > 0:
             self.store.note("remark", text=f"and {more} more remarks that are not written down", more=more)
-        self._written_remarks = 0
+        self._remarks_since = 0
 
     def _change(self, header: Header) -> None:
         """Other settings: another part of the run."""

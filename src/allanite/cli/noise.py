@@ -87,12 +87,13 @@ def info(log: str, as_json: bool, **options: Any) -> int:
 
     recording = delivery.read_part(place_of(log), **options)
     with terminal.progress(quiet=as_json) as advance:
-        facts = delivery.describe(recording, health.check(recording, progress=advance))
+        facts = delivery.describe(recording, health.check(recording, progress=advance), place_of(log))
     if as_json:
         print_json(facts)
     else:
         terminal.show_recording(facts)
-    return LOSS if delivery.is_lossy(facts["findings"]) else 0
+    lost = facts["run"] and facts["run"]["losses"]
+    return LOSS if lost or delivery.is_lossy(facts["findings"]) else 0
 
 
 @command("allanite allan gyro.csv --unit deg/s --taus 10 -o allan.csv")

@@ -34,7 +34,7 @@ def main(arguments: Sequence[str] | None = None) -> None:
     try:
         code = cli.main(arguments, prog_name="allanite", standalone_mode=False)
     except click.ClickException as error:
-        error.message = printable(error.message)
+        error.message = printable(error.message)  # type: ignore[misc]  # Final in name only
         error.show()
         code = error.exit_code
     except BrokenPipeError:  # the reader of a pipe has seen enough

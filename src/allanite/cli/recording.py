@@ -13,7 +13,7 @@ import click
 
 from allanite.cli.options import ByChannel, Duration, json_option, place_of, print_json
 from allanite.cli.program import LOSS, cli, example_of
-from allanite.errors import FormatError, InputError
+from allanite.errors import FormatError, InputError, LimitError
 
 if TYPE_CHECKING:
     from allanite.instruments import Instrument
@@ -81,7 +81,7 @@ def _record(build: Callable[[], Instrument], as_json: bool, unit_file: str | Non
         if unit_file is not None:
             click.echo(delivery.write_unit(unit_file, sys.argv[1:], options["out"]))
             return 0
-    except (InputError, FormatError) as error:
+    except (InputError, FormatError, LimitError) as error:
         raise click.UsageError(str(error)) from None
     with terminal.progress(quiet=as_json) as advance:
         found = delivery.record_to(instrument, progress=advance, happened=terminal.journal(), **options)

@@ -28,10 +28,11 @@ def recover(run: str, output: str | None, dry_run: bool, as_json: bool) -> int:
 
     with terminal.progress(quiet=as_json) as advance:
         found = delivery.recovery_of(run, output, dry_run=dry_run, progress=advance)
+    document = delivery.recovery_document(found)
     if as_json:
-        print_json(found.to_json())
+        print_json(document)
     else:
-        terminal.show_recovery(found.to_json())
+        terminal.show_recovery(document)
     return found.exit_code
 
 

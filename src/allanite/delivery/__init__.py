@@ -30,7 +30,7 @@ from allanite.delivery.pictures import Delivered, refuse_figure, save_figure
 from allanite.delivery.position_plan import position_plan_of
 from allanite.delivery.rate_table import rate_table_of
 from allanite.delivery.recordings import describe, file_sha256, has_gaps, is_lossy, read_floor, read_part
-from allanite.delivery.recovery import compaction_of, recovery_of
+from allanite.delivery.recovery import compaction_of, recovery_document, recovery_of
 from allanite.delivery.redundancy import combination_of, directions_from, save_combined
 from allanite.delivery.selection import selection_of
 from allanite.delivery.separation import separation_of
@@ -78,6 +78,7 @@ __all__ = [
     "read_floor",
     "read_part",
     "record_to",
+    "recovery_document",
     "recovery_of",
     "refuse_corrected",
     "refuse_figure",

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from allanite.atomic_file import make_folder
-from allanite.errors import DataQualityWarning, StorageError
+from allanite.errors import AllaniteError, DataQualityWarning, InstrumentError, StorageError
 
 if TYPE_CHECKING:
     from allanite.capture import Captured, Progress
@@ -24,6 +24,8 @@ __all__ = ["captured_document", "new_folder", "record_to", "run_name"]
 
 #: Between two words about a run that goes well [s].
 _GOING = 3600.0
+#: Characters of a part of a folder's name; systems take 255 in all.
+_LONGEST = 80
 #: What writing to a terminal or a pipe that is gone ends with; a stream that is closed gives the latter.
 _GONE = (OSError, ValueError)
 
@@ -55,12 +57,12 @@ def record_to(
         Told the share done and how it is going.
     happened : callable, optional
         Told what happens besides samples, as by `allanite.capture.capture`; and "begun" with the folder and the
-        instrument, "disk" before the start, and "going" with numbers every hour.
+        instrument, "disk" before the start, "going" with numbers every hour, and "ended".
 
     Raises
     ------
     InstrumentError, StorageError
-        As of `allanite.capture.capture`.
+        As of `allanite.capture.capture`, with the number of samples that are kept.
     """
     from allanite.capture import capture, space_of, stopping_on_signals
 
@@ -70,26 +72,49 @@ def record_to(
     listeners = _Listeners(progress, happened)
 
     def begin(identity: Identity) -> Path:
-        folder = new_folder(out, run_name(name or identity.model, identity, datetime.now(UTC)))
+        folder = listeners.folder = new_folder(
+            out, run_name(name or identity.model, identity, datetime.now(UTC))
+        )
         listeners.tell("begun", {"folder": str(folder), **identity.to_json()})
         return folder
 
-    with stopping_on_signals() as stop:
-        return capture(
-            instrument,
-            begin,
-            duration=duration,
-            stop=stop,
-            scale_date=scale_date,
-            progress=listeners.advance,
-            happened=listeners.tell,
-        )
+    try:
+        with stopping_on_signals() as stop:
+            return capture(
+                instrument,
+                begin,
+                duration=duration,
+                stop=stop,
+                scale_date=scale_date,
+                progress=listeners.advance,
+                happened=listeners.tell,
+            )
+    except (InstrumentError, StorageError) as error:
+        error.args = (f"{error}{_kept(listeners.folder)}",)
+        raise
+    finally:
+        listeners.tell("ended", {})
+
+
+def _kept(folder: Path | None) -> str:
+    """What a run that has failed holds, in words to go on with."""
+    from allanite.delivery.run_account import kept_in
+    from allanite.log_store import open_run
+
+    if folder is None:
+        return ""
+    try:
+        kept = kept_in(open_run(folder))
+    except (AllaniteError, OSError):  # a disk that fails is not read either
+        return f". What is kept in {folder} says: allanite recover --dry-run {folder}"
+    return f". {kept} sample{'' if kept == 1 else 's'} kept in {folder}"
 
 
 class _Listeners:
     """Who is told how a run goes: as long as they can be told, and the run goes on without them."""
 
     def __init__(self, progress: Advance | None, happened: Tell | None) -> None:
+        self.folder: Path | None = None
         self._progress, self._happened = progress, happened
         self._said = time.monotonic()
 
@@ -141,7 +166,7 @@ def run_name(name: str, identity: Identity, now: datetime) -> str:
     'SiRRS01-03_US-28-1_20261122T000000Z'
     """
     parts = [name, identity.serial, f"{now:%Y%m%dT%H%M%SZ}"]
-    return "_".join(re.sub(r"[^A-Za-z0-9.-]+", "-", part).strip("-.") for part in parts if part)
+    return "_".join(re.sub(r"[^A-Za-z0-9.-]+", "-", part)[:_LONGEST].strip("-.") for part in parts if part)
 
 
 def _words(state: Progress) -> str:
@@ -164,6 +189,7 @@ def captured_document(found: Captured) -> Mapping[str, Any]:
         "overloads": found.overloads,
         "doubtful": found.doubtful,
         "remarks": found.remarks,
+        "remarks_noted": found.remarks_noted,
         "dropped": found.dropped,
         "status": found.status,
         "reason": found.reason,

@@ -14,6 +14,7 @@ from allanite.delivery.measurement import Measured, provenance
 from allanite.delivery.recordings import is_lossy
 from allanite.delivery.study import study_of
 from allanite.errors import FormatError, InputError
+from allanite.regular_file import open_regular
 
 __all__ = ["comparison_of"]
 
@@ -130,7 +131,7 @@ def _record(
 def _is_curve(place: Path) -> bool:
     if place.suffix != ".csv":
         return False
-    with place.open("rb") as file:
+    with open_regular(place) as file:
         return file.read(len(_CURVE)) == _CURVE.encode()
 
 

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 from allanite.delivery.recordings import is_lossy, noise_channels, ready_log
 from allanite.delivery.study import study_of
 from allanite.errors import InputError
+from allanite.regular_file import open_regular
 
 if TYPE_CHECKING:
     from allanite.allan import AllanCurve
@@ -29,7 +30,7 @@ _CURVE_MARK = "# format: allanite-curve"
 def _is_saved_curve(place: Path) -> bool:
     if not place.is_file():
         return False
-    with place.open("rb") as file:
+    with open_regular(place) as file:
         return file.read(len(_CURVE_MARK)) == _CURVE_MARK.encode()
 
 

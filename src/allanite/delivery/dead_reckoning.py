@@ -3,15 +3,15 @@
 
 from __future__ import annotations
 
-import json
 import os
 from collections.abc import Callable, Iterable
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 from allanite.delivery.measurement import Measured, provenance
 from allanite.delivery.recordings import models_of_several
+from allanite.plain_data import parse_plain
+from allanite.regular_file import read_regular_text
 
 __all__ = ["dead_reckoning_of"]
 
@@ -64,10 +64,10 @@ def dead_reckoning_of(
 def _length(source: str | os.PathLike[str]) -> float | None:
     """Of the record that was studied [s]; None for models that do not tell it."""
     try:
-        document = json.loads(Path(source).read_text(encoding="utf-8"))
+        document = parse_plain(read_regular_text(source))
     except (OSError, ValueError):  # words, a data sheet
         return None
-    if document.get("format") != "allanite-study":
+    if not isinstance(document, dict) or document.get("format") != "allanite-study":
         return None
     return float(document["recording"]["duration"])
 

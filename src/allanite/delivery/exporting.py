@@ -7,6 +7,9 @@ import os
 from pathlib import Path
 from typing import Any
 
+from allanite.plain_data import parse_plain
+from allanite.regular_file import read_regular_text
+
 __all__ = ["export_of"]
 
 
@@ -107,10 +110,8 @@ def _is_calibration(source: str | os.PathLike[str]) -> bool:
 
 def _document(source: str | os.PathLike[str]) -> dict[str, Any]:
     """The JSON object of a file; an empty one where it is none, whose reader will say so."""
-    import json
-
     try:
-        found = json.loads(Path(source).read_text(encoding="utf-8"))
-    except (OSError, ValueError, RecursionError):
+        found = parse_plain(read_regular_text(source))
+    except (OSError, ValueError):
         return {}
     return found if isinstance(found, dict) else {}

@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from allanite.errors import InputError
+from allanite.regular_file import open_regular
 
 if TYPE_CHECKING:
     from allanite.health import Finding
@@ -178,16 +179,21 @@ def models_of_several(
     return found, rate
 
 
-def describe(recording: Recording, findings: Iterable[Finding]) -> dict[str, Any]:
+def describe(
+    recording: Recording, findings: Iterable[Finding], log: str | os.PathLike[str] | None = None
+) -> dict[str, Any]:
     """Facts of a recording and what was found in it, as plain data.
+
+    With its `log`, "run" says what a recorded run holds and lacks, as `allanite recover` does; None for other logs.
 
     "gaps" lists where samples are missing, `GAPS` at most, each with its "channels", "start" and "stop" [samples]; the
     same gap in several channels is one. "gap_count" says how many there are; where "gaps_cut", at least so many, and
     not all of them are listed.
     """
+    from allanite.delivery.run_account import account_of
     from allanite.health.run import missing_because
 
-    findings = tuple(findings)
+    findings, account = tuple(findings), None if log is None else account_of(log)
     found = [f.to_json() for f in findings]
     missing = max((f.count for f in findings if f.code == "missing"), default=0)
     return {
@@ -201,7 +207,8 @@ def describe(recording: Recording, findings: Iterable[Finding]) -> dict[str, Any
         **_gaps(recording, findings),
         "channels": [c.to_json() for c in recording.channels],
         "history": [dict(step) for step in recording.history],
-        "contents": _contents(recording),
+        "contents": [*_contents(recording), *(account.sentences() if account else ())],
+        "run": account and account.to_json(),
         "remarks": _remarks(recording),
         "findings": found,
     }
@@ -261,5 +268,5 @@ def file_sha256(path: str | os.PathLike[str]) -> str | None:
     place = Path(path)
     if not place.is_file():
         return None
-    with place.open("rb") as file:
+    with open_regular(place) as file:
         return hashlib.file_digest(file, "sha256").hexdigest()

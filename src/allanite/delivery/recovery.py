@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from allanite.log_store import Recovery
 
-__all__ = ["compaction_of", "recovery_of"]
+__all__ = ["compaction_of", "recovery_document", "recovery_of"]
 
 
 def recovery_of(
@@ -47,6 +47,13 @@ def recovery_of(
         None if dry_run else out or beside,
         progress=lambda fraction: advance(fraction, "reading"),
     )
+
+
+def recovery_document(found: Recovery) -> Mapping[str, Any]:
+    """Plain data of what was recovered, with what was noted as missing while recording."""
+    from allanite.delivery.run_account import account_of_recovery
+
+    return {**found.to_json(), **account_of_recovery(found).to_json()}
 
 
 def compaction_of(

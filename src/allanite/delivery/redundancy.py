@@ -12,6 +12,7 @@ from typing import Any
 from allanite.delivery.measurement import Measured, beside
 from allanite.delivery.recordings import file_sha256, has_gaps, models_from, read_part
 from allanite.errors import FormatError, InputError
+from allanite.regular_file import read_regular_text
 
 __all__ = ["combination_of", "directions_from", "save_combined"]
 
@@ -101,7 +102,7 @@ def directions_from(path: str | os.PathLike[str]) -> dict[str, Sequence[float]]:
         Another head, a line that is not a name and three numbers, or a channel twice.
     """
     try:
-        rows = list(csv.reader(Path(path).read_text(encoding="utf-8-sig").splitlines()))
+        rows = list(csv.reader(read_regular_text(path).splitlines()))
     except FileNotFoundError:
         raise InputError(f"no such file: {path}") from None
     except (OSError, UnicodeDecodeError) as error:

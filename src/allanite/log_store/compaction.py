@@ -15,17 +15,21 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.atomic_file import fresh
-from allanite.errors import DataQualityError, FormatError, StorageError
+from allanite.errors import AllaniteError, DataQualityError, FormatError, StorageError
+from allanite.limits import FOOTER_BYTES, PIECES, refuse_more
 from allanite.log_store.batch import Batch
 from allanite.log_store.header import Header
+from allanite.log_store.manifest import is_sound
 from allanite.log_store.run import Run, open_run
 from allanite.log_store.survey import Piece, Survey
+from allanite.plain_data import parse_plain
+from allanite.regular_file import open_regular
 
 if TYPE_CHECKING:
     import pyarrow as pa
     import pyarrow.parquet as pq
 
-__all__ = ["KEY", "compact", "is_compact", "manifest_of", "survey_of"]
+__all__ = ["KEY", "compact", "is_compact", "manifest_of", "parquet_place", "survey_of"]
 
 #: Of the metadata of the file.
 KEY: Final = b"allanite.run"
@@ -88,12 +92,30 @@ def _refuse_altered(run: Run) -> None:
         path = run.folder / str(event.get("segment"))
         if event["kind"] != "closed" or not path.exists():
             continue
-        with path.open("rb") as file:
+        with open_regular(path) as file:
             found = hashlib.sha256(file.read(int(event["bytes"]))).hexdigest()
         if found != event["sha256"]:
             raise DataQualityError(
                 f"{path} is not as it was closed (its SHA-256 differs): recover the run first, with allanite recover"
             )
+
+
+def parquet_place(path: str | os.PathLike[str]) -> Path:
+    """A path, for the library that opens it: a regular file whose metadata, at its end, are not too many.
+
+    Raises
+    ------
+    LimitError
+        They would take hundreds of megabytes of memory before a row is read.
+    """
+    with open_regular(path) as file:
+        end = file.seek(0, os.SEEK_END)
+        file.seek(max(end - 8, 0))
+        size = int.from_bytes(file.read(4), "little")
+    if size <= end:  # else it is cut, and the library says so
+        advice = "Write it in fewer columns and in groups of a million rows"
+        refuse_more(size, FOOTER_BYTES, "bytes of metadata", Path(path).name, advice)
+    return Path(path)
 
 
 def is_compact(path: Path) -> bool:
@@ -102,7 +124,7 @@ def is_compact(path: Path) -> bool:
     import pyarrow.parquet as pq
 
     try:
-        return KEY in (pq.read_schema(path).metadata or {})
+        return KEY in (pq.read_schema(parquet_place(path)).metadata or {})
     except (pa.ArrowException, OSError, ValueError):
         return False
 
@@ -120,11 +142,16 @@ def survey_of(path: str | os.PathLike[str]) -> tuple[Survey, str]:
 
     place = Path(path)
     try:
-        with pq.ParquetFile(place, page_checksum_verification=True) as file:
-            facts = json.loads(file.schema_arrow.metadata[KEY])
+        with pq.ParquetFile(parquet_place(place), page_checksum_verification=True) as file:
+            refuse_more(
+                file.num_row_groups, PIECES, "row groups", place.name, "Make it once more from the run"
+            )
+            facts = parse_plain(file.schema_arrow.metadata[KEY])
             header = Header.from_json(facts["header"])
             pieces = [_piece(place, file, k) for k in range(file.num_row_groups)]
             end, status = int(facts["end"]), str(facts["status"])
+    except AllaniteError:
+        raise
     except (pa.ArrowException, OSError, ValueError, KeyError, TypeError) as error:
         raise FormatError(
             f"{place.name}: damaged ({type(error).__name__}); make it once more from the run"
@@ -136,7 +163,13 @@ def manifest_of(path: str | os.PathLike[str]) -> tuple[Mapping[str, Any], ...]:
     """The lines of the manifest that a file which `compact` wrote holds."""
     import pyarrow.parquet as pq
 
-    return tuple(json.loads(pq.read_schema(path).metadata[KEY])["manifest"])
+    try:
+        lines = parse_plain(pq.read_schema(parquet_place(path)).metadata[KEY])["manifest"]
+        return tuple(line for line in lines if is_sound(line))
+    except (ValueError, KeyError, TypeError) as error:
+        raise FormatError(
+            f"{Path(path).name}: damaged ({type(error).__name__}); make it once more from the run"
+        ) from None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -152,7 +185,7 @@ class _GroupRows:
         import pyarrow.parquet as pq
 
         try:
-            with pq.ParquetFile(self.path, page_checksum_verification=True) as file:
+            with pq.ParquetFile(parquet_place(self.path), page_checksum_verification=True) as file:
                 column = file.read_row_group(self.group, columns=[name], use_threads=False).column(0)
                 return np.asarray(column, dtype=np.float64)
         except (pa.ArrowException, OSError, ValueError) as error:

@@ -10,6 +10,7 @@ from typing import Any, Final
 
 from allanite import __version__
 from allanite.errors import FormatError, InputError
+from allanite.limits import COLUMNS, refuse_more
 from allanite.recording import Channel, checked_rate
 
 __all__ = ["TAKEN", "Header"]
@@ -51,6 +52,13 @@ class Header:
     def __post_init__(self) -> None:
         object.__setattr__(self, "channels", tuple(self.channels))
         object.__setattr__(self, "rate", checked_rate(self.rate))
+        refuse_more(
+            len(self.channels),
+            COLUMNS,
+            "channels",
+            "the header of a run",
+            "Record fewer, or several runs side by side",
+        )
         names = [c.name for c in self.channels]
         if not names or len({*names, *TAKEN}) != len(names) + len(TAKEN):
             raise InputError(
@@ -103,5 +111,5 @@ class Header:
         try:
             channels = tuple(Channel.from_json(c) for c in data["channels"])
             return cls(**{**{k: v for k, v in data.items() if k in known}, "channels": channels})
-        except (KeyError, TypeError, ValueError, AttributeError) as error:
+        except (KeyError, TypeError, ValueError, AttributeError, ArithmeticError) as error:
             raise FormatError(f"the header of a run is damaged ({type(error).__name__}: {error})") from None

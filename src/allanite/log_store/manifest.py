@@ -11,23 +11,71 @@ from __future__ import annotations
 import fcntl
 import json
 import os
+import re
 import time
 import zlib
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from contextlib import suppress
 from pathlib import Path
 from typing import Any, Final
 
 from allanite.errors import StorageError
+from allanite.limits import LINES, refuse_more
 from allanite.log_store.disk import Disk
 from allanite.log_store.host_clock import host_ns
+from allanite.plain_data import parse_plain
+from allanite.regular_file import open_regular, read_regular
 
-__all__ = ["NAME", "Line", "Manifest", "is_locked", "read_manifest", "read_manifest_on"]
+__all__ = ["NAME", "Line", "Manifest", "is_locked", "is_sound", "read_manifest", "read_manifest_on"]
 
 NAME: Final = "manifest.jsonl"
 
 #: A line of a manifest: what happened, both clocks, and facts.
 Line = Mapping[str, Any]
+
+
+def _is_number(value: Any) -> bool:
+    """A whole number of 64 bits."""
+    return type(value) is int and -(1 << 63) <= value < 1 << 63
+
+
+def _is_count(value: Any) -> bool:
+    return _is_number(value) and value >= 0
+
+
+def _is_text(value: Any) -> bool:
+    return isinstance(value, str)
+
+
+def _is_segment(value: Any) -> bool:
+    return isinstance(value, str) and re.fullmatch(r"\d{6,}\.arrows", value, re.ASCII) is not None
+
+
+def _or_none(sound: Callable[[Any], bool]) -> Callable[[Any], bool]:
+    return lambda value: value is None or sound(value)
+
+
+#: What every line holds, and what those of some kinds hold as well; a line with anything else there is damaged.
+_EVERY: Final = {"kind": _is_text, "utc_ns": _is_number, "monotonic_ns": _is_number}
+_NEEDED: Final[Mapping[str, Mapping[str, Callable[[Any], bool]]]] = {
+    "run": {"run": _is_text, "header": lambda value: isinstance(value, dict)},
+    "closed": {
+        "segment": _is_segment,
+        "bytes": _is_count,
+        "sha256": _is_text,
+        "first": _or_none(_is_number),
+        "last": _or_none(_is_number),
+    },
+    "end": {"status": _is_text, "reason": _is_text},
+}
+#: What lines of some kinds may hold, and then so.
+_FREE: Final[Mapping[str, Mapping[str, Callable[[Any], bool]]]] = {
+    "change": {"segment": _is_segment},
+    "end": {"last": _or_none(_is_number), "written": _or_none(_is_number)},
+    "gap": {"counter": _is_number, "samples": _is_count},
+    "plan": {"samples": _or_none(_is_count)},
+    "remark": {"more": _is_count},
+}
 
 
 class Manifest:
@@ -97,9 +145,10 @@ class Manifest:
 def read_manifest(folder: Path) -> tuple[tuple[dict[str, Any], ...], int]:
     """The lines of a manifest, and how many are damaged; none where there is no manifest."""
     try:
-        data = (folder / NAME).read_bytes()
+        data = read_regular(folder / NAME)
     except FileNotFoundError:
         return (), 0
+    refuse_more(data.count(b"\n"), LINES, "lines", str(folder / NAME), "Divide the run")
     lines = [line for line in data.split(b"\n") if line]
     events = [event for line in lines if (event := _verified(line)) is not None]
     return tuple(events), len(lines) - len(events)
@@ -108,7 +157,7 @@ def read_manifest(folder: Path) -> tuple[tuple[dict[str, Any], ...], int]:
 def read_manifest_on(folder: Path, offset: int) -> tuple[tuple[dict[str, Any], ...], int]:
     """The lines of a manifest behind a byte, as far as they are whole and verify, and the byte behind them."""
     try:
-        with (folder / NAME).open("rb") as file:
+        with open_regular(folder / NAME) as file:
             file.seek(offset)
             data = file.read()
     except FileNotFoundError:
@@ -121,15 +170,12 @@ def read_manifest_on(folder: Path, offset: int) -> tuple[tuple[dict[str, Any], .
 def is_locked(folder: Path) -> bool:
     """True while somebody writes to a run."""
     try:
-        descriptor = os.open(folder / NAME, os.O_RDONLY | os.O_CLOEXEC)
+        with open_regular(folder / NAME) as file:
+            fcntl.flock(file, fcntl.LOCK_SH | fcntl.LOCK_NB)
     except FileNotFoundError:
         return False
-    try:
-        fcntl.flock(descriptor, fcntl.LOCK_SH | fcntl.LOCK_NB)
     except BlockingIOError:
         return True
-    finally:
-        os.close(descriptor)
     return False
 
 
@@ -150,6 +196,19 @@ def _verified(data: bytes) -> dict[str, Any] | None:
     try:
         line = data.decode()
         unsigned = line[: line.rindex(', "crc32": ')] + "}"
-        return json.loads(unsigned) if _signed(unsigned) == line else None
+        event = parse_plain(unsigned) if _signed(unsigned) == line else None
     except ValueError:
         return None
+    return event if is_sound(event) else None
+
+
+def is_sound(event: Any) -> bool:
+    """Whether a line holds what its kind needs, as it needs it."""
+    if not isinstance(event, Mapping) or not all(
+        key in event and sound(event[key]) for key, sound in _EVERY.items()
+    ):
+        return False
+    needed, free = (table.get(event["kind"], {}) for table in (_NEEDED, _FREE))
+    return all(key in event and sound(event[key]) for key, sound in needed.items()) and all(
+        sound(event[key]) for key, sound in free.items() if key in event
+    )

@@ -17,6 +17,8 @@ from __future__ import annotations
 import json
 import re
 import zlib
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, Final
 
@@ -26,6 +28,7 @@ from numpy.typing import NDArray
 from allanite.errors import FormatError
 from allanite.log_store.batch import Batch
 from allanite.log_store.header import TAKEN, Header
+from allanite.plain_data import parse_plain
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -82,15 +85,8 @@ class Opening:
     @classmethod
     def of(cls, header: Header, run: str) -> Opening:
         """The beginning of every segment with this header."""
-        import pyarrow as pa
-
-        kinds = {"counter": pa.int64(), "monotonic_ns": pa.int64(), "flags": pa.uint8()}
         facts = {"format": _FORMAT, "run": run, "header": header.to_json()}
-        columns = [pa.field(name, kinds[name], nullable=False) for name in TAKEN]
-        columns += [
-            pa.field(c.name, pa.float64(), nullable=False, metadata={"unit": c.unit}) for c in header.channels
-        ]
-        schema = pa.schema(columns, metadata={_KEY: json.dumps(facts, ensure_ascii=False)})
+        schema = _schema_of(header).with_metadata({_KEY: json.dumps(facts, ensure_ascii=False)})
         data = schema.serialize().to_pybytes()
         return cls(run=run, header=header, schema=schema, data=data, crc=zlib.crc32(data))
 
@@ -112,9 +108,10 @@ class Opening:
         data = data[: 8 + size]
         try:
             schema = pa.ipc.read_schema(pa.py_buffer(data))
-            facts = json.loads(schema.metadata[_KEY])
+            facts = parse_plain(schema.metadata[_KEY])
             version, run, header = facts["format"], str(facts["run"]), Header.from_json(facts["header"])
-            whole = schema.names == [*TAKEN, *header.names]
+            # Types as well as names: samples are taken out of the buffers of just these types.
+            whole = schema.equals(_schema_of(header), check_metadata=False)
         except (pa.ArrowException, OSError, ValueError, KeyError, TypeError, FormatError) as error:
             raise FormatError(f"its opening is damaged ({type(error).__name__})") from None
         if version != _FORMAT:
@@ -122,6 +119,23 @@ class Opening:
         if not whole:
             raise FormatError("its opening is damaged (columns)")
         return cls(run=run, header=header, schema=schema, data=data, crc=zlib.crc32(data))
+
+
+def _schema_of(header: Header) -> pa.Schema:
+    """The columns of a segment."""
+    import pyarrow as pa
+
+    kinds = {"counter": pa.int64(), "monotonic_ns": pa.int64(), "flags": pa.uint8()}
+    columns = [pa.field(name, kinds[name], nullable=False) for name in TAKEN]
+    return pa.schema(
+        [
+            *columns,
+            *(
+                pa.field(c.name, pa.float64(), nullable=False, metadata={"unit": c.unit})
+                for c in header.channels
+            ),
+        ]
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -148,20 +162,21 @@ class Message:
 
     def batch(self) -> Batch:
         """The samples."""
-        found = self._decoded()
-        values = [_column(found, i, np.float64) for i in range(len(TAKEN), found.num_columns)]
+        import pyarrow as pa
+
+        with _foreign():
+            message = pa.ipc.read_message(pa.py_buffer(self.data))
+            found = pa.ipc.read_record_batch(message, self.opening.schema)
+            counter, monotonic_ns, flags, *values = (
+                _column(found, i, kind) for i, kind in enumerate(_kinds(self.opening))
+            )
         return Batch(
-            counter=_column(found, 0, np.int64),
-            monotonic_ns=_column(found, 1, np.int64),
-            flags=_column(found, 2, np.uint8),
+            counter=counter,
+            monotonic_ns=monotonic_ns,
+            flags=flags,
             values=np.stack(values, axis=1),
             utc_ns=self.utc_ns,
         )
-
-    def _decoded(self) -> pa.RecordBatch:
-        import pyarrow as pa
-
-        return pa.ipc.read_record_batch(pa.ipc.read_message(pa.py_buffer(self.data)), self.opening.schema)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -258,8 +273,12 @@ def samples(data: bytes, opening: Opening, utc_ns: int) -> Batch:
     """All samples of batches that are verified as one batch, at the pace of Arrow; there is at least one."""
     import pyarrow as pa
 
-    table = pa.ipc.open_stream(pa.py_buffer(opening.data + data)).read_all().combine_chunks()
-    columns = [np.asarray(column.chunk(0)) for column in table.columns]
+    with _foreign():
+        table = pa.ipc.open_stream(pa.py_buffer(opening.data + data)).read_all().combine_chunks()
+        columns = [
+            np.asarray(column.chunk(0)).astype(kind, copy=False)
+            for column, kind in zip(table.columns, _kinds(opening), strict=True)
+        ]
     counter, monotonic_ns, flags = columns[: len(TAKEN)]
     return Batch(
         counter=counter,
@@ -285,6 +304,24 @@ def _metadata_size(data: bytes, at: int) -> int | None:
         return None
     size = int.from_bytes(data[at + 4 : at + 8], "little")
     return size if 0 < size < LONGEST_METADATA and at + 8 + size <= len(data) else None
+
+
+def _kinds(opening: Opening) -> list[type[Any]]:
+    """Types of the columns."""
+    return [np.int64, np.int64, np.uint8, *[np.float64] * len(opening.header.channels)]
+
+
+@contextmanager
+def _foreign() -> Iterator[None]:
+    """What Arrow says of a batch whose checksum agrees, and that no recorder has written."""
+    import pyarrow as pa
+
+    try:
+        yield
+    except (pa.ArrowException, OSError, ValueError, TypeError, LookupError) as error:
+        raise FormatError(
+            f"a batch verifies and cannot be decoded ({type(error).__name__}): allanite has not written this run"
+        ) from None
 
 
 def _column(found: pa.RecordBatch, i: int, kind: type[Any]) -> NDArray[Any]:

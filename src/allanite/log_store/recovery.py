@@ -12,6 +12,7 @@ import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import asdict, dataclass, replace
+from itertools import groupby
 from pathlib import Path
 from typing import Any
 
@@ -150,11 +151,11 @@ def recover(
 
 def _close(store: LogStore, run: Run, losses: Sequence[Loss]) -> None:
     """Hand on what the manifest says, and what was lost."""
-    for event in run.manifest:
-        if event["kind"] not in _OWN:
-            store.note(**event)
-    for loss in losses:
-        store.note("loss", **asdict(loss))
+    handed_on = (event for event in run.manifest if event["kind"] not in _OWN)
+    for kind, events in groupby(handed_on, key=lambda event: str(event["kind"])):
+        store.note_each(kind, list(events))
+    if losses:
+        store.note_each("loss", [asdict(loss) for loss in losses])
     store.note("recovered", run=run.folder.name, status=run.status, reason=run.reason)
     if run.status in ("success", "abort", "fail"):
         store.close(run.status, run.reason)  # type: ignore[arg-type]

@@ -15,6 +15,7 @@ from numpy.typing import NDArray
 
 from allanite.columns import Calculated
 from allanite.errors import FormatError
+from allanite.regular_file import open_regular
 
 __all__ = ["RowColumn", "Rows", "SegmentRows"]
 
@@ -66,7 +67,7 @@ class SegmentRows:
         import pyarrow as pa
 
         try:
-            with self.path.open("rb") as file:
+            with open_regular(self.path) as file:
                 data = file.read(self.size)
         except OSError as error:
             raise FormatError(f"{self.path} cannot be read any more: {error.strerror or error}") from None

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import BinaryIO, Final
 
 from allanite.errors import DataQualityError, FormatError, StorageError
+from allanite.limits import SEGMENTS, refuse_more
 from allanite.log_store.batch import Batch
 from allanite.log_store.message import (
     LONGEST_METADATA,
@@ -22,10 +23,11 @@ from allanite.log_store.message import (
     samples,
     why_none,
 )
+from allanite.regular_file import open_regular
 
 __all__ = ["Position", "Segment", "opening_of", "read_on", "segment_name", "segment_numbers"]
 
-_NAME: Final = re.compile(r"(\d{6,})\.arrows")
+_NAME: Final = re.compile(r"(\d{6,18})\.arrows", re.ASCII)
 
 
 def segment_name(number: int) -> str:
@@ -35,8 +37,9 @@ def segment_name(number: int) -> str:
 
 def segment_numbers(folder: Path) -> list[int]:
     """Numbers of the segments in a folder, in order."""
-    found = (_NAME.fullmatch(path.name) for path in folder.iterdir())
-    return sorted(int(match[1]) for match in found if match)
+    found = [match[1] for path in folder.iterdir() if (match := _NAME.fullmatch(path.name))]
+    refuse_more(len(found), SEGMENTS, "segments", str(folder), "Move some of them into another folder")
+    return sorted(int(number) for number in found)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -71,7 +74,7 @@ class Segment:
             The disk refuses.
         """
         try:
-            with path.open("rb") as file:
+            with open_regular(path) as file:
                 opening, fault = _opening(file)
                 offset = max(offset, len(opening.data) if opening else 0)
                 file.seek(offset)
@@ -125,7 +128,7 @@ class Segment:
 
 def opening_of(path: Path) -> Opening | None:
     """The opening of a segment; None where it cannot be read."""
-    with path.open("rb") as file:
+    with open_regular(path) as file:
         return _opening(file)[0]
 
 
@@ -172,17 +175,18 @@ def read_on(folder: Path, position: Position) -> tuple[list[Batch], Position]:
     StorageError
         The disk refuses.
     """
-    while True:
-        # Looked for first: once there is a next one, nothing is added to this one.
-        later = [n for n in segment_numbers(folder) if n > position.segment]
+    # Looked for first: once there is a next one, nothing is added to this one.
+    later = [n for n in segment_numbers(folder) if n > position.segment]
+    for following in (*later, None):
         path = folder / segment_name(position.segment)
         batches: list[Batch] = []
         if path.exists():
             batches, position = _rest(Segment.load(path, position.offset), position)
-        if later:
-            position = replace(position, segment=later[0], offset=0)
-        if batches or not later:
-            return batches, position
+        if following is not None:
+            position = replace(position, segment=following, offset=0)
+        if batches:
+            break
+    return batches, position
 
 
 def _rest(segment: Segment, position: Position) -> tuple[list[Batch], Position]:

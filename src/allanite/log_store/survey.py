@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.columns import Spliced
+from allanite.limits import MISSING, MISSING_EACH, refuse_more
 from allanite.log_store.batch import count_flags
 from allanite.log_store.header import Header
 from allanite.log_store.rows import RowColumn, Rows
@@ -137,11 +138,25 @@ class Survey:
         return utc - round((counter - int(self.begins[0])) / self.header.rate * 1e9)
 
     def recording(self, name: str, status: str) -> Recording:
-        """The samples on an even grid; see `Run.recording`."""
+        """The samples on an even grid; see `Run.recording`.
+
+        Raises
+        ------
+        LimitError
+            Far more are missing than are there.
+        """
         header = self.header
         source = np.concatenate(([0], np.cumsum(self.counts)))
         grid = self.begins - self.begins[0]
         length = self.end - int(self.begins[0])
+        there = self.n_samples
+        refuse_more(
+            length - there,
+            MISSING + MISSING_EACH * there,
+            f"missing samples beside {there} that are there",
+            name,
+            "Its counter jumps: take it apart, a folder for each stretch of segments",
+        )
         step = {
             "step": "record",
             "run": name,
@@ -154,7 +169,7 @@ class Survey:
         }
         measured = self.rate
         notes = {
-            "samples": self.n_samples,
+            "samples": there,
             "gaps": len(self.begins) - 1 + int(self.end > self.begins[-1] + self.counts[-1]),
             "flagged": dict(self.flagged),
             "damaged": dict(self.faults),

@@ -129,6 +129,7 @@ class LogStore:
         self.acknowledged: int | None = None
         self._disk, self._rotate = disk, (rotate_seconds, rotate_bytes)
         self._written: int | None = None
+        self._in_a_file = False  # whether any sample is
         self._waiting: list[Batch] = []  # not yet acknowledged
         self._abandoned: dict[str, Any] | None = (
             None  # facts of a segment that the manifest does not hold yet
@@ -320,6 +321,7 @@ class LogStore:
 
     def _write_last(self) -> None:
         self._segment.write(self._waiting[-1])
+        self._in_a_file = True
         if time.monotonic() - self._synced >= _SYNC_AFTER:
             self._acknowledge()
 
@@ -364,6 +366,7 @@ class LogStore:
         self._open_segment()
         for batch in self._waiting:
             self._segment.write(batch)
+            self._in_a_file = True
         self._acknowledge()
 
     def _end_by(self, error: OSError) -> None:
@@ -402,10 +405,14 @@ class LogStore:
 
     def _failure(self, error: OSError) -> StorageError:
         lost = sum(map(len, self._waiting))
-        safe = "nothing was" if self.acknowledged is None else f"all up to sample {self.acknowledged} is"
+        if self.acknowledged is not None:
+            safe = f"all up to sample {self.acknowledged} is stored"
+        else:
+            safe = "no sample is known to be on the disk" if self._in_a_file else "nothing was stored"
+        after = " after it" if self.acknowledged is not None else ""
         return StorageError(
-            f"the run in {self.folder} cannot go on: {_said(error)}; {safe} stored"
-            + (f", the {lost} samples after it may be lost" if lost else "")
+            f"the run in {self.folder} cannot go on: {_said(error)}; {safe}"
+            + (f", the {lost} samples{after} may be lost" if lost else "")
         )
 
 

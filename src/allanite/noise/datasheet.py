@@ -107,6 +107,8 @@ _WORDS = {
 }
 ENTRIES = (*_QUANTITIES, *_WORDS)
 _VALUE = re.compile(r"\s*((?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*([^\s\d.].*?)\s*")
+#: No value of a sensor is beyond these in SI; within them no square is too large or too small for a number.
+_LEAST, _MOST = 1e-100, 1e100
 #: Where the sheet states both the place of the minimum and K, they may differ by this factor.
 _AGREES = 2.0
 
@@ -246,8 +248,10 @@ def _value(name: str, given: str) -> tuple[float, Quantity]:
         raise InputError(
             f"noise_density in {unit} is a random walk: give it as angle_random_walk or velocity_random_walk"
         )
-    if not (number > 0 and math.isfinite(number * parsed.factor)):
-        raise InputError(f"{name} must be positive, not {given!r}; leave out what the sheet does not state")
+    if not (number > 0 and _LEAST < number * parsed.factor < _MOST):
+        raise InputError(
+            f"{name} must be positive and that of a sensor, not {given[:40]!r}; leave out what the sheet does not state"
+        )
     return number * parsed.factor, parsed.quantity
 
 

@@ -3,9 +3,11 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
 import threading
 from collections.abc import AsyncIterator, Awaitable, Callable, Mapping
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import asynccontextmanager
 from functools import wraps
 from pathlib import Path
@@ -22,17 +24,19 @@ from starlette.routing import Route
 
 from allanite import __version__
 from allanite.errors import AllaniteError
+from allanite.page.attached import Attached
+from allanite.page.bounds import is_inside, own_folder, read_inside
 from allanite.page.captures import Captures, described_instruments
 from allanite.page.catalogue import Catalogue, health_of
 from allanite.page.children import Quick
-from allanite.page.events import stream
+from allanite.page.events import Streams
 from allanite.page.guard import Guard
 from allanite.page.jobs import Job, Jobs
 from allanite.page.kinds import described_kinds
 from allanite.page.live import Live
 from allanite.page.options import READING, checked, described, given_in
 from allanite.page.replies import Refused, body_of, download, plain, refusal
-from allanite.page.settings import Settings
+from allanite.page.settings import RESULTS, Settings
 from allanite.page.static_files import StaticFiles
 from allanite.page.store import Series
 from allanite.page.uploads import receive
@@ -81,11 +85,14 @@ class Application:
         self._ready = ready
         self.catalogue = Catalogue(settings)
         self.series = Series(settings)
-        self.captures = Captures(settings, self.catalogue)
+        self.attached = Attached(settings.instruments, settings.limits.listing)
+        self.captures = Captures(settings, self.catalogue, self.attached)
+        self.streams = Streams(settings.limits.streams)
         self.live = Live(settings.limits)
         self.quick = Quick(settings.limits.quick)
         self.static = StaticFiles(settings)
         self.jobs = Jobs(settings.limits, self._finished)
+        self._waiting = ThreadPoolExecutor(settings.limits.waiting, "waits for a child")
         self.ending: Callable[[], bool] = lambda: False
         self._submitting = threading.Lock()
         self._results = 0
@@ -102,6 +109,7 @@ class Application:
         self.live.close()
         self.jobs.close()
         self.quick.close()
+        self._waiting.shutdown(wait=False, cancel_futures=True)
 
     @asynccontextmanager
     async def _lifespan(self, _: Starlette) -> AsyncIterator[None]:
@@ -141,6 +149,7 @@ class Application:
             ("GET", "/api/documents/{id}/report", Application.report),
             ("GET", "/api/documents/{id}/files/{index}", Application.document_file),
             ("POST", "/api/plan", Application.plan),
+            ("GET", "/api/instruments", Application.list_instruments),
             ("GET", "/api/captures", Application.list_captures),
             ("POST", "/api/captures", Application.start_capture),
             ("POST", "/api/captures/{id}/stop", Application.stop_capture),
@@ -148,6 +157,14 @@ class Application:
             ("GET", "/api/runs/{id}/figure", Application.run_figure),
         ]
         return [Route(path, self._bound(handler), methods=[method]) for method, path, handler in table]
+
+    async def _body(self, request: Request) -> dict[str, Any]:
+        limits = self.settings.limits
+        return await body_of(request, most=limits.body, seconds=limits.request)
+
+    async def _waited(self, work: Callable[..., Any], *given: Any) -> Any:
+        """Do what waits for a child process, in threads that no other request needs."""
+        return await asyncio.get_running_loop().run_in_executor(self._waiting, work, *given)
 
     def _bound(self, handler: Handler) -> Callable[[Request], Awaitable[Response]]:
         async def endpoint(request: Request) -> Response:
@@ -219,7 +236,7 @@ class Application:
 
     @_answering
     async def open_recording(self, request: Request) -> Response:
-        body = await body_of(request, self.settings.limits.body)
+        body = await self._body(request)
         return await run_in_threadpool(self._open, request.path_params["id"], body)
 
     def _open(self, given: str, body: Json) -> Response:
@@ -296,17 +313,23 @@ class Application:
 
     @_answering
     async def start_job(self, request: Request) -> Response:
-        body = await body_of(request, self.settings.limits.body)
+        body = await self._body(request)
         return plain({"job": await run_in_threadpool(self._start, body)}, 202)
 
     def _start(self, body: Json) -> Json:
         with self._submitting:  # the name of a result is free until its folder is made
-            return self._job_json(self.jobs.submit(work_of(body, self.catalogue, self.settings)))
+            work = work_of(body, self.catalogue, self.settings, self.jobs.folders)
+            own_folder(self.settings, RESULTS)
+            while True:
+                try:
+                    return self._job_json(self.jobs.submit(work))
+                except FileExistsError:  # another program was faster
+                    work = work_of(body, self.catalogue, self.settings, self.jobs.folders)
 
     @_answering
     async def preview_job(self, request: Request) -> Response:
-        body = await body_of(request, self.settings.limits.body)
-        work = await run_in_threadpool(work_of, body, self.catalogue, self.settings)
+        body = await self._body(request)
+        work = await run_in_threadpool(work_of, body, self.catalogue, self.settings, self.jobs.folders)
         return plain({"command": work.command, "python": work.python})
 
     @_answering
@@ -337,7 +360,7 @@ class Application:
     @_answering
     async def job_file(self, request: Request) -> Response:
         job = self.jobs.get(request.path_params["id"])
-        return _numbered(list(job.files), request.path_params["index"])
+        return self._numbered(list(job.files), request.path_params["index"])
 
     @_answering
     async def job_events(self, request: Request) -> Response:
@@ -355,7 +378,7 @@ class Application:
                 found.append(("catalogue", {}))
             return found
 
-        return stream(news, over=self.ending)
+        return self.streams.stream(news, over=self.ending)
 
     def _job_json(self, job: Job) -> Json:
         document = None if job.document is None else self.catalogue.id_of(job.document)
@@ -390,11 +413,10 @@ class Application:
         return await run_in_threadpool(self._file_json, found.path)
 
     def _file_json(self, path: Path) -> Response:
-        if path.stat().st_size > self.settings.limits.document:
-            raise Refused(413, "this result is too large to be shown")
+        content = read_inside(path, self.settings, self.settings.limits.document)
         try:
-            return plain(json.loads(path.read_text(encoding="utf-8")))
-        except (OSError, ValueError, RecursionError):
+            return plain(json.loads(content))
+        except (ValueError, RecursionError):
             raise Refused(400, f"{path.name} is damaged: it is no JSON") from None
 
     @_answering
@@ -425,7 +447,7 @@ class Application:
         return await self._asked({"task": "said", "document": str(found.path), "dark": dark})
 
     async def _asked(self, task: Json, status: int = 400) -> Response:
-        answer = await run_in_threadpool(self.quick.ask, task)
+        answer = await self._waited(self.quick.ask, task)
         if answer["exit"]:
             raise Refused(status, str(answer.get("message") or answer.get("stderr") or "this cannot be done"))
         return plain(answer["result"])
@@ -442,15 +464,23 @@ class Application:
     @_answering
     async def document_file(self, request: Request) -> Response:
         found = self.catalogue.document(request.path_params["id"])
-        return _numbered(self.catalogue.files_of(found), request.path_params["index"])
+        return self._numbered(self.catalogue.files_of(found), request.path_params["index"])
+
+    def _numbered(self, files: list[Path], given: str) -> Response:
+        number = int(given) if given.isascii() and given.isdigit() and len(given) < 5 else -1
+        if (
+            not 0 <= number < len(files)
+            or not files[number].is_file()
+            or not is_inside(files[number], self.settings)
+        ):
+            raise Refused(404, "no such file")
+        return download(files[number], files[number].name)
 
     @_answering
     async def plan(self, request: Request) -> Response:
-        body = await body_of(request, self.settings.limits.body)
+        body = await self._body(request)
         task, python = await run_in_threadpool(planned, body, self.catalogue, self.settings)
-        answer = await run_in_threadpool(
-            self.quick.ask, {**task, "figure": {"dark": body.get("dark") is True}}
-        )
+        answer = await self._waited(self.quick.ask, {**task, "figure": {"dark": body.get("dark") is True}})
         if answer["exit"]:
             lines = [
                 s
@@ -471,13 +501,19 @@ class Application:
     # -- captures ---------------------------------------------------------------------------------------------
 
     @_answering
+    async def list_instruments(self, request: Request) -> Response:
+        found, note = await self._waited(self.attached.look)
+        listed = [{"id": i.id, "kind": i.kind, "title": i.title, "described": bool(i.format)} for i in found]
+        return plain({"instruments": listed, "note": note})
+
+    @_answering
     async def list_captures(self, request: Request) -> Response:
         return plain({"captures": await run_in_threadpool(self.captures.all)})
 
     @_answering
     async def start_capture(self, request: Request) -> Response:
-        body = await body_of(request, self.settings.limits.body)
-        return plain({"capture": await run_in_threadpool(self.captures.start, body)}, 201)
+        body = await self._body(request)
+        return plain({"capture": await self._waited(self.captures.start, body)}, 201)
 
     @_answering
     async def stop_capture(self, request: Request) -> Response:
@@ -495,7 +531,7 @@ class Application:
             state["number"] = max((n for n, *_ in found), default=state["number"])
             return [(name, data) for _, name, data in found]
 
-        return stream(
+        return self.streams.stream(
             news, over=lambda: watcher.over or self.ending(), leave=lambda: self.live.leave(watcher)
         )
 
@@ -529,13 +565,6 @@ def _listed(text: str | None) -> list[str]:
 
 def _no_place(option: Any, name: str, value: Any) -> str:
     raise Refused(400, f"{name} has no meaning here")
-
-
-def _numbered(files: list[Path], given: str) -> Response:
-    number = int(given) if given.isascii() and given.isdigit() and len(given) < 5 else -1
-    if not 0 <= number < len(files) or not files[number].is_file():
-        raise Refused(404, "no such file")
-    return download(files[number], files[number].name)
 
 
 async def _no_such(request: Request, error: Exception) -> Response:

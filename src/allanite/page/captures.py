@@ -12,6 +12,7 @@ import json
 import os
 import secrets
 import shlex
+import shutil
 import signal
 import subprocess
 import sys
@@ -23,11 +24,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from allanite.page.attached import KINDS, Attached, Named
+from allanite.page.bounds import own_folder, read_inside
 from allanite.page.catalogue import Catalogue, utc
 from allanite.page.options import Option, checked, described, given_in
 from allanite.page.replies import Refused
 from allanite.page.settings import Settings
-from allanite.page.work import model_word
+from allanite.page.work import model_word, path_word
 
 __all__ = ["INSTRUMENTS", "RUNS", "Captures", "described_instruments"]
 
@@ -35,6 +38,7 @@ RUNS = "allanite-runs"
 """Folder of runs, in the one that is served."""
 
 _TAIL = 2000  # characters of what a recorder says
+_DESCRIPTION = 1 << 18  # bytes of a description of frames; allanite reads no longer one
 
 
 def _option(type_: Any, flag: str, help_: str, **more: Any) -> Option:
@@ -63,7 +67,7 @@ INSTRUMENTS: Mapping[str, tuple[str, Mapping[str, Option], tuple[str, ...]]] = {
     "3458a": (
         "3458A multimeter",
         {
-            "resource": _option("text", "--resource", "GPIB0::22::INSTR, prologix://host:1234/22."),
+            "resource": _option("attached", "--resource", "Where it is attached."),
             "rate": _option("number", "--rate", "Readings per second."),
             "scale": _option("text", "--scale", "Of the sensor at the input: 24.0(2) mV/(deg/s)."),
             "range": _option("number", "--range", "Full scale [V].", default=10.0),
@@ -77,8 +81,10 @@ INSTRUMENTS: Mapping[str, tuple[str, Mapping[str, Option], tuple[str, ...]]] = {
     "serial": (
         "IMU on a serial port",
         {
-            "port": _option("text", "--port", "/dev/ttyUSB0 or COM3."),
-            "format": _option("text", "--format", "File in the folder that describes its frames (YAML)."),
+            "port": _option("attached", "--port", "Where it is attached."),
+            "format": _option(
+                "description", "--format", "File in the folder that describes its frames (YAML)."
+            ),
             **_EVERY,
         },
         ("port", "format"),
@@ -119,8 +125,8 @@ class _Capture:
 class Captures:
     """Recorders of this folder."""
 
-    def __init__(self, settings: Settings, catalogue: Catalogue) -> None:
-        self._settings, self._catalogue = settings, catalogue
+    def __init__(self, settings: Settings, catalogue: Catalogue, attached: Attached) -> None:
+        self._settings, self._catalogue, self._attached = settings, catalogue, attached
         self._lock = threading.Lock()
         self._notes = settings.cache / "recorders" / _key_of(settings.folder)
         self._runs: dict[str, Path] = {}
@@ -142,22 +148,28 @@ class Captures:
         _, options, required = INSTRUMENTS[name]
         given = given_in(request, "options")
         missing = [option for option in required if given.get(option) in (None, "", {})]
+        own = self._format_of(name, given)
+        if own:
+            missing = [option for option in missing if option != "format"]
         if missing:
             raise Refused(400, f"give {' and '.join(missing)}")
-        words = checked(options, given, self._place).words
-        self._refuse_outside(name, given)
-        argv = ["record", name, *words, f"--out={RUNS}"]
+        words = [*checked(options, given, self._place).words, *own]
+        own_folder(self._settings, RUNS)
         with self._lock:
             if sum(c.alive for c in self._captures.values()) >= self._settings.limits.captures:
                 raise Refused(429, "so many recorders run already: stop one")
-            capture = self._begun(name, argv)
+            capture = self._begun(name, ["record", name, *words, f"--out={RUNS}"], given.get("format"))
             self._captures[capture.id] = capture
         return self.to_json(capture)
 
-    def _begun(self, name: str, argv: list[str]) -> _Capture:
+    def _begun(self, name: str, shown: list[str], described: object) -> _Capture:
+        """Start a recorder, with a copy of the description that a request chose: it stays what was looked at."""
         self._notes.mkdir(parents=True, exist_ok=True)
-        key = secrets.token_hex(12)
+        key, argv = secrets.token_hex(12), shown
         log = self._notes / f"{key}.log"
+        if described:
+            copy = self._copied(self._catalogue.description(described).path, self._notes / key)
+            argv = [f"--format={copy}" if word.startswith("--format=") else word for word in shown]
         with log.open("wb") as said:
             process = subprocess.Popen(
                 [sys.executable, "-m", "allanite", *argv],
@@ -169,7 +181,7 @@ class Captures:
                 env={**os.environ, "PYTHONUNBUFFERED": "1", "NO_COLOR": "1"},
             )
         capture = _Capture(
-            id=key, instrument=name, command=shlex.join(["allanite", *argv]), out=self._settings.folder / RUNS,
+            id=key, instrument=name, command=shlex.join(["allanite", *shown]), out=self._settings.folder / RUNS,
             pid=process.pid, began=_began(process.pid), started=time.time(), log=log, process=process,
         )  # fmt: skip
         note = {k: getattr(capture, k) for k in ("id", "instrument", "command", "pid", "began", "started")}
@@ -239,19 +251,35 @@ class Captures:
             else:
                 note.unlink(missing_ok=True)
                 note.with_suffix(".log").unlink(missing_ok=True)
+                shutil.rmtree(note.with_suffix(""), ignore_errors=True)
         return found
 
     def _place(self, option: Option, name: str, value: Any) -> str:
+        """The word for a value that is the id of something, or a model."""
+        if option.type == "attached":
+            return self._instrument(name, value).name
+        if option.type == "description":
+            return path_word(self._catalogue.description(value).path, self._settings)
         return model_word(value, self._catalogue, self._settings)
 
-    def _refuse_outside(self, name: str, given: Mapping[str, Any]) -> None:
-        """A description of frames lies in the folder, and devices are devices."""
-        if name != "serial":
-            return
-        root = self._settings.folder
-        place = (root / str(given["format"])).resolve()
-        if "\x00" in str(given["format"]) or not place.is_relative_to(root) or not place.is_file():
-            raise Refused(404, "format must be the name of a file in the folder that is served")
+    def _instrument(self, option: str, given: object) -> Named:
+        return self._attached.get(next(kind for kind, own in KINDS.items() if own == option), given)
+
+    def _format_of(self, name: str, given: Mapping[str, Any]) -> list[str]:
+        """The word for the description that the administrator's file gives with a port, if it does."""
+        if name != "serial" or not given.get("port"):
+            return []
+        port = self._instrument("port", given["port"])
+        if port.format and given.get("format"):
+            raise Refused(400, f"{port.title} has a description of its own: leave format out")
+        return [f"--format={port.format}"] if port.format else []
+
+    def _copied(self, description: Path, folder: Path) -> Path:
+        content = read_inside(description, self._settings, _DESCRIPTION)
+        folder.mkdir()
+        copy = folder / description.name
+        copy.write_bytes(content)
+        return copy
 
 
 def _key_of(folder: Path) -> str:

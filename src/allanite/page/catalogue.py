@@ -13,14 +13,18 @@ import os
 import re
 import threading
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
 
+from allanite.errors import InputError
+from allanite.page.bounds import is_inside
 from allanite.page.replies import Refused
 from allanite.page.settings import RESULTS, Settings
-from allanite.page.sniffing import HEAD, document_format, layout_beside, recording_format
+from allanite.page.sniffing import HEAD, describes_frames, document_format, layout_beside, recording_format
+from allanite.regular_file import open_regular
 
 __all__ = ["Catalogue", "Document", "Recorded", "health_of", "utc"]
 
@@ -99,6 +103,7 @@ class Catalogue:
         self._lock = threading.Lock()
         self._recordings: dict[str, Recorded] = {}
         self._documents: dict[str, Document] = {}
+        self._descriptions: dict[str, _Listed] = {}
         self._heads: dict[Path, tuple[tuple[int, int], bytes, str]] = {}
         self._read: dict[Path, tuple[tuple[int, int], Json]] = {}
         self._made_from: dict[Path, str] = {}  # document -> id of its recording
@@ -125,6 +130,11 @@ class Catalogue:
             raise Refused(413, f"{found.name} is too large to be shown: {found.size >> 20} MiB")
         return found
 
+    def description(self, given: object) -> _Listed:
+        """The description of a serial device with this id."""
+        found: _Listed = self._checked(self._descriptions, given, "description of frames")
+        return found
+
     def recording_or_document(self, given: object) -> Recorded | Document:
         """Either, by its id."""
         if isinstance(given, str) and given in self._documents:
@@ -133,18 +143,9 @@ class Catalogue:
 
     def _checked(self, known: Mapping[str, Any], given: object, what: str) -> Any:
         found = known.get(given) if isinstance(given, str) and _ID.fullmatch(given) else None
-        if found is None or not self._inside(found.path) or not found.path.exists():
+        if found is None or not is_inside(found.path, self._settings) or not found.path.exists():
             raise Refused(404, f"no {what} with this id: look at the catalogue again")
         return found
-
-    def _inside(self, path: Path) -> bool:
-        """Whether a path is below the root, or below the folder of results that could not be kept there."""
-        roots = (self._settings.folder, self._settings.cache.resolve() / RESULTS)
-        try:
-            place = path.resolve(strict=False)
-        except (OSError, RuntimeError):
-            return False
-        return any(place.is_relative_to(root) for root in roots)
 
     def id_of(self, path: Path) -> str:
         """The id of a file; the same file has the same id as long as the server runs."""
@@ -182,21 +183,24 @@ class Catalogue:
     def _look(self) -> None:
         recordings: dict[str, Recorded] = {}
         documents: dict[str, Document] = {}
+        descriptions: dict[str, _Listed] = {}
         self.truncated, most = False, self._settings.limits.files
         for path, entry in self._walk(self._settings.folder, 0):
             if len(recordings) + len(documents) >= most:
                 self.truncated = True
                 break
-            self._sort(path, entry, recordings, documents)
+            with suppress(OSError, InputError):  # gone, not ours to read, or a pipe by now
+                self._sort(path, entry, recordings, documents, descriptions)
         for path in self._elsewhere():
-            self._sort(path, path.stat(), {}, documents)
+            with suppress(OSError, InputError):
+                self._sort(path, path.stat(), {}, documents, {})
         beside = {d.path.parent for d in documents.values()}
         self._recordings = {
             key: r
             for key, r in recordings.items()
             if r.path.name not in _TABLES or r.path.parent not in beside
         }
-        self._documents = documents
+        self._documents, self._descriptions = documents, descriptions
         self.scanned = utc(datetime.now(UTC).timestamp())
 
     def _elsewhere(self) -> Iterator[Path]:
@@ -211,6 +215,7 @@ class Catalogue:
         stat: os.stat_result,
         recordings: dict[str, Recorded],
         documents: dict[str, Document],
+        descriptions: dict[str, _Listed],
     ) -> None:
         key = self.id_of(path)
         head, identity = self._head(path, stat)
@@ -225,6 +230,15 @@ class Catalogue:
             return
         if path.is_relative_to(root / RESULTS):
             return
+        if path.is_file() and describes_frames(path):
+            descriptions[key] = _Listed(
+                id=key,
+                name=_shown(name),
+                path=path,
+                format="description",
+                size=stat.st_size,
+                modified=stat.st_mtime,
+            )
         form, layout = recording_format(path, head), None
         if form is None and (layout := self._layout(path)) is not None:
             form, known = "raw_binary", layout.stat()
@@ -238,7 +252,7 @@ class Catalogue:
 
     def _layout(self, path: Path) -> Path | None:
         found = layout_beside(path)
-        return found if found is not None and self._inside(found) else None
+        return found if found is not None and is_inside(found, self._settings) else None
 
     def _walk(self, folder: Path, depth: int) -> Iterator[tuple[Path, os.stat_result]]:
         try:
@@ -250,12 +264,13 @@ class Catalogue:
                 continue
             path = Path(entry.path)
             try:
-                if entry.is_symlink() and not self._inside(path):
+                if entry.is_symlink() and not is_inside(path, self._settings):
                     continue
                 stat = entry.stat()
                 if entry.is_dir():
                     if recording_format(path, b"") is not None:
-                        yield path, stat
+                        if is_inside(path, self._settings):
+                            yield path, stat
                     elif depth < self._settings.limits.depth and not entry.is_symlink():
                         yield from self._walk(path, depth + 1)
                 elif entry.is_file() and stat.st_size:
@@ -270,7 +285,7 @@ class Catalogue:
         mark = (stat.st_size, stat.st_mtime_ns)
         known = self._heads.get(path)
         if known is None or known[0] != mark:
-            with path.open("rb") as file:
+            with open_regular(path) as file:
                 first = file.read(_END)
                 file.seek(max(stat.st_size - _END, 0))
                 last = file.read(_END)
@@ -328,6 +343,7 @@ class Catalogue:
                 self._recording_json(r, by_recording.get(r.id, [])) for r in self._recordings.values()
             ],
             "documents": documents,
+            "descriptions": [{"id": d.id, "name": d.name} for d in self._descriptions.values()],
         }
 
     def _by_source(self, document: Document) -> str | None:

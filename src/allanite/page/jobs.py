@@ -6,6 +6,7 @@ A job that crashes has failed, and nothing else has happened: it runs in process
 
 from __future__ import annotations
 
+import errno
 import secrets
 import shutil
 import threading
@@ -77,12 +78,20 @@ class Jobs:
     finished : callable
         Told of a job that is done or has failed (it has a message then), before anybody else knows: keeps what it
         found out.
+
+    Attributes
+    ----------
+    folders : set of Path
+        Of all results so far, also of work that was cancelled: none is given to two jobs.
+    number : int
+        Of the last change of any job.
     """
 
     def __init__(self, limits: Limits, finished: Callable[[Job], None]) -> None:
         self._limits, self._finished = limits, finished
         self._lock = threading.Condition()
         self._jobs: dict[str, Job] = {}
+        self.folders: set[Path] = set()
         self._queue: deque[Job] = deque()
         self._nursery = Nursery()
         self._closed = False
@@ -103,6 +112,8 @@ class Jobs:
         ------
         Refused
             The queue is full, or the folder of the result cannot be made.
+        FileExistsError
+            Another program has made the folder of the result meanwhile.
         """
         with self._lock:
             if len(self._queue) >= self._limits.queue:
@@ -110,6 +121,8 @@ class Jobs:
                     429, f"{len(self._queue)} jobs wait already: let some of them end, or cancel some"
                 )
             _make(work)
+            if work.folder is not None:
+                self.folders.add(work.folder)
             job = Job(id=secrets.token_hex(12), work=work)
             self._jobs[job.id] = job
             self._queue.append(job)
@@ -298,13 +311,23 @@ def _make(work: Work) -> None:
         return
     try:
         work.folder.mkdir(parents=True)
+    except FileExistsError:
+        raise
+    except OSError as error:
+        raise _no_folder(work.folder, error) from None
+    try:
         for name, text in (work.lists or {}).items():
             (work.folder / name).write_text(text, encoding="utf-8")
     except OSError as error:
-        raise Refused(
-            507 if error.errno == 28 else 409,
-            f"no folder for the result: {error.strerror}: {work.folder.name}",
-        ) from None
+        _remove(work)
+        raise _no_folder(work.folder, error) from None
+
+
+def _no_folder(folder: Path, error: OSError) -> Refused:
+    return Refused(
+        507 if error.errno == errno.ENOSPC else 409,
+        f"no folder for the result: {error.strerror}: {folder.name}",
+    )
 
 
 def _remove(work: Work) -> None:
@@ -317,6 +340,9 @@ def _found(work: Work) -> tuple[Path | None, tuple[Path, ...]]:
     """The document of a result, and all its files."""
     if work.folder is None or not work.folder.is_dir():
         return None, ()
-    files = tuple(p for p in sorted(work.folder.rglob("*")) if p.is_file() and not p.name.startswith("."))
+    files = tuple(
+        p for p in sorted(work.folder.rglob("*"))
+        if p.is_file() and not p.is_symlink() and not p.name.startswith(".")
+    )  # fmt: skip
     there = {p.name: p for p in files}
     return next((there[name] for name in work.result if name in there), None), files

@@ -19,7 +19,7 @@ __all__ = ["READING", "Code", "Option", "Spelt", "checked", "code_of", "describe
 
 Type = Literal[
     "number", "integer", "text", "flag", "choice", "names", "texts", "by-channel", "seconds", "seconds-list", "degrees",
-    "deg/s", "deg/h", "spans", "headings", "model", "recording", "document",
+    "deg/s", "deg/h", "spans", "headings", "model", "recording", "document", "attached", "description",
 ]  # fmt: skip
 
 _LONGEST = 2000  # characters of a text

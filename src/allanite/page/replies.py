@@ -3,13 +3,14 @@
 
 from __future__ import annotations
 
+import asyncio
 import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
-from starlette.requests import Request
+from starlette.requests import ClientDisconnect, Request
 from starlette.responses import FileResponse, Response
 
 from allanite import plain_data
@@ -63,19 +64,25 @@ def download(path: Path, name: str) -> Response:
     )
 
 
-async def body_of(request: Request, most: int) -> dict[str, Any]:
+async def body_of(request: Request, *, most: int, seconds: float) -> dict[str, Any]:
     """The JSON object of a request.
 
     Raises
     ------
     Refused
-        Not JSON, no object, or longer than `most` bytes.
+        Not JSON, no object, longer than `most` bytes, or not there within `seconds`.
     """
     data = bytearray()
-    async for chunk in request.stream():
-        data += chunk
-        if len(data) > most:
-            raise Refused(413, f"a request has at most {most} bytes")
+    try:
+        async with asyncio.timeout(seconds):
+            async for chunk in request.stream():
+                data += chunk
+                if len(data) > most:
+                    raise Refused(413, f"a request has at most {most} bytes")
+    except TimeoutError:
+        raise Refused(408, f"the request did not come within {seconds:g} s") from None
+    except ClientDisconnect:
+        raise Refused(400, "the request was broken off") from None
     try:
         found = json.loads(bytes(data) or b"{}")
     except (ValueError, RecursionError):

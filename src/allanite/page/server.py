@@ -9,12 +9,20 @@ import secrets
 import socket
 from collections.abc import Callable
 from contextlib import suppress
+from dataclasses import replace
+from typing import TYPE_CHECKING
 
 from allanite.errors import InputError, StorageError
 from allanite.page.settings import Settings, checked_settings
 
-__all__ = ["address_of", "listening", "serve"]
+if TYPE_CHECKING:
+    import uvicorn
 
+    from allanite.page.application import Application
+
+__all__ = ["address_of", "listening", "serve", "server_of"]
+
+_QUEUE = 1024  # connections that wait to be accepted
 _PATIENCE = 2  # [s] for answers that are under way when the server ends
 
 
@@ -24,6 +32,7 @@ def serve(
     port: int = 0,
     host: str | None = None,
     token: str | None = None,
+    instruments: str | os.PathLike[str] | None = None,
     ready: Callable[[str], None] | None = None,
 ) -> None:
     """Serve a page over a folder, until SIGINT or SIGTERM.
@@ -36,18 +45,19 @@ def serve(
         Address to listen on; by default this machine alone can reach the page.
     token : str, optional
         Of your own; by default a new one. Needed with another address.
+    instruments : path, optional
+        YAML file that names instruments to record, besides those that this machine lists.
     ready : callable, optional
         Told the address to open, once it answers.
 
     Raises
     ------
     InputError
-        No such folder; another address without a token; a port that is taken or not allowed.
+        No such folder; another address without a token; a port that is taken or not allowed; a wrong list of
+        instruments, or one in a folder that the page writes to.
     StorageError
         A folder that cannot be read, or no folder for prepared series.
     """
-    import uvicorn
-
     from allanite.page.application import Application
 
     place, address, secret = checked_settings(folder, host=host, token=token)
@@ -64,28 +74,52 @@ def serve(
             raise StorageError(
                 f"{settings.cache} cannot be made: {error.strerror}: set XDG_CACHE_HOME to a folder that can"
             ) from None
+        if instruments is not None:
+            from allanite.page.instruments_file import read_instruments
+
+            named = read_instruments(instruments, (settings.folder, settings.cache.resolve()))
+            settings = replace(settings, instruments=named)
         told = ready or (lambda address: None)
         application = Application(settings, ready=lambda: told(address_of(settings)))
-        config = uvicorn.Config(
+        with suppress(KeyboardInterrupt):
+            server_of(application).run(sockets=[bound])
+
+
+def server_of(application: Application) -> uvicorn.Server:
+    """The server of an application; it is run with the socket that listens."""
+    import uvicorn
+
+    from allanite.page.connections import BACKLOG, connections_within
+
+    class Server(uvicorn.Server):
+        async def startup(self, sockets: list[socket.socket] | None = None) -> None:
+            await super().startup(sockets)
+            for listener in sockets or ():
+                listener.listen(
+                    _QUEUE
+                )  # uvicorn takes one number for this, and for what is accepted in one go
+
+    server = Server(
+        uvicorn.Config(
             application.app,
+            loop="asyncio",
             ws="none",
-            http="h11",
-            log_level="warning",
+            http=connections_within(application.settings.limits),
+            log_level="error",  # what strangers send is no news
             access_log=False,  # it would hold the token
             server_header=False,
             proxy_headers=False,
-            limit_concurrency=256,
+            backlog=BACKLOG,
             timeout_graceful_shutdown=_PATIENCE,
         )
-        with suppress(KeyboardInterrupt):
-            server = uvicorn.Server(config)
-            application.ending = lambda: server.should_exit
-            server.run(sockets=[bound])
+    )
+    application.ending = lambda: server.should_exit
+    return server
 
 
 def address_of(settings: Settings) -> str:
     """What is opened in a browser; it holds the token."""
-    everywhere = settings.host in ("0.0.0.0", "::")  # noqa: S104 - what the user asked for, in words
+    everywhere = settings.host in ("0.0.0.0", "::")  # nosec B104  # noqa: S104 - what the user asked for, in words
     name = socket.gethostname() if everywhere else settings.host
     shown = f"[{name}]" if ":" in name else name
     return f"http://{shown}:{settings.port}/?token={settings.token}"

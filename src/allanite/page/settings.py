@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from allanite.errors import InputError, StorageError
+from allanite.page.attached import Named
 
 __all__ = ["LOOPBACK", "RESULTS", "Limits", "Settings", "cache_folder", "checked_settings"]
 
@@ -56,6 +57,18 @@ class Limits:
         Between two looks at a run that grows.
     watchers, captures : int
         Runs that are followed, and recorders that are started, at a time.
+    listing : float [s]
+        The machine's instruments are listed within this time, or not at all.
+    waiting : int
+        Answers of child processes that are waited for at a time; other requests have threads of their own.
+    sockets, strangers, share : int
+        Open connections; of these without a session; and of these from one other machine. See `connections`.
+    head : float [s]
+        For the head of a request, from the first moment on, and for the body of a request that was refused.
+    request : float [s]
+        For the body of a request that is no upload.
+    streams : int
+        Event streams at a time; one more ends the oldest.
     """
 
     upload: int = 8 << 30
@@ -76,6 +89,14 @@ class Limits:
     look: float = 1.0
     watchers: int = 8
     captures: int = 8
+    listing: float = 15.0
+    waiting: int = 8
+    sockets: int = 256
+    strangers: int = 128
+    share: int = 32
+    head: float = 10.0
+    request: float = 15.0
+    streams: int = 32
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -96,6 +117,8 @@ class Settings:
         Secrets of this start: of the cookie, and of requests that change something.
     cache : Path
         Of prepared series; may be removed at any time.
+    instruments : tuple of Named
+        Those of the administrator's file.
     """
 
     folder: Path
@@ -106,6 +129,7 @@ class Settings:
     csrf: str = field(default_factory=lambda: secrets.token_urlsafe(32), repr=False)
     cache: Path = field(default_factory=lambda: cache_folder())
     limits: Limits = field(default_factory=Limits)
+    instruments: tuple[Named, ...] = ()
 
     @property
     def cookie(self) -> str:

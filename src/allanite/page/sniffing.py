@@ -10,10 +10,13 @@ import re
 from pathlib import Path
 from typing import Final
 
-__all__ = ["HEAD", "document_format", "layout_beside", "recording_format"]
+from allanite.regular_file import open_regular
+
+__all__ = ["HEAD", "describes_frames", "document_format", "layout_beside", "recording_format"]
 
 HEAD: Final = 4096
 """Bytes that are looked at."""
+_LONGEST: Final = 64 << 10  # of a description: comments may stand above
 
 #: Beginnings of files, and what reads them.
 _MAGIC: Final = (
@@ -49,6 +52,8 @@ _NUMBERS = re.compile(rb"(?:^|[\s,;|\"])[-+]?\d+(?:[.,]\d+)?(?:[eE][-+]?\d+)?(?:
 _FEWEST_LINES = 2
 #: Raw binary files, where one layout describes all of a folder.
 _RAW: Final = frozenset({".bin", ".dat", ".raw"})
+#: Of a description of a serial device, frames of bytes or lines of text.
+_DESCRIPTION = re.compile(rb"^(?:frame|lines)[ \t]*:[ \t]*(?:#.*|\{.*)?\r?$", re.M)
 _FRAME = re.compile(rb"^frame[ \t]*:[ \t]*(?:#.*|\{.*)?\r?$", re.M)
 _FORMAT = re.compile(rb'"format"\s*:\s*"(allanite-[a-z-]{1,40})"')
 _MODEL = re.compile(rb'^\s*\{\s*"[^"]{1,200}"\s*:\s*\{\s*"(?:terms|family)"')
@@ -77,9 +82,14 @@ def layout_beside(path: Path) -> Path | None:
     return next((p for p in (*named, *shared) if p.is_file() and _FRAME.search(_first(p))), None)
 
 
-def _first(path: Path) -> bytes:
-    with path.open("rb") as file:
-        return file.read(HEAD)
+def describes_frames(path: Path) -> bool:
+    """Whether this may be the description of a serial device."""
+    return path.suffix.lower() in (".yaml", ".yml") and bool(_DESCRIPTION.search(_first(path, _LONGEST)))
+
+
+def _first(path: Path, most: int = HEAD) -> bytes:
+    with open_regular(path) as file:
+        return file.read(most)
 
 
 def _folder_format(path: Path) -> str | None:

@@ -10,6 +10,7 @@ import gzip
 import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -35,7 +36,6 @@ class StaticFiles:
     settings: Settings
     plotly: str = field(init=False)
     _files: dict[str, tuple[bytes, str, str]] = field(init=False, repr=False)
-    _packed: bytes | None = field(init=False, default=None, repr=False)
 
     def __post_init__(self) -> None:
         from importlib.metadata import version
@@ -82,10 +82,13 @@ class StaticFiles:
             "Cache-Control": _FOR_EVER, "Vary": "Accept-Encoding", "Content-Type": "text/javascript; charset=utf-8"
         }  # fmt: skip
         if "gzip" in request.headers.get("accept-encoding", ""):
-            if self._packed is None:
-                self._packed = gzip.compress(_plotly().read_bytes(), 6, mtime=0)
-            return Response(self._packed, headers={**headers, "Content-Encoding": "gzip"})
+            return Response(_packed(), headers={**headers, "Content-Encoding": "gzip"})
         return Response(_plotly().read_bytes(), headers=headers)
+
+
+@cache
+def _packed() -> bytes:
+    return gzip.compress(_plotly().read_bytes(), 6, mtime=0)
 
 
 def _plotly() -> Path:

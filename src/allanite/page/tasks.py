@@ -96,8 +96,16 @@ def live_curve(task: Json, advance: Advance) -> Json:
     return spec(sheet_of(chosen), dark=bool(task.get("dark")))
 
 
+def attached(task: Json, advance: Advance) -> Json:
+    """The instruments that this machine lists."""
+    from allanite.page.attached import listed_here
+
+    return listed_here()
+
+
 TASKS: Mapping[str, Callable[[Json, Advance], Json]] = {
     "series": prepare, "figure": draw, "parameters": parameters, "said": said, "live-curve": live_curve,
+    "attached": attached,
 }  # fmt: skip
 """By name, as the server asks for them."""
 

@@ -17,6 +17,7 @@ from urllib.parse import unquote
 from starlette.concurrency import run_in_threadpool
 from starlette.requests import ClientDisconnect, Request
 
+from allanite.page.bounds import own_folder
 from allanite.page.replies import Refused
 from allanite.page.settings import Limits, Settings
 
@@ -36,11 +37,10 @@ async def receive(request: Request, settings: Settings) -> Path:
     """
     limits = settings.limits
     said = _length(request, limits)
-    folder = settings.folder / DROPPED
     if not settings.writable:
         raise Refused(409, "the folder is read-only: copy the file into it yourself, and look again")
     _room(settings.folder, said, limits)
-    folder.mkdir(exist_ok=True)
+    folder = own_folder(settings, DROPPED)
     target = folder / name_for(request.headers.get("x-file-name", ""))
     made = folder / f".{secrets.token_hex(8)}.part"
     try:

@@ -3,13 +3,16 @@
 
 from __future__ import annotations
 
+import os
 import re
 import shlex
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import count
 from pathlib import Path
 from typing import Any
 
+from allanite.errors import InputError
 from allanite.page.catalogue import Catalogue, Document, Recorded
 from allanite.page.kinds import KINDS, Kind, lines_of, plan_lines
 from allanite.page.options import READING, Option, Spelt, checked, given_in, number_text
@@ -18,7 +21,6 @@ from allanite.page.settings import RESULTS, Settings
 
 __all__ = ["Work", "model_word", "path_word", "planned", "with_layout", "work_of"]
 
-_WORDS = re.compile(r"\s*[QNBKRT](?:_b)?\s*=")
 _MOST_RECORDINGS = 64
 _LONGEST_WORDS = 500  # characters of a model in words
 
@@ -66,8 +68,15 @@ class Work:
         return shlex.join(["allanite", *self.argv]) if self.argv else ""
 
 
-def work_of(request: Mapping[str, Any], catalogue: Catalogue, settings: Settings) -> Work:
+def work_of(
+    request: Mapping[str, Any], catalogue: Catalogue, settings: Settings, given_away: Collection[Path] = ()
+) -> Work:
     """The work that a request asks for.
+
+    Parameters
+    ----------
+    given_away : collection of Path
+        Folders of other jobs, those that are removed again among them: no two jobs share a name.
 
     Raises
     ------
@@ -80,7 +89,7 @@ def work_of(request: Mapping[str, Any], catalogue: Catalogue, settings: Settings
         raise Refused(400, f"no kind of work {str(name)[:60]!r}; there are: {', '.join(KINDS)}")
     found = _subjects(kind, request, catalogue)
     consumer = _consumer(request.get("options")) if name == "export" else ""
-    folder = _free(settings, _stem(found[0]), consumer or name)
+    folder = _free(settings, _stem(found[0]), consumer or name, given_away)
     desk = _Desk(catalogue, settings, folder)
     subjects = [desk.word(getattr(place, "path", place)) for _, place, _ in found]
     reading = _reading(kind, request, [place for _, place, _ in found], desk)
@@ -217,13 +226,13 @@ def _stem(subject: tuple[str, Any, Any]) -> str:
     return Path(source or name).name.split(".")[0]
 
 
-def _free(settings: Settings, name: str, kind: str) -> Path:
-    """A folder for the result that is not there yet."""
+def _free(settings: Settings, name: str, kind: str, given_away: Collection[Path]) -> Path:
+    """A folder for the result that is not there yet: gyro-characterize, gyro-characterize-2, ..."""
     stem = re.sub(r"[^A-Za-z0-9_-]+", "-", name).strip("-")[:60] or "record"
     above = (settings.folder if settings.writable else settings.cache) / RESULTS
     made = stem if stem == kind else f"{stem}-{kind}"
-    places = (above / (made if n == 1 else f"{made}-{n}") for n in range(1, 100_000))
-    return next(place for place in places if not place.exists())
+    places = (above / (made if n == 1 else f"{made}-{n}") for n in count(1))
+    return next(place for place in places if place not in given_away and not os.path.lexists(place))
 
 
 def _plain(word: str) -> str:
@@ -278,6 +287,14 @@ def model_word(value: Any, catalogue: Catalogue, settings: Settings) -> str:
     if isinstance(value, Mapping) and isinstance(value.get("document"), str):
         return path_word(catalogue.document(value["document"]).path, settings)
     words = value.get("words") if isinstance(value, Mapping) else None
-    if not isinstance(words, str) or not _WORDS.match(words) or ".." in words or len(words) > _LONGEST_WORDS:
+    if not isinstance(words, str) or "=" not in words or len(words) > _LONGEST_WORDS:
         raise Refused(400, 'model must be {"document": id} or {"words": "N=0.3 deg/√h, K=5 deg/h/√h"}')
+    from allanite.model_file import model_of
+
+    try:
+        model_of(words)  # a command takes the name of a file as well
+    except InputError as error:
+        raise Refused(400, f"model must be words: {error}") from None
+    if os.path.lexists(settings.folder / words):
+        raise Refused(400, "a file has the name of this model: write the model with other blanks")
     return words

@@ -23,6 +23,7 @@ from typing import TYPE_CHECKING, Any, Final, Protocol, cast
 
 from allanite.errors import FormatError, InputError
 from allanite.recording import Recording, Sampling
+from allanite.regular_file import open_regular
 
 if TYPE_CHECKING:
     from allanite.readers.assembly import Options, Table
@@ -237,8 +238,10 @@ def _head(path: Path) -> bytes:
     try:
         if path.is_dir():
             return b""
-        with path.open("rb") as file:
+        with open_regular(path) as file:
             head = file.read(_HEAD)
+    except InputError:
+        raise
     except FileNotFoundError:
         raise InputError(f"no such file: {path}") from None
     except (OSError, ValueError) as error:

@@ -16,6 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import InputError
+from allanite.limits import COLUMNS, refuse_more
 from allanite.readers.assembly import Table
 from allanite.readers.headings import read_heading
 from allanite.recording import ArrayColumn, checked_samples
@@ -87,6 +88,8 @@ def table_of(
     InputError
         An array that is no table of real numbers.
     """
+    width = sum(len(a.dtype.names) if a.dtype.names else math.prod(a.shape[1:]) for a in arrays.values())
+    refuse_more(width, COLUMNS, "columns", path.name, "Save those that are needed, or transpose the array")
     labels = _words(small, _LABEL_NAMES)
     headings: list[str] = []
     columns: list[ArrayColumn] = []

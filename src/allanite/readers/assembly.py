@@ -14,6 +14,7 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from allanite.errors import DataQualityError, InputError
+from allanite.limits import COLUMNS, refuse_more
 from allanite.readers.headings import Heading, canonical_group, read_heading
 from allanite.readers.numbering import Numbering, numbering_of, unseen_by_stamps
 from allanite.readers.stamps import TimeChoice, choose_time, is_counter
@@ -129,6 +130,9 @@ def assemble(table: Table, options: Options, name: str) -> Recording:
     """
     if not table.columns or len(table.columns[0]) == 0:
         raise DataQualityError(f"{name}: there are no samples in this {table.format} file")
+    refuse_more(
+        len(table.columns), COLUMNS, "columns", name, "Write those that are needed to a file of their own"
+    )
     headings = [_with_unit(read_heading(h), u) for h, u in zip(table.headings, _padded(table), strict=True)]
     time = table.stamps or time_of(table)
     guesses = [*table.guesses, *(time.guesses if time else ())]

@@ -26,6 +26,7 @@ from allanite.readers.extras import require
 from allanite.readers.hdf5_tree import Leaf, Tree, read_leaf, text_of, walk
 from allanite.readers.headings import read_heading
 from allanite.readers.sandbox import run
+from allanite.regular_file import regular
 
 NAME: Final = "HDF5"
 OPTIONS: Final = frozenset({"variable"})
@@ -110,7 +111,7 @@ def table_in(path: str, variable: str | None, channels: list[str] | None) -> tup
     import h5py
 
     name = Path(path).name
-    with h5py.File(path, "r", locking=False) as file:
+    with h5py.File(regular(path), "r", locking=False) as file:
         tree = walk(file)
         variable = None if variable is None else variable.strip("/")
         if tree.outside and variable is None:

@@ -12,17 +12,19 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import FormatError, LimitError
+from allanite.limits import GROUPS, refuse_more
 from allanite.readers.spool import BOMB_BYTES, BOMB_RATIO, to_file
 
 __all__ = ["Leaf", "Tree", "read_leaf", "text_of", "walk"]
 
-_DEEPEST, _MOST_OBJECTS = 32, 20_000
+_DEEPEST = 32
 _PIECE = 8 << 20  # bytes read at once
 #: Filters that are part of the library: deflate, shuffle, fletcher32, szip, nbit, scale-offset, LZF.
 _BUILT_IN: Final = frozenset({1, 2, 3, 4, 5, 6, 32000})
@@ -68,11 +70,34 @@ class Tree:
     groups : dict of path to h5py.Group
     outside : list of str
         Links and datasets that lead out of the file, in words.
+    members : list of int
+        Of each group that was entered.
+    name : str
+        Of the file, for messages.
     """
 
     leaves: dict[str, Leaf] = field(default_factory=dict)
     groups: dict[str, Any] = field(default_factory=dict)
     outside: list[str] = field(default_factory=list)
+    members: list[int] = field(default_factory=list)
+    name: str = ""
+
+    def count(self, members: int) -> None:
+        """Note a group before its members are looked at.
+
+        Raises
+        ------
+        LimitError
+            There are too many in all.
+        """
+        self.members.append(members)
+        refuse_more(
+            sum(self.members),
+            GROUPS,
+            "objects (groups, datasets, links)",
+            self.name,
+            "Write fewer to one file",
+        )
 
 
 def walk(file: Any) -> Tree:
@@ -85,9 +110,9 @@ def walk(file: Any) -> Tree:
     Raises
     ------
     LimitError
-        More than 20 000 objects, or groups 32 deep.
+        More than 4096 objects, or groups 32 deep.
     """
-    tree = Tree(groups={"": file})
+    tree = Tree(groups={"": file}, name=Path(file.filename).name)
     seen = {_address(file)}
     _descend(file, "", tree, seen, 0)
     return tree
@@ -104,6 +129,7 @@ def _descend(group: Any, path: str, tree: Tree, seen: set[int], depth: int) -> N
 
     if depth > _DEEPEST:
         raise LimitError(f"groups more than {_DEEPEST} deep at {path}: refused")
+    tree.count(len(group))  # before any of them is looked at
     for name in group:
         here = f"{path}/{name}" if path else str(name)
         link = group.get(name, getlink=True)
@@ -120,8 +146,6 @@ def _descend(group: Any, path: str, tree: Tree, seen: set[int], depth: int) -> N
         if address in seen:
             continue
         seen.add(address)
-        if len(seen) > _MOST_OBJECTS:
-            raise LimitError(f"more than {_MOST_OBJECTS} objects: refused")
         if isinstance(thing, h5py.Group):
             tree.groups[here] = thing
             _descend(thing, here, tree, seen, depth + 1)

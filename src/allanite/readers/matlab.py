@@ -17,12 +17,14 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import FormatError
+from allanite.limits import PARTS, refuse_more
 from allanite.readers import matlab_hdf5
 from allanite.readers.arrays import left_out, samples_among, table_of
 from allanite.readers.assembly import Options, Table
 from allanite.readers.extras import require
 from allanite.readers.sandbox import run
 from allanite.readers.spool import refuse_bomb
+from allanite.regular_file import open_regular, regular
 
 NAME: Final = "MATLAB"
 OPTIONS: Final = frozenset({"variable"})
@@ -33,6 +35,7 @@ _COMPRESSED = 15
 _PIECE = 1 << 16
 _SMALL = 4096  # elements; smaller arrays may describe the large ones
 _SPARE_MEMORY = 256 << 20
+_FEWER = "Save those that are needed: save('log.mat', 't', 'x', '-v7')"
 
 
 def sniff(head: bytes, path: Path) -> bool:
@@ -52,7 +55,7 @@ def read(path: Path, options: Options) -> Table:
     LimitError
         It would unpack to far more than its size, or take too long.
     """
-    with path.open("rb") as file:
+    with open_regular(path) as file:
         version73 = file.read(len(_VERSION_73)) == _VERSION_73
     faults, arrays = _version73(path) if version73 else _version5(path)
     if faults and (not arrays or options.variable in faults):
@@ -80,7 +83,7 @@ _Found = tuple[Mapping[str, str], dict[str, NDArray[Any]]]
 
 
 def _version5(path: Path) -> _Found:
-    with path.open("rb") as file:
+    with open_regular(path) as file:
         unpacked = _unpacked_size(file, path)
     _, arrays = run(
         f"{__name__}:arrays_in",
@@ -130,8 +133,10 @@ def _unpacked_size(file: IO[bytes], path: Path) -> int:
     """Bytes that the elements of the file unpack to; refuses what cannot be read before a parser sees it."""
     header = file.read(_HEADER)
     order = "little" if header[126:128] == b"IM" else "big"
-    size, total, at = path.stat().st_size, 0, _HEADER
+    size, total, at, variables = path.stat().st_size, 0, _HEADER, 0
     while at < size:
+        variables += 1
+        refuse_more(variables, PARTS, "variables", path.name, _FEWER)
         file.seek(at)
         tag = file.read(8)
         kind, length = int.from_bytes(tag[:4], order), int.from_bytes(tag[4:], order)  # type: ignore[arg-type]
@@ -171,8 +176,12 @@ def arrays_in(path: str) -> tuple[None, dict[str, NDArray[Any]]]:
     """Every real numeric or text array of a file; fields of structures as "structure.field"."""
     from scipy.io import loadmat
 
-    content = loadmat(path, struct_as_record=True, chars_as_strings=True)
-    return None, dict(_flat(content, 0))
+    content = loadmat(regular(path), struct_as_record=True, chars_as_strings=True)
+    found: dict[str, NDArray[Any]] = {}
+    for name, array in _flat(content, 0):
+        found[name] = array
+        refuse_more(len(found), PARTS, "variables and fields", Path(path).name, _FEWER)
+    return None, found
 
 
 def _flat(content: Mapping[str, Any], depth: int) -> Iterator[tuple[str, NDArray[Any]]]:

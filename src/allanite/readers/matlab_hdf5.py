@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from allanite.errors import FormatError
 from allanite.readers.hdf5_tree import Leaf, Tree, read_leaf, text_of, walk
+from allanite.regular_file import regular
 
 __all__ = ["arrays_in"]
 
@@ -45,7 +46,7 @@ def arrays_in(path: str) -> tuple[dict[str, str], dict[str, NDArray[Any]]]:
     import h5py
 
     name = Path(path).name
-    with h5py.File(path, "r", locking=False) as file:
+    with h5py.File(regular(path), "r", locking=False) as file:
         tree = walk(file)
         if tree.outside:
             raise FormatError(

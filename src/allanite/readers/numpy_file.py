@@ -31,10 +31,12 @@ from typing import IO, Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.errors import FormatError, InputError
+from allanite.errors import AllaniteError, FormatError, InputError
+from allanite.limits import COLUMNS, PARTS, refuse_more
 from allanite.readers.arrays import left_out, samples_among, table_of
 from allanite.readers.assembly import Options, Table
 from allanite.readers.spool import ZIP_ERRORS, refuse_bomb, to_file
+from allanite.regular_file import open_regular, regular
 
 NAME: Final = "NumPy"
 OPTIONS: Final = frozenset({"variable"})
@@ -42,6 +44,18 @@ OPTIONS: Final = frozenset({"variable"})
 _MAGIC = b"\x93NUMPY"
 _ZIP = b"PK\x03\x04"
 _LONGEST_HEADER = 16384
+_MOST_DIMENSIONS = 32
+#: What the header of an array makes Python and NumPy raise that is none.
+_UNREADABLE = (
+    ValueError,
+    SyntaxError,
+    TypeError,
+    LookupError,
+    AttributeError,
+    ArithmeticError,
+    MemoryError,
+    RecursionError,
+)
 _PIECE = 1 << 20
 
 
@@ -52,9 +66,9 @@ def sniff(head: bytes, path: Path) -> bool:
     if not head.startswith(_ZIP):
         return False
     try:
-        with zipfile.ZipFile(path) as archive:
+        with zipfile.ZipFile(regular(path)) as archive:
             return any(name.endswith(".npy") for name in archive.namelist())
-    except (*ZIP_ERRORS, ValueError):
+    except ZIP_ERRORS:
         return path.suffix.lower() == ".npz"  # a broken one: `read` says what is wrong
 
 
@@ -70,7 +84,7 @@ def read(path: Path, options: Options) -> Table:
     LimitError
         A member that unpacks to far more than its size.
     """
-    with path.open("rb") as file:
+    with open_regular(path) as file:
         if file.read(len(_MAGIC)) != _MAGIC:
             return _read_archive(path, options)
         if options.variable is not None:
@@ -110,11 +124,13 @@ def _read_header(file: IO[bytes], name: str) -> _Header:
         header = ast.literal_eval(text)
         descr, fortran, shape = header["descr"], header["fortran_order"], header["shape"]
         dtype = np.lib.format.descr_to_dtype(descr)
-        sound = isinstance(shape, tuple) and all(type(n) is int and n >= 0 for n in shape)
-    except (ValueError, SyntaxError, TypeError, KeyError, IndexError, MemoryError, RecursionError) as error:
+        sound = isinstance(shape, tuple) and all(type(n) is int and 0 <= n < 1 << 63 for n in shape)
+    except _UNREADABLE as error:
         raise FormatError(f"{name}: the .npy header cannot be read ({type(error).__name__})") from None
     if not sound or len(header) != 3 or not isinstance(fortran, bool):
-        raise FormatError(f"{name}: the .npy header is damaged (shape {shape!r})")
+        raise FormatError(f"{name}: the .npy header is damaged (its shape, or what stands beside it)")
+    if len(shape) > _MOST_DIMENSIONS:
+        raise FormatError(f"{name}: an array of {len(shape)} dimensions; samples have one or two")
     if dtype.hasobject:
         raise FormatError(
             f"{name}: holds a pickle (dtype object), which can run code and is never opened; save numbers with "
@@ -135,8 +151,8 @@ def _mapped(file: IO[bytes], header: _Header, size: int, name: str, at: int = 0)
                 else f"{-spare} bytes are missing: the file is cut"
             )
         )
-    if header.n_bytes == 0:
-        return np.zeros(header.shape, dtype=header.dtype)
+    if header.n_bytes == 0:  # a length beyond that of any array may stand beside one of zero
+        return np.zeros([min(n, COLUMNS) for n in header.shape], dtype=header.dtype)
     order: Any = "F" if header.fortran else "C"
     return np.memmap(
         file, dtype=header.dtype, mode="r", offset=at + header.offset, shape=header.shape or (1,), order=order
@@ -148,7 +164,8 @@ def _mapped(file: IO[bytes], header: _Header, size: int, name: str, at: int = 0)
 
 def _read_archive(path: Path, options: Options) -> Table:
     try:
-        with zipfile.ZipFile(path) as archive:
+        with zipfile.ZipFile(regular(path)) as archive:
+            refuse_more(len(archive.namelist()), PARTS, "arrays", path.name, "Save fewer in one file")
             members = {
                 i.filename.removesuffix(".npy"): i for i in archive.infolist() if i.filename.endswith(".npy")
             }
@@ -163,6 +180,8 @@ def _read_archive(path: Path, options: Options) -> Table:
                 if k not in wanted and m.file_size < _PIECE
             }
             arrays = {k: _member(archive, members[k], path) for k in wanted}
+    except AllaniteError:  # some of them are errors of a value, too
+        raise
     except ZIP_ERRORS as error:
         raise FormatError(f"{path.name}: broken or unsupported zip archive ({error})") from None
     return table_of(arrays, small, path, NAME, left_out(shapes, wanted))
@@ -177,7 +196,7 @@ def _member(archive: zipfile.ZipFile, member: zipfile.ZipInfo, path: Path) -> ND
     """One array: mapped where it lies in the archive if it is stored plainly, else from a temporary file."""
     name = f"{path.name}:{member.filename}"
     if member.compress_type == zipfile.ZIP_STORED:
-        with path.open("rb") as file:
+        with open_regular(path) as file:
             file.seek(member.header_offset + 26)
             lengths = file.read(4)
             at = (

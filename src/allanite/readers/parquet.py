@@ -18,9 +18,13 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.errors import FormatError, InputError, LimitError, StorageError
+from allanite.errors import AllaniteError, FormatError, InputError, LimitError, StorageError
+from allanite.limits import COLUMNS, PIECES, refuse_more
+from allanite.log_store.compaction import parquet_place
+from allanite.plain_data import parse_plain
 from allanite.readers.assembly import Options, Table
 from allanite.recording import BLOCK, Channel, Column, Recording
+from allanite.regular_file import open_regular, regular
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -49,23 +53,27 @@ def read(path: Path, options: Options) -> Table:
     ------
     FormatError
         A damaged file.
+    InputError
+        No column of numbers, or several of one name.
     LimitError
-        A group of more than 134 million rows.
+        A group of more than 134 million rows, too many groups or columns.
     """
     import pyarrow as pa
 
-    with path.open("rb") as file:
+    with open_regular(path) as file:
         magic = file.read(8)
     opened = _open_parquet if magic.startswith(_PARQUET) else _open_arrow
     try:
         schema, lengths, decode = opened(path, magic)
+        if lengths and max(lengths) > _LARGEST_GROUP:
+            raise LimitError(
+                f"{path.name}: a row group of {max(lengths)} rows; write it in groups of at most a million"
+            )
+        return _table(path, magic, schema, lengths, decode)
+    except AllaniteError:
+        raise
     except (pa.ArrowException, OSError, ValueError) as error:
         raise FormatError(f"{path.name}: damaged or incomplete {NAME} file ({_brief(error)})") from None
-    if lengths and max(lengths) > _LARGEST_GROUP:
-        raise LimitError(
-            f"{path.name}: a row group of {max(lengths)} rows; write it in groups of at most a million"
-        )
-    return _table(path, magic, schema, lengths, decode)
 
 
 def _brief(error: Exception) -> str:
@@ -81,7 +89,8 @@ def _open_parquet(path: Path, magic: bytes) -> tuple[pa.Schema, list[int], _Deco
     import pyarrow.parquet as pq
 
     # Channels are read by several threads, but one reader serves one of them at a time: two at once can block for ever.
-    file = pq.ParquetFile(path, memory_map=True, pre_buffer=False)
+    file = pq.ParquetFile(parquet_place(path), memory_map=True, pre_buffer=False)
+    _refuse_wide(path, len(file.schema), file.metadata.num_row_groups)
     one_at_a_time = threading.Lock()
     lengths = [file.metadata.row_group(g).num_rows for g in range(file.metadata.num_row_groups)]
 
@@ -97,7 +106,8 @@ def _open_arrow(path: Path, magic: bytes) -> tuple[pa.Schema, list[int], _Decode
     import pyarrow.feather as feather
 
     if magic.startswith(_ARROW):
-        file = pa.ipc.open_file(pa.memory_map(str(path)))
+        file = pa.ipc.open_file(pa.memory_map(str(regular(path))))
+        _refuse_wide(path, len(file.schema), file.num_record_batches)
         # Lengths only: what a batch holds is not touched before it is asked for.
         lengths = [file.get_batch(g).num_rows for g in range(file.num_record_batches)]
         one_at_a_time = threading.Lock()
@@ -108,10 +118,18 @@ def _open_arrow(path: Path, magic: bytes) -> tuple[pa.Schema, list[int], _Decode
 
         return file.schema, lengths, decode
     if magic.startswith(_FEATHER):
-        table = feather.read_table(path, memory_map=True)
+        table = feather.read_table(regular(path), memory_map=True)
+        _refuse_wide(path, table.num_columns, 1)
     else:
-        table = pa.ipc.open_stream(pa.memory_map(str(path))).read_all()
+        stream = pa.ipc.open_stream(pa.memory_map(str(regular(path))))
+        _refuse_wide(path, len(stream.schema), 1)
+        table = stream.read_all()
     return table.schema, [table.num_rows], lambda _, name: table.column(name)
+
+
+def _refuse_wide(path: Path, columns: int, groups: int) -> None:
+    refuse_more(columns, COLUMNS, "columns", path.name, "Write those that are needed to a file of their own")
+    refuse_more(groups, PIECES, "row groups", path.name, "Write it in groups of a million rows")
 
 
 # -- columns -----------------------------------------------------------------------------------------------
@@ -227,6 +245,11 @@ def _table(path: Path, magic: bytes, schema: pa.Schema, lengths: list[int], deco
         raise InputError(
             f"{path.name}: no column of numbers; there are: {', '.join(map(str, schema.names)) or 'none'}"
         )
+    twice = sorted({f.name for f in used if schema.names.count(f.name) > 1})
+    if twice:  # columns are decoded by their name
+        raise InputError(
+            f"{path.name}: several columns are called {', '.join(map(repr, twice[:5]))}; give each a name of its own"
+        )
     columns: list[Column] = []
     time_units: dict[int, str] = {}
     for f in used:
@@ -274,14 +297,14 @@ def _ours(metadata: Mapping[bytes, bytes], name: str) -> dict[str, Any]:
     if _OURS not in metadata:
         return {}
     try:
-        stored = json.loads(metadata[_OURS])
+        stored = parse_plain(metadata[_OURS])
         return {
             "rate": float(stored["rate"]),
             "start": None if stored["start"] is None else int(stored["start"]),
             "channels": tuple(Channel.from_json(c) for c in stored["channels"]),
-            "history": tuple(stored["history"]),
+            "history": tuple(dict(step) for step in stored["history"]),
         }
-    except (ValueError, KeyError, TypeError) as error:
+    except (ValueError, LookupError, TypeError, AttributeError, ArithmeticError) as error:
         raise FormatError(f"{name}: the description of the channels is damaged ({_brief(error)})") from None
 
 

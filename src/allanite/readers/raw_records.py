@@ -23,6 +23,7 @@ from allanite.readers.raw_layout import Layout, RecordFrame
 from allanite.readers.record_chain import follow_chain
 from allanite.readers.spool import GrowingColumn
 from allanite.recording import ArrayColumn, Channel, Column, Sampling
+from allanite.regular_file import open_regular
 
 __all__ = ["table_of_records"]
 
@@ -43,7 +44,8 @@ def table_of_records(path: Path, layout: Layout, file_format: str, sampling: Sam
         raise DataQualityError(
             f"{path.name} has {size} bytes: not one whole record of {frame.size} behind the first {layout.skip}"
         )
-    data = np.memmap(path, dtype=np.uint8, mode="r", offset=layout.skip)
+    with open_regular(path) as file:
+        data = np.memmap(file, dtype=np.uint8, mode="r", offset=layout.skip)
     raw, guesses = _records(data, frame, path.name)
     headings, columns, units = [], [], []
     if frame.time is not None:

@@ -27,6 +27,8 @@ from allanite.errors import DataQualityError, FormatError, InputError, LimitErro
 __all__ = ["Outcome", "limit", "run"]
 
 _ERRORS = {e.__name__: e for e in (DataQualityError, FormatError, InputError, LimitError, StorageError)}
+#: What libraries in Rust and C++ say before they abort for want of memory.
+_NO_MEMORY = (b"memory allocation of ", b"bad_alloc")
 _CHILD = "from allanite.readers.sandbox import _child; _child()"
 
 Outcome = tuple[Any, dict[str, NDArray[Any]]]
@@ -106,6 +108,8 @@ def _outcome(
     if done.returncode in (-getattr(signal, "SIGXCPU", 24), -getattr(signal, "SIGKILL", 9)):
         raise _too_slow(name, seconds)
     report = folder / "report.json"
+    if done.returncode < 0 and any(words in done.stderr for words in _NO_MEMORY):
+        raise _too_large(name, memory)
     if done.returncode != 0 or not report.exists():
         how = f"by signal {-done.returncode}" if done.returncode < 0 else f"with status {done.returncode}"
         raise FormatError(f"{name}: the parser died {how}: the file is damaged (this process was not harmed)")
@@ -113,7 +117,7 @@ def _outcome(
     if "error" in answer:
         kind, message = answer["error"]
         if kind == "MemoryError":
-            raise LimitError(f"{name}: reading it needs more than {memory >> 20} MiB of memory: refused")
+            raise _too_large(name, memory)
         raise _ERRORS.get(kind, FormatError)(
             message if kind in _ERRORS else f"{name}: damaged or unsupported ({kind}: {message[:300]})"
         )
@@ -122,6 +126,10 @@ def _outcome(
         array = np.load(folder / file, mmap_mode="r", allow_pickle=False)
         arrays[key] = array if array.size > 1 << 14 else np.array(array)
     return answer["data"], arrays
+
+
+def _too_large(name: str, memory: int) -> LimitError:
+    return LimitError(f"{name}: reading it needs more than {memory >> 20} MiB of memory: refused")
 
 
 def _too_slow(name: str, seconds: float) -> LimitError:
@@ -147,7 +155,10 @@ def limit(memory: int, seconds: float) -> None:
     resource.setrlimit(
         resource.RLIMIT_AS, (most if hard == resource.RLIM_INFINITY else min(most, hard), hard)
     )
-    resource.setrlimit(resource.RLIMIT_CPU, (max(round(seconds), 1), max(round(seconds), 1) + 2))
+    _, hard = resource.getrlimit(resource.RLIMIT_CPU)
+    longest = max(round(seconds), 1) + 2
+    longest = longest if hard == resource.RLIM_INFINITY else min(longest, hard)
+    resource.setrlimit(resource.RLIMIT_CPU, (max(longest - 2, 1), longest))
     resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
 
 

@@ -27,7 +27,8 @@ BOMB_BYTES = 32 << 20
 BOMB_RATIO = 200
 _IN_MEMORY = 256 << 20  # bytes of one column before it moves to a file
 _SMALL = 4 << 20  # bytes of a column that is put together, not kept in pieces
-#: How the standard library refuses an archive: broken, of an unknown version or packing, with a password.
+#: How the standard library refuses an archive: broken, of an unknown version or packing, with a password, with names
+#: that are no text.
 ZIP_ERRORS = (
     zipfile.BadZipFile,
     zipfile.LargeZipFile,
@@ -37,6 +38,8 @@ ZIP_ERRORS = (
     EOFError,
     OSError,
     RuntimeError,
+    ValueError,
+    OverflowError,
 )
 
 

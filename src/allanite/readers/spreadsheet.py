@@ -18,13 +18,15 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.errors import FormatError, InputError
+from allanite.errors import FormatError
+from allanite.limits import COLUMNS, SHEETS, refuse_more
 from allanite.readers import text
 from allanite.readers.assembly import Options, Table
 from allanite.readers.contents import Part, choose_part, listed
 from allanite.readers.extras import require
 from allanite.readers.sandbox import run
 from allanite.readers.spool import ZIP_ERRORS, refuse_bomb, to_file
+from allanite.regular_file import regular
 
 NAME: Final = "spreadsheet"
 OPTIONS: Final = frozenset({"variable", "decimal"})
@@ -32,8 +34,6 @@ OPTIONS: Final = frozenset({"variable", "decimal"})
 _ZIP, _OLD = b"PK\x03\x04", b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"
 _SPARE_MEMORY = 1 << 30
 _MEMORY_PER_BYTE = 40  # the library holds the cells of a sheet
-_MOST_SHEETS = 64
-_MOST_COLUMNS = 4096
 _PIECE = 1 << 24
 _BLANKS: Final = str.maketrans(dict.fromkeys("\t\r\n\v\f\x00", " "))
 
@@ -45,13 +45,13 @@ def sniff(head: bytes, path: Path) -> bool:
     if not head.startswith(_ZIP):
         return False
     try:
-        with zipfile.ZipFile(path) as archive:
+        with zipfile.ZipFile(regular(path)) as archive:
             names = set(archive.namelist())
             if names & {"xl/workbook.xml", "xl/workbook.bin"}:
                 return True
             with archive.open("mimetype") as member:
                 return b"opendocument.spreadsheet" in member.read(100)
-    except (*ZIP_ERRORS, KeyError, ValueError):
+    except (*ZIP_ERRORS, KeyError):
         return path.suffix.lower() in (
             ".xlsx",
             ".xlsm",
@@ -99,10 +99,10 @@ def read(path: Path, options: Options) -> Table:
 def _refuse_bomb(path: Path) -> None:
     """What the archive says of itself; what it does not say meets the limits of the child."""
     try:
-        with zipfile.ZipFile(path) as archive:
+        with zipfile.ZipFile(regular(path)) as archive:
             for member in archive.infolist():
                 refuse_bomb(member.compress_size, member.file_size, f"{path.name}:{member.filename}")
-    except (*ZIP_ERRORS, KeyError, ValueError):
+    except (*ZIP_ERRORS, KeyError):
         return  # no zip, or a broken one: the library says so
 
 
@@ -118,8 +118,11 @@ def text_in(path: str, variable: str | None) -> tuple[dict[str, Any], dict[str, 
 
     name = Path(path).name
     try:
-        book = CalamineWorkbook.from_path(path)
-        names = [s.name for s in book.sheets_metadata if s.typ == SheetTypeEnum.WorkSheet][:_MOST_SHEETS]
+        book = CalamineWorkbook.from_path(regular(path))
+        names = [s.name for s in book.sheets_metadata if s.typ == SheetTypeEnum.WorkSheet]
+        refuse_more(
+            len(names), SHEETS, "sheets", name, "Save those that are needed in a workbook of their own"
+        )
         sheets = {n: book.get_sheet_by_name(n) for n in names}
     except PasswordError:
         raise FormatError(f"{name}: the spreadsheet has a password; save it without one") from None
@@ -129,8 +132,7 @@ def text_in(path: str, variable: str | None) -> tuple[dict[str, Any], dict[str, 
     chosen = variable if variable in sheets else None
     part, guesses = choose_part(parts, chosen, None, file=name, option="variable", what="sheet")
     sheet = sheets[part.name]
-    if sheet.width > _MOST_COLUMNS:
-        raise InputError(f"{name}: {sheet.width} columns; at most {_MOST_COLUMNS} are read")
+    refuse_more(sheet.width, COLUMNS, "columns", name, "Save those that are needed in a sheet of their own")
     content = "\n".join([*[""] * (sheet.start or (0, 0))[0], *_lines(sheet.iter_rows())]) + "\n"
     found = {
         "sheet": part.name,

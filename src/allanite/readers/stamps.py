@@ -30,6 +30,7 @@ _EPOCH = (1e9, 5e9)
 _UNKNOWN_UNIT = re.compile(
     r"[\[({<]_*([^\[\](){}<>]+?)_*[\])}>]$"
 )  # at the end of a name: no unit that is known
+_NO_STAMP = 1e30  # in whatever unit: no clock counts so far, and nanoseconds of it are no number
 _LOOK = 2048  # values looked at in each of three places
 
 
@@ -257,7 +258,7 @@ def _look(column: Column) -> list[NDArray[np.float64]]:
 
 def _first_finite(column: Column) -> float:
     head = column.read(0, min(_LOOK, len(column)))
-    finite = head[np.isfinite(head)]
+    finite = head[np.abs(head) < _NO_STAMP]
     return float(finite[0]) if len(finite) else 0.0
 
 

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import DataQualityError, InputError
+from allanite.limits import PARTS, refuse_more
 from allanite.readers.assembly import Options, Table
 from allanite.readers.contents import Part, choose_part, listed
 from allanite.readers.extras import require
@@ -25,6 +26,7 @@ from allanite.readers.headings import read_heading
 from allanite.readers.sandbox import run
 from allanite.readers.spool import GrowingColumn, refuse_bomb
 from allanite.recording import ArrayColumn
+from allanite.regular_file import regular
 
 NAME: Final = "LabVIEW TDMS"
 OPTIONS: Final = frozenset({"variable"})
@@ -103,7 +105,9 @@ def table_in(path: str, variable: str | None, channels: list[str] | None) -> tup
     from nptdms import TdmsFile
 
     name, size = Path(path).name, Path(path).stat().st_size
-    with TdmsFile.open(path) as file:
+    with TdmsFile.open(regular(path)) as file:
+        parts_in_all = sum(1 + len(group.channels()) for group in file.groups())
+        refuse_more(parts_in_all, PARTS, "groups and channels", name, "Export those that are needed")
         groups = {g.name: [c for c in g.channels() if _is_number(c)] for g in file.groups()}
         parts = [_part(g, groups[g.name]) for g in file.groups()]
         group, one = _split(variable, groups)

@@ -9,19 +9,22 @@ deliver, is missing in the stamps and so becomes a gap.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import re
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, Final
 
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.errors import DataQualityError, InputError
+from allanite.errors import DataQualityError, FormatError, InputError
+from allanite.limits import COLUMNS, PARTS, refuse_more
 from allanite.readers.assembly import Options, Table
 from allanite.readers.contents import Part, choose_part, listed
 from allanite.readers.extras import require
 from allanite.readers.sandbox import run
 from allanite.recording import ArrayColumn
+from allanite.regular_file import open_regular, regular
 
 NAME: Final = "PX4 ULog"
 OPTIONS: Final = frozenset({"topic"})
@@ -31,6 +34,13 @@ _SPARE_MEMORY = 512 << 20
 _MEMORY_PER_BYTE = 6  # the library holds the messages, and their columns are made from them
 _NOT_NEW = 0x7FFFFFFF  # accelerometer_timestamp_relative of a sample that is no new one
 _LARGEST_FIFO = 64
+_BEGIN: Final = 16  # bytes in front of the first message
+_DEFINING: Final = (b"B", b"F", b"I", b"M", b"P", b"Q")  # messages before the first one of data
+_LOGGING: Final = (b"A", b"L", b"C")  # which may be one of these
+_LARGEST_MESSAGE: Final = 10_000  # bytes; a longer one of no known type is damaged
+_FIELD: Final = re.compile(r"\s*([A-Za-z_]\w*)(?:\[(\d{1,9})\])?\s", re.ASCII)  # type, and its length
+_DEEPEST: Final = 32
+_ADVICE: Final = "No autopilot logs such messages"
 
 Columns = dict[str, NDArray[Any]]
 Message = dict[str, NDArray[Any]]
@@ -90,8 +100,9 @@ def table_in(path: str, topic: str | None, channels: list[str] | None) -> tuple[
     from pyulog import ULog
 
     name = Path(path).name
+    _refuse_formats(path, name)
     names = [*_KNOWN, *([topic.split("[")[0]] if topic else [])]
-    log = ULog(path, message_name_filter_list=names)
+    log = ULog(str(regular(path)), message_name_filter_list=names)
     messages = _messages(log)
     if not messages and topic is None:
         raise InputError(f"{name}: no message of an inertial sensor; the log defines: {_defined(log)}")
@@ -110,6 +121,49 @@ def table_in(path: str, topic: str | None, channels: list[str] | None) -> tuple[
         "source": source,
     }
     return found, columns
+
+
+def _refuse_formats(path: str, name: str) -> None:
+    """Raise at what the library would not come to an end with.
+
+    Formats grow as they are put together: each may hold others, and those others in turn. And where the file ends in
+    the middle of a damaged message, the library goes back and back. All that is in front of the first message of data.
+    """
+    lines: dict[str, str] = {}
+    with open_regular(path) as file:
+        file.seek(_BEGIN)
+        while len(head := file.read(3)) == 3 and head[2:] not in _LOGGING:
+            size, form = int.from_bytes(head[:2], "little"), head[2:]
+            body = file.read(size)
+            if len(body) < size:
+                raise FormatError(f"{name}: the log breaks off in its definitions, before the first message")
+            if form not in _DEFINING and (form == b"\0" or not 0 < size <= _LARGEST_MESSAGE):
+                file.seek(-2 - size, 1)  # damaged: the library goes on at the next byte
+            if form == b"F":
+                kind, _, fields = body.decode("latin-1").partition(":")
+                lines.setdefault(kind, fields)
+                refuse_more(len(lines), PARTS, "formats of messages", name, _ADVICE)
+    sizes: dict[str, int] = {}
+    for kind in lines:
+        refuse_more(_size(kind, lines, sizes, 0), COLUMNS, f"fields in messages of {kind}", name, _ADVICE)
+
+
+def _size(kind: str, lines: Mapping[str, str], known: dict[str, int], depth: int) -> int:
+    """Numbers in a message of a type, those of what it holds included; no more than just too many."""
+    if kind not in lines:
+        return 1
+    if depth > _DEEPEST:
+        return COLUMNS + 1
+    if kind not in known:
+        total = 0
+        for word in lines[kind].split(";"):
+            found = _FIELD.match(word)
+            if found is not None:
+                total += min(int(found[2] or 1), COLUMNS + 1) * _size(found[1], lines, known, depth + 1)
+            if total > COLUMNS:
+                break
+        known[kind] = total
+    return known[kind]
 
 
 def _messages(log: Any) -> dict[str, Message]:

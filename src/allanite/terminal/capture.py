@@ -17,6 +17,7 @@ __all__ = ["journal", "show_captured"]
 _LINES, _SPAN = 10, 600.0
 _LASTING, _HOUR = frozenset({"disk"}), 3600.0
 _NAMED = ("maker", "model", "serial")
+_ENDED = {"success": " Nothing came any more at the planned end: {}.", "abort": " Stopped by {}."}
 
 
 def journal() -> Callable[[str, Mapping[str, Any]], None] | None:
@@ -34,6 +35,9 @@ class _Journal:
         self._said: dict[str, tuple[float, int]] = {}  # since when, and how many
 
     def tell(self, kind: str, facts: Mapping[str, Any]) -> None:
+        if kind == "ended":
+            self._end()
+            return
         now = time.monotonic()
         most, span = (1, _HOUR) if kind in _LASTING else (_LINES, _SPAN)
         since, lines = self._said.get(kind, (now, 0))
@@ -44,6 +48,12 @@ class _Journal:
         self._said[kind] = since, lines + 1
         if lines < most:
             self._write(_WORDS.get(kind, _any)(facts))
+
+    def _end(self) -> None:
+        """Count what was left out and no later line has told of."""
+        for kind, (_, lines) in self._said.items():
+            if lines > _LINES and kind not in _LASTING:
+                self._write(f"{lines - _LINES} more lines on a {kind} were left out")
 
     @staticmethod
     def _write(words: str) -> None:
@@ -86,7 +96,7 @@ def show_captured(document: Mapping[str, Any]) -> None:
 
     out = console()
     whole = not (document["missing"] or document["overloads"] or document["doubtful"])
-    ended = "" if document["status"] == "success" else f" Stopped by {document['reason']}."
+    ended = _ENDED[document["status"]].format(document["reason"]) if document["reason"] else ""
     out.print(Text(f"{_verdict(document)}.", TONES["good" if whole else "warning"]) + Text(ended))
     named = (document["instrument"][part] for part in _NAMED)
     say_facts(
@@ -96,7 +106,7 @@ def show_captured(document: Mapping[str, Any]) -> None:
         ("gaps", _gaps(document)),
         *([("without a value", f"{document['overloads']} samples")] if document["overloads"] else []),
         *([("doubtful", f"{document['doubtful']} samples")] if document["doubtful"] else []),
-        *([("remarks", f"{document['remarks']}, in manifest.jsonl")] if document["remarks"] else []),
+        *([("remarks", _remarks(document))] if document["remarks"] else []),
         ("run", document["folder"]),
     )
 
@@ -115,6 +125,12 @@ def _verdict(document: Mapping[str, Any]) -> str:
     said[0] = f"{first} sample{'' if first == '1' else 's'} {rest}"
     listed = " and ".join(part for part in (", ".join(said[:-1]), said[-1]) if part)
     return listed if document["missing"] else f"Nothing is missing, but {listed}"
+
+
+def _remarks(document: Mapping[str, Any]) -> str:
+    """How many, and how many of them have a line in the manifest."""
+    said, noted = document["remarks"], document["remarks_noted"]
+    return f"{said}, in manifest.jsonl" if noted == said else f"{said}, {noted} of them in manifest.jsonl"
 
 
 def _gaps(document: Mapping[str, Any]) -> str:

@@ -27,7 +27,8 @@ def show_recovery(document: Json) -> None:
 
     out = console()
     losses = document["losses"]
-    verdict, tone = ("All is there", "good") if not losses else ("With loss", "warning")
+    whole = "All that was recorded is there" if document["missing"] else "All is there"
+    verdict, tone = (whole, "good") if not losses else ("With loss", "warning")
     if not document["kept"]:
         verdict, tone = "Nothing can be read", "fatal"
     out.print(Text(verdict, TONES[tone]) + Text("."))
@@ -38,6 +39,7 @@ def show_recovery(document: Json) -> None:
         out,
         ("kept", f"{document['kept']} samples"),
         ("lost", _lost(document)),
+        *([("missing", _missing(document))] if document["missing"] else []),
         ("run ended", _ENDED[document["status"]]),
     )
     say_files(out, [document["out"]] if document["out"] else [])
@@ -60,6 +62,11 @@ def show_compaction(document: Json) -> None:
 
 def _rows(loss: Json) -> str:
     return "not known" if loss["rows"] is None else str(loss["rows"])
+
+
+def _missing(document: Json) -> str:
+    gaps = document["gaps"]
+    return f"{document['missing']} samples in {gaps} gap{'' if gaps == 1 else 's'}, noted while recording"
 
 
 def _lost(document: Json) -> str:

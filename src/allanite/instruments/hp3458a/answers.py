@@ -2,13 +2,15 @@
 """Readings of the 3458A: bytes in -> values out. Pure; keeps what is not yet whole for the next bytes.
 
 A line of ASCII counts only when it is a whole reading of 15 characters: `+1.23` is the start of some reading, and
-`1.23456789E+00` may have lost its minus sign. What is rejected is counted and shown, never guessed.
+`1.23456789E+00` may have lost its minus sign. What is rejected is counted and shown, never guessed; so is a whole
+reading that the meter cannot give on its range, in every format by the same rule (`beyond_scale`).
 """
 
 from __future__ import annotations
 
 import re
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,14 +18,14 @@ from numpy.typing import NDArray
 from allanite.instruments import Flag
 from allanite.recording import OVERLOAD
 
-__all__ = ["Lines", "parse_dint", "parse_lines"]
+__all__ = ["Lines", "beyond_scale", "parse_dint", "parse_lines"]
 
 #: Sign or blank, one digit, point, eight digits, exponent: 15 characters.
 _READING = re.compile(rb"[ +-]\d\.\d{8}E[+-]\d\d")
 _ANY_NUMBER = re.compile(rb"[ +-]?\d+(?:\.\d*)?E[+-]?\d+", re.IGNORECASE)
 _OVERLOAD_WORDS = (b"OVLD", b"OL", b"OVERLOAD")
-#: No reading is larger than this part of its range; beyond it the bytes are out of step.
-FULL_SCALE = 1.2
+#: Full scale over range, by the manual; that of 1000 V is less.
+FULL_SCALE, LARGEST_RANGE, ITS_FULL_SCALE = 1.2, 1000.0, 1.05
 #: A line that grows beyond this has lost its end.
 LONGEST_LINE = 64
 
@@ -52,8 +54,20 @@ class Lines:
     rest: bytes
 
 
-def parse_lines(data: bytes) -> Lines:
-    """Whole ASCII readings of `data`; what is none is set aside with its place."""
+def beyond_scale(size: Any, range_volts: float) -> Any:
+    """Where readings of this size [V] are no reading of the range, and no overload either.
+
+    Examples
+    --------
+    >>> [beyond_scale(size, 10.0) for size in (12.0, 12.001, 1e20, 1e38)]
+    [False, True, True, False]
+    """
+    part = ITS_FULL_SCALE if range_volts >= LARGEST_RANGE else FULL_SCALE
+    return (size > part * range_volts) & (size < OVERLOAD)
+
+
+def parse_lines(data: bytes, range_volts: float) -> Lines:
+    """Whole ASCII readings of `data`; what is none on this range is set aside with its place."""
     values: list[float] = []
     flags: list[int] = []
     breaks: list[int] = []
@@ -64,7 +78,7 @@ def parse_lines(data: bytes) -> Lines:
     for line in lines:
         body = line[:-1] if line.endswith(b"\r") else line
         value = _value_of(body)
-        if value is None:
+        if value is None or beyond_scale(abs(value), range_volts):
             breaks.append(len(values))
             rejected.append(body)
             continue
@@ -102,8 +116,8 @@ def parse_dint(
         NaN at overload, which is an end of the scale.
     flags : ndarray of uint8, shape (n,)
     wrong : int or None
-        The first reading that is larger than the range can give and no end of the scale: bytes were lost or added
-        some readings before it.
+        The first reading that is beyond the scale (`beyond_scale`) and no end of the integer: bytes were lost or
+        added some readings before it.
 
     Notes
     -----
@@ -114,7 +128,7 @@ def parse_dint(
     raw = np.frombuffer(data, dtype=">i4", count=len(data) // 4).astype(np.int64)
     values: NDArray[np.float64] = (raw * scale).astype(np.float64)
     overload = (np.abs(raw) >= 2**31 - 1) | ~(np.abs(values) < OVERLOAD)
-    wrong = np.flatnonzero((np.abs(values) > FULL_SCALE * range_volts) & ~overload)
+    wrong = np.flatnonzero(beyond_scale(np.abs(values), range_volts) & ~overload)
     values[overload] = np.nan
     flags = np.where(overload, Flag.OVERLOAD, 0).astype(np.uint8)
     return values, flags, int(wrong[0]) if len(wrong) else None

@@ -51,11 +51,13 @@ SLOW_MAINS = 50.0
 RANGES = (0.1, 1.0, 10.0, 100.0, 1000.0)
 SHORTEST_APERTURE, LONGEST_APERTURE = 500e-9, 1.0
 LONGEST_TIMER = 6000.0
+#: What LFREQ? [Hz], ISCALE? [V] and TEMP? [deg C] may answer; outside of it something else was read.
+MAINS_HZ, SCALE, TEMPERATURE_C = (40.0, 450.0), (1e-15, 1000.0), (-40.0, 120.0)
 
 CLEAR = ("TARM HOLD;TRIG HOLD", "RESET")
 REZERO = "AZERO ONCE"
 ARM = "TARM SGL,1"
-STOP = ("TARM HOLD;TRIG HOLD", "PRESET NORM;END ALWAYS")
+STOP = "PRESET NORM;END ALWAYS"
 
 #: Words of the language and the numbers that stand for them in an answer.
 WORDS: Mapping[str, Mapping[str, float]] = {
@@ -167,13 +169,14 @@ class Settings:
 class ReadBack:
     """A query, the name its answer is stored under, and the numbers it must answer (None: stored only).
 
-    `is_setting` False: it changes by itself.
+    `possible`: what no answer lies outside of. `is_setting` False: it changes by itself.
     """
 
     query: str
     name: str
     expected: tuple[float | None, ...] = (None,)
     tolerance: float = 1e-6
+    possible: tuple[float, float] = (-math.inf, math.inf)
     is_setting: bool = True
 
 
@@ -225,19 +228,19 @@ def read_backs(settings: Settings) -> tuple[ReadBack, ...]:
         ReadBack(query="TARM?", name="tarm", expected=(4,)),
         ReadBack(query="FUNC?", name="function", expected=(1, settings.range_volts)),
         integration,
-        ReadBack(query=stored_only, name="nplc" if command == "APER" else "aperture"),
+        ReadBack(query=stored_only, name="nplc" if command == "APER" else "aperture", possible=(0.0, 1000.0)),
         ReadBack(query="AZERO?", name="autozero", expected=(float(settings.autozero),)),
         ReadBack(query="DELAY?", name="delay", expected=(0,)),
         ReadBack(query="MATH?", name="math", expected=(0,)),
         ReadBack(query="DISP?", name="display", expected=(0,)),
-        ReadBack(query="LFREQ?", name="mains_hz"),
+        ReadBack(query="LFREQ?", name="mains_hz", possible=MAINS_HZ),
         ReadBack(query="MEM?", name="memory", expected=(0,)),
         ReadBack(query="OFORMAT?", name="output", expected=(WORDS["OFORMAT?"][settings.format],)),
         ReadBack(query="TRIG?", name="trigger", expected=(1,)),
         ReadBack(query="TIMER?", name="timer", expected=(settings.period,), tolerance=1e-5),
         ReadBack(query="NRDGS?", name="readings", expected=(settings.readings_per_arm, 6)),
-        ReadBack(query="ISCALE?", name="scale"),
-        ReadBack(query="TEMP?", name="temperature_c", is_setting=False),
+        ReadBack(query="ISCALE?", name="scale", possible=SCALE),
+        ReadBack(query="TEMP?", name="temperature_c", possible=TEMPERATURE_C, is_setting=False),
     )
 
 
@@ -261,8 +264,8 @@ def numbers_of(query: str, answer: bytes) -> tuple[float, ...]:
             continue
         if part in words:
             found.append(float(words[part]))
-        elif _NUMBER.fullmatch(part):
-            found.append(float(part))
+        elif _NUMBER.fullmatch(part) and math.isfinite(number := float(part)):
+            found.append(number)
         else:
             raise InstrumentError(
                 f"3458A: {query} answered {answer!r}, which is no number; something else talks on this line, or the "
@@ -275,7 +278,10 @@ def numbers_of(query: str, answer: bytes) -> tuple[float, ...]:
 
 def refusals(readback: ReadBack, got: tuple[float, ...]) -> str:
     """Why the answer is not what was set; "" when it is."""
-    wanted = readback.expected
+    wanted, (least, most) = readback.expected, readback.possible
+    if any(not least <= have <= most for have in got):
+        said = ", ".join(f"{g:.9g}" for g in got)
+        return f"{readback.query} answers {said}, which is impossible: {least:g} to {most:g}"
     for want, have in zip(wanted, got, strict=False):
         # Times are compared in relative terms, zeros within half a step of the meter.
         if want is not None and abs(have - want) > max(readback.tolerance * abs(want), STEP / 2):

@@ -15,6 +15,7 @@ from allanite.errors import InputError, InstrumentError
 from allanite.instruments import Block, Identity, InstrumentTimeout, host_ns
 from allanite.instruments.hp3458a import commands
 from allanite.instruments.hp3458a.commands import Settings
+from allanite.instruments.hp3458a.conversation import QUIET, Conversation
 from allanite.instruments.hp3458a.pace import Pace
 from allanite.instruments.hp3458a.stream import IntegerStream, LineStream, Stream
 from allanite.instruments.hp3458a.transports import Transport, device_of, open_transport
@@ -22,13 +23,10 @@ from allanite.recording import Channel
 
 __all__ = ["HP3458A"]
 
-#: Longest wait for the answer to a query [s]; RESET keeps the meter busy for a while.
-ANSWER = 5.0
-#: A query that an older meter does not know is given less.
+#: A query that an older meter does not know is given less than others [s].
 OPTIONAL_ANSWER = 1.0
-#: Longest draining of what an interrupted meter still sends [s].
-DRAIN = 3.0
-QUIET = 0.1
+#: Characters of CALSTR? that are kept: so many it holds.
+CALIBRATION_TEXT = 75
 #: A block that took longer than its readings by so many seconds and three periods came after a silence; readings that
 #: may have queued up in it.
 LATE, LONGEST_QUEUE = 0.05, 10_000
@@ -106,8 +104,10 @@ class HP3458A:
         self._period = settings.period
         self._settings: dict[str, object] = {}
         self._facts: dict[str, object] = {}  # for the next block
+        self._told: list[str] = []  # remarks for it
         self._scale = 0.0
         self._link: Transport | None = None
+        self._talk: Conversation | None = None
         self._pace = Pace(period_ns=self._period * 1e9, speed=speed)
         self._stream: Stream | None = None
         self._armed_at = self._heard_at = 0
@@ -148,63 +148,66 @@ class HP3458A:
         """
         self.close()
         self._link = self._connect()
+        self._talk = Conversation(self._link, commands.trigger_lines(self._asked))
         try:
-            return self._set_up()
+            return self._set_up(self._talk)
         except BaseException:
             self.close()
             raise
 
-    def _set_up(self) -> Identity:
-        link = self._linked()
-        link.clear()
-        self._send(commands.CLEAR[0])
-        if not self._drain(QUIET)[1]:
+    def _set_up(self, talk: Conversation) -> Identity:
+        if not talk.bring_to_rest():
             raise InstrumentError(
                 "3458A: it keeps talking after a device clear; is another program reading it? Switch it off and on"
             )
         base, *rest = commands.base_lines(self._asked)
         sent = [*commands.CLEAR, base, *rest]
-        self._send(commands.CLEAR[1])
-        self._send(base)
-        identity = self._identify()
-        self._ask("ERR?")  # errors of whoever used it before are not ours
+        talk.send(commands.CLEAR[1])
+        talk.send(base)
+        talk.agree()
+        identity = self._identify(talk)
+        talk.ask("ERR?")  # errors of whoever used it before are not ours
         for line in rest:
-            self._send(line)
-        self._refuse_errors()
-        self._read_back()
+            talk.send(line)
+        self._refuse_errors(talk)
+        self._read_back(talk)
         self._settings["sent"] = sent
         return identity
 
-    def _identify(self) -> Identity:
-        model = self._ask("ID?").strip()
+    def _identify(self, talk: Conversation) -> Identity:
+        model = talk.ask("ID?").strip()
         if model != "HP3458A":
             raise InstrumentError(
                 f"this is no 3458A: ID? answers {model!r} instead of 'HP3458A'; check the address"
             )
-        firmware = self._ask("REV?").strip()
-        serial = f"CALNUM {self._ask('CALNUM?').strip()}"
+        firmware = talk.ask("REV?").strip()
+        serial = f"CALNUM {talk.ask('CALNUM?').strip()}"
         try:
-            text = self._ask("CALSTR?", OPTIONAL_ANSWER).strip().strip('"')
+            text = talk.ask("CALSTR?", OPTIONAL_ANSWER).strip().strip('"')[:CALIBRATION_TEXT]
         except InstrumentTimeout:
             text = ""
         serial = f"{serial} {text}".strip()
         return Identity(maker="Agilent/HP", model="3458A", serial=serial, firmware=firmware)
 
-    def _refuse_errors(self) -> None:
-        said = self._ask("ERRSTR?").strip()
+    def _refuse_errors(self, talk: Conversation) -> None:
+        said = talk.ask("ERRSTR?").strip()
         if not said.startswith("0"):
             raise InstrumentError(
                 f"3458A: it reports {said!r} after its settings were sent; a setting is not one that this meter takes"
             )
         self._settings = {"errors": said}
 
-    def _read_back(self) -> None:
+    def _read_back(self, talk: Conversation) -> None:
         problems = []
         for readback in commands.read_backs(self._asked):
-            got = commands.numbers_of(readback.query, self._ask(readback.query).encode())
+            got = commands.numbers_of(readback.query, talk.ask(readback.query).encode())
+            problem = commands.refusals(readback, got)
+            if problem and not readback.is_setting:  # the readings do not depend on it
+                self._told.append(f"{problem}; left out")
+                continue
             told = self._settings if readback.is_setting else self._facts
             told[readback.name] = got[0] if len(got) == 1 else got
-            if problem := commands.refusals(readback, got):
+            if problem:
                 problems.append(problem)
         if problems:
             raise InstrumentError("3458A: settings did not take: " + "; ".join(problems))
@@ -270,6 +273,7 @@ class HP3458A:
         # Brought to rest by the next read, so that nothing can go wrong before these samples are given.
         self._out_of_step = not decoded.in_step
         facts, self._facts = self._facts, {}
+        remarks, self._told = [*self._told, *remarks], []
         return Block(
             values=decoded.values[:, None],
             flags=decoded.flags,
@@ -293,13 +297,11 @@ class HP3458A:
     def stop(self) -> None:
         """Device clear, hold, drain, and back to the state of the front panel; a lost link is no error here."""
         self._running = False
-        if self._link is None:
+        if self._talk is None:
             return
         try:
-            self._link.clear()
-            self._send(commands.STOP[0])
-            self._drain(QUIET)
-            self._send(commands.STOP[1])
+            self._talk.bring_to_rest()
+            self._talk.send(commands.STOP)
         except InstrumentError:
             # A link that is gone has nothing to stop.
             return
@@ -309,11 +311,11 @@ class HP3458A:
         self._running = False
         if self._link is not None:
             self._link.close()
-            self._link = None
+            self._link = self._talk = None
 
     def _new_stream(self) -> Stream:
         if self._asked.format == "ASCII":
-            return LineStream(pace=self._pace)
+            return LineStream(pace=self._pace, range_volts=self._asked.range_volts)
         return IntegerStream(pace=self._pace, scale=self._scale, range_volts=self._asked.range_volts)
 
     @property
@@ -363,7 +365,7 @@ class HP3458A:
             left = max(deadline - time.monotonic(), 0.0)
             wait = min(left, self._longest_wait())
             try:
-                data += self._linked().read_bytes(wanted - len(data), wait, message=stream.message)
+                data += self._wire().read_bytes(wanted - len(data), wait, message=stream.message)
             except InstrumentError:
                 if not data:
                     raise
@@ -421,7 +423,7 @@ class HP3458A:
     def _arm(self) -> None:
         assert self._stream is not None  # noqa: S101
         self._stream.armed(self._asked.readings_per_arm)
-        self._send(commands.ARM)
+        self._linked().send(commands.ARM)
         self._armed_at = self._clock()
         self._heard_at = host_ns()
         self._broken_off = False
@@ -429,23 +431,23 @@ class HP3458A:
 
     def _rearm(self, why: str, remarks: list[str]) -> None:
         """New zero, all settings and the temperature asked back, new count. The meter is idle here."""
-        left_over, _ = self._drain(min(max(3 * self._period, QUIET / 5), 1.0))
+        talk = self._linked()
+        left_over, _ = talk.drain(min(max(3 * self._period, QUIET / 5), 1.0))
         if left_over:
             remarks.append(f"{len(left_over)} bytes beyond the count were left aside")
         if not self._asked.autozero:
-            self._send(commands.REZERO)
-        self._read_back()
+            talk.send(commands.REZERO)
+        talk.agree()
+        self._read_back(talk)
         self._resume()
         remarks.append(f"armed again, because {why}; the readings meanwhile are missing")
 
     def _recover(self) -> None:
         """Bring a meter of unknown state to rest, see that its settings are ours, arm."""
-        self._linked().clear()
-        self._send(commands.CLEAR[0])
-        self._drain(QUIET)
-        for line in commands.trigger_lines(self._asked):
-            self._send(line)
-        self._read_back()
+        talk = self._linked()
+        talk.bring_to_rest()
+        talk.agree()
+        self._read_back(talk)
         self._resume()
 
     def _resume(self) -> None:
@@ -466,35 +468,15 @@ class HP3458A:
         """Time of the host in the meter's scale [ns]; it goes on while the host sleeps."""
         return round(host_ns() * (self._speed or 1.0))
 
-    def _linked(self) -> Transport:
+    def _wire(self) -> Transport:
         if self._link is None:
             raise InstrumentError("3458A: not connected; call open first")
         return self._link
 
-    def _send(self, line: str) -> None:
-        self._linked().write(line.encode("ascii"))
-
-    def _ask(self, query: str, timeout: float | None = None) -> str:
-        timeout = ANSWER if timeout is None else timeout
-        self._send(query)
-        answer = self._linked().read_line(timeout)
-        if not answer.endswith(b"\n"):
-            raise InstrumentTimeout(
-                f"3458A: {query} got {answer!r} and no end of line within {timeout:g} s; is the address right, and "
-                "is the meter switched on and not held by another program?"
-            )
-        return answer.decode("ascii", "replace")
-
-    def _drain(self, quiet: float) -> tuple[bytes, bool]:
-        """Read until nothing comes for `quiet` seconds; what came, and whether it became quiet in time."""
-        deadline = time.monotonic() + DRAIN
-        came = bytearray()
-        while time.monotonic() < deadline:
-            part = self._linked().read_bytes(4096, quiet, message=None)
-            if not part:
-                return bytes(came), True
-            came += part
-        return bytes(came), False
+    def _linked(self) -> Conversation:
+        if self._talk is None:
+            raise InstrumentError("3458A: not connected; call open first")
+        return self._talk
 
 
 def _planned_aperture(settings: Settings) -> float | None:

@@ -16,6 +16,7 @@ from typing import Any, Protocol
 
 from allanite.errors import InstrumentError
 from allanite.instruments.hp3458a.transports import DEFAULT_PORT, missing_extra
+from allanite.instruments.port_names import refusal_of_path
 
 __all__ = ["Link", "PrologixTransport", "SerialLink", "TcpLink", "escaped"]
 
@@ -92,6 +93,8 @@ class SerialLink:
     """An adapter at a serial port, through pyserial."""
 
     def __init__(self, port: str, baudrate: int = 115200) -> None:
+        if refusal := refusal_of_path(port):
+            raise InstrumentError(refusal)
         try:
             import serial
         except ImportError as error:
@@ -169,19 +172,23 @@ class PrologixTransport:
             raise
 
     def _greet(self) -> bytes:
+        """What the adapter says of itself, twice: once may be what was left over from another program."""
         self._link.send(b"\n")  # ends whatever half a line another program has left
+        before = b""
         for _ in range(BOOT_TRIES):
             self._order(b"++ver")
             said = b""
             deadline = time.monotonic() + BOOT_WAIT
             while not said.endswith(b"\n") and (left := deadline - time.monotonic()) > 0:
                 said += self._link.receive(256, left)
-            if said.strip():
+            said = said.strip()
+            if said and said == before:
                 self._drop(0.05)
-                return said.strip()
+                return said
+            before = said or before
         raise InstrumentError(
-            "no answer to ++ver: no Prologix or AR488 adapter at this address; check the port, and the baud rate "
-            "(115200) of a serial one"
+            "no answer to ++ver, or never the same one: no Prologix or AR488 adapter at this address; check the port, "
+            "and the baud rate (115200) of a serial one"
         )
 
     def write(self, message: bytes) -> None:

@@ -121,8 +121,14 @@ def _shares(missing: int, breaks: int) -> list[int]:
 
 @dataclass(slots=True, kw_only=True)
 class LineStream(_Arming):
-    """ASCII."""
+    """ASCII.
 
+    Attributes
+    ----------
+    range_volts : float [V]
+    """
+
+    range_volts: float
     width: int = 17
     message: int | None = None
     _rejected: int = 0  # lines since the last good reading
@@ -133,9 +139,12 @@ class LineStream(_Arming):
         return len(self.rest)
 
     def feed(self, data: bytes, now: int, *, awaited: bool, silent: bool = False) -> Decoded:
-        lines = parse_lines(self.rest + data)
+        lines = parse_lines(self.rest + data, self.range_volts)
         self.rest = lines.rest
-        remarks = [f"rejected {line[:LONGEST_LINE]!r}, which is no reading" for line in lines.rejected]
+        remarks = [
+            f"rejected {line[:LONGEST_LINE]!r}, which is no reading of the {self.range_volts:g} V range"
+            for line in lines.rejected
+        ]
         values, flags = lines.values, lines.flags
         breaks = [0] * self._rejected + list(lines.breaks)
         self._rejected = 0

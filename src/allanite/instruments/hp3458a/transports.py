@@ -14,11 +14,16 @@ from pathlib import Path
 from typing import Any, Protocol
 
 from allanite.errors import InputError, InstrumentError
+from allanite.instruments.port_names import refusal_of_path
 
 __all__ = ["DEFAULT_PORT", "Transport", "VisaTransport", "device_of", "missing_extra", "open_transport"]
 
 _PROLOGIX = re.compile(r"prologix://(?P<where>.+)/(?P<address>\d{1,2})", re.IGNORECASE)
 _SOCKET = re.compile(r"TCPIP\d*::(?P<host>.+)::(?P<port>\d+)::SOCKET", re.IGNORECASE)
+#: The interfaces of VISA that a meter or a gateway to it may have. Behind others (PXI, VICP, PRLGX-ASRL) there is none.
+_VISA = re.compile(
+    r"(?:GPIB|TCPIP|USB)\d*::[!-~]+|ASRL(?P<port>\d+|/[!-~]+?)(?:::INSTR)?", re.IGNORECASE | re.ASCII
+)
 #: Port of an adapter in the network.
 DEFAULT_PORT = 1234
 #: Device clear where there is no bus: meters with a serial port take Ctrl-C for it, and so do gateways to a socket.
@@ -95,11 +100,16 @@ def _refuse_unfit(resource: str) -> None:
             f"resource {resource!r}: write prologix://host:port/22 or prologix:///dev/ttyUSB0/22, "
             "where the last number is the GPIB address, 0 to 30"
         )
-    if not found and "::" not in resource:
+    visa = _VISA.fullmatch(resource)
+    if not found and (not visa or "::" not in resource or "://" in resource):
         raise InputError(
-            f"resource {resource!r} is neither a VISA resource (GPIB0::22::INSTR, TCPIP::host::port::SOCKET) "
-            "nor a prologix:// address"
+            f"resource {resource!r} is neither a VISA resource (GPIB0::22::INSTR, TCPIP::host::port::SOCKET, USB0::…, "
+            "ASRL/dev/ttyS0::INSTR) nor a prologix:// address"
         )
+    # pyvisa-py hands the port of ASRL to pyserial as it is.
+    path = found["where"] if found else (visa and visa["port"]) or ""
+    if path.startswith("/") and (refusal := refusal_of_path(path)):
+        raise InputError(refusal)
 
 
 def device_of(resource: str) -> str:

@@ -4,16 +4,18 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 
 from allanite.byte_layout import TYPE_SIZES, Span, wrong_in_record, wrong_measured
 from allanite.entry_faults import Fault, Place, name_of
 from allanite.instruments.serial_imu.checksums import SIZES
 from allanite.instruments.serial_imu.description import (
+    Cell,
     CellStatus,
     Description,
     Frame,
     FrameChecksum,
+    FrameField,
     Lines,
     Status,
 )
@@ -45,7 +47,11 @@ def _top(described: Description) -> Iterator[Fault]:
 
 def _channels(described: Description) -> Iterator[Fault]:
     where: Place = ("frame", "fields") if described.frame is not None else ("lines", "columns")
-    return wrong_measured(described.measured, where, described.sampling, described.aperture)
+    yield from wrong_measured(described.measured, where, described.sampling, described.aperture)
+    entries: Sequence[FrameField | Cell] = described.measured
+    for i, entry in enumerate(entries):
+        if entry.limits is not None and not entry.limits[0] < entry.limits[1]:
+            yield (*where, i, "limits"), "the first one is not below the second"
 
 
 def _frame(frame: Frame | None) -> Iterator[Fault]:

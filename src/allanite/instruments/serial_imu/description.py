@@ -49,6 +49,7 @@ __all__ = [
     "Description",
     "Frame",
     "FrameChecksum",
+    "FrameField",
     "LengthField",
     "LineChecksum",
     "Lines",
@@ -60,11 +61,18 @@ __all__ = [
 ]
 
 
+#: Bytes that are sent at once, and how many such texts; characters of a regular expression, and of a name.
+_LONGEST_TEXT, _MOST_TEXTS, _LONGEST_PATTERN, _LONGEST_NAME = 1024, 64, 200, 80
+
+
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+
+
 class WireText(Entry):
     """Bytes for the device: `text` (with the escapes of YAML's double quotes), or `hex`."""
 
-    text: str | None = None
-    hex: HexBytes | None = None
+    text: str | None = Field(default=None, max_length=_LONGEST_TEXT)
+    hex: HexBytes | None = Field(default=None, max_length=_LONGEST_TEXT)
 
     @property
     def payload(self) -> bytes:
@@ -76,7 +84,7 @@ class Answer(Entry):
     """How to ask for the identity: what to send, and a regular expression with the groups serial and firmware."""
 
     ask: WireText
-    answer: str
+    answer: str = Field(max_length=_LONGEST_PATTERN)
     seconds: float = Field(default=1.0, gt=0, le=60)
 
 
@@ -151,8 +159,20 @@ class KindField(Entry):
     bytes: HexBytes
 
 
+class _Limited(Entry):
+    """What a value lies between, in its unit; beyond it no sensor gave it."""
+
+    limits: tuple[Finite, Finite] | None = None
+
+
+class FrameField(ByteField, _Limited):
+    """A field of a frame."""
+
+
 class Frame(ByteRecord):
     """A binary frame."""
+
+    fields: tuple[FrameField, ...] = Field(min_length=1)
 
     header: HexBytes = Field(min_length=1, max_length=16)
     length: Annotated[int, Field(ge=2, le=LONGEST)] | LengthField
@@ -163,7 +183,7 @@ class Frame(ByteRecord):
     identical: Literal["keep", "drop"] = "keep"
 
 
-class Cell(Measured):
+class Cell(Measured, _Limited):
     """A column of a line, counted from 0."""
 
     column: int = Field(ge=0, le=1000)
@@ -240,17 +260,17 @@ class Description(Entry):
     identity : Answer or None
     """
 
-    maker: str = ""
-    model: str = Field(min_length=1)
-    serial: str = ""
+    maker: str = Field(default="", max_length=_LONGEST_NAME)
+    model: str = Field(min_length=1, max_length=_LONGEST_NAME)
+    serial: str = Field(default="", max_length=_LONGEST_NAME)
     rate: float = Field(gt=0, le=1e6, allow_inf_nan=False)
     sampling: Literal["mean", "point"] = "mean"
     aperture: float | None = Field(default=None, gt=0, allow_inf_nan=False)
     port: PortSettings = PortSettings()
     frame: Frame | None = None
     lines: Lines | None = None
-    start: tuple[WireText, ...] = ()
-    stop: tuple[WireText, ...] = ()
+    start: tuple[WireText, ...] = Field(default=(), max_length=_MOST_TEXTS)
+    stop: tuple[WireText, ...] = Field(default=(), max_length=_MOST_TEXTS)
     identity: Answer | None = None
 
     @classmethod
@@ -279,7 +299,7 @@ class Description(Entry):
         return tuple(field.channel(self.sampling, self.aperture) for field in self.measured)
 
     @property
-    def measured(self) -> tuple[ByteField, ...] | tuple[Cell, ...]:
+    def measured(self) -> tuple[FrameField, ...] | tuple[Cell, ...]:
         """The fields or columns that are measured."""
         if self.frame is not None:
             return self.frame.fields

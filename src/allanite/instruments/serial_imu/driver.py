@@ -17,8 +17,9 @@ from typing import Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.errors import InstrumentError
+from allanite.errors import InputError, InstrumentError
 from allanite.instruments import Block, Flag, Identity, InstrumentTimeout, host_ns
+from allanite.instruments.port_names import network_device, refusal_of_port
 from allanite.instruments.serial_imu.description import Description, PortSettings, read_description
 from allanite.instruments.serial_imu.framing import Framer, Samples
 from allanite.instruments.serial_imu.port import SerialPort
@@ -52,13 +53,20 @@ class SerialImu:
     Parameters
     ----------
     port : str
-        "/dev/ttyUSB0", "COM3".
+        "/dev/ttyUSB0", "COM3", "socket://host:port"; see `allanite.instruments.port_names`.
     description : Description or path
         Of the device: `read_description`.
     gather : float [s]
         `read` waits this long for more after the first bytes, so that a block holds several samples.
     connect : callable, optional
         What opens the port; for tests.
+
+    Raises
+    ------
+    InputError
+        A name that is no port, or a file, a folder, a pipe or a disk.
+    FormatError
+        The description is wrong; see `read_description`.
 
     Notes
     -----
@@ -74,6 +82,8 @@ class SerialImu:
         gather: float = 0.1,
         connect: Callable[[str, PortSettings], _Port] = SerialPort,
     ) -> None:
+        if refusal := refusal_of_port(port):
+            raise InputError(refusal)
         self.description = (
             description if isinstance(description, Description) else read_description(description)
         )
@@ -103,7 +113,9 @@ class SerialImu:
 
     @property
     def device(self) -> str:
-        """The port, whatever the links are called that lead to it."""
+        """The port, whatever the links are called that lead to it; an address in the network."""
+        if (address := network_device(self._name)) is not None:
+            return address
         path = os.path.realpath(self._name)
         return path if os.path.exists(path) else self._name  # noqa: PTH110
 

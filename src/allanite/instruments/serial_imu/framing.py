@@ -106,6 +106,8 @@ class Framer:
         self._before: object = None
         self._skipped = 0
         self._n_channels = len(described.measured)
+        ends = [entry.limits or (-np.inf, np.inf) for entry in described.measured]
+        self._least, self._most = np.array(ends, dtype=np.float64).T
         self._tally = Tally()
         self._interrupted = False
 
@@ -139,6 +141,7 @@ class Framer:
                 counter=None if self._sequence is None else np.empty(0, dtype=np.int64),
             )
         values, flags = self._splitter.decode([p.piece for p in placed])
+        self._leave_out_impossible(values, flags)
         jumped = [i for i, p in enumerate(placed) if p.jumped]
         flags[jumped] |= Flag.RESYNC
         return Samples(
@@ -147,6 +150,15 @@ class Framer:
             counter=None if self._sequence is None else np.array([p.number for p in placed], dtype=np.int64),
             jumps=tuple(Jump(index=i, turned=placed[i].turned, far=placed[i].far) for i in jumped),
         )
+
+    def _leave_out_impossible(self, values: NDArray[np.float64], flags: NDArray[np.uint8]) -> None:
+        """In place: no sensor gave a value beyond its limits, in whatever way it was written."""
+        beyond = (values < self._least) | (values > self._most)
+        if beyond.any():
+            values[beyond] = np.nan
+            rows = beyond.any(axis=1)
+            flags[rows] |= Flag.MISSING
+            self._tally.impossible += int(rows.sum())
 
     def _place(self, piece: Any, skipped: int) -> list[Placed[Any]]:
         """The sample or samples that this frame brings, in their order."""

@@ -11,6 +11,7 @@ from __future__ import annotations
 from typing import Any
 
 from allanite.errors import InstrumentError
+from allanite.instruments.port_names import refusal_of_port
 from allanite.instruments.serial_imu.description import PortSettings
 
 __all__ = ["SerialPort"]
@@ -22,16 +23,20 @@ class SerialPort:
     Parameters
     ----------
     name : str
-        "/dev/ttyUSB0", "COM3", or a URL of pyserial.
+        "/dev/ttyUSB0", "COM3", or a URL that `refusal_of_port` lets through.
     settings : PortSettings
 
     Raises
     ------
     InstrumentError
-        pyserial is not installed, there is no such port, or another program has it.
+        pyserial is not installed, there is no such port, another program has it, or the name leads to what is none.
     """
 
     def __init__(self, name: str, settings: PortSettings) -> None:
+        if refusal := refusal_of_port(
+            name
+        ):  # each time: a device that went away may have left another thing behind
+            raise InstrumentError(refusal)
         try:
             import serial
         except ModuleNotFoundError:

@@ -28,6 +28,8 @@ class Tally:
         Whole frames or lines of another kind.
     doubled, stale, stray : int
         Frames that came a second time; that are older than the last one; whose counter fits to nothing.
+    impossible : int
+        Samples with a value beyond its limits.
     jumps, lost, restarts : int
         Places where the counter jumped, samples that are missing there, and those where nobody can tell how many.
     """
@@ -41,6 +43,7 @@ class Tally:
     doubled: int = 0
     stale: int = 0
     stray: int = 0
+    impossible: int = 0
     jumps: int = 0
     lost: int = 0
     restarts: int = 0
@@ -66,6 +69,8 @@ class Tally:
             found.append(f"dropped {_many(self.stale, 'frame')} older than the last one")
         if self.stray:
             found.append(f"dropped {_many(self.stray, 'frame')} whose counter fits to nothing")
+        if self.impossible:
+            found.append(f"left out values beyond their limits in {_many(self.impossible, 'sample')}")
         if self.restarts:
             found.append(f"the counter began anew {_many(self.restarts, 'time')}")
         if self.jumps > self.restarts:

@@ -6,13 +6,15 @@ import { h, fill } from "./dom.js";
 import { dropZone } from "./drop.js";
 import { bytes, duration, mark } from "./wording.js";
 
-let known = { recordings: [], documents: [] };
+let known = { recordings: [], documents: [], descriptions: [] };
 const listeners = new Set();
+const contents = ({ scanned, ...found }) => JSON.stringify(found);
 
 export const recordings = () => known.recordings;
 export const recording = (id) => known.recordings.find((r) => r.id === id);
 export const documents = (test = () => true) =>
   known.documents.filter(test).sort((a, b) => b.modified.localeCompare(a.modified));
+export const descriptions = () => known.descriptions.map(({ id, name }) => ({ id, title: name }));
 export const documentById = (id) => known.documents.find((d) => d.id === id);
 
 /** Call after each look into the folder; returns what ends that. */
@@ -21,10 +23,11 @@ export function watch(action) {
   return () => listeners.delete(action);
 }
 
-/** Look into the folder again. */
+/** Look into the folder again; who watches is told when something has changed. */
 export async function refresh() {
+  const before = contents(known);
   known = await get("/api/catalogue");
-  for (const action of listeners) action(known);
+  if (contents(known) !== before) for (const action of listeners) action(known);
   return known;
 }
 

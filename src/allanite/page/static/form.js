@@ -16,6 +16,7 @@ export function labelOf(name, option) {
 
 /** What a field holds, as the server wants it; undefined when nothing is given. */
 function read(option, input) {
+  if (input.disabled) return undefined;
   if (option.type === "flag") return input.checked || undefined;
   const text = input.value.trim();
   if (!text) return undefined;
@@ -46,6 +47,9 @@ function field(name, option, value, note) {
   let input, extra = null;
   if (option.type === "flag") {
     input = h("input", { ...common, type: "checkbox", checked: Boolean(value) });
+  } else if (option.type === "attached" || option.type === "description") {
+    const listed = note.listed || [];
+    input = h("select", common, listed.length ? null : h("option", { value: "" }, "none found"), listed.map((c) => h("option", { value: c.id }, c.title)));
   } else if (option.choices) {
     const blank = option.default === undefined ? [h("option", { value: "" }, "–")] : [];
     input = h("select", common, blank, option.choices.map((c) => h("option", { value: c }, c)));
@@ -65,11 +69,11 @@ function field(name, option, value, note) {
 }
 
 /**
- * Fields for some options.
+ * Fields for some options; those of attached things and of files are chosen out of `listed`, by id.
  * @returns {{place: HTMLElement, values: () => object}} values leaves out what was not given
  */
-export function fields(options, { names = Object.keys(options), required = [], given = {} } = {}) {
-  const made = names.filter((n) => options[n]).map((n) => field(n, options[n], given[n], { required: required.includes(n) }));
+export function fields(options, { names = Object.keys(options), required = [], given = {}, listed = {} } = {}) {
+  const made = names.filter((n) => options[n]).map((n) => field(n, options[n], given[n], { required: required.includes(n), listed: listed[n] }));
   const values = () => Object.fromEntries(made.map((f) => [f.name, f.value()]).filter(([, v]) => v !== undefined));
   return { place: h("div", { class: "fields" }, made.map((f) => f.row)), values };
 }

@@ -13,8 +13,17 @@ import { digits, duration, samples } from "./wording.js";
 
 const FIRST = { simulated: ["model", "rate", "unit", "duration"], "3458a": ["resource", "rate", "scale", "duration"], serial: ["port", "format", "duration"] };
 const GIVEN = { simulated: { model: { words: "N=0.3 deg/√h, K=5 deg/h/√h" }, rate: 100, unit: "deg/s" } };
+const WHERE = { "3458a": "resource", serial: "port" }; // options that name what is attached
 const ENOUGH = 4; // averaging times, before a curve is asked for
 const CURVE = 4000; // [ms] between figures of the curve
+
+/** A port that the administrator's list gives with the description of its device needs no other. */
+function describedByItself(form, attached) {
+  const [port, format] = [form.querySelector("select[name=port]"), form.querySelector("select[name=format]")];
+  const look = () => (format.disabled = Boolean(attached.find((i) => i.id === port.value)?.described));
+  port.addEventListener("change", look);
+  look();
+}
 
 /** Start captures, and the list of those that run. */
 export class CaptureView {
@@ -22,10 +31,14 @@ export class CaptureView {
     this.session = session;
     this.list = h("section", { "aria-labelledby": "captures-title" });
     this.form = h("div", {});
+    this.note = h("p", { class: "note", role: "status" }, "Looking for instruments …");
+    this.listed = { instruments: [], descriptions: [] };
+    const again = h("button", { type: "button", onclick: said(() => this.find()) }, "Look again");
     const select = h("select", { id: "capture-instrument" }, Object.entries(session.instruments).map(([name, i]) => h("option", { value: name }, i.title)));
     select.addEventListener("change", () => this.drawForm(select.value));
+    this.chosen = () => select.value;
     this.place = h("div", {}, h("h1", {}, "Capture"),
-      h("section", { "aria-label": "Start" }, session.writable ? [h("div", { class: "bar" }, h("label", { for: "capture-instrument" }, "Instrument"), select), this.form] : h("p", {}, "The folder cannot be written: nothing can be recorded here.")),
+      h("section", { "aria-label": "Start" }, session.writable ? [h("div", { class: "bar" }, h("label", { for: "capture-instrument" }, "Instrument"), select, again), this.note, this.form] : h("p", {}, "The folder cannot be written: nothing can be recorded here.")),
       this.list);
     this.drawForm(select.value);
   }
@@ -36,12 +49,27 @@ export class CaptureView {
 
   async load() {
     await this.look();
+    this.find().catch((error) => (this.note.textContent = error.message));
     this.timer = setInterval(() => this.look().catch(() => {}), 3000);
+  }
+
+  /** The instruments of the machine and the descriptions in the folder, which the form offers by their ids. */
+  async find() {
+    if (!this.session.writable) return;
+    this.note.textContent = "Looking for instruments …";
+    const [{ instruments, note }] = await Promise.all([get("/api/instruments"), catalogue.refresh()]);
+    const listed = { instruments, descriptions: catalogue.descriptions() };
+    this.note.textContent = note;
+    if (JSON.stringify(listed) === JSON.stringify(this.listed)) return;
+    this.listed = listed;
+    if (WHERE[this.chosen()]) this.drawForm(this.chosen());
   }
 
   drawForm(name) {
     const { options, required } = this.session.instruments[name];
-    const own = fields(options, { names: FIRST[name], required, given: GIVEN[name] });
+    const attached = this.listed.instruments.filter((i) => i.kind === name);
+    const listed = { [WHERE[name]]: attached, format: this.listed.descriptions };
+    const own = fields(options, { names: FIRST[name], required, given: GIVEN[name], listed });
     const others = fields(options, { names: Object.keys(options).filter((n) => !FIRST[name].includes(n)), required });
     const start = said(async (event) => {
       event.preventDefault();
@@ -49,6 +77,7 @@ export class CaptureView {
       await this.until(capture.id);
     });
     fill(this.form, h("form", { onsubmit: start }, own.place, h("details", {}, h("summary", {}, "Options"), others.place), h("div", { class: "bar" }, h("button", { class: "main" }, "Start"))));
+    if (name === "serial") describedByItself(this.form, attached);
   }
 
   /** Its folder is there a moment after its start: then it can be watched. */

@@ -163,6 +163,7 @@ export class SeriesView {
     if (!this.drawn) this.listen();
     this.drawn = true;
     this.plot.dataset.drawn = `${facts.kind} ${facts.size}`;
+    this.plot.dataset.stroke = config.edits.shapePosition ? "marks" : "zooms";
   }
 
   listen() {

@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from allanite.errors import FormatError
 from allanite.readers.record_chain import follow_chain
 from allanite.readers.spool import GrowingColumn
+from allanite.regular_file import open_regular
 
 __all__ = ["FMT_TYPE", "MAGIC", "Format", "Records", "find_formats", "find_records"]
 
@@ -176,7 +177,8 @@ def find_records(path: Path) -> Records:
     FormatError
         It defines no types of records.
     """
-    data = np.memmap(path, dtype=np.uint8, mode="r")
+    with open_regular(path) as file:
+        data = np.memmap(file, dtype=np.uint8, mode="r")
     formats, odd = find_formats(data)
     lengths = np.zeros(_LONGEST, dtype=np.int64)
     for kind, form in formats.items():

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import json
 import sqlite3
 from collections.abc import Collection, Iterator
 from pathlib import Path
@@ -11,6 +12,7 @@ from typing import Any, Final
 
 from allanite.errors import FormatError, InputError
 from allanite.readers.rosbag.storage import Batch, Connection
+from allanite.regular_file import regular
 
 __all__ = ["MAGIC", "Sqlite"]
 
@@ -34,7 +36,7 @@ class Sqlite:
         self._name = path.name
         self.remarks: list[str] = []
         # As a URI, a name with % or ? would be another file; immutable: no journal beside the file is looked at.
-        self._base = sqlite3.connect(f"{path.resolve().as_uri()}?mode=ro&immutable=1", uri=True)
+        self._base = sqlite3.connect(f"{regular(path).resolve().as_uri()}?mode=ro&immutable=1", uri=True)
         self._base.text_factory = lambda raw: raw.decode("utf-8", "replace")
         left = path.with_name(path.name + "-wal")
         if left.exists() and left.stat().st_size:
@@ -90,11 +92,10 @@ class Sqlite:
         self._base.close()
 
     def batches(self, keys: Collection[int]) -> Iterator[Batch]:
-        marks = ",".join("?" * len(keys))
         try:
             cursor = self._base.execute(
-                f"SELECT topic_id, timestamp, data FROM messages WHERE topic_id IN ({marks})",  # noqa: S608
-                sorted(keys),
+                "SELECT topic_id, timestamp, data FROM messages WHERE topic_id IN (SELECT value FROM json_each(?))",
+                [json.dumps(sorted(keys))],
             )
             while rows := cursor.fetchmany(_ROWS):
                 batch: Batch = {}

@@ -12,6 +12,7 @@ from typing import IO, Protocol
 
 from allanite.errors import FormatError
 from allanite.readers.spool import refuse_bomb
+from allanite.regular_file import open_regular
 
 __all__ = ["Batch", "Chunked", "Connection", "Storage", "Torn", "unpacked"]
 
@@ -89,7 +90,7 @@ class Chunked(ABC):
     def __init__(self, path: Path) -> None:
         self.remarks: list[str] = []
         self._name = path.name
-        self._file: IO[bytes] = path.open("rb")
+        self._file: IO[bytes] = open_regular(path)
         self._size = self._file.seek(0, 2)
         self._file.seek(0)
         self._found: dict[int, Connection] = {}

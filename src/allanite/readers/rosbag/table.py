@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import tempfile
+from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from pathlib import Path
@@ -13,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import FormatError, InputError
+from allanite.limits import PARTS, TYPE_CHARACTERS, refuse_more
 from allanite.readers.contents import Part, choose_part
 from allanite.readers.rosbag.bag1 import Bag1
 from allanite.readers.rosbag.companions import Companion, beside, companions_of
@@ -22,8 +24,9 @@ from allanite.readers.rosbag.mcap import Mcap
 from allanite.readers.rosbag.sqlite import MAGIC as SQLITE
 from allanite.readers.rosbag.sqlite import Sqlite
 from allanite.readers.rosbag.storage import Connection, Storage
-from allanite.readers.rosbag.types import IMU, Place, places_in, typestore_of
+from allanite.readers.rosbag.types import IMU, Place, may_hold_imu, places_in, typestore_of
 from allanite.readers.spool import GrowingColumn, refuse_bomb, to_file
+from allanite.regular_file import open_regular, regular
 
 __all__ = ["BAG", "MCAP", "SQLITE", "table_in"]
 
@@ -102,11 +105,11 @@ def _opened(place: Path, stack: ExitStack) -> list[Storage]:
 
 
 def _storage(file: Path, stack: ExitStack) -> Storage:
-    with file.open("rb") as opened:
+    with open_regular(file) as opened:
         head = opened.read(16)
     if head.startswith(b"\x28\xb5\x2f\xfd"):
         file = stack.enter_context(_unpacked(file))
-        with file.open("rb") as opened:
+        with open_regular(file) as opened:
             head = opened.read(16)
     for magic, kind in _OPENED.items():
         if head.startswith(magic):
@@ -131,7 +134,7 @@ def _pieces(file: Path) -> Iterator[bytes]:
 
     packed, done = file.stat().st_size, 0
     try:
-        with pa.CompressedInputStream(pa.OSFile(str(file)), "zstd") as stream:
+        with pa.CompressedInputStream(pa.OSFile(str(regular(file))), "zstd") as stream:
             while piece := bytes(stream.read(1 << 20)):
                 done += len(piece)
                 refuse_bomb(packed, done, file.name)
@@ -163,13 +166,22 @@ class _Choice:
 
 def _choose(storages: Sequence[Storage], topic: str | None, name: str) -> _Choice:
     everything = {(i, c.key): c for i, s in enumerate(storages) for c in s.connections}
+    refuse_more(len(everything), PARTS, "topics", name, "Filter it: 'rosbag filter', or 'ros2 bag convert'")
+    texts = {c.definition for c in everything.values() if may_hold_imu(c)}
+    refuse_more(
+        sum(map(len, texts)),
+        TYPE_CHARACTERS,
+        "characters of definitions of messages",
+        name,
+        "Keep the topics of sensors",
+    )
     listed = sorted({f"{c.topic} ({c.kind}, {c.count})" for c in everything.values()})
     places: dict[str, tuple[Connection, Place]] = {}
     known: dict[tuple[str, str], list[Place]] = {}
     for c in everything.values():
         kind = (c.kind, c.definition)
         if kind not in known:
-            store = typestore_of(c)
+            store = typestore_of(c) if may_hold_imu(c) else None
             known[kind] = [] if store is None else places_in(store, c.kind)
         for p in known[kind]:
             label = c.topic if len(known[kind]) == 1 and not p.several else f"{c.topic}.{p}"
@@ -181,7 +193,10 @@ def _choose(storages: Sequence[Storage], topic: str | None, name: str) -> _Choic
     elif not places:
         raise InputError(f"{name}: no topic with messages of an Imu; found: {', '.join(listed) or 'none'}")
     else:
-        counts = {label: _count(everything, c) for label, (c, _) in places.items()}
+        messages = Counter[tuple[str, str]]()
+        for c in everything.values():
+            messages[c.topic, c.kind] += c.count
+        counts = {label: messages[c.topic, c.kind] for label, (c, _) in places.items()}
         parts = [
             Part(name=label, rows=counts[label], columns=IMU.names, rank=_rank(c, p))
             for label, (c, p) in places.items()
@@ -202,12 +217,6 @@ def _choose(storages: Sequence[Storage], topic: str | None, name: str) -> _Choic
 
 def _one_row(part: Part) -> Part:
     return Part(name=part.name, rows=1, columns=part.columns, rank=part.rank)
-
-
-def _count(everything: dict[tuple[int, int], Connection], connection: Connection) -> int:
-    return sum(
-        c.count for c in everything.values() if (c.topic, c.kind) == (connection.topic, connection.kind)
-    )
 
 
 def _rank(connection: Connection, place: Place) -> int:

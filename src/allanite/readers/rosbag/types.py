@@ -26,6 +26,7 @@ __all__ = [
     "Layout",
     "Place",
     "layout_of",
+    "may_hold_imu",
     "places_in",
     "typestore_of",
 ]
@@ -125,6 +126,11 @@ class Place:
         return Place(path, self.standard)
 
 
+def may_hold_imu(connection: Connection) -> bool:
+    """Whether it is worth understanding the definition: it names an Imu, or a field of one, somewhere."""
+    return not connection.form or any(word in connection.definition for word in ("/Imu", IMU.fields[0][0]))
+
+
 def typestore_of(connection: Connection) -> Typestore | None:
     """The types that a connection defines, or those of the ROS distribution where it defines none; None if unknown."""
     from rosbags.typesys import Stores, get_types_from_idl, get_types_from_msg, get_typestore
@@ -158,9 +164,7 @@ def _idl_files(text: str) -> list[str]:
 
 def places_in(store: Typestore, kind: str) -> list[Place]:
     """Where Imu messages stand in the messages of a type, first the ones on top."""
-    leading: dict[str, bool] = {}
-    _leads(store, kind, leading)
-    found = list(islice(_walk(store, kind, (), _DEEPEST, leading), _MOST_PLACES))
+    found = list(islice(_walk(store, kind, (), _DEEPEST, _leading(store)), _MOST_PLACES))
     return sorted(found, key=lambda p: (not p.standard, len(p.path)))
 
 
@@ -181,20 +185,26 @@ def _looks_like_imu(store: Typestore, kind: str) -> bool:
     return {name for name, _ in IMU.fields} <= vectors
 
 
-def _leads(store: Typestore, kind: str, known: dict[str, bool]) -> bool:
-    """Whether an Imu is in it, at any depth: a definition may branch without end, and most branches lead nowhere."""
-    if kind not in known:
-        known[kind] = kind == _IMU or _looks_like_imu(store, kind)
-        inner = [_leads(store, what, known) for _, what, _ in _inside(store, kind)]
-        known[kind] = known[kind] or any(inner)
-    return known[kind]
+def _leading(store: Typestore) -> frozenset[str]:
+    """Types with an Imu in them, at any depth: a definition may branch without end, and most branches lead nowhere."""
+    holders: dict[str, set[str]] = {}
+    for kind in store.fielddefs:
+        for _, what, _ in _inside(store, kind):
+            holders.setdefault(what, set()).add(kind)
+    waiting = [kind for kind in store.fielddefs if kind == _IMU or _looks_like_imu(store, kind)]
+    found = set(waiting)
+    while waiting:
+        new = holders.get(waiting.pop(), set()) - found
+        found |= new
+        waiting += new
+    return frozenset(found)
 
 
-def _walk(store: Typestore, kind: str, path: Way, deep: int, leading: dict[str, bool]) -> Iterator[Place]:
+def _walk(store: Typestore, kind: str, path: Way, deep: int, leading: frozenset[str]) -> Iterator[Place]:
     if kind == _IMU or _looks_like_imu(store, kind):
         yield Place(path, kind == _IMU)
         return
-    if deep == 0 or not leading.get(kind):
+    if deep == 0 or kind not in leading:
         return
     for name, what, several in _inside(store, kind):
         if not several:

@@ -29,6 +29,8 @@ __all__ = ["Cells"]
 
 _PART = 1 << 15  # bytes; a piece of this size is read cell by cell
 _LISTED = 5
+_LONGEST_WHOLE = 100  # digits, zeros in front included; Python refuses to convert thousands
+_LONGEST_SHOWN = 40
 _COMMENT_LINES = re.compile(rb"(?m)^[ \t]*(?:#|%|//|!)[^\r\n]*(?:\r?\n|\r|\Z)")
 _COMMENT_SIGNS = (b"#", b"%", b"/", b"!")  # single bytes: found fast
 _OVERLOAD_WORDS = re.compile(
@@ -94,8 +96,9 @@ class Cells:
         """
         columns = self._fast(piece)
         if columns is None:
-            if len(piece) > _PART:
-                for part, number in _parts(piece, line):
+            parts = list(_parts(piece, line)) if len(piece) > _PART else []
+            if len(parts) > 1:  # one line may be longer than a part
+                for part, number in parts:
                     self.feed(part, number)
                 return
             columns = self._slow(piece, line)
@@ -262,22 +265,27 @@ class Cells:
                 return int(to_nanoseconds([cell], wanted)[0])
             except ValueError as error:
                 raise FormatError(f"{where}: {error.args[0]}") from None
-        if kind == "i":
-            if wanted == "i" and abs(int(cell)) >= 1 << 63:
-                raise InputError(f"{where}: {cell} does not fit into 64 bits")
+        if kind == "i" and wanted == "i":
+            if len(cell) > _LONGEST_WHOLE or abs(int(cell)) >= 1 << 63:
+                raise InputError(f"{where}: {_shown(cell)} does not fit into 64 bits")
             return int(cell)
-        if kind == "f":
+        if kind in ("i", "f"):
             value = float(cell.replace(",", "."))
             if np.isinf(value):
-                raise FormatError(f"{where}: {cell} is too large for a number in double precision")
+                raise FormatError(f"{where}: {_shown(cell)} is too large for a number in double precision")
             if wanted == "i":
                 self.kinds[column] = "f"
             return value
-        raise FormatError(f"{where}: {cell[:40]!r} is not a number")
+        raise FormatError(f"{where}: {_shown(cell)!r} is not a number")
 
     def _label(self, column: int) -> str:
         heading = self.dialect.headings[column]
         return f"column {column + 1}" + (f" ({heading})" if heading else "")
+
+
+def _shown(cell: str) -> str:
+    """A cell in a message."""
+    return cell if len(cell) <= _LONGEST_SHOWN else f"{cell[:_LONGEST_SHOWN]}…"
 
 
 def _column(values: list[float | int | None], kind: str) -> NDArray[Any]:

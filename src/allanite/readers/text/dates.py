@@ -93,6 +93,8 @@ def _nanoseconds(part: dict[str, str | None]) -> int:
     if zone and zone[0] in "+-":
         minutes = int(zone[1:3]) * 60 + int(zone[-2:])
         total -= (minutes if zone[0] == "+" else -minutes) * 60 * 10**9
+    if not -(1 << 63) <= total < 1 << 63:
+        raise ValueError("nanoseconds since 1970 reach from 1678 to 2262")
     return total
 
 

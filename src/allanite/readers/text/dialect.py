@@ -14,7 +14,8 @@ from collections import Counter
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from allanite.errors import FormatError, InputError, LimitError
+from allanite.errors import FormatError, InputError
+from allanite.limits import COLUMNS, refuse_more
 from allanite.readers.headings import is_unit, read_heading
 from allanite.readers.text.dates import date_format
 
@@ -28,13 +29,12 @@ MISSING = frozenset(
 OVERLOAD = frozenset(["ovld", "+ovld", "-ovld", "ol", "+ol", "-ol", "overload", "ovfl", "overflow"])
 
 COMMENT = ("#", "%", "//", "!")
-_MOST_COLUMNS = 4096
 _DELIMITERS = (",", ";", "\t", "|", " ")
 _NAMES = {"tab": "\t", "\\t": "\t", "blank": " ", "space": " ", "comma": ",", "semicolon": ";", "": " "}
 _NUMERIC_PREAMBLE = 10
 
 _INTEGER = re.compile(r"[+-]?\d+")
-_POINT = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?")
+_POINT = re.compile(r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?")
 _COMMA = re.compile(r"[+-]?\d+(?:,\d+)?(?:[eE][+-]?\d+)?")
 
 
@@ -235,13 +235,11 @@ def _vote(
         for dec in (".", ",")
         if delimiter in (None, sep) and decimal in (None, dec)
     ]
-    votes = [v for v in (_score(lines, sep, dec) for sep, dec in pairs) if v is not None]
+    votes = [v for v in (_score(lines, sep, dec, name) for sep, dec in pairs) if v is not None]
     if not votes:
         raise _no_table(head, name)
     # Most numbers; then most columns; then the order of the list, in which the decimal point comes first.
     best = max(votes, key=lambda v: (round(v.score, 2), v.count))
-    if best.count > _MOST_COLUMNS:
-        raise LimitError(f"{name}: {best.count} columns; at most {_MOST_COLUMNS} are read")
     if (
         best.delimiter == ","
         and best.decimal == "."
@@ -266,7 +264,7 @@ def _no_table(head: Sequence[str], name: str) -> FormatError:
     return FormatError(f"{name}: no table of numbers in this text (it begins {shown!r})")
 
 
-def _score(lines: Sequence[str], delimiter: str, decimal: str) -> _Vote | None:
+def _score(lines: Sequence[str], delimiter: str, decimal: str, name: str) -> _Vote | None:
     quotes = any('"' in line for line in lines)
     if delimiter == decimal and not quotes:
         return None
@@ -275,8 +273,7 @@ def _score(lines: Sequence[str], delimiter: str, decimal: str) -> _Vote | None:
     if not counts:
         return None
     count = max(counts, key=lambda c: (counts[c], c))
-    if count > _MOST_COLUMNS:
-        raise LimitError(f"a line of {count} cells; at most {_MOST_COLUMNS} columns are read")
+    refuse_more(count, COLUMNS, "columns", name, "Write those that are needed to a file of their own")
     fitting = [row for row in rows if len(row) == count]
     kinds = [[kind_of(c, decimal) for c in row] for row in fitting]
     useful = [k for k in kinds if "i" in k or "f" in k]
@@ -289,12 +286,12 @@ def _score(lines: Sequence[str], delimiter: str, decimal: str) -> _Vote | None:
 def _one_number(lines: Sequence[str], head: Sequence[str]) -> bool:
     """True if "0,0012" is one number: unsigned digits of equal width or with leading zeros after the comma."""
     parts = [line.strip().split(",") for line in lines]
-    if any(len(p) != 2 or not p[1].isdigit() for p in parts):
+    if any(len(p) != 2 or not p[1].isdecimal() or not _INTEGER.fullmatch(p[0] or "0") for p in parts):
         return False
     first = next((i for i, line in enumerate(head) if line.strip() == lines[0].strip()), 0)
     if any("," in line for line in head[:first] if line.strip() and not _COMMA.fullmatch(line.strip())):
         return False  # a header with two names
-    whole = [int(p[0] or 0) for p in parts]
+    whole = [float(p[0] or 0) for p in parts]
     steps = {b - a for a, b in zip(whole, whole[1:], strict=False)}
     if len(steps) == 1 and steps != {0} and len(whole) > 2:
         return False  # the first part counts: a column of its own

@@ -20,6 +20,7 @@ import numpy as np
 
 from allanite.errors import FormatError, LimitError
 from allanite.readers.spool import refuse_bomb, to_file
+from allanite.regular_file import open_regular
 
 __all__ = ["TextStream", "head_lines", "is_text", "opened", "other_lines", "pieces"]
 
@@ -69,7 +70,7 @@ def opened(path: Path) -> TextStream:
     LimitError
         A decompression bomb.
     """
-    file: IO[bytes] = path.open("rb")
+    file: IO[bytes] = open_regular(path)
     magic = file.read(6)
     file.seek(0)
     packed = next((kind for m, kind in _PACKED.items() if magic.startswith(m)), "")
