@@ -209,12 +209,8 @@ OPENERS = {
     "pa.memory_map", "pq.ParquetFile", "pq.read_schema", "pq.read_table", "sqlite3.connect", "zipfile.ZipFile",
 }  # fmt: skip
 #: Outside of what was changed with this: one line each.
-TO_BE_MOVED = {"allan/curve.py", "rate_table/table_file.py", "reversals/listing.py"}
 #: Places that open a path all the same, and why they may.
 MAY = {
-    "allan/curve.py": "to be moved to read_regular_text",
-    "rate_table/table_file.py": "to be moved to read_regular",
-    "reversals/listing.py": "to be moved to read_regular_text",
     "capture/device_lock.py": "the lock file of a device, which allanite makes",
     "cli/child.py": "the null device",
     "cli/options.py": "writes standard input to a temporary file",
@@ -268,7 +264,7 @@ def test_every_file_of_a_user_is_opened_in_one_way() -> None:
         if calls and not name.startswith("page/"):
             found[name] = calls
     assert {k: v for k, v in found.items() if k not in MAY} == {}, "open files with allanite.regular_file"
-    assert set(MAY) - set(found) <= TO_BE_MOVED, "leave these out of the list"
+    assert set(MAY) <= set(found), "leave these out of the list"
 
 
 def test_the_scan_sees_what_opens_a_path() -> None:

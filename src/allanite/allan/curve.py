@@ -31,7 +31,9 @@ from allanite.atomic_file import fresh
 from allanite.csv_cells import heading_cell
 from allanite.errors import DataQualityError, DataQualityWarning, FormatError, InputError
 from allanite.noise import NoiseModel
+from allanite.plain_data import parse_plain
 from allanite.recording import Channel, Recording, Sampling, checked_recording
+from allanite.regular_file import read_regular_text
 
 __all__ = ["AllanCurve", "allan_curve"]
 
@@ -319,7 +321,7 @@ class AllanCurve:
             Not such a file, or one that was cut.
         """
         try:
-            text = Path(path).read_text(encoding="utf-8")
+            text = read_regular_text(path)
         except UnicodeDecodeError as error:
             raise FormatError(f"{path} is not a curve written by allanite: {error}") from None
         head: dict[str, str] = {}
@@ -333,33 +335,32 @@ class AllanCurve:
                 f"{path} is not a curve written by allanite (no '# format: allanite-curve 1' line)"
             )
         try:
-            channels = tuple(Channel.from_json(c) for c in json.loads(head["channels"]))
-            missing = tuple(np.array(r, dtype=np.int64).reshape(-1, 2) for r in json.loads(head["missing"]))
+            channels = tuple(Channel.from_json(c) for c in parse_plain(head["channels"]))
+            missing = tuple(np.array(r, dtype=np.int64).reshape(-1, 2) for r in parse_plain(head["missing"]))
             rows = [r for r in lines if r and not r.startswith("#")][1:]
             table = np.array([[float(c) for c in r.split(",")] for r in rows])
             grid = table[:, 2:].reshape(len(table), len(channels), 5)
-            bent = [np.isin(table[:, 0], lags) for lags in json.loads(head.get("excluded", "[]"))]
-        except (KeyError, ValueError) as error:
+            bent = [np.isin(table[:, 0], lags) for lags in parse_plain(head.get("excluded", "[]"))]
+            return cls(
+                statistic=head["statistic"],
+                engine=head["engine"],
+                confidence=float(head["confidence"]),
+                n_samples=int(head["N"]),
+                dt=float(head["Ts"]),
+                interval_basis=head["interval basis"],
+                channels=channels,
+                missing=missing,
+                lags=table[:, 0].astype(np.int64),
+                tau=table[:, 1],
+                deviation=grid[:, :, 0],
+                lower=grid[:, :, 1],
+                upper=grid[:, :, 2],
+                edf=grid[:, :, 3],
+                count=grid[:, :, 4].astype(np.int64),
+                excluded=np.stack(bent, axis=1) if bent else np.zeros(grid.shape[:2], dtype=bool),
+            )
+        except (IndexError, KeyError, TypeError, ValueError) as error:
             raise FormatError(f"{path}: damaged curve file: {error}") from None
-        lags = table[:, 0].astype(np.int64)
-        return cls(
-            statistic=head["statistic"],
-            engine=head["engine"],
-            confidence=float(head["confidence"]),
-            n_samples=int(head["N"]),
-            dt=float(head["Ts"]),
-            interval_basis=head["interval basis"],
-            channels=channels,
-            missing=missing,
-            lags=lags,
-            tau=table[:, 1],
-            deviation=grid[:, :, 0],
-            lower=grid[:, :, 1],
-            upper=grid[:, :, 2],
-            edf=grid[:, :, 3],
-            count=grid[:, :, 4].astype(np.int64),
-            excluded=np.stack(bent, axis=1) if bent else np.zeros(grid.shape[:2], dtype=bool),
-        )
 
 
 def _plain(values: NDArray[Any]) -> list[float | int | None]:

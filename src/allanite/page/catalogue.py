@@ -24,7 +24,8 @@ from allanite.page.bounds import is_inside
 from allanite.page.replies import Refused
 from allanite.page.settings import RESULTS, Settings
 from allanite.page.sniffing import HEAD, describes_frames, document_format, layout_beside, recording_format
-from allanite.regular_file import open_regular
+from allanite.plain_data import parse_plain
+from allanite.regular_file import open_regular, read_regular_text
 
 __all__ = ["Catalogue", "Document", "Recorded", "health_of", "utc"]
 
@@ -398,7 +399,7 @@ def _said(path: Path, size: int, most: int, kind: str) -> Json:
     if size > most:
         return {}
     try:
-        found = json.loads(path.read_text(encoding="utf-8"))
+        found = parse_plain(read_regular_text(path))
     except (OSError, ValueError, RecursionError):
         return {}
     if not isinstance(found, dict):

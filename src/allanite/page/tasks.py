@@ -7,18 +7,20 @@ because a picture of a long run must not keep a zoom waiting.
 
 from __future__ import annotations
 
-import json
 import shutil
 import time
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
+from allanite.plain_data import load_plain
+
 __all__ = ["TASKS", "follow", "prepare"]
 
 Json = Mapping[str, Any]
 Advance = Callable[[float, str], None]
 
+_RESULT = "a result of allanite"
 #: Waits so many times as long as a look has cost, at least, where a second lies between two: some percent of one core.
 _SPARING = 20.0
 #: Blocks of the picture of a run that grows, at most.
@@ -53,11 +55,11 @@ def draw(task: Json, advance: Advance) -> Json:
     """The figure of a document, for Plotly; see `allanite.page.documents.figure_of`."""
     from allanite.page.documents import figure_of
 
-    document = json.loads(Path(task["document"]).read_text(encoding="utf-8"))
+    document = load_plain(task["document"], _RESULT)
     models = task.get("models")
     return figure_of(
         document,
-        models=None if models is None else json.loads(Path(models).read_text(encoding="utf-8")),
+        models=None if models is None else load_plain(models, "models of allanite"),
         without=task.get("without", ()),
         dark=bool(task.get("dark")),
         **task.get("options", {}),
@@ -68,14 +70,14 @@ def parameters(task: Json, advance: Advance) -> Json:
     """The table of a study."""
     from allanite.page.documents import parameters_of
 
-    return parameters_of(json.loads(Path(task["document"]).read_text(encoding="utf-8")))
+    return parameters_of(load_plain(task["document"], _RESULT))
 
 
 def said(task: Json, advance: Advance) -> Json:
     """A result in words, tables and figures; see `allanite.page.documents.said_of`."""
     from allanite.page.documents import said_of
 
-    document = json.loads(Path(task["document"]).read_text(encoding="utf-8"))
+    document = load_plain(task["document"], _RESULT)
     return said_of(document, dark=bool(task.get("dark")))
 
 

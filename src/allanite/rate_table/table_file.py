@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 from allanite.errors import FormatError, InputError, LimitError
 from allanite.rate_table.motion import RateTable, Sampled, Sinusoids, Steps
 from allanite.readers.headings import is_unit, read_heading
+from allanite.regular_file import read_regular
 from allanite.units import Quantity, parse_unit
 
 __all__ = ["read_table"]
@@ -171,10 +172,10 @@ def _sheet(place: Path) -> _Sheet:
             raise LimitError(
                 f"{place.name} has over {MOST >> 20} MiB: thin it out, 100 rows a second are enough"
             )
-        text = _decoded(place.read_bytes())
+        text = _decoded(read_regular(place))
     except FileNotFoundError:
         raise InputError(f"no such file: {place}") from None
-    except (OSError, ValueError) as error:
+    except (OSError, UnicodeError) as error:
         raise InputError(f"{place} cannot be read: {error}") from None
     kept = [
         (i, line) for i, line in enumerate(text.splitlines(), 1) if line.strip() and line.lstrip()[0] != "#"

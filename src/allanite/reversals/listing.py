@@ -18,6 +18,7 @@ from pathlib import Path
 from allanite.errors import FormatError, InputError, LimitError
 from allanite.readers.headings import read_heading
 from allanite.recording import Recording
+from allanite.regular_file import read_regular_text
 from allanite.units import Quantity, parse_unit
 
 __all__ = ["Listing", "read_listing"]
@@ -198,10 +199,10 @@ def _rows(place: Path) -> list[tuple[int, str]]:
     try:
         if place.stat().st_size > MOST:
             raise LimitError(f"{place.name} has over {MOST >> 20} MiB: that is a log, not a list of turns")
-        text = place.read_text(encoding="utf-8-sig")
+        text = read_regular_text(place)
     except FileNotFoundError:
         raise InputError(f"no such file: {place}") from None
-    except (OSError, ValueError) as error:
+    except (OSError, UnicodeError) as error:
         raise InputError(f"{place} cannot be read: {error}") from None
     return [
         (i, line)
