@@ -6,6 +6,8 @@ PYTHON ?= python3
 VENV   ?= .venv
 JOBS   ?= 3
 FUZZ_SECONDS ?= 600
+# Some machines forbid compiled Python; hundreds of tests start the program, and each would compile it anew.
+export PYTHONDONTWRITEBYTECODE :=
 
 BIN := $(VENV)/bin
 # Python sources are live in an editable install; only these call for a rebuild.

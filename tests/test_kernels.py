@@ -404,7 +404,10 @@ def test_cpp_program_under_sanitizers(tmp_path: Path) -> None:
     if not (shutil.which("make") and shutil.which("g++")):
         pytest.skip("needs make and g++")
     done = subprocess.run(
-        ["make", "-C", str(KERNELS), "test", f"BUILD={tmp_path}"], capture_output=True, text=True, check=False
+        ["make", "-C", str(KERNELS), "test", f"BUILD={tmp_path}", "ROUNDS=500"],
+        capture_output=True,
+        text=True,
+        check=False,
     )
     assert done.returncode == 0, done.stdout + done.stderr
     assert "0 failed" in done.stdout

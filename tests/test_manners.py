@@ -227,7 +227,7 @@ def swallows_errors(path: Path, nodes: Sequence[ast.AST]) -> Iterator[str]:
 
 def test_the_library_neither_prints_nor_exits_nor_unpickles_nor_swallows_errors() -> None:
     complaints: list[str] = []
-    for path in (*MODULES, *TESTS):
+    for path in (*MODULES, *(test for test in TESTS if "except" in test.read_text(encoding="utf-8"))):
         nodes = list(ast.walk(tree(path)))  # once for all rules
         complaints += swallows_errors(path, nodes)
         if PACKAGE in path.parents:
