@@ -3,6 +3,9 @@
 
 from __future__ import annotations
 
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -194,3 +197,100 @@ def test_any_stamps_give_a_grid_or_a_refusal(values: list[float], rising: bool) 
     assert np.isfinite(base.rate)
     assert np.all(np.diff(base.grid) > 0)
     assert base.length >= len(stamps)
+
+
+# -- any grid, any pauses --------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class Logged:
+    """A log whose samples were taken on an even grid between pauses, and what was written of their times."""
+
+    interval: float
+    taken: NDArray[np.float64]
+    stamps: NDArray[np.float64]
+    pauses: NDArray[np.int64]  # rows that follow one
+
+
+def logged(seed: int) -> Logged:
+    """Any interval, scatter up to 0.4 of it, pauses of any length, stamps written twice or swapped, stamps rounded."""
+    rng = np.random.default_rng([20261123, seed])
+    interval = 10 ** rng.uniform(-3, 2.5)
+    n = int(10 ** rng.uniform(2, 4))
+    pauses = np.sort(rng.choice(np.arange(8, n - 8), int(rng.integers(0, min(25, n // 25))), replace=False))
+    taken = np.arange(n) * interval
+    longest = 10 ** rng.uniform(0.8, 4)
+    whole = rng.random() < 0.3  # the grid goes on through the pauses
+    for row in pauses:
+        length = math.exp(rng.uniform(math.log(2.5), math.log(longest)))
+        taken[row:] += (round(length) if whole else length) * interval
+    scatter = rng.choice([0.0, 0.1, 0.25, 0.4]) * interval
+    stamps = taken + rng.uniform(-scatter, scatter, n)
+    if rng.random() < 0.3:
+        stamps = np.round(stamps, 2 - math.floor(math.log10(interval)))
+    for row in rng.choice(np.arange(4, n - 4), int(rng.integers(0, 6)), replace=False):
+        if np.abs(pauses - row).min(initial=99) > 4:
+            swapped = [row, row - 1] if rng.random() < 0.5 else [row - 1, row - 1]
+            stamps[[row - 1, row]] = stamps[swapped]
+    return Logged(interval, taken, stamps, pauses)
+
+
+@pytest.mark.parametrize("first", range(0, 200, 20))
+def test_every_sample_keeps_its_place_and_every_pause_is_a_gap(first: int) -> None:
+    """Half an interval for a pause that ends beside the grid; next to one, few stamps tell the phase."""
+    far = wrong = pauses = 0
+    for seed in range(first, first + 20):
+        log = logged(seed)
+        base = grid(log.stamps)
+        off = positions(base) - (log.taken - log.taken[0]) * base.rate
+        assert np.ptp(off) / 2 < 1.0, seed
+        far += np.ptp(off) / 2 > 0.65
+        span = float(np.ptp(log.taken))
+        assert abs((base.length - 1) / base.rate - span) < 2 * log.interval, seed
+        wrong += abs(base.facts["gaps"] - len(log.pauses))
+        pauses += len(log.pauses)
+    assert far <= 2 and wrong <= 1 + 0.01 * pauses
+
+
+@pytest.mark.parametrize("step", [0.0, 1.0])
+def test_a_reading_a_minute_with_pauses_of_days(step: float, rng: np.random.Generator) -> None:
+    taken = np.arange(1000) * 60.0
+    rows = np.sort(rng.choice(np.arange(1, 1000), 19, replace=False))
+    for row in rows:
+        taken[row:] += math.exp(rng.uniform(math.log(600), math.log(3 * 86_400)))
+    base = grid(np.round(taken) if step else taken)
+    assert base.facts["gaps"] == 19
+    assert base.rate == pytest.approx(1 / 60, rel=1e-4)
+    assert np.array_equal(base.source[1:-1], rows)
+    assert (base.length - 1) / base.rate == pytest.approx(taken[-1], abs=120)
+
+
+def test_milliseconds_that_alternate_are_no_gaps() -> None:
+    base = grid(np.floor(K * 1.5) / 1000)
+    assert (base.rate, base.facts["gaps"]) == (pytest.approx(2000 / 3, rel=1e-6), 0)
+
+
+@pytest.mark.parametrize(
+    "intervals",
+    [
+        lambda rng, n: rng.exponential(1.0, n),
+        lambda rng, n: rng.uniform(0.2, 1.8, n),
+        lambda rng, n: np.exp(rng.normal(0.0, 0.3, n)),
+        lambda rng, n: 1.0 + 0.2 * rng.normal(size=n),
+    ],
+    ids=["events", "uniform", "lognormal", "walk"],
+)
+@pytest.mark.parametrize("n", [800, 5000])
+def test_times_that_keep_no_even_time_are_refused(
+    intervals: Callable[[np.random.Generator, int], NDArray[np.float64]], n: int, rng: np.random.Generator
+) -> None:
+    with pytest.raises(DataQualityError, match=r"no even time.*--rate"):
+        grid(np.cumsum(intervals(rng, n)))
+
+
+@pytest.mark.parametrize("late", [0.4, 0.7, 2.0])
+def test_stamps_of_a_host_that_are_late_by_intervals_are_even_samples(
+    late: float, rng: np.random.Generator
+) -> None:
+    base = grid(np.maximum.accumulate(K + late * rng.exponential(size=len(K))))
+    assert (base.rate, base.facts["gaps"]) == (pytest.approx(1.0, rel=1e-4), 0)

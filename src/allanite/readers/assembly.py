@@ -241,6 +241,10 @@ def _grid(
     )
 
 
+#: Places for each sample that numbers may call for; beyond it they were set anew.
+_FILLED = 50
+
+
 @dataclass(frozen=True, slots=True)
 class _Counted:
     """A column of sample numbers, as stamps."""
@@ -269,7 +273,7 @@ def _counted(
         fitted = fit_grid(stamps, source=source, unit="samples", nominal=nominal)
     except DataQualityError:
         fitted = None
-    if fitted is None or abs(fitted.rate / rate - 1.0) > 1e-6:
+    if fitted is None or abs(fitted.rate / rate - 1.0) > 1e-6 or fitted.length > _FILLED * len(counter):
         guesses.append(
             "the sample numbers are not in order, or jump beyond the length of the record: gaps cannot be told from "
             "them"

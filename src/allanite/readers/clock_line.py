@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from allanite.readers.filled_stamps import Filled
 
-__all__ = ["ClockLine", "Marks", "fit_line", "slope"]
+__all__ = ["ClockLine", "Marks", "fit_line"]
 
 _Floats = NDArray[np.float64]
 _Ints = NDArray[np.int64]
@@ -33,6 +33,7 @@ class Marks:
     missing: _Ints  # how many
     shifts: _Ints  # intervals where the clock fell back for good
     offsets: _Floats  # by how much [s], negative
+    loose: bool = False  # gaps end beside the grid: the stamps behind one tell nothing of the rate before it
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -68,7 +69,7 @@ def fit_line(stamps: Filled, marks: Marks, interval: float, ticks: bool) -> Cloc
         return ClockLine(interval=interval, change_ppm=None, change_error_ppm=None)
     found = _fitted(stamps, marks, interval, ticks, places, level)
     change = None
-    if not len(marks.shifts):  # the bend would be that of the step
+    if not (len(marks.shifts) or marks.loose):  # the bend would be that of the step
         change = _bend(places[whole], (level - (found - interval) * places)[whole], found)
     return ClockLine(
         interval=found,

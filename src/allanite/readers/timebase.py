@@ -5,11 +5,13 @@ The rate is the slope of the stamps against the sample number, never the median 
 host gives in bursts have a median far from the mean. Missing samples keep their place: the stamps say how
 many fit into a gap, and the samples after it are placed behind it.
 
-Two regimes:
+Three regimes:
 
 * *regular* stamps (most differences within a quarter of their median): each difference is judged alone;
   a late stamp is forgiven when the next ones make up for it.
-* *irregular* stamps (bursts, jitter, a resolution coarser than the sample interval): a gap is a jump beyond
+* *jittered* stamps (most differences within half of their median): each stamp lies nearest to its own place, whose
+  phase its neighbors tell (`jittered_stamps`).
+* *irregular* stamps (bursts, a resolution coarser than the sample interval): a gap is a jump beyond
   the regular ones that the stamps around it do not make up for, measured by medians on both sides.
 
 Nothing is repaired here. Duplicates, backward steps and the jitter are counted, and `allanite.health` judges
@@ -20,14 +22,22 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import DataQualityError
-from allanite.readers.clock_line import Marks, fit_line, slope
+from allanite.readers.clock_line import Marks, fit_line
 from allanite.readers.filled_stamps import ArrayStamps, Filled, Stamps
+from allanite.readers.jittered_stamps import (
+    MARGIN,
+    between,
+    common_slope,
+    holds,
+    interval_between_pauses,
+    steps_of,
+)
 
 __all__ = ["ArrayStamps", "Stamps", "Timebase", "even_grid", "fit_grid", "resolution_of"]
 
@@ -37,9 +47,16 @@ _Ints = NDArray[np.int64]
 _LISTED_ROWS = 5
 _SHORTEST, _LONGEST = 1e-9, 1e7  # a sample interval outside is no sensor's [s]
 _LISTED_GAPS = 100
+_CALM = 0.05  # half of the regular differences lie so close to an interval
+_WALK = 64
+_WANDERS = 3.0  # a walk of 64 steps goes 8 times as far as one; stamps that are only late go no farther
+_FEWEST_BURSTS = 20
 _MAKE_UP = 4  # a late stamp is forgiven if one of the next so many is in time again
+_PAUSE = 1.5  # intervals: longer steps are pauses
+_LOOSE = 0.2  # intervals by which a pause misses the grid that ends beside it
 _ENDLESS = 1e15  # more missing samples than that are not counted
-_LONGEST_GRID = 50  # positions per sample; beyond it the clock was set, or two records stand in one file
+_LONG_ENOUGH = 2_000_000  # positions that any record may have
+_LONGEST_GRID = 50  # positions per sample; beyond both the clock was set, or two records stand in one file
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -114,6 +131,8 @@ def fit_grid(
     for _ in range(3):
         _refuse(marks, tally, n, source, interval)
         line = fit_line(filled, marks, interval, probe.ticks)
+        if marks.loose and probe.regime != "irregular":
+            break  # what lies between pauses tells the interval; their lengths say nothing of it
         interval = line.interval
         if not (len(marks.missing) and marks.missing.max() > 50):  # the first interval was good enough
             break
@@ -206,13 +225,34 @@ class _Probe:
     stamps: _Floats
     median: float  # of the differences that are not zero, unless most are not
     interval: float  # first estimate of the sample interval
-    regular: bool
+    regime: Literal["regular", "jittered", "irregular"]
     threshold: float  # a longer difference may be a gap
     ticks: bool  # stamps come in bursts, or from a coarse clock: only the first of each counts for the slope
     window: int  # stamps on either side that judge it
 
 
+@dataclass(frozen=True, slots=True)
+class _Look:
+    """Stretches of the stamps, and what lies between stamps in them."""
+
+    stretches: list[_Floats]
+    differences: _Floats
+    median: float  # of the differences; of those that rise where it is not positive
+    bursts: bool
+
+
 def _probe(stamps: Filled, source: str) -> _Probe:
+    look = _look(stamps, source)
+    with np.errstate(
+        over="ignore", invalid="ignore", divide="ignore"
+    ):  # absurd stamps are refused further on
+        found = _regular(look) or _jittered(look)
+        if found is None and _wander(look.stretches, look.differences):
+            raise _no_grid(stamps, source, "they keep no even time")
+    return found or _irregular(look, _block_interval(stamps, source))
+
+
+def _look(stamps: Filled, source: str) -> _Look:
     n = len(stamps)
     length = min(n, 4096)
     starts = np.unique(np.linspace(0, n - length, min(64, max(1, n // length))).astype(np.int64))
@@ -228,49 +268,79 @@ def _probe(stamps: Filled, source: str) -> _Probe:
     median = float(np.median(differences))
     if median <= 0:
         median = float(np.median(rising))
-    with np.errstate(over="ignore", invalid="ignore"):  # absurd stamps are refused further on
-        ratio = differences / median
-        near = np.abs(ratio - 1.0) <= 0.25
-        # Whole multiples are lost samples, zeros are rows written twice: both leave the others regular.
-        whole = (np.abs(ratio - np.round(ratio)) <= 0.25) & ((ratio > 0.5) | (ratio == 0))
-    short = (differences > 0) & (differences < 0.5 * median)
-    regular = bool(near.mean() >= 0.5 and whole.mean() >= 0.75 and short.mean() < 0.02) and not _bursts(
-        differences, median
-    )
-    if regular:
-        interval = _regular_interval(stretches, differences, median)
-        return _Probe(stretches[0], median, interval, True, 1.5 * interval, False, _MAKE_UP)
-    interval = _block_interval(stamps, source)
-    longest = float(np.quantile(rising, 0.995))
-    jumps = int(np.count_nonzero(differences > 1.5 * interval))
-    burst = len(differences) / max(jumps, 1)
+    return _Look(stretches, differences, median, _bursts(differences, median))
+
+
+def _regular(look: _Look) -> _Probe | None:
+    ratio = look.differences / look.median
+    near = np.abs(ratio - 1.0) <= 0.25
+    # Whole multiples are lost samples, zeros are rows written twice: both leave the others regular.
+    whole = (np.abs(ratio - np.round(ratio)) <= 0.25) & ((ratio > 0.5) | (ratio == 0))
+    short = (ratio > 0) & (ratio < 0.5)
+    if look.bursts or near.mean() < 0.5 or whole.mean() < 0.75 or short.mean() >= 0.02:
+        return None
+    if np.median(np.abs(ratio - 1.0)[near]) >= _CALM:
+        return None
+    interval = _regular_interval(look)
+    return _Probe(look.stretches[0], look.median, interval, "regular", 1.5 * interval, False, _MAKE_UP)
+
+
+def _jittered(look: _Look) -> _Probe | None:
+    ratio = look.differences / look.median
+    if look.bursts or (np.abs(ratio - np.round(ratio).clip(1)) <= 0.5).mean() <= 0.6:
+        return None
+    interval = interval_between_pauses(look.stretches, look.median)
+    if not (interval > 0.0 and holds(look.stretches, interval)):
+        return None
+    return _Probe(look.stretches[0], look.median, interval, "jittered", 1.5 * interval, False, MARGIN)
+
+
+def _irregular(look: _Look, interval: float) -> _Probe:
+    differences = look.differences
+    longest = float(np.quantile(differences[differences > 0], 0.995))
+    burst = len(differences) / max(int(np.count_nonzero(differences > 1.5 * interval)), 1)
     window = int(np.clip(10 * burst, 20, 4096))
     ticks = float((differences < 0.5 * interval).mean()) > 0.4
     threshold = max(1.5 * interval, 1.5 * longest + 0.5 * interval)
-    return _Probe(stretches[0], median, interval, False, threshold, ticks, window)
+    return _Probe(look.stretches[0], look.median, interval, "irregular", threshold, ticks, window)
+
+
+def _wander(stretches: list[_Floats], differences: _Floats) -> bool:
+    """True if differences are as random over many samples as over one: events, not samples that were stamped late."""
+    lag = min(_WALK, max(map(len, stretches)) // 8)
+    if lag < 8:
+        return False
+    over = [s[lag:] - s[:-lag] for s in stretches if len(s) >= 8 * lag]
+    one, many = _scatter(differences), _scatter(np.concatenate(over))
+    return many > max(_WANDERS * one, float(np.quantile(differences, 0.995)))
+
+
+def _scatter(values: _Floats) -> float:
+    """Half the width that holds 80 percent."""
+    low, high = np.quantile(values, [0.1, 0.9])
+    return float(high - low) / 2
 
 
 def _bursts(differences: _Floats, median: float) -> bool:
     """True if long differences are frequent and even, or hold most of the time: a buffer, not lost samples."""
     long = np.flatnonzero(differences > 1.5 * median)
-    if len(long) < max(0.01 * len(differences), 3):
+    if len(long) < max(0.01 * len(differences), _FEWEST_BURSTS):
         return False
-    if differences[long].sum() > 0.75 * differences.sum():
-        return True
     apart = np.diff(long)
-    return bool(np.median(differences[long]) > 2.5 * median and apart.std() < 0.3 * apart.mean())
+    typical = float(np.median(differences[long]))
+    if len(long) * typical > 0.5 * differences.sum():
+        # A buffer is emptied at an even rate, pauses come as they like: time for each sample from burst to burst.
+        each = np.diff(np.cumsum(differences)[long]) / apart
+        middle = float(np.median(each))
+        return bool(np.median(np.abs(each - middle)) < 0.3 * middle)
+    return typical > 2.5 * median and bool(apart.std() < 0.3 * apart.mean())
 
 
-def _regular_interval(stretches: list[_Floats], differences: _Floats, median: float) -> float:
-    """Median slope of the stretches that hold no odd difference; else the mean of the ordinary differences."""
-    slopes = []
-    for stretch in stretches:
-        steps = np.diff(stretch)
-        if len(steps) > 1 and np.all(np.abs(steps - median) < 0.5 * median):
-            slopes.append(slope(np.arange(len(stretch), dtype=np.float64), stretch))
-    if slopes:
-        return float(np.median(slopes))
-    return float(differences[np.abs(differences - median) < 0.5 * median].mean())
+def _regular_interval(look: _Look) -> float:
+    """Median slope of the stretches that hold no odd difference; else that of all that lies between odd ones."""
+    parts = [between([stretch], 0.5 * look.median, 1.5 * look.median) for stretch in look.stretches]
+    slopes = [common_slope(part) for part in parts if len(part) == 1 and len(part[0]) > 1]
+    return float(np.median(slopes)) if slopes else common_slope([one for part in parts for one in part])
 
 
 def _block_interval(stamps: Filled, source: str) -> float:
@@ -353,8 +423,8 @@ class _Tally:
 def _find(stamps: Filled, probe: _Probe, interval: float) -> tuple[Marks, _Tally]:
     """One pass over the stamps: where samples are missing, where the clock fell back, and the odd rows."""
     tally = _Tally()
-    before, after = (_MAKE_UP, _MAKE_UP) if probe.regular else (probe.window, probe.window)
-    judge = _judge_regular if probe.regular else _judge_irregular
+    before = after = probe.window
+    judge = _JUDGES[probe.regime]
     gaps: list[_Ints] = []
     steps: list[_Floats] = []
     for first, count, block in stamps.blocks(before, after):
@@ -368,9 +438,9 @@ def _find(stamps: Filled, probe: _Probe, interval: float) -> tuple[Marks, _Tally
         gaps.append(at - lead + first)
         steps.append(step)
     at, step = np.concatenate(gaps), np.concatenate(steps)
-    missing = np.clip(np.round(step / interval), -_ENDLESS, _ENDLESS).astype(np.int64)
+    missing, loose = _counted(np.clip(step / interval, -_ENDLESS, _ENDLESS))
     up, down = missing >= 1, step < -0.5 * interval
-    return Marks(at[up], missing[up], at[down], step[down]), tally
+    return Marks(at[up], missing[up], at[down], step[down], loose), tally
 
 
 def _judge_regular(
@@ -386,6 +456,17 @@ def _judge_regular(
             forgiven[k + i] = True
     at = odd[~forgiven[odd] & (odd >= lead) & (odd < lead + count)]
     return at, differences[at] - interval
+
+
+def _judge_jittered(
+    block: _Floats, differences: _Floats, lead: int, count: int, interval: float, probe: _Probe
+) -> tuple[_Ints, _Floats]:
+    """Steps from place to place beyond one interval: where they are and how long [s]."""
+    if not np.any(np.abs(differences - interval) > 0.5 * interval):
+        return np.empty(0, dtype=np.int64), np.empty(0)
+    step = steps_of(block, interval)[lead : lead + count]
+    at = np.flatnonzero(step)
+    return at + lead, step[at] * interval
 
 
 def _judge_irregular(
@@ -414,6 +495,22 @@ def _judge_irregular(
     return np.array(at, dtype=np.int64), np.array(steps, dtype=np.float64)
 
 
+_JUDGES = {"regular": _judge_regular, "jittered": _judge_jittered, "irregular": _judge_irregular}
+
+
+def _counted(step: _Floats) -> tuple[_Ints, bool]:
+    """Missing samples of each step, given in intervals, and whether pauses end beside the grid.
+
+    Where they do, what is rounded off is handed on to the next pause: it does not add up.
+    """
+    whole = np.round(step)
+    beside = np.count_nonzero((np.abs(step) > _PAUSE) & (np.abs(step - whole) > _LOOSE))
+    loose = beside > max(0.25 * len(step), 1)
+    if loose:
+        whole = np.diff(np.round(np.cumsum(step)), prepend=0.0)
+    return whole.astype(np.int64), bool(loose)
+
+
 def _refuse(marks: Marks, tally: _Tally, n: int, source: str, interval: float) -> None:
     if tally.backward > 0.1 * n:
         raise DataQualityError(
@@ -421,7 +518,7 @@ def _refuse(marks: Marks, tally: _Tally, n: int, source: str, interval: float) -
             f"{', '.join(map(str, tally.backward_rows))}): the rows are not in order of time; sort them, or give "
             "the rate (--rate), which sets the stamps aside"
         )
-    if len(marks.missing) and int(marks.missing.sum()) + n > _LONGEST_GRID * n + 1000:
+    if len(marks.missing) and int(marks.missing.sum()) + n > _LONGEST_GRID * n + _LONG_ENOUGH:
         longest = np.argsort(marks.missing)[::-1][:_LISTED_ROWS]
         rows = ", ".join(
             f"row {marks.gaps[k] + 1} by {(marks.missing[k] + 1) * interval:.6g} s" for k in sorted(longest)
