@@ -237,7 +237,7 @@ def missing_singly(n: int, seed: int) -> Recording:
 
 def test_bridged_samples_carry_no_information() -> None:
     """No interval is shorter than the samples that are there allow, sqrt(1/(2 p n)), and 95 % of them hold N."""
-    runs, hits, z = 40, 0, []
+    runs, hits, z = 25, 0, []
     for seed in range(runs):
         record = missing_singly(3000, seed)
         n = fit_spectral(record, terms="N").estimate("N")
