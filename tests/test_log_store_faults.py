@@ -523,3 +523,26 @@ def test_values_of_a_recovered_run_are_what_they_were(tmp_path: Path) -> None:
     found = al.read(tmp_path / "out").values("temperature")
     kept = np.flatnonzero(~np.isnan(found))
     assert np.array_equal(found[kept], values_of(kept)[:, 1]) and kept.size == 96
+
+
+@pytest.mark.parametrize("damaged", [1, 2], ids=["before the gap", "behind the gap"])
+@pytest.mark.parametrize("gap", [32, 320])
+def test_a_gap_that_was_noted_beside_damage_is_not_lost_as_well(
+    tmp_path: Path, gap: int, damaged: int
+) -> None:
+    """The numbers leave out both: what did not come was noted, and only what the damage took is lost."""
+    firsts = [0, 32, 64 + gap, 96 + gap, 128 + gap]
+    with LogStore.create(tmp_path / "run", HEADER) as store:
+        for first in firsts:
+            store.append(batch_of(first))
+            if first == 32:
+                store.note("gap", counter=64, samples=gap, reason="silence")
+    segment = tmp_path / "run" / "000001.arrows"
+    data = segment.read_bytes()
+    loaded = Segment.load(segment)
+    ends = [message.end + loaded.offset for message in loaded.messages()]
+    broken = bytearray(data)
+    broken[ends[damaged] - 40] ^= 1
+    segment.write_bytes(broken)
+    found = recover(tmp_path / "run", None)
+    assert (found.kept, found.lost) == (4 * 32, 32)

@@ -9,10 +9,12 @@ from __future__ import annotations
 
 import hashlib
 import os
+from bisect import bisect_right
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import ExitStack
 from dataclasses import asdict, dataclass, replace
-from itertools import groupby
+from itertools import groupby, islice
+from operator import itemgetter
 from pathlib import Path
 from typing import Any
 
@@ -43,7 +45,7 @@ class Loss:
     offset, size : int
         Place of the bytes in the file.
     rows : int or None
-        Samples that are missing there by their counter; None where nothing tells.
+        Samples that are missing there by their counter, but for those noted as missing; None where nothing tells.
     why : str
     """
 
@@ -175,6 +177,11 @@ class _Rescue:
             e["segment"]: e for e in run.manifest if e["kind"] == "closed"
         }
         self._open: list[Loss] = []  # not yet known how many samples they held
+        self._gaps = sorted(
+            (int(e["counter"]), int(e["counter"]) + int(e["samples"]))
+            for e in run.manifest
+            if e["kind"] == "gap" and "counter" in e and "samples" in e
+        )
 
     def batches(self, progress: Advance) -> Iterator[tuple[Batch, Header]]:
         openings = _openings(self._run)
@@ -230,12 +237,22 @@ class _Rescue:
             self._open.append(Loss(file=file, offset=offset, size=size, rows=None, why=why))
 
     def _settle(self, counter: int) -> None:
-        """A batch follows: what its number leaves out was lost, and nothing if it leaves out nothing."""
-        missing = counter - self._counter - 1 if self._counter is not None else None
+        """A batch follows: what its number leaves out was lost, but for what was noted as missing while recording."""
+        missing = self._unnoted(self._counter + 1, counter) if self._counter is not None else None
         if missing != 0:
             for k, loss in enumerate(self._open):
                 self.losses.append(loss if k else replace(loss, rows=missing))
         self._open.clear()
+
+    def _unnoted(self, first: int, stop: int) -> int:
+        """Samples from one number to before another that no line notes as missing."""
+        noted, at = 0, first
+        for begin, end in islice(self._gaps, bisect_right(self._gaps, first, key=itemgetter(1)), None):
+            if begin >= stop:
+                break
+            noted += max(min(end, stop) - max(at, begin), 0)
+            at = max(at, end)
+        return max(stop - first, 0) - noted
 
     def _settle_closed(self, facts: Mapping[str, Any]) -> None:
         """The end of a segment of which the manifest says how it ended."""
