@@ -345,7 +345,7 @@ def test_a_divided_window_feels_the_samples_of_both_sides(factor: float) -> None
 @pytest.mark.parametrize(("factor", "at"), [(20.0, 15_000), (1e3, 7_000)])
 def test_one_clear_step_is_one_change_with_its_time_and_size(factor: float, at: int) -> None:
     """Off the borders of the windows: what is left of a step is no other one, and the intervals hold the truth."""
-    runs, more, size, time = 6, 0, 0, 0  # `make verify` looks at 300 of each kind
+    runs, more, size, time = 4, 0, 0, 0  # `make verify` looks at 300 of each kind
     for i in range(runs):
         y = np.random.default_rng([41, i, int(factor)]).standard_normal(20_000)
         y[at:] *= factor

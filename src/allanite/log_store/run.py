@@ -117,7 +117,9 @@ class Run:
         more = any(name > last for name in changes)  # what is missing behind this part is in the next one
         if not pieces:
             said = "".join(f"; {name}: {why}" for name, why in faults.items())
-            hint = f": allanite recover --dry-run {self.folder} tells what can be read behind" if faults else ""
+            hint = (
+                f": allanite recover --dry-run {self.folder} tells what can be read behind" if faults else ""
+            )
             raise DataQualityError(f"{self.folder}: no samples in this run yet{said}{hint}")
         return Survey.of(header, pieces, faults, torn=stop.torn, end=0 if more else noted_end(self.manifest))
 
