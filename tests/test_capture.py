@@ -54,6 +54,7 @@ class Scripted:
         self.wait = wait
         self.calls: list[str] = []
         self.interrupted = threading.Event()
+        self.over = threading.Event()  # all that the script gave has been handed on
 
     @property
     def channels(self) -> tuple[Channel, ...]:
@@ -85,6 +86,7 @@ class Scripted:
         time.sleep(self.wait)
         step = next(self.steps, None)
         if step is None:
+            self.over.set()
             self.interrupted.wait(timeout)
             raise InstrumentTimeout("nothing came in 10 ms")
         if isinstance(step, Exception):
@@ -556,7 +558,7 @@ def test_q11_a_writer_that_stalls_loses_nothing_while_there_is_room_and_counts_t
     instrument = Scripted([block(10 * i) for i in range(20)])
     listener = Listener(instrument, SAME, room=100, patience=QUICK)
     listener.start()
-    time.sleep(0.1)  # nobody takes anything
+    assert instrument.over.wait(60)  # nobody takes anything
     taken = []
     lost: list[Gap] = []
     listener.stop()
@@ -570,19 +572,20 @@ def test_q11_a_writer_that_stalls_loses_nothing_while_there_is_room_and_counts_t
 
 
 def test_q11_dropped_samples_are_a_gap_before_the_next() -> None:
-    go = threading.Event()
+    go, waits = threading.Event(), threading.Event()
 
     def last() -> Block:
-        go.wait(5)
+        waits.set()  # what came before has been handed on
+        go.wait(60)
         return block(30)
 
     instrument = Scripted([block(0), block(10), block(20), last])
     listener = Listener(instrument, SAME, room=10, patience=QUICK)
     listener.start()
-    time.sleep(0.05)
-    first = listener.ring.take(1.0)
+    assert waits.wait(60)
+    first = listener.ring.take(60.0)
     go.set()
-    second = listener.ring.take(1.0)
+    second = listener.ring.take(60.0)
     listener.stop()
     listener.join()
     assert isinstance(first, Numbered) and isinstance(second, Numbered)
@@ -592,9 +595,10 @@ def test_q11_dropped_samples_are_a_gap_before_the_next() -> None:
 
 
 def test_q11_what_was_dropped_at_the_end_is_told_too() -> None:
-    listener = Listener(Scripted([block(0), block(10)]), SAME, room=10, patience=QUICK)
+    instrument = Scripted([block(0), block(10)])
+    listener = Listener(instrument, SAME, room=10, patience=QUICK)
     listener.start()
-    time.sleep(0.05)
+    assert instrument.over.wait(60)
     listener.stop()
     listener.join()
     items = []

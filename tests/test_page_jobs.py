@@ -302,7 +302,8 @@ def test_every_option_of_the_page_is_one_of_the_command(
             f"{w.partition('=')[0]}={browser.app.settings.folder / 'gyro.csv'}" if w.endswith(name) else w
             for w in words
         ]
-    context = command.make_context(words[1], words[2:])
+    # As within the program: a command keeps the help option that its first context gives it.
+    context = command.make_context(words[1], words[2:], parent=click.Context(cli, **cli.context_settings))
     given = {
         p for p in context.params if context.get_parameter_source(p) is click.core.ParameterSource.COMMANDLINE
     }
