@@ -69,7 +69,7 @@ def test_a_defect_is_a_sentence_and_a_file_to_send(
     code, said = ended(capsys, "broken", "word")
     assert code == 70
     found = re.fullmatch(
-        rf"allanite: internal error: {type(error).__name__} in .*This is a defect of allanite; please report it "
+        rf"allanite: internal error: {type(error).__name__} in .*This is a defect in allanite; please report it "
         r"with (\S+), which holds the command and the traceback\n",
         said,
     )
@@ -85,7 +85,7 @@ def test_a_defect_is_a_sentence_and_a_file_to_send(
     [
         (FormatError("a.npy: damaged: copy it again"), 1, "a.npy: damaged: copy it again"),
         (OSError(errno.ENAMETOOLONG, "File name too long", "x"), 1, "x: File name too long; give another"),
-        (MemoryError(), 1, "needs more memory than there is"),
+        (MemoryError(), 1, "not enough memory"),
         (KeyboardInterrupt(), 130, "interrupted"),
     ],
     ids=["ours", "system", "memory", "interrupted"],

@@ -161,7 +161,7 @@ def test_a_run_whose_instrument_is_gone_ends_on_time_with_words(
     if samples:
         said = " ".join(done.out.split())
         assert said.startswith(
-            "20 samples are missing. Nothing came any more at the planned end: nothing came in 10"
+            "20 samples are missing. No more samples came before the planned end: nothing came in 10"
         )
     else:
         assert "no sample came in the planned duration" in done.err

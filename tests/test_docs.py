@@ -161,7 +161,7 @@ def command_reference() -> str:
 
 Made from the program's own help by `make docs`. Results go to stdout, everything else to stderr; `-` stands for stdin
 or stdout. Exit codes: 0 done, 1 failed, 2 wrong usage, 3 finished with loss (gaps, overloads, dropped rows),
-70 a defect of allanite: the message names a report to send, which holds the command and the traceback.
+70 a defect in allanite: the message names a report to send, which holds the command and the traceback.
 """
     names = [
         words

@@ -281,10 +281,10 @@ def test_milliseconds_that_alternate_are_no_gaps() -> None:
     ids=["events", "uniform", "lognormal", "walk"],
 )
 @pytest.mark.parametrize("n", [800, 5000])
-def test_times_that_keep_no_even_time_are_refused(
+def test_times_that_fit_no_even_grid_are_refused(
     intervals: Callable[[np.random.Generator, int], NDArray[np.float64]], n: int, rng: np.random.Generator
 ) -> None:
-    with pytest.raises(DataQualityError, match=r"no even time.*--rate"):
+    with pytest.raises(DataQualityError, match=r"no even grid.*--rate"):
         grid(np.cumsum(intervals(rng, n)))
 
 

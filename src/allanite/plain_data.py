@@ -64,7 +64,7 @@ def _finite(digits: str) -> float:
 
 def _constant(word: str) -> float:
     if word != "NaN":
-        raise ValueError(f"{word} is no number that is stored")
+        raise ValueError(f"{word} is not a number that JSON can hold")
     return math.nan
 
 

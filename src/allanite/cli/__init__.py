@@ -2,7 +2,7 @@
 """The command line. Each command parses, calls the library, and shows what came of it.
 
 Results go to stdout, everything else to stderr. Exit codes: 0 done, 1 failed, 2 wrong usage, 3 finished with loss
-(gaps, overloads or dropped rows in the record), 70 a defect of allanite, with a report to send. Heavy modules load
+(gaps, overloads or dropped rows in the record), 70 a defect in allanite, with a report to send. Heavy modules load
 inside the commands, so that help is quick. One module for each family of commands; importing it is what registers them.
 """
 

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """How a command that failed ends: an exit code and a sentence, whatever was raised.
 
-An error of our own says what to do. The system's says what it refused. Anything else is a defect of allanite: the user
+An error of our own says what to do. The system's says what it refused. Anything else is a defect in allanite: the user
 gets a file to send in place of a traceback.
 """
 
@@ -20,7 +20,7 @@ __all__ = ["FAILED", "INTERNAL", "failure"]
 
 FAILED = 1
 INTERNAL = 70
-"""Exit code of a defect of allanite (EX_SOFTWARE of sysexits.h)."""
+"""Exit code of a defect in allanite (EX_SOFTWARE of sysexits.h)."""
 
 _HERE = Path(__file__).resolve().parent.parent
 
@@ -30,7 +30,7 @@ def failure(error: Exception) -> tuple[int, str]:
     if isinstance(error, AllaniteError):
         return FAILED, str(error)
     if isinstance(error, MemoryError):
-        return FAILED, "this needs more memory than there is; give a shorter record, or fewer channels"
+        return FAILED, "there is not enough memory; use a shorter record or fewer channels"
     if isinstance(error, OSError):  # a name that is too long, a folder that may not be looked into
         where = "" if error.filename is None else f"{error.filename}: "
         return FAILED, f"{where}{error.strerror or error}; give another place or name"
@@ -38,7 +38,7 @@ def failure(error: Exception) -> tuple[int, str]:
 
 
 def _internal(error: Exception) -> str:
-    what = f"internal error: {type(error).__name__} in {_place(error)}. This is a defect of allanite"
+    what = f"internal error: {type(error).__name__} in {_place(error)}. This is a defect in allanite"
     report = _written(error)
     if report is None:
         return f"{what}; please report it with the command that you gave and: {printable(str(error))[:300]}"

@@ -20,7 +20,7 @@ _ENDED = {
     "recording": "it is still being recorded",
     "abort": "it was stopped before its time",
     "fail": "it ended by a failure",
-    "unfinished": "it ended without a word: the recorder died",
+    "unfinished": "it was never closed: the recorder died",
 }
 
 

@@ -118,7 +118,7 @@ class Run:
         if not pieces:
             said = "".join(f"; {name}: {why}" for name, why in faults.items())
             hint = (
-                f": allanite recover --dry-run {self.folder} tells what can be read behind" if faults else ""
+                f"; to see what can still be read: allanite recover --dry-run {self.folder}" if faults else ""
             )
             raise DataQualityError(f"{self.folder}: no samples in this run yet{said}{hint}")
         return Survey.of(header, pieces, faults, torn=stop.torn, end=0 if more else noted_end(self.manifest))

@@ -155,7 +155,7 @@ class Survey:
             MISSING + MISSING_EACH * there,
             f"missing samples beside {there} that are there",
             name,
-            "Its counter jumps: take it apart, a folder for each stretch of segments",
+            "Its counter jumps: split it into one folder for each stretch of segments",
         )
         step = {
             "step": "record",

@@ -235,8 +235,7 @@ class Jobs:
             self._end(
                 job,
                 "failed",
-                f"the process died {how}: the file is damaged, or needs more memory than there is. Nothing else was "
-                "harmed",
+                f"the process died {how}: the file is damaged, or memory ran out. Nothing else was harmed",
             )
         _remove(job.work)
 

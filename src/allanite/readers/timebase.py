@@ -248,7 +248,7 @@ def _probe(stamps: Filled, source: str) -> _Probe:
     ):  # absurd stamps are refused further on
         found = _regular(look) or _jittered(look)
         if found is None and _wander(look.stretches, look.differences):
-            raise _no_grid(stamps, source, "they keep no even time")
+            raise _no_grid(stamps, source, "the times fit no even grid")
     return found or _irregular(look, _block_interval(stamps, source))
 
 

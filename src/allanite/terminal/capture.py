@@ -17,7 +17,7 @@ __all__ = ["journal", "show_captured"]
 _LINES, _SPAN = 10, 600.0
 _LASTING, _HOUR = frozenset({"disk"}), 3600.0
 _NAMED = ("maker", "model", "serial")
-_ENDED = {"success": " Nothing came any more at the planned end: {}.", "abort": " Stopped by {}."}
+_ENDED = {"success": " No more samples came before the planned end: {}.", "abort": " Stopped by {}."}
 
 
 def journal() -> Callable[[str, Mapping[str, Any]], None] | None:
