@@ -328,6 +328,8 @@ def log_options(command: Callable[..., Any]) -> Callable[..., Any]:
     """What every command that reads a log understands."""
     options = [
         click.option("--unit", type=ByChannel(), help="Unit of the samples: deg/s, or gyro=deg/s,acc=g."),
+        click.option("--time", metavar="COLUMN[:UNIT]",
+                     help="Time column, by name or number: t:ms, 'cnt:1/1000 s', Date:dmy, none."),
         click.option("--rate", type=float, help="Samples per second, for a log without time."),
         click.option("--scale-factor", type=ByChannel(), help="Of a sensor read in volts or counts: '24 mV/(deg/s)'."),
         click.option("--sampling", type=click.Choice(["mean", "point"]), default="mean", show_default=True,

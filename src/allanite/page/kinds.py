@@ -131,7 +131,7 @@ def _call(function: str, positional: Sequence[Any], own: Spelt, reading: Spelt |
 def _study_lines(kind: Kind, subjects: Sequence[str], reading: Spelt, own: Spelt, out: str) -> str:
     named = dict(own.arguments)
     if "floor" in named:
-        kept = ("unit", "rate", "scale_factor", "sampling", "delimiter", "decimal")
+        kept = ("unit", "time", "rate", "scale_factor", "sampling", "delimiter", "decimal")
         floor = {k: v for k, v in reading.arguments.items() if k in kept}
         named["floor"] = Code(f"al.read({_arguments([named['floor']], floor)})")
     after = f", {_arguments([], named)}" if named else ""

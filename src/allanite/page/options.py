@@ -257,6 +257,9 @@ def code_of(value: Any) -> str:
 
 READING: Mapping[str, Option] = {
     "unit": Option(type="by-channel", flag="--unit", python="unit", help="Unit of the samples: deg/s, or by channel."),
+    "time": Option(
+        type="text", flag="--time", python="time", help="Time column and its unit: t:ms, cnt:1/1000 s, Date:dmy, none."
+    ),
     "rate": Option(type="number", flag="--rate", python="rate", help="Samples per second, for a log without time."),
     "scale_factor": Option(
         type="by-channel", flag="--scale-factor", python="scale_factor",

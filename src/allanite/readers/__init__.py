@@ -4,9 +4,10 @@
 One module per format: `numpy_file` (the example to imitate), `run`, `parquet`, `matlab`, `hdf5`, `rosbag`, `ardupilot`,
 `ulog`, `tdms`, `raw_binary`, `spreadsheet`, `text`. They share `assembly` (columns to a Recording), `arrays` (named
 arrays to columns), `contents` (which of several tables is read), `headings` (what a column name says), `stamps` (which
-column is time), `timebase` (stamps to an even grid, along the line of `clock_line`), `spool` (unpacking within
-limits), `sandbox` (parsing in a child process), `extras` (packages that not everybody installs), `hdf5_tree` (HDF5
-that stays in its file) and `record_chain` (records in a torn stream); `joining` makes one log of several files.
+column is time), `stated_time`, `stamp_units` and `turning` (how its values count), `timebase` (stamps to an even grid,
+along the line of `clock_line`), `spool` (unpacking within limits), `sandbox` (parsing in a child process), `extras`
+(packages that not everybody installs), `hdf5_tree` (HDF5 that stays in its file) and `record_chain` (records in a torn
+stream); `joining` makes one log of several files.
 
 To add a format: one module, one word in `READERS`, one folder in ``tests/samples``.
 """
@@ -95,6 +96,7 @@ def read(
     topic: str | None = None,
     variable: str | None = None,
     layout: str | os.PathLike[str] | Mapping[str, Any] | None = None,
+    time: str | None = None,
 ) -> Recording:
     """Read a log of a sensor.
 
@@ -127,6 +129,11 @@ def read(
         (spreadsheets), the record type or sensor identity (text), or the part of a run whose settings changed ("2").
     layout : path or mapping, optional
         For raw binary files: the YAML file that says what their records hold, or its content as plain data.
+    time : str, optional
+        The time column, and its unit where the file does not hold it: "t", "t:ms", "2" (columns count from 1; rows of a
+        matrix that holds its samples in rows). "cnt:1/1000 s" is a counter and its step, "cnt:2us:2^16" one that begins
+        anew after 2^16 counts (told from the column where it is not said); "Date:dmy" is the order of a date; "none"
+        says that no column is time.
 
     Returns
     -------
@@ -162,6 +169,7 @@ def read(
         topic=topic,
         variable=variable,
         layout=layout,
+        time=time,
     )
     paths = _paths(path)
     tables = []
@@ -170,7 +178,9 @@ def read(
         _refuse_meaningless(options, reader)
         tables.append(reader.read(place, options))
     names = [p.name for p in paths]
-    return assemble(join(tables, names), options, names[0] if len(names) == 1 else " + ".join(sorted(names)))
+    return assemble(
+        join(tables, names, options), options, names[0] if len(names) == 1 else " + ".join(sorted(names))
+    )
 
 
 def _paths(path: object) -> list[Path]:

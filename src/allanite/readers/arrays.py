@@ -18,10 +18,12 @@ from numpy.typing import NDArray
 from allanite.errors import InputError
 from allanite.limits import COLUMNS, refuse_more
 from allanite.readers.assembly import Table
-from allanite.readers.headings import read_heading
+from allanite.readers.headings import may_be_time, read_heading
 from allanite.recording import ArrayColumn, checked_samples
 
-__all__ = ["Shape", "left_out", "samples_among", "table_of"]
+__all__ = ["Shape", "left_out", "length_of", "other_times", "samples_among", "table_of"]
+
+_MOST_ROWS, _LONGER = 64, 8  # of a matrix whose rows are channels: rows, and how many times longer they are
 
 Shape = tuple[np.dtype[Any], tuple[int, ...]]
 
@@ -34,8 +36,13 @@ _LABEL_NAMES = frozenset({"columns", "names", "channels", "labels", "header", "f
 _UNIT_NAMES = frozenset({"unit", "units"})
 
 
-def samples_among(shapes: Mapping[str, Shape], variable: str | None, file: str) -> list[str]:
-    """Names of the arrays that hold the samples: the one asked for with its time, or all of the greatest length.
+def samples_among(
+    shapes: Mapping[str, Shape], variable: str | None, file: str, time: str | None = None
+) -> list[str]:
+    """Names of the arrays that hold the samples: the one asked for with its time, or all of one length.
+
+    That length is the greatest one of an array that is not time, or that of the array which `time` names (see
+    `allanite.readers.stated_time`): each array goes with the time of its own length.
 
     Raises
     ------
@@ -46,13 +53,46 @@ def samples_among(shapes: Mapping[str, Shape], variable: str | None, file: str) 
     if variable is not None:
         if variable not in shapes:
             raise InputError(f"{file}: no array {variable!r}; there are: {_listed(shapes)}")
-        length = shapes[variable][1][:1]
-        times = [k for k, s in tables.items() if read_heading(k).group == "time" and s[1][:1] == length]
+        length = length_of(shapes[variable][1])
+        times = [k for k, s in tables.items() if _may_be_time(k, time) and length_of(s[1]) == length]
         return [*(k for k in times if k != variable), variable]
     if not tables:
         raise InputError(f"{file}: no array of samples; there are: {_listed(shapes) or 'none'}")
-    longest = max(s[1][0] for s in tables.values())
-    return [k for k, s in tables.items() if s[1][0] == longest]
+    named = [k for k in tables if time is not None and _named(k, time)]
+    samples = [k for k in tables if not may_be_time(k)]
+    longest = max(length_of(tables[k][1]) for k in (named or samples or tables))
+    return [k for k, s in tables.items() if length_of(s[1]) == longest]
+
+
+def _may_be_time(name: str, said: str | None) -> bool:
+    return may_be_time(name) or (said is not None and _named(name, said))
+
+
+def _named(name: str, said: str) -> bool:
+    return said == name or said.startswith(f"{name}:")
+
+
+def length_of(shape: Sequence[int]) -> int:
+    """Samples of an array: along the first axis, or the second one where the rows are few."""
+    return int(shape[1] if _in_rows(shape) else shape[0]) if shape else 0
+
+
+def _in_rows(shape: Sequence[int]) -> bool:
+    """True if the rows of a matrix are channels: few of them, and each far longer than they are many."""
+    return len(shape) == 2 and shape[0] <= _MOST_ROWS and shape[1] >= _LONGER * max(shape[0], 1)
+
+
+def other_times(shapes: Mapping[str, Shape], wanted: Sequence[str]) -> tuple[str, ...]:
+    """A sentence about arrays that are called time and are longer or shorter than all samples that are read."""
+    if any(may_be_time(k) for k in wanted):
+        return ()
+    lengths = {k: length_of(s[1]) for k, s in shapes.items() if may_be_time(k)}
+    length = length_of(shapes[wanted[0]][1]) if wanted else 0
+    return tuple(
+        f"array {k} has {n} values, the samples that are read are {length}: it is not their time"
+        for k, n in lengths.items()
+        if n > 1
+    )
 
 
 def left_out(shapes: Mapping[str, Shape], wanted: Sequence[str]) -> tuple[str, ...]:
@@ -88,6 +128,9 @@ def table_of(
     InputError
         An array that is no table of real numbers.
     """
+    sideways = [k for k, a in arrays.items() if a.dtype.names is None and _in_rows(a.shape)]
+    arrays = {k: a.T if k in sideways else a for k, a in arrays.items()}
+    guesses += tuple(f"the rows of {k or 'the array'} are channels: they are few and long" for k in sideways)
     width = sum(len(a.dtype.names) if a.dtype.names else math.prod(a.shape[1:]) for a in arrays.values())
     refuse_more(width, COLUMNS, "columns", path.name, "Save those that are needed, or transpose the array")
     labels = _words(small, _LABEL_NAMES)

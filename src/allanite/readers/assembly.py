@@ -17,7 +17,7 @@ from allanite.errors import DataQualityError, InputError
 from allanite.limits import COLUMNS, refuse_more
 from allanite.readers.headings import Heading, canonical_group, read_heading
 from allanite.readers.numbering import Numbering, numbering_of, unseen_by_stamps
-from allanite.readers.stamps import TimeChoice, choose_time, is_counter
+from allanite.readers.stamps import StampTable, TimeChoice, choose_time, growing, is_counter
 from allanite.readers.timebase import Stamps, Timebase, even_grid, fit_grid
 from allanite.recording import Channel, Column, Kind, Recording, Sampling, Spliced, checked_rate
 from allanite.units import Quantity, parse_scale_factor, parse_unit
@@ -28,6 +28,7 @@ _FITTING = {
     "gyro": {Quantity.ANGLE_RATE, Quantity.ANGLE, Quantity.VOLTAGE, Quantity.COUNTS},
     "acc": {Quantity.ACCELERATION, Quantity.VELOCITY, Quantity.VOLTAGE, Quantity.COUNTS},
 }
+_INERTIAL = {Quantity.ANGLE_RATE, Quantity.ANGLE, Quantity.ACCELERATION, Quantity.VELOCITY}
 _COEFFICIENTS = ("_N", "_K", "_R", "_Q", "_PSD", "SCALE_FACTOR")
 _SAMPLES_IN = {
     "GYRO": "deg/s, deg/h or rad/s",
@@ -36,6 +37,8 @@ _SAMPLES_IN = {
     "COUNTS": "LSB",
     "SCALE": "LSB or V, with scale_factor= (--scale-factor)",
 }
+#: A rate in the name of a file: static_200Hz.csv, imu-1kHz, 62p5hz.
+_RATE_IN_NAME = re.compile(r"(?<![\d.])(\d+(?:[.p]\d+)?)[ _-]?(k?)(?:hz|sps)(?![a-z])", re.IGNORECASE)
 _VOLTS = re.compile(r"[_ .]([mµu]?V)$")
 
 
@@ -53,6 +56,7 @@ class Options:
     topic: str | None = None
     variable: str | None = None
     layout: str | os.PathLike[str] | Mapping[str, Any] | None = None
+    time: str | None = None
 
     @property
     def channel_names(self) -> list[str] | None:
@@ -74,6 +78,8 @@ class Table:
         As they stand in the file; "" where there is none.
     columns : tuple of Column
         One per heading, equally long.
+    numbers : tuple of int
+        Numbers of the columns in the file, from 1, where some of the file are not among them.
     units : tuple of str
         Units that the file gives apart from the headings (a units row, metadata); "" where there is none.
     units_from : str
@@ -99,6 +105,7 @@ class Table:
     format: str
     headings: tuple[str, ...]
     columns: tuple[Column, ...]
+    numbers: tuple[int, ...] = ()
     units: tuple[str, ...] = ()
     units_from: str = "none"
     time_units: dict[int, str] = field(default_factory=dict)
@@ -133,16 +140,18 @@ def assemble(table: Table, options: Options, name: str) -> Recording:
     refuse_more(
         len(table.columns), COLUMNS, "columns", name, "Write those that are needed to a file of their own"
     )
-    headings = [_with_unit(read_heading(h), u) for h, u in zip(table.headings, _padded(table), strict=True)]
-    time = table.stamps or time_of(table)
+    headings = _headings(table)
+    time = time_of(table, options, name)
     guesses = [*table.guesses, *(time.guesses if time else ())]
     used = set(time.used) if time else set()
     counters, doubts = numbering_of(headings, table.columns)
     if not time:
         guesses += [*doubts, *(said for counter in counters[:1] for said in counter.said)]
-        if len(table.columns) > 1 and not headings[0].name and is_counter(table.columns[0]):
-            counters.insert(0, Numbering(place=0, name="0", numbers=table.columns[0]))
-            guesses.append("column 0 counts rows: it is neither time nor a channel")
+    if len(table.columns) > 1 and not headings[0].name and 0 not in used and is_counter(table.columns[0]):
+        counters.insert(0, Numbering(place=0, name="1", numbers=table.columns[0]))
+        guesses.append(
+            "column 1 counts rows: it is neither time nor a channel (--time 1:s if it counts seconds)"
+        )
     used |= {counter.place for counter in counters}
     places = [i for i in range(len(headings)) if i not in used]
     named = _named(headings, places)
@@ -177,10 +186,47 @@ def assemble(table: Table, options: Options, name: str) -> Recording:
     )
 
 
-def time_of(table: Table) -> TimeChoice | None:
-    """The time column(s) of a table, or None."""
-    headings = [_with_unit(read_heading(h), u) for h, u in zip(table.headings, _padded(table), strict=True)]
-    return choose_time(headings, table.columns, table.time_units, table.rate)
+def time_of(table: Table, options: Options, name: str) -> TimeChoice | None:
+    """The time of a table, or None; `name` is the file, for messages.
+
+    Raises
+    ------
+    InputError
+        The option names no column, or what may be time is not settled by the file.
+    """
+    if table.stamps is not None and options.time is None:
+        return table.stamps
+    return choose_time(_stamp_table(table, options, name), options.time)
+
+
+def _stamp_table(table: Table, options: Options, name: str) -> StampTable:
+    headings = _headings(table)
+    return StampTable(
+        headings=headings,
+        raw=table.headings,
+        columns=table.columns,
+        numbers=table.numbers or tuple(range(1, len(table.columns) + 1)),
+        known_units=table.time_units,
+        nominal=table.rate,
+        inertial=_inertial(headings, options),
+        rate_said=options.rate is not None,
+        file=name,
+    )
+
+
+def _inertial(headings: Sequence[Heading], options: Options) -> bool:
+    """True if a column is one of a gyro or an accelerometer: by its name, or by a unit of the file or the caller."""
+    said = options.unit.values() if isinstance(options.unit, Mapping) else [options.unit or ""]
+    kind = read_heading(options.variable or "").group
+    return any(group in _FITTING for group in (kind, *(h.group for h in headings))) or any(
+        _known(unit) and parse_unit(unit).quantity in _INERTIAL
+        for unit in (*said, *(h.unit for h in headings))
+        if unit not in ("", "unknown")
+    )
+
+
+def _headings(table: Table) -> list[Heading]:
+    return [_with_unit(read_heading(h), u) for h, u in zip(table.headings, _padded(table), strict=True)]
 
 
 def _padded(table: Table) -> tuple[str, ...]:
@@ -234,10 +280,31 @@ def _grid(
         if counters:
             return _counted(counters[0], rate, table.rate_from, table.rate, guesses)
         return even_grid(n, rate, source=table.rate_from, nominal=table.rate)
+    raise _no_rate(_stamp_table(table, options, name), bool(counters), options, guesses)
+
+
+def _no_rate(table: StampTable, counters: bool, options: Options, guesses: Sequence[str]) -> InputError:
+    """What is missing, and what of the file may settle it."""
+    maybe = [] if options.time is not None else growing(table)
+    stated = _RATE_IN_NAME.search(table.file)
+    value = f"{float(stated[1].replace('p', '.')) * (1e3 if stated[2] else 1.0):g}" if stated else "RATE"
+    why = f" (the name of the file says {value} Hz)" if stated else ", RATE in samples per second"
+    rate = f"the rate, --rate {value} (rate={value} in Python){why}"
+    if maybe:
+        ways = " or ".join(f"--time {table.option(i)}:UNIT" for i in maybe[:3])
+        columns = ", ".join(table.label(i) for i in maybe[:3])
+        grow = f"column {columns} only grows" if len(maybe) == 1 else f"columns {columns} only grow"
+        if any(is_counter(table.columns[i]) for i in maybe[:3]):
+            grow += " (row numbers, or whole seconds)"
+        return InputError(
+            f"{table.file}: no column is named as time, and the file states no rate, but {grow}. If that is time, say "
+            f"so with its unit (s, ms, us, ns): {ways}; if not, give {rate}"
+        )
+    none = "no column is time, as was said," if options.time is not None else "no time column"
     more = " (a column of row numbers is not taken for time)" if counters else ""
-    raise InputError(
-        f"{name}: no time column and no sample rate in the file{more}. Give the rate: --rate 100 on the command "
-        "line, rate=100 in Python [samples per second]" + "".join(f" ({g})" for g in guesses)
+    return InputError(
+        f"{table.file}: {none} and no sample rate in the file{more}. Give {rate}"
+        + "".join(f" ({g})" for g in guesses)
     )
 
 

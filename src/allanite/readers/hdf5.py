@@ -19,12 +19,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import FormatError, InputError, LimitError
-from allanite.readers.arrays import table_of
+from allanite.readers.arrays import length_of, table_of
 from allanite.readers.assembly import Options, Table
 from allanite.readers.contents import Part, choose_part, listed
 from allanite.readers.extras import require
 from allanite.readers.hdf5_tree import Leaf, Tree, read_leaf, text_of, walk
-from allanite.readers.headings import read_heading
+from allanite.readers.headings import may_be_time, read_heading
 from allanite.readers.sandbox import run
 from allanite.regular_file import regular
 
@@ -97,7 +97,7 @@ def _width(array: NDArray[Any]) -> int:
     """Columns that a dataset becomes."""
     if array.dtype.names:
         return sum(_width(array[f]) for f in array.dtype.names)
-    return 1 if array.ndim == 1 else int(array.shape[1])
+    return 1 if array.ndim == 1 else array.size // max(length_of(array.shape), 1)
 
 
 # -- in the child ------------------------------------------------------------------------------------------
@@ -169,7 +169,7 @@ def _last(leaf: Leaf) -> str:
 
 
 def _is_time(leaf: Leaf) -> bool:
-    return leaf.dtype.names is None and read_heading(_last(leaf)).group == "time"
+    return leaf.dtype.names is None and len(leaf.shape) == 1 and may_be_time(_last(leaf))
 
 
 def _tables(tree: Tree) -> dict[str, list[Leaf]]:
@@ -177,9 +177,10 @@ def _tables(tree: Tree) -> dict[str, list[Leaf]]:
     together: dict[tuple[str, int], list[Leaf]] = {}
     for leaf in tree.leaves.values():
         kind = leaf.dtype.kind in "iuf" or (leaf.dtype.names is not None and len(leaf.shape) == 1)
-        if kind and len(leaf.shape) in (1, 2) and leaf.shape[0] > 1 and not leaf.dtype.hasobject:
-            together.setdefault((leaf.path.rpartition("/")[0], leaf.shape[0]), []).append(leaf)
-    ordered = sorted(together.items(), key=lambda item: -item[0][1])
+        if kind and len(leaf.shape) in (1, 2) and length_of(leaf.shape) > 1 and not leaf.dtype.hasobject:
+            together.setdefault((leaf.path.rpartition("/")[0], length_of(leaf.shape)), []).append(leaf)
+    samples = {k: leaves for k, leaves in together.items() if not all(map(_is_time, leaves))}
+    ordered = sorted((samples or together).items(), key=lambda item: -item[0][1])
     tables: dict[str, list[Leaf]] = {}
     for (group, length), leaves in ordered:
         name = f"/{group}"
@@ -198,7 +199,7 @@ def _part(name: str, leaves: list[Leaf]) -> Part:
         word for leaf in leaves if not _is_time(leaf) for word in (leaf.dtype.names or (_last(leaf),))
     )
     sensor = any(read_heading(c).group in ("gyro", "acc") for c in columns)
-    return Part(name=name, rows=leaves[0].shape[0], columns=columns, rank=0 if sensor else 1)
+    return Part(name=name, rows=length_of(leaves[0].shape), columns=columns, rank=0 if sensor else 1)
 
 
 def _unit(leaf: Leaf) -> str:

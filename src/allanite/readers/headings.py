@@ -15,7 +15,7 @@ from allanite.errors import InputError
 from allanite.printable import printable
 from allanite.units import Quantity, parse_unit
 
-__all__ = ["GROUPS", "Group", "Heading", "canonical_group", "is_unit", "read_heading"]
+__all__ = ["GROUPS", "Group", "Heading", "canonical_group", "is_unit", "may_be_time", "read_heading"]
 
 Group = Literal["gyro", "acc", "temperature", "other", "time", "counter", "identity", ""]
 
@@ -45,6 +45,17 @@ class Heading:
     standard: bool = False
 
 
+_TIME_WORDS = (
+    r"(?:secs?|seconds?|msecs?|millis|milli_?sec(?:ond)?s?|usecs?|micros|micro_?sec(?:ond)?s?"
+    r"|nsecs?|nanos|nano_?sec(?:ond)?s?)"
+)
+_TIME_UNIT = rf"(?:{_TIME_WORDS}|ms|[uµ]s|ns)"
+#: Words for a clock, or for what it shows.
+_CLOCK_WORD = (
+    r"(?:t|ts|tm|times?|timestamps?|time_?stamps?|t?stamp|zeit|temps|tempo|tiempo|tijd|czas|clock|clk|now|elapsed|uptime"
+    r"|epoch|unix|posix|utc|gps|i?tow|sow|sod|datetime)"
+)
+
 # First match wins. Names are compared in lower case, with every run of other signs as one underscore.
 _GROUP_PATTERNS: tuple[tuple[Group, str], ...] = (
     (
@@ -52,7 +63,9 @@ _GROUP_PATTERNS: tuple[tuple[Group, str], ...] = (
         r"""(^|_)(cov|covariance\d*|std|stdev|var|variance|ecc|err|error|status|flags?|valid|clip\w*|crc|range)(_|\d|$)
         |(^|_)(quat|quaternion|orientation|roll|pitch|yaw|heading|azimuth|euler|attitude)|^q_?[0-3wxyz]$
         |(^|_)(mag|magn|magnet\w*|compass|baro\w*|pres|press|pressure|humidity|battery|vbat)(_|$)|^m_?[xyz]$|^mag
-        |(^|_)(lat|latitude|lon|longitude|alt|altitude)(_|$)|integral_dt""",
+        |(^|_)(lat|latitude|lon|longitude|alt|altitude)(_|$)|integral_dt
+        |^d_?t(_|$)|(^|_)d(elta)?_?time|(^|_)delta_?t(_|$)|^time_?(diff|delta|step|offset|zone|out|err\w*)(_|$)
+        |^timezone$""",
     ),
     ("temperature", r"(^|_|gyro?|acc|imu)(temp|tmp|temperature)\d*(_|$)|temperatur"),
     (
@@ -62,9 +75,13 @@ _GROUP_PATTERNS: tuple[tuple[Group, str], ...] = (
     ("acc", r"acc|specific_force|beschleunigung|^[af]_?[xyz]$"),
     (
         "time",
-        r"""^(t|time|tm|zeit|temps|tempo|tiempo|date|datetime|utc|epoch|clock|secs?|seconds|elapsed|stamp)$
-        |^(millis|micros|tow|sow|week)$|^(time|timestamp|t|stamp|zeit)_?(s|sec|ms|us|ns|utc|gps|tow)$
-        |timestamp|time_?stamp|(^|_)(date_?time|stamp|time|tow)$|^time_
+        rf"""^{_CLOCK_WORD}(_?{_TIME_UNIT}|_s)?$|^{_TIME_UNIT}_?{_CLOCK_WORD}$|^({_TIME_WORDS}|[mu]s)$
+        |^(date|datum|fecha|uhrzeit|heure|hora|week|utc_?date|jd|mjd|datenum)$|^t_?(utc|gps|tow|rel|abs)$
+        |^sample_?time_?fine$
+        |timestamp|time_?stamp|(^|_)(date_?time|stamp|time|i?tow|elapsed|uptime)$|^time_|(^|_)since_
+        |(^|_){_TIME_UNIT}_(elapsed|since|of_(the_)?(day|week))|^elapsed_|^(sys|host|unix|posix|gps|utc)_?{_TIME_WORDS}$
+        |^(sys|host|local|rel|abs|unix|posix|gps|utc|run|cpu|mcu|real|pc|ros|sample|log|tick|arrival)time
+        |(^|_)(sys_?tick|ticks?|timer)(_?count\w*)?$
         |(^|_)(secs|nsecs?|nanosec|gps_?(week|sec\w*|time|tow))$""",
     ),
     (
@@ -133,7 +150,22 @@ _BRACKETED = re.compile(r"\s*[,:]?\s*[\[({<]\s*([^\[\](){}<>]*(?:\([^()]*\)[^\[\
 _INDEXED = re.compile(r"\[(\d+)\]$")
 #: "time [samples]" numbers the samples, whatever it is called.
 _NUMBERED = re.compile(r"[\[({<]\s*(?:samples?|counts?|index|#)\s*[\])}>]\s*$", re.IGNORECASE)
-_TIME_TAIL = re.compile(r"^(?:time|t|timestamp|stamp)(s|sec|ms|us|ns)$")
+#: t_a beside a; else a temperature, or anything.
+_MAY_BE_TIME = re.compile(
+    r"(?:t|ts|tm|time|stamp)(?:_\w+|(?:acc|gyr|imu|mag|gps|ins|baro|sens)\w*)", re.IGNORECASE
+)
+#: Where the name of a clock holds its unit: t_us, ustime, millis, seconds_elapsed.
+_UNIT_IN_TIME = tuple(
+    re.compile(pattern)
+    for pattern in (
+        rf"(?:^|_){_CLOCK_WORD}_?({_TIME_UNIT})$",
+        rf"^({_TIME_UNIT})_?{_CLOCK_WORD}$",
+        rf"_({_TIME_UNIT}|s)$",
+        rf"^({_TIME_WORDS}|[mu]s)$",
+        rf"(?:^|_)({_TIME_UNIT})_(?:elapsed|since|of)",
+        rf"^(?:sys|host|unix|posix|gps|utc)({_TIME_WORDS})$",
+    )
+)
 
 
 def read_heading(text: str) -> Heading:
@@ -175,6 +207,11 @@ def is_unit(text: str) -> bool:
     return True
 
 
+def may_be_time(name: str) -> bool:
+    """True for names that mean time where the column only grows: time, but also t_a beside a."""
+    return read_heading(name).group == "time" or _MAY_BE_TIME.fullmatch(name) is not None
+
+
 def canonical_group(word: str) -> Group:
     """The group that a user's word for it means: "gyr", "w", "accelerometer", ...; "" if none."""
     word = word.strip().lower()
@@ -199,7 +236,7 @@ def _group(plain: str) -> Group:
     for group, pattern in _GROUP_REGEX:
         if pattern.search(plain):
             return group
-    return "time" if _TIME_TAIL.match(plain) else ""
+    return ""
 
 
 def _bracketed(text: str) -> tuple[str, str]:
@@ -226,9 +263,16 @@ def _suffixed(text: str, group: Group) -> tuple[str, str]:
         unit = _SUFFIX_UNITS.get(tail) or _SUFFIX_BY_GROUP.get(_group(_plain(head)), {}).get(tail)
         if unit:
             return head, unit
-    whole = text.lower()
     if group == "time":
-        tail_match = _TIME_TAIL.match(_plain(text))
-        unit = _SUFFIX_BY_GROUP["time"].get(tail_match[1] if tail_match else whole, "")
-        return text, unit if whole != "s" else ""
+        return text, _unit_of_clock(_plain(text))
     return text, ""
+
+
+def _unit_of_clock(plain: str) -> str:
+    """The unit in the name of a column that is time."""
+    for pattern in _UNIT_IN_TIME:
+        if match := pattern.search(plain):
+            word = match[1]
+            size = "u" if word.startswith(("micro", "µ")) else word[0]
+            return {"m": "ms", "u": "µs", "n": "ns"}.get(size, "s")
+    return ""

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import InputError
-from allanite.readers.assembly import Table, time_of
+from allanite.readers.assembly import Options, Table, time_of
 from allanite.readers.stamps import TimeChoice
 from allanite.readers.timebase import Stamps
 from allanite.recording import Column
@@ -44,7 +44,7 @@ class _Chain:
         return np.concatenate(pieces) if pieces else np.zeros(0)
 
 
-def join(tables: Sequence[Table], names: Sequence[str]) -> Table:
+def join(tables: Sequence[Table], names: Sequence[str], options: Options) -> Table:
     """One table from several, in the order of their first stamps.
 
     Parameters
@@ -52,6 +52,7 @@ def join(tables: Sequence[Table], names: Sequence[str]) -> Table:
     tables : sequence of Table, at least 1
     names : sequence of str
         Their files, for messages.
+    options : Options
 
     Raises
     ------
@@ -64,7 +65,7 @@ def join(tables: Sequence[Table], names: Sequence[str]) -> Table:
         from allanite.readers.joined_runs import join_runs
 
         return join_runs(tables, names, _chained)
-    times = [t.stamps or time_of(t) for t in tables]
+    times = [time_of(t, options, name) for t, name in zip(tables, names, strict=True)]
     for time, name in zip(times, names, strict=True):
         if time is None:
             raise InputError(f"{name}: without time stamps it cannot be joined with other files")

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from allanite.errors import FormatError
 from allanite.limits import PARTS, refuse_more
 from allanite.readers import matlab_hdf5
-from allanite.readers.arrays import left_out, samples_among, table_of
+from allanite.readers.arrays import left_out, other_times, samples_among, table_of
 from allanite.readers.assembly import Options, Table
 from allanite.readers.extras import require
 from allanite.readers.sandbox import run
@@ -68,14 +68,18 @@ def read(path: Path, options: Options) -> Table:
         )
     arrays, variable = _of_structure(arrays, options.variable)
     shapes = {k: (a.dtype, a.shape) for k, a in arrays.items()}
-    wanted = samples_among(shapes, variable, path.name)
+    wanted = samples_among(shapes, variable, path.name, options.time)
     small = {k: a for k, a in arrays.items() if k not in wanted and a.size <= _SMALL}
     return table_of(
         _plain_names({k: arrays[k] for k in wanted}),
         _plain_names(small),
         path,
         NAME,
-        (*left_out(shapes, wanted), *(f"not read: {k} {v}" for k, v in faults.items())),
+        (
+            *left_out(shapes, wanted),
+            *other_times(shapes, wanted),
+            *(f"not read: {k} {v}" for k, v in faults.items()),
+        ),
     )
 
 

@@ -33,7 +33,7 @@ from numpy.typing import NDArray
 
 from allanite.errors import AllaniteError, FormatError, InputError
 from allanite.limits import COLUMNS, PARTS, refuse_more
-from allanite.readers.arrays import left_out, samples_among, table_of
+from allanite.readers.arrays import left_out, other_times, samples_among, table_of
 from allanite.readers.assembly import Options, Table
 from allanite.readers.spool import ZIP_ERRORS, refuse_bomb, to_file
 from allanite.regular_file import open_regular, regular
@@ -173,7 +173,7 @@ def _read_archive(path: Path, options: Options) -> Table:
                 refuse_bomb(member.compress_size, member.file_size, f"{path.name}:{member.filename}")
             headers = {k: _member_header(archive, m, path.name) for k, m in members.items()}
             shapes = {k: (h.dtype, h.shape) for k, h in headers.items()}
-            wanted = samples_among(shapes, options.variable, path.name)
+            wanted = samples_among(shapes, options.variable, path.name, options.time)
             small = {
                 k: _member(archive, m, path)
                 for k, m in members.items()
@@ -184,7 +184,7 @@ def _read_archive(path: Path, options: Options) -> Table:
         raise
     except ZIP_ERRORS as error:
         raise FormatError(f"{path.name}: broken or unsupported zip archive ({error})") from None
-    return table_of(arrays, small, path, NAME, left_out(shapes, wanted))
+    return table_of(arrays, small, path, NAME, (*left_out(shapes, wanted), *other_times(shapes, wanted)))
 
 
 def _member_header(archive: zipfile.ZipFile, member: zipfile.ZipInfo, name: str) -> _Header:

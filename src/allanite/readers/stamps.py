@@ -8,30 +8,34 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import InputError
-from allanite.readers.headings import Heading
+from allanite.readers.headings import Heading, may_be_time
+from allanite.readers.stamp_units import EPOCH, FACTORS, Steps, Told, candidates, tell
+from allanite.readers.stated_time import NO_TIME, StatedTime, option_text, parse_step, stated_time
 from allanite.readers.timebase import Stamps
+from allanite.readers.turning import unwrapped
 from allanite.recording import Column
 from allanite.units import Quantity, parse_unit
 
-__all__ = ["TimeChoice", "choose_time", "is_counter", "rises"]
+__all__ = ["StampTable", "TimeChoice", "choose_time", "growing", "is_counter", "rises"]
 
 _WEEK = 604_800.0
 _SHORT_NAMES = {1.0: "s", 1e-3: "ms", 1e-6: "us", 1e-9: "ns", 60.0: "min", 3600.0: "h", 86400.0: "d"}
-_FACTORS = {"s": 1.0, "ms": 1e-3, "us": 1e-6, "ns": 1e-9, "0.1 ms": 1e-4}
-#: Seconds since 1970 between 2001 and 2128, and the same in ms, µs, ns.
-_EPOCH = (1e9, 5e9)
 _UNKNOWN_UNIT = re.compile(
     r"[\[({<]_*([^\[\](){}<>]+?)_*[\])}>]$"
 )  # at the end of a name: no unit that is known
+#: Counters of a clock whose step nobody knows.
+_TICKS = re.compile(r"(?:^|_)(?:sys_?)?(?:ticks?|timer|cnt|counter)(?:_|$)|sample_?time_?fine", re.IGNORECASE)
 _NO_STAMP = 1e30  # in whatever unit: no clock counts so far, and nanoseconds of it are no number
 _LOOK = 2048  # values looked at in each of three places
+_FEWEST = 8  # rows from which a column without a name is told
+_FALLS = 0.02  # of the rises: a column that only grows has no more
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -93,29 +97,82 @@ class _Summed:
         return self.coarse.read(start, stop) + self.fine.read(start, stop)
 
 
-def choose_time(
-    headings: Sequence[Heading],
-    columns: Sequence[Column],
-    known_units: dict[int, str],
-    nominal: float | None,
-) -> TimeChoice | None:
-    """The time column of a table, or None.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StampTable:
+    """The columns of a file, as far as they may be time.
 
-    Parameters
+    Attributes
     ----------
-    headings, columns : sequences, one entry per column
+    headings : sequence of Heading
+    raw : sequence of str
+        As they stand in the file.
+    columns : sequence of Column
+    numbers : sequence of int
+        Of the columns in the file, from 1.
     known_units : dict of column number to unit
         Columns that are time beyond doubt (parsed dates, in ns since 1970).
     nominal : float or None [Hz]
         Rate that the file states elsewhere; settles the unit of stamps that could be in several.
+    inertial : bool
+        The log is one of gyros or accelerometers.
+    rate_said : bool
+        The caller gives the rate, so that the stamps are set aside: nothing is asked about them.
+    file : str
+        For messages.
     """
-    if not columns or len(columns[0]) == 0:
+
+    headings: Sequence[Heading]
+    raw: Sequence[str]
+    columns: Sequence[Column]
+    numbers: Sequence[int]
+    known_units: Mapping[int, str]
+    nominal: float | None
+    inertial: bool
+    rate_said: bool
+    file: str
+
+    def label(self, place: int) -> str:
+        """A column in a message."""
+        return repr(self.headings[place].name) if self.headings[place].name else str(self.numbers[place])
+
+    def option(self, place: int) -> str:
+        """A column as the option names it."""
+        return option_text(self.raw[place], self.numbers[place])
+
+
+def choose_time(table: StampTable, said: str | None = None) -> TimeChoice | None:
+    """The time column of a table, or None.
+
+    Parameters
+    ----------
+    table : StampTable
+    said : str, optional
+        What the caller says of time, see `allanite.readers.stated_time`.
+
+    Raises
+    ------
+    InputError
+        A column that may be time, or whose unit may be one of several; the message names the option that settles it.
+        Or `said` names no column.
+    """
+    if not table.columns or len(table.columns[0]) == 0:
         return None
-    named = [i for i, h in enumerate(headings) if h.group == "time" or i in known_units]
+    headings, columns = table.headings, table.columns
+    if said is not None and said.strip().lower() == NO_TIME:
+        return None
+    named = [i for i, h in enumerate(headings) if h.group == "time" or i in table.known_units]
     pair = _pair(headings, columns, named)
+    if said is not None:
+        stated = stated_time(said, table.raw, table.numbers, table.file)
+        if pair is not None and stated.place in pair.used and not stated.unit:
+            return pair
+        return _single(table, stated.place, (*{*named, stated.place},), [], stated)
     if pair is not None:
         return pair
     rising = [i for i in named if rises(columns[i])]
+    if not rising:
+        rising = [i for i, h in enumerate(headings) if may_be_time(h.name) and only_grows(columns[i])]
+        named += [i for i in rising if i not in named]
     guesses: list[str] = []
     if rising:
         chosen = min(rising, key=lambda i: (_roughness(columns[i]), i)) if len(rising) > 1 else rising[0]
@@ -127,12 +184,23 @@ def choose_time(
     elif named and not _could_be_temperature(headings, named):
         chosen = named[0]  # not in order: the time grid refuses it with its rows
     else:
-        found = _by_monotony(headings, columns)
+        found = _without_name(table)
         if found is None:
             return None
         chosen, named = found, [found]
-        guesses.append(f"column {chosen} has no name but rises evenly: read as time")
-    return _single(headings, columns, chosen, known_units, nominal, tuple(named), guesses)
+        guesses.append(f"column {table.numbers[chosen]} has no name but rises evenly: read as time")
+    return _single(table, chosen, tuple(named), guesses)
+
+
+def growing(table: StampTable) -> list[int]:
+    """Columns that only grow, whatever they are called: they may be time. One that is named and counts rows is not."""
+    return [
+        i
+        for i, (heading, column) in enumerate(zip(table.headings, table.columns, strict=True))
+        if heading.group in ("", "other", "identity", "counter")
+        and only_grows(column)
+        and not (heading.name and is_counter(column))
+    ]
 
 
 def _could_be_temperature(headings: Sequence[Heading], named: list[int]) -> bool:
@@ -140,42 +208,95 @@ def _could_be_temperature(headings: Sequence[Heading], named: list[int]) -> bool
 
 
 def _single(
-    headings: Sequence[Heading],
-    columns: Sequence[Column],
+    table: StampTable,
     chosen: int,
-    known_units: dict[int, str],
-    nominal: float | None,
     used: tuple[int, ...],
     guesses: list[str],
+    stated: StatedTime | None = None,
 ) -> TimeChoice:
-    column, heading = columns[chosen], headings[chosen]
+    """The time in one column."""
+    column, heading = table.columns[chosen], table.headings[chosen]
+    name = heading.name or f"column {table.numbers[chosen]}"
+    told = _unit(table, chosen, guesses, stated)
+    turned = None
+    if chosen not in table.known_units:
+        counts = stated is not None and stated.counts
+        turned = unwrapped(column, None if counts else told.factor, stated.turn if stated else None)
+    if turned is not None:
+        column = turned.column
+        guesses.append(
+            f"{name} begins anew at {turned.turn:.15g} {told.unit}, {turned.times} times: it goes on"
+        )
     first = _first_finite(column)
     absolute = first + column.origin
-    unit, factor = known_units.get(chosen, ""), 1e-9
-    if not unit:
-        unit, factor = _stated(heading.unit)
-    if not unit:
-        unit, factor = _by_magnitude(column, absolute, nominal)
-        if not _EPOCH[0] <= absolute * factor <= _EPOCH[1]:
-            stated = _UNKNOWN_UNIT.search(heading.name)
-            reason = f"the unit {stated[1]!r} is not known" if stated else "no unit given"
-            guesses.append(f"time column {heading.name or chosen}: {reason}, read as {unit}")
-    first_ns = round(absolute * round(factor * 1e9))
-    start = first_ns if _EPOCH[0] <= absolute * factor <= _EPOCH[1] else None
+    if told.factor >= 1e-9 and round(told.factor * 1e9) == told.factor * 1e9:
+        first_ns = round(absolute * round(told.factor * 1e9))
+    else:
+        first_ns = round(absolute * told.factor * 1e9)
+    start = None if told.epoch is None else first_ns - told.epoch * 10**9
     spacing = None
     if column.dtype.kind == "f" and column.dtype.itemsize < 8:
         last = float(np.abs(column.read(len(column) - 1, len(column))).max())
-        spacing = float(np.spacing(column.dtype.type(max(abs(first), last)))) * factor
+        spacing = float(np.spacing(column.dtype.type(max(abs(first), last)))) * told.factor
     return TimeChoice(
-        stamps=_Scaled(column, factor, first),
-        source=heading.name or f"column {chosen}",
-        unit=unit,
+        stamps=_Scaled(column, told.factor, first),
+        source=name,
+        unit=told.unit,
         start=start,
         used=used,
         first_ns=first_ns,
         resolution=spacing,
         guesses=tuple(guesses),
     )
+
+
+def _unit(table: StampTable, chosen: int, guesses: list[str], stated: StatedTime | None) -> Told:
+    """The unit of a time column: as the caller says, as the file says, or as its values tell."""
+    column, heading = table.columns[chosen], table.headings[chosen]
+    first = _first_finite(column) + column.origin
+    if chosen in table.known_units:
+        return Told(table.known_units[chosen], 1e-9, _since_1970(first, 1e-9))
+    if stated is not None and stated.factor is not None:
+        short = stated.unit if stated.counts else _SHORT_NAMES.get(stated.factor, stated.unit)
+        return Told(short, stated.factor, _since_1970(first, stated.factor))
+    unit, factor = _stated(heading.unit)
+    inside = _UNKNOWN_UNIT.search(heading.name)
+    if not unit and inside:
+        step = parse_step(inside[1].replace("_", " "))
+        unit, factor = (inside[1], step) if step else ("", 1.0)
+    if unit:
+        return Told(unit, factor, _since_1970(first, factor))
+    steps = Steps.of(np.concatenate([np.diff(part) for part in _look(column)]))
+    if steps is None:
+        return Told("s", 1.0)  # no stamp is later than another: the time grid refuses them
+    told = tell(steps, first, table.nominal, table.inertial)
+    ticks = table.nominal is None and (told is None or told.epoch is None) and _TICKS.search(heading.name)
+    if (told is None or ticks) and not table.rate_said:
+        raise _which_unit(table, chosen, steps, first, bool(ticks))
+    told = told or Told("s", 1.0)
+    if told.epoch is None:
+        reason = f"the unit {inside[1]!r} is not known" if inside else "no unit given"
+        guesses.append(f"time column {table.label(chosen)}: {reason}, read as {told.unit}")
+    return told
+
+
+def _which_unit(table: StampTable, chosen: int, steps: Steps, first: float, ticks: bool) -> InputError:
+    """The question that the values of a time column leave open."""
+    fitting = candidates(steps, first, table.inertial) or list(FACTORS)[:4]
+    option = table.option(chosen)
+    unknown = _UNKNOWN_UNIT.search(table.headings[chosen].name)
+    why = f"the unit {unknown[1]!r}, which is not known" if unknown else "no unit"
+    ways = " or ".join(f"--time {option}:{unit} ({steps.rate_text(unit)})" for unit in fitting)
+    if ticks:
+        ways = f"--time '{option}:STEP', as in --time '{option}:1/1000 s', or {ways}"
+    return InputError(
+        f"{table.file}: time column {table.label(chosen)} has {why}, and its values fit several. Say which: {ways}; "
+        f"in Python time='{option}:{fitting[0]}'"
+    )
+
+
+def _since_1970(first: float, factor: float) -> int | None:
+    return 0 if EPOCH[0] <= first * factor <= EPOCH[1] else None
 
 
 def _stated(unit: str) -> tuple[str, float]:
@@ -186,25 +307,6 @@ def _stated(unit: str) -> tuple[str, float]:
     except InputError:
         return "", 1.0
     return _SHORT_NAMES.get(factor, unit), factor
-
-
-def _by_magnitude(column: Column, absolute: float, nominal: float | None) -> tuple[str, float]:
-    """Unit of stamps that name none."""
-    for unit, factor in _FACTORS.items():
-        if unit != "0.1 ms" and _EPOCH[0] <= absolute * factor <= _EPOCH[1]:
-            return unit, factor
-    differences = np.diff(_look(column)[0])
-    differences = differences[np.isfinite(differences) & (differences > 0)]
-    step = float(differences.mean()) if len(differences) else 1.0
-    if nominal is not None:
-        for unit, factor in _FACTORS.items():
-            if abs(step * factor * nominal - 1.0) < 0.05:
-                return unit, factor
-    whole = bool(np.all(differences == np.round(differences)))
-    if not whole or step < 1.5:
-        return "s", 1.0
-    unit = "ms" if step < 200.0 else "us" if step < 2e5 else "ns"
-    return unit, _FACTORS[unit]
 
 
 # -- two columns -------------------------------------------------------------------------------------------
@@ -224,7 +326,7 @@ def _pair(headings: Sequence[Heading], columns: Sequence[Column], named: list[in
         s = seconds[0]
         first = _first_finite(columns[s]) + columns[s].origin
         start = round(first) * 10**9 + round(_first_finite(columns[fractions[0]]))
-        absolute = start if _EPOCH[0] <= first <= _EPOCH[1] else None
+        absolute = start if EPOCH[0] <= first <= EPOCH[1] else None
         return _sum(columns, headings, (s, 1.0), (fractions[0], 1e-9), named, "s + ns", absolute)
     return None
 
@@ -273,6 +375,15 @@ def rises(column: Column) -> bool:
     return bool((together >= 0).mean() >= 0.9 and (together > 0).any() and ends == sorted(ends))
 
 
+def only_grows(column: Column) -> bool:
+    """True if the values go up again and again and hardly ever down, wherever they are looked at."""
+    if len(column) < _FEWEST:
+        return False
+    steps = np.concatenate([np.diff(part) for part in _look(column)])
+    ups, downs = np.count_nonzero(steps > 0), np.count_nonzero(steps < 0)
+    return bool(ups > 2 and downs <= _FALLS * ups and rises(column))
+
+
 def is_counter(column: Column) -> bool:
     """True if whole numbers rise by one from row to row (a few may be missing)."""
     for part in _look(column):
@@ -294,15 +405,43 @@ def _roughness(column: Column) -> float:
     return round(spread, 3)
 
 
-def _by_monotony(headings: Sequence[Heading], columns: Sequence[Column]) -> int | None:
-    """A column without a name, first or last, that rises strictly, beside columns that do not."""
-    ends = [0, len(columns) - 1] if len(columns) > 1 else []
-    for i in ends:
-        if headings[i].name or len(columns[i]) < 8 or is_counter(columns[i]):
+def _without_name(table: StampTable) -> int | None:
+    """A column without a name that rises evenly: the first one that does not count rows or stand still, or the last.
+
+    Raises
+    ------
+    InputError
+        The first one only grows, but unevenly: it may be time.
+    """
+    headings, columns = table.headings, table.columns
+    if len(columns) < 2 or len(columns[0]) < _FEWEST:
+        return None
+    leading = next((i for i, c in enumerate(columns) if not (_is_row_number(c) or _stands_still(c))), None)
+    for i in dict.fromkeys((leading, len(columns) - 1)):
+        if i is None or headings[i].name or _is_row_number(columns[i]):
             continue
-        if all(_strictly_even(p) for p in _look(columns[i])) and rises(columns[i]):
+        if rises(columns[i]) and all(_strictly_even(p) for p in _look(columns[i])):
             return i
+        if i == leading and only_grows(columns[i]) and not table.rate_said:
+            raise _is_it_time(table, i)
     return None
+
+
+def _is_it_time(table: StampTable, place: int) -> InputError:
+    number = table.numbers[place]
+    return InputError(
+        f"{table.file}: column {number} has no name and only grows, unevenly. If it is time, name its unit: --time "
+        f"{number}:s (or ms, us, ns); if it is a channel, --time {NO_TIME} and the rate of the samples, --rate"
+    )
+
+
+def _is_row_number(column: Column) -> bool:
+    """Counts rows, and not the seconds since 1970."""
+    return is_counter(column) and not EPOCH[0] <= _first_finite(column) + column.origin <= EPOCH[1]
+
+
+def _stands_still(column: Column) -> bool:
+    return all(len(part) == 0 or bool((part == part[0]).all()) for part in _look(column))
 
 
 def _strictly_even(part: NDArray[np.float64]) -> bool:

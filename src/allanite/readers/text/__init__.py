@@ -132,6 +132,7 @@ def _table(
         format=NAME,
         headings=tuple(headings[i] for i in used),
         columns=tuple(columns),
+        numbers=tuple(i + 1 for i in used),
         units=tuple(units[i] for i in used),
         units_from=units_from,
         time_units=time_units,
