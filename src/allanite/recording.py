@@ -215,6 +215,12 @@ class Channel:
             if not isinstance(text, str):
                 raise TypeError(f"name and unit of a channel are texts, not a {type(text).__name__}")
             text.encode()
+        for key in ("scale", "aperture", "scale_uncertainty"):
+            number = data.get(key)
+            if isinstance(number, bool) or not isinstance(number, (int, float, type(None))):
+                raise TypeError(f"{key} of a channel is a number, not a {type(number).__name__}")
+        if data["scale"] is None:
+            raise TypeError("scale of a channel is a number, not null")
         return cls(**{**data, "kind": Kind(data["kind"])})
 
 

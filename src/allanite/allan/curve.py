@@ -18,6 +18,7 @@ from allanite.allan.lags import choose_lags
 from allanite.allan.local_degrees import Degrees, RecordOfCurve, degrees_by_local_law, degrees_under
 from allanite.allan.online import decimable, decimated_sums
 from allanite.allan.robust import m_estimates
+from allanite.allan.soundness import check_sound
 from allanite.allan.statistics import (
     STATISTICS,
     Statistic,
@@ -340,8 +341,11 @@ class AllanCurve:
             rows = [r for r in lines if r and not r.startswith("#")][1:]
             table = np.array([[float(c) for c in r.split(",")] for r in rows])
             grid = table[:, 2:].reshape(len(table), len(channels), 5)
+            whole = np.column_stack([table[:, 0], grid[:, :, 4]])
+            if not np.all((whole == np.floor(whole)) & (np.abs(whole) < 2.0**62)):
+                raise ValueError("lags m and counts must be whole numbers")
             bent = [np.isin(table[:, 0], lags) for lags in parse_plain(head.get("excluded", "[]"))]
-            return cls(
+            curve = cls(
                 statistic=head["statistic"],
                 engine=head["engine"],
                 confidence=float(head["confidence"]),
@@ -359,8 +363,17 @@ class AllanCurve:
                 count=grid[:, :, 4].astype(np.int64),
                 excluded=np.stack(bent, axis=1) if bent else np.zeros(grid.shape[:2], dtype=bool),
             )
-        except (IndexError, KeyError, TypeError, ValueError) as error:
-            raise FormatError(f"{path}: damaged curve file: {error}") from None
+            if curve.excluded.shape != curve.deviation.shape:
+                raise ValueError("excluded must hold one list of lags for each channel")
+            check_sound(curve)
+        except (IndexError, KeyError, OverflowError, TypeError, ValueError) as error:
+            raise FormatError(f"{path}: damaged curve file: {_one_line(error)}") from None
+        return curve
+
+
+def _one_line(error: Exception) -> str:
+    """What is wrong, short: a key that is not there is named as that."""
+    return f"{error} is missing" if isinstance(error, KeyError) else str(error)[:300]
 
 
 def _plain(values: NDArray[Any]) -> list[float | int | None]:

@@ -25,6 +25,7 @@ from allanite.cli.options import (
     typed,
 )
 from allanite.cli.program import LOSS, command
+from allanite.printable import printable
 
 __all__ = ["allan", "characterize", "fit", "info"]
 
@@ -145,6 +146,15 @@ def allan(
 @command("allanite fit allan.csv --json")
 @click.argument("curve_or_log")
 @log_options
+@click.option("--curve", is_flag=True, help="The file is an Allan curve of another program.")
+@click.option(
+    "--samples", type=int, help="Samples of the record behind such a curve, where it has no counts."
+)
+@click.option(
+    "--statistic",
+    metavar="NAME",
+    help="What such a curve holds, where its headings do not say: oadev, adev, or their squares oavar, avar.",
+)
 @click.option(
     "--method",
     type=click.Choice(["moments", "slopes", "likelihood", "spectral"]),
@@ -172,14 +182,14 @@ def fit(
     curve_or_log: str, method: str, terms: str | None, lines: Any, floor: str | None, accept: tuple[str, ...],
     output: str | None, force: bool, as_json: bool, **options: Any,
 ) -> int:  # fmt: skip
-    """Fit noise models to a saved curve or to a log (CURVE_OR_LOG).
+    """Fit noise models to a saved curve, to one of another program (--curve), or to a log (CURVE_OR_LOG).
 
     Faults of a log are refused. The moment fit of a log keeps its spectral lines out; that of a curve cannot.
     """
     from allanite import delivery, model_file, terminal
 
     with terminal.progress(quiet=as_json) as advance:
-        channels, lossy = delivery.fit_file(
+        fitted = delivery.fit_file(
             place_of(curve_or_log),
             method=method,
             terms=terms,
@@ -189,11 +199,13 @@ def fit(
             progress=advance,
             **options,
         )
-    models = {c["name"]: delivery.joined(c["models"]) for c in channels if c["models"]}
+    for remark in fitted.remarks:
+        click.echo(f"allanite: note: {printable(remark)}", err=True)
+    models = {c["name"]: delivery.joined(c["models"]) for c in fitted.channels if c["models"]}
     if output is not None:
         model_file.save_models(models, output, force=force)
     if as_json:
         print_json(models)
     else:
-        terminal.show_models(channels)
-    return LOSS if lossy else 0
+        terminal.show_models(fitted.channels)
+    return LOSS if fitted.lossy else 0

@@ -10,6 +10,7 @@ from allanite.delivery.calibration import calibration_of
 from allanite.delivery.capture import captured_document, record_to
 from allanite.delivery.comparison import comparison_of
 from allanite.delivery.curves import (
+    Fitted,
     fit_file,
     joined,
     over_floor_of,
@@ -42,6 +43,7 @@ from allanite.delivery.variation import variation_of
 __all__ = [
     "RESULTS",
     "Delivered",
+    "Fitted",
     "Measured",
     "RunWatch",
     "aided_of",

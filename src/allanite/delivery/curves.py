@@ -7,6 +7,7 @@ import os
 import sys
 import tempfile
 from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -18,9 +19,10 @@ from allanite.regular_file import open_regular
 if TYPE_CHECKING:
     from allanite.allan import AllanCurve
     from allanite.instrument_floor import OverFloor
+    from allanite.noise import NoiseModel
     from allanite.recording import Recording, Sampling
 
-__all__ = ["fit_file", "joined", "over_floor_of", "plain_curves", "save_curve", "simulate_to"]
+__all__ = ["Fitted", "fit_file", "joined", "over_floor_of", "plain_curves", "save_curve", "simulate_to"]
 
 Json = Mapping[str, Any]
 
@@ -34,9 +36,35 @@ def _is_saved_curve(place: Path) -> bool:
         return file.read(len(_CURVE_MARK)) == _CURVE_MARK.encode()
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Fitted:
+    """Models of a curve or of a log.
+
+    Attributes
+    ----------
+    channels : list of dict
+        Entries with "name", "kind", "unit" and "models", like those of a study's "channels".
+    lossy : bool
+        Whether samples or rows of the log did not take part; False for a curve.
+    remarks : tuple of str
+        What was concluded about a curve of another program, in words.
+    """
+
+    channels: list[dict[str, Any]]
+    lossy: bool
+    remarks: tuple[str, ...] = ()
+
+
+#: Options of a log that say how a table is written, or what its values are; the others mean nothing for a curve.
+_OF_TABLES = ("unit", "rate", "channels", "sampling", "delimiter", "decimal", "variable")
+
+
 def fit_file(
     path: str | os.PathLike[str],
     *,
+    curve: bool = False,
+    samples: int | None = None,
+    statistic: str | None = None,
     method: str = "moments",
     terms: str | None = None,
     lines: Sequence[float] | str = (),
@@ -44,59 +72,93 @@ def fit_file(
     floor: str | os.PathLike[str] | None = None,
     progress: Callable[[float, str], None] | None = None,
     **options: Any,
-) -> tuple[list[dict[str, Any]], bool]:
-    """Fit the channels of a curve that `AllanCurve.to_csv` wrote, or of a log.
+) -> Fitted:
+    """Fit the channels of a curve that `AllanCurve.to_csv` wrote, of a `curve` of another program, or of a log.
 
     Faults of a log are refused. By moments it is characterised, so that spectral lines and the band limit are kept out
     of the fit. Options are those of `read_part`. `lines` [Hz] are fitted with the noise by likelihood. `floor` is the
-    log of the shorted input, for a log by moments.
-
-    Returns
-    -------
-    channels : list of dict
-        Entries with "name", "kind", "unit" and "models", like those of a study's "channels".
-    lossy : bool
-        Whether samples or rows of the log did not take part; False for a curve.
+    log of the shorted input, for a log by moments. `samples` and `statistic` are those of
+    `allanite.foreign_curves.read_curve`.
 
     Raises
     ------
     InputError
-        Letters of terms, lines or a floor for a method that takes none; a floor for a curve.
+        Letters of terms, lines or a floor for a method that takes none; a floor for a curve; options of a log for
+        a curve.
     """
-    from allanite.allan import AllanCurve, allan_curve
+    from allanite.allan import allan_curve
     from allanite.fitting import fit
 
     place = Path(path)
     of_samples = method in ("likelihood", "spectral")
+    saved = _is_saved_curve(place)
+    if not curve and (samples is not None or statistic is not None):
+        raise InputError(
+            "--samples and --statistic describe a curve of another program: give them with --curve"
+        )
+    if curve or saved:
+        if terms is not None or len(lines) or floor is not None or of_samples or accept:
+            raise InputError(
+                "a curve is fitted by --method moments or slopes, without --terms, --lines, --floor or --accept: those "
+                "need the samples"
+            )
+        return _fit_curve(place, saved, method, samples=samples, statistic=statistic, **options)
     if terms is not None and not of_samples:
         raise InputError(f"--method {method} takes no terms: give them with --method likelihood or spectral")
-    if len(lines) and (method != "likelihood" or isinstance(lines, str) or _is_saved_curve(place)):
+    if len(lines) and (method != "likelihood" or isinstance(lines, str)):
         raise InputError(
             "--lines of a fit are frequencies in Hz, for --method likelihood and a log; `allanite select --lines auto` "
             "finds them"
         )
-    if floor is not None and (method != "moments" or _is_saved_curve(place)):
+    if floor is not None and method != "moments":
         raise InputError("--floor goes with the log of the sensor and --method moments, which fits both")
-    if not _is_saved_curve(place) and method == "moments":
+    if method == "moments":
         document = study_of(place, accept=accept, floor=floor, progress=progress, **options).document
-        return list(document["channels"]), is_lossy(document["findings"])
-    lossy = False
-    if _is_saved_curve(place):
-        curve = AllanCurve.from_csv(place)
-        models = {name: fit(curve[name], method=method) for name in curve.names}
+        return Fitted(channels=list(document["channels"]), lossy=is_lossy(document["findings"]))
+    prepared, findings = ready_log(place, accept=accept, **options)
+    if of_samples:
+        asked: dict[str, Any] = {"lines": lines} if len(lines) else {}
+        models = {
+            name: fit(prepared, method=method, channel=name, terms=terms, **asked)
+            for name in noise_channels(prepared)
+        }
     else:
-        prepared, findings = ready_log(place, accept=accept, **options)
-        lossy = is_lossy(f.to_json() for f in findings)
-        if of_samples:
-            asked: dict[str, Any] = {"lines": lines} if len(lines) else {}
-            models = {
-                name: fit(prepared, method=method, channel=name, terms=terms, **asked)
-                for name in noise_channels(prepared)
-            }
-        else:
-            curve = allan_curve(prepared)
-            models = {name: fit(curve[name], method=method) for name in curve.names}
-    channels = [
+        made = allan_curve(prepared)
+        models = {name: fit(made[name], method=method) for name in made.names}
+    return Fitted(channels=_plain_channels(models), lossy=is_lossy(f.to_json() for f in findings))
+
+
+def _fit_curve(place: Path, saved: bool, method: str, **options: Any) -> Fitted:
+    from allanite.allan import AllanCurve
+    from allanite.fitting import fit
+    from allanite.foreign_curves import ForeignCurve, read_curve
+
+    unfit = [
+        k
+        for k, v in options.items()
+        if k not in (*_OF_TABLES, "samples", "statistic") and v not in (None, ())
+    ]
+    if unfit:
+        names = {"start": "from", "stop": "to"}
+        raise InputError(
+            f"--{', --'.join(names.get(k, k).replace('_', '-') for k in unfit)} has no meaning for a curve"
+        )
+    if saved:
+        stated = [k for k in ("samples", "statistic", "rate", "unit") if options.get(k) is not None]
+        if stated:
+            raise InputError(
+                f"{place.name} is a curve of allanite and says that itself: leave --{stated[0]} away"
+            )
+        read = ForeignCurve(curve=AllanCurve.from_csv(place), remarks=())
+    else:
+        given = {k: options[k] for k in (*_OF_TABLES, "samples", "statistic") if options.get(k) is not None}
+        read = read_curve(place, **given)
+    models = {name: fit(read.curve[name], method=method) for name in read.curve.names}
+    return Fitted(channels=_plain_channels(models), lossy=False, remarks=read.remarks)
+
+
+def _plain_channels(models: Mapping[str, NoiseModel]) -> list[dict[str, Any]]:
+    return [
         {
             "name": name,
             "kind": model.kind,
@@ -105,7 +167,6 @@ def fit_file(
         }
         for name, model in models.items()
     ]
-    return channels, lossy
 
 
 def joined(models: Sequence[Json]) -> Json:

@@ -105,7 +105,8 @@ def fit_moments(
     if curve.statistic != "oadev":
         raise InputError(
             f"the moment fit takes the oadev curve, not {curve.statistic}: the covariance between its lags is not "
-            "known here. Make it with allan_curve(recording); mark disturbed samples as missing first"
+            "known here. Make the oadev curve from the log: allan_curve(recording), with disturbed samples marked as "
+            "missing"
         )
     if len(curve.channels) != 1:
         raise InputError("the moment fit takes the oadev curve of one channel: fit(curve['x'])")

@@ -36,14 +36,16 @@ def read_slopes(curve: AllanCurve, *, exclude: ArrayLike | None = None) -> Noise
     Raises
     ------
     InputError
-        More than one channel, another statistic than oadev, or an `exclude` without one value for each lag.
+        More than one channel, another statistic than oadev and adev, or an `exclude` without one value for each lag.
     DataQualityError
         Fewer than three lags with a deviation.
     """
     if len(curve.channels) != 1:
         raise InputError("read_slopes takes the curve of one channel: curve['x']")
-    if curve.statistic != "oadev":
-        raise InputError(f"the slopes are those of the oadev curve, not of {curve.statistic}")
+    if curve.statistic not in ("oadev", "adev"):
+        raise InputError(
+            f"the slopes are those of the Allan deviation (oadev, adev), not of {curve.statistic}"
+        )
     ok = np.isfinite(curve.deviation[:, 0]) & (curve.deviation[:, 0] > 0)
     ok &= ~curve.excluded[:, 0]
     if exclude is not None:

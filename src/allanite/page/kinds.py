@@ -165,10 +165,10 @@ def _measured_lines(kind: Kind, subjects: Sequence[str], reading: Spelt, own: Sp
 
 def _fit_lines(kind: Kind, subjects: Sequence[str], reading: Spelt, own: Spelt, out: str) -> str:
     call = _call("delivery.fit_file", subjects, own, reading)
-    models = '{c["name"]: delivery.joined(c["models"]) for c in channels if c["models"]}'
+    models = '{c["name"]: delivery.joined(c["models"]) for c in fitted.channels if c["models"]}'
     return (
         "from allanite import delivery\nfrom allanite.model_file import save_models\n\n"
-        f"channels, _ = {call}\nmodels = {models}\nsave_models(models, {out!r})"
+        f"fitted = {call}\nmodels = {models}\nsave_models(models, {out!r})"
     )
 
 

@@ -3,11 +3,11 @@
 
 One module per format: `numpy_file` (the example to imitate), `run`, `parquet`, `matlab`, `hdf5`, `rosbag`, `ardupilot`,
 `ulog`, `tdms`, `raw_binary`, `spreadsheet`, `text`. They share `assembly` (columns to a Recording), `arrays` (named
-arrays to columns), `contents` (which of several tables is read), `headings` (what a column name says), `stamps` (which
-column is time), `stated_time`, `stamp_units` and `turning` (how its values count), `timebase` (stamps to an even grid,
-along the line of `clock_line`), `spool` (unpacking within limits), `sandbox` (parsing in a child process), `extras`
-(packages that not everybody installs), `hdf5_tree` (HDF5 that stays in its file) and `record_chain` (records in a torn
-stream); `joining` makes one log of several files.
+arrays to columns), `contents` (which of several tables is read), `curve_shape` (a table that is no log), `headings`
+(what a column name says), `stamps` (which column is time), `stated_time`, `stamp_units` and `turning` (how its values
+count), `timebase` (stamps to an even grid, along the line of `clock_line`), `spool` (unpacking within limits),
+`sandbox` (parsing in a child process), `extras` (packages that not everybody installs), `hdf5_tree` (HDF5 that stays in
+its file) and `record_chain` (records in a torn stream); `joining` makes one log of several files.
 
 To add a format: one module, one word in `READERS`, one folder in ``tests/samples``.
 """
@@ -29,7 +29,7 @@ from allanite.regular_file import open_regular
 if TYPE_CHECKING:
     from allanite.readers.assembly import Options, Table
 
-__all__ = ["READERS", "read"]
+__all__ = ["READERS", "read", "read_table"]
 
 #: Modules of this package that read a format, in the order in which they are asked.
 READERS: Final = (
@@ -156,6 +156,7 @@ def read(
     >>> recording = read("gyro.csv", unit="deg/s")  # doctest: +SKIP
     """
     from allanite.readers.assembly import Options, assemble
+    from allanite.readers.curve_shape import refuse_curve
     from allanite.readers.joining import join
 
     options = Options(
@@ -177,10 +178,34 @@ def read(
         reader = _reader_for(place) if layout is None else _raw(place)
         _refuse_meaningless(options, reader)
         tables.append(reader.read(place, options))
+        refuse_curve(tables[-1], place.name)
     names = [p.name for p in paths]
     return assemble(
         join(tables, names, options), options, names[0] if len(names) == 1 else " + ".join(sorted(names))
     )
+
+
+def read_table(
+    path: str | os.PathLike[str],
+    *,
+    delimiter: str | None = None,
+    decimal: str | None = None,
+    variable: str | None = None,
+) -> Table:
+    """The columns of a file as they are, without time, channels or units made of them; options are those of `read`.
+
+    Raises
+    ------
+    InputError, FormatError, LimitError
+        As for `read`.
+    """
+    from allanite.readers.assembly import Options
+
+    options = Options(delimiter=delimiter, decimal=decimal, variable=variable)
+    (place,) = _paths(path)
+    reader = _reader_for(place)
+    _refuse_meaningless(options, reader)
+    return reader.read(place, options)
 
 
 def _paths(path: object) -> list[Path]:

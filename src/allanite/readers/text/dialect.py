@@ -16,6 +16,7 @@ from dataclasses import dataclass
 
 from allanite.errors import FormatError, InputError
 from allanite.limits import COLUMNS, refuse_more
+from allanite.readers.curve_shape import names_averaging_times
 from allanite.readers.headings import is_unit, read_heading
 from allanite.readers.text.dates import date_format
 
@@ -455,7 +456,8 @@ def _recognised(cells: Sequence[str]) -> bool:
     """True if half of the cells at least are names or units that sensors have (and not words of a sentence)."""
     known = sum(bool(h.group or h.unit) and len(h.name) < 40 for h in map(read_heading, cells))
     known = max(known, sum(is_unit(c) for c in cells))
-    return known >= 0.5 * len(cells) and not any(":" in c or "=" in c for c in cells)
+    of_curve = any(names_averaging_times(c) for c in cells)
+    return (of_curve or known >= 0.5 * len(cells)) and not any(":" in c or "=" in c for c in cells)
 
 
 def _names_and_units(rows: Sequence[Sequence[str]], count: int) -> tuple[tuple[str, ...], tuple[str, ...]]:
