@@ -13,6 +13,10 @@ import importlib.metadata
 import json
 import os
 import re
+import shutil
+import subprocess
+import sys
+import sysconfig
 import zipfile
 from pathlib import Path
 from typing import Any
@@ -23,6 +27,22 @@ import allanite
 
 _ROOT = Path(__file__).parents[1]
 _WHEEL = os.environ.get("ALLANITE_WHEEL", "")
+#: Exports a filter in an empty folder; compiles it against nothing.
+_EXPORT = """
+import allanite as al
+from allanite.noise import Flicker, NoiseModel, RandomWalk, White
+model = NoiseModel.of(White(N=1e-4), Flicker(B=1e-5), RandomWalk(K=1e-7))
+al.export("cpp", {"gyro": model}, "model.hpp", rate=100.0)
+print(al.__file__)
+"""
+_MAIN = """#include "model.hpp"
+int main() {
+    sensor::BiasFilter filter;
+    sensor::begin(filter);
+    sensor::on_sample(filter, 0.5F);
+    return sensor::bias(filter) == 0.5F ? 0 : 1;
+}
+"""
 _KINDS = {".py", ".pyi", ".typed", ".so", ".js", ".css", ".html", ".svg", ".hpp", ".json", ".txt", ".yaml"}
 
 
@@ -82,3 +102,26 @@ def test_a_wheel_holds_what_its_hashes_say_and_nothing_else() -> None:
         assert str(_ROOT).encode() not in b"".join(wheel.read(n) for n in ours)
         (bill,) = [n for n in names if n.endswith(".cdx.json")]
         assert set(bill_of(wheel.read(bill).decode())) == {"nanobind", "robin-map"}
+
+
+@pytest.mark.skipif(not _WHEEL, reason="ALLANITE_WHEEL names no wheel: make dist")
+@pytest.mark.skipif(not shutil.which("g++"), reason="needs g++")
+def test_an_installed_wheel_exports_a_filter_that_compiles_in_an_empty_folder(tmp_path: Path) -> None:
+    def run(*command: str | Path) -> str:
+        done = subprocess.run(command, cwd=work, capture_output=True, text=True, timeout=120, check=False)
+        assert done.returncode == 0, done.stderr
+        return done.stdout
+
+    place, work = tmp_path / "venv", tmp_path / "work"
+    work.mkdir()
+    run(sys.executable, "-m", "venv", "--without-pip", place)
+    python = place / "bin" / "python"
+    site = Path(run(python, "-c", "import sysconfig; print(sysconfig.get_path('platlib'))").strip())
+    with zipfile.ZipFile(_WHEEL) as wheel:
+        wheel.extractall(site)
+    # NumPy and SciPy of this environment, behind the wheel and without the hooks of an editable install
+    (site / "theirs.pth").write_text(sysconfig.get_path("platlib"), encoding="utf-8")
+    assert Path(run(python, "-c", _EXPORT).strip()).is_relative_to(site)
+    (work / "main.cpp").write_text(_MAIN, encoding="utf-8")
+    run("g++", "-std=c++17", "-Wall", "-Wextra", "-Werror", "main.cpp", "-o", "main")
+    run(work / "main")

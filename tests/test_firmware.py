@@ -31,7 +31,7 @@ from allanite.noise import (
 )
 
 ROOT = Path(__file__).resolve().parent.parent
-#: The constants of a model; what comes behind them is `bias_filter.hpp`, word by word.
+#: The head and the constants of a model; between them stand headers of the kernels, behind them `bias_filter.hpp`.
 GOLDEN = Path(__file__).parent / "published" / "cpp_model.hpp"
 FILTERS = "// -- the filter ---"
 LICENCE = "// SPDX-License-Identifier: BSD-3-Clause\n"
@@ -64,6 +64,12 @@ def study(*channels: dict[str, Any], sampling: str = "mean") -> dict[str, Any]:
         "recording": {"rate": 200.0, "duration": 7200.0, "channels": facts},
         "channels": list(channels),
     }
+
+
+def without_arithmetic(text: str) -> str:
+    """The text without the headers of the kernels that it holds."""
+    head, _, rest = text.partition("// -- allanite/")
+    return head + rest[rest.index("namespace sensor {") :]
 
 
 # -- the numbers ------------------------------------------------------------------------------------------------
@@ -169,10 +175,38 @@ def test_golden_file() -> None:
         fitted("gy", White(N=8.7e-5), Flicker(B=2.4e-5), estimates=limits),
     ]
     text = al.export("cpp", study(*channels), filter_rate=10.0, horizon=100.0)
-    model, _, filters = text.partition(FILTERS)
+    model, _, filters = without_arithmetic(text).partition(FILTERS)
     assert LICENCE + model.replace(al.__version__, "VERSION") == GOLDEN.read_text(encoding="utf-8")
     written = Path(cpp.__file__).with_name("bias_filter.hpp").read_text(encoding="utf-8")
     assert filters == written.partition(FILTERS)[2] + "\n}  // namespace sensor\n\n#endif\n"
+
+
+def test_it_holds_the_arithmetic_of_the_kernels_word_by_word_each_header_once() -> None:
+    text = exported()
+    names = re.findall(r"^// -- allanite/(\w+\.hpp) ---$", text, re.M)
+    assert {"slice.hpp", "kalman.hpp", "diffuse.hpp", "square_root.hpp"} == set(names) and len(names) == 4
+    for name in names:
+        lines = (ROOT / "kernels" / "include" / "allanite" / name).read_text(encoding="utf-8").splitlines()
+        assert "\n".join(x for x in lines if not x.startswith('#include "')) in text
+    assert set(re.findall("#include (.*)", text)) == {"<math.h>", "<stddef.h>", "<stdint.h>"}
+
+
+def test_a_term_is_said_to_be_left_out_only_where_the_filter_does_without_it() -> None:
+    """A record can need slow noise and not tell which: the fit then holds a term that it does not resolve."""
+    limits = [estimate("B", None, 0, 3e-5), estimate("K", None, 0, 4e-7), estimate("R", None, 0, 1e-9)]
+    for terms, held in (
+        ([White(N=8e-5), RandomWalk(K=3e-7)], {"K"}),
+        ([White(N=8e-5), Flicker(B=2e-5)], {"B"}),
+        ([White(N=8e-5), Flicker(B=2e-5), RandomWalk(K=3e-7)], {"B", "K"}),
+        ([White(N=8e-5)], set()),
+    ):
+        for options in ({}, {"flicker": "single", "correlation_time": 50.0}):
+            if options and "B" not in held:
+                continue
+            text = al.export("cpp", study(fitted("g", *terms, estimates=limits)), **options)
+            out = set(re.findall(r"^// noise: (\w+) < .* NOT in this filter$", text, re.M))
+            assert out == {"B", "K", "R"} - held
+            assert set(re.findall(r"^// noise: (\w+) < .*, in this filter as above", text, re.M)) == held
 
 
 def test_example_in_the_folder_is_up_to_date() -> None:
@@ -322,7 +356,7 @@ def test_states_after_a_quarter_of_an_hour_are_those_of_python(
 
 @pytest.mark.skipif(not shutil.which("g++"), reason="needs g++")
 def test_three_axes_live_in_one_program(tmp_path: Path) -> None:
-    """Each in its namespace, with and without a steady gain, under all warnings."""
+    """Each in its namespace, with and without a steady gain, under all warnings, in a folder with nothing else."""
     parts = [
         exported(GYRO, namespace="gyro_x", horizon=60.0),
         exported(NoiseModel.of(White(N=1e-4)), namespace="gyro_y"),
@@ -341,9 +375,9 @@ def test_three_axes_live_in_one_program(tmp_path: Path) -> None:
         encoding="utf-8",
     )
     strict = ["-std=c++17", "-Wall", "-Wextra", "-Wconversion", "-Wshadow", "-Wdouble-promotion", "-Werror"]
-    plain = ["-fno-exceptions", "-fno-rtti", "-fsyntax-only", f"-I{ROOT / 'kernels' / 'include'}"]
+    plain = ["-fno-exceptions", "-fno-rtti", "-fsyntax-only"]
     done = subprocess.run(
-        ["g++", *strict, *plain, str(tmp_path / "all.cpp")], capture_output=True, text=True, check=False
+        ["g++", *strict, *plain, "all.cpp"], cwd=tmp_path, capture_output=True, text=True, check=False
     )
     assert done.returncode == 0, done.stderr
 

@@ -81,9 +81,9 @@ def _record(model: NoiseModel, duration: float, seed: np.random.SeedSequence) ->
 
 
 def constants(text: str) -> dict[str, Array]:
-    """The arrays and numbers of a header, as a compiler reads them."""
-    found = {}
-    for name, values in re.findall(r"^constexpr \w+ (\w+)(?:\[[^]]*\])? = \{?([^;}]*)\}?;", text, re.M):
+    """The arrays and numbers of a model, as a compiler reads them; not those of the kernels before it."""
+    found, own = {}, text[text.index("constexpr int n_states") :]
+    for name, values in re.findall(r"^constexpr \w+ (\w+)(?:\[[^]]*\])? = \{?([^;}]*)\}?;", own, re.M):
         found[name] = np.array([float(x.rstrip("F")) for x in values.replace("\n", " ").split(",")])
     return found
 

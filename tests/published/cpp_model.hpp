@@ -7,12 +7,9 @@
 // noise: flicker B = 2.400000e-05 rad/s [2.200e-05, 2.700e-05]
 // noise: K < 4.000000e-07 rad/s/sqrt(s) (95 % upper limit): not resolved, NOT in this filter
 // flicker: a sum of Gauss-Markov states from one sample to 100 s, a factor 10 apart
-// needs the headers allanite/*.hpp of kernels/include, C++17, no heap, no exceptions
+// C++17 with <math.h>, <stddef.h> and <stdint.h>; no other file, no heap, no exceptions
 #ifndef ALLANITE_SENSOR_MODEL_HPP
 #define ALLANITE_SENSOR_MODEL_HPP
-
-#include <allanite/kalman.hpp>
-#include <allanite/square_root.hpp>
 
 namespace sensor {
 

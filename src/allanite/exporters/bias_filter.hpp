@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: BSD-3-Clause
 // The filter that `allanite export cpp` writes behind the constants of a model, in their namespace: everything from the
-// line below on, and from the second line on only where the model has a steady gain. The arithmetic is that of
-// kernels/include/allanite, which the Python package runs too.
+// line below on, and from the second line on only where the model has a steady gain. The arithmetic is that of the
+// allanite/*.hpp of the kernels, which the Python package runs too; it is written before the constants.
 
 // -- the filter -------------------------------------------------------------------------------------------------------
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""A Kalman filter as a C++ header for a microcontroller: constants, gain and filter, on allanite/kalman.hpp.
+"""A Kalman filter as one C++ header for a microcontroller: arithmetic, constants, gain and filter.
 
 The filter estimates the bias of one axis while the sensor is at rest, and predicts it while it moves:
 
@@ -14,8 +14,9 @@ A model without a walk has the bias as a constant state.
 The bias starts unknown, exactly: the first sample sets the state to ``start_gain * y`` with ``start_covariance``. Both
 are what a prior variance without limit tends to, so there is no large number to choose.
 
-The filter itself, ``bias_filter.hpp`` in this folder, is written behind the constants: the header needs nothing but the
-headers in kernels/include. Every axis may have its own, in its own namespace.
+The filter itself, ``bias_filter.hpp`` in this folder, is written behind the constants, and the headers of the kernels
+that it needs before them, each once: no other file is needed. Every axis may have its own header, in its own namespace;
+include guards keep the arithmetic of several apart from each other and from an ``allanite/`` on the include path.
 """
 
 from __future__ import annotations
@@ -30,8 +31,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+import allanite
 from allanite import __version__
-from allanite.errors import InputError
+from allanite.errors import InputError, StorageError
 from allanite.exporters.bounds import bound_comments, refuse_terms
 from allanite.exporters.triads import plain_line
 from allanite.noise import NoiseModel, StateSpace
@@ -40,9 +42,7 @@ __all__ = ["FILE_NAME", "NAME", "SUMMARY", "TAKES", "write"]
 
 NAME = "cpp"
 FILE_NAME = "model.hpp"
-SUMMARY = (
-    "C++ header on allanite/kalman.hpp: a bias filter with its constants and its steady gain, for firmware"
-)
+SUMMARY = "One C++17 header that needs no other file: a bias filter with its constants, for firmware"
 TAKES = "study"
 
 Json = Mapping[str, Any]
@@ -52,6 +52,17 @@ Array = NDArray[np.float64]
 _HORIZON = 3600.0
 _UNITS = {"rate": "rad/s", "angle": "rad/s", "acceleration": "m/s^2", "velocity": "m/s^2", "voltage": "V"}
 _DIGITS = {"float": 9, "double": 17}
+#: Type of a term -> symbols of the estimates that are about it.
+_LETTERS = {
+    "quantisation": ("Q",),
+    "white": ("N",),
+    "flicker": ("B", "B_equiv"),
+    "gauss_markov": ("B", "B_equiv"),
+    "random_walk": ("K",),
+    "ramp": ("R",),
+    "sinusoid": (),
+}
+_OWN_INCLUDE = re.compile(r'#include "([a-z_]+\.hpp)"')
 #: Words of C++17, and namespaces that the header uses.
 _TAKEN = """
 alignas alignof and and_eq asm auto bitand bitor bool break case catch char char16_t char32_t class compl
@@ -301,7 +312,7 @@ def _choices(
         lines.append(
             "the slowest states hardly decay in one step: in float, feed means at a lower rate (filter_rate)"
         )
-    lines.append("needs the headers allanite/*.hpp of kernels/include, C++17, no heap, no exceptions")
+    lines.append("C++17 with <math.h>, <stddef.h> and <stdint.h>; no other file, no heap, no exceptions")
     return lines
 
 
@@ -318,10 +329,14 @@ def _terms(axis: Json, model: NoiseModel) -> list[str]:
                 text += f" [{known.lower:.3e}, {known.upper:.3e}]"
             parts.append(text)
         lines.append(f"{term.type.replace('_', ' ')} {', '.join(parts)}")
+    held = {letter for term in model.terms for letter in _LETTERS[term.type]}
     for e in estimates.values():
         if not e.supported and math.isfinite(e.upper) and e.symbol in ("Q", "B", "K", "R", "B_equiv"):
+            limit = f"{e.symbol} < {e.upper:.6e} {_si(axis, e.symbol)} (95 % upper limit): not resolved"
             lines.append(
-                f"{e.symbol} < {e.upper:.6e} {_si(axis, e.symbol)} (95 % upper limit): not resolved, NOT in this filter"
+                f"{limit}, in this filter as above: the record needs slow noise and cannot tell which"
+                if e.symbol in held
+                else f"{limit}, NOT in this filter"
             )
     return lines
 
@@ -365,9 +380,7 @@ def _constants(made: _Filter, scalar: str, namespace: str, rate: float, unit: st
         f"#ifndef {guard}",
         f"#define {guard}",
         "",
-        "#include <allanite/kalman.hpp>",
-        "#include <allanite/square_root.hpp>",
-        "",
+        *_arithmetic("kalman.hpp", "square_root.hpp"),
         f"namespace {namespace} {{",
         "",
         f"using Scalar = {scalar};",
@@ -391,6 +404,34 @@ def _constants(made: _Filter, scalar: str, namespace: str, rate: float, unit: st
         "",
         "#endif",
     ]
+
+
+def _arithmetic(*names: str) -> list[str]:
+    """The lines of headers of the kernels, and before each those of what it includes, each header once."""
+    folder = next(
+        (place for p in allanite.__path__ if (place := Path(p) / "include" / "allanite").is_dir()), None
+    )
+    if folder is None:
+        raise StorageError(
+            f"the folder include/allanite is missing from the installed package ({allanite.__path__[0]}): install "
+            "allanite again"
+        )
+    lines: list[str] = []
+    written: set[str] = set()
+
+    def add(name: str) -> None:
+        if name in written:
+            return
+        written.add(name)
+        own = (folder / name).read_text(encoding="utf-8").splitlines()
+        for line in own:
+            if found := _OWN_INCLUDE.match(line):
+                add(found[1])
+        lines.extend([f"// -- allanite/{name} ---", *(x for x in own if not _OWN_INCLUDE.match(x)), ""])
+
+    for name in names:
+        add(name)
+    return lines
 
 
 def _filter(*, with_gain: bool) -> list[str]:
