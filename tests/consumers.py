@@ -201,6 +201,23 @@ def markov(n: float, phi: float, bias: float) -> Step:
 
 
 def gazebo(text: str) -> dict[str, Step]:
+    """stddev in a sample; phi = exp(-dt/T), q^2 T/2 (1 - exp(-2 dt/T)): GaussianNoiseModel of gz-sensors."""
+    root = ElementTree.fromstring(text)
+    assert (root.tag, root.get("type")) == ("sensor", "imu")
+    dt, found = 1 / float(root.findtext("update_rate", "nan")), {}
+    for s, element in ((GYRO, "angular_velocity"), (ACCEL, "linear_acceleration")):
+        noise = root.find(f"imu/{element}/x/noise")
+        if noise is None:
+            continue
+        assert noise.get("type") == "gaussian"
+        k = {e.tag: float(e.text or "nan") for e in noise}
+        q, time = k["dynamic_bias_stddev"], k["dynamic_bias_correlation_time"]
+        bias = q**2 * time / 2 * (1 - math.exp(-2 * dt / time))
+        found[s] = step(dt, (k["stddev"] * dt) ** 2, math.exp(-dt / time), bias)
+    return found
+
+
+def gazebo_classic(text: str) -> dict[str, Step]:
     """phi = exp(-dt/T), q^2 T/2 (1 - exp(-2 dt/T))."""
     k = {e.tag: float(e.text or "nan") for e in ElementTree.fromstring(f"<plugin>{text}</plugin>")}
     found = {}
@@ -282,7 +299,9 @@ Reader = Callable[[str], dict[str, Step]]
 WALKERS: dict[str, Reader] = {
     f.__name__: f for f in (kalibr, openvins, vins, orb_slam3, okvis, gtsam, pyins, px4, ardupilot)
 }
-MARKOVS: dict[str, Reader] = {f.__name__: f for f in (gazebo, gnss_ins_sim, navego, psins, kf_gins, ob_gins)}
+MARKOVS: dict[str, Reader] = {
+    f.__name__: f for f in (gazebo, gazebo_classic, gnss_ins_sim, navego, psins, kf_gins, ob_gins)
+}
 #: Consumers whose step of a Gauss-Markov bias is exact.
-EXACT = ("gazebo",)
+EXACT = ("gazebo", "gazebo_classic")
 OPTIONS: dict[str, dict[str, Any]] = {"ardupilot": {"filter_rate": 80.0}}

@@ -12,10 +12,11 @@ import io
 import json
 import math
 import re
-from collections.abc import Callable
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 from xml.dom import minidom
+from xml.etree import ElementTree
 
 import numpy as np
 import pytest
@@ -226,7 +227,8 @@ def numbers(text: str) -> list[float]:
         ("vins", "upper-bound", [1.7453e-03, 5.2478e-05]),
         ("gtsam", "k-only", [7.6154e-09] * 3 + [1.6323e-13] * 3),
         ("gtsam", "upper-bound", [7.6154e-09] * 3 + [1.3770e-11] * 3),
-        ("gazebo", None, [8.7266e-05, 3.6887e-06, 1e2]),
+        ("gazebo", None, [1.2341e-03, 3.6887e-06, 1e2] * 3),
+        ("gazebo_classic", None, [8.7266e-05, 3.6887e-06, 1e2]),
         ("gnss_ins_sim", None, [0.0] * 3 + [0.3] * 3 + [5.38] * 3 + [100.0] * 3),
         ("navego", None, [0.3] * 3 + [1.4944e-03] * 3 + [100.0] * 3 + [3.6887e-06] * 3 + [4.0401e-07] * 3),
         ("psins", None, [0.0, 0.3, 5.38, 100.0, 0.0]),
@@ -329,7 +331,18 @@ def test_each_axis_has_its_own_number(name: str) -> None:
 
 @pytest.mark.parametrize(
     "name",
-    ["kalibr", "openvins", "vins", "orb_slam3", "okvis", "px4", "ardupilot", "gazebo", "psins", "ob_gins"],
+    [
+        "kalibr",
+        "openvins",
+        "vins",
+        "orb_slam3",
+        "okvis",
+        "px4",
+        "ardupilot",
+        "gazebo_classic",
+        "psins",
+        "ob_gins",
+    ],
 )
 def test_one_slot_for_three_axes(name: str) -> None:
     with pytest.raises(InputError, match="'worst' or 'rms', not 'each': the file has one number"):
@@ -343,11 +356,24 @@ def test_one_triad_alone_leaves_the_other_open(name: str) -> None:
         assert "the log holds none in known units" in text
 
 
+def test_each_axis_of_gazebo_has_its_own_noise_and_the_rate_is_that_of_the_simulated_sensor() -> None:
+    """A model flies at 250 Hz whatever the log was at: the deviation of its samples is that of this rate."""
+    noises = {"gx": 1e-4, "gy": 3e-4, "gz": 2e-4}
+    markov = GaussMarkov.from_sigma(1e-5, 50.0)
+    axes = {name: NoiseModel.of(White(N=n), markov) for name, n in noises.items()}
+    text = al.export("gazebo", axes, rate=RATE, axes="each", filter_rate=250.0)
+    root = ElementTree.fromstring(text)
+    assert root.findtext("update_rate") == "250.0"
+    found = [float(root.findtext(f"imu/angular_velocity/{a}/noise/stddev", "nan")) for a in "xyz"]
+    assert found == pytest.approx([n * math.sqrt(250) for n in noises.values()], rel=1e-6)
+    assert "linear_acceleration: not in the study" in text and root.find("imu/linear_acceleration") is None
+
+
 def test_simulators_take_the_root_mean_square_and_estimators_the_worst_axis() -> None:
     for name in ALL:
         text = whole(name, sample_study.build())
         rms = "root mean square of the axes" in text
-        assert rms == (name in ("gazebo", "gnss_ins_sim", "psins", "matlab"))
+        assert rms == (name in ("gazebo", "gazebo_classic", "gnss_ins_sim", "psins", "matlab"))
 
 
 FLICKER = {"g": NoiseModel.of(White(N=1e-4), Flicker(B=1e-5))}
@@ -375,6 +401,7 @@ TIMES = {
         ("kalibr", FLICKER, {"correlation_time": "9s"}, "positive number of seconds, not '9s'"),
         ("vins", FLICKER, {"filter_rate": 0.0}, "filter_rate"),
         ("px4", FLICKER, {"filter_rate": math.inf}, "filter_rate"),
+        ("gazebo", FLICKER, {"filter_rate": -1.0}, "filter_rate"),
         ("kalibr", FLICKER, {"digits": 2}, "digits"),
         ("matlab", FLICKER, {"part": "my part"}, "MATLAB variable"),
         ("gtsam", FLICKER, {"rostopic": "/imu"}, "no option 'rostopic'"),
@@ -412,9 +439,9 @@ def test_f10_names_of_any_kind_stay_in_their_comment(name: str) -> None:
     assert text.isascii() and all(c.isprintable() or c in "\n\t" for c in text)
     lines = [line for line in text.splitlines() if "evil" in line]
     assert lines
-    if name == "gazebo":
+    if name.startswith("gazebo"):
         root = minidom.parseString(f"<r>{text}</r>").documentElement
-        assert len(root.getElementsByTagName("*")) == 6
+        assert len(root.getElementsByTagName("*")) == (6 if name == "gazebo_classic" else 4 + 2 * (1 + 3 * 6))
     elif name != "matlab":
         assert all(line.startswith(("#", "%", "//")) for line in lines)
     if name in ("gtsam", "pyins", "gnss_ins_sim"):
@@ -499,21 +526,49 @@ def test_json_of_matlab_holds_what_loadparams_takes() -> None:
         assert all(isinstance(v, float) for v in values)
 
 
-def test_gtsam_module_sets_its_parameters() -> None:
-    said: dict[str, Any] = {}
-
-    class Parameters:
-        """Keeps what it is told."""
-
-        def __getattr__(self, name: str) -> Callable[[Any], None]:
-            return lambda value: said.__setitem__(name, np.array(value))
-
+def test_gtsam_module_sets_the_parameters_that_there_are() -> None:
+    """ImuFactor's parameters have no setters of the bias (GTSAM 4.3): `apply` failed on them."""
+    told: dict[str, Any] = {}
+    samples, bias = ("setGyroscopeCovariance", "setAccelerometerCovariance"), (
+        "setBiasOmegaCovariance",
+        "setBiasAccCovariance",
+    )  # fmt: skip
     names = consumers.python_names(al.export("gtsam", MODELS, rate=RATE))
-    names["apply"](Parameters())
-    assert set(said) == {
-        "setGyroscopeCovariance", "setAccelerometerCovariance", "setBiasOmegaCovariance", "setBiasAccCovariance"
-    }  # fmt: skip
-    assert said["setGyroscopeCovariance"] == pytest.approx(np.eye(3) * 7.6154e-09, rel=1e-4)
+    for able in (samples, samples + bias):
+        told.clear()
+        params = SimpleNamespace(**{n: lambda value, n=n: told.__setitem__(n, np.array(value)) for n in able})
+        assert names["apply"](params) is params
+        assert set(told) == set(able)
+        assert told["setGyroscopeCovariance"] == pytest.approx(np.eye(3) * 7.6154e-09, rel=1e-4)
+    with pytest.raises(AttributeError, match="setGyroscopeCovariance"):
+        names["apply"](SimpleNamespace())
+    walks = np.array([2.9857e-05] * 3 + [3.7107e-06] * 3)
+    assert names["bias_sigmas"](4.0) == pytest.approx(2 * walks, rel=1e-4)
+
+
+def test_gtsam_itself_propagates_the_variances_of_the_model() -> None:
+    gtsam = pytest.importorskip("gtsam", reason="GTSAM's wheel is not installed")
+    names = consumers.python_names(al.export("gtsam", MODELS, rate=RATE, walk="k-only", digits=15))
+    seconds, dt = 1.0, 1 / RATE
+    for kind, name in (
+        (gtsam.PreintegrationParams, "PreintegratedImuMeasurements"),
+        (gtsam.PreintegrationCombinedParams, "PreintegratedCombinedMeasurements"),
+    ):
+        params = names["apply"](kind.MakeSharedU(0.0))
+        params.setIntegrationCovariance(np.zeros((3, 3)))
+        made = getattr(gtsam, name)(params, gtsam.imuBias.ConstantBias())
+        for _ in range(round(seconds / dt)):
+            made.integrateMeasurement(np.zeros(3), np.zeros(3), dt)
+        found = made.preintMeasCov()
+        own = {s: (m.term("white").N, m.term("random_walk").K) for s, m in OF_SENSOR.items()}
+        (n, k), (n_a, k_a) = own[GYRO], own[ACCEL]
+        assert found[0, 0] == pytest.approx(n**2 * seconds, rel=1e-3)
+        assert found[6, 6] == pytest.approx(n_a**2 * seconds, rel=1e-3)
+        if found.shape == (15, 15):
+            assert (found[9, 9], found[12, 12]) == pytest.approx((k_a**2 * seconds, k**2 * seconds), rel=1e-9)
+    sigmas = gtsam.noiseModel.Diagonal.Sigmas(np.array(names["bias_sigmas"](seconds)))
+    gtsam.BetweenFactorConstantBias(0, 1, gtsam.imuBias.ConstantBias(), sigmas)
+    assert sigmas.sigmas() == pytest.approx([k_a] * 3 + [k] * 3, rel=1e-9)
 
 
 def test_openvins_of_a_study_alone_says_that_nothing_is_calibrated() -> None:

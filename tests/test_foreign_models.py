@@ -139,6 +139,19 @@ def test_sides_and_filter_of_matlab(tmp_path: Path) -> None:
     assert (bias.sigma, bias.T) == pytest.approx((1e-5, 50.0), rel=1e-9)
 
 
+@pytest.mark.parametrize("name", ["imu", "imu.txt", "imu.conf", "imu.yaml.bak", "imu.json"])
+def test_the_content_decides_and_not_the_name(name: str, tmp_path: Path) -> None:
+    models, rate = load_models(written(tmp_path, KALIBR, name))
+    assert rate == 200.0 and values(models["gyro"]) == [1.7e-4, 1.9e-5]
+    sheet = "gyro: {angle_random_walk: 0.3 deg/√h}\n"
+    assert load_models(written(tmp_path, sheet, name))[0]["gyro"].terms[0].N == pytest.approx(8.72664626e-05)
+    with pytest.raises(InputError, match="is of imu_utils"):
+        load_models(written(tmp_path, IMU_UTILS, name))
+    for other in ("{", "1, 2, 3", "some: thing\n", "\0\1"):
+        with pytest.raises(FormatError, match="is not JSON .*: give a study"):
+            load_models(written(tmp_path, other, name))
+
+
 def test_a_data_sheet_stays_a_data_sheet(tmp_path: Path) -> None:
     text = "accelerometer:\n  velocity_random_walk: 0.06 m/s/√h\n  acceleration_random_walk: 30 µg/√h\n"
     models, rate = load_models(written(tmp_path, text))

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import importlib.util
+import re
 import shutil
 import sqlite3
 import struct
@@ -18,6 +19,8 @@ pytest.importorskip("rosbags", reason="the extra allanite[ros] is not installed"
 import pyarrow as pa
 
 from allanite.errors import DataQualityError, FormatError, InputError, LimitError
+from allanite.exporters import export
+from allanite.noise import NoiseModel, RandomWalk, White
 from allanite.readers import read, rosbag
 from allanite.readers.rosbag import decoding
 from allanite.readers.rosbag.bag1 import Bag1
@@ -353,6 +356,26 @@ def test_the_sensible_topic_is_read_and_the_others_are_named(
     assert read(path, topic=topics[0]).notes["source"]["topic"] == topics[0]
     with pytest.raises(InputError, match=r"/imu/absent is not there; found: .*/imu"):
         read(path, topic="/imu/absent")
+
+
+@pytest.mark.parametrize("two", [False, True])
+def test_exports_for_kalibr_name_the_topic_of_the_bag(tmp_path: Path, two: bool) -> None:
+    types, place = (TWO, tmp_path / "A.db3") if two else (ONE, tmp_path / "A.bag")
+    write(types, place, imus(types, "/camera/imu"))
+    log = read(place)
+    models = [NoiseModel.of(White(N=1e-4), RandomWalk(K=1e-7)).to_json()]
+    gyro = {"name": "gyro_x", "kind": "rate", "unit": "rad/s", "models": models}
+    facts = {"rate": log.rate, "history": [dict(step) for step in log.history]}
+    study = {"provenance": {}, "recording": facts, "channels": [gyro]}
+    for name in ("kalibr", "openvins"):
+        assert re.search(r"^ *rostopic: /camera/imu$", export(name, study), re.M)
+        assert re.search(r"^ *rostopic: /imu9$", export(name, study, rostopic="/imu9"), re.M)
+        for steps in ([], [{"step": "read", "format": "ULog", "topic": "sensor_combined"}]):
+            other = {**study, "recording": {**facts, "history": steps}}
+            assert re.search(r"^ *rostopic: /imu0  # PLACEHOLDER: .*--rostopic", export(name, other), re.M)
+        inner = [{"step": "read", "format": "ROS", "topic": "/driver.left.imu"}]
+        said = export(name, {**study, "recording": {**facts, "history": inner}})
+        assert "/imu0  # PLACEHOLDER: the log is of several topics, or of a message that is no Imu" in said
 
 
 def test_a_topic_without_samples_or_of_another_kind(tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ from pathlib import Path
 from typing import Any
 
 from allanite.atomic_file import fresh
-from allanite.errors import FormatError, InputError
+from allanite.errors import AllaniteError, FormatError, InputError
 from allanite.foreign_models import models_of_matlab, models_of_yaml
 from allanite.noise import (
     BY_LETTER,
@@ -42,7 +42,7 @@ _WORDS = re.compile(r"\s*([QNBKRT])(?:_b)?\s*=\s*((?:\d+\.?\d*|\.\d+)(?:[eE][+-]
 def load_models(path: str | os.PathLike[str]) -> tuple[dict[str, NoiseModel], float | None]:
     """Noise models by channel name: of a study, of what ``allanite fit --json`` prints, of one model, of a data sheet
     (YAML, see `allanite.datasheet`), of another program (Kalibr, OpenVINS, ORB-SLAM3, OKVIS, MATLAB; see
-    `allanite.foreign_models`), or in words.
+    `allanite.foreign_models`), or in words. The content decides, whatever the file is called.
 
     Returns
     -------
@@ -58,13 +58,17 @@ def load_models(path: str | os.PathLike[str]) -> tuple[dict[str, NoiseModel], fl
         No such file, or one whose numbers do not say what they are.
     """
     if Path(path).suffix.lower() in (".yaml", ".yml"):
-        from allanite.datasheet import read_datasheet
-
-        return models_of_yaml(Path(path)) or (read_datasheet(path).models, None)
+        return models_of_yaml(Path(path)) or _of_sheet(Path(path))
     if "=" in str(path) and not Path(path).exists():
         model = model_of(str(path))
         return {"gyro" if model.kind == "rate" else "accelerometer": model}, None
-    found = load_plain(path, _WANTED)
+    try:
+        found = load_plain(path, _WANTED)
+    except FormatError:
+        other = _of_yaml(Path(path))  # whatever the file is called
+        if other is None:
+            raise
+        return other
     if isinstance(found, Mapping) and found.get("format") == "allanite-study":
         from allanite.study import Study
 
@@ -85,6 +89,23 @@ def load_models(path: str | os.PathLike[str]) -> tuple[dict[str, NoiseModel], fl
         f"{path} holds no noise model: expected a study, a model {{'terms': [{{'type': 'white', 'N': 1e-4}}]}}, "
         "an object of models by channel name, or the parameters of MATLAB's imuSensor"
     )
+
+
+def _of_yaml(path: Path) -> tuple[dict[str, NoiseModel], float | None] | None:
+    """Models of a file that is no JSON; None where it is no configuration of a program and no data sheet."""
+    found = models_of_yaml(path)
+    if found is not None:
+        return found
+    try:
+        return _of_sheet(path)
+    except AllaniteError:
+        return None
+
+
+def _of_sheet(path: Path) -> tuple[dict[str, NoiseModel], None]:
+    from allanite.datasheet import read_datasheet
+
+    return read_datasheet(path).models, None
 
 
 def save_models(

@@ -103,13 +103,14 @@ def _list_consumers(context: click.Context, _: click.Parameter, wanted: bool) ->
 @click.option("--gyroscope", type=Names(), help="Channels of the gyroscopes: gx,gy,gz.  [default: all]")
 @click.option("--accelerometer", type=Names(), help="Channels of the accelerometers.  [default: all]")
 @click.option("--digits", type=int, help="Digits after the point.  [default: 6]")
-@click.option("--rostopic", help="Topic to write into the file.  [kalibr, openvins]")
+@click.option("--rostopic", help="Topic of the IMU.  [kalibr, openvins; default: that of the log]")
 @click.option("--part", help="Name of the part in the JSON file.  [matlab; default: allanite]")
 @click.option("--channel", help="Of one axis: which.  [cpp; default: the worst]")
 @click.option(
     "--filter-rate",
     type=float,
-    help="Steps per second of the filter.  [cpp, vins, px4, ardupilot; default: its own, or the log's]",
+    help="Steps per second of the filter or simulator.  [cpp, vins, px4, ardupilot, gazebo; default: its own, "
+    "or the log's]",
 )
 @click.option("--scalar", type=click.Choice(["float", "double"]), help="Precision of the filter.  [cpp]")
 @click.option(

@@ -40,6 +40,7 @@ EXPORTERS: Final = (
     "psins",
     "gnss_ins_sim",
     "gazebo",
+    "gazebo_classic",
     "matlab",
     "px4",
     "ardupilot",
@@ -93,8 +94,8 @@ def export(
     ----------
     name : str
         Of a study: "kalibr" (imu.yaml), "vins", "orb-slam3", "okvis", "gtsam", "pyins", "kf-gins", "ob-gins", "navego",
-        "psins", "gnss-ins-sim", "gazebo", "matlab", "px4", "ardupilot"; "cpp", a C++ header: a bias filter for
-        firmware. Of a calibration: "imu-tk". Of either: "openvins" (kalibr_imu_chain.yaml).
+        "psins", "gnss-ins-sim", "gazebo", "gazebo-classic", "matlab", "px4", "ardupilot"; "cpp", a C++ header: a bias
+        filter for firmware. Of a calibration: "imu-tk". Of either: "openvins" (kalibr_imu_chain.yaml).
     study : Study, dict, mapping of channel name to NoiseModel, or Calibration
         A study, its document, or bare models (then `rate` is needed and their `kind` says what they are). For
         "imu-tk", and for "openvins" where there is one, a calibration, its document, or one that holds it.

@@ -1,54 +1,108 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Parameters of the IMU plug-in of RotorS, of PX4's Gazebo and of the UUV simulator, as elements of a model file (SI).
+"""The IMU of a model of Gazebo (gz sim, once Ignition), as an element of SDF: http://sdformat.org/spec (noise, imu).
 
-The plug-in steps the bias as an exact first-order Gauss-Markov process: exp(-dt/T), and q^2 T/2 (1 - exp(-2 dt/T)). Its
-"random walk" is the driving density q, not K.
+What PX4's SITL simulates with on Ubuntu 22.04 and later (``make px4_sitl gz_x500``). Each axis has a ``<noise>`` of its
+own, which gz-sensors (GaussianNoiseModel) adds in every sample:
+
+``stddev``
+    Standard deviation of a sample: N sqrt(update_rate). It is not a density.
+``dynamic_bias_stddev``, ``dynamic_bias_correlation_time``
+    Driving density q = sigma sqrt(2/T) and T of a Gauss-Markov bias, whose step is exact: exp(-dt/T), and
+    q^2 T/2 (1 - exp(-2 dt/T)). dt is the time between two samples.
+
+The bias starts from ``bias_mean`` and ``bias_stddev``, and that start decays with T.
 """
 
 from __future__ import annotations
 
-from allanite.exporters.imu import ACCELEROMETER, GYROSCOPE, Consumer, MarkovImu, gauss_markov_imu, writer
+import math
+from collections.abc import Mapping
+from typing import Any, Unpack
+
+from allanite.errors import InputError
+from allanite.exporters.imu import (
+    ACCELEROMETER,
+    GYROSCOPE,
+    Consumer,
+    MarkovImu,
+    NoiseOptions,
+    gauss_markov_imu,
+    rate_text,
+)
 from allanite.exporters.imu.axes import UNITS
 
 __all__ = ["FILE_NAME", "NAME", "SUMMARY", "TAKES", "TERMS", "write"]
 
 NAME = "gazebo"
-FILE_NAME = "gazebo_imu.xml"
-SUMMARY = "Gazebo (RotorS, PX4 SITL, UUV simulator): the IMU plug-in with its exact Gauss-Markov bias, SI"
-TAKES = "study"
-CONSUMER = Consumer(
-    name="Gazebo (RotorS, PX4 SITL, UUV simulator)",
-    file=FILE_NAME,
-    convention=(
-        "continuous-time root densities in SI units, two-sided; the plug-in makes them discrete itself",
-        "RandomWalk: driving density q = sigma sqrt(2/T) of the Gauss-Markov bias, which its step keeps exactly",
-    ),
-    simulator=True,
+FILE_NAME = "gazebo_imu.sdf"
+SUMMARY = (
+    "Gazebo (gz sim), PX4 SITL: imu sensor of SDF, noise of one sample and a Gauss-Markov bias, per axis, SI"
 )
-TERMS = CONSUMER.terms
+TAKES = "study"
+TERMS = ("N", "K")
 
-_UNITS = {GYROSCOPE: "rad/s", ACCELEROMETER: "m/s^2"}
+Json = Mapping[str, Any]
+
+#: Element of a triad, and unit of its samples.
+_ELEMENTS = {GYROSCOPE: ("angular_velocity", "rad/s"), ACCELEROMETER: ("linear_acceleration", "m/s^2")}
 
 
-def _template(imu: MarkovImu) -> list[str]:
-    """The elements; they go into the plug-in's element of a model."""
+def write(document: Json, *, filter_rate: float | None = None, **options: Unpack[NoiseOptions]) -> str:
+    """The text of the sensor; it goes into a link of a model, in place of the imu sensor there.
+
+    Parameters
+    ----------
+    document : dict
+        A study document.
+    filter_rate : float, optional [Hz]
+        Rate of the simulated sensor (update_rate); that of the study by default.
+    **options
+        `NoiseOptions`; axes="rms" by default, as this is a simulator.
+
+    Raises
+    ------
+    InputError
+        A rate that is not a positive number, or what `gauss_markov_imu` refuses.
+    """
+    rate = document["recording"]["rate"] if filter_rate is None else filter_rate
+    if not (math.isfinite(rate) and rate > 0):
+        raise InputError(f"filter_rate must be a positive number of samples per second, not {rate!r}")
+    consumer = Consumer(
+        name="Gazebo (gz sim; PX4 SITL on Ubuntu 22.04 and later)",
+        file=FILE_NAME,
+        convention=(
+            "not for the IMU plug-ins of Gazebo Classic: export gazebo-classic for those",
+            f"stddev: DISCRETE, N sqrt(update_rate), of a sample at {rate_text(rate)} Hz; export again for another",
+            "1/update_rate must be a multiple of the step of the physics, or the rate will be another one",
+            "dynamic_bias_stddev: continuous, driving density q = sigma sqrt(2/T) of the bias; the step is exact",
+            "the bias starts at zero; bias_stddev, the spread between power-ups, is not in a record of one run",
+        ),
+        per_axis=True,
+        simulator=True,
+    )
+    imu = gauss_markov_imu(document, consumer, **options)
+    return "\n".join(_sensor(imu, rate)) + "\n"
+
+
+def _sensor(imu: MarkovImu, rate: float) -> list[str]:
     # two hyphens would end an XML comment
     lines = ["<!--", *(line.replace("--", "- -") for line in imu.comments), "-->"]
-    for sensor in (GYROSCOPE, ACCELEROMETER):
+    lines += ['<sensor name="imu_sensor" type="imu">', "  <always_on>true</always_on>"]
+    lines += [f"  <update_rate>{rate_text(rate)}</update_rate>", "  <imu>"]
+    for sensor, (element, unit) in _ELEMENTS.items():
         if sensor not in imu.noise:
+            lines.append(f"    <!-- {element}: not in the study: fill in, or it has no noise -->")
             continue
-        noise, walk = UNITS[sensor]
-        for key, value, unit in (
-            ("NoiseDensity", imu.noise[sensor][0], noise),
-            ("RandomWalk", imu.density(sensor)[0], walk),
-            ("BiasCorrelationTime", imu.time[sensor][0], "s"),
-        ):
-            lines.append(f"<{sensor}{key}>{imu.text(value)}</{sensor}{key}>  <!-- {unit} -->")
-        open_ = (
-            f"{sensor}TurnOnBiasSigma, {_UNITS[sensor]}: spread between power-ups, not in a record of one run"
-        )
-        lines.append(f"<!-- {open_} -->")
-    return lines
-
-
-write = writer(_template, gauss_markov_imu, CONSUMER)
+        lines.append(f"    <{element}>")
+        for i, axis in enumerate("xyz"):
+            lines += [f"      <{axis}>", '        <noise type="gaussian">', "          <mean>0.0</mean>"]
+            for key, values, of in (
+                ("stddev", [v * math.sqrt(rate) for v in imu.noise[sensor]], unit),
+                ("dynamic_bias_stddev", imu.density(sensor), UNITS[sensor][1]),
+                ("dynamic_bias_correlation_time", imu.time[sensor], "s"),
+            ):
+                value = imu.text(values[i if len(values) == 3 else 0])
+                lines.append(f"          <{key}>{value}</{key}>  <!-- {of} -->")
+            lines += ["        </noise>", f"      </{axis}>"]
+        lines.append(f"    </{element}>")
+    return [*lines, "  </imu>", "</sensor>"]

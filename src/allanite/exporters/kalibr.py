@@ -31,7 +31,7 @@ __all__ = [
     "TERMS",
     "noise_lines",
     "open_lines",
-    "refuse_topic",
+    "topic_line",
     "write",
 ]
 
@@ -54,17 +54,20 @@ _SLOTS = (
     Slot("gyroscope_noise_density", GYROSCOPE, "noise", "rad/s/sqrt(Hz)"),
     Slot("gyroscope_random_walk", GYROSCOPE, "walk", "rad/s^2/sqrt(Hz)"),
 )
+_TOPIC = r"[/~A-Za-z][A-Za-z0-9_/]*"
 _BLANK = "# {key}:  # {unit}"
 
 
-def write(document: Json, *, rostopic: str = "/imu0", **options: Unpack[NoiseOptions]) -> str:
+def write(document: Json, *, rostopic: str | None = None, **options: Unpack[NoiseOptions]) -> str:
     """The text of imu.yaml.
 
     Parameters
     ----------
     document : dict
         A study document.
-    rostopic : str
+    rostopic : str, optional
+        Topic of the IMU in the bag that Kalibr will read; that of the log by default. A log without one gets "/imu0",
+        with a comment.
     **options
         `NoiseOptions`.
 
@@ -73,15 +76,34 @@ def write(document: Json, *, rostopic: str = "/imu0", **options: Unpack[NoiseOpt
     InputError
         A name that is no topic, or what `white_and_walk` refuses.
     """
-    refuse_topic(rostopic)
+    topic = topic_line(document, rostopic)
     imu = white_and_walk(document, CONSUMER, **options)
-    return "\n".join([*imu.comment(), "", f"rostopic: {rostopic}", *noise_lines(imu)]) + "\n"
+    return "\n".join([*imu.comment(), "", topic, *noise_lines(imu)]) + "\n"
 
 
-def refuse_topic(rostopic: str) -> None:
-    """Raise if this is no name of a ROS topic."""
-    if not re.fullmatch(r"[/~A-Za-z][A-Za-z0-9_/]*", rostopic):
-        raise InputError(f"{rostopic!r} is not the name of a ROS topic")
+def topic_line(document: Json, rostopic: str | None) -> str:
+    """The topic that is asked for, or that the study was read from.
+
+    Raises
+    ------
+    InputError
+        What is asked for is no name of a ROS topic.
+    """
+    if rostopic is not None:
+        if not re.fullmatch(_TOPIC, rostopic):
+            raise InputError(f"{rostopic!r} is not the name of a ROS topic")
+        return f"rostopic: {rostopic}"
+    steps = document.get("recording", {}).get("history", ())
+    topics = {step.get("topic") for step in steps if step.get("format") == "ROS" and step.get("topic")}
+    if not topics:
+        return "rostopic: /imu0  # PLACEHOLDER: the log names no topic; set that of your bag (--rostopic)"
+    topic = str(topics.pop())
+    if topics or not re.fullmatch(_TOPIC, topic):
+        return (
+            "rostopic: /imu0  # PLACEHOLDER: the log is of several topics, or of a message that is no Imu by itself "
+            "(--rostopic)"
+        )
+    return f"rostopic: {topic}"
 
 
 def noise_lines(imu: WalkImu) -> list[str]:

@@ -34,7 +34,7 @@ from allanite.attitude import rotation_vector
 from allanite.calibration import ACCELEROMETER, GYRO, Calibration
 from allanite.errors import InputError
 from allanite.exporters.imu import Consumer, NoiseOptions, white_and_walk
-from allanite.exporters.kalibr import noise_lines, open_lines, refuse_topic
+from allanite.exporters.kalibr import noise_lines, open_lines, topic_line
 from allanite.exporters.triads import (
     lower_and_rotation,
     notes_of,
@@ -122,7 +122,7 @@ def write(
     *,
     model: Json | None = None,
     intrinsics: str = "kalibr",
-    rostopic: str = "/imu0",
+    rostopic: str | None = None,
     **options: Unpack[NoiseOptions],
 ) -> str:
     """The text of kalibr_imu_chain.yaml.
@@ -134,7 +134,8 @@ def write(
     model : dict, optional
         A study document, for the four numbers of noise of a calibrated unit; without it their lines are left open.
     intrinsics : "kalibr" or "rpng"
-    rostopic : str
+    rostopic : str, optional
+        As that of Kalibr (`allanite.exporters.kalibr`): by default that of the log of the study.
     **options
         `NoiseOptions`.
 
@@ -143,7 +144,7 @@ def write(
     InputError
         A calibration of counts, axes that are not right-handed, two studies, or what `white_and_walk` refuses.
     """
-    refuse_topic(rostopic)
+    topic = topic_line(document if model is None else model, rostopic)
     calibration = (
         None if "channels" in document and "recording" in document else Calibration.from_json(document)
     )
@@ -155,10 +156,10 @@ def write(
         model = document
     else:
         _refuse_counts(calibration)
-    comments, lines = [_WITHOUT_MODEL], [f"rostopic: {rostopic}", *open_lines()]
+    comments, lines = [_WITHOUT_MODEL], [topic, *open_lines()]
     if model is not None:
         imu = white_and_walk(model, CONSUMER, **options)
-        comments, lines = ["#", *imu.comment()], [f"rostopic: {rostopic}", *noise_lines(imu)]
+        comments, lines = ["#", *imu.comment()], [topic, *noise_lines(imu)]
     elif options:
         raise InputError(f"{next(iter(options))} is about the noise: give model=, the study of the sensor")
     if intrinsics not in _CONVENTIONS:

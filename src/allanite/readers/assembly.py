@@ -170,6 +170,8 @@ def assemble(table: Table, options: Options, name: str) -> Recording:
         "rate_from": base.facts["source"],
         "units_from": units_from,
     }
+    if table.source.get("topic"):
+        step["topic"] = table.source["topic"]
     if options.rate is not None and time is not None:
         step["stamps_set_aside"] = time.source
     if options.unit is not None:
