@@ -16,6 +16,7 @@ from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
+import pytest
 from numpy.typing import NDArray
 from ruamel.yaml import YAML
 
@@ -229,17 +230,28 @@ def gazebo_classic(text: str) -> dict[str, Step]:
 
 
 def matlab(text: str, content: Any) -> dict[str, Step]:
-    """White noise of BiasInstability through b/(1 + a z^-1); NoiseDensity sqrt(f), RandomWalk/sqrt(f) double-sided."""
-    assert json.loads(text)
-    found = {}
+    """White noise of BiasInstability through b/(1 + a z^-1); NoiseDensity sqrt(band), RandomWalk/sqrt(band).
+
+    The band is the rate for "single-sided", half of it for "double-sided", which loadparams leaves (imuSensor of
+    R2023b, setupBandwidth).
+    """
+    (part,), found = json.loads(text).values(), {}
     for s, name in ((GYRO, "Gyroscope"), (ACCEL, "Accelerometer")):
         k = content[name]
-        assert str(k["NoiseType"][0]) == "double-sided"
+        assert str(k["NoiseType"][0]) == "single-sided"
         c = k["BiasInstabilityCoefficients"]
         assert c["Denominator"].ravel()[0] == 1.0
         bias = (float(c["Numerator"].item()) * k["BiasInstability"].ravel()[0]) ** 2
-        found[s] = markov(k["NoiseDensity"].ravel()[0], -c["Denominator"].ravel()[1], bias)
+        white, walk = matlab_samples(k, RATE)
+        assert matlab_samples(part[name], RATE / 2) == pytest.approx((white, walk), rel=1e-9)
+        found[s] = step(1 / RATE, (white / RATE) ** 2, -c["Denominator"].ravel()[1], bias)
     return found
+
+
+def matlab_samples(k: Any, band: float) -> tuple[float, float]:
+    """Deviations of a sample of white noise, and of a step of the random walk."""
+    density, walk = (float(np.ravel(k[key])[0]) for key in ("NoiseDensity", "RandomWalk"))
+    return density * math.sqrt(band), walk / math.sqrt(band)
 
 
 def gnss_ins_sim(text: str) -> dict[str, Step]:

@@ -5,7 +5,9 @@ Kalibr's imu.yaml (that of allan_variance_ros too), OpenVINS, ORB-SLAM3, OKVIS
     Root densities in SI, continuous: white noise and a random walk of the bias. What the walk holds (the random walk
     alone, or bias instability with it) the file does not say.
 imuSensor of MATLAB as JSON
-    NoiseDensity, BiasInstability and RandomWalk of gyroparams and accelparams, by axis.
+    NoiseDensity, BiasInstability and RandomWalk of gyroparams and accelparams, by axis: the noise that imuSensor makes
+    of them. Its default NoiseType, "double-sided", gives a sample the deviation NoiseDensity sqrt(rate/2): N is
+    NoiseDensity/sqrt(2) there, and K is sqrt(2) RandomWalk.
 
 Files that do not say what their numbers are, are refused with the reason: those of imu_utils, whose "walk" is a bias
 instability, and whose noise is the deviation of one sample in some of them; and those of VINS, which are of one step at
@@ -192,8 +194,8 @@ def _positive(path: Path, key: str, given: Any) -> float:
 
 _PARTS = {"Gyroscope": "gyro", "Accelerometer": "accelerometer"}
 _NOISE = ("NoiseDensity", "BiasInstability", "RandomWalk")
-#: NoiseType -> factors that make N of NoiseDensity and K of RandomWalk: its band is the rate, or half of it.
-_TYPES = {"double-sided": (1.0, 1.0), "single-sided": (math.sqrt(0.5), math.sqrt(2.0))}
+#: NoiseType -> factors that make N of NoiseDensity and K of RandomWalk: its band is the rate, or half of it by default.
+_TYPES = {"single-sided": (1.0, 1.0), "double-sided": (math.sqrt(0.5), math.sqrt(2.0))}
 #: The default filter of BiasInstability: nothing slow is left behind it, and nobody means that.
 _DEFAULT_FILTER = (1.0, -0.5)
 

@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """gyroparams and accelparams of MATLAB's imuSensor: a JSON file for loadparams, and a MAT file of version 5 (SI).
 
-A sample has white noise of NoiseDensity sqrt(b), and RandomWalk grows by RandomWalk/sqrt(b) in each; b is the sample
-rate where NoiseType is "double-sided", its default, and half of it where it is "single-sided". So NoiseDensity = N
-and RandomWalk = K (the rate random walk, not the angle random walk), double-sided.
+A sample has white noise of NoiseDensity sqrt(b), and RandomWalk/sqrt(b) is a step of the walk; b is the sample rate f
+where NoiseType is "single-sided", and f/2 where it is "double-sided", its default (setupBandwidth of imuSensor, R2023b;
+before NoiseType came, b was f/2). A sample of two-sided density N^2 has the deviation N sqrt(f). So the MAT file has
+NoiseType = "single-sided", NoiseDensity = N and RandomWalk = K (the rate random walk, not the angle random walk). The
+JSON file cannot say NoiseType: NoiseDensity = sqrt(2) N and RandomWalk = K/sqrt(2) give the same samples by default.
 
 BiasInstability is B of IEEE Std 952: in each sample white noise of that deviation goes through the filter of
 BiasInstabilityCoefficients. By default that filter is 1/(1 - 0.5 z^-1), white beyond two samples: nothing slow is
@@ -35,10 +37,12 @@ from allanite.exporters.imu import (
     Consumer,
     MarkovImu,
     NoiseOptions,
+    Remark,
     WalkImu,
     gauss_markov_imu,
     white_and_walk,
 )
+from allanite.exporters.imu.walks import GAUSS_MARKOV
 from allanite.noise import SIGMA_PER_B
 
 __all__ = ["FILE_NAME", "NAME", "SUMMARY", "TAKES", "TERMS", "write"]
@@ -52,8 +56,14 @@ CONSUMER = Consumer(
     name="MATLAB imuSensor",
     file="imu_sensor",
     convention=(
-        "continuous-time root densities in SI units, double-sided; imuSensor makes them discrete itself",
-        "NoiseDensity = N, RandomWalk = K (rate random walk), BiasInstability = B of IEEE Std 952",
+        "continuous-time root densities in SI units; imuSensor makes them discrete itself",
+        f"{MAT_NAME}: NoiseType single-sided, NoiseDensity = N",
+        Remark(f"{MAT_NAME}: RandomWalk = K (rate random walk)", "K", unless="walk"),
+        Remark(f"{MAT_NAME}: RandomWalk = walk, the whole bias; BiasInstability is zero", "walk"),
+        f"{JSON_NAME}: NoiseDensity sqrt(2) larger and RandomWalk sqrt(2) smaller, for loadparams leaves NoiseType at",
+        "its default, double-sided, where a sample has the deviation NoiseDensity sqrt(rate/2)",
+        Remark("BiasInstability = B", "B", unless="walk"),
+        Remark("BiasInstability = sigma/1.0760", GAUSS_MARKOV, unless="walk"),
     ),
     per_axis=True,
     simulator=True,
@@ -65,13 +75,15 @@ TERMS = CONSUMER.terms
 Json = Mapping[str, Any]
 
 _PARTS = {GYROSCOPE: "Gyroscope", ACCELEROMETER: "Accelerometer"}
+#: Factors of the JSON file, where half of the rate is the band.
+_DOUBLE_SIDED = {"NoiseDensity": math.sqrt(2), "BiasInstability": 1.0, "RandomWalk": math.sqrt(0.5)}
 _JSON_LOSES = (
     "loadparams leaves the filter of BiasInstability at its default, 1/(1 - 0.5 z^-1): NOTHING SLOW is left of the "
-    f"bias instability; the process that was fitted is in {MAT_NAME}"
+    "bias instability"
 )
 _FLICKER = (
-    "flicker: set BiasInstabilityCoefficients = fractalcoef(n), flicker up to n samples, "
-    "or export with a correlation time"
+    "no filter of the flicker is in these files: set BiasInstabilityCoefficients = fractalcoef(n), flicker up to n "
+    "samples, or export with a correlation time"
 )
 
 
@@ -145,9 +157,11 @@ def _filters(sensors: Mapping[str, Json]) -> list[str]:
         if not any(values["BiasInstability"]):
             continue
         if math.isnan(values["T"]):
-            lines.append(f"{sensor}, {_FLICKER}")
+            lines.append(f"{sensor}: {_FLICKER}")
         else:
-            lines.append(f"{sensor}: filter of a Gauss-Markov bias of T = {values['T']:.6g} s in {MAT_NAME}")
+            lines.append(
+                f"{sensor}: the filter of a Gauss-Markov bias of T = {values['T']:.6g} s is in {MAT_NAME}"
+            )
     return lines
 
 
@@ -163,7 +177,7 @@ def _json_text(part: str, rate: float, sensors: Mapping[str, Json], comments: li
     for sensor, values in sensors.items():
         lines[-1] += ","
         rows = ",\n".join(
-            f'   "{key}": [{", ".join(format(v, style) for v in own)}]'
+            f'   "{key}": [{", ".join(format(_DOUBLE_SIDED[key] * v, style) for v in own)}]'
             for key, own in values.items()
             if key != "T"
         )
@@ -177,7 +191,7 @@ def _mat_bytes(rate: float, sensors: Mapping[str, Json], comments: list[str], st
     content: dict[str, Any] = {"SampleRate": rate}
     for sensor, values in sensors.items():
         own: dict[str, Any] = {k: _rounded(v, style) for k, v in values.items() if k != "T"}
-        own["NoiseType"] = "double-sided"
+        own["NoiseType"] = "single-sided"
         if math.isfinite(values["T"]):
             phi = math.exp(-1 / (rate * values["T"]))
             step = SIGMA_PER_B * math.sqrt(-math.expm1(-2 / (rate * values["T"])))
@@ -195,5 +209,5 @@ def _mat_bytes(rate: float, sensors: Mapping[str, Json], comments: list[str], st
 
 
 def _rounded(values: list[float], style: str) -> Any:
-    """The numbers of the JSON file, so that both files say the same."""
+    """The numbers with the digits of the JSON file."""
     return np.array([[float(format(v, style)) for v in values]])

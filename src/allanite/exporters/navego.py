@@ -8,7 +8,15 @@ conversion, and so are the two rate random walks.
 
 from __future__ import annotations
 
-from allanite.exporters.imu import ACCELEROMETER, GYROSCOPE, Consumer, MarkovImu, gauss_markov_imu, writer
+from allanite.exporters.imu import (
+    ACCELEROMETER,
+    GYROSCOPE,
+    Consumer,
+    MarkovImu,
+    Remark,
+    gauss_markov_imu,
+    writer,
+)
 from allanite.units import parse_unit
 
 __all__ = ["FILE_NAME", "NAME", "SUMMARY", "TAKES", "TERMS", "write"]
@@ -23,7 +31,12 @@ CONSUMER = Consumer(
     convention=(
         "continuous; raw units, then imu_si_errors, then densities in SI that this file sets itself",
         "gb_dyn, ab_dyn: stationary standard deviation of the Gauss-Markov bias; psd = sigma sqrt(2/T)",
-        "arrw, vrrw: K; the simulator noise_rrw.m steps by K dt in place of K sqrt(dt): too small by sqrt(rate)",
+        Remark(
+            "arrw, vrrw: K; the simulator noise_rrw.m steps by K dt, not K sqrt(dt): too small by sqrt(rate)",
+            "K",
+            "walk",
+        ),
+        Remark("arrw, vrrw: zero, as the walk is in gb_psd and ab_psd", "walk"),
         "gb_sta, ab_sta: spread between power-ups, not in a record of one run: yours to set",
     ),
     per_axis=True,

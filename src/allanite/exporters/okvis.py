@@ -19,7 +19,10 @@ TAKES = "study"
 CONSUMER = Consumer(
     name="OKVIS",
     file=FILE_NAME,
-    convention=("continuous-time root densities in SI units, two-sided; OKVIS makes them discrete itself",),
+    convention=(
+        "continuous-time root densities in SI units, two-sided; OKVIS makes them discrete itself",
+        "OKVIS2 has the same keys in a section that it calls imu_parameters, with `use: true`",
+    ),
 )
 TERMS = CONSUMER.terms
 

@@ -7,7 +7,15 @@ walk, in (deg/h)/sqrt(h) and ug/sqrt(h).
 
 from __future__ import annotations
 
-from allanite.exporters.imu import ACCELEROMETER, GYROSCOPE, Consumer, MarkovImu, gauss_markov_imu, writer
+from allanite.exporters.imu import (
+    ACCELEROMETER,
+    GYROSCOPE,
+    Consumer,
+    MarkovImu,
+    Remark,
+    gauss_markov_imu,
+    writer,
+)
 from allanite.units import parse_unit
 
 __all__ = ["FILE_NAME", "NAME", "SUMMARY", "TAKES", "TERMS", "write"]
@@ -21,10 +29,12 @@ CONSUMER = Consumer(
     file=FILE_NAME,
     convention=(
         "continuous: PSINS makes the numbers discrete itself",
-        "sqrtR0 with a finite Tau: stationary standard deviation; with Tau = inf: a random walk, per sqrt(h)",
+        Remark("sqrtR0: stationary standard deviation of the bias, Tau its time", "N", unless="walk"),
+        Remark("sqrtR0 with Tau = inf: the random walk of the bias, per sqrt(h)", "walk"),
         "eb, db, the constant biases, are not a matter of noise: zero here",
     ),
     simulator=True,
+    holds_walk=True,
 )
 TERMS = CONSUMER.terms
 

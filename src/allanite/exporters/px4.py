@@ -29,7 +29,7 @@ write = autopilot_writer(
     line="1\t1\t{key}\t{value}\t9",
     rate=100.0,  # 1e6/EKF2_PREDICT_US
     read=(
-        "read in PX4, EKF/covariance.cpp: (dt noise)^2 of delta angle and (dt^2 bias noise)^2 of its bias a step",
+        "read in PX4, EKF/covariance.cpp: (dt noise)^2 of delta angle and (dt bias noise)^2 of the bias a step",
         "its defaults, 0.015 rad/s and 1e-3 rad/s^2, are N = 5.2 deg/sqrt(h) and K = 1240 deg/h/sqrt(h)",
     ),
 )

@@ -16,7 +16,7 @@ from allanite.exporters.imu.axes import ACCELEROMETER, GYROSCOPE, SENSORS
 from allanite.exporters.imu.gauss_markov import MarkovImu, gauss_markov_imu
 from allanite.exporters.imu.numbers import Slot
 from allanite.exporters.imu.options import NoiseOptions
-from allanite.exporters.imu.preamble import Consumer, rate_text
+from allanite.exporters.imu.preamble import Consumer, Remark, rate_text
 from allanite.exporters.imu.white_and_walk import WalkImu, white_and_walk
 from allanite.exporters.imu.writer import writer
 
@@ -27,6 +27,7 @@ __all__ = [
     "Consumer",
     "MarkovImu",
     "NoiseOptions",
+    "Remark",
     "Slot",
     "WalkImu",
     "gauss_markov_imu",

@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The filters of the two autopilots: standard deviations of one period, in parameters that are lower bounds here.
 
-Both predict the covariance in periods dt, and both add (dt noise)^2 to each delta angle and (dt^2 b_noise)^2 to the
-bias of a delta angle, which is dt times the bias: to the bias itself (dt b_noise)^2. So noise = N/sqrt(dt) and
-b_noise = walk/sqrt(dt).
+Both predict the covariance in periods dt, and both add (dt noise)^2 to each delta angle. To the bias PX4 adds
+(dt b_noise)^2; ArduPilot adds (dt^2 b_noise)^2 to the bias of a delta angle, dt times the bias, which is the same. So
+noise = N/sqrt(dt) and b_noise = walk/sqrt(dt).
 
 They are written as comments: a value of the sensor alone makes a filter overconfident in flight.
 """

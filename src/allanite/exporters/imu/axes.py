@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from allanite.errors import InputError
@@ -16,12 +16,14 @@ __all__ = [
     "SENSORS",
     "UNITS",
     "AxisNumbers",
+    "Note",
     "Number",
     "axes_rule",
     "channels_of",
     "combined",
     "parameter",
     "refuse_nothing",
+    "without_slot",
 ]
 
 Json = Mapping[str, Any]
@@ -106,13 +108,39 @@ class Number:
 
     Attributes
     ----------
+    symbol : str
     value : float [SI]
     text : str
         With its interval, or that it is a limit.
+    has_interval : bool
+    is_out : bool
+        The file has no slot for it.
     """
 
+    symbol: str
     value: float
     text: str
+    has_interval: bool = False
+    is_out: bool = False
+
+    def left_out(self) -> Number:
+        """The same in a file without a slot for it."""
+        return replace(self, text=self.text.replace(", used", ""), is_out=True)
+
+
+@dataclass(frozen=True, slots=True)
+class Note:
+    """What the head of a file says of one model: the parameters that it holds or leaves out, and no other."""
+
+    numbers: tuple[Number, ...]
+
+    @property
+    def there(self) -> tuple[Number, ...]:
+        """Without those that are zero: the model has no such term."""
+        return tuple(n for n in self.numbers if n.value != 0)
+
+    def __str__(self) -> str:
+        return "; ".join(f"{n.symbol} {n.text}{' LEFT OUT' * n.is_out}" for n in self.there)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -124,13 +152,31 @@ class AxisNumbers:
     name : str
     noise : float
         N in SI.
-    notes : tuple of str
-        What the head of the file says of each model.
+    notes : tuple of Note
+        One of each model.
     """
 
     name: str
     noise: float
-    notes: tuple[str, ...]
+    notes: tuple[Note, ...]
+
+
+#: Terms that no consumer of noise has a slot for: their symbols, and the unit of a gyroscope's and an accelerometer's.
+_NOWHERE: Mapping[str, tuple[str, dict[str, str]]] = {
+    "quantisation": ("Q", {GYROSCOPE: "rad", ACCELEROMETER: "m/s"}),
+    "ramp": ("R", {GYROSCOPE: "rad/s^2", ACCELEROMETER: "m/s^3"}),
+    "sinusoid": ("amplitude", {GYROSCOPE: "rad/s", ACCELEROMETER: "m/s^2"}),
+}
+
+
+def without_slot(model: Json, kind: str) -> list[Number]:
+    """Terms of a model of a channel of this kind that are left out of every file."""
+    sensor = next(sensor for sensor, kinds in _KINDS.items() if kind in kinds)
+    return [
+        Number(_NOWHERE[t["type"]][0], value, f"{value:.4e} {_NOWHERE[t['type']][1][sensor]}", is_out=True)
+        for t in model["terms"]
+        if t["type"] in _NOWHERE and (value := t[_NOWHERE[t["type"]][0]])
+    ]
 
 
 def parameter(channel: str, model: Json, symbol: str, file: str) -> Number:
@@ -154,15 +200,15 @@ def parameter(channel: str, model: Json, symbol: str, file: str) -> Number:
     if found is None and not estimates:
         values = [t[symbol] for t in model["terms"] if t["type"] == _TERM_OF[symbol]]
         value = math.sqrt(sum(v * v for v in values))
-        return Number(value, f"{value:.4e}")
+        return Number(symbol, value, f"{value:.4e}")
     if found is not None and found["supported"] and found["value"] is not None:
         span = f" [{_text(found['lower'])}, {_text(found['upper'])}]"
-        return Number(found["value"], f"{found['value']:.4e}{span}")
+        return Number(symbol, found["value"], f"{found['value']:.4e}{span}", has_interval=True)
     if found is None or found["upper"] is None or not math.isfinite(found["upper"]):
         raise InputError(
             f"channel {channel!r}: {symbol} has neither a value nor an upper limit for {file}; record longer"
         )
-    return Number(found["upper"], f"< {found['upper']:.4e} (95 % upper limit, used)")
+    return Number(symbol, found["upper"], f"< {found['upper']:.4e} (95 % upper limit, used)")
 
 
 def _text(value: float | None) -> str:

@@ -11,15 +11,23 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Unpack
 
 from allanite.errors import InputError
-from allanite.exporters.imu.axes import SENSORS, UNITS, AxisNumbers, combined, parameter
+from allanite.exporters.imu.axes import (
+    SENSORS,
+    AxisNumbers,
+    Note,
+    Number,
+    combined,
+    parameter,
+    without_slot,
+)
 from allanite.exporters.imu.numbers import ImuNumbers
 from allanite.exporters.imu.options import NoiseOptions, asked_of
-from allanite.exporters.imu.preamble import Consumer, table
-from allanite.exporters.imu.walks import WalkChoice, walking
+from allanite.exporters.imu.preamble import Consumer
+from allanite.exporters.imu.walks import GAUSS_MARKOV, WalkChoice, Words, walking
 from allanite.noise import SIGMA_PER_B, GaussMarkov
 
 __all__ = ["WALK_TIME", "MarkovImu", "gauss_markov_imu"]
@@ -96,16 +104,15 @@ def gauss_markov_imu(document: Json, consumer: Consumer, **options: Unpack[Noise
             f"a bound would lose its random walk in {consumer.file}: give walk='k-only', which writes it as the bias"
         )
     if choice is None:
-        read, words = asked.read(lambda c: _markov(c, consumer, time)), _bias_words(time, consumer.holds_K)
+        read, words = asked.read(lambda c: _markov(c, consumer, time)), _bias_words(consumer, time)
     else:
-        read, words = asked.read(lambda c: _walk_as_markov(c, choice, consumer)), _walk_words(choice)
-    columns = {
-        sensor: f"N in {noise}, B and sigma in {noise.replace('/sqrt(Hz)', '')}, K and walk in {walk}"
-        for sensor, (noise, walk) in UNITS.items()
-    }
+        read, words = (
+            asked.read(lambda c: _walk_as_markov(c, choice, consumer)),
+            _walk_words(choice, consumer),
+        )
     return MarkovImu(
         rate=document["recording"]["rate"],
-        comments=asked.head(document, consumer, words, table(read, columns, consumer, "numbers")),
+        comments=asked.head(document, consumer, words, read, "numbers"),
         noise=asked.numbers(read, lambda axis: axis.noise),
         sigma=asked.numbers(read, lambda axis: axis.sigma),
         time={sensor: _times(own, asked.axes, sensor) for sensor, own in read.items() if own},
@@ -137,19 +144,11 @@ def _markov(channel: Json, consumer: Consumer, time: float | None) -> _Axis:
     used = time if time is not None else fitted
     sigmas, walks, notes = [], [], []
     for model, noise, term in zip(models, noises, own, strict=True):
-        text, k = f"N {noise.text}", _walk_of(name, model, file, consumer.holds_K)
-        if term is not None:
-            sigmas.append(term.sigma)
-            text += f"; Gauss-Markov sigma {term.sigma:.4e}{_span(model, 'sigma', '.4e')}"
-            text += f", T {term.T:.4g} s{_span(model, 'T', '.4g')}"
-        else:
-            b = parameter(name, model, "B", file)
-            sigmas.append(SIGMA_PER_B * b.value)
-            text += f"; B {b.text}; sigma = 1.0760 B = {sigmas[-1]:.4e}"
-        if used is not None and (term is None or term.T != used):
-            text += f", with T {used:.4g} s"
-        walks.append(k[0])
-        notes.append(f"{text}; {k[1]}")
+        k = _walk_of(name, model, file, consumer.holds_K)
+        sigma, bias = _bias_of(name, model, term, used, consumer)
+        sigmas.append(sigma)
+        walks.append(0.0 if k.is_out else k.value)
+        notes.append(Note((noise, *bias, k, *without_slot(model, channel["kind"]))))
     if used is None and not consumer.holds_flicker:
         raise InputError(
             f"channel {name!r}: {file} needs the correlation time of a Gauss-Markov bias, and the model has flicker, "
@@ -170,12 +169,30 @@ def _markov(channel: Json, consumer: Consumer, time: float | None) -> _Axis:
     )
 
 
+def _bias_of(
+    name: str, model: Json, term: GaussMarkov | None, used: float | None, consumer: Consumer
+) -> tuple[float, list[Number]]:
+    """Sigma of the bias of a model that is to have the time `used`, and what the file says of it."""
+    with_time = f", with T {used:.4g} s" if used is not None and (term is None or term.T != used) else ""
+    if term is not None:
+        of_sigma, of_time = _span(model, "sigma", ".4e"), _span(model, "T", ".4g")
+        text = f"sigma {term.sigma:.4e}{of_sigma}, T {term.T:.4g} s{of_time}{with_time}"
+        return term.sigma, [Number(GAUSS_MARKOV, term.sigma, text, has_interval=bool(of_sigma or of_time))]
+    b = parameter(name, model, "B", consumer.file)
+    sigma = SIGMA_PER_B * b.value
+    if consumer.holds_flicker:
+        return sigma, [replace(b, text=b.text + with_time)]
+    return sigma, [b, Number("sigma", sigma, f"= 1.0760 B = {sigma:.4e}{with_time}")]
+
+
 def _term(name: str, model: Json, consumer: Consumer) -> GaussMarkov | None:
     """The Gauss-Markov term of a model."""
     terms = [t for t in model["terms"] if t["type"] == "gauss_markov"]
-    if len(terms) > 1:
+    flicker = any(t["type"] == "flicker" for t in model["terms"])
+    if len(terms) > 1 or (terms and flicker):
+        what = "a Gauss-Markov term and flicker" if flicker else f"{len(terms)} Gauss-Markov terms"
         raise InputError(
-            f"channel {name!r}: the model has {len(terms)} Gauss-Markov terms and {consumer.file} has room for one: "
+            f"channel {name!r}: the model has {what} and {consumer.file} has room for one: "
             "give walk='upper-bound' for a walk above all of them"
         )
     return GaussMarkov(q=terms[0]["q"], T=terms[0]["T"]) if terms else None
@@ -192,18 +209,14 @@ def _span(model: Json, symbol: str, style: str) -> str:
     return f" [{factor * found['lower']:{style}}, {upper}]"
 
 
-def _walk_of(name: str, model: Json, file: str, holds: bool) -> tuple[float, str]:
+def _walk_of(name: str, model: Json, file: str, holds: bool) -> Number:
     """K where the file has a slot for it; else what is left out."""
     if holds:
-        k = parameter(name, model, "K", file)
-        return k.value, f"K {k.text}"
+        return parameter(name, model, "K", file)
     try:
-        k = parameter(name, model, "K", file)
+        return parameter(name, model, "K", file).left_out()
     except InputError:  # nothing is known of what is left out anyway
-        return 0.0, "K unknown, LEFT OUT"
-    if k.value == 0:
-        return 0.0, "no K"
-    return 0.0, f"K {k.text.replace(', used', '')} LEFT OUT"
+        return Number("K", math.nan, "unknown", is_out=True)
 
 
 def _walk_as_markov(channel: Json, choice: WalkChoice, consumer: Consumer) -> _Axis:
@@ -215,20 +228,26 @@ def _walk_as_markov(channel: Json, choice: WalkChoice, consumer: Consumer) -> _A
 # -- words ----------------------------------------------------------------------------------------------------
 
 
-def _bias_words(time: float | None, holds_K: bool) -> list[str]:
-    lines = ["bias = first-order Gauss-Markov process: sigma its stationary standard deviation, T its time"]
-    of = "of flicker: sigma = 1.0760 B, the process with the same peak of the Allan deviation"
-    lines.append(of if time is None else f"{of}, with T = {time:g} s as given")
-    if not holds_K:
-        lines.append(
-            "the random walk K has no slot beside it: LEFT OUT, over long times the bias drifts more"
-        )
-    return lines
+def _bias_words(consumer: Consumer, time: float | None) -> Words:
+    def words(held: frozenset[str]) -> list[str]:
+        lines = []
+        if held & {GAUSS_MARKOV, "sigma"}:
+            lines.append(
+                "bias = first-order Gauss-Markov process: sigma its stationary standard deviation, T its time"
+            )
+        if "sigma" in held:
+            of = "of flicker: sigma = 1.0760 B, the process with the same peak of the Allan deviation"
+            lines.append(of if time is None else f"{of}, with T = {time:g} s as given")
+        if "K" in held and not consumer.holds_K:
+            lines.append("the random walk K has no slot beside it: over long times the bias drifts more")
+        return lines
+
+    return words
 
 
-def _walk_words(choice: WalkChoice) -> list[str]:
+def _walk_words(choice: WalkChoice, consumer: Consumer) -> Words:
+    if consumer.holds_walk:
+        return choice.words
     time = f"T = {WALK_TIME:g} s"
-    return [
-        *choice.comment,
-        f"as a Gauss-Markov process of {time}, sigma = walk sqrt(T/2): over t the walk within t/T",
-    ]
+    as_process = f"as a Gauss-Markov process of {time}, sigma = walk sqrt(T/2): over t the walk within t/T"
+    return lambda held: [*choice.words(held), as_process]

@@ -8,9 +8,16 @@ from dataclasses import dataclass
 from typing import Any, TypedDict, TypeVar
 
 from allanite.errors import InputError
-from allanite.exporters.imu.axes import SENSORS, axes_rule, channels_of, combined, refuse_nothing
-from allanite.exporters.imu.preamble import Consumer, bound_lines, number_format, preamble
-from allanite.exporters.imu.walks import WalkChoice, is_positive, refuse_time, walk_choice
+from allanite.exporters.imu.axes import (
+    SENSORS,
+    AxisNumbers,
+    axes_rule,
+    channels_of,
+    combined,
+    refuse_nothing,
+)
+from allanite.exporters.imu.preamble import Consumer, bound_lines, number_format, preamble, table
+from allanite.exporters.imu.walks import WalkChoice, Words, is_positive, refuse_time, walk_choice
 
 __all__ = ["Asked", "NoiseOptions", "asked_of"]
 
@@ -71,14 +78,19 @@ class Asked:
         return {sensor: [axis(channel) for channel in own] for sensor, own in self.channels.items()}
 
     def head(
-        self, document: Json, consumer: Consumer, bias: Sequence[str], table: Sequence[str]
+        self,
+        document: Json,
+        consumer: Consumer,
+        bias: Words,
+        read: Mapping[str, Sequence[AxisNumbers]],
+        needs: str,
     ) -> tuple[str, ...]:
-        """The comment at the head of the file, without a comment sign."""
+        """The comment at the head of the file, without a comment sign; see `preamble` and `table`."""
         channels = [channel for own in self.channels.values() for channel in own]
         return (
-            *preamble(document, consumer, bias=bias, axes=self.rule, inflate=self.inflate),
+            *preamble(document, consumer, read, bias=bias, axes=self.rule, inflate=self.inflate),
             *bound_lines(channels, consumer, self.axes),
-            *table,
+            *table(read, consumer, needs),
         )
 
     def numbers(

@@ -10,12 +10,31 @@ from typing import Any
 from allanite import __version__
 from allanite.errors import InputError
 from allanite.exporters.bounds import bound_comments, refuse_terms
-from allanite.exporters.imu.axes import AxisNumbers
+from allanite.exporters.imu.axes import UNITS, AxisNumbers
+from allanite.exporters.imu.walks import GAUSS_MARKOV, Words
 from allanite.exporters.triads import plain_line
 
-__all__ = ["Consumer", "bound_lines", "number_format", "preamble", "rate_text", "table"]
+__all__ = ["Consumer", "Remark", "bound_lines", "number_format", "preamble", "rate_text", "table"]
 
 Json = Mapping[str, Any]
+
+
+@dataclass(frozen=True, slots=True)
+class Remark:
+    """A comment line on a coefficient, for files that hold it.
+
+    Attributes
+    ----------
+    text : str
+    of : str
+        Its symbol.
+    unless : str
+        Symbol of a coefficient beside which the line does not hold.
+    """
+
+    text: str
+    of: str
+    unless: str = ""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -26,7 +45,7 @@ class Consumer:
     ----------
     name, file : str
         Of the program, and of what it reads.
-    convention : tuple of str
+    convention : tuple of str or Remark
         Comment lines: continuous or discrete and at what rate, and where that was read.
     per_axis : bool
         The file has a number for each axis.
@@ -34,34 +53,42 @@ class Consumer:
         It makes noise in place of looking through it: of three axes the root mean square serves it by default.
     terms : tuple of str
         Letters of the terms that the file can say: a bound above the sensor is made of these.
-    lost : str
-        Comment: what has no slot.
     holds_K : bool
         It has a slot for the random walk beside a Gauss-Markov bias.
     holds_flicker : bool
         It has one for B: a model of flicker needs no correlation time, and its T is nan without one.
+    holds_walk : bool
+        It knows a bias that is a walk, and needs no Gauss-Markov process that resembles one.
     """
 
     name: str
     file: str
-    convention: tuple[str, ...]
+    convention: tuple[str | Remark, ...]
     per_axis: bool = False
     simulator: bool = False
     terms: tuple[str, ...] = ("N", "K")
-    lost: str = "quantisation and rate ramp have no slot here and are left out"
     holds_K: bool = False
     holds_flicker: bool = False
+    holds_walk: bool = False
 
 
 def preamble(
-    document: Json, consumer: Consumer, *, bias: Sequence[str], axes: str, inflate: float
+    document: Json,
+    consumer: Consumer,
+    read: Mapping[str, Sequence[AxisNumbers]],
+    *,
+    bias: Words,
+    axes: str,
+    inflate: float,
 ) -> list[str]:
     """Comment lines, without a comment sign.
 
     Parameters
     ----------
-    bias : sequence of str
-        What became of the bias.
+    read : mapping of str to sequence of AxisNumbers
+        By sensor: lines on coefficients that are not among them are left out.
+    bias : callable
+        Symbols of these coefficients -> what became of the bias.
     axes : str
         The rule for three axes, in words.
     """
@@ -73,26 +100,48 @@ def preamble(
     inflated = "INFLATED to a bound, see below" if bound else "not inflated"
     if inflate != 1:
         inflated = f"INFLATED by {inflate:g}{' ON TOP of a bound' * bound} (the table below is not)"
+    held = _symbols(read)
     return [
         f"IMU noise for {consumer.name}, written by allanite {__version__}",
         f"from {plain_line(source)}{digest}{span} {rate_text(recording['rate'])} Hz",
-        *consumer.convention,
-        *bias,
+        *_that_hold(consumer.convention, held),
+        *bias(held),
         f"{axes}; {inflated}",
-        "B: IEEE Std 952 coefficient (floor of the Allan deviation / 0.664); [ ]: 95 % interval",
-        consumer.lost,
+        *_that_hold(_LEGEND, held),
     ]
 
 
-def table(
-    read: Mapping[str, Sequence[AxisNumbers]], columns: Mapping[str, str], consumer: Consumer, needs: str
-) -> list[str]:
+#: Symbol of a number with an interval, and of one that is left out.
+_INTERVAL, _OUT = "[]", "out"
+_LEGEND = (
+    Remark("B: IEEE Std 952 coefficient (floor of the Allan deviation / 0.664)", "B"),
+    Remark("[ ]: 95 % interval", _INTERVAL),
+    Remark("LEFT OUT: a term of the model that has no slot in this file", _OUT),
+)
+#: Symbols that share a unit, in the order of `UNITS` with that of the bias between its two.
+_COLUMNS = (("N",), ("B", "sigma"), ("K", "q_c", "walk"))
+
+
+def _symbols(read: Mapping[str, Sequence[AxisNumbers]]) -> frozenset[str]:
+    """Of everything that the table says."""
+    numbers = [n for axes in read.values() for axis in axes for note in axis.notes for n in note.there]
+    signs = {_INTERVAL for n in numbers if n.has_interval} | {_OUT for n in numbers if n.is_out}
+    return frozenset(n.symbol for n in numbers) | signs
+
+
+def _that_hold(lines: Sequence[str | Remark], held: frozenset[str]) -> list[str]:
+    return [
+        line if isinstance(line, str) else line.text
+        for line in lines
+        if isinstance(line, str) or (line.of in held and line.unless not in held)
+    ]
+
+
+def table(read: Mapping[str, Sequence[AxisNumbers]], consumer: Consumer, needs: str) -> list[str]:
     """Comment lines on every channel, by sensor.
 
     Parameters
     ----------
-    columns : mapping of str to str
-        Letters and their units, of each sensor.
     needs : str
         What of the consumer's file is open where a sensor is missing.
     """
@@ -102,13 +151,25 @@ def table(
             missing = f"{sensor}: the log holds none in known units. {consumer.name} needs its {needs}"
             lines += ["", f"{missing}: fill them in below"]
             continue
-        lines += ["", f"{sensor}, {columns[sensor]}:"]
+        lines += ["", f"{sensor}, {_columns(sensor, _symbols({sensor: axes}))}:"]
         for axis in axes:
-            own = list(axis.notes)
+            own = [str(note) for note in axis.notes]
             if len(own) > 1:
                 own.append("the record cannot decide between these two; the larger numbers are used")
             lines += [f"  {plain_line(axis.name)}: {note}" for note in own]
     return lines
+
+
+def _columns(sensor: str, held: frozenset[str]) -> str:
+    """The symbols of a table and their units."""
+    noise, walk = UNITS[sensor]
+    shown = held | ({"sigma"} if GAUSS_MARKOV in held else set())
+    units = (noise, noise.replace("/sqrt(Hz)", ""), walk)
+    return "; ".join(
+        f"{', '.join(there)} in {unit}"
+        for group, unit in zip(_COLUMNS, units, strict=True)
+        if (there := [symbol for symbol in group if symbol in shown])
+    )
 
 
 def bound_lines(channels: Sequence[Json], consumer: Consumer, axes: str) -> list[str]:

@@ -23,21 +23,25 @@ from typing import Any
 import numpy as np
 
 from allanite.errors import InputError
-from allanite.exporters.imu.axes import AxisNumbers, parameter
+from allanite.exporters.imu.axes import AxisNumbers, Note, Number, parameter, without_slot
 from allanite.noise import FLICKER_FLOOR, SIGMA_PER_B, GaussMarkov
 
-__all__ = ["WalkChoice", "Walking", "refuse_time", "walk_choice", "walking"]
+__all__ = ["GAUSS_MARKOV", "WalkChoice", "Walking", "Words", "refuse_time", "walk_choice", "walking"]
 
 Json = Mapping[str, Any]
-#: Name of the channel, its model, its N -> the walk, and its parts in words.
-Rule = Callable[[str, Json, float], tuple[float, list[str]]]
+#: Name of the channel, its model, its N -> the walk, and its parts.
+Rule = Callable[[str, Json, float], tuple[float, list[Number]]]
+#: Symbols of what the models hold -> comment lines.
+Words = Callable[[frozenset[str]], list[str]]
+
+GAUSS_MARKOV = "Gauss-Markov"
 
 
 @dataclass(frozen=True, slots=True)
 class WalkChoice:
     """How the walk is made, and what the file says about it."""
 
-    comment: tuple[str, ...]
+    words: Words
     rule: Rule
 
 
@@ -50,11 +54,11 @@ class Walking(AxisNumbers):
 
 @dataclass(frozen=True, slots=True)
 class _Bias:
-    """The bias instability of a model: its Allan variance, the density of the walk that bounds it, and its text."""
+    """The bias instability of a model: its Allan variance, the density of the walk that bounds it, its parameters."""
 
     avar: Callable[[float], float]
     density: float
-    text: str
+    numbers: tuple[Number, ...]
 
 
 def walk_choice(walk: str, correlation_time: float | None, file: str) -> WalkChoice:
@@ -68,27 +72,20 @@ def walk_choice(walk: str, correlation_time: float | None, file: str) -> WalkCho
     refuse_time(correlation_time)
     time = correlation_time
     if walk == "k-only":
-        alone = (
-            "walk = K alone (k-only): bias instability is NOT in these numbers; the bias drifts more than they say",
-        )
-        return WalkChoice(alone, lambda name, model, _: _k_only(name, model, file))
+        return WalkChoice(_k_only_words, lambda name, model, noise: _k_only(name, model, noise, file))
     if walk == "upper-bound":
-        lines = (
-            "walk = sqrt(K^2 + q_c^2) (upper-bound): random walk and bias instability together",
-            "q_c of a Gauss-Markov term: its driving density",
-            f"q_c of flicker: 1.5217 B/sqrt(T), T = {time:g} s as given"
-            if time
-            else "q_c of flicker: 0.7643 B^2/N, the walk that lies above flicker wherever flicker exceeds white noise",
+        return WalkChoice(
+            lambda held: _upper_bound_words(held, time),
+            lambda name, model, noise: _upper_bound(name, model, noise, time, file),
         )
-        return WalkChoice(lines, lambda name, model, noise: _upper_bound(name, model, noise, time, file))
     match = re.fullmatch(r"horizon=([0-9.eE+-]+)", walk)
     tau = _number(match.group(1)) if match else math.nan
     if not (math.isfinite(tau) and tau > 0):
         raise InputError(f"walk must be 'upper-bound', 'k-only' or 'horizon=<seconds>', not {walk!r}")
-    at = (
-        f"walk = drift of random walk and bias instability at {tau:g} s (horizon): too small before, too large after",
+    return WalkChoice(
+        lambda held: _horizon_words(held, tau),
+        lambda name, model, noise: _horizon(name, model, noise, time, tau, file),
     )
-    return WalkChoice(at, lambda name, model, noise: _horizon(name, model, noise, time, tau, file))
 
 
 def walking(channel: Json, choice: WalkChoice, consumer: str, file: str) -> Walking:
@@ -106,7 +103,8 @@ def walking(channel: Json, choice: WalkChoice, consumer: str, file: str) -> Walk
         walk, parts = choice.rule(name, model, noise.value)
         noises.append(noise.value)
         walks.append(walk)
-        notes.append("; ".join([f"N {noise.text}", *parts, f"walk {walk:.4e}"]))
+        whole = Number("walk", walk, f"{walk:.4e}")
+        notes.append(Note((noise, *parts, whole, *without_slot(model, channel["kind"]))))
     if min(noises) <= 0 or max(walks) <= 0:
         raise InputError(
             f"channel {name!r}: {consumer} needs noise and walk above zero, and N or the walk is zero here"
@@ -134,35 +132,94 @@ def _number(text: str) -> float:
         return math.nan
 
 
-def _k_only(name: str, model: Json, file: str) -> tuple[float, list[str]]:
+# -- one model ------------------------------------------------------------------------------------------------
+
+
+def _k_only(name: str, model: Json, noise: float, file: str) -> tuple[float, list[Number]]:
     k = parameter(name, model, "K", file)
-    return k.value, [f"K {k.text}"]
+    try:
+        lost = [number.left_out() for number in _bias(name, model, noise, None, file).numbers]
+    except InputError:  # nothing is known of what is left out anyway
+        lost = [Number("B", math.nan, "unknown", is_out=True)]
+    return k.value, [k, *lost]
 
 
 def _upper_bound(
     name: str, model: Json, noise: float, time: float | None, file: str
-) -> tuple[float, list[str]]:
+) -> tuple[float, list[Number]]:
     k, bias = parameter(name, model, "K", file), _bias(name, model, noise, time, file)
-    return math.hypot(k.value, bias.density), [f"K {k.text}", bias.text, f"q_c {bias.density:.4e}"]
+    q = Number("q_c", bias.density, f"{bias.density:.4e}")
+    return math.hypot(k.value, bias.density), [k, *bias.numbers, q]
 
 
 def _horizon(
     name: str, model: Json, noise: float, time: float | None, tau: float, file: str
-) -> tuple[float, list[str]]:
+) -> tuple[float, list[Number]]:
     k, bias = parameter(name, model, "K", file), _bias(name, model, noise, time, file)
-    return math.sqrt(k.value**2 + 3 * bias.avar(tau) / tau), [f"K {k.text}", bias.text]
+    return math.sqrt(k.value**2 + 3 * bias.avar(tau) / tau), [k, *bias.numbers]
 
 
 def _bias(name: str, model: Json, noise: float, time: float | None, file: str) -> _Bias:
+    """Of the Gauss-Markov terms, and of flicker: where the model has it, or could have it below a limit."""
     terms = [GaussMarkov(q=t["q"], T=t["T"]) for t in model["terms"] if t["type"] == "gauss_markov"]
-    if terms:
-        density = math.sqrt(sum(t.q**2 for t in terms))
-        text = ", ".join(f"Gauss-Markov sigma {t.sigma:.4e}, T {t.T:.4g} s" for t in terms)
-        return _Bias(lambda tau: sum(float(t.avar(tau)) for t in terms), density, text)
-    b = parameter(name, model, "B", file)
+    numbers = [Number(GAUSS_MARKOV, t.q, f"sigma {t.sigma:.4e}, T {t.T:.4g} s") for t in terms]
+    densities = [t.q for t in terms]
+    avars: list[Callable[[float], Any]] = [t.avar for t in terms]
+    if not terms or any(t["type"] == "flicker" for t in model["terms"]):
+        b = parameter(name, model, "B", file)
+        density, avar = _flicker(b.value, noise, time)
+        numbers.append(b)
+        densities.append(density)
+        avars.append(avar)
+    return _Bias(lambda tau: sum(float(avar(tau)) for avar in avars), math.hypot(*densities), tuple(numbers))
+
+
+def _flicker(B: float, noise: float, time: float | None) -> tuple[float, Callable[[float], Any]]:
+    """The density of the walk that bounds it, and its Allan variance."""
     if time is not None:
-        matched = GaussMarkov.from_sigma(SIGMA_PER_B * b.value, time)
-        return _Bias(lambda tau: float(matched.avar(tau)), matched.q, f"B {b.text}")
-    floor = (FLICKER_FLOOR * b.value) ** 2
+        matched = GaussMarkov.from_sigma(SIGMA_PER_B * B, time)
+        return matched.q, matched.avar
+    floor = (FLICKER_FLOOR * B) ** 2
     density = 0.0 if floor == 0 else math.sqrt(3) * floor / noise if noise > 0 else math.inf
-    return _Bias(lambda _: floor, density, f"B {b.text}")
+    return density, lambda _: floor
+
+
+# -- words ----------------------------------------------------------------------------------------------------
+
+
+def _has_bias(held: frozenset[str]) -> bool:
+    return bool(held & {GAUSS_MARKOV, "B"})
+
+
+def _k_only_words(held: frozenset[str]) -> list[str]:
+    if not _has_bias(held):
+        return ["walk = K alone (k-only); the models hold no bias instability"]
+    return [
+        "walk = K alone (k-only): bias instability is NOT in these numbers; the bias drifts more than they say"
+    ]
+
+
+def _upper_bound_words(held: frozenset[str], time: float | None) -> list[str]:
+    if not _has_bias(held):
+        return ["walk = K (upper-bound); the models hold no bias instability"]
+    lines = [
+        "walk = sqrt(K^2 + q_c^2) (upper-bound): random walk and bias instability together"
+        if "K" in held
+        else "walk = q_c (upper-bound), that of the bias instability; the models hold no random walk"
+    ]
+    if GAUSS_MARKOV in held:
+        lines.append("q_c of a Gauss-Markov term: its driving density")
+    if "B" in held:
+        lines.append(
+            f"q_c of flicker: 1.5217 B/sqrt(T), T = {time:g} s as given"
+            if time
+            else "q_c of flicker: 0.7643 B^2/N, the walk that lies above flicker wherever flicker exceeds white noise"
+        )
+    return lines
+
+
+def _horizon_words(held: frozenset[str], tau: float) -> list[str]:
+    if not _has_bias(held):
+        return [f"walk = K (horizon, {tau:g} s); the models hold no bias instability"]
+    what = "random walk and bias instability" if "K" in held else "bias instability"
+    return [f"walk = drift of {what} at {tau:g} s (horizon): too small before, too large after"]

@@ -7,10 +7,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Unpack
 
-from allanite.exporters.imu.axes import SENSORS, UNITS
 from allanite.exporters.imu.numbers import ImuNumbers
 from allanite.exporters.imu.options import NoiseOptions, asked_of
-from allanite.exporters.imu.preamble import Consumer, table
+from allanite.exporters.imu.preamble import Consumer
 from allanite.exporters.imu.walks import walk_choice, walking
 
 __all__ = ["WalkImu", "white_and_walk"]
@@ -50,10 +49,9 @@ def white_and_walk(document: Json, consumer: Consumer, **options: Unpack[NoiseOp
     asked = asked_of(document, consumer, **options)
     choice = asked.choice or walk_choice("upper-bound", asked.time, consumer.file)
     read = asked.read(lambda channel: walking(channel, choice, consumer.name, consumer.file))
-    columns = {sensor: f"N in {UNITS[sensor][0]}, K and walk in {UNITS[sensor][1]}" for sensor in SENSORS}
     return WalkImu(
         rate=document["recording"]["rate"],
-        comments=asked.head(document, consumer, choice.comment, table(read, columns, consumer, "two lines")),
+        comments=asked.head(document, consumer, choice.words, read, "two lines"),
         noise=asked.numbers(read, lambda axis: axis.noise),
         walk=asked.numbers(read, lambda axis: axis.walk),
         style=asked.style,
