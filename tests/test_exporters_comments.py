@@ -136,7 +136,7 @@ def test_comments_are_of_this_model_and_numbers_come_back(name: str) -> None:
             assert unknown or not named or symbol in allowed, (where, symbol, said)
             assert named or symbol not in held, (where, symbol, said)
         out = case.there["Q"] or case.there["R"] or "LEFT OUT\n" in said or "LEFT OUT;" in said
-        assert ("LEFT OUT: a term" in said) == bool(out), (where, said)
+        assert ("LEFT OUT: not in" in said) == bool(out), (where, said)
         assert ("95 % interval" in said) == case.fitted, where
         assert ("Tau = inf" in said) == (name == "psins" and case.walk is not None)
         if name == "matlab":

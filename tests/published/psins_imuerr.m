@@ -9,7 +9,7 @@
 % one number for all axes: the root mean square of the axes; not inflated
 % B: IEEE Std 952 coefficient (floor of the Allan deviation / 0.664)
 % [ ]: 95 % interval
-% LEFT OUT: a term of the model that has no slot in this file
+% LEFT OUT: not in the numbers of this file
 %
 % gyroscope, N in rad/s/sqrt(Hz); B, sigma in rad/s; K in rad/s^2/sqrt(Hz):
 %   gyro_x: N 8.7301e-05 [8.7127e-05, 8.7476e-05]; B 2.4725e-05 [2.2301e-05, 2.7150e-05]; sigma = 1.0760 B = 2.6605e-05, with T 100 s; K 7.7376e-07 [5.4105e-07, 1.0065e-06] LEFT OUT

@@ -59,7 +59,7 @@ CONSUMER = Consumer(
         "continuous-time root densities in SI units; imuSensor makes them discrete itself",
         f"{MAT_NAME}: NoiseType single-sided, NoiseDensity = N",
         Remark(f"{MAT_NAME}: RandomWalk = K (rate random walk)", "K", unless="walk"),
-        Remark(f"{MAT_NAME}: RandomWalk = walk, the whole bias; BiasInstability is zero", "walk"),
+        Remark(f"{MAT_NAME}: RandomWalk = walk; BiasInstability is zero", "walk"),
         f"{JSON_NAME}: NoiseDensity sqrt(2) larger and RandomWalk sqrt(2) smaller, for loadparams leaves NoiseType at",
         "its default, double-sided, where a sample has the deviation NoiseDensity sqrt(rate/2)",
         Remark("BiasInstability = B", "B", unless="walk"),

@@ -112,7 +112,7 @@ def gauss_markov_imu(document: Json, consumer: Consumer, **options: Unpack[Noise
         )
     return MarkovImu(
         rate=document["recording"]["rate"],
-        comments=asked.head(document, consumer, words, read, "numbers"),
+        comments=asked.head(document, consumer, words, read),
         noise=asked.numbers(read, lambda axis: axis.noise),
         sigma=asked.numbers(read, lambda axis: axis.sigma),
         time={sensor: _times(own, asked.axes, sensor) for sensor, own in read.items() if own},

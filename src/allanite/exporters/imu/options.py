@@ -83,14 +83,13 @@ class Asked:
         consumer: Consumer,
         bias: Words,
         read: Mapping[str, Sequence[AxisNumbers]],
-        needs: str,
     ) -> tuple[str, ...]:
         """The comment at the head of the file, without a comment sign; see `preamble` and `table`."""
         channels = [channel for own in self.channels.values() for channel in own]
         return (
             *preamble(document, consumer, read, bias=bias, axes=self.rule, inflate=self.inflate),
             *bound_lines(channels, consumer, self.axes),
-            *table(read, consumer, needs),
+            *table(read),
         )
 
     def numbers(

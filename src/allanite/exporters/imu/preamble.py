@@ -116,7 +116,7 @@ _INTERVAL, _OUT = "[]", "out"
 _LEGEND = (
     Remark("B: IEEE Std 952 coefficient (floor of the Allan deviation / 0.664)", "B"),
     Remark("[ ]: 95 % interval", _INTERVAL),
-    Remark("LEFT OUT: a term of the model that has no slot in this file", _OUT),
+    Remark("LEFT OUT: not in the numbers of this file", _OUT),
 )
 #: Symbols that share a unit, in the order of `UNITS` with that of the bias between its two.
 _COLUMNS = (("N",), ("B", "sigma"), ("K", "q_c", "walk"))
@@ -137,19 +137,15 @@ def _that_hold(lines: Sequence[str | Remark], held: frozenset[str]) -> list[str]
     ]
 
 
-def table(read: Mapping[str, Sequence[AxisNumbers]], consumer: Consumer, needs: str) -> list[str]:
-    """Comment lines on every channel, by sensor.
-
-    Parameters
-    ----------
-    needs : str
-        What of the consumer's file is open where a sensor is missing.
-    """
+def table(read: Mapping[str, Sequence[AxisNumbers]]) -> list[str]:
+    """Comment lines on every channel, by sensor."""
     lines = []
     for sensor, axes in read.items():
         if not axes:
-            missing = f"{sensor}: the log holds none in known units. {consumer.name} needs its {needs}"
-            lines += ["", f"{missing}: fill them in below"]
+            missing = (
+                "the log holds none in known units; its numbers are not in this file and are yours to add"
+            )
+            lines += ["", f"{sensor}: {missing}"]
             continue
         lines += ["", f"{sensor}, {_columns(sensor, _symbols({sensor: axes}))}:"]
         for axis in axes:

@@ -51,7 +51,7 @@ def white_and_walk(document: Json, consumer: Consumer, **options: Unpack[NoiseOp
     read = asked.read(lambda channel: walking(channel, choice, consumer.name, consumer.file))
     return WalkImu(
         rate=document["recording"]["rate"],
-        comments=asked.head(document, consumer, choice.words, read, "two lines"),
+        comments=asked.head(document, consumer, choice.words, read),
         noise=asked.numbers(read, lambda axis: axis.noise),
         walk=asked.numbers(read, lambda axis: axis.walk),
         style=asked.style,
