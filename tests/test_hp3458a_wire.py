@@ -449,7 +449,8 @@ def test_stop_and_close_of_a_dead_link_raise_nothing():
     ],
 )
 def test_opening_refuses_what_is_not_as_it_must_be(fault, why, monkeypatch):
-    monkeypatch.setattr(conversation, "ANSWER", 0.1)
+    if not fault.data.endswith(b"\n"):  # an answer that never ends
+        monkeypatch.setattr(conversation, "ANSWER", 0.1)
     with (
         meter(Settings(rate=100), faults=[fault]) as (_, instrument),
         pytest.raises(InstrumentError, match=why),
