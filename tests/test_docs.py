@@ -212,8 +212,36 @@ def python_reference() -> str:
     return "\n".join(lines) + "\n"
 
 
+def exports_reference() -> str:
+    """docs/reference/exports.md: what `allanite export --list` shows, with the file and the options of each."""
+    from allanite.exporters import exporter, options_of
+    from allanite.exporters.imu import NoiseOptions
+    from allanite.terminal.exporting import consumer_rows
+
+    shared = list(NoiseOptions.__annotations__)
+    lines = [
+        "# Exports",
+        "",
+        "The consumers of `allanite export --list`, made by `make docs`; [how to choose](../howto/export.md).",
+        "Options are those of `al.export` (`--filter-rate` of the command is `filter_rate`). *Noise* stands for",
+        f"{', '.join(f'`{o}`' for o in shared)}.",
+        "",
+        "| consumer | takes | file | options | what it gets |",
+        "|---|---|---|---|---|",
+    ]
+    for name, takes, summary in consumer_rows():
+        module = exporter(name)
+        options = options_of(module)
+        noise = ["*noise*"] if set(shared) <= {*options} else []
+        own = ", ".join([*noise, *(f"`{o}`" for o in options if o not in shared)])
+        file = ", ".join(f"`{f}`" for f in module.FILE_NAME.split(", "))
+        lines.append(f"| `{name}` | {takes} | {file} | {own} | {summary} |")
+    return "\n".join(lines) + "\n"
+
+
 GENERATED = {
     "docs/reference/cli.md": command_reference,
+    "docs/reference/exports.md": exports_reference,
     "docs/reference/findings.md": findings_page,
     "docs/reference/python.md": python_reference,
     "docs/proof.md": proof_page,

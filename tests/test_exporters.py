@@ -352,6 +352,9 @@ def test_registry() -> None:
         assert module.NAME == name
         assert module.SUMMARY
         assert list(GOLDEN.glob(f"{name}_*")), "every exporter has a golden file"
+        assert f'"{name.replace("_", "-")}"' in (exporters.export.__doc__ or ""), (
+            "its docstring names them all"
+        )
     with pytest.raises(InputError, match="there are: kalibr"):
         exporters.exporter("excel")
     for near, meant in {"Kalibr": "kalibr", "orbslam3": "orb-slam3", "gnss_inssim": "gnss-ins-sim"}.items():
