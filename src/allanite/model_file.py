@@ -20,6 +20,7 @@ from allanite.noise import (
     NoiseModel,
 )
 from allanite.plain_data import load_plain
+from allanite.regular_file import open_regular
 from allanite.units import Quantity, parse_unit
 
 __all__ = ["load_models", "model_of", "save_models"]
@@ -36,6 +37,8 @@ _WANTED = (
     "a study (study.json of 'allanite characterize LOG'), models (-o of 'allanite fit LOG'), a data sheet or a file of "
     "another program (.yaml), or words such as 'N=0.3 deg/√h, B=5 deg/h'"
 )
+#: A line such as ``update_rate: 200.0``, and how far down it is looked for.
+_ENTRY, _HEAD = re.compile(rb"^[ \t]*[\w.]+[ \t]*:([ \t\r]|$)", re.MULTILINE), 1 << 16
 _WORDS = re.compile(r"\s*([QNBKRT])(?:_b)?\s*=\s*((?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*([^\s\d.].*?)\s*")
 
 
@@ -93,6 +96,13 @@ def load_models(path: str | os.PathLike[str]) -> tuple[dict[str, NoiseModel], fl
 
 def _of_yaml(path: Path) -> tuple[dict[str, NoiseModel], float | None] | None:
     """Models of a file that is no JSON; None where it is no configuration of a program and no data sheet."""
+    try:
+        with open_regular(path) as file:
+            head = file.read(_HEAD)
+    except OSError:
+        return None
+    if not _ENTRY.search(head):  # a log, say, which the reader of YAML would take minutes for
+        return None
     found = models_of_yaml(path)
     if found is not None:
         return found
