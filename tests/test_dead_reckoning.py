@@ -193,14 +193,21 @@ def test_doubling_is_the_matrix_exponential(rng: np.random.Generator) -> None:
 # -- simulated units ------------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", ["MEMS, after 60 s at rest", "tactical, all initial errors"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "MEMS, after 60 s at rest",
+        "MEMS, after 60 s at rest, vertical bias removed",
+        "tactical, all initial errors",
+    ],
+)
 def test_simulated_units_err_as_told(name: str) -> None:
     """200 units know a standard deviation to 5 %."""
     whole, last = CASES[name], 40.0
     case = replace(whole, times=(last,))
     found = dead_reckon(
         case.models, latitude=case.latitude, duration=last, times=[last], initial=case.initial, rest=case.rest,
-        rate=case.rate,
+        vertical=case.vertical, rate=case.rate,
     )  # fmt: skip
     errors = strapdown_errors(case, np.random.SeedSequence(11), 200)[0]
     rms = np.sqrt((errors**2).mean(axis=0))
@@ -228,16 +235,36 @@ def test_rest_takes_constants_off() -> None:
         "accelerometer": NoiseModel.of(White(N=1e-5), kind="acceleration"),
     }
     begun = InitialErrors(gyro_bias=1e-3, accelerometer_bias=1e-2, heading=0.02, gyro_scale=0.1)
-    found = dead_reckon(models, latitude=LATITUDE, rest=30.0, initial=begun, duration=600.0)
-    alone = dead_reckon(models, latitude=LATITUDE, rest=30.0, duration=600.0)
+    found = dead_reckon(models, latitude=LATITUDE, rest=30.0, vertical=True, initial=begun, duration=600.0)
+    alone = dead_reckon(models, latitude=LATITUDE, rest=30.0, vertical=True, duration=600.0)
     assert found["position_horizontal"] == pytest.approx(alone["position_horizontal"], rel=1e-6)
     # what an accelerometer's bias does is tilt the unit
     tilt = found.by_source("tilt_north")["accelerometer turn-on bias"]
     assert tilt == pytest.approx(np.full(len(tilt), 1e-2 / G), rel=1e-3)
     # and the mean of white noise over 30 s is a constant rate after it
-    short = dead_reckon(models, latitude=LATITUDE, rest=30.0, duration=60.0)
+    short = dead_reckon(models, latitude=LATITUDE, rest=30.0, vertical=True, duration=60.0)
     known = math.hypot(1e-5 * math.sqrt(60.0), 1e-5 / math.sqrt(30.0) * 60.0)
     assert short["heading"][-1] == pytest.approx(known, rel=2e-3)
+
+
+@pytest.mark.parametrize(
+    ("bias", "rest", "t"), [(9.81e-3, 60.0, 60.0), (1e-2, 5.0, 10.0), (2e-4, 300.0, 30.0)]
+)
+def test_the_vertical_bias_stays_in_the_height_unless_it_is_asked_to_go(
+    bias: float, rest: float, t: float
+) -> None:
+    """b t^2/2, less than (t/10 min)^2 from it; and what happens to it is told either way."""
+    quiet, begun = NoiseModel.of(White(N=1e-9), kind="acceleration"), InitialErrors(accelerometer_bias=bias)
+    options: dict[str, Any] = {"latitude": LATITUDE, "rest": rest, "initial": begun, "duration": t}
+    kept = dead_reckon(quiet, **options)
+    assert kept["position_down"][-1] == pytest.approx(bias * t**2 / 2, rel=0.02)
+    assert any("stays in the height" in note for note in kept.notes)
+    gone = dead_reckon(quiet, vertical=True, **options)
+    assert gone["position_down"][-1] < 1e-4 * bias * t**2
+    assert any("removed by the mean at rest" in note for note in gone.notes)
+    coriolis = 1e-4 * bias * t**2  # what falls is carried aside
+    assert kept["position_north"] == pytest.approx(gone["position_north"], abs=coriolis)
+    assert [kept.to_json()["vertical"], gone.to_json()["vertical"]] == [False, True]
 
 
 def test_heading_turns_the_axes() -> None:
@@ -383,6 +410,7 @@ def test_an_alternative_is_told() -> None:
         (NoiseModel.of(White(N=1.0)), {"duration": -1.0}, "duration must be positive"),
         (NoiseModel.of(White(N=1.0)), {"duration": 1e7}, "7 days"),
         (NoiseModel.of(White(N=1.0)), {"rest": 0.0}, "rest must be positive"),
+        (NoiseModel.of(White(N=1.0)), {"vertical": True}, "only a rest shows"),
         (NoiseModel.of(White(N=1.0)), {"times": [7200.0]}, "between 0 and the duration"),
         (NoiseModel.of(White(N=1.0)), {"heading": math.nan}, "heading must be"),
         (NoiseModel.of(White(N=0.0)), {}, "no error to tell"),

@@ -52,6 +52,7 @@ class Case:
     rate: float
     initial: InitialErrors | None = None
     rest: float | None = None
+    vertical: bool = False
     held: bool = False
 
 
@@ -86,6 +87,10 @@ CASES: Mapping[str, Case] = {
         models=_unit(2.0, 0.3, 5, 5, 100, 20, 20), latitude=-0.41, times=(10.0, 60.0, 300.0), rate=2.0, rest=60.0,
         initial=InitialErrors(gyro_bias=2e-4, accelerometer_bias=2e-3, heading=0.02),
     ),
+    "MEMS, after 60 s at rest, vertical bias removed": Case(
+        models=_unit(2.0, 0.3, 5, 5, 100, 20, 20), latitude=-0.41, times=(10.0, 60.0, 300.0), rate=2.0, rest=60.0,
+        vertical=True, initial=InitialErrors(gyro_bias=2e-4, accelerometer_bias=2e-3, heading=0.02),
+    ),
     "tactical, all initial errors": Case(
         models=_unit(1.0, 0.02, 0.5, 0.5, 30, 10, 5), latitude=0.2, times=(10.0, 100.0, 600.0), rate=1.0, initial=_ALL
     ),
@@ -109,7 +114,7 @@ def run_dead_reckoning(seed: int, say: Callable[[str], None], units: int = UNITS
     for number, (name, case) in enumerate(CASES.items()):
         budget = dead_reckon(
             case.models, latitude=case.latitude, duration=case.times[-1], times=case.times, initial=case.initial,
-            rest=case.rest, held=case.held, rate=case.rate,
+            rest=case.rest, vertical=case.vertical, held=case.held, rate=case.rate,
         )  # fmt: skip
         batches = [min(BATCH, units - done) for done in range(0, units, BATCH)]
         parts = [
@@ -160,6 +165,7 @@ def strapdown_errors(case: Case, seed: np.random.SeedSequence, units: int) -> Ar
     if skipped:
         turning = np.einsum("nji,nj->ni", attitude, place.earth())
         gyro = gyro - (gyro[:skipped].mean(axis=0) - turning)
+    if skipped and case.vertical:
         force = force.copy()
         force[..., 2] -= force[:skipped, :, 2].mean(axis=0) + place.gravity()
     return _integrated(case, gyro[skipped:], force[skipped:], attitude, velocity, place)

@@ -86,6 +86,12 @@ class Initial(click.ParamType[Any]):
     help="At rest so long before: the unit is levelled, the gyros' means are taken off.",
 )
 @click.option(
+    "--remove-vertical",
+    "vertical",
+    is_flag=True,
+    help="With --rest: remove the bias of the vertical accelerometer, too (mean less normal gravity).",
+)
+@click.option(
     "--heading", type=Angle(), default=0.0, help="Of the x axis, clockwise from north.  [default: 0]"
 )
 @click.option(

@@ -32,6 +32,13 @@ _PER_OCTAVE, _OCTAVES = 6, 12
 _LINEAR = math.radians(10.0)
 #: So much of the height's standard deviation may come besides from the second order of the tilt.
 _SECOND_ORDER = 0.1
+#: What the rest does along the vertical, by whether its mean is taken off there.
+_VERTICAL = {
+    False: "the bias of the vertical accelerometer stays in the height; a rest removes it only with --remove-vertical "
+    "(vertical=True)",
+    True: "the bias of the vertical accelerometer is removed by the mean at rest, against normal gravity: a local "
+    "gravity anomaly of 10 mGal adds 1e-4 m/s² t²/2 to the height, which is not in the sums",
+}
 
 
 def dead_reckon(
@@ -42,6 +49,7 @@ def dead_reckon(
     times: Sequence[float] | None = None,
     initial: InitialErrors | None = None,
     rest: float | None = None,
+    vertical: bool = False,
     heading: float = 0.0,
     held: bool = False,
     rate: float = 100.0,
@@ -65,6 +73,9 @@ def dead_reckon(
     rest : float, optional [s]
         So long at rest before the start the accelerometers level the unit and the means of the gyros are taken off,
         less the rotation of the Earth. None: the unit starts with its turn-on biases as `initial` has them.
+    vertical : bool
+        At rest the mean of the vertical accelerometer, less normal gravity, is taken off as its bias. Otherwise that
+        bias stays in the height: b t^2/2.
     heading : float [rad]
         Of the x axis, clockwise from north; it matters where the axes differ.
     held : bool
@@ -99,12 +110,12 @@ def dead_reckon(
     given = {"": models} if isinstance(models, NoiseModel) else dict(models)
     checked_latitude(latitude)
     begun = InitialErrors() if initial is None else initial
-    _check(duration, rest, heading, rate)
+    _check(duration, rest, vertical, heading, rate)
     shown = _shown(times, duration)
 
     def found(own: Mapping[str, NoiseModel]) -> DeadReckoning:
         setting = Setting(
-            place=Place(latitude=float(latitude), rest=rest, held=held),
+            place=Place(latitude=float(latitude), rest=rest, held=held, vertical=vertical),
             times=_grid(shown, duration),
             axes=_axes(heading),
             dt=1 / rate,
@@ -126,10 +137,14 @@ def dead_reckon(
 # -- what is asked for ------------------------------------------------------------------------------------------
 
 
-def _check(duration: float, rest: float | None, heading: float, rate: float) -> None:
+def _check(duration: float, rest: float | None, vertical: bool, heading: float, rate: float) -> None:
     for name, value in (("duration", duration), ("rest", rest), ("rate", rate)):
         if value is not None and not (math.isfinite(value) and value > 0):
             raise InputError(f"{name} must be positive, not {value!r}")
+    if vertical and rest is None:
+        raise InputError(
+            "only a rest shows the bias of the vertical accelerometer: give rest (--rest) as well"
+        )
     if duration > LONGEST:
         raise InputError(
             f"duration {duration:g} s: errors are told for up to 7 days; a fix ends dead reckoning"
@@ -221,6 +236,7 @@ def _result(
         heading=float(heading),
         rest=setting.place.rest,
         held=setting.place.held,
+        vertical=setting.place.vertical,
         rate=1 / setting.dt,
         initial=begun,
         sinking=_sinking(setting, sd),
@@ -326,6 +342,8 @@ def _notes(
         notes.append(
             "nothing is stated to be wrong at the start: turn-on biases and alignment are not in the sums"
         )
+    if found.rest is not None and not found.held and "accelerometer" in kinds:
+        notes.append(_VERTICAL[found.vertical])
     down = found.sd[-1, found.quantities.index("position_down")]
     if found.sinking[-1] > _SECOND_ORDER * down:
         notes.append(

@@ -124,6 +124,8 @@ class DeadReckoning:
     duration, latitude, heading : float [s], [rad], [rad]
     rest : float or None [s]
         At rest before the start, to level the unit and to take the biases of the gyros off.
+    vertical : bool
+        The mean of the vertical accelerometer at rest, less normal gravity, is taken off as well.
     held : bool
         Something else holds the height.
     rate : float [Hz]
@@ -151,6 +153,7 @@ class DeadReckoning:
     heading: float
     rest: float | None
     held: bool
+    vertical: bool
     rate: float
     initial: InitialErrors
     sinking: Array = field(repr=False)
@@ -205,8 +208,8 @@ class DeadReckoning:
     def to_json(self) -> dict[str, Any]:
         """Plain data, SI units; null for what is not known or infinite."""
         names = (
-            "says", "notes", "confidence", "duration", "latitude", "heading", "rest", "held", "rate", "linear_until",
-            "quantities", "times", "shown", "sd", "lower", "upper", "sinking", "sources", "initial",
+            "says", "notes", "confidence", "duration", "latitude", "heading", "rest", "held", "vertical", "rate",
+            "linear_until", "quantities", "times", "shown", "sd", "lower", "upper", "sinking", "sources", "initial",
         )  # fmt: skip
         return {
             "format": "allanite-dead-reckoning",

@@ -19,7 +19,8 @@ driven by A b e, e white of density Q^2 dt, and starts at -b e(0).
 
 At rest before the start, for a time T_0, the mean m of each sensor is taken (m' = s/T_0). The gyros' means, less the
 rotation of the Earth as the attitude of the start says it, are taken off; the accelerometers' means level the unit,
-phi_E = -m_N/g, phi_N = m_E/g, and that along the vertical is taken off as well.
+phi_E = -m_N/g, phi_N = m_E/g. That along the vertical differs from gravity by the bias there; it is taken off only on
+request (`Place.vertical`), for few navigators do so and it decides what the height is worth.
 """
 
 from __future__ import annotations
@@ -110,11 +111,14 @@ class Place:
     rest : float or None [s]
     held : bool
         The height is known.
+    vertical : bool
+        The mean of the vertical accelerometer at rest, less gravity, is taken off.
     """
 
     latitude: float
     rest: float | None
     held: bool = False
+    vertical: bool = False
 
     @property
     def earth(self) -> Array:
@@ -248,7 +252,7 @@ def _system(p: Process, a: Array, place: Place) -> tuple[Array, Array, Array]:
     w[:NAVIGATION, :NAVIGATION] = np.outer(noisy, noisy)
     begins = _rested(p, place.rest)
     if place.rest is not None:
-        j, f[:NAVIGATION, _M] = _corrected(p, a, b, place.gravity)
+        j, f[:NAVIGATION, _M] = _corrected(p, a, b, place)
     if p.begins is not None:  # a constant of size 1 holds it, for what a rest makes of it
         j, begins[_M, _M] = p.begins, 1.0
     carry = np.eye(_SIZE)
@@ -259,7 +263,7 @@ def _system(p: Process, a: Array, place: Place) -> tuple[Array, Array, Array]:
     return f, w, start
 
 
-def _corrected(p: Process, a: Array, b: Array, gravity: float) -> tuple[Array, Array]:
+def _corrected(p: Process, a: Array, b: Array, place: Place) -> tuple[Array, Array]:
     """What a mean of 1 at rest makes of the navigation at the start, and what it adds to its drift from then on."""
     begun, drift = np.zeros(NAVIGATION), np.zeros(NAVIGATION)
     if p.begins is not None:
@@ -267,8 +271,8 @@ def _corrected(p: Process, a: Array, b: Array, gravity: float) -> tuple[Array, A
     elif p.gyro:
         drift = -b
     else:
-        begun[6:8] = p.along[1] / gravity, -p.along[0] / gravity
-        drift[5] = -b[5]
+        begun[6:8] = p.along[1] / place.gravity, -p.along[0] / place.gravity
+        drift[5] = -b[5] if place.vertical else 0.0
     # rotation of the Earth and gravity are taken off as the wrong place and attitude say them: these do not drift yet
     at_rest = np.delete(begun, VELOCITY)
     drift[5:] -= np.delete(a, VELOCITY, axis=1)[5:] @ at_rest

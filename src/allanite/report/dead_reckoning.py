@@ -16,6 +16,7 @@ from allanite.wording import (
     duration,
     growth_rows,
     number,
+    rest_before,
     sentence,
     source_rows,
 )
@@ -40,7 +41,7 @@ def page(document: Json) -> dict[str, Any]:
         facts=[
             ("Length", duration(document["duration"])),
             ("Latitude", angle(document["latitude"])),
-            ("At rest before", "not" if document["rest"] is None else duration(document["rest"])),
+            ("At rest before", rest_before(document)),
             ("Height", "held by something else" if document["held"] else "unaided"),
         ],
         parts={"verdict": _verdict, "pictures": _pictures, "sources": _sources, "method": _method},

@@ -70,6 +70,7 @@ from allanite.wording.dead_reckoning import (
     growth_rows,
     largest_sources,
     quantity_words,
+    rest_before,
     source_rows,
 )
 from allanite.wording.difference import drift_lines, drift_unit, pair_lines, rest_words
@@ -319,6 +320,7 @@ __all__ = [
     "record_lines",
     "response_budget",
     "response_lines",
+    "rest_before",
     "rest_unit",
     "rest_words",
     "sameness_lines",

@@ -17,6 +17,7 @@ __all__ = [
     "growth_rows",
     "largest_sources",
     "quantity_words",
+    "rest_before",
     "source_rows",
 ]
 
@@ -124,16 +125,23 @@ def budget_rows(document: Json) -> tuple[list[str], list[list[str]]]:
     return ["Source", *(quantity_words(q) for q in wanted)], [*rows, ["together", *whole]]
 
 
+def rest_before(document: Json) -> str:
+    """How long the unit rested before, and what became of the vertical accelerometer's bias."""
+    if document["rest"] is None:
+        return "not"
+    removed = document.get("vertical", True)  # the first documents do not say it: it was always removed
+    return f"{duration(document['rest'])}; vertical accelerometer bias {'removed' if removed else 'kept'}"
+
+
 def budget_facts(document: Json) -> list[tuple[str, str]]:
     """What the budget rests on."""
-    rest = document["rest"]
     stated = [
         f"{key.replace('_', ' ')} {_stated(key, size)}" for key, size in document["initial"].items() if size
     ]
     return [
         ("latitude", angle(document["latitude"])),
         ("heading of the x axis", angle(document["heading"])),
-        ("at rest before", "not" if rest is None else duration(rest)),
+        ("at rest before", rest_before(document)),
         ("height", "held by something else" if document["held"] else "unaided"),
         ("wrong at the start", ", ".join(stated) or "nothing"),
         ("samples", f"{number(document['rate'])} Hz"),
