@@ -3,12 +3,15 @@
 
 from __future__ import annotations
 
+from dataclasses import asdict
+
 import numpy as np
 import pytest
 from scipy import stats
 
 from allanite import laws
 from allanite.checks import Check, alarm, grave, inflation_of, scatter_check, size_check
+from allanite.wording import check_lines
 
 
 def test_laws_are_those_of_the_textbooks() -> None:
@@ -40,6 +43,20 @@ def test_many_looks_are_paid_for() -> None:
     assert many.p == pytest.approx(10 * one.p)
     assert (one.passed, many.passed) == (False, True)
     assert grave([one, many]) == [one]
+
+
+@pytest.mark.parametrize("looks", [1, 2, 12])
+def test_the_line_of_a_check_says_what_was_done_to_its_p(looks: int) -> None:
+    """Chi-square and p of one line belong together, or the factor between them is said."""
+    for statistic, dof in ((3.0, 1), (9.5, 2), (25.0, 10)):
+        check = alarm("x", statistic, dof, "why", looks=looks)
+        single = float(stats.chi2.sf(statistic, dof))
+        assert check.p == pytest.approx(min(single * check.tries, 1.0), rel=1e-9)
+        (line,) = check_lines([asdict(check)])
+        assert ("multiplied by" in line.chance) == (looks > 1)
+        assert looks == 1 or f"multiplied by {looks} tries" in line.chance
+    (line,) = check_lines([asdict(size_check(60.0, 50))])
+    assert line.chance.endswith("two-sided")
 
 
 def test_scatter_says_how_much() -> None:

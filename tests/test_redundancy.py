@@ -365,6 +365,61 @@ def test_a_fault_is_found_and_its_sensor_named(kind: str, sensor: int) -> None:
         assert fault.size == pytest.approx(math.sqrt(10.0), rel=0.3)
 
 
+@pytest.mark.parametrize("seed", range(8))
+def test_a_step_that_ends_is_neither_noise_nor_kept_out_longer_than_it_lasts(seed: int) -> None:
+    """Along one axis or around a cone, from 5 to 150 standard deviations of a window, 20 to 200 windows long."""
+    rng = np.random.default_rng(seed)
+    n, window, samples = int(rng.integers(5, 7)), 8, 2400
+    model = NoiseModel.of(White(N=N), RandomWalk(K=3e-5)) if seed % 2 else WHITE
+    y = noise(n, samples, 40 + seed)
+    if seed % 2:
+        y += 3e-5 * math.sqrt(1 / RATE) * np.cumsum(rng.standard_normal((samples, n)), axis=0)
+    first, sensor = int(rng.uniform(0.15, 0.5) * samples), int(rng.integers(n))
+    last = first + window * int(rng.integers(20, 121))
+    size = float(rng.choice([5, 15, 50, 150])) * N * math.sqrt(RATE / window)
+    y[first:last, sensor] += size
+    c = combined(y, models=model, directions=cone(n) if seed % 4 < 2 else None)
+    assert [(f.kind, f.sensor) for f in c.faults] == [("step", f"g{sensor}")]
+    (fault,) = c.faults
+    slack = 4 * window / RATE
+    assert fault.start == pytest.approx(first / RATE, abs=slack)
+    assert fault.stop == pytest.approx(last / RATE, abs=slack)
+    assert fault.size == pytest.approx(size, abs=5 * fault.size_sd)
+
+
+def test_steps_to_another_level_and_back_are_not_noise() -> None:
+    y = noise(6, 2400, 12)
+    y[600:1100, 2] += 40 * N * math.sqrt(RATE / 8)
+    y[1100:1700, 2] -= 25 * N * math.sqrt(RATE / 8)
+    c = combined(y, directions=cone(6))
+    assert {(f.kind, f.sensor) for f in c.faults} == {("step", "g2")}
+    assert max(f.stop for f in c.faults) == pytest.approx(34.0, abs=1.0)
+
+
+def test_deviation_and_gain_are_those_of_the_recording_that_is_written() -> None:
+    """Three of four sensors for a quarter of the record, or with a fault that nobody is blamed for."""
+    from allanite.allan import allan_curve
+
+    y = noise(4, 2048, 3)
+    y[1400:1912, 1] += 1.0
+    alone = combined(y)
+    assert [f.sensor for f in alone.faults] == ["g1"]
+    assert any("goes on without g1" in r for r in alone.remarks)
+    unknown = combined(y, directions=cone(4))
+    assert [f.sensor for f in unknown.faults] == [None] * len(unknown.faults) != []
+    assert any("stays in the recording" in r for r in unknown.remarks)
+    for c in (alone, unknown):
+        written = c.recording()
+        for m, name in enumerate(written.names):
+            curve = allan_curve(written.select(name), taus="octave")
+            at = [int(np.argmin(np.abs(curve.tau - t))) for t in c.tau]
+            assert c.measured[:, m] == pytest.approx(curve.deviation[at, 0], rel=1e-6)
+    # of variance 1/3 for a quarter of the windows, 1/4 for the others
+    expected = math.sqrt(1 / (0.25 / 3 + 0.75 / 4))
+    assert alone.gain_lower[0, 0] < expected < alone.gain_upper[0, 0]
+    assert alone.gain[0, 0] == pytest.approx(expected, rel=0.05)
+
+
 def test_the_sensor_at_fault_does_not_take_part_in_its_span() -> None:
     clean, broken = noise(5, 20_000, 5), faulty("spell", 2) - cone(5) @ np.array([0.1, -0.2, 0.3])
     c = combined(broken, directions=cone(5))

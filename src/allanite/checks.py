@@ -41,6 +41,10 @@ class Check:
         Chi-square and its expectation if the model holds.
     p : float
         Probability of one at least as unlikely if the model holds.
+    tries : int
+        The statistic is the largest of so many; p is its own probability times that number [Bonferroni].
+    two_sided : bool
+        p is twice that of the nearer tail: too small is as telling as too large.
     passed : bool
     says : str
         What it means and what to do, when it did not pass.
@@ -55,6 +59,8 @@ class Check:
     passed: bool
     says: str
     widens: bool = False
+    tries: int = 1
+    two_sided: bool = False
 
     @property
     def ratio(self) -> float:
@@ -64,8 +70,9 @@ class Check:
 
 def alarm(name: str, statistic: float, dof: float, says: str, *, looks: int = 1) -> Check:
     """A check that takes the result away; the best of several `looks` is charged for all of them."""
-    p = min(chi_square_tail(statistic, dof) * max(looks, 1), 1.0)
-    return Check(name=name, statistic=statistic, dof=dof, p=p, passed=p >= ALARM, says=says)
+    tries = max(looks, 1)
+    p = min(chi_square_tail(statistic, dof) * tries, 1.0)
+    return Check(name=name, statistic=statistic, dof=dof, p=p, passed=p >= ALARM, says=says, tries=tries)
 
 
 def size_check(chi2: float, dof: int) -> Check:
@@ -79,7 +86,14 @@ def size_check(chi2: float, dof: int) -> Check:
     if not 1 / FOREIGN <= ratio <= FOREIGN:
         says += ": is it the model of this sensor, in this unit?"
     return Check(
-        name="size of the noise", statistic=chi2, dof=dof, p=p, passed=p >= ALARM, says=says, widens=True
+        name="size of the noise",
+        statistic=chi2,
+        dof=dof,
+        p=p,
+        passed=p >= ALARM,
+        says=says,
+        widens=True,
+        two_sided=True,
     )
 
 

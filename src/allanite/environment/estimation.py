@@ -275,7 +275,9 @@ class _Case:
         look = look_for_warm_up(noise, base, decays)
         if not look.found:
             says = "no warm-up: an exponential is no larger than the noise allows"
-            none = WarmUp(found=False, p=look.p, terms=(), action="none found", cut=None, says=says)
+            none = WarmUp(
+                found=False, p=look.p, terms=(), action="none found", cut=None, says=says, tries=look.tries
+            )
             return none, (), noise.best
         fitted = self._exponentials(climate, noise, base, look.best)
         design = Design(climate=climate, decays=fitted)
@@ -291,7 +293,9 @@ class _Case:
         length = climate.size * climate.dt
         cut = settled_after(terms, noise.best, length)
         says = f"the bias settles as after power-on, for some {cut:.3g} s"
-        made = WarmUp(found=True, p=look.p, terms=terms, action="left in", cut=None, says=says)
+        made = WarmUp(
+            found=True, p=look.p, terms=terms, action="left in", cut=None, says=says, tries=look.tries
+        )
         if treatment is None:
             return made, (), noise.best
         if treatment == "model":

@@ -122,7 +122,9 @@ class WarmUp:
     ----------
     found : bool
     p : float or None
-        Probability of the best exponential under noise alone, charged for all that were tried.
+        Probability of the best exponential under noise alone, multiplied by the number that was tried.
+    tries : int
+        That number.
     terms : tuple of WarmUpTerm
     action : "modelled", "cut", "left in", "none found" or "not looked for"
     cut : float or None [s]
@@ -136,6 +138,7 @@ class WarmUp:
     action: Action
     cut: float | None
     says: str
+    tries: int = 1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

@@ -46,10 +46,13 @@ class Look:
     p : float
         Of the best exponential, charged for all.
     best : Decay
+    tries : int
+        How many those are.
     """
 
     p: float
     best: Decay
+    tries: int
 
     @property
     def found(self) -> bool:
@@ -82,7 +85,7 @@ def look_for_warm_up(noise: Noise, base: Sequence[str], decays: Sequence[Decay])
     weights, sizes = noise.weights(beside), noise.sizes(beside)
     chances = [noise.fit([*base, d.name], weights=weights, sizes=sizes).chance(d.name) for d in decays]
     best = int(np.argmin(chances))
-    return Look(p=min(chances[best] * len(decays), 1.0), best=decays[best])
+    return Look(p=min(chances[best] * len(decays), 1.0), best=decays[best], tries=len(decays))
 
 
 def refined(climate: Climate, columns: Array, model: NoiseModel, start: Sequence[Decay]) -> tuple[Decay, ...]:

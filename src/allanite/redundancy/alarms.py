@@ -115,11 +115,15 @@ class Bench:
         """Sizes of what has been explained, and their covariance, from the windows before the horizon."""
         if not self.explained:
             return np.zeros(0), np.zeros((0, 0))
-        columns = self.whitened(np.stack(self.explained, axis=-1))[:horizon]
+        columns = self.whitened(np.stack(self.explained, axis=-1)[:horizon])
         x = columns.reshape(-1, columns.shape[-1])
-        y = self.whitened(np.nan_to_num(self.means.mean))[:horizon].ravel()
+        y = self.whitened(np.nan_to_num(self.means.mean)[:horizon]).ravel()
         inverse = np.asarray(np.linalg.pinv(x.T @ x, rcond=1e-10, hermitian=True))
         return inverse @ (x.T @ y), inverse
+
+    def misfit(self, horizon: int) -> float:
+        """Sum of the chi-square of the windows before the horizon, without what has been explained."""
+        return float((self.whitened(self.cleaned(horizon)[:horizon]) ** 2).sum())
 
     def state(self) -> tuple[Any, ...]:
         """Everything that an explanation changes."""

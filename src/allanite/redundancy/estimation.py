@@ -263,8 +263,14 @@ def _combination(
     differences = _differences(means, setup.parity, busy)
     models = tuple(combined_model(setup.models, w, correlation) for w in weights)
     axes = _axes(recording[setup.names[0]].kind, weights.shape[0])
-    curves = _curves(setup, allan, weights, correlation, models, fine.dt, recording.duration, confidence)
     left_out = _left_out(found.faults, recording.rate)
+    combined = combined_recording(
+        recording, setup.names, axes, setup.directions, covariance, differences, left_out
+    )
+    written = _written(combined, setup) if found.faults and allan is not None else None
+    curves = _curves(
+        setup, allan, weights, correlation, models, fine.dt, recording.duration, confidence, written
+    )
     faults = tuple(replace(f, says=_says(f, setup.parity, setup.names)) for f in found.faults)
     return Combination(
         channels=setup.names,
@@ -295,13 +301,11 @@ def _combination(
         false_alarm=false_alarm,
         noise_ratio=found.noise_ratio,
         confidence=confidence,
-        remarks=_remarks(setup, pairs, found, rest, bool(busy.all())),
+        remarks=(*_remarks(setup, pairs, found, rest, bool(busy.all())), *_as_written(found.faults, rest)),
         rate=recording.rate,
         duration=recording.duration,
         source=recording.source,
-        combined=combined_recording(
-            recording, setup.names, axes, setup.directions, covariance, differences, left_out
-        ),
+        combined=combined,
     )
 
 
@@ -336,6 +340,12 @@ def _left_out(faults: Sequence[Fault], rate: float) -> dict[str, list[tuple[int,
     return spans
 
 
+def _written(combined: Recording, setup: _Setup) -> AllanCovariance:
+    """Of the recording that is handed over, with its faults or what is left of them."""
+    fine = window_means(combined, combined.names, setup.fine)
+    return allan_covariance(np.where(fine.part < 0.5, np.nan, fine.mean), fine.dt, setup.typical)
+
+
 def _curves(
     setup: _Setup,
     allan: AllanCovariance | None,
@@ -345,8 +355,12 @@ def _curves(
     dt: float,
     duration: float,
     confidence: float,
+    written: AllanCovariance | None,
 ) -> dict[str, Array]:
     """Everything over tau."""
+    if allan is not None and written is not None:
+        allan = allan.shortened(min(len(allan.tau), len(written.tau)))
+        written = written.shortened(len(allan.tau))
     tau = (
         allan.tau
         if allan is not None
@@ -371,25 +385,37 @@ def _curves(
     names = ("measured", "lower", "upper", "gain", "gain_lower", "gain_upper")
     return {
         **out,
-        **(measured_gain(allan, weights, best, confidence) if allan else dict.fromkeys(names, empty)),
+        **(
+            measured_gain(allan, weights, best, confidence, written) if allan else dict.fromkeys(names, empty)
+        ),
     }
 
 
 def measured_gain(
-    allan: AllanCovariance, weights: Array, best: NDArray[np.int64], confidence: float
+    allan: AllanCovariance,
+    weights: Array,
+    best: NDArray[np.int64],
+    confidence: float,
+    written: AllanCovariance | None = None,
 ) -> dict[str, Array]:
     """Deviations of the combined axes, and how much smaller they are than those of the best sensor.
 
     Both come from the same windows: of ln gain the variance is (1 - r^2)/edf, r being the correlation of the two.
+    After a fault the axes are those of the recording as `written`, of all windows, and the sensor is that of the
+    windows without a fault, which are a part of them: (1/edf_sensor + 1/edf_axis)/2 - r^2/max(edf).
     """
     c, rows = allan.matrix, np.arange(len(allan.tau))
     joint = np.einsum("mi,kij,mj->km", weights, c, weights)
     alone = c[rows, best, best][:, None]
     cross = np.einsum("mi,kij->kmj", weights, c)[rows, :, best]
     r2 = np.clip(cross**2 / np.maximum(joint * alone, 1e-300), 0.0, 1.0)
-    low, high = chi_square_factors(np.maximum(allan.edf, 1e-3), confidence)
+    edf = allan.edf
+    if written is not None:
+        joint, edf = np.einsum("kmm->km", written.matrix), written.edf
+    low, high = chi_square_factors(np.maximum(edf, 1e-3), confidence)
     gain = np.sqrt(alone / joint)
-    spread = np.exp(normal_quantile(0.5 + confidence / 2) * np.sqrt((1 - r2) / allan.edf[:, None]))
+    variance = (1 / allan.edf + 1 / edf)[:, None] / 2 - r2 / np.maximum(allan.edf, edf)[:, None]
+    spread = np.exp(normal_quantile(0.5 + confidence / 2) * np.sqrt(variance))
     deviation = np.sqrt(joint)
     return {
         "measured": deviation,
@@ -463,3 +489,17 @@ def _remarks(
             "every window lies in the span of a fault: shared noise and gain are measured with the faults in"
         )
     return tuple(out)
+
+
+def _as_written(faults: Sequence[Fault], rest: bool) -> list[str]:
+    """What faults have done to the recording that is handed over."""
+    named = sorted({f.sensor for f in faults if f.sensor is not None})
+    out = []
+    if named:
+        out.append(
+            f"the recording goes on without {', '.join(named)} in the spans above and is noisier there"
+            + ("; deviation and gain are those of the whole recording" if rest else "")
+        )
+    if any(f.sensor is None for f in faults):
+        out.append("a fault whose sensor is not known stays in the recording")
+    return out

@@ -3,9 +3,11 @@
 
 Every window, every longer window (8 and 64 of them) and every run of 16 windows is one test of a chi-square that the
 filter of `parity` made independent; all of them share the false-alarm rate of the record [Bonferroni]. An alarm is
-explained by a hypothesis: in sensor i, from window k on, a step, a drift, a spike or more noise. The hypothesis that
-raises the likelihood most wins; sensors whose own best hypothesis comes within a factor of 20 in probability stay
-candidates. What is explained is taken out, and the tests are made again.
+explained by a hypothesis: in sensor i, from window k on, a step, a step that ends, a drift, a spike or more noise. The
+hypothesis that raises the likelihood most, less the price of its parameters [BIC], wins; noise, which takes its windows
+out of all tests and so leaves no alarm whatever the truth is, replaces an earlier explanation only if it is likelier
+than that one and a second fault together. Sensors whose own best hypothesis comes within a factor of 20 in probability
+stay candidates. What is explained is taken out, and the tests are made again.
 
 With one parity (n = m + 1) all hypotheses fit alike: a fault is seen, its sensor is not. A sensor whose samples stand
 still is named by that alone.
@@ -38,6 +40,8 @@ SPELLS = 3
 #: Onsets that are tried, so many lengths of the alarm before it; lengths of it, and windows at least, that are
 #: looked at after it.
 ONSETS, BEFORE, AFTER, SOON = 32, 2, 2, 32
+#: Ends that are tried, and further onsets and ends, where the parity changes most from one window to the next.
+ENDS, JUMPS = 12, 6
 #: Twice the log-likelihood by which an onset may be worse than the best and is not contradicted: 95 %.
 NEAR = 3.84
 #: Another noise of what is left, from which on the search is made again.
@@ -141,7 +145,7 @@ def _stuck(means: WindowMeans, names: Sequence[str]) -> tuple[list[Fault], NDArr
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Hypothesis:
-    kind: str
+    kind: str  # of Fault; "spell" is a step that ends in window stop - 1
     sensor: int
     start: int
     stop: int
@@ -170,15 +174,16 @@ def _search(bench: Bench, names: Sequence[str]) -> list[_Explained]:
         length = alarm[1] - alarm[0]
         horizon = min(alarm[1] + max(AFTER * length, SOON), windows)
         if not _again(bench, found, alarm, horizon, n):
-            found.append(_explained(bench, cleaned, alarm, horizon, n))
+            # the sizes of the earlier faults by the same windows: noise is judged by what they leave
+            ranked = _ranked(bench, bench.cleaned(horizon), alarm, horizon, n)
+            found.append(_explained(bench, ranked, alarm, n))
     return _pruned(bench, found)
 
 
-def _explained(bench: Bench, cleaned: Array, alarm: tuple[int, int], horizon: int, n: int) -> _Explained:
-    """The best hypothesis for an alarm, judged by the windows before the horizon; put on the bench."""
-    ranked = _ranked(bench, cleaned, alarm, horizon, n)
+def _explained(bench: Bench, ranked: list[_Hypothesis], alarm: tuple[int, int], n: int) -> _Explained:
+    """The best hypothesis for an alarm, put on the bench."""
     if ranked[0].gain > 0 and ranked[0].kind == "noise":
-        ranked = _whole_spell(bench, cleaned, ranked[0], n)
+        ranked = _whole_spell(bench, bench.cleaned(len(bench.means)), ranked[0], n)
     best = ranked[0]
     near = [h.sensor for h in ranked if best.gain - h.gain <= 2 * math.log(ODDS * max(n - 1, 1))]
     if best.gain <= 0:
@@ -205,8 +210,17 @@ def _again(
     before, both = bench.state(), found[-1].alarm
     if alarm is not None:
         both = min(both[0], alarm[0]), max(both[1], alarm[1])
+    misfit = bench.misfit(horizon)
     del bench.explained[found[-1].columns[0] :]
-    again = _explained(bench, bench.cleaned(horizon), both, horizon, n)
+    gain = bench.misfit(horizon) - misfit - _price(found[-1].best.kind, horizon)
+    ranked = _ranked(bench, bench.cleaned(horizon), both, horizon, n)
+    if ranked[0].kind == "noise" and alarm is not None:
+        bench.restore(before)
+        second = _ranked(bench, bench.cleaned(horizon), alarm, horizon, n)[0]
+        if ranked[0].gain < gain + max(second.gain, 0.0):
+            return False
+        del bench.explained[found[-1].columns[0] :]
+    again = _explained(bench, ranked, both, n)
     left = bench.first_alarm(bench.cleaned(horizon))
     if left is not None and left[0] < horizon:
         bench.restore(before)
@@ -242,6 +256,11 @@ def _shapes(bench: Bench, best: _Hypothesis) -> list[Array]:
     time = np.arange(len(bench.means))
     profiles = {
         "step": [(time > best.start).astype(float), (time == best.start).astype(float)],
+        "spell": [
+            ((time > best.start) & (time < best.stop - 1)).astype(float),
+            (time == best.start).astype(float),
+            (time == best.stop - 1).astype(float),
+        ],
         "drift": [np.maximum(time - best.start, 0.0) * bench.means.dt],
         "spike": [(time == best.start).astype(float)],
         "noise": [],
@@ -252,29 +271,52 @@ def _shapes(bench: Bench, best: _Hypothesis) -> list[Array]:
 
 def _ranked(bench: Bench, cleaned: Array, alarm: tuple[int, int], horizon: int, n: int) -> list[_Hypothesis]:
     """The best hypothesis of every sensor, best first."""
-    white = bench.whitened(cleaned)[:horizon]
+    white = bench.whitened(cleaned[:horizon])
     length = alarm[1] - alarm[0]
-    onsets = np.unique(np.linspace(max(alarm[0] - BEFORE * length, 0), alarm[1] - 1, ONSETS).astype(int))
-    marks = _marks(bench, onsets)
+    first, last = max(alarm[0] - BEFORE * length, 0), alarm[1] - 1
+    even = [np.linspace(first, last, ONSETS), np.linspace(alarm[0], horizon - 1, ENDS)]
+    places = np.unique(np.concatenate([*even, _jumps(bench, cleaned, first, horizon)]).astype(np.int64))
     basis = None
     if bench.explained:
-        rows = bench.whitened(np.stack(bench.explained, axis=-1))[:horizon]
+        rows = bench.whitened(np.stack(bench.explained, axis=-1)[:horizon])
         basis = np.asarray(np.linalg.qr(rows.reshape(-1, rows.shape[-1]))[0])
+    marks = _marks(bench, places)
     best = []
     for sensor in range(n):
         shapes = _marks_of(bench, marks, sensor, horizon)
-        found = [
-            *_signals(white, shapes, onsets, sensor, basis),
-            *_noises(_power(bench, white, sensor), alarm, sensor),
-        ]
-        first = max(found, key=lambda h: h.gain)
-        step = int(np.diff(onsets).max(initial=1))
-        if step > 1 and first.kind != "noise":  # the onset to the window
-            near = np.arange(max(first.start - step, 0), min(first.start + step + 1, horizon))
-            shapes = _marks_of(bench, _marks(bench, near), sensor, horizon)
-            first = max(_signals(white, shapes, near, sensor, basis), key=lambda h: h.gain)
-        best.append(first)
+        signal = max(_signals(white, shapes, places, last, sensor, basis), key=lambda h: h.gain)
+        signal = _to_the_window(bench, white, signal, places, last, basis)
+        best.append(max(signal, *_noises(_power(bench, white, sensor), alarm, sensor), key=lambda h: h.gain))
     return sorted(best, key=lambda h: -h.gain)
+
+
+def _jumps(bench: Bench, cleaned: Array, first: int, horizon: int) -> NDArray[np.int64]:
+    """Windows around which the parity changes most: where a large fault begins and ends."""
+    parity = cleaned[first:horizon] @ bench.parity.T
+    change = np.abs(np.diff(np.where(bench.masked[first:horizon, None], np.nan, parity), axis=0)).max(axis=1)
+    largest = np.argsort(np.nan_to_num(change))[-JUMPS:] + first
+    return np.concatenate([largest, largest + 1])
+
+
+def _to_the_window(
+    bench: Bench,
+    white: Array,
+    rough: _Hypothesis,
+    places: NDArray[np.int64],
+    last: int,
+    basis: Array | None,
+) -> _Hypothesis:
+    """The same kind of fault, its onset and end searched window by window between the neighbouring places."""
+    ends = [rough.start, rough.stop - 1] if rough.kind == "spell" else [rough.start]
+    near: set[int] = set()
+    for end in ends:
+        at = int(np.searchsorted(places, end))
+        low, high = places[max(at - 1, 0)], places[min(at + 1, len(places) - 1)]
+        near |= set(range(int(low), min(int(high), len(white) - 1) + 1))
+    fine = np.array(sorted(near), dtype=np.int64)
+    shapes = _marks_of(bench, _marks(bench, fine), rough.sensor, len(white))
+    found = _signals(white, shapes, fine, last, rough.sensor, basis)
+    return next((h for h in found if h.kind == rough.kind), rough)
 
 
 def _marks(bench: Bench, onsets: NDArray[np.int64]) -> Array:
@@ -288,20 +330,31 @@ def _marks(bench: Bench, onsets: NDArray[np.int64]) -> Array:
 def _marks_of(bench: Bench, marks: Array, sensor: int, horizon: int) -> Array:
     """The marks of one sensor, whitened: shape (windows q, 3, onsets)."""
     one = (np.arange(bench.parity.shape[1]) == sensor).astype(np.float64)
-    white = bench.whitened(one[None, :, None] * marks[:, None, :])[:horizon]
+    white = bench.whitened(one[None, :, None] * marks[:horizon, None, :])
     return white.reshape(-1, 3, marks.shape[1] // 3)
 
 
+def _price(kind: str, windows: int) -> float:
+    """ln N for each parameter: onset, size and what a window holds of either end."""
+    parameters = {"step": 3, "spell": 5, "spike": 2, "drift": 2, "noise": 3, "other": 0}[kind]
+    return parameters * math.log(max(windows, 2))
+
+
 def _signals(
-    white: Array, shapes: Array, onsets: NDArray[np.int64], sensor: int, basis: Array | None
+    white: Array,
+    shapes: Array,
+    places: NDArray[np.int64],
+    last: int,
+    sensor: int,
+    basis: Array | None,
 ) -> list[_Hypothesis]:
-    """Step, spike and drift from the best onset each."""
+    """Step, spike and drift from the best of the places up to the last each, and the step that ends."""
     x, y = shapes.reshape(len(shapes), -1), white.ravel()
     if basis is not None:
         x = x - basis @ (basis.T @ x)
         y = y - basis @ (basis.T @ y)
     level, pulse, ramp = x.reshape(shapes.shape).transpose(1, 2, 0)
-    price = math.log(max(len(white), 2))
+    begins = places <= last
     with np.errstate(divide="ignore", invalid="ignore"):
         spike = np.nan_to_num((pulse @ y) ** 2 / (pulse**2).sum(axis=1))
         drift = np.nan_to_num((ramp @ y) ** 2 / (ramp**2).sum(axis=1))
@@ -310,21 +363,56 @@ def _signals(
         rest = level - along[:, None] * pulse
         step = spike + np.nan_to_num((rest @ y) ** 2 / (rest**2).sum(axis=1))
     found = []
-    for kind, gains, parameters in (("step", step, 3), ("spike", spike, 2), ("drift", drift, 2)):
+    for kind, gains in (("step", step), ("spike", spike), ("drift", drift)):
+        gains = gains[begins]
         k = int(np.argmax(gains))
-        stop = int(onsets[k]) + 1 if kind == "spike" else len(white)
-        since = int(onsets[int(np.argmax(gains >= gains[k] - NEAR))])
-        found.append(
-            _Hypothesis(
-                kind=kind,
-                sensor=sensor,
-                start=int(onsets[k]),
-                stop=stop,
-                since=since,
-                gain=float(gains[k] - parameters * price),
-            )
-        )
+        stop = int(places[k]) + 1 if kind == "spike" else len(white)
+        found.append(_signal(kind, sensor, places[begins], gains, stop, len(white)))
+    starts, stops, gains = _spells(level, pulse, y, places, begins)
+    if len(gains):
+        stop = int(stops[int(np.argmax(gains))]) + 1
+        found.append(_signal("spell", sensor, starts, gains, stop, len(white)))
     return found
+
+
+def _signal(
+    kind: str, sensor: int, starts: NDArray[np.int64], gains: Array, stop: int, windows: int
+) -> _Hypothesis:
+    k = int(np.argmax(gains))
+    return _Hypothesis(
+        kind=kind,
+        sensor=sensor,
+        start=int(starts[k]),
+        stop=stop,
+        since=int(starts[gains >= gains[k] - NEAR].min()),
+        gain=float(gains[k]) - _price(kind, windows),
+    )
+
+
+def _spells(
+    level: Array, pulse: Array, y: Array, places: NDArray[np.int64], begins: NDArray[np.bool_]
+) -> tuple[NDArray[np.int64], NDArray[np.int64], Array]:
+    """Onset, end and gain of every step that ends: a level between them, and what the two windows hold of it."""
+    first, then = np.nonzero(begins[:, None] & (places[None, :] >= places[:, None] + 2))
+    if not len(first):
+        return places[:0], places[:0], np.zeros(0)
+    x = np.concatenate([level, pulse])
+    gram, along = x @ x.T, x @ y
+    a, b, p, q = first, then, first + len(places), then + len(places)
+
+    def inner(i: NDArray[np.int64]) -> Array:
+        """Products of level a - level b with the columns i."""
+        return np.asarray(gram[a, i] - gram[b, i])
+
+    normal = np.empty((len(a), 3, 3))
+    normal[:, 0, 0] = inner(a) - inner(b)
+    normal[:, 0, 1] = normal[:, 1, 0] = inner(p)
+    normal[:, 0, 2] = normal[:, 2, 0] = inner(q)
+    normal[:, 1, 1], normal[:, 2, 2] = gram[p, p], gram[q, q]
+    normal[:, 1, 2] = normal[:, 2, 1] = gram[p, q]
+    right = np.stack([along[a] - along[b], along[p], along[q]], axis=-1)
+    solved = np.linalg.pinv(normal, rcond=1e-10, hermitian=True)
+    return places[a], places[b], np.einsum("ki,kij,kj->k", right, solved, right)
 
 
 def _power(bench: Bench, white: Array, sensor: int) -> Array:
@@ -357,7 +445,6 @@ def _noise(power: Array, start: int, stop: int, sensor: int) -> list[_Hypothesis
         return []
     s = float(np.nanmean(inside))
     gain = count * (s - 1 - math.log(s)) if s > 1 else 0.0
-    price = 3 * math.log(max(len(power), 2))
     return [
         _Hypothesis(
             kind="noise",
@@ -365,7 +452,7 @@ def _noise(power: Array, start: int, stop: int, sensor: int) -> list[_Hypothesis
             start=start,
             stop=stop,
             since=start,
-            gain=gain - price,
+            gain=gain - _price("noise", len(power)),
             ratio=s,
         )
     ]
@@ -403,7 +490,7 @@ def _joined(bench: Bench, found: list[_Explained], names: Sequence[str]) -> list
         sd = math.nan if at is None else math.sqrt(max(float(covariance[at, at]), 0.0))
         who = tuple(names[i] for i in sorted(item.candidates, key=lambda i: i != best.sensor))
         fault = Fault(
-            kind=best.kind,
+            kind="step" if best.kind == "spell" else best.kind,
             sensor=who[0] if len(who) == 1 else None,
             candidates=who,
             start=best.start * dt,
@@ -413,11 +500,11 @@ def _joined(bench: Bench, found: list[_Explained], names: Sequence[str]) -> list
             size_sd=sd,
             statistic=best.gain,
         )
-        before = next((i for i in reversed(range(len(faults))) if _takes_back(faults[i], fault)), None)
-        if before is None:
+        ended = _taken_back(faults, fault)
+        for i in ended:
+            faults[i] = replace(faults[i], stop=fault.start + dt)
+        if not ended:
             faults.append(fault)
-        else:
-            faults[before] = replace(faults[before], stop=fault.start + dt)
     return faults
 
 
@@ -428,6 +515,19 @@ def _noise_factor(bench: Bench, best: _Hypothesis) -> float:
     more = (best.ratio - 1) * bench.allowed / effect
     own = float(bench.models[best.sensor].avar(bench.means.dt)) * bench.allowed
     return math.sqrt(max(1 + more / own, 0.0))
+
+
+def _taken_back(faults: Sequence[Fault], later: Fault) -> list[int]:
+    """Places of the steps that a later one takes back: the last that it undoes alone, or all that still last."""
+    for i in reversed(range(len(faults))):
+        if _takes_back(faults[i], later):
+            return [i]
+    lasting = [i for i, f in enumerate(faults) if f.kind == "step" and f.stop == later.stop]
+    same = [i for i in lasting if faults[i].candidates[0] == later.candidates[0]]
+    steps = [*(faults[i] for i in same), later]
+    sd = math.hypot(*(f.size_sd for f in steps))
+    back = abs(sum(f.size for f in steps)) < 4 * sd + 0.1 * max(abs(f.size) for f in steps)
+    return same if later.kind == "step" and len(same) > 1 and back else []
 
 
 def _takes_back(first: Fault, later: Fault) -> bool:

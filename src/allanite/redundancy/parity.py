@@ -102,15 +102,19 @@ class ParityFilter:
     def whiten(self, means: Array) -> Array:
         """Whitened parity of means of all sensors, shape (windows, n) or (windows, n, c); NaN at missing windows.
 
+        The means may end before the last window.
+
         Returns
         -------
         ndarray, shape (windows, q) or (windows, q, c)
         """
         y = means[:, :, None] if means.ndim == 2 else means
         p = np.einsum("qn,knc->kqc", self.parity, y)
-        out = np.full(p.shape, np.nan)
+        begin = int(np.argmax(p.any(axis=(1, 2)))) if p.any() else len(p)
+        out = np.where((self.index[: len(p)] >= 0)[:, None, None], np.zeros(p.shape), np.nan)
         state = np.zeros((self.transition.shape[0], p.shape[2]))
-        for k, which in enumerate(self.index):
+        for k in range(begin, len(p)):
+            which = self.index[k]
             if which == -2:
                 state = self.transition @ (self.start @ p[k])
                 continue

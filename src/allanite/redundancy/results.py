@@ -104,11 +104,13 @@ class Combination:
     predicted : ndarray, shape (k, m) [SI]
         Allan deviation of the combined axes by the models.
     measured, lower, upper : ndarray, shape (k, m) [SI]
-        The same measured at rest, with its interval; NaN where nothing was measured.
+        The same measured at rest on the combined recording, spans of faults included, with its interval; NaN where
+        nothing was measured.
     single : ndarray, shape (k,) [SI]
         Allan deviation of the best sensor by the models.
     gain, gain_lower, gain_upper : ndarray, shape (k, m)
-        Measured deviation of that best sensor over that of the combined axis, with its interval.
+        Measured deviation of that best sensor, without the windows of faults, over that of the combined axis, with
+        its interval.
     gain_predicted : ndarray, shape (k, m)
     loss : ndarray, shape (k, m)
         Deviation of the combined axis over that of weights made for each tau: what constant weights cost. 1: nothing.

@@ -56,6 +56,10 @@ class AllanCovariance:
     matrix: Array
     edf: Array
 
+    def shortened(self, count: int) -> AllanCovariance:
+        """The first so many averaging times."""
+        return AllanCovariance(tau=self.tau[:count], matrix=self.matrix[:count], edf=self.edf[:count])
+
 
 def allan_covariance(means: Array, dt: float, model: NoiseModel) -> AllanCovariance:
     """Overlapping Allan covariance at octaves of dt, from means of shape (windows, n); NaN: missing.

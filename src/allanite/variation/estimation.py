@@ -387,4 +387,5 @@ def _reason(verdict: str, changes: Sequence[Change], lags: Sequence[LagTest], p:
         )
     able = [f"{s} by {100 * (f - 1):.2g} %" for s, f in scan.visible.items() if s != EVERYTHING and f < 3]
     seen = f"; a step in the middle would show of {', '.join(able)}" if able else ""
-    return f"no window differs from the others by more than chance (p = {min(2 * min(p, scan.p), 1.0):.2g}){seen}"
+    chance = min(2 * min(p, scan.p), 1.0)
+    return f"no window differs from the others by more than chance (p = {chance:.2g}, doubled for two tests){seen}"

@@ -98,7 +98,7 @@ def _hysteresis_words(found: Json) -> str:
 def _warm_up_words(found: Json) -> str:
     warm = found["warm_up"]
     if not warm["found"]:
-        chance = "" if warm["p"] is None else f" ({probability(warm['p'])})"
+        chance = "" if warm["p"] is None else f" ({_chance(warm)})"
         return f"{warm['says']}{chance}"
     unit, factor = display_unit(found["kind"], "adev", found.get("unit") or "")
     parts = []
@@ -112,7 +112,12 @@ def _warm_up_words(found: Json) -> str:
         "cut": f"cut: the first {duration(warm['cut'] or 0.0)} are not used",
         "left in": "left in the record",
     }[warm["action"]]
-    return f"{' and '.join(parts)} ({probability(warm['p'])}); {done}"
+    return f"{' and '.join(parts)} ({_chance(warm)}); {done}"
+
+
+def _chance(warm: Json) -> str:
+    tries = warm.get("tries", 1)
+    return probability(warm["p"]) + (f", multiplied by {tries} time constants tried" if tries > 1 else "")
 
 
 def effect_lines(found: Json) -> list[tuple[str, str, str, str, str]]:

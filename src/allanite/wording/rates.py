@@ -326,12 +326,20 @@ def check_lines(checks: Iterable[Json]) -> list[Check]:
             name=c["name"],
             passed=bool(c["passed"]),
             measure=f"{number(c['statistic'], 3)} ({round(c['dof'], 1):g})",
-            chance=probability(c["p"]),
+            chance=_chance(c),
             says="" if c["passed"] else sentence(c["says"]),
         )
         for c in checks
     ]
     return sorted(rows, key=lambda row: row.passed)
+
+
+def _chance(check: Json) -> str:
+    """p, and what was done to the probability that belongs to the chi-square beside it."""
+    p, tries = probability(check["p"]), check.get("tries", 1)
+    if tries > 1:
+        return f"{p}, multiplied by {tries} tries"
+    return f"{p}, two-sided" if check.get("two_sided", False) else p
 
 
 def turn_words(reversals: Json, dwells: Sequence[Json] | None = None) -> str:
