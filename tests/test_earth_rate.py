@@ -209,6 +209,25 @@ def test_a_rotation_that_settles_is_named_and_can_be_fitted() -> None:
     assert fitted.sd > e.sd / e.inflation  # what else is fitted costs
 
 
+def test_a_settling_of_10_to_30_s_that_leads_astray_is_named() -> None:
+    """In at least 9 of 10 takes of any dwell, noise and amplitude whose interval excludes the truth."""
+    astray = named = 0
+    for seed in range(16):
+        rng = np.random.default_rng(seed)
+        size, time = rng.choice([0.1, 0.2, 0.3, 0.6, 1.0]) * EARTH_RATE, rng.uniform(10.0, 30.0)
+        density = math.radians(math.exp(rng.uniform(math.log(3e-4), math.log(1e-2))))
+        model = NoiseModel.of(White(N=density), Flicker(B=0.2 * density))
+        motion = {"settling_angle": size * time, "settling_time": time}
+        dwell = float(rng.choice([30.0, 45.0, 60.0, 120.0]))
+        e = measured(twin(model, duration=1500.0, seed=seed, dwell=dwell, motion=motion), model)
+        out = not e.interval[0] <= EARTH_RATE <= e.interval[1]
+        astray += out
+        named += out and "settl" in " ".join([e.reason, *e.advice])
+        assert not (out and e.verdict == "resolved")
+    assert astray >= 8
+    assert named >= 0.9 * astray
+
+
 def test_a_bias_that_turns_with_the_sensor_is_only_seen_against_the_earth() -> None:
     bias = 2e-3 * math.pi / 180
     record = twin(QUIET, motion={"coherent_bias": bias})

@@ -17,7 +17,7 @@ from allanite.earth_rate.noise_of_record import fit_noise
 from allanite.earth_rate.residuals import residual_checks
 from allanite.earth_rate.results import DwellMean, EarthRateEstimate, Reading, Running
 from allanite.earth_rate.take import RATE, TIME_CONSTANT, Decay, Take
-from allanite.earth_rate.verdict import judge
+from allanite.earth_rate.verdict import CONTRADICTS, judge, settling_that_explains
 from allanite.errors import InputError
 from allanite.laws import normal_quantile, student_quantile
 from allanite.noise import NoiseModel, White
@@ -227,7 +227,20 @@ def _estimate(
         source=take.recording.source,
     )
     verdict, reason, advice = judge(estimate, separable=separable, sure=sure)
-    return replace(estimate, verdict=verdict, reason=reason, advice=advice)
+    estimate = replace(estimate, verdict=verdict, reason=reason, advice=advice)
+    return replace(estimate, advice=(*advice, *_settling(estimate, take, decays)))
+
+
+def _settling(estimate: EarthRateEstimate, take: Take, decays: list[Decay]) -> tuple[str, ...]:
+    """A rate that contradicts the known one: would a settling explain it?"""
+    if estimate.verdict != CONTRADICTS or any(d.kind == "settling" for d in decays):
+        return ()
+    best = take.best(estimate.model, "settling")
+    if not best:
+        return ()
+    rate, sd = take.fit(estimate.model, [*decays, *best])[RATE]
+    flip = -1.0 if estimate.first == "unknown" and rate < 0 else 1.0
+    return settling_that_explains(estimate, flip * rate, sd * estimate.inflation, best[0].T)
 
 
 def _own_scatter(readings: tuple[Reading, ...], sd: float) -> float:

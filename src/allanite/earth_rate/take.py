@@ -32,7 +32,7 @@ BLOCKS_AT_REST = 4000
 #: Most blocks: beyond them the blocks grow.
 MOST_BLOCKS = 200_000
 #: Time constants that are tried for the rotation that settles after a turn, and for the warm-up [s].
-SETTLING = (1.0, 3.0, 10.0)
+SETTLING = (1.0, 3.0, 10.0, 30.0)
 WARM_UP = (60.0, 180.0, 600.0, 1800.0, 5400.0)
 #: Most rows of the running estimate.
 CHECKPOINTS = 400

@@ -12,9 +12,12 @@ from allanite.earth import DEG_H, EARTH_RATE
 if TYPE_CHECKING:
     from allanite.earth_rate.results import EarthRateEstimate
 
-__all__ = ["judge"]
+__all__ = ["CONTRADICTS", "judge", "settling_that_explains"]
 
 Verdict = tuple[str, str, tuple[str, ...]]
+
+CONTRADICTS = "inconsistent with Earth"
+"""The verdict on a rate that excludes the known one."""
 
 #: A cause before its consequences: a drift also makes the dwells scatter and the alternation look another.
 _CAUSES = ("warm-up", "settling", "order of the turns", "constancy of the rate", "scatter of the dwells")
@@ -58,8 +61,30 @@ def judge(estimate: EarthRateEstimate, *, separable: bool, sure: float) -> Verdi
             "standard deviations): an error that follows the turns, or the scale factor, the latitude, the direction "
             "of the first dwell"
         )
-        return "inconsistent with Earth", reason, advice
+        return CONTRADICTS, reason, advice
     return "resolved", f"{size}{widened} from zero, and the interval holds the known rate", advice
+
+
+def settling_that_explains(estimate: EarthRateEstimate, rate: float, sd: float, T: float) -> tuple[str, ...]:
+    """What to say of a settling too small to be seen by itself, where it brings the rate back to the known one.
+
+    Parameters
+    ----------
+    rate, sd : float [rad/s]
+        With the settling fitted beside.
+    T : float [s]
+        Its time constant.
+    """
+    if estimate.verdict != CONTRADICTS or not abs(rate - EARTH_RATE) < min(
+        SEEN * sd, abs(estimate.rate - EARTH_RATE)
+    ):
+        return ()
+    says = (
+        f"a rotation that settles after each turn may be the cause, though the residuals alone do not show it: fitted "
+        f"beside, with {T:.2g} s, it makes the rate {rate / DEG_H:.2f} deg/h (standard deviation {sd / DEG_H:.2g}). "
+        "Leave out more time after each turn (--dead-time), or fit it (--settling)"
+    )
+    return (says,)
 
 
 def _rank(check: Check) -> int:
@@ -93,13 +118,16 @@ def _not_separable(estimate: EarthRateEstimate) -> Verdict:
         )
         return "not separable", reason, ("a shorter dead time, or a file of turns, may give more dwells",)
     level, sd = (x / DEG_H for x in estimate.bias)
-    seen = EARTH_RATE * math.cos(estimate.latitude) / DEG_H
+    seen, upright = (EARTH_RATE * part(estimate.latitude) / DEG_H for part in (math.cos, math.sin))
     known = "" if estimate.model_source == "given" else ", at least: the noise was fitted to this very record"
     digits = max(0, 1 - math.floor(math.log10(sd))) if 0 < sd < math.inf else 2
-    north, south, either = (f"{x:.{digits}f}" for x in (level - seen, level + seen, level))
+    north, south, either, up, down = (
+        f"{x:.{digits}f}" for x in (level - seen, level + seen, level, level - upright, level + upright)
+    )
     constant = f"{either} deg/h (standard deviation {sd:.2g}{known})"
     reason = (
         f"without reversals the rate and the bias are one constant, {constant}, and no filter tells them apart. Under "
-        f"the known rate the bias is {north} deg/h if the axis points north, {south} if south, {either} if east or west"
+        f"the known rate the bias is {north} deg/h if the axis points north, {south} if south, {either} if east or "
+        f"west, {up} if up, {down} if down"
     )
     return "not separable", reason, ("turn the sensor by 180 deg, and back, at least a few times",)

@@ -14,6 +14,8 @@ __all__ = ["STATEMENT", "judge"]
 
 _TURN = "turn the sensor about a known axis, which separates its biases from the Earth"
 
+_FURTHER = "turn the sensor by half a turn about a level axis and record both poses as long as the longest"
+
 STATEMENT = (
     "the length is |bias + Earth|: the biases of the three gyros are in it, and nothing but turning the sensor "
     "separates them from the Earth. Only a sensor whose biases are well below "
@@ -32,6 +34,8 @@ def judge(found: RateVector, *, rise: float = 0.0) -> RateVector:
         are too few of them.
     """
     verdict, reason, advice = _verdict(found, rise)
+    if found.turned:
+        advice = tuple(_FURTHER if text == _TURN else text for text in advice)
     failed = tuple(c.says for c in found.checks if not c.passed)
     if found.turned:
         poses = f"the sensor stood in {len(found.turns)} poses"
