@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from allanite.capture.numbering import Numbering
 from allanite.errors import InputError, InstrumentError
 from allanite.instruments import Block, Flag, Instrument, InstrumentTimeout
 from allanite.instruments.serial_imu import Description, SerialImu
@@ -231,6 +232,45 @@ def test_the_clock_tells_how_often_the_counter_turned(
     assert block.counter is not None
     assert block.counter.tolist() == list(range(10 + away, 16 + away))
     assert block.flags.tolist() == [Flag.RESYNC, 0, 0, 0, 0, 0]
+
+
+@pytest.mark.parametrize("kept", [0.0, 0.5, 1.0])
+@pytest.mark.parametrize("seed", range(5))
+def test_without_a_counter_a_silence_is_a_gap_by_the_clock(
+    seed: int, kept: float, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Any rate, silence and late host; of what the silence held the link keeps nothing, a half or all."""
+    draw = np.random.default_rng([seed, round(2 * kept)])
+    rate, silence = float(draw.choice([50.0, 100.0, 400.0])), float(draw.uniform(0.7, 1.95))
+    own = rate * (1 + draw.uniform(-0.005, 0.005))  # of the device, which is not quite the nominal one
+    described = imu(rate, frame={"counter": None, "length": 28})
+    monkeypatch.setattr("allanite.instruments.serial_imu.driver._BURST", 0.0)
+    now = [0]
+    monkeypatch.setattr("allanite.instruments.serial_imu.driver.host_ns", lambda: now[0])
+    wire = Wire()
+    device, numbering = SerialImu("p", described, gather=0.0, connect=wire), Numbering(rate)
+    device.open()
+    missed, gaps, at, number = 0, [], 0.0, 0
+    for k in range(24):
+        size = max(round(0.1 * rate), 1)
+        if k == 16:
+            lost = round(silence * own)
+            missed = lost - round(kept * lost)
+            size += lost
+        number += size
+        at = number / own
+        wire.script = [frames(described, 0, size - (missed if k == 16 else 0))]
+        now[0] = 10**12 + round((at + 0.003 * draw.random()) * 1e9)
+        block = device.read(0.01)
+        gaps += numbering.take(block, block.received_ns).gaps
+    if not missed:
+        assert gaps == []
+        return
+    (gap,) = gaps
+    assert gap.uncertainty is not None and gap.uncertainty < 0.02 * rate + 2
+    assert gap.samples == pytest.approx(missed, abs=4 * gap.uncertainty)
+    assert gap.counter == 16 * max(round(0.1 * rate), 1)
+    assert "does not count" in gap.reason
 
 
 def test_the_clock_tells_how_long_a_device_was_away_that_began_anew(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -36,6 +36,8 @@ _POLL = 0.01
 _SLICE = 0.25
 #: Half a frame that stays half for so many intervals of a sample, and at least so long [s], is given up.
 _PATIENCE = (20, 0.5)
+#: After a silence that may have lost samples a block gathers so long: what was kept on the way comes in a burst [s].
+_BURST = 0.5
 #: With so many bytes at once there are more: no waiting [bytes].
 _PLENTY = 1024
 
@@ -185,7 +187,10 @@ class SerialImu:
             if len(samples):
                 received = now
                 if not parts:
-                    until = min(time.monotonic() + self._gather, max(deadline, time.monotonic()))
+                    gather = _BURST if self._clock.may_have_lost else self._gather
+                    until = min(
+                        time.monotonic() + gather, max(deadline, time.monotonic() + gather - self._gather)
+                    )
                 parts.append(samples)
             elif not parts and (self._interrupted or time.monotonic() >= deadline):
                 self._refuse(timeout, heard)
@@ -258,9 +263,12 @@ class SerialImu:
         )
 
     def _block(self, samples: Samples, received: int) -> Block:
+        silence = self._clock.silence
         placed = self._clock.placed(samples, received)
         tally = self._framer.tally
         remarks = tally.since(self._told).sentences()
+        if placed.counter is None and placed is not samples:
+            remarks = (*remarks, _UNCOUNTED.format(silence))
         self._told = tally
         return Block(
             values=placed.values,
@@ -287,8 +295,17 @@ def _joined(parts: list[Samples]) -> Samples:
     )
 
 
+#: Why a gap is where a device without a counter was silent.
+_UNCOUNTED = (
+    "nothing came for {:.2f} s from a device that does not count: the clock of the host says what is missing"
+)
+
+
 class NumbersByClock:
     """Numbers of samples where the counter leaves them open: nearest to what the clock of the host says.
+
+    Without a counter a sample that comes after a silence is marked RESYNC where fewer came than the time calls for:
+    who numbers them then asks the clock.
 
     A counter is trusted where it goes on, and in small gaps. A far jump is as large as the clock says, put right by
     what the counter went forward where both agree. Where the clock ran on by whole turns more than the counter, it
@@ -302,9 +319,24 @@ class NumbersByClock:
         self._shift = 0
         self._last: tuple[int, int] | None = None
         self._heard: int | None = None
+        self._counts = counter is not None
+        self._longest = 0  # silence since the last block [ns]
+
+    @property
+    def silence(self) -> float:
+        """The longest time without a byte since the last block [s]."""
+        return self._longest * 1e-9
+
+    @property
+    def may_have_lost(self) -> bool:
+        """Nothing came for so long that samples may be missing of which no counter tells."""
+        intervals, seconds = _PATIENCE
+        return not self._counts and self.silence >= max(intervals / self._rate, seconds)
 
     def heard(self, now: int) -> None:
         """Bytes have come."""
+        if self._heard is not None:
+            self._longest = max(self._longest, now - self._heard)
         self._heard = now
 
     def silent(self, now: int) -> float:
@@ -314,7 +346,8 @@ class NumbersByClock:
     def placed(self, samples: Samples, now: int) -> Samples:
         """The same samples with their numbers put right; `now` [ns] is when the last of them was there."""
         if samples.counter is None:
-            return samples
+            return self._uncounted(samples, now)
+        self._longest = 0
         numbers, flags = samples.counter + self._shift, samples.flags.copy()
         if self._last is not None:
             number, then = self._last
@@ -322,6 +355,23 @@ class NumbersByClock:
             self._settle(numbers, flags, samples, number, gone)
         self._last = int(numbers[-1]), now
         return replace(samples, flags=flags, counter=numbers)
+
+    def _uncounted(self, samples: Samples, now: int) -> Samples:
+        """Marked where fewer samples came after a silence than the time calls for."""
+        silent, before = self.may_have_lost, self._last
+        self._longest, self._last = 0, (0, now)
+        if before is None or not silent:
+            return samples
+        gone = (now - before[1]) * 1e-9 * self._rate
+        if gone - len(samples) <= self._allowed(gone):
+            return samples
+        flags = samples.flags.copy()
+        flags[0] |= Flag.RESYNC
+        return replace(samples, flags=flags)
+
+    def _allowed(self, gone: float) -> float:
+        """By how many samples the clock and the counter may differ."""
+        return 2 + self._rate * JITTER + 0.02 * gone
 
     def _settle(
         self,
@@ -333,7 +383,7 @@ class NumbersByClock:
     ) -> None:
         """Shift, in place, what follows a jump that the clock contradicts."""
         short = gone - float(numbers[-1] - last)
-        allowed = 2 + self._rate * JITTER + 0.02 * gone
+        allowed = self._allowed(gone)
         if abs(short) <= allowed:
             return
         before = np.concatenate([[last], numbers[:-1]])
