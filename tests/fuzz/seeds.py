@@ -3,8 +3,10 @@
 
 from __future__ import annotations
 
+import functools
 import gzip
 import json
+import operator
 import tempfile
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -109,6 +111,12 @@ def _csv(path: Path) -> None:
 def _european(path: Path) -> None:
     lines = [f"01.02.2020 10:00:{k:02d};{k};{np.sin(k):.5f}".replace("0.", "0,") for k in range(_N)]
     path.write_text("Datum;n;wx [°/s]\n" + "\n".join(lines) + "\n", encoding="cp1252")
+
+
+def _sentences(path: Path) -> None:
+    bodies = [f"VNGYR,{x:+.5f},{y:+.5f},{z:+.5f}".encode() for x, y, z in _samples()[0]]
+    bodies[10] = b"GPZDA,101010,01,02,2024,00,00"
+    path.write_bytes(b"".join(b"$%s*%02X\r\n" % (b, functools.reduce(operator.xor, b)) for b in bodies))
 
 
 def _packed(path: Path) -> None:
@@ -354,6 +362,7 @@ FORMATS: Final[dict[str, Format]] = {
     "NumPy archive": Format(file="a.npz", write=_npz, options=_RATE, samples="numpy_file/*.npz"),
     "text": Format(file="a.csv", write=_csv, samples="text/fault0*"),
     "text, European": Format(file="b.csv", write=_european),
+    "text, sentences": Format(file="c.txt", write=_sentences, options={"rate": 100.0, "variable": "VNGYR"}),
     "text, packed": Format(file="a.csv.gz", write=_packed),
     "Parquet": Format(file="a.parquet", write=_arrow("parquet"), samples="parquet/*.parquet"),
     "Parquet of allanite": Format(file="b.parquet", write=_ours),

@@ -65,6 +65,8 @@ def text(wide: int) -> Iterator[HostileShape]:
         "100 000 brackets in the heading": (holding("t," + "[" * 100_000 + "\n" + "1,2\n" * 20), ""),
         "preamble of 200 000 signs": (holding("# rate " * 30_000 + "\nt,wx\n" + "1,2\n" * 20), ""),
         "quotes that never end": (holding('t,wx\n1,"2\n' + "3,4\n" * 5000), ""),
+        "sentence of 3000 fields": (holding(("$A" + ",1" * 3000 + "*00\n") * 9), ""),
+        "100 000 signs that begin a sentence": (holding("$AB,1*00\n" * 9 + "$A" * 100_000 + "\n"), ""),
         "only delimiters": (holding("," * 4000 + "\n" + "," * 4000 + "\n"), "no table"),
         "time stamps of 1e300": (_rows("1", head="t,wx\n1e300,1\n-1e300,2\n"), ""),
         "stamps that jump by 1e15 s": (

@@ -218,6 +218,7 @@ def text(recording: Recording) -> Iterator[Finding]:
             spans=_spans(rows),
             count=ragged,
         )
+    yield from _sentences(notes)
     empty = int(_number(notes, "missing_cells"))
     if empty:
         what = f"{plural(empty, 'cell')} without a number"
@@ -237,6 +238,28 @@ def text(recording: Recording) -> Iterator[Finding]:
     guesses = [str(guess) for guess in kept]
     if guesses:
         yield finding("dialect_guessed", "; ".join(guesses), severity=Severity.INFO, count=len(guesses))
+
+
+def _sentences(notes: Notes) -> Iterator[Finding]:
+    """Sentences that failed their checksum, and lines that may have been one."""
+    failed, stray = int(_number(notes, "sentences_failed")), int(_number(notes, "stray_lines"))
+    if failed + stray == 0:
+        return
+    said, rows = [], _rows(notes, "failed_rows")
+    if failed:
+        said.append(
+            f"{plural(failed, 'sentence')} {notes.get('sentence')} failed the checksum: read as missing samples; "
+            f"first rows: {', '.join(map(str, rows))}"
+        )
+    if stray:
+        said.append(f"{plural(stray, 'line')} of no kind that can be told: left out")
+    yield finding(
+        "checksum_failed",
+        "; ".join(said),
+        severity=Severity.WARNING,
+        spans=_spans(rows),
+        count=failed + stray,
+    )
 
 
 def words(recording: Recording, surveys: Sequence[Survey]) -> Iterator[Finding]:

@@ -61,7 +61,7 @@ _GROUP_PATTERNS: tuple[tuple[Group, str], ...] = (
     (
         "other",
         r"""(^|_)(cov|covariance\d*|std|stdev|var|variance|ecc|err|error|status|flags?|valid|clip\w*|crc|range)(_|\d|$)
-        |(^|_)(quat|quaternion|orientation|roll|pitch|yaw|heading|azimuth|euler|attitude)|^q_?[0-3wxyz]$
+        |(^|_)(quat|quaternion|orientation|(roll|pitch|yaw)(?!_?(rate|vel|speed))|heading|azimuth|euler|attitude)|^q_?[0-3wxyz]$
         |(^|_)(mag|magn|magnet\w*|compass|baro\w*|pres|press|pressure|humidity|battery|vbat)(_|$)|^m_?[xyz]$|^mag
         |(^|_)(lat|latitude|lon|longitude|alt|altitude)(_|$)|integral_dt
         |^d_?t(_|$)|(^|_)d(elta)?_?time|(^|_)delta_?t(_|$)|^time_?(diff|delta|step|offset|zone|out|err\w*)(_|$)
@@ -70,7 +70,8 @@ _GROUP_PATTERNS: tuple[tuple[Group, str], ...] = (
     ("temperature", r"(^|_|gyro?|acc|imu)(temp|tmp|temperature)\d*(_|$)|temperatur"),
     (
         "gyro",
-        r"gyr|omega|ang(ular)?_?(vel|rate)|dreh|turn_?rate|^[wg]_?[xyz]$|^rate(_?[xyz])?$|^[xyz]_?rate$",
+        r"""gyr|omega|ang(ular)?_?(vel|rate)|dreh|turn_?rate|^[wg]_?[xyz]$|^rate(_?[xyz])?$|^[xyz]_?rate$
+        |(roll|pitch|yaw)_?(rate|vel|speed)""",
     ),
     ("acc", r"acc|specific_force|beschleunigung|^[af]_?[xyz]$"),
     (

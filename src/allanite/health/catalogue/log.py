@@ -92,6 +92,14 @@ LOG: dict[str, Entry] = {
         done="read as missing",
         advice="look at the rows listed",
     ),
+    "checksum_failed": Entry(
+        group=_TEXT,
+        severity="warning",
+        means="sentences ($NAME,...*HH) that were damaged on the wire, by their checksum",
+        risk="without time stamps, a damaged line whose kind cannot be told moves all later samples by one interval",
+        done="read as missing samples; lines whose kind cannot be told are left out and counted",
+        advice="lower the load of the serial line: fewer sentences, a higher baud rate, a shorter cable",
+    ),
     "cells_missing": Entry(
         group=_TEXT,
         severity="info",

@@ -8,6 +8,7 @@ the recording's notes: delimiter, decimal sign, encoding, header, and how many r
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
 
@@ -21,6 +22,7 @@ from allanite.readers.text.cells import Cells
 from allanite.readers.text.dates import unwrap_midnight
 from allanite.readers.text.dialect import Dialect, detect, split
 from allanite.readers.text.preamble import facts_in, rate_in, unit_in
+from allanite.readers.text.sentences import Sentences, find_sentences
 from allanite.readers.text.streams import TextStream, head_lines, is_text, opened, other_lines, pieces
 from allanite.recording import ArrayColumn, Column
 from allanite.units import Quantity, parse_unit
@@ -55,22 +57,63 @@ def read_stream(stream: TextStream, path: Path, options: Options) -> Table:
     """Read a text that was opened, and close it; `path` is the file it comes from."""
     with stream.file:
         lines, others = head_lines(stream, path.name), other_lines(stream)
+        sentences = find_sentences([*lines, *others], options.variable, path.name)
+        if sentences is not None:
+            others, lines = sentences.head(others), sentences.head(lines)
         dialect = detect(
             lines,
             others,
-            delimiter=options.delimiter,
-            decimal=options.decimal,
-            variable=options.variable,
+            delimiter="," if sentences else options.delimiter,
+            decimal="." if sentences else options.decimal,
+            variable=None if sentences else options.variable,
             name=path.name,
         )
-        keep = _identity([*lines[dialect.skip :], *others], dialect, options.variable, path.name)
-        if options.variable is not None and keep is None and dialect.record is None:
-            raise InputError(f"{path.name} is one table: variable={options.variable!r} has no meaning for it")
+        if sentences is not None:
+            dialect, keep = _of_sentences(dialect, sentences), None
+        else:
+            keep = _identity([*lines[dialect.skip :], *others], dialect, options.variable, path.name)
+            if options.variable is not None and keep is None and dialect.record is None:
+                raise InputError(
+                    f"{path.name} is one table: variable={options.variable!r} has no meaning for it"
+                )
         cells = Cells(dialect, path.name, stream.codec, keep)
         for piece, line in pieces(stream, dialect.skip, path.name):
-            cells.feed(piece, line)
+            cells.feed(sentences.piece(piece) if sentences else piece, line)
         columns = cells.finish()
-    return _table(path, stream, lines, dialect, cells, columns)
+    table = _table(path, stream, lines, dialect, cells, columns)
+    return table if sentences is None else _with_sums(table, sentences, cells)
+
+
+def _of_sentences(dialect: Dialect, sentences: Sentences) -> Dialect:
+    """The dialect with the names of the maker's manual; damaged sentences at the beginning are rows, too."""
+    told = any(dialect.headings) or len(sentences.headings) != len(dialect.kinds)
+    headings = dialect.headings if told else sentences.headings
+    return replace(
+        dialect,
+        skip=min(dialect.skip, sentences.begins),
+        kinds=tuple("e" if h == "-" else k for h, k in zip(headings, dialect.kinds, strict=True)),
+        headings=headings,
+        guesses=(*dialect.guesses, *sentences.guesses),
+    )
+
+
+def _with_sums(table: Table, sentences: Sentences, cells: Cells) -> Table:
+    """The table with what became of the checksums in its notes."""
+    facts = {
+        "sentence": sentences.kind,
+        "checksum": sentences.checksum,
+        "sentences_failed": sentences.failed,
+        "failed_rows": cells.damaged_rows,
+        "stray_lines": sentences.stray if sentences.others else 0,
+    }
+    guesses = list(table.guesses)
+    increments = [h for h in table.headings if h.startswith("delta_")]
+    if sentences.named and increments:
+        guesses.append(
+            f"{', '.join(increments)} are increments over the interval in each row: divide them by it to get rates and "
+            "accelerations"
+        )
+    return replace(table, text={**(table.text or {}), **facts}, guesses=tuple(guesses))
 
 
 def _identity(lines: list[str], dialect: Dialect, variable: str | None, name: str) -> tuple[int, str] | None:

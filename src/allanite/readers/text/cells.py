@@ -20,6 +20,7 @@ from allanite.errors import FormatError, InputError
 from allanite.readers.spool import GrowingColumn
 from allanite.readers.text.dates import to_nanoseconds
 from allanite.readers.text.dialect import COMMENT, MISSING, OVERLOAD, Dialect, kind_of, split
+from allanite.readers.text.sentences import DAMAGED
 from allanite.recording import Column
 
 if TYPE_CHECKING:
@@ -56,6 +57,8 @@ class Cells:
         Samples so far.
     ragged : int
         Rows with a wrong number of cells; each is a row of missing samples. `ragged_rows` lists the first.
+    damaged_rows : list of int
+        The first rows of missing samples in place of sentences that failed their checksum.
     missing, overload : int
         Cells without a value, and among the words those that mean overload (not counted as missing).
     """
@@ -71,6 +74,7 @@ class Cells:
         self.growing = [GrowingColumn(beside=len(self.used)) for _ in self.used]
         self.rows = self.missing = self.overload = self.ragged = 0
         self.ragged_rows: list[int] = []
+        self.damaged_rows: list[int] = []
         self.ragged_counts: set[int] = set()
         self._headers = [
             line.strip().encode(codec, "replace") for line in dialect.header_lines if line.strip()
@@ -224,7 +228,11 @@ class Cells:
         """Columns of a piece, cell by cell."""
         rows: list[list[float | int | None]] = []
         for number, cells in self._lines(piece, line):
-            if len(cells) != len(self.kinds):
+            if cells == [DAMAGED.decode()]:
+                if len(self.damaged_rows) < _LISTED:
+                    self.damaged_rows.append(self.rows + len(rows))
+                rows.append([None] * len(self.used))
+            elif len(cells) != len(self.kinds):
                 self.ragged += 1
                 self.ragged_counts.add(len(cells))
                 if len(self.ragged_rows) < _LISTED:
