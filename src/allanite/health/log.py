@@ -11,10 +11,12 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
+from allanite.errors import InputError
 from allanite.health.finding import PLACES, Finding, Severity, finding, percent, plural
 from allanite.health.survey import Survey
 from allanite.health.values import TOLERATED
 from allanite.recording import Recording
+from allanite.units import Quantity, parse_unit
 
 __all__ = ["clock", "drift", "jitter", "repairs", "stamps", "text", "words"]
 
@@ -219,6 +221,7 @@ def text(recording: Recording) -> Iterator[Finding]:
             count=ragged,
         )
     yield from _sentences(notes)
+    yield from _suffixes(notes)
     empty = int(_number(notes, "missing_cells"))
     if empty:
         what = f"{plural(empty, 'cell')} without a number"
@@ -238,6 +241,29 @@ def text(recording: Recording) -> Iterator[Finding]:
     guesses = [str(guess) for guess in kept]
     if guesses:
         yield finding("dialect_guessed", "; ".join(guesses), severity=Severity.INFO, count=len(guesses))
+
+
+def _suffixes(notes: Notes) -> Iterator[Finding]:
+    """Units and marks behind the numbers, by column."""
+    by_column = notes.get("suffixes")
+    for name, suffixes in (by_column if isinstance(by_column, Mapping) else {}).items():
+        for suffix, count in suffixes.items():
+            unit = _is_unit(suffix)
+            meaning = "it is the unit" if unit else "left out; what it means is not known"
+            yield finding(
+                "cell_suffix",
+                f"{name}: {suffix!r} stands behind the number in {plural(count, 'cell')}: {meaning}",
+                severity=Severity.INFO if unit else Severity.WARNING,
+                count=count,
+            )
+
+
+def _is_unit(text: str) -> bool:
+    try:
+        parse_unit(text, tuple(Quantity))
+    except InputError:
+        return False
+    return True
 
 
 def _sentences(notes: Notes) -> Iterator[Finding]:

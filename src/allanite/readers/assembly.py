@@ -83,7 +83,7 @@ class Table:
     units : tuple of str
         Units that the file gives apart from the headings (a units row, metadata); "" where there is none.
     units_from : str
-        Where `units` come from: "units row", "preamble", "metadata", "layout", "none".
+        Where `units` come from: "units row", "preamble", "cells" (behind the numbers), "metadata", "layout", "none".
     time_units : dict of column number to unit
         Columns that hold dates, already in ns since 1970 UTC.
     stamps : TimeChoice or None

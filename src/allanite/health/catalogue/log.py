@@ -100,6 +100,14 @@ LOG: dict[str, Entry] = {
         done="read as missing samples; lines whose kind cannot be told are left out and counted",
         advice="lower the load of the serial line: fewer sentences, a higher baud rate, a shorter cable",
     ),
+    "cell_suffix": Entry(
+        group=_TEXT,
+        severity="info, warning",
+        means="cells that begin with a number and go on: a unit, or a mark such as * or !",
+        risk="a mark may say that the value is doubtful",
+        done="the number is read; a unit is the unit of the channel",
+        advice="look up the mark in the logger's manual; --unit decides on the unit",
+    ),
     "cells_missing": Entry(
         group=_TEXT,
         severity="info",

@@ -24,6 +24,7 @@ from allanite.readers.text.dialect import Dialect, detect, split
 from allanite.readers.text.preamble import facts_in, rate_in, unit_in
 from allanite.readers.text.sentences import Sentences, find_sentences
 from allanite.readers.text.streams import TextStream, head_lines, is_text, opened, other_lines, pieces
+from allanite.readers.text.suffixes import unit_behind
 from allanite.recording import ArrayColumn, Column
 from allanite.units import Quantity, parse_unit
 
@@ -158,6 +159,7 @@ def _table(
     guesses = [*dialect.guesses, *doubts]
     headings = dialect.headings if any(dialect.headings) else _words_beside(lines, dialect)
     units, units_from = _units(dialect, guesses)
+    units, units_from, marks = _with_suffixes(cells, headings, units, units_from)
     used = list(cells.used)
     time_units: dict[int, str] = {}
     _join_dates(dialect, used, columns, time_units)
@@ -181,10 +183,23 @@ def _table(
         time_units=time_units,
         rate=rate,
         rate_from=rate_from,
-        text=_facts(stream, dialect, cells),
+        text=_facts(stream, dialect, cells) | ({"suffixes": marks} if marks else {}),
         source=source,
         guesses=tuple(guesses),
     )
+
+
+def _with_suffixes(
+    cells: Cells, headings: tuple[str, ...], units: tuple[str, ...], units_from: str
+) -> tuple[tuple[str, ...], str, dict[str, dict[str, int]]]:
+    """Units of the columns where those behind the numbers count, too; and all that stands there, by column."""
+    found, told = list(units), dict[str, dict[str, int]]()
+    for i, suffixes in cells.suffixes.items():
+        name = headings[i] or f"column {i + 1}"
+        stated = units[i] or read_heading(headings[i]).unit
+        found[i] = unit_behind(suffixes, stated, f"{cells.name}, {name}") or units[i]
+        told[name] = {suffix: count for suffix, (count, _) in suffixes.items()}
+    return tuple(found), "cells" if units_from == "none" and any(found) else units_from, told
 
 
 def _facts(stream: TextStream, dialect: Dialect, cells: Cells) -> dict[str, Any]:

@@ -21,6 +21,7 @@ from allanite.readers.spool import GrowingColumn
 from allanite.readers.text.dates import to_nanoseconds
 from allanite.readers.text.dialect import COMMENT, MISSING, OVERLOAD, Dialect, kind_of, split
 from allanite.readers.text.sentences import DAMAGED
+from allanite.readers.text.suffixes import NUMBER, Suffixes, split_suffix
 from allanite.recording import Column
 
 if TYPE_CHECKING:
@@ -30,6 +31,7 @@ __all__ = ["Cells"]
 
 _PART = 1 << 15  # bytes; a piece of this size is read cell by cell
 _LISTED = 5
+_MARKS = 8  # different suffixes of a column; more are words that begin with digits
 _LONGEST_WHOLE = 100  # digits, zeros in front included; Python refuses to convert thousands
 _LONGEST_SHOWN = 40
 _COMMENT_LINES = re.compile(rb"(?m)^[ \t]*(?:#|%|//|!)[^\r\n]*(?:\r?\n|\r|\Z)")
@@ -57,6 +59,8 @@ class Cells:
         Samples so far.
     ragged : int
         Rows with a wrong number of cells; each is a row of missing samples. `ragged_rows` lists the first.
+    suffixes : dict of column to Suffixes
+        What stands behind the numbers.
     damaged_rows : list of int
         The first rows of missing samples in place of sentences that failed their checksum.
     missing, overload : int
@@ -75,6 +79,7 @@ class Cells:
         self.rows = self.missing = self.overload = self.ragged = 0
         self.ragged_rows: list[int] = []
         self.damaged_rows: list[int] = []
+        self.suffixes: dict[int, Suffixes] = {}
         self.ragged_counts: set[int] = set()
         self._headers = [
             line.strip().encode(codec, "replace") for line in dialect.header_lines if line.strip()
@@ -192,12 +197,16 @@ class Cells:
     def _type(self, column: int) -> pa.DataType:
         import pyarrow as pa
 
+        if column in self.suffixes:
+            return pa.string()
         return {"i": pa.int64(), "f": pa.float64()}.get(self.kinds[column], pa.string())
 
     def _converted(self, column: pa.ChunkedArray, i: int) -> NDArray[Any]:
         import pyarrow as pa
 
         kind = self.kinds[i]
+        if i in self.suffixes:
+            return self._without_suffix(column, i)
         if kind in ("i", "f"):
             return np.asarray(column.to_numpy())
         if kind == "iso8601" and column.null_count == 0:
@@ -208,6 +217,33 @@ class Cells:
             except pa.ArrowInvalid:
                 pass  # other zones, a decimal comma: cell by cell
         return to_nanoseconds(column.to_pylist(), kind)
+
+    def _without_suffix(self, column: pa.ChunkedArray, i: int) -> NDArray[Any]:
+        """Numbers of a column with suffixes; a ValueError sends those with a new one cell by cell."""
+        import pyarrow as pa
+        from pyarrow import compute
+
+        pattern = rf"^(?P<number>{NUMBER[self.dialect.decimal]})\s*(?P<suffix>.*?)\s*$"
+        parts = compute.extract_regex(compute.utf8_trim_whitespace(column), pattern)
+        if parts.null_count > column.null_count:
+            raise ValueError("a cell that does not begin with a number")
+        counts = {
+            str(c["values"]): c["counts"].as_py()
+            for c in compute.struct_field(parts, "suffix").value_counts()
+        }
+        marks = {suffix: n for suffix, n in counts.items() if suffix not in ("", "None")}
+        if not marks.keys() <= self.suffixes[i].keys():
+            raise ValueError("a suffix for the first time")
+        numbers = compute.replace_substring(compute.struct_field(parts, "number"), ",", ".")
+        values = np.asarray(compute.cast(numbers, pa.float64()).to_numpy())
+        for suffix, n in marks.items():
+            self._note_suffix(i, suffix, n, 0)
+        return values
+
+    def _note_suffix(self, column: int, suffix: str, count: int, line: int) -> None:
+        seen = self.suffixes.setdefault(column, {})
+        before, first = seen.get(suffix, (0, line))
+        seen[suffix] = (before + count, first)
 
     def _count_missing(self, table: pa.Table, piece: bytes) -> None:
         nulls = sum(table.column(str(i)).null_count for i in self.used)
@@ -284,6 +320,13 @@ class Cells:
             if wanted == "i":
                 self.kinds[column] = "f"
             return value
+        part = split_suffix(cell, self.dialect.decimal)
+        if part is not None and len(self.suffixes.get(column, ())) < _MARKS:
+            self._note_suffix(column, part[1], 1, line)
+            self.kinds[column] = "f"
+            value = float(part[0].replace(",", "."))
+            if np.isfinite(value):
+                return value
         raise FormatError(f"{where}: {_shown(cell)!r} is not a number")
 
     def _label(self, column: int) -> str:

@@ -19,6 +19,7 @@ from allanite.limits import COLUMNS, refuse_more
 from allanite.readers.curve_shape import names_averaging_times
 from allanite.readers.headings import is_unit, read_heading
 from allanite.readers.text.dates import date_format
+from allanite.readers.text.suffixes import NUMBER, split_suffix
 
 __all__ = ["COMMENT", "MISSING", "OVERLOAD", "Dialect", "detect", "kind_of", "split"]
 
@@ -35,8 +36,9 @@ _NAMES = {"tab": "\t", "\\t": "\t", "blank": " ", "space": " ", "comma": ",", "s
 _NUMERIC_PREAMBLE = 10
 
 _INTEGER = re.compile(r"[+-]?\d+")
-_POINT = re.compile(r"[+-]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?")
-_COMMA = re.compile(r"[+-]?\d+(?:,\d+)?(?:[eE][+-]?\d+)?")
+_POINT, _COMMA = re.compile(NUMBER["."]), re.compile(NUMBER[","])
+#: Different marks behind the numbers of a column; more are words that begin with digits.
+_MARKS = 3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -119,7 +121,7 @@ def detect(
     rows = [split(line, vote.delimiter, quoted) for line in voters]
     rows = [row for row in rows if len(row) == vote.count]
     # In a short text the header is among the voters: a row without a number says nothing about the columns.
-    rows = [row for row in rows if any(kind_of(c, vote.decimal) in "if" for c in row)]
+    rows = [row for row in rows if any(kind_of(c, vote.decimal) in "ifs" for c in row)]
     kinds = [_column_kind([row[i] for row in rows], vote.decimal) for i in range(vote.count)]
     if not any(k in ("i", "f") for k in kinds):
         raise _no_table(head, name)
@@ -170,7 +172,7 @@ def split(line: str, delimiter: str, quoted: bool) -> list[str]:
 
 
 def kind_of(cell: str, decimal: str) -> str:
-    """i whole number, f number, m missing, o overload, d date, x other text."""
+    """i whole number, f number, m missing, o overload, d date, s number with a suffix, x other text."""
     if _INTEGER.fullmatch(cell):
         return "i"
     if (_POINT if decimal == "." else _COMMA).fullmatch(cell):
@@ -180,7 +182,9 @@ def kind_of(cell: str, decimal: str) -> str:
         return "m"
     if word in OVERLOAD:
         return "o"
-    return "d" if date_format(cell) else "x"
+    if date_format(cell):
+        return "d"
+    return "s" if split_suffix(cell, decimal) else "x"
 
 
 def _column_kind(cells: Sequence[str], decimal: str) -> str:
@@ -190,9 +194,18 @@ def _column_kind(cells: Sequence[str], decimal: str) -> str:
         return "e" if all(c == "" for c in cells) else "f"
     if kinds["i"] + kinds["f"] >= 0.6 * filled:
         return "f" if kinds["f"] else "i"
+    if kinds["i"] + kinds["f"] + kinds["s"] >= 0.6 * filled and _of_few_marks(cells, decimal):
+        return "f"
     if kinds["d"] >= 0.6 * filled:
         return Counter(date_format(c) for c in cells).most_common(1)[0][0] or "x"
     return "x"
+
+
+def _of_few_marks(cells: Sequence[str], decimal: str) -> bool:
+    """Numbers with a unit or a mark behind them, not words that begin with digits."""
+    parts = [part for part in (split_suffix(cell, decimal) for cell in cells) if part is not None]
+    marks = {mark for _, mark in parts}
+    return len(marks) <= _MARKS and (len({n for n, _ in parts}) > 1 or all(is_unit(m) for m in marks))
 
 
 def _is_comment(line: str) -> bool:
@@ -277,10 +290,10 @@ def _score(lines: Sequence[str], delimiter: str, decimal: str, name: str) -> _Vo
     refuse_more(count, COLUMNS, "columns", name, "Write those that are needed to a file of their own")
     fitting = [row for row in rows if len(row) == count]
     kinds = [[kind_of(c, decimal) for c in row] for row in fitting]
-    useful = [k for k in kinds if "i" in k or "f" in k]
+    useful = [k for k in kinds if not {"i", "f", "s"}.isdisjoint(k)]
     if not useful:
         return None
-    numbers = sum(sum(x in "ifmod" for x in k) / count for k in useful) / len(useful)
+    numbers = sum(sum(x in "ifmods" for x in k) / count for k in useful) / len(useful)
     return _Vote(delimiter, decimal, count, numbers * len(useful) / len(rows))
 
 
@@ -365,8 +378,8 @@ def _first_record(head: Sequence[str], record: tuple[int, str]) -> int:
 
 def _fits(cells: Sequence[str], kinds: Sequence[str], decimal: str) -> bool:
     found = [kind_of(c, decimal) for c in cells]
-    wanted = {"i": "ifmo", "f": "ifmo", "x": "ifmodx", "e": "m"}
-    return any(f in "if" for f in found) and all(
+    wanted = {"i": "ifmos", "f": "ifmos", "x": "ifmodsx", "e": "m"}
+    return any(f in "ifs" for f in found) and all(
         f in wanted.get(k, "dm") for f, k in zip(found, kinds, strict=True)
     )
 

@@ -299,7 +299,7 @@ def _listed(kinds: Counter[str]) -> str:
 def _described(kind: str) -> str:
     names = [field.partition("[")[0] for field in known_fields(kind)]
     held = list(dict.fromkeys(n.rsplit("_", 1)[0] if n[-2:] in ("_x", "_y", "_z") else n for n in names))
-    return f"{kind} ({', '.join(n for n in held if n != 'end')})" if held else kind
+    return f"{kind} ({', '.join(n for n in held if n != '-')})" if held else kind
 
 
 def _stamps(led: Sequence[str]) -> str:

@@ -1,0 +1,97 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Cells that begin with a number and go on: the number is read, what follows is the unit or is reported."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from allanite.errors import AllaniteError, FormatError
+from allanite.health import Severity, check
+from allanite.readers import read
+
+UNITS = {
+    "deg/s": "rate",
+    "V": "voltage",
+    "mV": "voltage",
+    "m/s2": "acceleration",
+    "°/h": "rate",
+    "mg": "acceleration",
+}
+MARKS = ("*", "!", "%%", "x", "ok", "dB")
+
+
+def table(path: Path, cells: list[str], head: str = "time [s],y", more: str = "") -> Path:
+    rows = [f"{k / 10:.1f},{cell}{more}" for k, cell in enumerate(cells)]
+    path.write_text("\n".join([head, *rows]) + "\n", encoding="utf-8")
+    return path
+
+
+def test_every_number_is_read(tmp_path: Path) -> None:
+    for seed in range(200):
+        rng = np.random.default_rng(seed)
+        suffix = str(rng.choice([*UNITS, *MARKS]))
+        share = float(rng.choice([1.0, 1.0, 0.7, 0.02]))
+        gap, comma = str(rng.choice(["", " "])), bool(rng.random() < 0.3)
+        values = np.round(rng.normal(scale=10.0 ** rng.integers(-2, 4), size=60), int(rng.integers(1, 5)))
+        marked = rng.random(60) < share
+        cells = [f"{v:.5f}" + (gap + suffix if m else "") for v, m in zip(values, marked, strict=True)]
+        rows = [f"{k / 10:.1f};{cell}" for k, cell in enumerate(cells)]
+        text = "\n".join(["time [s];y", *rows]) + "\n"
+        path = tmp_path / "log.csv"
+        path.write_text(text.replace(".", ",") if comma else text, encoding="utf-8")
+        got = read(path)
+        np.testing.assert_array_equal(got.values("y"), values, err_msg=str(seed))
+        assert got.rate == pytest.approx(10.0)
+        if marked.any():
+            assert got.channels[0].kind.value == UNITS.get(suffix, "unknown"), seed
+            [found] = [f for f in check(got) if f.code == "cell_suffix"]
+            assert "y: " in found.message
+            assert repr(suffix) in found.message
+            assert found.count == marked.sum()
+            assert (found.severity is Severity.WARNING) == (suffix in MARKS)
+
+
+@pytest.mark.parametrize(
+    ("other", "says"),
+    [("mV", "'V' .* and 'mV' .*one unit"), ("*", "one unit"), ("k", "one unit")],
+)
+def test_two_units_in_a_column_are_refused(other: str, says: str, tmp_path: Path) -> None:
+    cells = [f"{k}.5V" for k in range(40)]
+    cells[33] = f"7.5{other}"
+    with pytest.raises(FormatError, match=says):
+        read(table(tmp_path / "log.csv", cells))
+
+
+def test_letters_that_multiply_are_refused(tmp_path: Path) -> None:
+    with pytest.raises(FormatError, match="'k'"):
+        read(table(tmp_path / "log.csv", [f"{k % 7}.5k" for k in range(40)]))
+
+
+def test_a_heading_of_another_unit_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(FormatError, match=r"the heading says 'V', but 'mV' \(first in line 2\)"):
+        read(table(tmp_path / "log.csv", [f"{k % 7}.5mV" for k in range(40)], head="time [s],y [V]"))
+
+
+def test_words_that_begin_with_digits_are_no_numbers(tmp_path: Path) -> None:
+    rng = np.random.default_rng(1)
+    words = ["".join(rng.choice(list("0123456789ABCDEF"), size=8)) for _ in range(60)]
+    got = read(table(tmp_path / "log.csv", words, head="time [s],id,wx [deg/s]", more=",0.5"))
+    assert got.names == ("wx",)
+
+
+def test_a_column_without_a_heading(tmp_path: Path) -> None:
+    path = tmp_path / "log.txt"
+    path.write_text("".join(f"{k % 5}.25V\n" for k in range(30)), encoding="utf-8")
+    got = read(path, rate=10.0)
+    assert got.channels[0].unit == "V"
+    np.testing.assert_array_equal(got.values("ch0"), np.arange(30) % 5 + 0.25)
+
+
+def test_a_word_in_a_column_of_numbers_is_still_refused(tmp_path: Path) -> None:
+    cells = [f"{k % 7}.5" for k in range(40)]
+    cells[20] = "1.2.3"
+    with pytest.raises(AllaniteError, match=r"line 22, column 2 \(y\): '1.2.3' is not a number"):
+        read(table(tmp_path / "log.csv", cells))
