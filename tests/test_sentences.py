@@ -72,30 +72,26 @@ def test_last_field_is_kept_of_an_unknown_unit(tmp_path: Path) -> None:
 
 def test_every_sound_sentence_is_in_its_place(tmp_path: Path) -> None:
     for seed in range(200):
-        _sound_sentences_are_in_their_place(seed, tmp_path)
-
-
-def _sound_sentences_are_in_their_place(seed: int, tmp_path: Path) -> None:
-    rng = np.random.default_rng(seed)
-    kind, digits = str(rng.choice(["VNGYR", "IMU", "PABC", "QX7"])), int(rng.choice([2, 4, 8]))
-    n, several = int(rng.integers(12, 40)), bool(rng.random() < 0.4)
-    front = str(rng.choice(["", "seconds", "iso"])) if digits != 8 else ""
-    values = np.round(rng.normal(size=(n, 3)), 4)
-    lines, lost = ["# a log", ""], set(np.flatnonzero(rng.random(n) < 0.15).tolist())
-    for k in range(n):
-        line = summed(kind + "," + ",".join(f"{v:+.4f}" for v in values[k]), digits)
-        lines.append(_stamp(front, k) + (_damaged(line, len(kind), rng) if k in lost else line))
-        if several and k % 3 == 0:
-            lines.append(_stamp(front, k) + summed(f"GPZDA,{k:06d}.00,01,02,2024,00,00", digits))
-    path = text_of(tmp_path / "log.txt", lines, str(rng.choice(["\n", "\r\n"])))
-    got = read(path, rate=100.0, variable=kind if several else None)
-    assert got.n_samples == n, seed
-    assert got.notes["text"]["sentences_failed"] == len(lost), seed
-    there = np.array([got.values(name) for name in got.names[-3:]]).T
-    keep = np.array([k not in lost for k in range(n)])
-    np.testing.assert_array_equal(there[keep], values[keep])
-    assert np.isnan(there[~keep]).all()
-    assert ("checksum_failed" in {f.code for f in check(got)}) == bool(lost)
+        rng = np.random.default_rng(seed)
+        kind, digits = str(rng.choice(["VNGYR", "IMU", "PABC", "QX7"])), int(rng.choice([2, 4, 8]))
+        n, several = int(rng.integers(12, 40)), bool(rng.random() < 0.4)
+        front = str(rng.choice(["", "seconds", "iso"])) if digits != 8 else ""
+        values = np.round(rng.normal(size=(n, 3)), 4)
+        lines, lost = ["# a log", ""], set(np.flatnonzero(rng.random(n) < 0.15).tolist())
+        for k in range(n):
+            line = summed(kind + "," + ",".join(f"{v:+.4f}" for v in values[k]), digits)
+            lines.append(_stamp(front, k) + (_damaged(line, len(kind), rng) if k in lost else line))
+            if several and k % 3 == 0:
+                lines.append(_stamp(front, k) + summed(f"GPZDA,{k:06d}.00,01,02,2024,00,00", digits))
+        path = text_of(tmp_path / "log.txt", lines, str(rng.choice(["\n", "\r\n"])))
+        got = read(path, rate=100.0, variable=kind if several else None)
+        assert got.n_samples == n, seed
+        assert got.notes["text"]["sentences_failed"] == len(lost), seed
+        there = np.array([got.values(name) for name in got.names[-3:]]).T
+        keep = np.array([k not in lost for k in range(n)])
+        np.testing.assert_array_equal(there[keep], values[keep])
+        assert np.isnan(there[~keep]).all()
+        assert ("checksum_failed" in {f.code for f in check(got)}) == bool(lost)
 
 
 def _stamp(front: str, k: int) -> str:

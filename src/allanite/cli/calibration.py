@@ -16,12 +16,13 @@ from allanite.cli.options import (
     place_of,
 )
 from allanite.cli.program import command
+from allanite.cli.repeated import Listed
 from allanite.cli.results import Destination, result_options
 
 __all__ = ["calibrate"]
 
 
-class Numbers(click.ParamType[Any]):
+class Numbers(Listed):
     """Whole numbers from 1, and pairs of them, with commas between: 7,12-13."""
 
     name = "numbers"

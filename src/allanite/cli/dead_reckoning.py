@@ -10,6 +10,7 @@ import click
 from allanite.cli.earth import latitude_option
 from allanite.cli.options import MODEL, Angle, Duration, Durations, in_si, place_of
 from allanite.cli.program import command
+from allanite.cli.repeated import Listed
 from allanite.cli.results import Destination, result_options
 
 if TYPE_CHECKING:
@@ -18,10 +19,11 @@ if TYPE_CHECKING:
 __all__ = ["dead_reckon"]
 
 
-class Initial(click.ParamType[Any]):
+class Initial(Listed):
     """Standard deviations at the start: tilt=0.1deg,heading=1deg,gyro.bias=10deg/h,accelerometer.bias=1mg."""
 
     name = "initial"
+    parts = "mapping"
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         if not isinstance(value, str):

@@ -16,6 +16,8 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import click
 
+from allanite.cli.repeated import Listed
+
 if TYPE_CHECKING:
     from allanite.units import Quantity
 
@@ -95,10 +97,11 @@ class Duration(click.ParamType[Any]):
             self.fail(f"{value!r} is no time span: write 3600, 90s, 30min, 12h or 7d", param, ctx)
 
 
-class ByChannel(click.ParamType[Any]):
+class ByChannel(Listed):
     """One text for all channels, or one for each name or group: gyro=deg/s,acc=g."""
 
     name = "unit"
+    parts = "mapping"
 
     def convert(
         self, value: Any, param: click.Parameter | None, ctx: click.Context | None
@@ -111,7 +114,7 @@ class ByChannel(click.ParamType[Any]):
         return {name.strip(): unit.strip() for name, unit in parts}
 
 
-class Names(click.ParamType[Any]):
+class Names(Listed):
     """Names with commas between them."""
 
     name = "names"
@@ -141,7 +144,7 @@ class Lags(click.ParamType[Any]):
         return int(times[0]) if len(times) == 1 and value.isdigit() else times
 
 
-class Spans(click.ParamType[Any]):
+class Spans(Listed):
     """Spans of time with commas between them: 0.1:0.5,100:1000."""
 
     name = "spans"
@@ -160,7 +163,7 @@ class Spans(click.ParamType[Any]):
         return found
 
 
-class Durations(click.ParamType[Any]):
+class Durations(Listed):
     """Time spans with commas between them."""
 
     name = "durations"
@@ -297,7 +300,7 @@ class Share(click.ParamType[Any]):
             self.fail(f"{value!r} is no share: write 3%, 500ppm or 0.03", param, ctx)
 
 
-class Frequencies(click.ParamType[Any]):
+class Frequencies(Listed):
     """Spectral lines: auto (the steady ones of the spectrum), none, or frequencies in Hz like 12.3,50."""
 
     name = "lines"

@@ -19,15 +19,17 @@ from allanite.cli.options import (
     place_of,
 )
 from allanite.cli.program import example_of
+from allanite.cli.repeated import Listed
 from allanite.cli.results import Destination, result_options
 
 __all__ = ["positions"]
 
 
-class Goals(click.ParamType[Any]):
+class Goals(Listed):
     """Wanted standard deviations: gyro.scale=0.1%,accelerometer.bias=1mg; or an angle for a heading: 1deg."""
 
     name = "goals"
+    parts = "mapping"
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         if not isinstance(value, str):

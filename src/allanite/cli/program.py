@@ -13,6 +13,7 @@ import click
 
 from allanite import __version__
 from allanite.cli.failures import failure
+from allanite.cli.repeated import AddingGroup
 from allanite.errors import DataQualityWarning
 from allanite.printable import Shielded, printable
 
@@ -60,6 +61,7 @@ def _say(words: str) -> None:
 
 
 @click.group(
+    cls=AddingGroup,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
     epilog=_EXAMPLE.format("allanite characterize gyro.csv --unit deg/s"),
 )
