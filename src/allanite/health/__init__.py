@@ -12,6 +12,7 @@ A channel is read once, block by block (`survey`); the detectors are small funct
 `repeats`       frozen readings, zeros, held samples, interleaved sensors, twin channels
 `disturbance`   impulses; stretches that move more, or less, than the rest
 `constancy`     noise that is larger in some parts of the record
+`raw_counts`    whole numbers without a unit, and the scale factor that may fit
 `motion`        a unit that was turned, by the direction of gravity
 `meaning`       units, gravity, removed bias, aperture
 `log`           time stamps and text, from the readers' notes
@@ -31,7 +32,18 @@ from itertools import groupby
 import numpy as np
 
 from allanite.errors import DataQualityError, InputError
-from allanite.health import constancy, disturbance, log, meaning, motion, repeats, resolution, run, values
+from allanite.health import (
+    constancy,
+    disturbance,
+    log,
+    meaning,
+    motion,
+    raw_counts,
+    repeats,
+    resolution,
+    run,
+    values,
+)
 from allanite.health.catalogue import CATALOGUE, Entry
 from allanite.health.finding import Finding, Severity
 from allanite.health.survey import Survey, survey
@@ -90,6 +102,7 @@ CHANNEL_DETECTORS: tuple[Callable[[Survey], Iterator[Finding]], ...] = (
 RECORD_DETECTORS: tuple[Callable[[Sequence[Survey]], Iterator[Finding]], ...] = (
     repeats.duplicate_channels,
     meaning.gravity,
+    raw_counts.raw_counts,
     motion.motion,
     meaning.bias_removed,
 )

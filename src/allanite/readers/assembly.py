@@ -15,6 +15,7 @@ from typing import Any
 
 from allanite.errors import DataQualityError, InputError
 from allanite.limits import COLUMNS, refuse_more
+from allanite.readers.asked_units import refuse_open_unit
 from allanite.readers.headings import Heading, canonical_group, read_heading
 from allanite.readers.numbering import Numbering, numbering_of, unseen_by_stamps
 from allanite.readers.stamps import StampTable, TimeChoice, choose_time, growing, is_counter
@@ -384,13 +385,9 @@ def _channels(
             guesses.append(f"{heading.name} is read in {given!r} as was said; the file says {heading.unit!r}")
         if isinstance(options.scale_factor, str) and factor is not None and not _factor_fits(factor, heading):
             factor = None
+        if given is None and factor is None:
+            refuse_open_unit(heading)
         result[i] = _channel(heading, given, factor, options.sampling, guesses)
-    if factors and all(result[i].kind is Kind.UNKNOWN for i in factors if i in result):
-        word, names = next(iter(factors.values())), ", ".join(c.name for c in result.values())
-        raise InputError(
-            f"the scale factor {word!r} needs the unit of the samples, and there is none for {names}: say it as well, "
-            "unit='V' (--unit V)"
-        )
     return result
 
 
@@ -400,13 +397,14 @@ def _channel(
     unit = heading.unit if given is None else given
     if factor is not None and not unit:
         sample = parse_scale_factor(factor).sample
-        volts = _VOLTS.search(
-            heading.name
-        )  # a unit only beside a factor that takes volts: V may mean vertical
+        volts = _VOLTS.search(heading.name)
         if sample is Quantity.COUNTS:
             unit = "LSB"
-        elif sample is Quantity.VOLTAGE and volts:
-            unit = volts[1]
+        elif sample is Quantity.VOLTAGE:
+            unit = volts[1] if volts else "V"
+            guesses.append(
+                f"{heading.name} is taken to be in {unit}, as its scale factor needs; --unit {heading.name}=mV if not"
+            )
     if given is None and unit and not _known(unit):
         guesses.append(f"unit {unit!r} of {heading.name} is not known: read as unknown")
         unit = ""

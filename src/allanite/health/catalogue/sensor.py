@@ -79,6 +79,14 @@ SENSOR: dict[str, Entry] = {
         done="kept in its own unit; never guessed",
         advice="state it: --unit NAME=UNIT",
     ),
+    "raw_counts": Entry(
+        group=_MEANING,
+        severity="warning",
+        means="whole numbers without a unit, as a converter gives them",
+        risk="with a unit of rate or acceleration in place of a scale factor, all results are wrong by that factor",
+        done="kept in counts; gravity tells the scale factor of an accelerometer, usual ranges are named for a gyro",
+        advice="--scale-factor with the number of the data sheet",
+    ),
     "counts": Entry(
         group=_MEANING,
         severity="info",
