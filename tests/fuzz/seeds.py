@@ -194,6 +194,15 @@ def _raw(path: Path) -> None:
     )
 
 
+def _words(path: Path) -> None:
+    path.write_text(
+        "".join(
+            "A55A " + row.astype("<f4").tobytes().hex(" ", 4) + "\n" for row in np.column_stack(_samples())
+        ),
+        encoding="utf-8",
+    )
+
+
 def _ros(two: bool, packed: str = "") -> Callable[[Path], None]:
     """An Imu, its temperature, and messages of another kind."""
 
@@ -355,6 +364,9 @@ def _study(path: Path) -> None:
 
 _FIELDS = [{"name": f"gyro_{i}", "type": "f32"} for i in range(6)]
 _RATE: Final[Json] = {"rate": 100.0}
+_WORDS: Final[Json] = {
+    "layout": {"rate": 100, "lines": {}, "frame": {"header": "A5 5A", "endian": "little", "fields": _FIELDS}}
+}
 _RECORDS: Final[Json] = {"layout": {"rate": 100, "frame": {"header": "A5 5A", "fields": _FIELDS}}}
 
 FORMATS: Final[dict[str, Format]] = {
@@ -384,6 +396,7 @@ FORMATS: Final[dict[str, Format]] = {
     "spreadsheet": Format(file="a.xlsx", write=_xlsx, options=_RATE),
     "spreadsheet, OpenDocument": Format(file="a.ods", write=_ods, options=_RATE),
     "raw binary": Format(file="a.raw", write=_raw, options=_RECORDS),
+    "hexadecimal words": Format(file="a.txt", write=_words, options=_WORDS),
     "layout": Format(file="a.yaml", write=_text(_LAYOUT), role="raw"),
     "description of a device": Format(file="d.yaml", write=_text(_DEVICE), role="device"),
     "data sheet": Format(file="s.yaml", write=_text(_SHEET), role="datasheet"),

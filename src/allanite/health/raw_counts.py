@@ -58,25 +58,31 @@ def _ends(survey: Survey) -> tuple[float, float]:
 
 
 def raw_counts(surveys: Sequence[Survey]) -> Iterator[Finding]:
-    """Channels that hold raw counts, with the option that scales them."""
-    raw = [s for s in surveys if looks_raw(s)]
-    for pattern, advise in ((_GYRO, _gyro), (_ACCELEROMETER, _accelerometer)):
-        group = [s for s in raw if pattern.search(s.name)]
-        raw = [s for s in raw if s not in group]
-        if group:
-            yield _found(group, *advise(group))
-    if raw:
-        yield _found(raw, "", f"if so, --unit {raw[0].name}=LSB, and --scale-factor '{raw[0].name}=131 LSB/(deg/s)' "
-                     "with the number of the data sheet")  # fmt: skip
+    """Channels that hold raw counts, with the option that scales them; a hint alone where they are called counts."""
+    for kind in (Kind.UNKNOWN, Kind.COUNTS):
+        raw = [s for s in surveys if s.channel.kind is kind and looks_raw(s)]
+        for pattern, advise in ((_GYRO, _gyro), (_ACCELEROMETER, _accelerometer)):
+            group = [s for s in raw if pattern.search(s.name)]
+            raw = [s for s in raw if s not in group]
+            if group:
+                yield _found(group, *advise(group))
+        if raw and kind is Kind.UNKNOWN:
+            yield _found(
+                raw,
+                "",
+                f"if so, --unit {raw[0].name}=LSB, and --scale-factor '{raw[0].name}=131 LSB/(deg/s)' with the number "
+                "of the data sheet",
+            )
 
 
 def _found(group: Sequence[Survey], more: str, advice: str) -> Finding:
     low, high = min(_ends(s)[0] for s in group), max(_ends(s)[1] for s in group)
-    names = ", ".join(s.name for s in group)
+    unknown = group[0].channel.kind is Kind.UNKNOWN
+    names, asked = ", ".join(s.name for s in group), " without a unit: raw counts?" if unknown else "."
     return finding(
         "raw_counts",
-        f"{names}: whole numbers from {low:.0f} to {high:.0f} without a unit: raw counts?{more}",
-        severity=Severity.WARNING,
+        f"{names}: whole numbers from {low:.0f} to {high:.0f}{asked}{more}",
+        severity=Severity.WARNING if unknown else Severity.INFO,
         count=max(s.present for s in group),
         advice=advice,
     )

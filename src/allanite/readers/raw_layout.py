@@ -18,7 +18,7 @@ from __future__ import annotations
 import os
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any
 
 from pydantic import Field
 
@@ -33,12 +33,12 @@ from allanite.byte_layout import (
     wrong_in_record,
     wrong_measured,
 )
-from allanite.entry_faults import Entry, Fault, check_entries
+from allanite.entry_faults import Entry, Fault, Place, check_entries
 from allanite.errors import FormatError, InputError
 from allanite.units import Quantity, parse_unit
 from allanite.yaml_text import read_yaml_lines
 
-__all__ = ["Clock", "Layout", "RecordFrame", "read_layout"]
+__all__ = ["Clock", "Layout", "Lines", "RecordFrame", "WrittenClock", "read_layout"]
 
 
 class Clock(Entry):
@@ -72,13 +72,36 @@ class RecordFrame(ByteRecord):
                 yield ("frame", name), part.at, part.at + TYPE_SIZES[part.type]
 
 
+class WrittenClock(Entry):
+    """A decimal time in a column of every line."""
+
+    column: int = Field(ge=0, le=LONGEST)
+    unit: str
+
+
+class Lines(Entry):
+    """The records are lines of hexadecimal words.
+
+    Attributes
+    ----------
+    columns : tuple of int or None
+        Where the words stand, counted from 0; all but the time by default.
+    time : WrittenClock or None
+    """
+
+    columns: tuple[Annotated[int, Field(ge=0, le=LONGEST)], ...] | None = Field(default=None, min_length=1)
+    time: WrittenClock | None = None
+
+
 class Layout(Entry):
     """A file of records.
 
     Attributes
     ----------
-    skip : int [bytes]
-        In front of the first record.
+    skip : int
+        Bytes in front of the first record; lines, where the records are lines.
+    lines : Lines or None
+        For a text in which the records are written in hexadecimal.
     rate : float or None [Hz]
         Records per second, where they hold no time.
     frame : RecordFrame
@@ -86,6 +109,7 @@ class Layout(Entry):
 
     skip: int = Field(default=0, ge=0)
     rate: float | None = Field(default=None, gt=0, le=1e9, allow_inf_nan=False)
+    lines: Lines | None = None
     frame: RecordFrame
 
 
@@ -117,7 +141,33 @@ def _contradictions(layout: Layout) -> Iterator[Fault]:
     if frame.time is not None and layout.rate is not None:
         yield ("rate",), "the records have a time: leave the rate out"
     if frame.time is not None:
-        try:
-            parse_unit(frame.time.unit, Quantity.TIME)
-        except InputError as error:
-            yield ("frame", "time", "unit"), str(error)
+        yield from _wrong_time(frame.time.unit, ("frame", "time", "unit"))
+    if layout.lines is not None:
+        yield from _wrong_lines(layout, layout.lines)
+
+
+def _wrong_time(unit: str, where: Place) -> Iterator[Fault]:
+    try:
+        parse_unit(unit, Quantity.TIME)
+    except InputError as error:
+        yield where, str(error)
+
+
+def _wrong_lines(layout: Layout, lines: Lines) -> Iterator[Fault]:
+    frame = layout.frame
+    wide = [one for one in frame.fields if TYPE_SIZES[one.type] > 1 and one.endian is None]
+    if wide and "endian" not in frame.model_fields_set:
+        yield (
+            ("frame",),
+            "write 'endian: big' if the word FFE5 means -27, as people write numbers, or 'endian: little' if E5FF does",
+        )
+    if lines.time is None:
+        return
+    yield from _wrong_time(lines.time.unit, ("lines", "time", "unit"))
+    if frame.time is not None or layout.rate is not None:
+        yield (
+            ("lines", "time"),
+            "the time is described twice: leave this, the time of the frame or the rate out",
+        )
+    if lines.time.column in (lines.columns or ()):
+        yield ("lines", "columns"), f"column {lines.time.column} is the time"

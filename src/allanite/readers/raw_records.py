@@ -20,6 +20,7 @@ from allanite.columns import Calculated
 from allanite.errors import DataQualityError
 from allanite.readers.assembly import Table
 from allanite.readers.raw_layout import Layout, RecordFrame
+from allanite.readers.raw_lines import written_records
 from allanite.readers.record_chain import follow_chain
 from allanite.readers.spool import GrowingColumn
 from allanite.recording import ArrayColumn, Channel, Column, Sampling
@@ -40,14 +41,10 @@ def table_of_records(path: Path, layout: Layout, file_format: str, sampling: Sam
         There is no whole record, or none where the layout has them.
     """
     frame, size = layout.frame, path.stat().st_size
-    if size < layout.skip + frame.size:
-        raise DataQualityError(
-            f"{path.name} has {size} bytes: not one whole record of {frame.size} behind the first {layout.skip}"
-        )
-    with open_regular(path) as file:
-        data = np.memmap(file, dtype=np.uint8, mode="r", offset=layout.skip)
-    raw, guesses = _records(data, frame, path.name)
-    headings, columns, units = [], [], []
+    raw, guesses, stamps = _written(path, layout) if layout.lines is not None else _mapped(path, layout)
+    headings, columns, units = list[str](), list[Column](), list[str]()
+    if stamps is not None and layout.lines is not None and layout.lines.time is not None:
+        headings, columns, units = ["timestamp"], [stamps], [layout.lines.time.unit]
     if frame.time is not None:
         column, said = _clock(raw, frame)
         headings, columns, units, guesses = ["timestamp"], [column], [frame.time.unit], [*guesses, *said]
@@ -77,6 +74,26 @@ def table_of_records(path: Path, layout: Layout, file_format: str, sampling: Sam
     )
 
 
+def _mapped(path: Path, layout: Layout) -> tuple[_Raw, list[str], Column | None]:
+    """The records of a binary file, and what is to be said of them."""
+    frame, size = layout.frame, path.stat().st_size
+    if size < layout.skip + frame.size:
+        raise DataQualityError(
+            f"{path.name} has {size} bytes: not one whole record of {frame.size} behind the first {layout.skip}"
+        )
+    with open_regular(path) as file:
+        data = np.memmap(file, dtype=np.uint8, mode="r", offset=layout.skip)
+    raw, guesses = _records(data, frame, path.name)
+    return raw, guesses, None
+
+
+def _written(path: Path, layout: Layout) -> tuple[_Raw, list[str], Column | None]:
+    """The records of a text, what is to be said of them, and their time."""
+    records, size = written_records(path, layout), layout.frame.size
+    raw = _Raw(records.data, size, None, len(records.data) // size, records.damaged)
+    return raw, records.guesses, None if records.stamps is None else ArrayColumn(records.stamps)
+
+
 def _channels(frame: RecordFrame, sampling: Sampling) -> tuple[Channel, ...] | None:
     """Channels in full where a field says its scale factor; else they are told from name and unit as in all files."""
     if all(f.scale_factor is None for f in frame.fields):
@@ -89,12 +106,13 @@ def _channels(frame: RecordFrame, sampling: Sampling) -> tuple[Channel, ...] | N
 
 @dataclass(frozen=True, slots=True)
 class _Raw:
-    """Records by number: all at equal distances, or at places of their own."""
+    """Records by number: all at equal distances, or at places of their own; those that are damaged have no samples."""
 
     data: NDArray[np.uint8]
     size: int
     places: NDArray[Any] | None
     n: int
+    damaged: NDArray[np.bool_] | None = None
 
     def read(self, start: int, stop: int, at: int, width: int) -> NDArray[np.uint8]:
         """Bytes [at, at + width) of the records [start, stop), shape (n, width)."""
@@ -183,6 +201,8 @@ class _FieldColumn(Calculated):
             values = numbers.astype(np.float64) * field.scale + field.offset
         for word in (*field.missing, *field.overload):
             values[numbers == word] = np.nan
+        if self.raw.damaged is not None:
+            values[self.raw.damaged[start:stop]] = np.nan
         return values
 
 
@@ -198,6 +218,7 @@ class _PlainColumn(_FieldColumn):
 
 def _column(raw: _Raw, field: ByteField, at: int, endian: str) -> Column:
     plain = field.scale == 1.0 and field.offset == 0.0 and not field.missing and not field.overload
+    plain = plain and raw.damaged is None
     if plain and field.type in (
         "u64",
         "i64",

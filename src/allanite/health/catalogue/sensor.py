@@ -81,7 +81,7 @@ SENSOR: dict[str, Entry] = {
     ),
     "raw_counts": Entry(
         group=_MEANING,
-        severity="warning",
+        severity="info, warning",
         means="whole numbers without a unit, as a converter gives them",
         risk="with a unit of rate or acceleration in place of a scale factor, all results are wrong by that factor",
         done="kept in counts; gravity tells the scale factor of an accelerometer, usual ranges are named for a gyro",

@@ -30,6 +30,8 @@ if TYPE_CHECKING:
 __all__ = ["Cells"]
 
 _PART = 1 << 15  # bytes; a piece of this size is read cell by cell
+_HEXADECIMAL = re.compile(r"(?:0[xX])?(?:[0-9A-Fa-f]{4}){1,4}")
+_HINT = "; hexadecimal words are read by a layout with 'lines:' (--layout)"
 _LISTED = 5
 _MARKS = 8  # different suffixes of a column; more are words that begin with digits
 _LONGEST_WHOLE = 100  # digits, zeros in front included; Python refuses to convert thousands
@@ -327,7 +329,8 @@ class Cells:
             value = float(part[0].replace(",", "."))
             if np.isfinite(value):
                 return value
-        raise FormatError(f"{where}: {_shown(cell)!r} is not a number")
+        hint = _HINT if _HEXADECIMAL.fullmatch(cell) else ""
+        raise FormatError(f"{where}: {_shown(cell)!r} is not a number{hint}")
 
     def _label(self, column: int) -> str:
         heading = self.dialect.headings[column]

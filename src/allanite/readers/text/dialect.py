@@ -37,6 +37,9 @@ _NUMERIC_PREAMBLE = 10
 
 _INTEGER = re.compile(r"[+-]?\d+")
 _POINT, _COMMA = re.compile(NUMBER["."]), re.compile(NUMBER[","])
+_NAME = re.compile(r"[^\W\d_][\w.°µ²√/-]*(?: [\w.-]+){0,2}(?:\s*[\[(][^\[\]()]*(?:\([^()]*\))?[\])])?")
+_HEXADECIMAL = re.compile(r"(?:0[xX])?(?:[0-9A-Fa-f]{2}){1,128}")
+_BETWEEN = re.compile(r"[,;\s]+")
 #: Different marks behind the numbers of a column; more are words that begin with digits.
 _MARKS = 3
 
@@ -274,8 +277,14 @@ def _vote(
 
 
 def _no_table(head: Sequence[str], name: str) -> FormatError:
-    shown = next((line.strip() for line in head if line.strip()), "")[:60]
-    return FormatError(f"{name}: no table of numbers in this text (it begins {shown!r})")
+    filled = [line.strip() for line in head if line.strip()]
+    hint = ""
+    words = [word for line in filled[-100:] for word in _BETWEEN.split(line)]
+    if words and sum(_HEXADECIMAL.fullmatch(word) is not None for word in words) > 0.8 * len(words):
+        hint = ". If these are hexadecimal words, a layout with 'lines:' reads them (--layout)"
+    return FormatError(
+        f"{name}: no table of numbers in this text (it begins {(filled or [''])[0][:60]!r}){hint}"
+    )
 
 
 def _score(lines: Sequence[str], delimiter: str, decimal: str, name: str) -> _Vote | None:
@@ -460,9 +469,16 @@ def _header_cells(line: str, vote: _Vote, open_end: bool, quoted: bool) -> list[
     words = sum(kind_of(c, vote.decimal) not in "if" for c in filled)
     if not filled or words < 0.6 * len(filled):
         return None
+    if vote.count == 1 and not commented and _is_name(filled[0]):
+        return cells
     if (commented or vote.count == 1) and not _recognised(filled):
         return None
     return cells
+
+
+def _is_name(cell: str) -> bool:
+    """True for what names the only column: a word or two that are no sentence and state nothing."""
+    return _NAME.fullmatch(cell) is not None and len(cell) <= 40
 
 
 def _recognised(cells: Sequence[str]) -> bool:
