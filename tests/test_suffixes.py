@@ -95,3 +95,10 @@ def test_a_word_in_a_column_of_numbers_is_still_refused(tmp_path: Path) -> None:
     cells[20] = "1.2.3"
     with pytest.raises(AllaniteError, match=r"line 22, column 2 \(y\): '1.2.3' is not a number"):
         read(table(tmp_path / "log.csv", cells))
+
+
+@pytest.mark.parametrize(("head", "cell"), [("T", "{}°C"), ("T [°C]", "{}"), ("T (K)", "{}")])
+def test_a_t_in_degrees_is_a_temperature(head: str, cell: str, tmp_path: Path) -> None:
+    cells = [cell.format(20 + k % 7 / 10) for k in range(40)]
+    got = read(table(tmp_path / "log.csv", cells, head=f"time [s],{head}"))
+    assert [c.kind.value for c in got.channels] == ["temperature"]

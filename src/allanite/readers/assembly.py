@@ -16,7 +16,7 @@ from typing import Any
 from allanite.errors import DataQualityError, InputError
 from allanite.limits import COLUMNS, refuse_more
 from allanite.readers.asked_units import refuse_open_unit
-from allanite.readers.headings import Heading, canonical_group, read_heading
+from allanite.readers.headings import Heading, canonical_group, read_heading, with_unit
 from allanite.readers.numbering import Numbering, numbering_of, unseen_by_stamps
 from allanite.readers.stamps import StampTable, TimeChoice, choose_time, growing, is_counter
 from allanite.readers.timebase import Stamps, Timebase, even_grid, fit_grid
@@ -237,7 +237,7 @@ def _padded(table: Table) -> tuple[str, ...]:
 
 
 def _with_unit(heading: Heading, unit: str) -> Heading:
-    return replace(heading, unit=unit) if unit and not heading.standard else heading
+    return with_unit(heading, unit) if unit and not heading.standard else heading
 
 
 def _named(headings: Sequence[Heading], places: Sequence[int]) -> dict[int, Heading]:

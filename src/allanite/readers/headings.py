@@ -8,7 +8,7 @@ Names come before positions: columns may stand in any order, and a unit may foll
 from __future__ import annotations
 
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Final, Literal
 
 from allanite.errors import InputError
@@ -196,7 +196,20 @@ def read_heading(text: str) -> Heading:
         group = ""
     if group == "time" and not unit and _NUMBERED.search(name):
         group = "counter"
-    return Heading(_clean(name), unit, group)
+    return with_unit(Heading(_clean(name), "", group), unit)
+
+
+def with_unit(heading: Heading, unit: str) -> Heading:
+    """The heading with a unit; T in °C is a temperature, and no time."""
+    warm = heading.group == "time" and unit != "" and _measures(unit) is Quantity.TEMPERATURE
+    return replace(heading, unit=unit, group="temperature" if warm else heading.group)
+
+
+def _measures(unit: str) -> Quantity | None:
+    try:
+        return parse_unit(unit).quantity
+    except InputError:
+        return None
 
 
 def is_unit(text: str) -> bool:
