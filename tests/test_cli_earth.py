@@ -343,6 +343,35 @@ def test_north_is_found_across_the_wrap(run: Run, table: Path, tmp_path: Path) -
     assert "rotation" in run(*arguments).err
 
 
+def test_north_from_one_file_for_each_position(run: Run, table: Path, tmp_path: Path) -> None:
+    from allanite.readers import read
+
+    whole = read(table / "table.parquet")
+    rows = (table / "positions.csv").read_text(encoding="utf-8").split()[1:5]
+    logs = []
+    for row in rows:
+        start, stop, heading = (float(cell) for cell in row.split(","))
+        write_recording(whole.window(start, stop), tmp_path / f"{heading:g}.parquet")
+        logs.append(f"{tmp_path / f'{heading:g}.parquet'}={heading:g}deg")
+    known = ["--model", GOOD, *LATITUDE]
+    done = run("north", "--positions", *logs, *known, "--json")
+    assert done.code == 0, done.err
+    found = json.loads(done.out)
+    assert abs(math.remainder(found["azimuth"] - math.radians(359.0), 2 * math.pi)) < 0.1
+    assert [round(math.degrees(f["heading"])) for f in found["files"]] == [0, 90, 180, 270]
+    for words, message in (
+        ([logs[0], logs[1], *known], "several LOGs are for --positions"),
+        (["--positions", "a.csv", *known], "has no heading"),
+        (["--positions", logs[0], logs[0], *known], "is there twice"),
+        (
+            ["--positions", *logs, *known, "--rotation", "1deg/s"],
+            "leave --headings, --rotation and --null out",
+        ),
+    ):
+        refused = run("north", *words)
+        assert (refused.code, message in " ".join(refused.err.split())) == (2, True)
+
+
 def test_a_plan_says_how_long_and_its_files_agree(run: Run, tmp_path: Path) -> None:
     arguments = [
         "plan",

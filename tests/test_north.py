@@ -23,7 +23,7 @@ from allanite.north.circle import CIRCLE, direction_set, length_interval, seen_f
 from allanite.north.tracks import Track
 from allanite.planning import plan
 from allanite.recording import Recording
-from allanite.reversals import Position, Reversals, read_positions
+from allanite.reversals import Position, Reversals, joined_positions, read_positions
 from allanite.simulation import Motion, simulate
 from allanite.stated import Stated
 
@@ -696,3 +696,59 @@ def test_blocks_and_tracks_are_what_they_say() -> None:
     """Fields that other modules rely on."""
     assert {"mean", "part", "time", "span"} <= set(BlockMeans.__dataclass_fields__)
     assert {"cosine", "sine", "offset"} <= set(Track.__dataclass_fields__)
+
+
+# -- one file for each position -------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("stamped", [False, True])
+@pytest.mark.parametrize("seed", range(6))
+def test_files_of_single_positions_say_what_one_log_of_all_says(seed: int, stamped: bool) -> None:
+    """Any number, length and order of positions, any mark; the time between by stamps or as given."""
+    draw = np.random.default_rng(seed)
+    rate, mark, turn = 20.0, draw.uniform(0, 2 * math.pi), 3.0
+    headings = draw.permutation(360.0 / (n := int(draw.integers(3, 7))) * np.arange(n)) * DEG
+    sizes = draw.integers(40, 80, n) * int(rate)
+    starts = np.concatenate([[0], np.cumsum(sizes + round(turn * rate))[:-1]])
+    samples = math.sqrt(rate) * QUIET.terms[0].N * draw.standard_normal(int(starts[-1] + sizes[-1]))
+    files = []
+    for start, size, heading in zip(starts.tolist(), sizes.tolist(), headings, strict=True):
+        samples[start : start + size] += HORIZONTAL * math.cos(mark + heading) + 1e-3
+        own = round(start / rate * 1e9) if stamped else None
+        part = samples[start : start + size]
+        files.append(Recording.from_rate(part, rate=rate, unit="rad/s", names="g", start=own))
+    whole, where, remark = joined_positions(files, headings.tolist(), between=turn)
+    assert whole.n_samples == len(samples)
+    assert ("stamps" in remark) == stamped
+    found = find_north(whole, model=QUIET, latitude=LAT, positions=where)
+    assert abs(math.remainder(found.azimuth - mark, 2 * math.pi)) < 5 * found.sd
+    listed = Reversals.cut(
+        rate=rate, n_samples=len(samples), turns=where.turns, positions=where.positions, source="file",
+        first="unknown", dead_time=2.0,
+    )  # fmt: skip
+    alone = find_north(
+        Recording.from_rate(samples, rate=rate, unit="rad/s", names="g"),
+        model=QUIET,
+        latitude=LAT,
+        positions=listed,
+    )
+    assert found.azimuth == pytest.approx(alone.azimuth, abs=1e-9)
+    assert found.sd == pytest.approx(alone.sd, rel=1e-6)
+
+
+def test_files_that_do_not_belong_together_are_refused() -> None:
+    def file(rate: float = 20.0, name: str = "g", start: int | None = None) -> Recording:
+        return Recording.from_rate(np.zeros(200), rate=rate, unit="rad/s", names=name, start=start)
+
+    for other, message in (
+        (file(rate=25.0), "samples per second"),
+        (file(name="h"), "files of one sensor have the same"),
+    ):
+        with pytest.raises(InputError, match=message):
+            joined_positions([file(), other], [0.0, 1.0])
+    with pytest.raises(InputError, match="in the order in which"):
+        joined_positions([file(start=10**12), file(start=0)], [0.0, 1.0])
+    with pytest.raises(InputError, match="at least two files"):
+        joined_positions([file()], [0.0])
+    with pytest.raises(InputError, match="positive seconds"):
+        joined_positions([file(), file()], [0.0, 1.0], between=0.0)

@@ -124,12 +124,24 @@ def _one_of(options: Mapping[str, Any], *names: str, needed: bool = False) -> No
 
 
 @command("allanite north log.parquet --model study.json --latitude -23.31 --headings positions.csv")
-@click.argument("log")
+@click.argument("logs", metavar="LOG...", nargs=-1, required=True)
 @log_options
 @click.option("--model", metavar="MODEL", required=True, help=MODEL)
 @latitude_option
 @click.option(
     "--headings", type=click.Path(exists=True, dir_okay=False), help="CSV of positions: start,stop,heading."
+)
+@click.option(
+    "--positions",
+    is_flag=True,
+    help="One LOG for each position, with its heading, in the order of recording: north.csv=0 east.csv=90.",
+)
+@click.option(
+    "--between",
+    type=Duration(),
+    default=60.0,
+    show_default=True,
+    help="From one LOG to the next with --positions, where they do not tell.",
 )
 @click.option(
     "--rotation", type=Rate(), help="In place of positions, of a table that turned all the time: 6deg/s."
@@ -145,7 +157,8 @@ def _one_of(options: Mapping[str, Any], *names: str, needed: bool = False) -> No
 @accept_option
 @result_options
 def north(
-    log: str, latitude: float, null: bool, misalignment: float, confidence: float, scale: float,
+    logs: tuple[str, ...], positions: bool, between: float, latitude: float, null: bool, misalignment: float,
+    confidence: float, scale: float,
     latitude_uncertainty: float, tilt: float, heading: float, to: Destination, **options: Any,
 ) -> int:  # fmt: skip
     """Find north with a LOG of one or two horizontal axes on a table that was turned.
@@ -159,7 +172,13 @@ def north(
     from allanite import delivery, terminal
     from allanite.earth_rate import Stated
 
-    _one_of(options, "headings", "rotation", needed=True)
+    log, by_file = _logs(logs, positions)
+    if by_file is None:
+        _one_of(options, "headings", "rotation", needed=True)
+    elif null or options["headings"] is not None or options["rotation"] is not None:
+        raise click.UsageError(
+            "--positions says how the table stood: leave --headings, --rotation and --null out"
+        )
     chosen: dict[str, Any] = {
         "stated": Stated(scale=scale, latitude=latitude_uncertainty, tilt=tilt, heading=heading),
         "confidence": confidence,
@@ -170,6 +189,7 @@ def north(
     else:
         measure, show = delivery.north_of, terminal.show_north
         chosen["misalignment"] = misalignment
+        options |= {"positions": by_file, "between": between}
     options |= {"latitude": latitude, "estimate": chosen}
     return to.deliver(
         "east-west-null" if null else "north",
@@ -177,6 +197,33 @@ def north(
         show,
         log=log,
     )
+
+
+def _logs(logs: tuple[str, ...], positions: bool) -> tuple[str, dict[str, float] | None]:
+    """The log, or the first of several with the heading [rad] of each.
+
+    Raises
+    ------
+    click.UsageError
+        Several without --positions, one twice, or one without a heading.
+    """
+    if not positions:
+        if len(logs) > 1:
+            raise click.UsageError(
+                "several LOGs are for --positions, each with its heading: north.csv=0 east.csv=90"
+            )
+        return logs[0], None
+    found: dict[str, float] = {}
+    for text in logs:
+        name, sign, heading = text.rpartition("=")
+        if not sign or not name:
+            raise click.UsageError(
+                f"{text!r} has no heading: write north.csv=0, with degrees from the mark clockwise"
+            )
+        if name in found:
+            raise click.UsageError(f"{name} is there twice: each position is a file of its own")
+        found[name] = Angle().convert(heading, None, click.get_current_context())
+    return next(iter(found)), found
 
 
 def _refuse_with_null(options: dict[str, Any], figure: str | None, misalignment: float) -> None:

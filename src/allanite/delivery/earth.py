@@ -3,13 +3,16 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Callable, Collection, Iterable, Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from allanite.delivery.measurement import Measured, beside, provenance
 from allanite.delivery.recordings import file_sha256, read_part
 from allanite.delivery.turned import (
+    LONGEST_TURN,
     checked,
     chosen_model,
     gyro_of,
@@ -172,6 +175,8 @@ def north_of(
     latitude: float,
     model: str | os.PathLike[str],
     headings: str | os.PathLike[str] | None = None,
+    positions: Mapping[str | os.PathLike[str], float] | None = None,
+    between: float = 60.0,
     rotation: float | None = None,
     heading_at_start: float = 0.0,
     start: float | None = None,
@@ -190,6 +195,10 @@ def north_of(
     ----------
     headings : path, optional
         Positions with their headings; times count from the first sample of the log.
+    positions : mapping of path to float [rad], optional
+        One file for each position, with its heading, in the order of recording; `log` is the first of them.
+    between : float [s]
+        From one of these files to the next, where they do not tell; see `joined_positions`.
     rotation, heading_at_start : float [rad/s], [rad]
         Of a table that turned all the time.
     start, stop : float, optional [s]
@@ -200,36 +209,66 @@ def north_of(
     Raises
     ------
     InputError
-        Neither positions nor a rotation, or both; more than two channels of rates.
+        None or several of positions in one log, in files of their own, and a rotation; more than two channels of rates.
     """
     from allanite.north import Rotation, find_north
 
-    if (headings is None) == (rotation is None):
-        raise InputError("say how the table stood: either positions (--headings) or a rotation (--rotation)")
+    if sum(given is not None for given in (headings, positions, rotation)) != 1:
+        raise InputError(
+            "say how the table stood: positions in one log (--headings), in files of their own (--positions), or a "
+            "rotation (--rotation)"
+        )
+    if positions is not None and (start is not None or stop is not None):
+        raise InputError("--from and --to are for one log: cut the files of the positions before")
     advance = progress or (lambda fraction, what: None)
     advance(0.0, "reading")
-    whole = read_part(log, source=source, **options)
+    remarks: tuple[str, ...] = ()
+    if positions is None:
+        whole = read_part(log, source=source, **options)
+    else:
+        from allanite.reversals import joined_positions
+
+        files = [read_part(file, **options) for file in positions]
+        whole, joined, remark = joined_positions(
+            files, list(positions.values()), between=between, dead_time=dead_time
+        )
+        remarks = (remark,)
     channels = gyros_of(whole, most=2)
     models, where = models_for(model, [whole[name] for name in channels])
-    part, positions = placed_of(whole, channels[0], headings, start=start, stop=stop, dead_time=dead_time)
+    if positions is None:
+        part, placed = placed_of(whole, channels[0], headings, start=start, stop=stop, dead_time=dead_time)
+    else:
+        part, placed = whole, joined
     advance(0.3, "looking for faults")
-    ready = checked(part, positions, channels, accept=accept)
+    ready = checked(
+        part, placed, channels, accept=accept, longest=LONGEST_TURN if positions is None else math.inf
+    )
     found = find_north(
         ready.recording,
         model=models,
         latitude=latitude,
-        positions=positions if headings is not None else None,
+        positions=placed if rotation is None else None,
         rotation=None if rotation is None else Rotation(rate=rotation, start=heading_at_start),
         channels=channels,
         progress=lambda fraction, what: advance(0.5 + 0.5 * fraction, what),
         **(estimate or {}),
     )
+    found = replace(found, advice=(*found.advice, *remarks))
     document = {
         **found.to_json(),
+        **({"files": _files(positions)} if positions is not None else {}),
         **beside(part, channels[0], ready.findings, file_sha256(log), command),
         "model_name": where[channels[0]],
     }
     return Measured(result=found, document=document, name="north", tables={}, lossy=ready.lossy)
+
+
+def _files(positions: Mapping[str | os.PathLike[str], float]) -> list[Json]:
+    """Where each position comes from, and its heading [rad]."""
+    return [
+        {"file": os.fspath(file), "sha256": file_sha256(file), "heading": heading}
+        for file, heading in positions.items()
+    ]
 
 
 def null_of(

@@ -274,9 +274,19 @@ def part_of(whole: Recording, start: float | None, stop: float | None) -> Record
 
 
 def checked(
-    recording: Recording, reversals: Reversals, channels: Sequence[str], *, accept: Collection[str] = ()
+    recording: Recording,
+    reversals: Reversals,
+    channels: Sequence[str],
+    *,
+    accept: Collection[str] = (),
+    longest: float = LONGEST_TURN,
 ) -> Turned:
     """A record without the samples that a finding excludes, or a refusal.
+
+    Parameters
+    ----------
+    longest : float [s]
+        Samples missing in a longer turn are a loss.
 
     Raises
     ------
@@ -285,7 +295,7 @@ def checked(
     """
     doubts = [f for f in reversals.findings if f.code in CONTRADICTIONS]
     try:
-        ready = judged(recording, turn_spans(reversals), channels, accept=accept)
+        ready = judged(recording, turn_spans(reversals), channels, accept=accept, longest=longest)
     except DataQualityError as error:
         if not doubts:
             raise

@@ -9,6 +9,7 @@ two turns; a *dwell* is a usable piece of a position: without the dead time afte
 and the disturbed stretches (knocks, frozen readings) inside it.
 """
 
+from allanite.reversals.by_file import joined_positions
 from allanite.reversals.detection import find_reversals
 from allanite.reversals.schedule import periodic_reversals, read_positions, read_turns
 from allanite.reversals.turns import Disturbance, Dwell, Position, Reversals, Turn
@@ -20,6 +21,7 @@ __all__ = [
     "Reversals",
     "Turn",
     "find_reversals",
+    "joined_positions",
     "periodic_reversals",
     "read_positions",
     "read_turns",

@@ -181,12 +181,26 @@ def read_positions(
         {},
         texts=("name",),
     )
-    spans = listing.spans(recording)
-    headings = [_relative(h, 0.0) for h in listing.numbers("heading")]
-    names = listing.texts("name")
+    spans = [(a, b) for _, a, b in listing.spans(recording)]
+    scene = _scene_if_clear(recording, channel)
+    headings, names = listing.numbers("heading"), listing.texts("name")
+    return placed(recording, spans, headings, names, dead_time=dead_time, scene=scene)
+
+
+def placed(
+    recording: Recording,
+    spans: Sequence[tuple[int, int]],
+    headings: Sequence[float],
+    names: Sequence[str],
+    *,
+    dead_time: float = DEAD_TIME,
+    scene: Scene | None = None,
+) -> Reversals:
+    """Positions from their spans [samples] and headings [rad], held against the signal where there is a scene."""
+    relative = [_relative(h, 0.0) for h in headings]
     positions = tuple(
-        Position(start=a, stop=b, heading=h, sign=sign_of(h), relative=_relative(h, headings[0]), name=name)
-        for (_, a, b), h, name in zip(spans, headings, names, strict=True)
+        Position(start=a, stop=b, heading=h, sign=sign_of(h), relative=_relative(h, relative[0]), name=name)
+        for (a, b), h, name in zip(spans, relative, names, strict=True)
     )
     turns = tuple(
         Turn(
@@ -197,7 +211,6 @@ def read_positions(
         )
         for p, q in zip(positions, positions[1:], strict=False)
     )
-    scene = _scene_if_clear(recording, channel)
     seen = judge(scene) if scene else None
     names_of: Mapping[int, First] = {1: "north", -1: "south", 0: "unknown"}
     return Reversals.cut(
