@@ -120,6 +120,14 @@ def test_stamps_of_a_logger_and_damage(tmp_path: Path) -> None:
     assert got.values("gyro_z")[30] == 30.0
 
 
+@pytest.mark.parametrize("head", ["a,b,gyro_z [deg/s]", "$kind,a,b,gyro_z [deg/s]"])
+def test_a_header_in_front_names_the_fields(head: str, tmp_path: Path) -> None:
+    lines = [head, *(summed(f"QX7,{k % 3},{k % 7},0.{k}") for k in range(30))]
+    got = read(text_of(tmp_path / "log.txt", lines), rate=10.0)
+    assert (got.names, got.n_samples, got.channels[2].unit) == (("a", "b", "gyro_z"), 30, "deg/s")
+    assert got.notes["text"]["sentences_failed"] == 0
+
+
 def test_two_sentences_in_one_line_are_two_samples(tmp_path: Path) -> None:
     lines = [summed(f"VNGYR,{k},0,{k}") for k in range(20)]
     lines[5:7] = [lines[5] + lines[6]]

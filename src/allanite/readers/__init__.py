@@ -126,9 +126,11 @@ def read(
         the message and instance, "GYR[0]", "sensor_gyro[1]".
     variable : str, optional
         For files with several tables: name of the array (.npz, .mat), the group or dataset (HDF5, TDMS), the sheet
-        (spreadsheets), the record type or sensor identity (text), or the part of a run whose settings changed ("2").
+        (spreadsheets), the record type, kind of sentence or sensor identity (text), or the part of a run whose settings
+        changed ("2").
     layout : path or mapping, optional
-        For raw binary files: the YAML file that says what their records hold, or its content as plain data.
+        For raw binary files and texts of hexadecimal words: the YAML file that says what their records hold, or its
+        content as plain data.
     time : str, optional
         The time column, and its unit where the file does not hold it: "t", "t:ms", "2" (columns count from 1; rows of a
         matrix that holds its samples in rows). "cnt:1/1000 s" is a counter and its step, "cnt:2us:2^16" one that begins

@@ -71,14 +71,6 @@ SENSOR: dict[str, Entry] = {
         done="kept; noise, flicker and random walk alone set this off in less than 1 of 1000 records",
         advice="see when and in which term: allanite variation; analyse the parts alone: --from, --to",
     ),
-    "unit_missing": Entry(
-        group=_MEANING,
-        severity="warning",
-        means="nobody knows the unit of the channel",
-        risk="results stay in the channel's own unit and cannot be exported",
-        done="kept in its own unit; never guessed",
-        advice="state it: --unit NAME=UNIT",
-    ),
     "raw_counts": Entry(
         group=_MEANING,
         severity="info, warning",
@@ -86,6 +78,14 @@ SENSOR: dict[str, Entry] = {
         risk="with a unit of rate or acceleration in place of a scale factor, all results are wrong by that factor",
         done="kept in counts; gravity tells the scale factor of an accelerometer, usual ranges are named for a gyro",
         advice="--scale-factor with the number of the data sheet",
+    ),
+    "unit_missing": Entry(
+        group=_MEANING,
+        severity="warning",
+        means="nobody knows the unit of the channel",
+        risk="results stay in the channel's own unit and cannot be exported",
+        done="kept in its own unit; never guessed",
+        advice="state it: --unit NAME=UNIT",
     ),
     "counts": Entry(
         group=_MEANING,

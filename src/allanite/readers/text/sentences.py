@@ -34,6 +34,7 @@ _SENTENCE = re.compile(
     rb"(?P<before>[^$!]*)(?P<sign>[$!])(?P<body>[A-Za-z][^$!*]*)(?:\*(?P<sum>[0-9A-Fa-f]{4}|[0-9A-Fa-f]{2}))?[ \t]*"
 )
 _NOVATEL = re.compile(rb"(?P<before>)(?P<sign>[%#])(?P<body>[A-Z][^%#*]*)\*(?P<sum>[0-9A-Fa-f]{8})[ \t]*")
+_DIGIT = re.compile(rb"\d")
 _SPLIT = re.compile(rb"(?=[$!][A-Z])")
 _STANDARD = re.compile(r"(?:G[ABLNPQ]|II|IN|HC|HE|TI|WI|SD|AI|BD)[A-Z]{3}")
 _MOST = 0.6  # of the lines that are looked at
@@ -138,12 +139,21 @@ class Sentences:
         counts = self.failed, self.stray
         found = [list(self._rows(line.encode())) for line in lines]
         self.failed, self.stray = counts
-        self.begins = next((i for i, rows in enumerate(found) if rows), 0)
+        self.begins = next(
+            (i for i, rows in enumerate(found) if rows and _DIGIT.search(lines[i].encode())), 0
+        )  # a line without digits is a header
         sound = [[row.decode() for row in rows if row != DAMAGED] for rows in found]
         return [
-            rows[-1] if rows else line if i < self.begins and _read(line.encode()) is None else ""
+            rows[-1] if rows else self._header(line) if i < self.begins else ""
             for i, (rows, line) in enumerate(zip(sound, lines, strict=True))
         ]
+
+    def _header(self, line: str) -> str:
+        """A line before the sentences: names may stand behind a word in the place of the kind."""
+        sentence = _read(line.encode())
+        if sentence is None:
+            return line
+        return "" if _DIGIT.search(sentence.body) else self._row(sentence).decode()
 
     def piece(self, piece: bytes) -> bytes:
         """Whole lines of the text as rows; `DAMAGED` for one that fails."""
