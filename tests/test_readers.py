@@ -346,8 +346,8 @@ def test_notes_hold_what_was_understood(six: Path) -> None:
     }  # fmt: skip
     assert set(notes["timebase"]) == {
         "source", "unit", "rate", "rate_nominal", "median_rate", "jitter_rms_s", "duplicates", "duplicate_rows",
-        "backward", "backward_rows", "gaps", "missing", "gap_places", "drift_ppm", "resolution_s", "rate_change_ppm",
-        "rate_change_error_ppm",
+        "backward", "backward_rows", "gaps", "missing", "gap_places", "drift_ppm", "resolution_s", "span_s",
+        "rate_change_ppm", "rate_change_error_ppm",
     }  # fmt: skip
     assert notes["source"]["format"] == "text"
     assert notes["source"]["size_bytes"] == six.stat().st_size
@@ -480,11 +480,11 @@ def test_serial_number_and_sensor_in_preambles() -> None:
     [
         ("2026-09-01T12:30:00.25Z", "iso8601"),
         ("2026-09-01 14:30:00.25+02:00", "iso8601"),
-        ("2026/09/01 12:30:00.25", "yyyy/mm/dd"),
         ("01-Sep-2026 (12:30:00.250000)", "dd-mon-yyyy"),
-        ("01.09.2026 12:30:00,25", "dd.mm.yyyy"),
-        ("09/01/2026 12:30:00.25", "mm/dd/yyyy"),
-        ("09012026-12:30:00.25", "mmddyyyy"),
+        ("Sep 1, 2026 12:30:00.25 PM", "dd-mon-yyyy"),
+        ("Tue Sep  1 12:30:00.25 2026", "dd-mon-yyyy"),
+        ("1 September 2026, 12:30:00.25", "dd-mon-yyyy"),
+        ("20260901T123000.25Z", "yyyymmdd"),
         ("20260901_12:30:00.25", "yyyymmdd"),
     ],
 )

@@ -3,7 +3,9 @@
 
 from __future__ import annotations
 
+import datetime
 import io
+import math
 import re
 from pathlib import Path
 from typing import Any
@@ -12,9 +14,10 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from allanite.errors import AllaniteError, InputError
+from allanite.errors import AllaniteError, FormatError, InputError
 from allanite.readers import read
 from allanite.readers.headings import read_heading
+from allanite.readers.timebase import ArrayStamps, fit_grid
 from allanite.recording import Recording
 
 CASES = range(200)
@@ -262,7 +265,7 @@ def test_clocks_that_begin_anew_by_themselves(tmp_path: Path) -> None:
     """Microseconds of a processor, the seconds of a week, of a day: told from the column, and said."""
     k = np.arange(500)
     for name, turn, step in (
-        ("micros", 2**32, 10_000), ("tow [s]", 604_800, 0.1), ("iTOW [ms]", 604_800_000, 50), ("time [s]", 86_400, 0.25)
+        ("micros", 2**32, 10_000), ("tow", 604_800, 0.1), ("iTOW", 604_800_000, 100), ("time [s]", 86_400, 0.25)
     ):  # fmt: skip
         values = (turn - 250 * step + k * step) % turn
         path = tmp_path / "log.csv"
@@ -272,3 +275,180 @@ def test_clocks_that_begin_anew_by_themselves(tmp_path: Path) -> None:
         assert any("begins anew" in g for g in recording.notes["text"]["guesses"]), name
     path.write_text(text([k % 100 / 10, np.sin(k)], ["time [s]", "wx"]))  # five records one after another
     assert read(path).notes["timebase"]["backward"] == 4
+
+
+def test_the_advice_to_cut_a_record_works_as_it_is_written(tmp_path: Path) -> None:
+    """A clock that was set once or twice, by hours to decades, forward or back: what is advised gives that part."""
+    for seed in CASES:
+        rng = case(5000 + seed)
+        rate = float(rng.choice([1.0, 10.0, 100.0]))
+        lengths = rng.integers(40, 300, size=int(rng.integers(2, 4)))
+        jumps = np.concatenate(([0.0], 10.0 ** rng.uniform(8.0, 9.3, size=len(lengths) - 1) / rate))
+        jumps[1:] *= np.where(np.arange(1, len(lengths)) == 2, rng.choice([-0.3, 1.0]), 1.0)
+        t = np.arange(lengths.sum()) / rate + np.repeat(np.cumsum(np.round(jumps)), lengths)
+        np.savez(tmp_path / "log.npz", t_s=t + rng.uniform(-0.1, 0.1, len(t)) / rate, gyro=np.arange(len(t)))
+        recording, error = tried(tmp_path / "log.npz")
+        assert recording is None, seed
+        advice = re.search(
+            r"Cut it there, (?:--from (\S+))? ?(?:--to (\S+))? ?for the longest part \((\d+) of", error
+        )
+        assert advice, (seed, error)
+        ends = {k: float(v) for k, v in zip(("start", "stop"), advice.groups(), strict=False) if v}
+        part = read(tmp_path / "log.npz", **ends)
+        assert part.rate == pytest.approx(rate, rel=0.01), seed
+        edges = np.concatenate(([0], np.cumsum(lengths)))
+        k = int(np.searchsorted(edges, part.values("gyro")[0], side="right")) - 1
+        assert np.array_equal(part.values("gyro"), np.arange(edges[k], edges[k + 1])), (seed, k)
+        assert int(advice[3]) == part.n_samples == lengths.max(), seed
+
+
+def test_a_part_is_cut_by_the_stamps_as_they_are(tmp_path: Path) -> None:
+    """Jitter, pauses, lost stamps: the rows between two times, those and no others."""
+    for seed in CASES:
+        rng = case(6000 + seed)
+        n, rate = 200, float(rng.choice([0.5, 10.0, 100.0]))
+        t = (
+            np.arange(n)
+            + np.cumsum(rng.integers(1, 40, n) * (rng.random(n) < 0.03))
+            + rng.uniform(-0.2, 0.2, n)
+        ) / rate
+        t -= t[0]
+        np.savez(tmp_path / "log.npz", t_s=t, gyro=np.arange(n))
+        a, b = np.sort(rng.choice(n, size=2, replace=False)) if seed % 3 else (0, n - 1)
+        if b - a < 20:
+            continue
+        start = None if seed % 5 == 0 else float(t[a])
+        stop = None if seed % 7 == 0 else float(t[b])
+        part = read(tmp_path / "log.npz", start=start, stop=stop)
+        values = part.values("gyro")
+        wanted = np.arange(a if start is not None else 0, b if stop is not None else n)
+        assert np.array_equal(values[np.isfinite(values)], wanted), seed
+        assert part.duration == pytest.approx(t[wanted[-1]] - t[wanted[0]] + 1 / rate, abs=1.0 / rate), seed
+        step = next((s for s in part.history if s["step"] == "window"), None)
+        assert (step is None) == (start is None and stop is None)
+        assert step is None or step["start_s"] == pytest.approx(t[wanted[0]], abs=1e-9)
+    for ends in ({"start": 1e6}, {"stop": 1e6}, {"start": 3.0, "stop": 2.0}, {"start": math.nan}):
+        with pytest.raises(InputError, match="window from"):
+            read(tmp_path / "log.npz", **ends)  # type: ignore[arg-type]
+    assert read(tmp_path / "log.npz", rate=100, start=0.5, stop=1.0).n_samples == 50
+
+
+def written(
+    moment: datetime.datetime, order: str, sign: str, short: bool, style: str, zeros: bool
+) -> list[str]:
+    """A date and a time of day as loggers write them: one cell, or two."""
+    number = "02d" if zeros else "d"
+    year = f"{moment.year % 100:02d}" if short else str(moment.year)
+    parts = {"y": year, "m": f"{moment.month:{number}}", "d": f"{moment.day:{number}}"}
+    date = sign.join(parts[letter] for letter in order)
+    clock = moment.strftime("%H:%M:%S.") + f"{moment.microsecond // 1000:03d}"
+    if style == "12 hours":
+        half = moment.strftime("%I:%M:%S.") + f"{moment.microsecond // 1000:03d}"
+        return [f"{date} {half} {'AM' if moment.hour < 12 else 'PM'}"]
+    return {"blank": [f"{date} {clock}"], "two": [date, clock], "after": [f"{clock} {date}"]}[style]
+
+
+def test_dates_in_any_order_are_told_from_the_whole_column_or_asked(tmp_path: Path) -> None:
+    """Every stamp, to the millisecond, in each order; what stays open is asked, and the answer gives the right one."""
+    asked = 0
+    for seed in CASES:
+        rng = case(7000 + seed)
+        order = str(rng.choice(["dmy", "mdy", "ymd"]))
+        short = bool(rng.random() < 0.3)
+        sign = str(rng.choice(["/", ".", "-"]))
+        style = str(rng.choice(["blank", "two", "after", "12 hours"]))
+        start = datetime.datetime(2020, 1, 1) + datetime.timedelta(
+            seconds=int(rng.integers(0, 5 * 365 * 86_400))
+        )
+        step = float(rng.choice([0.01, 1.0, 600.0, 7200.0]))
+        if rng.random() < 0.3:  # through a midnight
+            start = start.replace(hour=23, minute=59, second=59)
+        moments = [start + datetime.timedelta(milliseconds=round(1000 * step * k)) for k in range(N)]
+        rows = [written(m, order, sign, short, style, bool(rng.random() < 0.5)) for m in moments]
+        head = ["Date"] + ["Time"] * (len(rows[0]) - 1) + ["gyro_x"]
+        path = tmp_path / "log.csv"
+        path.write_text(
+            "\n".join(",".join(r) for r in [head, *([*row, f"{rng.normal():.4f}"] for row in rows)]) + "\n"
+        )
+        recording, error = tried(path)
+        if recording is None:
+            asked += 1
+            assert f"--time Date:{order} ({start.strftime('%d %B %Y').lstrip('0')})" in error, (seed, error)
+            recording = read(path, time=f"Date:{order}")
+        else:
+            assert (
+                max(m.day for m in moments) > 12
+                or len({m.date() for m in moments}) > 1
+                or (start.day == start.month or order == "ymd")
+            ), (seed, rows[0])
+        first = int(np.datetime64(start, "ns").astype(np.int64))
+        assert recording.start == first, (seed, rows[0], rows[-1])
+        assert (recording.n_samples, recording.rate) == (N, pytest.approx(1 / step, rel=1e-3)), (
+            seed,
+            rows[0],
+        )
+    assert 20 < asked < 120
+
+
+def test_a_day_that_is_told_late_in_the_file_counts(tmp_path: Path) -> None:
+    path = tmp_path / "log.csv"
+    days = [f"{d:02d}/03/2026 {h:02d}:00:00,{d}.5\n" for d in range(9, 16) for h in range(24)]
+    path.write_text("when,wx\n" + "".join(days))
+    recording = read(path)
+    assert recording.start == int(np.datetime64("2026-03-09T00:00:00", "ns").astype(np.int64))
+    assert (recording.n_samples, recording.notes["timebase"]["unit"]) == (168, "dd/mm/yyyy")
+    path.write_text("when,wx\n" + "".join(days).replace("15/03", "31/02"))
+    with pytest.raises(FormatError, match=r"column 1 \(when\).*no dates in any one order"):
+        read(path)
+    with pytest.raises(FormatError, match="no dates"):
+        read(path, time="when:mdy")
+
+
+def test_rows_of_several_kinds_are_listed_each_with_its_rate(tmp_path: Path) -> None:
+    """The kind in any column, with a header or without; seconds or microseconds; kinds of other widths and rates."""
+    for seed in CASES[::4]:
+        rng = case(8000 + seed)
+        names = rng.permutation(
+            [["ACC", "GYRO", "MAG"], ["accel", "gyro", "baro"], ["IMU", "GPS", "BARO"]][seed % 3]
+        )
+        rates = rng.choice([20, 50, 100, 200], size=3, replace=False)
+        unit, width = str(rng.choice(["s", "us"])), rng.integers(1, 5, size=3)
+        place = int(rng.choice([0, 1, 2, -1])) if width.min() > 1 else int(rng.choice([0, 1, -1]))
+        rows = []
+        for name, rate, k in zip(names, rates, width, strict=True):
+            for t in np.arange(3 * rate) / rate + 12.5:
+                cells = [
+                    f"{t:.4f}" if unit == "s" else str(round(t * 1e6)),
+                    *(f"{v:.4f}" for v in rng.normal(size=k)),
+                ]
+                cells.insert(len(cells) if place < 0 else place, str(name))
+                rows.append((t, ",".join(cells)))
+        path = tmp_path / "log.txt"
+        path.write_text("\n".join(row for _, row in sorted(rows)) + "\n")
+        for name, rate, k in zip(names, rates, width, strict=True):
+            recording = read(path, variable=str(name))
+            assert (recording.n_samples, len(recording.names)) == (3 * rate, k), (seed, name, place)
+            assert recording.rate == pytest.approx(rate, rel=1e-3), (seed, name, place, unit)
+            listed = " ".join(recording.notes["source"]["contents"])
+            for other, own in zip(names, rates, strict=True):
+                assert f"{other} ({3 * own} rows, {own} Hz" in listed, (seed, listed)
+        chosen = read(path)
+        assert chosen.names[0].split("_")[0] in ("GYRO", "gyro", "IMU", "ACC", "accel"), seed
+
+
+def test_a_steady_clock_is_called_steady_whatever_the_pauses(tmp_path: Path) -> None:
+    """Pauses that end beside the grid: the rate is that of the samples between them, and no drift is said."""
+    for seed in CASES:
+        rng = case(9000 + seed)
+        n, k = 1000, np.arange(1000)
+        jitter = float(rng.choice([0.0, 0.02, 0.1, 0.3]))
+        pauses = np.zeros(n)
+        pauses[rng.choice(np.arange(100, n - 100), size=int(rng.integers(1, 6)), replace=False)] = 1.0
+        t = k + np.cumsum(pauses * rng.exponential(40.0, n) + pauses * 2.0) + rng.uniform(-jitter, jitter, n)
+        base = fit_grid(ArrayStamps((t - t[0]) / 95.0), source="t", unit="s")
+        # Least squares over the parts between six pauses: the shortest ones tell least.
+        lengths = np.diff(np.concatenate(([0], np.flatnonzero(pauses), [n])))
+        sd = jitter / math.sqrt(3.0) * math.sqrt(12.0 / float((lengths.astype(float) ** 3).sum()))
+        assert abs(base.rate / 95.0 - 1.0) < 5.0 * sd + 1e-8, (seed, jitter)
+        change, error = base.facts["rate_change_ppm"], base.facts["rate_change_error_ppm"]
+        assert change is None or abs(change) < max(100.0, 5.0 * error), (seed, jitter)

@@ -8,7 +8,7 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from allanite.delivery.measurement import Measured, beside
-from allanite.delivery.recordings import file_sha256, read_part
+from allanite.delivery.recordings import file_sha256, read_whole
 from allanite.delivery.rests import judged_at_rest, rests_of, thermometers
 from allanite.delivery.turned import models_for, part_of
 
@@ -70,7 +70,7 @@ def alignment_of(
 
     advance = progress or (lambda fraction, what: None)
     advance(0.0, "reading")
-    whole = read_part(log, source=source, **options)
+    whole, start, stop = read_whole(log, start, stop, listed=spans is not None, source=source, **options)
     known = None if calibration is None else Calibration.load(os.fspath(calibration))
     axes, _ = unit_of(whole, known, gyro, accelerometer)
     whole = whole.select(*axes.names, *thermometers(whole))

@@ -9,7 +9,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from allanite.delivery.measurement import Measured, beside
-from allanite.delivery.recordings import file_sha256, read_part
+from allanite.delivery.recordings import file_sha256, read_whole
 from allanite.delivery.rests import judged_at_rest, rests_of, thermometers
 from allanite.delivery.turned import models_for, part_of
 from allanite.delivery.two_logs import read_two
@@ -85,7 +85,7 @@ def calibration_of(
     advance = progress or (lambda fraction, what: None)
     advance(0.0, "reading")
     if gyro_log is None:
-        whole = read_part(log, **options)
+        whole, start, stop = read_whole(log, start, stop, listed=spans is not None, **options)
     else:
         named = {"accelerometer": accelerometer, "gyro": gyro}
         whole, accelerometer, gyro = read_two(log, gyro_log, **named, **options)

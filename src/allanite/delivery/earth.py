@@ -10,7 +10,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from allanite.delivery.measurement import Measured, beside, provenance
-from allanite.delivery.recordings import file_sha256, read_part
+from allanite.delivery.recordings import file_sha256, read_part, read_whole
 from allanite.delivery.turned import (
     LONGEST_TURN,
     checked,
@@ -82,7 +82,7 @@ def earth_rate_of(
 
     advance = progress or (lambda fraction, what: None)
     advance(0.0, "reading")
-    whole = read_part(log, source=source, **options)
+    whole, start, stop = read_whole(log, start, stop, listed=turns is not None, source=source, **options)
     if is_vector(whole, forced=vector, turned=_says_turned((turns, dwell, first), estimate)):
         return vector_of(
             part_of(whole, start, stop),
@@ -224,7 +224,9 @@ def north_of(
     advance(0.0, "reading")
     remarks: tuple[str, ...] = ()
     if positions is None:
-        whole = read_part(log, source=source, **options)
+        whole, start, stop = read_whole(
+            log, start, stop, listed=headings is not None, source=source, **options
+        )
     else:
         from allanite.reversals import joined_positions
 
@@ -302,7 +304,7 @@ def null_of(
 
     advance = progress or (lambda fraction, what: None)
     advance(0.0, "reading")
-    whole = read_part(log, source=source, **options)
+    whole, start, stop = read_whole(log, start, stop, listed=headings is not None, source=source, **options)
     channel = gyro_of(whole)
     noise, model_name = model_for(model, whole[channel])
     if noise is None:

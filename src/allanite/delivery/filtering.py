@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from allanite.delivery.measurement import Measured, beside
-from allanite.delivery.recordings import file_sha256, is_lossy, read_part
+from allanite.delivery.recordings import file_sha256, is_lossy, read_part, read_whole
 from allanite.delivery.turned import checked, gyro_of, model_for, turn_spans, turns_of
 from allanite.errors import DataQualityError, InputError
 
@@ -145,7 +145,7 @@ def aided_of(
 
     advance = progress or (lambda fraction, what: None)
     advance(0.0, "reading")
-    whole = read_part(log, source=source, **options)
+    whole, start, stop = read_whole(log, start, stop, listed=turns is not None, source=source, **options)
     channel = gyro_of(whole)
     noise, model_name = model_for(model, whole[channel])
     if noise is None:

@@ -8,7 +8,7 @@ from collections.abc import Callable, Collection, Mapping
 from typing import TYPE_CHECKING, Any
 
 from allanite.delivery.measurement import Measured, beside
-from allanite.delivery.recordings import file_sha256, read_part
+from allanite.delivery.recordings import file_sha256, read_whole
 from allanite.delivery.turned import judged, models_for, part_of
 
 if TYPE_CHECKING:
@@ -63,7 +63,7 @@ def rate_table_of(
 
     advance = progress or (lambda fraction, what: None)
     advance(0.0, "reading")
-    whole = read_part(log, source=source, **options)
+    whole, start, stop = read_whole(log, start, stop, listed=True, source=source, **options)
     turned = read_table(table)
     part = part_of(whole, start, stop)
     models, where = models_for(model, _following(part, channel))

@@ -10,7 +10,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from allanite.errors import InputError
+from allanite.errors import DataQualityError, InputError
 from allanite.regular_file import open_regular
 
 if TYPE_CHECKING:
@@ -29,6 +29,7 @@ __all__ = [
     "noise_channels",
     "read_floor",
     "read_part",
+    "read_whole",
     "ready_log",
 ]
 
@@ -59,20 +60,35 @@ def read_part(
     repair: Sequence[str] = (),
     **options: Any,
 ) -> Recording:
-    """A log, or the part of it between two times [s] since its first sample; options are those of `read`.
+    """A log, or the part of it between two times [s] since its first stamp; options are those of `read`.
 
     `source` replaces the name of the file; `repair` names what is to be done to that part (`allanite.cleaning`).
     """
     from allanite.readers import read
 
-    recording = read(path, **options)
+    recording = read(path, start=start, stop=stop, **options)
     recording = recording if source is None else replace(recording, source=source)
-    part = recording if start is None and stop is None else recording.window(start, stop)
     if not repair:
-        return part
+        return recording
     from allanite.cleaning import clean
 
-    return clean(part, repair)
+    return clean(recording, repair)
+
+
+def read_whole(
+    log: str | os.PathLike[str], start: float | None, stop: float | None, *, listed: bool, **options: Any
+) -> tuple[Recording, float | None, float | None]:
+    """The whole of a log, of which a part is taken later, and the ends of that part; options are those of `read_part`.
+
+    Where no time grid can be made of the whole, it is the part, without ends: unless a list (`listed`) counts its times
+    from a sample that the part does not begin with.
+    """
+    try:
+        return read_part(log, **options), start, stop
+    except DataQualityError:
+        if (start is None and stop is None) or (listed and start is not None):
+            raise
+        return read_part(log, start=start, stop=stop, **options), None, None
 
 
 def read_floor(floor: str | os.PathLike[str], **options: Any) -> Recording:

@@ -89,10 +89,23 @@ def jitter(recording: Recording) -> Iterator[Finding]:
     if median > 0.0 and abs(median / rate - 1.0) > 0.01:
         yield finding(
             "rate_not_median",
-            f"the median interval says {median:.5g} Hz, the samples over the span say {rate:.6g} Hz, which is used",
+            f"the median interval says {median:.5g} Hz, {_by_count(recording)}",
             severity=Severity.INFO,
             count=recording.n_samples,
         )
+
+
+def _by_count(recording: Recording) -> str:
+    """The rate that is used, and the samples in the file over their span, which gaps make another one."""
+    notes = _notes(recording, "timebase")
+    span, missing = _number(notes, "span_s"), int(_number(notes, "missing"))
+    there = recording.n_samples - missing
+    if missing == 0 or span <= 0.0:
+        return f"the samples over the span say {recording.rate:.6g} Hz, which is used"
+    return (
+        f"the stamps between gaps say {recording.rate:.6g} Hz, which is used ({there} samples over {span:.6g} s, gaps "
+        f"among them, are {(there - 1) / span:.6g} Hz)"
+    )
 
 
 def _scatter(recording: Recording, rms: float) -> Finding:

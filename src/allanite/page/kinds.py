@@ -100,10 +100,8 @@ def _with_imports(text: str) -> str:
 def _read(subject: str, reading: Spelt) -> str:
     """Lines that read a log as `delivery.read_part` does."""
     given = dict(reading.arguments)
-    start, stop, repair = (given.pop(name, None) for name in ("start", "stop", "repair"))
+    repair = given.pop("repair", None)
     text = f"recording = al.read({_arguments([subject], given)})"
-    if start is not None or stop is not None:
-        text += f".window({code_of(start)}, {code_of(stop)})"
     if repair:
         text = (
             f"from allanite.cleaning import clean\n\n{text}\nrecording = clean(recording, {code_of(repair)})"

@@ -270,8 +270,8 @@ READING: Mapping[str, Option] = {
         help="Samples are means over their interval, or values at an instant.",
     ),
     "channels": Option(type="names", flag="--channels", python="channels", help="Names or groups to keep."),
-    "start": Option(type="seconds", flag="--from", python="start", help="Begin so long after the first sample."),
-    "stop": Option(type="seconds", flag="--to", python="stop", help="End so long after the first sample."),
+    "start": Option(type="seconds", flag="--from", python="start", help="Begin so long after the first stamp."),
+    "stop": Option(type="seconds", flag="--to", python="stop", help="End so long after the first stamp."),
     "topic": Option(type="text", flag="--topic", python="topic", help="Topic of a ROS log, message of a flight log."),
     "variable": Option(
         type="text", flag="--variable", python="variable", help="Array, group or table of a file with several."

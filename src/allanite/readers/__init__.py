@@ -5,9 +5,10 @@ One module per format: `numpy_file` (the example to imitate), `run`, `parquet`, 
 `ulog`, `tdms`, `raw_binary`, `spreadsheet`, `text`. They share `assembly` (columns to a Recording), `arrays` (named
 arrays to columns), `contents` (which of several tables is read), `curve_shape` (a table that is no log), `headings`
 (what a column name says), `stamps` (which column is time), `stated_time`, `stamp_units` and `turning` (how its values
-count), `timebase` (stamps to an even grid, along the line of `clock_line`), `spool` (unpacking within limits),
-`sandbox` (parsing in a child process), `extras` (packages that not everybody installs), `hdf5_tree` (HDF5 that stays in
-its file) and `record_chain` (records in a torn stream); `joining` makes one log of several files.
+count), `part` (between two times), `timebase` (stamps to an even grid, along the line of `clock_line`), `spool`
+(unpacking within limits), `sandbox` (parsing in a child process), `extras` (packages that not everybody installs),
+`hdf5_tree` (HDF5 that stays in its file) and `record_chain` (records in a torn stream); `joining` makes one log of
+several files.
 
 To add a format: one module, one word in `READERS`, one folder in ``tests/samples``.
 """
@@ -97,6 +98,8 @@ def read(
     variable: str | None = None,
     layout: str | os.PathLike[str] | Mapping[str, Any] | None = None,
     time: str | None = None,
+    start: float | None = None,
+    stop: float | None = None,
 ) -> Recording:
     """Read a log of a sensor.
 
@@ -136,6 +139,9 @@ def read(
         matrix that holds its samples in rows). "cnt:1/1000 s" is a counter and its step, "cnt:2us:2^16" one that begins
         anew after 2^16 counts (told from the column where it is not said); "Date:dmy" is the order of a date; "none"
         says that no column is time.
+    start, stop : float, optional [s]
+        The part between two times since the first sample, by the stamps as they are (where there are none, or `rate`
+        sets them aside, by the samples): it is cut before a time grid is made.
 
     Returns
     -------
@@ -173,6 +179,8 @@ def read(
         variable=variable,
         layout=layout,
         time=time,
+        start=start,
+        stop=stop,
     )
     paths = _paths(path)
     tables = []

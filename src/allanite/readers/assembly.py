@@ -18,6 +18,7 @@ from allanite.limits import COLUMNS, refuse_more
 from allanite.readers.asked_units import refuse_open_unit
 from allanite.readers.headings import Heading, canonical_group, read_heading, with_unit
 from allanite.readers.numbering import Numbering, numbering_of, unseen_by_stamps
+from allanite.readers.part import Rows, rows_between
 from allanite.readers.stamps import StampTable, TimeChoice, choose_time, growing, is_counter
 from allanite.readers.timebase import Stamps, Timebase, even_grid, fit_grid
 from allanite.recording import Channel, Column, Kind, Recording, Sampling, Spliced, checked_rate
@@ -58,6 +59,8 @@ class Options:
     variable: str | None = None
     layout: str | os.PathLike[str] | Mapping[str, Any] | None = None
     time: str | None = None
+    start: float | None = None
+    stop: float | None = None
 
     @property
     def channel_names(self) -> list[str] | None:
@@ -87,6 +90,8 @@ class Table:
         Where `units` come from: "units row", "preamble", "cells" (behind the numbers), "metadata", "layout", "none".
     time_units : dict of column number to unit
         Columns that hold dates, already in ns since 1970 UTC.
+    questions : dict of column number to str
+        What is asked of the caller where such a column is time: the order of its dates.
     stamps : TimeChoice or None
         Time that the reader knows for sure (message stamps).
     rate : float or None [Hz]
@@ -97,6 +102,8 @@ class Table:
         Facts about a text file.
     source : dict
         Facts about the file.
+    prefix : str
+        Begins the names of columns that have none: the kind of the rows.
     guesses : tuple of str
         What had to be guessed, in words.
     channels : tuple of Channel or None
@@ -110,12 +117,14 @@ class Table:
     units: tuple[str, ...] = ()
     units_from: str = "none"
     time_units: dict[int, str] = field(default_factory=dict)
+    questions: dict[int, str] = field(default_factory=dict)
     stamps: TimeChoice | None = None
     rate: float | None = None
     rate_from: str = ""
     start: int | None = None
     text: dict[str, Any] | None = None
     source: dict[str, Any] = field(default_factory=dict)
+    prefix: str = ""
     guesses: tuple[str, ...] = ()
     channels: tuple[Channel, ...] | None = None
     history: tuple[Mapping[str, Any], ...] = ()
@@ -143,6 +152,10 @@ def assemble(table: Table, options: Options, name: str) -> Recording:
     )
     headings = _headings(table)
     time = time_of(table, options, name)
+    rows = None
+    if time is not None and options.rate is None and (options.start, options.stop) != (None, None):
+        rows = rows_between(time.stamps, options.start, options.stop)
+        table, time = _part(table, rows), _time_of_part(time, rows)
     guesses = [*table.guesses, *(time.guesses if time else ())]
     used = set(time.used) if time else set()
     counters, doubts = numbering_of(headings, table.columns)
@@ -155,7 +168,7 @@ def assemble(table: Table, options: Options, name: str) -> Recording:
         )
     used |= {counter.place for counter in counters}
     places = [i for i in range(len(headings)) if i not in used]
-    named = _named(headings, places)
+    named = _named(headings, places, table.prefix)
     base = _grid(table, options, time, [counter.numbers for counter in counters], name, guesses)
     if time and options.rate is None:
         guesses += unseen_by_stamps(counters, base.facts["missing"])
@@ -178,15 +191,32 @@ def assemble(table: Table, options: Options, name: str) -> Recording:
     if options.unit is not None:
         other = {channels[i].name: named[i].unit for i in chosen if _differs(channels[i].unit, named[i].unit)}
         step |= {"units_set_aside": other} if other else {}
-    return Recording(
+    history = [*table.history, step]
+    if rows is not None:
+        history.append({"step": "window", "start_s": rows.first, "stop_s": rows.last + 1.0 / base.rate})
+    recording = Recording(
         channels=tuple(channels[i] for i in chosen),
         columns=columns,
         rate=base.rate,
         start=table.start if table.start is not None else (time.start if time else None),
-        history=(*table.history, step),
+        history=tuple(history),
         source=name,
         notes=_notes(table, base, units_from, guesses),
     )
+    if rows is not None or (options.start, options.stop) == (None, None):
+        return recording
+    return recording.window(options.start, options.stop)
+
+
+def _part(table: Table, rows: Rows) -> Table:
+    start = None if table.start is None else table.start + round(rows.first * 1e9)
+    return replace(table, columns=tuple(rows.of_column(c) for c in table.columns), start=start)
+
+
+def _time_of_part(time: TimeChoice, rows: Rows) -> TimeChoice:
+    later = round(rows.first * 1e9)
+    start = None if time.start is None else time.start + later
+    return replace(time, stamps=rows.of_stamps(time.stamps), start=start, first_ns=time.first_ns + later)
 
 
 def time_of(table: Table, options: Options, name: str) -> TimeChoice | None:
@@ -210,18 +240,20 @@ def _stamp_table(table: Table, options: Options, name: str) -> StampTable:
         columns=table.columns,
         numbers=table.numbers or tuple(range(1, len(table.columns) + 1)),
         known_units=table.time_units,
+        questions=table.questions,
         nominal=table.rate,
-        inertial=_inertial(headings, options),
+        inertial=_inertial(headings, options, table.prefix),
         rate_said=options.rate is not None,
         file=name,
     )
 
 
-def _inertial(headings: Sequence[Heading], options: Options) -> bool:
+def _inertial(headings: Sequence[Heading], options: Options, prefix: str) -> bool:
     """True if a column is one of a gyro or an accelerometer: by its name, or by a unit of the file or the caller."""
     said = options.unit.values() if isinstance(options.unit, Mapping) else [options.unit or ""]
-    kind = read_heading(options.variable or "").group
-    return any(group in _FITTING for group in (kind, *(h.group for h in headings))) or any(
+    return any(
+        group in _FITTING for group in (read_heading(prefix).group, *(h.group for h in headings))
+    ) or any(
         _known(unit) and parse_unit(unit).quantity in _INERTIAL
         for unit in (*said, *(h.unit for h in headings))
         if unit not in ("", "unknown")
@@ -240,15 +272,24 @@ def _with_unit(heading: Heading, unit: str) -> Heading:
     return with_unit(heading, unit) if unit and not heading.standard else heading
 
 
-def _named(headings: Sequence[Heading], places: Sequence[int]) -> dict[int, Heading]:
-    """Channel columns with names that differ: ch0, ch1, ... where the file has none."""
+def _named(headings: Sequence[Heading], places: Sequence[int], prefix: str) -> dict[int, Heading]:
+    """Channel columns with names that differ: ch0, ch1, ... where the file has none, or those of the kind of row."""
+    nameless = [i for i in places if not headings[i].name]
+    own = dict(zip(nameless, _names_of_kind(prefix, len(nameless)), strict=True)) if prefix else {}
     seen: dict[str, int] = {}
     result = {}
     for number, i in enumerate(places):
-        name = headings[i].name or f"ch{number}"
+        heading = replace(read_heading(own[i]), unit=headings[i].unit) if i in own else headings[i]
+        name = heading.name or f"ch{number}"
         seen[name] = seen.get(name, 0) + 1
-        result[i] = replace(headings[i], name=name if seen[name] == 1 else f"{name}_{seen[name]}")
+        result[i] = replace(heading, name=name if seen[name] == 1 else f"{name}_{seen[name]}")
     return result
+
+
+def _names_of_kind(prefix: str, count: int) -> list[str]:
+    if count == 1:
+        return [prefix]
+    return [f"{prefix}_{end}" for end in ("xyz" if count == 3 else range(count))]
 
 
 def _placed(column: Column, base: Timebase) -> Column:
@@ -275,9 +316,16 @@ def _grid(
             return _counted(counters[0], rate, "rate argument", table.rate, guesses)
         return even_grid(n, rate, source="rate argument", nominal=table.rate)
     if time is not None:
-        return fit_grid(
-            time.stamps, source=time.source, unit=time.unit, nominal=table.rate, resolution=time.resolution
-        )
+        try:
+            return fit_grid(
+                time.stamps,
+                source=time.source,
+                unit=time.unit,
+                nominal=table.rate,
+                resolution=time.resolution,
+            )
+        except DataQualityError as error:
+            raise DataQualityError(f"{name}: {error}") from None
     if table.rate is not None:
         rate = checked_rate(table.rate)
         if counters:

@@ -50,7 +50,8 @@ class Part:
     def __str__(self) -> str:
         rate = "" if self.rate is None else f", {self.rate:.4g} Hz"
         more = ", …" if len(self.columns) > _MOST_COLUMNS else ""
-        return f"{self.name} ({self.rows} rows{rate}: {', '.join(self.columns[:_MOST_COLUMNS])}{more})"
+        columns = "" if self.columns == (self.name,) else f": {', '.join(self.columns[:_MOST_COLUMNS])}{more}"
+        return f"{self.name} ({self.rows} rows{rate}{columns})"
 
 
 def listed(parts: Sequence[Part]) -> list[str]:

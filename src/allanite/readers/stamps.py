@@ -32,6 +32,8 @@ _UNKNOWN_UNIT = re.compile(
 )  # at the end of a name: no unit that is known
 #: Counters of a clock whose step nobody knows.
 _TICKS = re.compile(r"(?:^|_)(?:sys_?)?(?:ticks?|timer|cnt|counter)(?:_|$)|sample_?time_?fine", re.IGNORECASE)
+#: Time of a GPS week, which has 604 800 s: larger numbers are milliseconds.
+_OF_WEEK = re.compile(r"(?:^|_)i?tow(?:_|$)|(?:^|_)sow(?:_|$)|of_?week", re.IGNORECASE)
 _NO_STAMP = 1e30  # in whatever unit: no clock counts so far, and nanoseconds of it are no number
 _LOOK = 2048  # values looked at in each of three places
 _FEWEST = 8  # rows from which a column without a name is told
@@ -111,6 +113,8 @@ class StampTable:
         Of the columns in the file, from 1.
     known_units : dict of column number to unit
         Columns that are time beyond doubt (parsed dates, in ns since 1970).
+    questions : dict of column number to str
+        What is asked where one of these is time.
     nominal : float or None [Hz]
         Rate that the file states elsewhere; settles the unit of stamps that could be in several.
     inertial : bool
@@ -126,6 +130,7 @@ class StampTable:
     columns: Sequence[Column]
     numbers: Sequence[int]
     known_units: Mapping[int, str]
+    questions: Mapping[int, str]
     nominal: float | None
     inertial: bool
     rate_said: bool
@@ -254,6 +259,8 @@ def _unit(table: StampTable, chosen: int, guesses: list[str], stated: StatedTime
     """The unit of a time column: as the caller says, as the file says, or as its values tell."""
     column, heading = table.columns[chosen], table.headings[chosen]
     first = _first_finite(column) + column.origin
+    if chosen in table.questions:
+        raise InputError(table.questions[chosen])
     if chosen in table.known_units:
         return Told(table.known_units[chosen], 1e-9, _since_1970(first, 1e-9))
     if stated is not None and stated.factor is not None:
@@ -266,6 +273,11 @@ def _unit(table: StampTable, chosen: int, guesses: list[str], stated: StatedTime
         unit, factor = (inside[1], step) if step else ("", 1.0)
     if unit:
         return Told(unit, factor, _since_1970(first, factor))
+    if _OF_WEEK.search(heading.name) and table.nominal is None:
+        unit, factor = _of_week(column)
+        if unit:
+            guesses.append(f"time column {table.label(chosen)}: no unit given, read as {unit} of a GPS week")
+            return Told(unit, factor)
     steps = Steps.of(np.concatenate([np.diff(part) for part in _look(column)]))
     if steps is None:
         return Told("s", 1.0)  # no stamp is later than another: the time grid refuses them
@@ -278,6 +290,14 @@ def _unit(table: StampTable, chosen: int, guesses: list[str], stated: StatedTime
         reason = f"the unit {inside[1]!r} is not known" if inside else "no unit given"
         guesses.append(f"time column {table.label(chosen)}: {reason}, read as {told.unit}")
     return told
+
+
+def _of_week(column: Column) -> tuple[str, float]:
+    """The unit of the time of a GPS week."""
+    largest = max(float(np.nanmax(part, initial=0.0)) for part in _look(column)) + column.origin
+    if largest > 1e3 * _WEEK:
+        return "", 1.0
+    return ("ms", 1e-3) if largest > _WEEK else ("s", 1.0)
 
 
 def _which_unit(table: StampTable, chosen: int, steps: Steps, first: float, ticks: bool) -> InputError:
@@ -318,7 +338,8 @@ def _pair(headings: Sequence[Heading], columns: Sequence[Column], named: list[in
     week = next((i for i in named if "week" in words[i]), None)
     within = next((i for i in named if i != week and "week" not in words[i]), None)
     if week is not None and within is not None:
-        factor = _stated(headings[within].unit)[1]
+        unit, factor = _stated(headings[within].unit)
+        factor = factor if unit else _of_week(columns[within])[1]
         return _sum(columns, headings, (week, _WEEK), (within, factor), named, "gps week + s", None)
     fractions = [i for i in named if headings[i].unit == "ns" and not rises(columns[i])]
     seconds = [i for i in named if i not in fractions and rises(columns[i])]

@@ -53,6 +53,8 @@ _WANDERS = 3.0  # a walk of 64 steps goes 8 times as far as one; stamps that are
 _FEWEST_BURSTS = 20
 _MAKE_UP = 4  # a late stamp is forgiven if one of the next so many is in time again
 _PAUSE = 1.5  # intervals: longer steps are pauses
+_ON_GRID = 0.02  # intervals by which a pause misses the grid that ends on it, beside the jitter
+_FEW_PAUSES = 8
 _LOOSE = 0.2  # intervals by which a pause misses the grid that ends beside it
 _ENDLESS = 1e15  # more missing samples than that are not counted
 _LONG_ENOUGH = 2_000_000  # positions that any record may have
@@ -129,7 +131,7 @@ def fit_grid(
     interval = probe.interval
     marks, tally = _find(filled, probe, interval)
     for _ in range(3):
-        _refuse(marks, tally, n, source, interval)
+        _refuse(filled, marks, tally, source, interval)
         line = fit_line(filled, marks, interval, probe.ticks)
         if marks.loose and probe.regime != "irregular":
             break  # what lies between pauses tells the interval; their lengths say nothing of it
@@ -147,7 +149,13 @@ def fit_grid(
     grid = begins + np.concatenate(([0], np.cumsum(marks.missing)))
     facts = _facts(source=source, unit=unit, rate=rate, nominal=nominal, interval=probe.median)
     facts |= tally.facts(coarse=resolution > 1.5 * interval)
-    facts |= {"rate_change_ppm": line.change_ppm, "rate_change_error_ppm": line.change_error_ppm}
+    # What is only inferred, missing samples among stamps that tell no single interval, says nothing of a change.
+    counted = probe.regime != "irregular" or len(marks.missing) == 0
+    facts |= {
+        "rate_change_ppm": line.change_ppm if counted else None,
+        "rate_change_error_ppm": line.change_error_ppm if counted else None,
+        "span_s": _span(stamps),
+    }
     facts |= {
         "gaps": len(marks.gaps),
         "missing": int(marks.missing.sum()),
@@ -159,6 +167,13 @@ def fit_grid(
     }
     length = int(grid[-1] + n - begins[-1])
     return Timebase(rate=rate, length=length, source=np.append(begins, n), grid=grid, facts=facts)
+
+
+def _span(stamps: Stamps) -> float | None:
+    """From the first stamp to the last one that there is."""
+    tail = stamps.read(max(len(stamps) - 4096, 0), len(stamps))
+    known = tail[np.isfinite(tail)]
+    return float(known[-1]) if len(known) else None
 
 
 def _facts(*, source: str, unit: str, rate: float, nominal: float | None, interval: float) -> dict[str, Any]:
@@ -178,6 +193,7 @@ def _facts(*, source: str, unit: str, rate: float, nominal: float | None, interv
         "gap_places": [],
         "rate_change_ppm": None,
         "rate_change_error_ppm": None,
+        "span_s": None,
         "drift_ppm": None if nominal is None else (rate / nominal - 1.0) * 1e6,
         "resolution_s": 0.0,
     }
@@ -371,8 +387,18 @@ def _no_grid(stamps: Filled, source: str, why: str) -> DataQualityError:
     first = ", ".join(f"row {k}: {t:.9g} s" for k, t in enumerate(stamps.read(0, _LISTED_ROWS)))
     return DataQualityError(
         f"no time grid can be built from the time column {source!r}: {why} (since the first stamp, {first}); "
-        "if the samples are evenly spaced, give their rate (--rate), which sets the stamps aside"
+        f"if the samples are evenly spaced, give their rate ({_by_count(stamps)}), which sets the stamps aside"
     )
+
+
+def _by_count(stamps: Filled) -> str:
+    """The option for the rate, with the samples over their span where these tell one."""
+    n = len(stamps)
+    last = float(stamps.read(n - 4096, n)[-1])
+    rate = (n - 1) / last if last > 0 else math.inf
+    if not 1.0 / _LONGEST <= rate <= 1.0 / _SHORTEST:
+        return "--rate"
+    return f"--rate {rate:.6g} if nothing is missing: {n} samples over {last:.6g} s"
 
 
 # -- gaps and steps ----------------------------------------------------------------------------------------
@@ -438,7 +464,7 @@ def _find(stamps: Filled, probe: _Probe, interval: float) -> tuple[Marks, _Tally
         gaps.append(at - lead + first)
         steps.append(step)
     at, step = np.concatenate(gaps), np.concatenate(steps)
-    missing, loose = _counted(np.clip(step / interval, -_ENDLESS, _ENDLESS))
+    missing, loose = _counted(np.clip(step / interval, -_ENDLESS, _ENDLESS), probe, tally.jitter / interval)
     up, down = missing >= 1, step < -0.5 * interval
     return Marks(at[up], missing[up], at[down], step[down], loose), tally
 
@@ -498,20 +524,27 @@ def _judge_irregular(
 _JUDGES = {"regular": _judge_regular, "jittered": _judge_jittered, "irregular": _judge_irregular}
 
 
-def _counted(step: _Floats) -> tuple[_Ints, bool]:
+def _counted(step: _Floats, probe: _Probe, jitter: float) -> tuple[_Ints, bool]:
     """Missing samples of each step, given in intervals, and whether pauses end beside the grid.
 
-    Where they do, what is rounded off is handed on to the next pause: it does not add up.
+    Where they do, what is rounded off is handed on to the next pause: it does not add up. Of a few pauses one is
+    enough, if it is farther from the grid than the jitter (rms, in intervals) explains, or if the jitter would hide it:
+    else the rounding passes for a change of the rate.
     """
     whole = np.round(step)
-    beside = np.count_nonzero((np.abs(step) > _PAUSE) & (np.abs(step - whole) > _LOOSE))
-    loose = beside > max(0.25 * len(step), 1)
+    off, pause = np.abs(step - whole), np.abs(step) > _PAUSE
+    loose = bool(np.count_nonzero(pause & (off > _LOOSE)) > max(0.25 * len(step), 1))
+    if probe.regime != "irregular":
+        clear = np.count_nonzero(pause & (off > _ON_GRID + 6.0 * jitter))
+        hidden = probe.regime == "jittered" and 0 < len(step) <= _FEW_PAUSES and bool(pause.any())
+        loose = loose or hidden or bool(clear > 0.05 * len(step))
     if loose:
         whole = np.diff(np.round(np.cumsum(step)), prepend=0.0)
-    return whole.astype(np.int64), bool(loose)
+    return whole.astype(np.int64), loose
 
 
-def _refuse(marks: Marks, tally: _Tally, n: int, source: str, interval: float) -> None:
+def _refuse(stamps: Filled, marks: Marks, tally: _Tally, source: str, interval: float) -> None:
+    n = len(stamps)
     if tally.backward > 0.1 * n:
         raise DataQualityError(
             f"time column {source!r} runs backward at {tally.backward} of {n} rows (first: rows "
@@ -525,8 +558,36 @@ def _refuse(marks: Marks, tally: _Tally, n: int, source: str, interval: float) -
         )
         raise DataQualityError(
             f"time column {source!r} jumps far beyond the length of the record ({rows}): the clock was set, or "
-            "several records stand in one file; cut it there, or give the rate (--rate), which sets the stamps aside"
+            f"several records stand in one file. Cut it there, {_cut(stamps, marks, interval)}, or give the rate "
+            f"(--rate {1.0 / interval:.6g}), which sets the stamps aside"
         )
+
+
+def _cut(stamps: Filled, marks: Marks, interval: float) -> str:
+    """The options that take the longest part between jumps that are longer than the record."""
+    n = len(stamps)
+    far = marks.missing > n
+    jumps = marks.gaps[far if far.any() else marks.missing == marks.missing.max()]
+    back = marks.shifts[marks.offsets < -n * interval]
+    edges = np.concatenate(([0], np.sort(np.concatenate((jumps, back))) + 1, [n]))
+    k = int(np.argmax(np.diff(edges)))
+    first, last = int(edges[k]), int(edges[k + 1]) - 1
+    own, others = _stamp(stamps, first), [_stamp(stamps, int(a)) for a in np.delete(edges[:-1], k)]
+    words = [f"--from {_near(stamps, first, -interval)}"] if min(others) < own else []
+    words += [f"--to {_near(stamps, last, interval)}"] if max(others) > own else []
+    return f"{' '.join(words)} for the longest part ({last - first + 1} of {n} rows)"
+
+
+def _stamp(stamps: Filled, row: int) -> float:
+    return float(stamps.read(row, row + 1)[0])
+
+
+def _near(stamps: Filled, row: int, way: float) -> str:
+    """A short number of seconds between a stamp and the place a few intervals before or after it."""
+    stamp = _stamp(stamps, row)
+    low, high = sorted((stamp + 0.01 * way, stamp + 4.0 * way))
+    middle = stamp + 2.0 * way
+    return next((t for d in range(1, 17) if low < float(t := f"{middle:.{d}g}") < high), repr(middle))
 
 
 def _plain(value: float, tolerance: float) -> float:

@@ -8,6 +8,7 @@ the recording's notes: delimiter, decimal sign, encoding, header, and how many r
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, Final
@@ -18,14 +19,16 @@ from numpy.typing import NDArray
 from allanite.errors import InputError
 from allanite.readers.assembly import Options, Table
 from allanite.readers.headings import is_unit, read_heading
+from allanite.readers.stated_time import date_order, option_text
 from allanite.readers.text.cells import Cells
-from allanite.readers.text.dates import unwrap_midnight
+from allanite.readers.text.dates import moments_column, unwrap_midnight
 from allanite.readers.text.dialect import Dialect, detect, split
 from allanite.readers.text.preamble import facts_in, rate_in, unit_in
+from allanite.readers.text.row_kinds import ChosenKind, choose_kind, find_kinds
 from allanite.readers.text.sentences import Sentences, find_sentences
 from allanite.readers.text.streams import TextStream, head_lines, is_text, opened, other_lines, pieces
 from allanite.readers.text.suffixes import unit_behind
-from allanite.recording import ArrayColumn, Column
+from allanite.recording import Column
 from allanite.units import Quantity, parse_unit
 
 __all__ = ["NAME", "OPTIONS", "TextStream", "read", "read_stream", "sniff"]
@@ -61,28 +64,36 @@ def read_stream(stream: TextStream, path: Path, options: Options) -> Table:
         sentences = find_sentences([*lines, *others], options.variable, path.name)
         if sentences is not None:
             others, lines = sentences.head(others), sentences.head(lines)
+        kinds = None if sentences is not None else find_kinds(lines, others)
+        chosen = None
+        if kinds is not None:
+            chosen = choose_kind(stream, kinds, options.variable, options.channel_names, path.name)
         dialect = detect(
             lines,
             others,
             delimiter="," if sentences else options.delimiter,
             decimal="." if sentences else options.decimal,
-            variable=None if sentences else options.variable,
+            variable=chosen.name if chosen else None if sentences else options.variable,
+            kinds_of_rows=kinds,
             name=path.name,
         )
+        keep = None
         if sentences is not None:
-            dialect, keep = _of_sentences(dialect, sentences), None
-        else:
+            dialect = _of_sentences(dialect, sentences)
+        elif chosen is None:
             keep = _identity([*lines[dialect.skip :], *others], dialect, options.variable, path.name)
-            if options.variable is not None and keep is None and dialect.record is None:
+            if options.variable is not None and keep is None:
                 raise InputError(
                     f"{path.name} is one table: variable={options.variable!r} has no meaning for it"
                 )
-        cells = Cells(dialect, path.name, stream.codec, keep)
+        cells = Cells(dialect, path.name, stream.codec, keep, date_order(options.time))
         for piece, line in pieces(stream, dialect.skip, path.name):
             cells.feed(sentences.piece(piece) if sentences else piece, line)
         columns = cells.finish()
     table = _table(path, stream, lines, dialect, cells, columns)
-    return table if sentences is None else _with_sums(table, sentences, cells)
+    if sentences is not None:
+        return _with_sums(table, sentences, cells)
+    return table if chosen is None else _of_kind(table, chosen)
 
 
 def _of_sentences(dialect: Dialect, sentences: Sentences) -> Dialect:
@@ -115,6 +126,24 @@ def _with_sums(table: Table, sentences: Sentences, cells: Cells) -> Table:
             "accelerations"
         )
     return replace(table, text={**(table.text or {}), **facts}, guesses=tuple(guesses))
+
+
+def _of_kind(table: Table, chosen: ChosenKind) -> Table:
+    """The rows of one kind: named by it, with the unit of the clock that all kinds have."""
+    number, _, unit = (chosen.time or "").partition(":")
+    said, units = list(chosen.said), list(table.units)
+    if number and int(number) in table.numbers:
+        at = table.numbers.index(int(number))
+        if not table.headings[at] and not units[at]:
+            units[at] = unit
+            said.append(f"column {number} is read as time in {unit}, by the rates of all kinds")
+    return replace(
+        table,
+        units=tuple(units),
+        guesses=(*said, *table.guesses),
+        source={**table.source, "contents": chosen.contents},
+        prefix=chosen.name,
+    )
 
 
 def _identity(lines: list[str], dialect: Dialect, variable: str | None, name: str) -> tuple[int, str] | None:
@@ -162,12 +191,24 @@ def _table(
     units, units_from, marks = _with_suffixes(cells, headings, units, units_from)
     used = list(cells.used)
     time_units: dict[int, str] = {}
-    _join_dates(dialect, used, columns, time_units)
+    _join_dates(
+        [cells.dates[i].format if i in cells.dates else dialect.kinds[i] for i in used],
+        used,
+        columns,
+        time_units,
+    )
+    questions = {
+        used.index(i): said for i, said in _questions(path.name, headings, cells).items() if i in used
+    }
     if cells.keep is not None and cells.keep[0] in used:
         at = used.index(cells.keep[0])
         used.pop(at), columns.pop(at)
         time_units = {k - (k > at): v for k, v in time_units.items()}
-    words = [headings[i] or f"column {i + 1}" for i, k in enumerate(dialect.kinds) if k == "x"]
+        questions = {k - (k > at): v for k, v in questions.items()}
+    of_kind = -1 if dialect.record is None else dialect.record[0] % len(dialect.kinds)
+    words = [
+        headings[i] or f"column {i + 1}" for i, k in enumerate(dialect.kinds) if k == "x" and i != of_kind
+    ]
     if words:
         guesses.append(f"columns of words left out: {', '.join(words)}")
     source: dict[str, Any] = {"size_bytes": path.stat().st_size}
@@ -181,6 +222,7 @@ def _table(
         units=tuple(units[i] for i in used),
         units_from=units_from,
         time_units=time_units,
+        questions=questions,
         rate=rate,
         rate_from=rate_from,
         text=_facts(stream, dialect, cells) | ({"suffixes": marks} if marks else {}),
@@ -248,20 +290,37 @@ def _units(dialect: Dialect, guesses: list[str]) -> tuple[tuple[str, ...], str]:
     return tuple(unit if g in ("", "gyro", "acc") else "" for g in groups), "preamble"
 
 
-def _join_dates(dialect: Dialect, used: list[int], columns: list[Column], time_units: dict[int, str]) -> None:
+def _questions(name: str, headings: Sequence[str], cells: Cells) -> dict[int, str]:
+    """By column of the file, what is asked where dates do not tell their order."""
+    questions: dict[int, str] = {}
+    for i, dates in cells.dates.items():
+        if dates.orders:
+            option = option_text(headings[i], i + 1)
+            ways = " or ".join(
+                f"--time {option}:{order} ({dates.sample(order)[1]})" for order in dates.orders
+            )
+            written = dates.sample(dates.orders[0])[0]
+            questions[i] = (
+                f"{name}: the dates of column {i + 1} ({headings[i] or 'no name'}), such as {written}, do not tell "
+                f"the day from the month. Say which: {ways}; in Python time='{option}:{dates.orders[0]}'"
+            )
+    return questions
+
+
+def _join_dates(kinds: list[str], used: list[int], columns: list[Column], time_units: dict[int, str]) -> None:
     """Columns of dates are time; a date and a time of day beside each other are one column."""
-    dates = [k for k, i in enumerate(used) if dialect.kinds[i] not in ("i", "f")]
+    dates = [k for k, kind in enumerate(kinds) if kind not in ("i", "f")]
     for k in dates:
-        time_units[k] = dialect.kinds[used[k]]
+        time_units[k] = kinds[k]
     for k in dates:
         if time_units.get(k) != "hh:mm:ss":
             continue
         clock = _all(columns[k])
         if k - 1 in time_units and time_units[k - 1] != "hh:mm:ss":
-            columns[k - 1] = ArrayColumn(_all(columns[k - 1]) + clock)
+            columns[k - 1] = moments_column(_all(columns[k - 1]) + clock)
             del time_units[k], used[k], columns[k]
             return
-        columns[k] = ArrayColumn(unwrap_midnight(clock))
+        columns[k] = moments_column(unwrap_midnight(clock))
 
 
 def _all(column: Column) -> NDArray[Any]:

@@ -18,8 +18,9 @@ from numpy.typing import NDArray
 
 from allanite.errors import FormatError, InputError
 from allanite.readers.spool import GrowingColumn
-from allanite.readers.text.dates import to_nanoseconds
+from allanite.readers.text.dates import NUMBERS, DateColumn, moments_column, to_nanoseconds
 from allanite.readers.text.dialect import COMMENT, MISSING, OVERLOAD, Dialect, kind_of, split
+from allanite.readers.text.row_kinds import line_pattern
 from allanite.readers.text.sentences import DAMAGED
 from allanite.readers.text.suffixes import NUMBER, Suffixes, split_suffix
 from allanite.recording import Column
@@ -70,13 +71,20 @@ class Cells:
     """
 
     def __init__(
-        self, dialect: Dialect, name: str, codec: str = "utf-8", keep: tuple[int, str] | None = None
+        self,
+        dialect: Dialect,
+        name: str,
+        codec: str = "utf-8",
+        keep: tuple[int, str] | None = None,
+        order: str | None = None,
     ) -> None:
         self.dialect = dialect
         self.name = name
         self.keep = keep  # (column, value): only these rows are samples
         self.kinds = list(dialect.kinds)
         self.used = [i for i, k in enumerate(self.kinds) if k not in ("x", "e")]
+        comma = dialect.decimal == ","
+        self.dates = {i: DateColumn(order, comma) for i, k in enumerate(self.kinds) if k == NUMBERS}
         self.growing = [GrowingColumn(beside=len(self.used)) for _ in self.used]
         self.rows = self.missing = self.overload = self.ragged = 0
         self.ragged_rows: list[int] = []
@@ -124,7 +132,18 @@ class Cells:
                 f"not have {len(self.kinds)}. Does a record run over several lines, or do several tables stand in one "
                 "file?"
             )
-        return [g.finish() for g in self.growing]
+        return [self._finished(g, i) for g, i in zip(self.growing, self.used, strict=True)]
+
+    def _finished(self, growing: GrowingColumn, column: int) -> Column:
+        if self.kinds[column] in ("i", "f"):
+            return growing.finish()
+        moments = growing.finish_array()
+        if column in self.dates and self.rows:
+            try:
+                moments = self.dates[column].finish(moments)
+            except ValueError as error:
+                raise FormatError(f"{self.name}, {self._label(column)}: {error.args[0]}") from None
+        return moments_column(moments)
 
     def _append(self, columns: Sequence[NDArray[Any]]) -> None:
         for growing, column in zip(self.growing, columns, strict=True):
@@ -132,14 +151,7 @@ class Cells:
         self.rows += len(columns[0]) if columns else 0
 
     def _record_pattern(self) -> re.Pattern[bytes] | None:
-        if self.dialect.record is None:
-            return None
-        column, word = self.dialect.record
-        gap = rb"[ \t]*\"?"
-        first = rb"" if column == 0 else rb"[^,;\t|\r\n]+[ \t]*[,;\t|]" + gap
-        return re.compile(
-            rb"(?m)^" + gap + first + re.escape(word.encode()) + rb"(?![\w.$-])[^\r\n]*(?:\r?\n|\r|\Z)"
-        )
+        return None if self.dialect.record is None else line_pattern(*self.dialect.record)
 
     # -- the fast path -----------------------------------------------------------------------------------
 
@@ -218,7 +230,13 @@ class Cells:
                 return np.asarray(moments.cast(pa.int64()).to_numpy())
             except pa.ArrowInvalid:
                 pass  # other zones, a decimal comma: cell by cell
-        return to_nanoseconds(column.to_pylist(), kind)
+        return self._moments(column.to_pylist(), i)
+
+    def _moments(self, cells: Sequence[str | None], column: int) -> NDArray[Any]:
+        """Dates in nanoseconds, or in codes where their order is not known yet."""
+        if column in self.dates:
+            return self.dates[column].codes(cells)
+        return to_nanoseconds(cells, self.kinds[column])
 
     def _without_suffix(self, column: pa.ChunkedArray, i: int) -> NDArray[Any]:
         """Numbers of a column with suffixes; a ValueError sends those with a new one cell by cell."""
@@ -308,7 +326,7 @@ class Cells:
         wanted = self.kinds[column]
         if wanted not in ("i", "f"):
             try:
-                return int(to_nanoseconds([cell], wanted)[0])
+                return int(self._moments([cell], column)[0])
             except ValueError as error:
                 raise FormatError(f"{where}: {error.args[0]}") from None
         if kind == "i" and wanted == "i":

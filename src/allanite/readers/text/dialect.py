@@ -18,7 +18,8 @@ from allanite.errors import FormatError, InputError
 from allanite.limits import COLUMNS, refuse_more
 from allanite.readers.curve_shape import names_averaging_times
 from allanite.readers.headings import is_unit, read_heading
-from allanite.readers.text.dates import date_format
+from allanite.readers.text.dates import NUMBERS, date_format
+from allanite.readers.text.row_kinds import KindsOfRows, is_of_kind, word_at
 from allanite.readers.text.suffixes import NUMBER, split_suffix
 
 __all__ = ["COMMENT", "MISSING", "OVERLOAD", "Dialect", "detect", "kind_of", "split"]
@@ -88,6 +89,7 @@ def detect(
     delimiter: str | None,
     decimal: str | None,
     variable: str | None,
+    kinds_of_rows: KindsOfRows | None = None,
     name: str,
 ) -> Dialect:
     """Find the dialect.
@@ -100,6 +102,8 @@ def detect(
         Whole lines from the middle and the end.
     delimiter, decimal, variable : str or None
         What the caller says.
+    kinds_of_rows : KindsOfRows, optional
+        Where rows are of several kinds; `variable` is then the one to read.
     name : str
         The file, for messages.
 
@@ -107,18 +111,18 @@ def detect(
     ------
     FormatError
         No table of numbers, or rows of varying length.
-    InputError
-        Several record types and no word which to take.
     LimitError
         More than 4096 columns.
     """
     delimiter = _NAMES.get(delimiter, delimiter) if delimiter is not None else None
     _check_options(delimiter, decimal)
     guesses: list[str] = []
-    voters = _voters(head, rest)
-    record = _record_type(voters, variable, name, guesses)
-    if record is not None:
-        voters = [line for line in voters if _is_record(line, record)]
+    record = None if kinds_of_rows is None else (kinds_of_rows.column, variable or "")
+    if record is None:
+        voters = _voters(head, rest)
+    else:  # before any are left out: kinds may take turns
+        own = [[line for line in lines if is_of_kind(line, record)] for lines in (head, rest)]
+        voters = _voters(*own)
     vote = _vote(voters, head, delimiter, decimal, name, guesses)
     quoted = any('"' in line for line in voters)
     rows = [split(line, vote.delimiter, quoted) for line in voters]
@@ -200,7 +204,8 @@ def _column_kind(cells: Sequence[str], decimal: str) -> str:
     if kinds["i"] + kinds["f"] + kinds["s"] >= 0.6 * filled and _of_few_marks(cells, decimal):
         return "f"
     if kinds["d"] >= 0.6 * filled:
-        return Counter(date_format(c) for c in cells).most_common(1)[0][0] or "x"
+        formats = Counter(f for f in map(date_format, cells) if f)
+        return NUMBERS if formats[NUMBERS] and formats["iso8601"] else formats.most_common(1)[0][0]
     return "x"
 
 
@@ -322,40 +327,6 @@ def _one_number(lines: Sequence[str], head: Sequence[str]) -> bool:
     return len(widths) == 1 or any(p[1][0] == "0" and len(p[1]) > 1 for p in parts)
 
 
-# -- record types ------------------------------------------------------------------------------------------
-
-_FIRST_WORD = re.compile(r"\s*\"?(\$?[A-Za-z][\w.$-]*)\"?\s*[,;\t| ]")
-_SECOND_WORD = re.compile(r"\s*\"?[^,;\t|\"]+\"?\s*[,;\t|]\s*\"?([A-Za-z][\w.-]*)\"?\s*[,;\t|]")
-
-
-def _record_type(
-    lines: Sequence[str], variable: str | None, name: str, guesses: list[str]
-) -> tuple[int, str] | None:
-    """The record type to read, where the first or second cell of each line is a word and the words differ."""
-    for column, pattern in enumerate((_FIRST_WORD, _SECOND_WORD)):
-        found = [m[1] for m in map(pattern.match, lines) if m and m[1].lower() not in MISSING | OVERLOAD]
-        types = Counter(found)
-        if len(found) < 0.9 * len(lines) or not 2 <= len(types) <= 20 or min(types.values()) < 2:
-            continue
-        if variable is not None:
-            if variable not in types:
-                raise InputError(f"{name}: no records {variable!r}; there are: {', '.join(types)}")
-            return column, variable
-        imu = [t for t in types if "imu" in t.lower()]
-        if len(imu) != 1:
-            raise InputError(
-                f"{name}: lines of several kinds ({', '.join(types)}); choose one with variable= (--variable)"
-            )
-        guesses.append(f"lines of several kinds ({', '.join(types)}): {imu[0]} is read")
-        return column, imu[0]
-    return None
-
-
-def _is_record(line: str, record: tuple[int, str]) -> bool:
-    match = (_FIRST_WORD, _SECOND_WORD)[record[0]].match(line)
-    return match is not None and match[1] == record[1]
-
-
 # -- where the data begin ----------------------------------------------------------------------------------
 
 
@@ -368,7 +339,7 @@ def _first_row(
     name: str,
 ) -> int:
     for i, line in enumerate(head):
-        if not line.strip() or _is_comment(line) or (record is not None and not _is_record(line, record)):
+        if not line.strip() or _is_comment(line) or (record is not None and not is_of_kind(line, record)):
             continue
         cells = split(line, vote.delimiter, quoted)
         if len(cells) == vote.count and _fits(cells, kinds, vote.decimal):
@@ -377,10 +348,9 @@ def _first_row(
 
 
 def _first_record(head: Sequence[str], record: tuple[int, str]) -> int:
-    """First line of any record type: a word in its place, and numbers."""
-    pattern = (_FIRST_WORD, _SECOND_WORD)[record[0]]
+    """First line of any kind: a word in its place, and numbers."""
     for i, line in enumerate(head):
-        if pattern.match(line) and any(c.isdigit() for c in line) and not _is_comment(line):
+        if word_at(line, record[0]) and any(c.isdigit() for c in line) and not _is_comment(line):
             return i
     return 0
 
