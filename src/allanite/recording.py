@@ -57,6 +57,8 @@ class Kind(StrEnum):
     ACCELERATION = "acceleration"
     VELOCITY = "velocity"
     VOLTAGE = "voltage"
+    PHASE = "phase"
+    FREQUENCY = "frequency"
     COUNTS = "counts"
     UNKNOWN = "unknown"
     TEMPERATURE = "temperature"
@@ -64,8 +66,13 @@ class Kind(StrEnum):
 
     @property
     def integrated(self) -> bool:
-        """True for angle and velocity: the samples are already the running sum."""
-        return self in (Kind.ANGLE, Kind.VELOCITY)
+        """True for angle, velocity and phase: the samples are already the running sum."""
+        return self in (Kind.ANGLE, Kind.VELOCITY, Kind.PHASE)
+
+    @property
+    def rate(self) -> Kind:
+        """Kind of the differences of integrated samples over their interval; of all others the kind itself."""
+        return _RATE_OF.get(self, self)
 
     @property
     def noise_bearing(self) -> bool:
@@ -78,6 +85,7 @@ class Kind(StrEnum):
         return self not in (Kind.COUNTS, Kind.UNKNOWN, Kind.OTHER)
 
 
+_RATE_OF = {Kind.ANGLE: Kind.RATE, Kind.VELOCITY: Kind.ACCELERATION, Kind.PHASE: Kind.FREQUENCY}
 _KIND_OF = {
     Quantity.ANGLE_RATE: Kind.RATE,
     Quantity.ANGLE: Kind.ANGLE,

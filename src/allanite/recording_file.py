@@ -39,6 +39,8 @@ _SI = {
     Kind.ACCELERATION: "m/s^2",
     Kind.VELOCITY: "m/s",
     Kind.VOLTAGE: "V",
+    Kind.PHASE: "s",
+    Kind.FREQUENCY: "1",
     Kind.TEMPERATURE: "K",
 }
 

@@ -181,7 +181,7 @@ _PHYSICAL = (
 
 _DEG = math.pi / 180.0
 _RATE, _ACCELERATION = _dim(angle=1, time=-1), _dim(length=1, time=-2)
-_PREFIX = {"n": 1e-9, "µ": 1e-6, "m": 1e-3, "c": 1e-2, "h": 1e2, "k": 1e3, "M": 1e6}
+_PREFIX = {"f": 1e-15, "p": 1e-12, "n": 1e-9, "µ": 1e-6, "m": 1e-3, "c": 1e-2, "h": 1e2, "k": 1e3, "M": 1e6}
 
 # names (blank-separated), SI factor, dimension, metric prefixes it may carry
 _TABLE: tuple[tuple[str, float, _Dimension, str], ...] = (
@@ -199,7 +199,7 @@ _TABLE: tuple[tuple[str, float, _Dimension, str], ...] = (
     ("ft foot feet", 0.3048, _dim(length=1), ""),
     ("g g0 gee", STANDARD_GRAVITY, _ACCELERATION, "nµm"),
     ("Gal", 1e-2, _ACCELERATION, "nµm"),
-    ("s sec secs second seconds", 1.0, _dim(time=1), "nµm"),
+    ("s sec secs second seconds", 1.0, _dim(time=1), "fpnµm"),
     ("min mins minute minutes", 60.0, _dim(time=1), ""),
     ("h hr Hr HR hrs hour hours", 3600.0, _dim(time=1), ""),
     ("d day days", 86400.0, _dim(time=1), ""),
@@ -593,6 +593,8 @@ sd         deg/s      m/s²      {}
 """
 _DISPLAY_UNITS = {row[0]: row[1:] for row in map(str.split, _DISPLAY.strip().splitlines())}
 _DISPLAY_COLUMN = {"rate": 0, "angle": 0, "acceleration": 1, "velocity": 1}
+#: Of clocks, in SI: seconds, and fractional frequency, which has no dimension.
+_CLOCK_UNITS = {"Q": "s", "N": "1/√Hz", "K": "1/√s", "R": "1/s", "q": "1/√s"}
 
 
 def display_unit(kind: str, symbol: str, unit: str = "") -> tuple[str, float]:
@@ -626,6 +628,8 @@ def display_unit(kind: str, symbol: str, unit: str = "") -> tuple[str, float]:
         return "Hz", 1.0
     if symbol not in _DISPLAY_UNITS:
         raise InputError(f"no noise coefficient is called {symbol!r}")
+    if kind in ("phase", "frequency"):
+        return ("s" if kind == "phase" and symbol in ("mean", "sd") else _CLOCK_UNITS.get(symbol, "1")), 1.0
     if kind in _DISPLAY_COLUMN:
         text = _DISPLAY_UNITS[symbol][_DISPLAY_COLUMN[kind]]
         return text, parse_unit(text).factor

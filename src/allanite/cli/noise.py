@@ -101,7 +101,7 @@ def info(log: str, as_json: bool, **options: Any) -> int:
 @click.argument("log")
 @log_options
 @click.option("--taus", type=Lags(), default="octave", show_default=True, help=Lags.__doc__)
-@statistic_option("Of the curve")
+@statistic_option("Of the curve", "mtie", "tierms")
 @click.option(
     "--engine",
     type=click.Choice(ENGINES),
@@ -126,7 +126,19 @@ def allan(
     """
     from allanite import delivery, terminal
     from allanite.allan import allan_curve
+    from allanite.errors import InputError
 
+    if statistic in ("mtie", "tierms"):
+        if floor is not None or output is not None or figure is not None:
+            raise InputError(
+                f"{statistic} is printed, as a table or as --json; --floor, -o and --plot take deviations"
+            )
+        errors = delivery.interval_errors_of(place_of(log), statistic=statistic, taus=taus, **options)
+        if as_json:
+            print_json({e.name: e.to_json() for e in errors})
+        else:
+            terminal.show_interval_errors(errors)
+        return 0
     grid = {"taus": taus, "statistic": statistic, "engine": engine, "confidence": confidence}
     recording = delivery.read_part(place_of(log), **options)
     with terminal.progress(quiet=as_json or output == "-") as advance:

@@ -340,6 +340,9 @@ def log_options(command: Callable[..., Any]) -> Callable[..., Any]:
         click.option("--channels", type=Names(), help="Names or groups to keep: gyro or gyro_x,gyro_y."),
         click.option("--from", "start", type=Duration(), help="Begin so long after the first stamp."),
         click.option("--to", "stop", type=Duration(), help="End so long after the first stamp."),
+        click.option("--kind", type=click.Choice(["phase", "frequency"]),
+                     help="Samples of a clock: time error (phase), or fractional frequency."),
+        click.option("--carrier", type=float, help="Of a phase in cycles or a frequency in Hz: the carrier in Hz."),
         click.option("--topic", help="Topic of a ROS log, message of a flight log: GYR[0]."),
         click.option("--variable", help="Array, group or table of a file with several."),
         click.option("--layout", type=click.Path(exists=True, dir_okay=False),
@@ -407,9 +410,9 @@ def accept_option(command: Callable[..., Any]) -> Callable[..., Any]:
     return click.option("--accept", type=FindingCode(), multiple=True, metavar="FINDING", help=text)(command)
 
 
-def statistic_option(what: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
-    """Which deviation."""
-    kind, text = click.Choice(STATISTICS), f"{what}: {', '.join(STATISTICS)}."
+def statistic_option(what: str, *more: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """Which deviation, or which of `more`."""
+    kind, text = click.Choice((*STATISTICS, *more)), f"{what}: {', '.join((*STATISTICS, *more))}."
     return click.option(
         "--statistic", type=kind, metavar="NAME", default="oadev", show_default=True, help=text
     )

@@ -23,7 +23,6 @@ __all__ = ["Part", "Record", "Series", "matched", "record_of", "refuse_other_kin
 Json = Mapping[str, Any]
 
 #: What the curve of a channel of angles or velocities is the curve of.
-_RATE_OF = {Kind.ANGLE: Kind.RATE, Kind.VELOCITY: Kind.ACCELERATION}
 _FEWEST = 3  # lags that a fit needs
 
 
@@ -62,8 +61,7 @@ class Series:
     @property
     def kind(self) -> Kind:
         """Of the curve: that of a channel of angles is a curve of rates."""
-        own = self.curve.channels[0].kind
-        return _RATE_OF.get(own, own)
+        return self.curve.channels[0].kind.rate
 
     @property
     def unit(self) -> str:

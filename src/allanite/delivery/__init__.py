@@ -12,6 +12,7 @@ from allanite.delivery.comparison import comparison_of
 from allanite.delivery.curves import (
     Fitted,
     fit_file,
+    interval_errors_of,
     joined,
     over_floor_of,
     plain_curves,
@@ -68,6 +69,7 @@ __all__ = [
     "filter_of",
     "fit_file",
     "has_gaps",
+    "interval_errors_of",
     "is_lossy",
     "joined",
     "north_of",

@@ -18,11 +18,21 @@ from allanite.regular_file import open_regular
 
 if TYPE_CHECKING:
     from allanite.allan import AllanCurve
+    from allanite.allan.interval_error import IntervalError
     from allanite.instrument_floor import OverFloor
     from allanite.noise import NoiseModel
     from allanite.recording import Recording, Sampling
 
-__all__ = ["Fitted", "fit_file", "joined", "over_floor_of", "plain_curves", "save_curve", "simulate_to"]
+__all__ = [
+    "Fitted",
+    "fit_file",
+    "interval_errors_of",
+    "joined",
+    "over_floor_of",
+    "plain_curves",
+    "save_curve",
+    "simulate_to",
+]
 
 Json = Mapping[str, Any]
 
@@ -191,6 +201,16 @@ def over_floor_of(
     from allanite.instrument_floor import floor_of, over_floor
 
     return over_floor(curve, floor_of(recording, read_floor(floor, **options)))
+
+
+def interval_errors_of(
+    path: str | os.PathLike[str], *, statistic: str, taus: Any = "octave", **options: Any
+) -> tuple[IntervalError, ...]:
+    """Maximum or rms time interval error of a clock's log; options are those of `read_part`."""
+    from allanite.allan.interval_error import interval_error
+    from allanite.delivery.recordings import read_part
+
+    return interval_error(read_part(path, **options), statistic=statistic, taus=taus)
 
 
 def plain_curves(curve: AllanCurve | OverFloor) -> dict[str, Any]:

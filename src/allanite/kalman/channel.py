@@ -21,7 +21,6 @@ Array = NDArray[np.float64]
 FlickerForm = Literal["sum", "single"]
 
 LEVEL = "level"
-_RATE_OF: Mapping[str, str] = {Kind.ANGLE: Kind.RATE, Kind.VELOCITY: Kind.ACCELERATION}
 
 
 # -- samples ---------------------------------------------------------------------------------------------------
@@ -53,7 +52,7 @@ class SampleSource:
     @property
     def kind(self) -> Kind:
         """Kind of the samples in SI."""
-        return Kind(_RATE_OF.get(self.channel.kind, self.channel.kind))
+        return self.channel.kind.rate
 
     @property
     def origin(self) -> float:
@@ -114,7 +113,7 @@ def chosen(
 
 
 def _refuse_other_kind(channel: Channel, model: NoiseModel) -> None:
-    own = _RATE_OF.get(channel.kind, channel.kind)
+    own = channel.kind.rate
     silent = model.kind == Kind.RATE and not model.estimates  # the default of a model made by hand
     if not silent and own != model.kind and Kind.UNKNOWN not in (own, model.kind):
         raise InputError(

@@ -100,6 +100,8 @@ def read(
     time: str | None = None,
     start: float | None = None,
     stop: float | None = None,
+    kind: str | None = None,
+    carrier: float | None = None,
 ) -> Recording:
     """Read a log of a sensor.
 
@@ -142,6 +144,11 @@ def read(
     start, stop : float, optional [s]
         The part between two times since the first sample, by the stamps as they are (where there are none, or `rate`
         sets them aside, by the samples): it is cut before a time grid is made.
+    kind : "phase" or "frequency", optional
+        For clocks and counters: the samples are the time error x(t), in s, ns, ps or cycles of a carrier, or fractional
+        frequency. A phase is then never taken for time.
+    carrier : float, optional [Hz]
+        For a phase in cycles, rad or deg, and for a frequency in Hz.
 
     Returns
     -------
@@ -181,7 +188,11 @@ def read(
         time=time,
         start=start,
         stop=stop,
+        kind=kind,
+        carrier=carrier,
     )
+    if carrier is not None and kind is None:
+        raise InputError("carrier= (--carrier) goes with kind= (--kind phase or --kind frequency)")
     paths = _paths(path)
     tables = []
     for place in paths:

@@ -16,6 +16,7 @@ from typing import Any
 from allanite.errors import DataQualityError, InputError
 from allanite.limits import COLUMNS, refuse_more
 from allanite.readers.asked_units import refuse_open_unit
+from allanite.readers.clock_table import as_clock
 from allanite.readers.headings import Heading, canonical_group, read_heading, with_unit
 from allanite.readers.numbering import Numbering, numbering_of, unseen_by_stamps
 from allanite.readers.part import Rows, rows_between
@@ -61,6 +62,8 @@ class Options:
     time: str | None = None
     start: float | None = None
     stop: float | None = None
+    kind: str | None = None
+    carrier: float | None = None
 
     @property
     def channel_names(self) -> list[str] | None:
@@ -150,6 +153,8 @@ def assemble(table: Table, options: Options, name: str) -> Recording:
     refuse_more(
         len(table.columns), COLUMNS, "columns", name, "Write those that are needed to a file of their own"
     )
+    if options.kind is not None:
+        table, options = as_clock(table, options)
     headings = _headings(table)
     time = time_of(table, options, name)
     rows = None

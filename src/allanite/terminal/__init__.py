@@ -29,7 +29,14 @@ from allanite.terminal.redundancy import show_combination
 from allanite.terminal.selection import show_selection
 from allanite.terminal.separation import show_separation
 from allanite.terminal.spectrum import show_spectrum
-from allanite.terminal.study import show_curve, show_findings, show_models, show_recording, show_study
+from allanite.terminal.study import (
+    show_curve,
+    show_findings,
+    show_interval_errors,
+    show_models,
+    show_recording,
+    show_study,
+)
 from allanite.terminal.variation import show_variation
 
 __all__ = [
@@ -55,6 +62,7 @@ __all__ = [
     "show_environment",
     "show_filtered",
     "show_findings",
+    "show_interval_errors",
     "show_models",
     "show_monitor",
     "show_north",

@@ -36,9 +36,18 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from allanite.allan import AllanCurve
+    from allanite.allan.interval_error import IntervalError
     from allanite.instrument_floor import OverFloor
 
-__all__ = ["curve_table", "show_curve", "show_findings", "show_models", "show_recording", "show_study"]
+__all__ = [
+    "curve_table",
+    "show_curve",
+    "show_findings",
+    "show_interval_errors",
+    "show_models",
+    "show_recording",
+    "show_study",
+]
 
 Json = Mapping[str, Any]
 
@@ -193,6 +202,17 @@ def show_curve(curve: AllanCurve | OverFloor) -> None:
     for first in range(0, len(curve.channels), room):
         out.print(curve_table(curve, range(first, min(first + room, len(curve.channels)))))
     out.print(f"{curve.statistic}, {100 * curve.confidence:g} % intervals ({curve.interval_basis})")
+
+
+def show_interval_errors(errors: Sequence[IntervalError]) -> None:
+    """Time interval errors of clocks [s], one table a channel."""
+    out = console()
+    for one in errors:
+        table = table_of(("m", "τ [s]", f"{one.name}, {one.statistic} [s]", "windows"))
+        for m, tau, error, count in zip(one.lags, one.tau, one.error, one.count, strict=True):
+            table.add_row(str(m), f"{tau:.6g}", number(float(error), 5), str(count))
+        out.print(table)
+    out.print("Facts about this record, without intervals; an offset of frequency is in them.")
 
 
 def curve_table(curve: AllanCurve, which: range) -> Table:

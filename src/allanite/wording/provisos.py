@@ -30,7 +30,7 @@ def provisos(channels: Iterable[Json]) -> list[str]:
     """
     said: dict[str, list[str]] = {}
     for channel in channels:
-        for sentence in (_needed(channel), _aliasing(channel), _scale(channel)):
+        for sentence in (_needed(channel), _aliasing(channel), _scale(channel), _clock(channel)):
             if sentence:
                 said.setdefault(sentence, []).append(channel["name"])
     return [f"{', '.join(names)}: {sentence}" for sentence, names in said.items()]
@@ -67,6 +67,17 @@ def _scale(channel: Json) -> str:
     return (
         f"the intervals hold the scale factor's standard uncertainty of {number(100 * found, 2)} %, one error common "
         "to all amplitudes, in quadrature with the statistical one. The band of the curve does not."
+    )
+
+
+def _clock(channel: Json) -> str:
+    """What the names of a clock's terms are, and which of them a fit does not have."""
+    if channel.get("kind") not in ("phase", "frequency") or not channel.get("models"):
+        return ""
+    return (
+        "WPM, WFM, FFM, RWFM: white phase, white, flicker and random-walk frequency noise, of fractional frequency. "
+        "Flicker phase noise (FPM) is not a term of the fit: the Allan deviation shows it as WPM; "
+        "`--statistic mdev` of `allanite allan` tells them apart (slope -3/2 for WPM, -1 for FPM)."
     )
 
 

@@ -48,6 +48,8 @@ _FAMILIES = {
     "velocity": "accelerometer",
     "voltage": "voltage",
     "counts": "counts",
+    "phase": "clock",
+    "frequency": "clock",
 }
 _SI_BASES = {"gyroscope": "rad/s", "accelerometer": "m/s²", "voltage": "V"}
 _SI_SHORT = {
@@ -78,6 +80,12 @@ _NAMES = {
         "R": "acceleration ramp",
         "Q": "velocity quantisation",
     },
+    "clock": {
+        "N": "white frequency noise",
+        "K": "random walk of frequency",
+        "R": "frequency drift",
+        "Q": "white phase noise",
+    },
 }
 _PLAIN_NAMES = {"N": "white noise", "K": "random walk", "R": "ramp", "Q": "quantisation"}
 _SHARED_NAMES = {
@@ -86,6 +94,8 @@ _SHARED_NAMES = {
     "amplitude": "spectral line",
     "frequency": "of the line",
 }
+#: What time and frequency metrology calls the terms (IEEE Std 1139).
+_CLOCK_NAMES = {"N": "WFM", "B": "FFM", "K": "RWFM", "R": "drift", "Q": "WPM"}
 _SHOWN = {"T": "T_b", "amplitude": "line", "frequency": "f"}
 #: Columns that belong together, in the order of a table; a second term of a kind follows the first one.
 _KINDS = (("N",), ("B", "T"), ("K",), ("R",), ("Q",), ("amplitude", "frequency"))
@@ -126,6 +136,8 @@ def _place(column: str) -> tuple[int, int, int]:
 def si_unit(kind: str, symbol: str, unit: str = "") -> str:
     """Text of the SI unit of a coefficient; the channel's own unit where that has no SI meaning."""
     symbol = _split(symbol)[0]
+    if _FAMILIES.get(kind) == "clock":
+        return people_unit(kind, symbol)[0]
     base = _SI_BASES.get(_FAMILIES.get(kind, ""), "")
     if (base, symbol) in _SI_SHORT:
         return _SI_SHORT[base, symbol]
@@ -179,7 +191,7 @@ def groups(channels: Iterable[Json]) -> tuple[Group, ...]:
     found: dict[tuple[str, str, str], list[Json]] = {}
     for channel in channels:
         family = _FAMILIES.get(channel["kind"], "unknown")
-        known = family in _SI_BASES
+        known = family in _SI_BASES or family == "clock"
         key = (family, "", "") if known else (family, channel.get("unit") or "", _stem(channel["name"]))
         found.setdefault(key, []).append(channel)
     return tuple(
@@ -194,7 +206,7 @@ def _stem(name: str) -> str:
 
 
 def _title(family: str, unit: str, members: Sequence[Json]) -> str:
-    if family in _SI_BASES:
+    if family in _SI_BASES or family == "clock":
         return family.capitalize()
     names = ", ".join(c["name"] for c in members[:6])
     return f"{names} ({unit or 'unknown unit'})"
@@ -203,9 +215,10 @@ def _title(family: str, unit: str, members: Sequence[Json]) -> str:
 def headings(group: Group) -> dict[str, tuple[str, str]]:
     """Columns that at least one channel of the group has something to say about: symbol -> (head, people's unit)."""
     present = {symbol for channel in group.channels for symbol in readings(channel)}
-    return {
-        s: (shown_symbol(s), people_unit(group.kind, s, group.unit)[0]) for s in sorted(present, key=_place)
-    }
+    heads = {s: shown_symbol(s) for s in sorted(present, key=_place)}
+    if group.title == "Clock":
+        heads = {s: f"{head}, {_CLOCK_NAMES[s]}" if s in _CLOCK_NAMES else head for s, head in heads.items()}
+    return {s: (head, people_unit(group.kind, s, group.unit)[0]) for s, head in heads.items()}
 
 
 # -- coefficients -----------------------------------------------------------------------------------------

@@ -284,7 +284,9 @@ def _units(dialect: Dialect, guesses: list[str]) -> tuple[tuple[str, ...], str]:
     if unit is None or not is_unit(unit):
         return none, "none"
     if parse_unit(unit, tuple(Quantity)).quantity is Quantity.TIME:
-        guesses.append(f"the preamble says unit {unit}, a time (phase of a clock?): read as unknown")
+        guesses.append(
+            f"the preamble says unit {unit}, a time: read as unknown (of a clock: --kind phase --unit {unit})"
+        )
         return none, "none"
     groups = [read_heading(h).group for h in dialect.headings]
     return tuple(unit if g in ("", "gyro", "acc") else "" for g in groups), "preamble"
