@@ -49,13 +49,14 @@ CODES = {10: "read", 11: "refused", 12: "another error"}
 MOST_SECONDS: Final = 10
 MOST_MEMORY: Final = 512 << 20
 _TOGETHER = 50  # files that are opened by one process
-_PATCHED = ("ardupilot", "ulog", "tdms", "hdf5", "matlab", "rosbag", "spreadsheet")
+_PATCHED = ("ardupilot", "ulog", "tdms", "hdf5", "matlab", "rosbag", "spreadsheet", "mavlink", "r_data")
 #: Imported before the first fork: what the libraries need for themselves does not count.
 _IMPORTED = (
     "allanite.calibration", "allanite.cli", "allanite.datasheet", "allanite.delivery", "allanite.terminal",
     "allanite.instruments.serial_imu.description", "allanite.log_store", "allanite.model_file",
     "allanite.readers.raw_layout", "allanite.study_schema", "h5py", "nptdms", "pyarrow.csv", "pyarrow.feather",
-    "pyarrow.ipc", "pyarrow.parquet", "python_calamine", "pyulog", "rosbags.typesys", "ruamel.yaml", "scipy.io",
+    "pyarrow.ipc", "pyarrow.parquet", "pymavlink.dialects.v20.common", "python_calamine", "pyulog", "rdata",
+    "rosbags.typesys", "ruamel.yaml", "scipy.io",
     *(f"allanite.readers.{name}" for name in (*_PATCHED, "text", "run", "parquet", "numpy_file")),
     "allanite.readers.rosbag.table", "allanite.readers.ardupilot.parts",
 )  # fmt: skip
@@ -200,6 +201,22 @@ def _calibration(path: Path, options: Mapping[str, Any]) -> None:
     Calibration.load(path)
 
 
+def _curve(path: Path, options: Mapping[str, Any]) -> None:
+    """Of allanite or of another program: either reader has its own errors only."""
+    from allanite.allan import AllanCurve
+    from allanite.errors import AllaniteError
+    from allanite.foreign_curves import read_curve
+
+    try:
+        AllanCurve.from_csv(path)
+    except AllaniteError:
+        read_curve(path, **options)
+
+
+def _clock(path: Path, options: Mapping[str, Any]) -> None:
+    _log(path, {"kind": "phase", "unit": "ns", "rate": 1.0, **options})
+
+
 #: How a file is opened.
 ROLES: Final[dict[str, Callable[[Path, Mapping[str, Any]], None]]] = {
     "log": _log,
@@ -212,6 +229,8 @@ ROLES: Final[dict[str, Callable[[Path, Mapping[str, Any]], None]]] = {
     "model": _model,
     "study": _study,
     "calibration": _calibration,
+    "curve": _curve,
+    "clock": _clock,
 }
 
 

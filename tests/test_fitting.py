@@ -227,7 +227,7 @@ def test_slopes_are_read_off_the_oadev_alone_with_one_exclusion_for_each_lag() -
     y = 0.1 * np.random.default_rng(2).standard_normal(20_000)
     record = Recording.from_rate(y, rate=1.0, unit="rad/s", names="x")
     for statistic in ("mdev", "ohdev", "totdev"):
-        with pytest.raises(InputError, match=f"oadev curve, not of {statistic}"):
+        with pytest.raises(InputError, match=f"Allan deviation .*, not of {statistic}"):
             al.fit(al.allan_curve(record, statistic=statistic)["x"], method="slopes")
     curve = al.allan_curve(record)["x"]
     for exclude in ([True], [False], [False, True]):

@@ -16,6 +16,7 @@ from typing import Any, Final
 import numpy as np
 from tests import flight_log_writers as logs
 from tests import log_store_runs as runs
+from tests import mavlink_writer, r_writers
 from tests import ros_writers as ros
 from tests import spreadsheet_writers as sheets
 
@@ -362,6 +363,31 @@ def _study(path: Path) -> None:
     characterize(recording).save(path)
 
 
+def _saved_curve(path: Path) -> None:
+    from allanite.allan import allan_curve
+    from allanite.recording import Recording
+
+    samples = np.random.default_rng(7).normal(size=(300, 2))
+    allan_curve(Recording.from_rate(samples, rate=10.0, unit="deg/s")).to_csv(path)
+
+
+def _foreign_curve(path: Path) -> None:
+    lags = 2 ** np.arange(9)
+    rows = [f"{m / 10},{0.3 / np.sqrt(m)},{1001 - 2 * m}" for m in lags]
+    path.write_text("tau,oadev,n\n" + "\n".join(rows) + "\n", encoding="utf-8")
+
+
+def _phase(path: Path) -> None:
+    np.savetxt(path, np.random.default_rng(7).normal(size=60), header="phase [ns]")
+
+
+def _r_data(path: Path) -> None:
+    columns = {"time": np.arange(_N) / 100.0, "gyro_x": np.random.default_rng(7).normal(size=_N)}
+    path.write_bytes(
+        r_writers.rda({"log": r_writers.frame(columns, "tbl_df"), "n": np.arange(3), "s": ["a", "b"]})
+    )
+
+
 _FIELDS = [{"name": f"gyro_{i}", "type": "f32"} for i in range(6)]
 _RATE: Final[Json] = {"rate": 100.0}
 _WORDS: Final[Json] = {
@@ -387,6 +413,11 @@ FORMATS: Final[dict[str, Format]] = {
     "LabVIEW TDMS": Format(file="a.tdms", write=_tdms, samples="tdms/*.tdms"),
     "ArduPilot": Format(file="a.BIN", write=_ardupilot, samples="ardupilot/*.BIN"),
     "PX4 ULog": Format(file="a.ulg", write=_ulog, samples="ulog/*.ulg"),
+    "MAVLink": Format(file="a.tlog", write=lambda path: path.write_bytes(mavlink_writer.telemetry(2))),
+    "R": Format(file="a.rda", write=_r_data),
+    "R, packed": Format(
+        file="b.rda", write=lambda path: (_r_data(path), path.write_bytes(gzip.compress(path.read_bytes())))
+    ),
     "ROS 1 bag": Format(file="a1.bag", write=_ros(False), samples="rosbag/*.bag"),
     "ROS 1 bag, lz4": Format(file="a2.bag", write=_ros(False, "lz4")),
     "ROS 2 SQLite": Format(file="a.db3", write=_ros(True), samples="rosbag/*.db3"),
@@ -403,6 +434,9 @@ FORMATS: Final[dict[str, Format]] = {
     "imu.yaml of Kalibr": Format(file="imu.yaml", write=_text(_KALIBR), role="model"),
     "parameters of MATLAB": Format(file="p.json", write=_plain(_MATLAB_JSON), role="model"),
     "models": Format(file="m.json", write=_plain(_MODELS), role="model"),
+    "curve": Format(file="allan.csv", write=_saved_curve, role="curve"),
+    "curve of another program": Format(file="curve.csv", write=_foreign_curve, role="curve"),
+    "phase of a clock": Format(file="phase.txt", write=_phase, role="clock"),
     "study": Format(file="study.json", write=_study, role="study"),
     "run": Format(file="run", write=_run, role="run"),
     "run, compacted": Format(file="c.parquet", write=_compacted, samples="run/*.parquet"),

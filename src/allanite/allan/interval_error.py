@@ -103,7 +103,7 @@ def interval_error(
                 statistic=statistic,
                 name=name,
                 lags=lags,
-                tau=lags * recording.dt,
+                tau=lags.astype(np.float64) * recording.dt,
                 error=np.array([value for value, _ in both]),
                 count=np.array([count for _, count in both], dtype=np.int64),
             )
@@ -115,8 +115,8 @@ def _time_error(recording: Recording, name: str) -> Array:
     """x(t) [s], less its first value; of frequencies their running sum, NaN from the first gap on."""
     channel, values = recording[name], recording.values(name)
     if channel.kind is Kind.PHASE:
-        return (values - values[np.isfinite(values)][:1].sum()) * channel.scale
-    return np.concatenate(([0.0], np.cumsum(values))) * (channel.scale * recording.dt)
+        return np.asarray((values - values[np.isfinite(values)][:1].sum()) * channel.scale)
+    return np.asarray(np.concatenate(([0.0], np.cumsum(values))) * (channel.scale * recording.dt))
 
 
 def _rms(x: Array, m: int) -> tuple[float, int]:

@@ -2,13 +2,13 @@
 """Files in, a Recording out: `read` finds out by the content which reader a file belongs to.
 
 One module per format: `numpy_file` (the example to imitate), `run`, `parquet`, `matlab`, `hdf5`, `rosbag`, `ardupilot`,
-`ulog`, `tdms`, `raw_binary`, `spreadsheet`, `text`. They share `assembly` (columns to a Recording), `arrays` (named
-arrays to columns), `contents` (which of several tables is read), `curve_shape` (a table that is no log), `headings`
-(what a column name says), `stamps` (which column is time), `stated_time`, `stamp_units` and `turning` (how its values
-count), `part` (between two times), `timebase` (stamps to an even grid, along the line of `clock_line`), `spool`
-(unpacking within limits), `sandbox` (parsing in a child process), `extras` (packages that not everybody installs),
-`hdf5_tree` (HDF5 that stays in its file) and `record_chain` (records in a torn stream); `joining` makes one log of
-several files.
+`ulog`, `mavlink`, `tdms`, `r_data`, `raw_binary`, `spreadsheet`, `text`. They share `assembly` (columns to a
+Recording), `arrays` (named arrays to columns), `contents` (which of several tables is read), `curve_shape` (a table
+that is no log), `clock_table` (phase and frequency), `headings` (what a column name says), `stamps` (which column is
+time), `stated_time`, `stamp_units` and `turning` (how its values count), `part` (between two times), `timebase` (stamps
+to an even grid, along the line of `clock_line`), `spool` (unpacking within limits), `sandbox` (parsing in a child
+process), `extras` (packages that not everybody installs), `hdf5_tree` (HDF5 that stays in its file) and `record_chain`
+(records in a torn stream); `joining` makes one log of several files.
 
 To add a format: one module, one word in `READERS`, one folder in ``tests/samples``.
 """
@@ -42,7 +42,9 @@ READERS: Final = (
     "rosbag",
     "ardupilot",
     "ulog",
+    "mavlink",
     "tdms",
+    "r_data",
     "raw_binary",
     "spreadsheet",
     "text",
@@ -109,8 +111,9 @@ def read(
     ----------
     path : path, or sequence of paths
         Text of any dialect (also .gz, .xz, .bz2), spreadsheets (.xlsx, .xls, .ods), NumPy .npy and .npz, Parquet,
-        Arrow and Feather, MATLAB .mat (version 5 to 7.3), HDF5, LabVIEW TDMS, ArduPilot .BIN, PX4 .ulg, ROS 1 bags
-        and ROS 2 folders, .db3 and .mcap files, and runs of `allanite record` by their folder. The content decides,
+        Arrow and Feather, MATLAB .mat (version 5 to 7.3), HDF5, LabVIEW TDMS, R .rda and .rds,
+        ArduPilot .BIN, PX4 .ulg, MAVLink .tlog, ROS 1 bags and ROS 2 folders, .db3 and .mcap files, and runs of
+        `allanite record` by their folder. The content decides,
         not the suffix. Several files of one log are joined by their time stamps, in whatever order they are given.
     unit : str or mapping, optional
         Unit of the samples where the file does not hold it: "deg/s", or by channel name or group,
@@ -130,9 +133,10 @@ def read(
         For ROS logs with several IMU topics ("/driver.left.imu" for one inside of another message); for flight logs
         the message and instance, "GYR[0]", "sensor_gyro[1]".
     variable : str, optional
-        For files with several tables: name of the array (.npz, .mat), the group or dataset (HDF5, TDMS), the sheet
-        (spreadsheets), the record type, kind of sentence or sensor identity (text), or the part of a run whose settings
-        changed ("2").
+        For files with several tables: name of the array (.npz, .mat, HDF5; of three dimensions with the record that is
+        meant, "data[0]" as NumPy counts, "data(:, :, 1)" as MATLAB does), the group or dataset (HDF5, TDMS), the object
+        (R), the sheet (spreadsheets), the record type, kind of sentence or sensor identity (text), or the part of a run
+        whose settings changed ("2").
     layout : path or mapping, optional
         For raw binary files and texts of hexadecimal words: the YAML file that says what their records hold, or its
         content as plain data.

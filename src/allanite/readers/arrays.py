@@ -8,6 +8,7 @@ words such as ``columns`` or ``units`` describe the columns.
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -21,13 +22,26 @@ from allanite.readers.assembly import Table
 from allanite.readers.headings import may_be_time, read_heading
 from allanite.recording import ArrayColumn, checked_samples
 
-__all__ = ["Shape", "left_out", "length_of", "other_times", "samples_among", "table_of"]
+__all__ = [
+    "Shape",
+    "left_out",
+    "length_of",
+    "of_structure",
+    "one_record",
+    "other_times",
+    "picked",
+    "plain_names",
+    "samples_among",
+    "table_of",
+]
 
 _MOST_ROWS, _LONGER = 64, 8  # of a matrix whose rows are channels: rows, and how many times longer they are
 
 Shape = tuple[np.dtype[Any], tuple[int, ...]]
+Index = tuple[slice | int, ...]
 
 _AXES = ("x", "y", "z")
+_INDEXED = re.compile(r"(.*?)\s*([\[(])([^\[\]()]*)[\])]")
 _RATE_NAMES = frozenset(
     {"fs", "rate", "sample_rate", "sampling_rate", "samplerate", "frequency", "freq", "sfreq"}
 )
@@ -56,8 +70,14 @@ def samples_among(
         length = length_of(shapes[variable][1])
         times = [k for k, s in tables.items() if _may_be_time(k, time) and length_of(s[1]) == length]
         return [*(k for k in times if k != variable), variable]
-    if not tables:
-        raise InputError(f"{file}: no array of samples; there are: {_listed(shapes) or 'none'}")
+    deep = next((k for k, s in shapes.items() if s[0].kind in "iuf" and len(s[1]) == 3), None)
+    if not tables or (deep is not None and max(length_of(s[1]) for s in tables.values()) < 2):
+        hint = (
+            ""
+            if deep is None
+            else f"; variable= (--variable) takes a record of three dimensions: '{deep}[0]'"
+        )
+        raise InputError(f"{file}: no array of samples; there are: {_listed(shapes) or 'none'}{hint}")
     named = [k for k in tables if time is not None and _named(k, time)]
     samples = [k for k in tables if not may_be_time(k)]
     longest = max(length_of(tables[k][1]) for k in (named or samples or tables))
@@ -101,6 +121,68 @@ def left_out(shapes: Mapping[str, Shape], wanted: Sequence[str]) -> tuple[str, .
     if not others:
         return ()
     return (f"arrays of another length left out (variable= takes one of them): {_listed(others)}",)
+
+
+def of_structure(
+    arrays: dict[str, NDArray[Any]], variable: str | None
+) -> tuple[dict[str, NDArray[Any]], str | None]:
+    """If a structure is asked for, its fields only."""
+    fields = {k: a for k, a in arrays.items() if variable is not None and k.startswith(f"{variable}.")}
+    return (fields, None) if fields else (arrays, variable)
+
+
+def plain_names(arrays: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
+    """Fields of a structure under their own name where that is unique: imu.fs states the rate as fs does."""
+    short = [k.rpartition(".")[2] for k in arrays]
+    return {k if short.count(s) > 1 else s: a for (k, a), s in zip(arrays.items(), short, strict=True)}
+
+
+def picked(variable: str | None) -> tuple[str | None, Index | None]:
+    """Name of an array, and which record of it is meant: data[0] as NumPy, data(:, :, 3) as MATLAB counts.
+
+    Raises
+    ------
+    InputError
+        An index that is none.
+    """
+    found = _INDEXED.fullmatch(variable.strip()) if variable is not None else None
+    if variable is None or found is None:
+        return variable, None
+    name, bracket, inside = found.groups()
+    parts = [part.strip() for part in inside.split(",")]
+    if not all(part == ":" or part.isdecimal() for part in parts) or all(part == ":" for part in parts):
+        raise InputError(f"{variable!r}: write the record as in data[0], data[:, :, 0], or data(:, :, 1)")
+    first = 1 if bracket == "(" else 0
+    if any(part.isdecimal() and int(part) < first for part in parts):
+        raise InputError(f"{variable!r}: in round brackets records are counted from 1, as MATLAB does")
+    return name, tuple(slice(None) if part == ":" else int(part) - first for part in parts)
+
+
+def one_record(
+    arrays: Mapping[str, NDArray[Any]], name: str, index: Index, file: str
+) -> dict[str, NDArray[Any]]:
+    """The arrays with one of them cut down to a record of it.
+
+    Raises
+    ------
+    InputError
+        No such array, or no such record, or one that is no table.
+    """
+    if name not in arrays:
+        shapes = {k: (a.dtype, a.shape) for k, a in arrays.items()}
+        raise InputError(f"{file}: no array {name!r}; there are: {_listed(shapes)}")
+    array = arrays[name]
+    called = f"array {name}" if name else "the array"
+    try:
+        record = array[index]
+    except IndexError:
+        raise InputError(f"{file}: {called} has shape {array.shape}: there is no such record in it") from None
+    if not 1 <= record.ndim <= 2:
+        raise InputError(
+            f"{file}: {called} has shape {array.shape}, and the record that is named {record.shape}; samples are a "
+            "column or a table: name one index more or less"
+        )
+    return {**arrays, name: record}
 
 
 def _listed(shapes: Mapping[str, Shape]) -> str:

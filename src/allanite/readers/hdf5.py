@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import FormatError, InputError, LimitError
-from allanite.readers.arrays import length_of, table_of
+from allanite.readers.arrays import length_of, one_record, picked, table_of
 from allanite.readers.assembly import Options, Table
 from allanite.readers.contents import Part, choose_part, listed
 from allanite.readers.extras import require
@@ -119,6 +119,9 @@ def table_in(path: str, variable: str | None, channels: list[str] | None) -> tup
                 f"{name} leads out of itself: {'; '.join(tree.outside[:5])}. Nothing outside of it is read; name what "
                 "to read of the rest with variable= (--variable)"
             )
+        bare, index = picked(variable)
+        if index is not None and bare in tree.leaves:
+            return _record(tree.leaves[bare], tree, index, name)
         tables = _tables(tree)
         one = variable if variable in tree.leaves else None
         if one is not None and not any(one in _paths(t) for t in tables.values()):
@@ -154,6 +157,23 @@ def table_in(path: str, variable: str | None, channels: list[str] | None) -> tup
             "source": {"group": part.name, "contents": listed(parts)},
         }
     return found, arrays
+
+
+def _record(leaf: Leaf, tree: Tree, index: Any, name: str) -> tuple[dict[str, Any], Arrays]:
+    """One record of a dataset of three dimensions, without time: its rate is that of its attributes."""
+    if leaf.dtype.kind not in "iuf":
+        raise InputError(f"{name}: {leaf.path} is no array of numbers ({leaf.dtype})")
+    last = _last(leaf)
+    samples = one_record({last: read_leaf(leaf, name)}, last, index, name)[last]
+    rate, rate_from = _rate([leaf], tree, leaf.path.rpartition("/")[0])
+    found: dict[str, Any] = {
+        "units": {last: _unit(leaf)},
+        "rate": rate,
+        "rate_from": rate_from,
+        "guesses": [],
+        "source": {"group": leaf.path, "contents": []},
+    }
+    return found, {f"samples {last}": samples}
 
 
 def _paths(leaves: list[Leaf]) -> set[str]:

@@ -8,6 +8,7 @@ starts. Version 7.3 is HDF5 and needs h5py. A text table that is only called .ma
 
 from __future__ import annotations
 
+import warnings
 import zlib
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -19,9 +20,19 @@ from numpy.typing import NDArray
 from allanite.errors import FormatError
 from allanite.limits import PARTS, refuse_more
 from allanite.readers import matlab_hdf5
-from allanite.readers.arrays import left_out, other_times, samples_among, table_of
+from allanite.readers.arrays import (
+    left_out,
+    of_structure,
+    one_record,
+    other_times,
+    picked,
+    plain_names,
+    samples_among,
+    table_of,
+)
 from allanite.readers.assembly import Options, Table
 from allanite.readers.extras import require
+from allanite.readers.matlab_objects import said_of_objects
 from allanite.readers.sandbox import run
 from allanite.readers.spool import refuse_bomb
 from allanite.regular_file import open_regular, regular
@@ -30,6 +41,7 @@ NAME: Final = "MATLAB"
 OPTIONS: Final = frozenset({"variable"})
 
 _HEADER = 128
+_OBJECT = ("s0", "s1", "s2", "arr")  # what the library makes of an object: its name, system and class
 _VERSION_73 = b"MATLAB 7.3"
 _COMPRESSED = 15
 _PIECE = 1 << 16
@@ -58,21 +70,24 @@ def read(path: Path, options: Options) -> Table:
     with open_regular(path) as file:
         version73 = file.read(len(_VERSION_73)) == _VERSION_73
     faults, arrays = _version73(path) if version73 else _version5(path)
-    if faults and (not arrays or options.variable in faults):
-        told = [f"{k} {v}" for k, v in faults.items() if options.variable in (None, k)]
+    variable, index = picked(options.variable)
+    if faults and (not arrays or variable in faults):
+        told = [f"{k} {v}" for k, v in faults.items() if variable in (None, k)]
         raise FormatError(f"{path.name}: {'; '.join(told[:5])}")
     if not arrays:
         raise FormatError(
             f"{path.name}: no plain numeric array in it (objects and tables of MATLAB cannot be read); in MATLAB, "
             "save the samples as matrices: t = data.Time; x = data.Variables; save('log.mat', 't', 'x', '-v7')"
         )
-    arrays, variable = _of_structure(arrays, options.variable)
+    arrays, variable = of_structure(arrays, variable)
+    if index is not None and variable is not None:
+        arrays = one_record(arrays, variable, index, path.name)
     shapes = {k: (a.dtype, a.shape) for k, a in arrays.items()}
     wanted = samples_among(shapes, variable, path.name, options.time)
     small = {k: a for k, a in arrays.items() if k not in wanted and a.size <= _SMALL}
     return table_of(
-        _plain_names({k: arrays[k] for k in wanted}),
-        _plain_names(small),
+        plain_names({k: arrays[k] for k in wanted}),
+        plain_names(small),
         path,
         NAME,
         (
@@ -89,7 +104,7 @@ _Found = tuple[Mapping[str, str], dict[str, NDArray[Any]]]
 def _version5(path: Path) -> _Found:
     with open_regular(path) as file:
         unpacked = _unpacked_size(file, path)
-    _, arrays = run(
+    objects, arrays = run(
         f"{__name__}:arrays_in",
         [str(path)],
         imports=["scipy.io"],
@@ -97,7 +112,7 @@ def _version5(path: Path) -> _Found:
         seconds=30 + unpacked / 1e7,
         name=path.name,
     )
-    return {}, arrays
+    return said_of_objects(objects), arrays
 
 
 def _version73(path: Path) -> _Found:
@@ -117,20 +132,6 @@ def _version73(path: Path) -> _Found:
         seconds=30 + size / 5e6,
         name=path.name,
     )
-
-
-def _of_structure(
-    arrays: dict[str, NDArray[Any]], variable: str | None
-) -> tuple[dict[str, NDArray[Any]], str | None]:
-    """If a structure is asked for, its fields only."""
-    fields = {k: a for k, a in arrays.items() if variable is not None and k.startswith(f"{variable}.")}
-    return (fields, None) if fields else (arrays, variable)
-
-
-def _plain_names(arrays: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
-    """Fields of a structure under their own name where that is unique: imu.fs states the rate as fs does."""
-    short = [k.rpartition(".")[2] for k in arrays]
-    return {k if short.count(s) > 1 else s: a for (k, a), s in zip(arrays.items(), short, strict=True)}
 
 
 def _unpacked_size(file: IO[bytes], path: Path) -> int:
@@ -176,16 +177,30 @@ def _inflated(file: IO[bytes], length: int, name: str) -> int:
 # -- in the child ------------------------------------------------------------------------------------------
 
 
-def arrays_in(path: str) -> tuple[None, dict[str, NDArray[Any]]]:
-    """Every real numeric or text array of a file; fields of structures as "structure.field"."""
+def arrays_in(path: str) -> tuple[dict[str, str], dict[str, NDArray[Any]]]:
+    """Objects of classes by name, and every real numeric or text array; fields of structures as "structure.field"."""
     from scipy.io import loadmat
 
-    content = loadmat(regular(path), struct_as_record=True, chars_as_strings=True)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of several objects the library keeps one
+        content = loadmat(regular(path), struct_as_record=True, chars_as_strings=True)
+    objects = dict(map(_class_of, (v for v in content.values() if _is_object(v))))
+    content = {k: v for k, v in content.items() if not _is_object(v)}
     found: dict[str, NDArray[Any]] = {}
     for name, array in _flat(content, 0):
         found[name] = array
         refuse_more(len(found), PARTS, "variables and fields", Path(path).name, _FEWER)
-    return None, found
+    return objects, found
+
+
+def _is_object(value: Any) -> bool:
+    return isinstance(value, np.ndarray) and value.dtype.names == _OBJECT
+
+
+def _class_of(value: NDArray[Any]) -> tuple[str, str]:
+    """Name of an object and of its class."""
+    name, _, kind = (bytes(value.reshape(-1)[0][k]).decode("utf-8", "replace") for k in _OBJECT[:3])
+    return name, kind
 
 
 def _flat(content: Mapping[str, Any], depth: int) -> Iterator[tuple[str, NDArray[Any]]]:

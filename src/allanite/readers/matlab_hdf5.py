@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 
 from allanite.errors import FormatError
 from allanite.readers.hdf5_tree import Leaf, Tree, read_leaf, text_of, walk
+from allanite.readers.matlab_objects import said_of_objects
 from allanite.regular_file import regular
 
 __all__ = ["arrays_in"]
@@ -53,7 +54,18 @@ def arrays_in(path: str) -> tuple[dict[str, str], dict[str, NDArray[Any]]]:
                 f"{name} leads out of itself: {'; '.join(tree.outside[:5])}. MATLAB writes no such file"
             )
         faults = {_dotted(leaf.path): leaf.refused for leaf in _own(tree) if leaf.refused}
+        faults |= said_of_objects(
+            {_dotted(leaf.path): kind for leaf in _own(tree) if (kind := _class_of(leaf))}
+        )
         return faults, dict(_arrays(tree, file, name))
+
+
+def _class_of(leaf: Leaf) -> str:
+    """Class of a variable that is an object; "" of all others."""
+    if "MATLAB_object_decode" not in leaf.dataset.attrs:
+        return ""
+    kind = text_of(leaf.dataset.attrs.get("MATLAB_class", ""))
+    return "" if kind in (*_NUMBERS, "char", "cell", "struct", "logical", "function_handle") else kind
 
 
 def _dotted(path: str) -> str:

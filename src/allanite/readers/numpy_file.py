@@ -33,7 +33,7 @@ from numpy.typing import NDArray
 
 from allanite.errors import AllaniteError, FormatError, InputError
 from allanite.limits import COLUMNS, PARTS, refuse_more
-from allanite.readers.arrays import left_out, other_times, samples_among, table_of
+from allanite.readers.arrays import left_out, one_record, other_times, picked, samples_among, table_of
 from allanite.readers.assembly import Options, Table
 from allanite.readers.spool import ZIP_ERRORS, refuse_bomb, to_file
 from allanite.regular_file import open_regular, regular
@@ -87,13 +87,22 @@ def read(path: Path, options: Options) -> Table:
     with open_regular(path) as file:
         if file.read(len(_MAGIC)) != _MAGIC:
             return _read_archive(path, options)
-        if options.variable is not None:
+        name, index = picked(options.variable)
+        if name or (index is None and name is not None):
             raise InputError(
-                f"{path.name} is a single array: variable={options.variable!r} has no meaning for it"
+                f"{path.name} is a single array: variable={options.variable!r} has no meaning for it; a record of "
+                "three dimensions is '[0]' or '[:, :, 0]'"
             )
         file.seek(0)
         array = _mapped(file, _read_header(file, path.name), path.stat().st_size, path.name)
-    return table_of({"": array}, {}, path, NAME)
+    arrays = {"": array}
+    if index is not None:
+        arrays = one_record(arrays, "", index, path.name)
+    elif array.ndim == 3:
+        raise InputError(
+            f"{path.name}: an array of shape {array.shape}: choose a record, variable='[0]' or '[:, :, 0]' (--variable)"
+        )
+    return table_of(arrays, {}, path, NAME)
 
 
 # -- .npy ----------------------------------------------------------------------------------------------------
@@ -172,14 +181,20 @@ def _read_archive(path: Path, options: Options) -> Table:
             for member in members.values():
                 refuse_bomb(member.compress_size, member.file_size, f"{path.name}:{member.filename}")
             headers = {k: _member_header(archive, m, path.name) for k, m in members.items()}
+            name, index = picked(options.variable)
             shapes = {k: (h.dtype, h.shape) for k, h in headers.items()}
-            wanted = samples_among(shapes, options.variable, path.name, options.time)
+            record: dict[str, NDArray[Any]] = {}
+            if index is not None and name is not None:
+                whole = {name: _member(archive, members[name], path)} if name in members else {}
+                record = one_record(whole, name, index, path.name)
+                shapes[name] = (record[name].dtype, record[name].shape)
+            wanted = samples_among(shapes, name, path.name, options.time)
             small = {
                 k: _member(archive, m, path)
                 for k, m in members.items()
                 if k not in wanted and m.file_size < _PIECE
             }
-            arrays = {k: _member(archive, members[k], path) for k in wanted}
+            arrays = {k: record[k] if k in record else _member(archive, members[k], path) for k in wanted}
     except AllaniteError:  # some of them are errors of a value, too
         raise
     except ZIP_ERRORS as error:
