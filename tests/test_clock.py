@@ -71,6 +71,17 @@ def test_published_tables_from_phase_and_from_frequency(statistic: str) -> None:
     assert recording.values("frequency") * recording["frequency"].scale == pytest.approx(y, abs=1e-12)
 
 
+def test_the_column_of_time_may_be_named(tmp_path: Path) -> None:
+    path = tmp_path / "x.csv"
+    x = np.random.default_rng(1).standard_normal(50)
+    rows = [f"{40.0 * i + v:.6f},{20 * i},{v:.6f}" for i, v in enumerate(x)]
+    path.write_text("\n".join(["a,cnt,b", *rows]) + "\n")
+    both = al.read(path, kind="phase", unit="ns", time="cnt:ms")
+    assert both.names == ("a", "b") and both.rate == pytest.approx(50.0)
+    assert len(al.read(path, kind="phase", unit="ns", time="2:ms").names) == 2
+    assert len(al.read(path, kind="phase", unit="ns", time="none", rate=1.0).names) >= 2
+
+
 HEADINGS = ["phase [ns]", "time interval (ns)", "TIE_ns", "x", "time_error [ns]"]
 COLUMNS = [
     ("", ""),

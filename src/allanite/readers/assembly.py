@@ -154,7 +154,7 @@ def assemble(table: Table, options: Options, name: str) -> Recording:
         len(table.columns), COLUMNS, "columns", name, "Write those that are needed to a file of their own"
     )
     if options.kind is not None:
-        table, options = as_clock(table, options)
+        table, options = as_clock(table, options, name)
     headings = _headings(table)
     time = time_of(table, options, name)
     rows = None

@@ -12,6 +12,7 @@ from allanite.clock_channels import Shifted, clock_channel, clock_kind
 from allanite.errors import InputError
 from allanite.readers.headings import Heading, read_heading
 from allanite.readers.stamps import rises
+from allanite.readers.stated_time import stated_time
 from allanite.recording import Kind
 
 if TYPE_CHECKING:
@@ -30,7 +31,7 @@ _LATEST = 1e9  # a larger time is one since 1970, or not in seconds
 _COMPANIONS = ("time", "counter", "temperature", "identity")
 
 
-def as_clock(table: Table, options: Options) -> tuple[Table, Options]:
+def as_clock(table: Table, options: Options, name: str) -> tuple[Table, Options]:
     """The table with its time column named as that, and every other column a channel of the clock.
 
     Raises
@@ -44,27 +45,35 @@ def as_clock(table: Table, options: Options) -> tuple[Table, Options]:
             "a phase or frequency takes no scale factor: give --unit, and --carrier for cycles or Hz"
         )
     heads = [read_heading(text) for text in table.headings]
-    time = _time(table, heads)
+    numbers = table.numbers or tuple(range(1, len(heads) + 1))
+    if options.time is None:
+        time = _time(table, heads)
+    elif options.time == "none":
+        time = []
+    else:
+        time = [stated_time(options.time, table.headings, numbers, name).place]
     data = [i for i in range(len(heads)) if i not in time and _is_data(heads[i])]
     data = data or [i for i in range(len(heads)) if i not in time]
+    if not data:
+        raise InputError(f"{name}: no column is left for the {kind.value}: {options.time!r} is the only one")
     names = _names(heads, data, kind)
     headings, columns, channels, units = list(table.headings), list(table.columns), [], list(table.units)
-    for i, name in zip(data, names, strict=True):
+    for i, own in zip(data, names, strict=True):
         suffix = _SUFFIX.search(heads[i].name) if kind is Kind.PHASE else None
         stated = (units[i] if units else "") or heads[i].unit or (suffix[1] if suffix else "")
-        unit = _unit(options.unit, name, stated)
+        unit = _unit(options.unit, own, stated)
         if not unit:
             wanted = "1, ppm, ppb, or Hz" if kind is Kind.FREQUENCY else "s, ns, ps, or cycles"
             raise InputError(
-                f"the unit of the {kind.value} {name} is not in the file: give --unit (unit=): {wanted} with --carrier"
+                f"the unit of the {kind.value} {own} is not in the file: give --unit (unit=): {wanted} with --carrier"
             )
-        channel, offset = clock_channel(name, unit, kind, options.carrier)
-        headings[i] = name
+        channel, offset = clock_channel(own, unit, kind, options.carrier)
+        headings[i] = own
         channels.append(channel)
         if offset:
             columns[i] = Shifted(columns[i], offset)
     said = []
-    for i in time:
+    for i in time if options.time is None else ():
         if _JULIAN.search(heads[i].name):
             headings[i] = "time [d]"
         elif i not in table.time_units and not heads[i].unit and not (units and units[i]):
@@ -78,6 +87,7 @@ def as_clock(table: Table, options: Options) -> tuple[Table, Options]:
         table,
         headings=tuple(headings[i] for i in kept),
         columns=tuple(columns[i] for i in kept),
+        numbers=tuple(numbers[i] for i in kept),
         units=tuple(units[i] if i in time else "" for i in kept) if units else (),
         units_from="argument" if options.unit is not None else (table.units_from if units else "header"),
         time_units={kept.index(i): u for i, u in table.time_units.items() if i in kept},
