@@ -71,6 +71,16 @@ def test_published_tables_from_phase_and_from_frequency(statistic: str) -> None:
     assert recording.values("frequency") * recording["frequency"].scale == pytest.approx(y, abs=1e-12)
 
 
+def test_a_steady_rise_is_not_taken_for_steps_of_the_counter() -> None:
+    for noise in (0.03, 1.0):
+        x = 40.0 * np.arange(2000) + noise * np.random.default_rng(2).standard_normal(2000)
+        found = al.check(clock_recording(x, rate=1.0, kind="phase", unit="ns"))
+        assert not {"quantisation_not_white", "resolution_step"} & {f.code for f in found}
+    steps = np.round(0.1 * x / 10.0) * 10.0  # a counter that does have steps
+    found = al.check(clock_recording(steps, rate=1.0, kind="phase", unit="ns"))
+    assert "quantisation_not_white" in {f.code for f in found}
+
+
 def test_the_column_of_time_may_be_named(tmp_path: Path) -> None:
     path = tmp_path / "x.csv"
     x = np.random.default_rng(1).standard_normal(50)

@@ -102,7 +102,18 @@ def read_floor(floor: str | os.PathLike[str], **options: Any) -> Recording:
         The file states another unit than the log was said to have: a floor in mV that is read as V would be a thousand
         times too large, and one that is too small takes nothing off.
     """
-    kept = ("unit", "time", "rate", "scale_factor", "sampling", "layout", "delimiter", "decimal", "kind", "carrier")
+    kept = (
+        "unit",
+        "time",
+        "rate",
+        "scale_factor",
+        "sampling",
+        "layout",
+        "delimiter",
+        "decimal",
+        "kind",
+        "carrier",
+    )
     found = read_part(floor, **{k: options[k] for k in kept if options.get(k) is not None})
     for step in found.history:
         for name, stated in step.get("units_set_aside", {}).items():

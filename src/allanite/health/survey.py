@@ -27,6 +27,8 @@ Index = NDArray[np.int64]
 PROBES, PROBE = 64, 4096
 #: Stretches of missing or overload samples that are kept by place; more are counted only.
 KEEP = 100_000
+#: How far values may lie off a lattice [steps], and where hardly one of them occurs twice.
+_OFF, _ONCE = 0.1, 1e-4
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -318,7 +320,8 @@ def lattice_of(probes: list[Samples], high: Extreme, low: Extreme) -> Lattice:
 
     Neighbouring codes are counted, the step and the anchor follow by least squares, and every value must lie
     within a tenth of a step of the lattice. A few distinct values out of as few samples fit some lattice by
-    chance (each with probability 1/5), so then there must be twenty of them.
+    chance (each with probability 1/5), so then there must be twenty of them. Where hardly a value occurs twice, an even
+    rise with a little noise looks like a lattice: then the values must lie on it to a ten-thousandth of a step.
     """
     values = np.concatenate(probes) if probes else np.zeros(0)
     distinct = np.unique(values[~np.isnan(values)])
@@ -328,8 +331,9 @@ def lattice_of(probes: list[Samples], high: Extreme, low: Extreme) -> Lattice:
         return Lattice(step=0.0, codes=len(distinct))
     spacing = np.diff(distinct)
     rounding = max(8.0 * float(np.spacing(np.abs(distinct).max())), high.tolerance)
+    off = _ONCE if len(distinct) > 0.9 * len(values) else _OFF
     for floor in (rounding, _rounding_of(spacing)):
-        step = _step_of(distinct[np.concatenate(([True], spacing > floor))])
+        step = _step_of(distinct[np.concatenate(([True], spacing > floor))], off)
         if step > 0.0:
             return Lattice(step=step, codes=len(distinct))
     return Lattice(step=0.0, codes=len(distinct))
@@ -348,8 +352,8 @@ def _rounding_of(spacing: Samples) -> float:
     return float(np.sqrt(ordered[k] * ordered[k + 1]))
 
 
-def _step_of(distinct: Samples) -> float:
-    """The step on which all values lie to within a tenth of it; 0.0 if there is none."""
+def _step_of(distinct: Samples, tolerance: float) -> float:
+    """The step on which all values lie to within this part of it; 0.0 if there is none."""
     spacing = np.diff(distinct)
     if len(spacing) == 0:
         return 0.0
@@ -359,7 +363,7 @@ def _step_of(distinct: Samples) -> float:
     code = np.concatenate(([0.0], np.cumsum(np.rint(spacing / unit))))
     slope, anchor = _line(code, distinct)
     off = np.abs(distinct - anchor - slope * code)
-    return slope if float(off.max()) < 0.1 * slope else 0.0
+    return slope if float(off.max()) < tolerance * slope else 0.0
 
 
 def _line(x: Samples, y: Samples) -> tuple[float, float]:

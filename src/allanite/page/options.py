@@ -272,6 +272,14 @@ READING: Mapping[str, Option] = {
     "channels": Option(type="names", flag="--channels", python="channels", help="Names or groups to keep."),
     "start": Option(type="seconds", flag="--from", python="start", help="Begin so long after the first stamp."),
     "stop": Option(type="seconds", flag="--to", python="stop", help="End so long after the first stamp."),
+    "kind": Option(
+        type="choice", flag="--kind", python="kind", choices=("phase", "frequency"),
+        help="Samples of a clock: time error (phase), or fractional frequency.",
+    ),
+    "carrier": Option(
+        type="number", flag="--carrier", python="carrier",
+        help="Of a phase in cycles or a frequency in Hz: the carrier in Hz.",
+    ),
     "topic": Option(type="text", flag="--topic", python="topic", help="Topic of a ROS log, message of a flight log."),
     "variable": Option(
         type="text", flag="--variable", python="variable", help="Array, group or table of a file with several."
