@@ -52,7 +52,7 @@ def test_damaged_packets_are_left_out_and_counted_by_the_child(tmp_path: Path) -
 
 
 def test_damage_anywhere_is_our_own_error_or_a_recording(tmp_path: Path) -> None:
-    whole, rng = telemetry(2), np.random.default_rng(1)
+    whole, rng, refused = telemetry(2), np.random.default_rng(1), 0
     path = tmp_path / "flight.tlog"
     for _ in range(60):
         content = bytearray(whole[: int(rng.integers(60, len(whole)))])
@@ -62,7 +62,8 @@ def test_damage_anywhere_is_our_own_error_or_a_recording(tmp_path: Path) -> None
         try:
             al.read(path, rate=20.0)
         except AllaniteError:
-            continue
+            refused += 1
+    assert refused < 60, "some of so little damage leave a recording"
 
 
 def test_a_log_without_inertial_sensor_says_what_is_read(tmp_path: Path) -> None:

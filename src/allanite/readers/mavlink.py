@@ -1,10 +1,10 @@
-# Specification: MAVLink guide, "Packet Serialization" (versions 1 and 2), and the dialect common.xml; a .tlog holds
-# before each packet the time of its arrival: microseconds since 1970, eight bytes, the highest first.
+# Specification: MAVLink guide, "Packet Serialization" (versions 1 and 2), and the dialect common.xml.
 # SPDX-License-Identifier: BSD-3-Clause
 """MAVLink telemetry logs (.tlog), through the definitions of pymavlink, in a child process.
 
 Read are RAW_IMU, SCALED_IMU, SCALED_IMU2, SCALED_IMU3 and HIGHRES_IMU of each system and component. Time is the
-sender's own; units are those of the dialect. Packets whose checksum is wrong are left out and counted.
+sender's own; units are those of the dialect. Packets whose checksum is wrong are left out and counted. Before each
+packet a .tlog holds the time of its arrival: microseconds since 1970, eight bytes, the highest first.
 """
 
 from __future__ import annotations
