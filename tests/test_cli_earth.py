@@ -372,6 +372,33 @@ def test_north_from_one_file_for_each_position(run: Run, table: Path, tmp_path: 
         assert (refused.code, message in " ".join(refused.err.split())) == (2, True)
 
 
+def test_a_model_of_another_name_is_taken_where_it_is_named(run: Run, table: Path, tmp_path: Path) -> None:
+    from allanite.model_file import model_of
+
+    study = tmp_path / "models.json"
+    models = {"wx": model_of(GOOD).to_json(), "wy": model_of("N=1 deg/√h").to_json()}
+    study.write_text(json.dumps(models), encoding="utf-8")
+    log = [table / "table.parquet", "--headings", table / "positions.csv", *LATITUDE]
+    channel = run("info", log[0], "--json")
+    name = json.loads(channel.out)["channels"][0]["name"]
+    refused = run("north", *log, "--model", study)
+    assert refused.code != 0
+    assert f"--model-channels {name}=wx" in " ".join(refused.err.split())
+    taken = run("north", *log, "--model", study, "--model-channels", f"{name}=wx", "--json")
+    assert taken.code == 0, taken.err
+    alone = run("north", *log, "--model", GOOD, "--json")
+    assert json.loads(taken.out)["azimuth"] == json.loads(alone.out)["azimuth"]
+    for words, message in (
+        (f"{name}=wz", "takes one of these"),
+        ("other=wx", "of the log these are used"),
+        (f"{name}", "write the name in the log"),
+        (f"{name}=wx,{name}=wy", name),
+    ):
+        bad = run("north", *log, "--model", study, "--model-channels", words)
+        assert bad.code != 0
+        assert message in " ".join(bad.err.split())
+
+
 def test_a_plan_says_how_long_and_its_files_agree(run: Run, tmp_path: Path) -> None:
     arguments = [
         "plan",

@@ -17,6 +17,7 @@ from allanite.cli.options import (
     Share,
     accept_option,
     log_options,
+    model_channels_option,
     place_of,
 )
 from allanite.cli.program import command
@@ -29,6 +30,7 @@ __all__ = ["align"]
 @click.argument("log")
 @log_options
 @click.option("--model", metavar="MODEL", help=MODEL + "  [default: from the log itself]")
+@model_channels_option
 @click.option(
     "--calibration",
     type=click.Path(exists=True, dir_okay=False),

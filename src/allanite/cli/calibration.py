@@ -13,6 +13,7 @@ from allanite.cli.options import (
     Names,
     accept_option,
     log_options,
+    model_channels_option,
     place_of,
 )
 from allanite.cli.program import command
@@ -52,6 +53,7 @@ class Numbers(Listed):
     help="Of the gyros, where LOG holds the accelerometers alone.",
 )
 @click.option("--model", metavar="MODEL", help=MODEL + "  [default: from the log itself]")
+@model_channels_option
 @click.option("--latitude", type=Latitude(), metavar="DEG", help="For gravity and the Earth's rotation.")
 @click.option("--height", type=float, metavar="M", help="Above the ellipsoid, with --latitude.  [default: 0]")
 @click.option("--gravity", type=float, metavar="M/S2", help="Where it is known better: 9.81744.")

@@ -21,6 +21,7 @@ from allanite.cli.options import (
     Share,
     accept_option,
     log_options,
+    model_channels_option,
     place_of,
     turn_options,
 )
@@ -127,6 +128,7 @@ def _one_of(options: Mapping[str, Any], *names: str, needed: bool = False) -> No
 @click.argument("logs", metavar="LOG...", nargs=-1, required=True)
 @log_options
 @click.option("--model", metavar="MODEL", required=True, help=MODEL)
+@model_channels_option
 @latitude_option
 @click.option(
     "--headings", type=click.Path(exists=True, dir_okay=False), help="CSV of positions: start,stop,heading."
@@ -236,6 +238,8 @@ def _refuse_with_null(options: dict[str, Any], figure: str | None, misalignment:
     """
     rotation = options.pop("rotation")
     at_start = options.pop("heading_at_start")
+    if options.pop("model_channels") is not None:
+        raise click.UsageError("--model-channels is for north: --null has one axis")
     if rotation is not None or at_start:
         raise click.UsageError("--null needs positions: --headings, with headings from north")
     if misalignment:

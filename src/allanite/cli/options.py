@@ -47,6 +47,7 @@ __all__ = [
     "in_si",
     "json_option",
     "log_options",
+    "model_channels_option",
     "place_of",
     "print_json",
     "statistic_option",
@@ -112,6 +113,28 @@ class ByChannel(Listed):
         if any(len(part) != 2 or not all(p.strip() for p in part) for part in parts):
             self.fail(f"{value!r}: write one unit for all channels, or gyro=deg/s,acc=g", param, ctx)
         return {name.strip(): unit.strip() for name, unit in parts}
+
+
+class Renamed(Listed):
+    """Names of the log with those of the model: wx=gyro_x,wy=gyro_y."""
+
+    name = "names"
+    parts = "mapping"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> dict[str, str]:
+        if isinstance(value, dict):
+            return value
+        parts = [[word.strip() for word in part.split("=")] for part in value.split(",")]
+        if any(len(part) != 2 or not all(part) for part in parts):
+            self.fail(
+                f"{value!r}: write the name in the log, =, and that of the model: wx=gyro_x,wy=gyro_y",
+                param,
+                ctx,
+            )
+        found = {part[0]: part[1] for part in parts}
+        if len(found) < len(parts):
+            self.fail(f"{value!r} names a channel of the log twice", param, ctx)
+        return found
 
 
 class Names(Listed):
@@ -423,6 +446,16 @@ def json_option(command: Callable[..., Any]) -> Callable[..., Any]:
     return click.option("--json", "as_json", is_flag=True, help="Print JSON, and nothing else, on stdout.")(
         command
     )
+
+
+def model_channels_option(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Whose model is whose, where log and model use other names."""
+    return click.option(
+        "--model-channels",
+        type=Renamed(),
+        metavar="NAMES",
+        help="What --model calls the channels of the LOG, where that differs: wx=gyro_x,wy=gyro_y.",
+    )(function)
 
 
 def place_of(name: str) -> Path:

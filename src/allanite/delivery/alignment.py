@@ -31,6 +31,7 @@ def alignment_of(
     *,
     latitude: float,
     model: str | os.PathLike[str] | None = None,
+    model_channels: Mapping[str, str] | None = None,
     calibration: str | os.PathLike[str] | None = None,
     gyro: Sequence[str] | None = None,
     accelerometer: Sequence[str] | None = None,
@@ -51,6 +52,8 @@ def alignment_of(
     log, model, calibration, spans : path
         Whatever `read`, `load_models`, `Calibration.load` and `read_spans` understand; times of the spans count from
         the first sample of the log.
+    model_channels : mapping of str to str, optional
+        What the models call the channels of the log, where that is another name.
     gyro, accelerometer : sequence of str, optional
         Channels x, y, z, where neither the calibration nor their kinds say.
     start, stop : float, optional [s]
@@ -75,7 +78,7 @@ def alignment_of(
     axes, _ = unit_of(whole, known, gyro, accelerometer)
     whole = whole.select(*axes.names, *thermometers(whole))
     part = part_of(whole, start, stop)
-    models = _models(model, part, axes)
+    models = _models(model, part, axes, model_channels)
     advance(0.1, "looking for rest")
     rests = rests_of(whole, part, axes, listing=spans, start=start, models=models)
     turning = bool((estimate or {}).get("rotation"))
@@ -108,7 +111,10 @@ def alignment_of(
 
 
 def _models(
-    source: str | os.PathLike[str] | None, part: Recording, axes: UnitAxes
+    source: str | os.PathLike[str] | None,
+    part: Recording,
+    axes: UnitAxes,
+    called: Mapping[str, str] | None,
 ) -> dict[str, NoiseModel] | None:
     """By channel. A model of gyros alone, as words give it, leaves the accelerometers to the record."""
     from allanite.model_file import load_models
@@ -118,7 +124,7 @@ def _models(
     models, _ = load_models(source)
     kinds = {model.kind for model in models.values()}
     taking = [part[name] for name in axes.names if part[name].kind.value in kinds or len(kinds) > 1]
-    return models_for(source, taking)[0]
+    return models_for(source, taking, called)[0]
 
 
 def _rows(document: Json) -> list[Json]:

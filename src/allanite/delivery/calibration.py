@@ -36,6 +36,7 @@ def calibration_of(
     *,
     gyro_log: str | os.PathLike[str] | None = None,
     model: str | os.PathLike[str] | None = None,
+    model_channels: Mapping[str, str] | None = None,
     latitude: float | None = None,
     height: float | None = None,
     gravity: float | None = None,
@@ -59,6 +60,8 @@ def calibration_of(
     log, model, spans : path
         Whatever `read`, `load_models` and `read_spans` understand; times of the spans count from the first sample of
         the log.
+    model_channels : mapping of str to str, optional
+        What the models call the channels of the log, where that is another name.
     gyro_log : path, optional
         Of the gyros, where `log` holds the accelerometers alone.
     latitude, height, gravity : float, optional [rad], [m], [m/s^2]
@@ -93,7 +96,7 @@ def calibration_of(
     axes = unit_axes(whole, gyro, accelerometer)
     whole = whole.select(*axes.names, *thermometers(whole, (estimate or {}).get("temperature")))
     part = part_of(whole, start, stop)
-    given, where = models_for(model, [part[name] for name in axes.names])
+    given, where = models_for(model, [part[name] for name in axes.names], model_channels)
     models = given or None
     advance(0.1, "looking for rest")
     rests = _rests(whole, part, axes, listing=spans, start=start, models=models)

@@ -174,6 +174,7 @@ def north_of(
     *,
     latitude: float,
     model: str | os.PathLike[str],
+    model_channels: Mapping[str, str] | None = None,
     headings: str | os.PathLike[str] | None = None,
     positions: Mapping[str | os.PathLike[str], float] | None = None,
     between: float = 60.0,
@@ -193,6 +194,8 @@ def north_of(
 
     Parameters
     ----------
+    model_channels : mapping of str to str, optional
+        What the models call the channels of the log, where that is another name.
     headings : path, optional
         Positions with their headings; times count from the first sample of the log.
     positions : mapping of path to float [rad], optional
@@ -236,7 +239,7 @@ def north_of(
         )
         remarks = (remark,)
     channels = gyros_of(whole, most=2)
-    models, where = models_for(model, [whole[name] for name in channels])
+    models, where = models_for(model, [whole[name] for name in channels], model_channels)
     if positions is None:
         part, placed = placed_of(whole, channels[0], headings, start=start, stop=stop, dead_time=dead_time)
     else:

@@ -130,31 +130,58 @@ def rates_of(recording: Recording) -> list[str]:
     )
 
 
-def model_for(source: str | os.PathLike[str] | None, channel: Channel) -> tuple[NoiseModel | None, str]:
+def model_for(
+    source: str | os.PathLike[str] | None, channel: Channel, *, called: str = ""
+) -> tuple[NoiseModel | None, str]:
     """The model of a channel out of a study, a fit or words, and where it comes from.
+
+    `called` is its name there, where that is another one.
 
     Raises
     ------
     InputError
         Several models, and none of that channel; or a model of another kind of sensor.
     """
-    model, where = chosen_model(source, channel.name)
+    model, where = chosen_model(source, called or channel.name, by_name=bool(called))
     if model is not None:
         _refuse_other_kind(model, where, channel)
     return model, where
 
 
 def models_for(
-    source: str | os.PathLike[str] | None, channels: Iterable[Channel]
+    source: str | os.PathLike[str] | None,
+    channels: Iterable[Channel],
+    called: Mapping[str, str] | None = None,
 ) -> tuple[dict[str, NoiseModel], dict[str, str]]:
-    """The same of several channels: models by name, where there is one, and where they come from."""
-    given = {channel.name: model_for(source, channel) for channel in channels}
+    """The same of several channels: models by name, where there is one, and where they come from.
+
+    Parameters
+    ----------
+    called : mapping of str to str, optional
+        What the models call a channel of the log, where that is another name.
+
+    Raises
+    ------
+    InputError
+        No such channel; or as `model_for`.
+    """
+    taking, named = list(channels), dict(called or {})
+    if unknown := sorted(set(named) - {channel.name for channel in taking}):
+        raise InputError(
+            f"--model-channels names {', '.join(unknown)}; of the log these are used: "
+            f"{', '.join(channel.name for channel in taking)}"
+        )
+    given = {
+        channel.name: model_for(source, channel, called=named.get(channel.name, "")) for channel in taking
+    }
     models = {name: model for name, (model, _) in given.items() if model is not None}
     return models, {name: where for name, (_, where) in given.items()}
 
 
-def chosen_model(source: str | os.PathLike[str] | None, channel: str) -> tuple[NoiseModel | None, str]:
-    """The same by the name of the channel alone, whatever its kind."""
+def chosen_model(
+    source: str | os.PathLike[str] | None, channel: str, *, by_name: bool = False
+) -> tuple[NoiseModel | None, str]:
+    """The same by the name of the channel alone, whatever its kind; the only one there is, unless it goes by name."""
     from allanite.model_file import load_models
 
     if source is None:
@@ -164,11 +191,14 @@ def chosen_model(source: str | os.PathLike[str] | None, channel: str) -> tuple[N
         return next(iter(models.values())), "given in words"
     if channel in models:
         return models[channel], f"{source}, channel {channel}"
-    if len(models) == 1:
+    if len(models) == 1 and not by_name:
         return next(iter(models.values())), str(source)
+    has = f"{source} has no model of channel {channel!r}, but of {', '.join(models)}"
+    if by_name:
+        raise InputError(f"{has}: --model-channels takes one of these")
     raise InputError(
-        f"{source} has no model of channel {channel!r}, but of {', '.join(models)}: write one of them into a file of "
-        "its own, or name the channel of the log like that of the study"
+        f"{has}: write one model into a file of its own, or map the names, --model-channels "
+        f"{channel}={next(iter(models))} (align, calibrate, north)"
     )
 
 
