@@ -387,6 +387,16 @@ def test_a_step_that_ends_is_neither_noise_nor_kept_out_longer_than_it_lasts(see
     assert fault.size == pytest.approx(size, abs=5 * fault.size_sd)
 
 
+@pytest.mark.parametrize("size", [20.0, 400.0, 1e5])
+def test_a_step_of_half_of_the_record_is_not_taken_for_the_noise(size: int) -> None:
+    y = noise(4, 2400, 3)
+    y[700:1900, 1] += size * N * math.sqrt(RATE / 8)
+    c = combined(y, directions=cone(4))
+    assert c.verdict == "sensors contradict each other"
+    assert [(f.kind, round(f.stop)) for f in c.faults] == [("step", 38)]
+    assert c.noise_ratio == pytest.approx(1.0, abs=0.15)
+
+
 def test_steps_to_another_level_and_back_are_not_noise() -> None:
     y = noise(6, 2400, 12)
     y[600:1100, 2] += 40 * N * math.sqrt(RATE / 8)

@@ -22,6 +22,8 @@ Array = NDArray[np.float64]
 
 #: Windows in a longer window, and windows in a run that is tested for its noise.
 SCALES, RUN = (1, 8, 64), 16
+#: The variance of noise over that of the differences of neighbors: what is slower is a fault, not noise.
+SLOW = 4.0
 #: A longer window is used from so many of them on.
 FEWEST = 8
 
@@ -134,10 +136,14 @@ class Bench:
         self.explained, self.masked, self.means, self.filters = state
 
     def measure(self) -> None:
-        """The noise of what is left, by the median of the windows."""
+        """The noise of what is left, by the median of the windows.
+
+        A fault of half of the record moves that median, but not the difference of neighboring windows.
+        """
         white = self.filters[1].whiten(self.cleaned(len(self.means)))
-        chi2 = (white**2).sum(axis=1)
-        self.median, sd = _median_ratio(chi2, len(self.parity))
+        median, sd = _median_ratio((white**2).sum(axis=1), len(self.parity))
+        apart, _ = _median_ratio((np.diff(white, axis=0) ** 2).sum(axis=1) / 2, len(self.parity))
+        self.median = min(median, SLOW * apart)
         self.unusual = abs(self.median - 1) > 3 * sd
 
     def series(self) -> dict[int, Array]:
