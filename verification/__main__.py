@@ -134,6 +134,15 @@ def _triad(order: Order) -> None:
     write_tables("triad", title, parts, HERE / "results", seed=ROOT_SEED, date=order.date)
 
 
+def _hand_held(order: Order) -> None:
+    from verification.hand_held_calibration import run_hand_held
+    from verification.tables import write_tables
+
+    parts = run_hand_held(order.count(1200), ROOT_SEED, _say, order.workers, order.cache)
+    title = "Hand-held calibration"
+    write_tables("hand_held", title, parts, HERE / "results", seed=ROOT_SEED, date=order.date)
+
+
 def _alignment(order: Order) -> None:
     from verification.alignment import run_battery
     from verification.tables import write_tables
@@ -442,6 +451,7 @@ PARTS: dict[str, Callable[[Order], None]] = {
     "rate-vector": _rate_vector,
     "rate-table": _rate_table,
     "triad": _triad,
+    "hand-held calibration": _hand_held,
     "alignment": _alignment,
     "positions": _positions,
     "redundancy": _redundancy,

@@ -35,6 +35,7 @@ CLAIMS = {
     "rate_vector": "length of the rate vector of a vehicle at rest",
     "rate_table": "scale factor, nonlinearity and misalignment on a rate table",
     "triad": "calibration and alignment of a unit, every parameter",
+    "hand_held": "calibration of a unit in the hand: intervals that hold and repeat, or a verdict that takes them away",
     "alignment": "alignment against the test battery",
     "position_planning": "a planned calibration does what the plan said",
     "redundancy": "sensors combined, faults found",

@@ -139,13 +139,21 @@ def _rests(whole: Recording, part: Recording, axes: UnitAxes, **given: Any) -> S
     DataQualityError
         None was found.
     """
-    found = rests_of(whole, part, axes, **given)
+    found = _found(part, axes, **given) if given["listing"] is None else rests_of(whole, part, axes, **given)
     if not len(found):
         raise DataQualityError(
             "the unit is nowhere at rest long enough: let it rest for 5 s at least in each position, or say when it "
             "was at rest with --spans"
         )
     return found
+
+
+def _found(part: Recording, axes: UnitAxes, *, models: Mapping[str, Any] | None, **_: Any) -> StaticSpans:
+    """Rests of a unit that was put down or held, by the models where they are of all channels."""
+    from allanite.static_spans import find_rests
+
+    complete = models if models and set(axes.names) <= set(models) else None
+    return find_rests(part, gyro=axes.gyro, accelerometer=axes.accelerometer, model=complete)
 
 
 # -- the table --------------------------------------------------------------------------------------------

@@ -98,7 +98,7 @@ def _sensors(document: Json) -> list[str]:
 
 def _verdict(document: Json) -> list[Block]:
     verdict, rows = document["verdict"], document["parameters"]
-    known = sum(row["status"] != "assumed" for row in rows)
+    known = sum(row["status"] not in ("assumed", "not resolved") for row in rows)
     return [
         *judgement(document),
         hero(

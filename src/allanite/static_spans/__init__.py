@@ -7,12 +7,16 @@
 ``scan``       windows of many lengths against the noise: of a model, or the record's own.
 ``scrutiny``   what has no spread and is no rest: frozen samples, even rotations, a hand that holds still.
 ``detection``  the spans.
+``hand``       the rests of a unit that is held in the hand.
+``choice``     put down or held: whose spans a calibration takes.
 ``given``      spans that the user knows.
 """
 
 from allanite.static_spans.axes import UnitAxes, unit_axes
+from allanite.static_spans.choice import find_rests, held_by_hand
 from allanite.static_spans.detection import find_static_spans
 from allanite.static_spans.given import given_spans, read_spans
+from allanite.static_spans.hand import find_held_spans
 from allanite.static_spans.results import WHY, Level, MovingSpan, StaticSpan, StaticSpans
 
 __all__ = [
@@ -22,8 +26,11 @@ __all__ = [
     "StaticSpan",
     "StaticSpans",
     "UnitAxes",
+    "find_held_spans",
+    "find_rests",
     "find_static_spans",
     "given_spans",
+    "held_by_hand",
     "read_spans",
     "unit_axes",
 ]

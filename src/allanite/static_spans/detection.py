@@ -20,7 +20,7 @@ from allanite.static_spans.results import Level, MovingSpan, StaticSpan, StaticS
 from allanite.static_spans.scan import ALARM, Scan, scan
 from allanite.static_spans.scrutiny import frozen, held, smooth, turning
 
-__all__ = ["find_static_spans"]
+__all__ = ["find_static_spans", "level_of"]
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -105,7 +105,7 @@ def find_static_spans(
         alarm=ALARM,
         shortest=length,
         floor={n: float(v) for n, v in zip(axes.names, seen.white, strict=True)},
-        level=_level(cells, seen),
+        level=level_of(cells, seen.ratio),
         findings=remarks(cells, seen, axes, moving, bool(spans)),
     )
 
@@ -185,12 +185,12 @@ def _spans(
     return tuple(spans), tuple(moving)
 
 
-def _level(cells: Cells, seen: Scan) -> Level:
+def level_of(cells: Cells, ratios: Array) -> Level:
     """The largest ratio of each block."""
     join = max(-(-cells.n // BLOCKS), 1)
     n = -(-cells.n // join)
     padded = np.full(n * join, np.nan)
-    padded[: cells.n] = seen.ratio
+    padded[: cells.n] = ratios
     rows = padded.reshape(n, join)
     there = ~np.isnan(rows)
     ratio = np.where(there.any(axis=1), np.where(there, rows, 0.0).max(axis=1, initial=0.0), np.nan)

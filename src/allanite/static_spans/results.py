@@ -113,6 +113,8 @@ class StaticSpans:
         Shorter spans were dropped.
     floor : dict of str to float
         White noise of each channel by the quiet parts, or by the model [SI / sqrt(Hz); counts / sqrt(Hz)].
+    held : bool
+        Held in the hand: no span is quite at rest, and `floor` is how much a triad may move in one.
     level : Level or None
     findings : tuple of str
         What a reader must know, in sentences.
@@ -129,6 +131,7 @@ class StaticSpans:
     alarm: float = 0.0
     shortest: float = 0.0
     floor: Mapping[str, float] = field(default_factory=dict, repr=False)
+    held: bool = False
     level: Level | None = field(default=None, repr=False)
     findings: tuple[str, ...] = ()
 
@@ -195,7 +198,7 @@ class StaticSpans:
                 name: plain(getattr(self, name))
                 for name in (
                     "rate", "n_samples", "duration", "share", "moving", "gyro", "accelerometer", "source", "noise",
-                    "alarm", "shortest", "floor", "level", "findings",
+                    "alarm", "shortest", "floor", "held", "level", "findings",
                 )
             },
         }  # fmt: skip
@@ -236,6 +239,7 @@ class StaticSpans:
                 noise=str(data["noise"]),
                 alarm=float(data["alarm"]),
                 shortest=float(data["shortest"]),
+                held=bool(data.get("held", False)),
             )
         except (KeyError, TypeError, ValueError, AttributeError, InputError) as error:
             raise FormatError(f"the static spans are damaged: {error}") from None

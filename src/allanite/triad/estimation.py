@@ -16,7 +16,7 @@ from allanite.errors import DataQualityError, InputError
 from allanite.given_models import models_of
 from allanite.noise import NoiseModel
 from allanite.recording import Kind, Recording
-from allanite.static_spans import StaticSpans, find_static_spans, unit_axes
+from allanite.static_spans import StaticSpans, UnitAxes, find_rests, held_by_hand, unit_axes
 from allanite.triad.adjustment import adjust
 from allanite.triad.gathering import gather
 from allanite.triad.outcome import Circumstances, outcome
@@ -24,6 +24,11 @@ from allanite.triad.problem import problem_of
 from allanite.triad.results import CalibrationEstimate
 
 __all__ = ["STANDARD_GRAVITY", "calibrate"]
+
+_UNSETTLED = (
+    "the fit does not settle, so there are no parameters: look at the axes, the units and the rests (--spans), or "
+    "record more positions"
+)
 
 Progress = Callable[[float, str], None]
 
@@ -100,7 +105,8 @@ def calibrate(
     InputError
         Channels, spans, a latitude or a confidence that make no sense.
     DataQualityError
-        No span at rest; accelerometers that do not show gravity; counts and too few positions.
+        No span at rest; accelerometers that do not show gravity; counts and too few positions; a fit that does not
+        settle.
 
     Notes
     -----
@@ -119,13 +125,24 @@ def calibrate(
     models = models_of(model, kinds, roles=axes) or None
     found = _spans(recording, spans, models, axes)
     advance(0.2, "reading the spans")
-    data = gather(recording, axes, found.array, model=models, temperature=heat, without=without)
+    in_hand = found.held or (spans is not None and _held(recording, axes, found))
+    data = gather(
+        recording, axes, found.array, model=models, temperature=heat, without=without, in_hand=in_hand
+    )
     g, source = _gravity(gravity, latitude, height)
     advance(0.4, "fitting")
     problem = problem_of(data, recording, g, frame, quadratic, reference_temperature)
     fit = adjust(
-        problem.observed, problem.weights, problem.start, latitude, sure=models is not None, drift=drift
+        problem.observed,
+        problem.weights,
+        problem.start,
+        latitude,
+        sure=models is not None,
+        drift=drift,
+        in_hand=in_hand,
     )
+    if not fit.solution.converged:
+        raise DataQualityError(problem.astray or _UNSETTLED)
     advance(0.9, "judging")
     return outcome(
         Circumstances(
@@ -200,7 +217,7 @@ def _spans(
     if isinstance(spans, StaticSpans):
         return spans
     if spans is None:
-        found = find_static_spans(
+        found = find_rests(
             recording,
             gyro=axes.get(GYRO, ()),
             accelerometer=axes.get(ACCELEROMETER, ()),
@@ -221,6 +238,15 @@ def _spans(
         n_samples=recording.n_samples,
         spans=tuple(StaticSpan(start=int(a), stop=int(b)) for a, b in edges),
         source="given",
+    )
+
+
+def _held(recording: Recording, axes: Mapping[str, tuple[str, ...]], found: StaticSpans) -> bool:
+    """Whether spans that were given were held in the hand."""
+    return held_by_hand(
+        recording,
+        UnitAxes(gyro=axes.get(GYRO, ()), accelerometer=axes.get(ACCELEROMETER, ())),
+        found.array,
     )
 
 

@@ -14,7 +14,7 @@ from allanite.calibration import ACCELEROMETER, GYRO
 from allanite.errors import DataQualityError, InputError
 from allanite.noise import NoiseModel, White
 from allanite.recording import Recording, Sampling
-from allanite.triad.adjustment.interval_noise import Intervals, model_of_spans
+from allanite.triad.adjustment.interval_noise import Intervals, model_beside_motion, model_of_spans
 from allanite.triad.adjustment.rounding import Steps, of_integrals, of_means
 from allanite.triad.adjustment.turning import Motion
 
@@ -50,6 +50,14 @@ class Gathered:
         Covariance that steps of the converter which no noise smooths add to the means.
     held : ndarray, shape (3, m)
         Variance that they add to the integral of each gyro over each turn.
+    in_hand : bool
+        The unit was held: the attitude wanders within a span, whose mean is meant, and turns go from mean to mean.
+    restless : ndarray, shape (n,)
+        Rms of the motion within each span: of the rates about their bias, or of the steps from sample to sample of the
+        accelerometers where there are no gyros; one of a unit that was put down.
+    wander : ndarray, shape (n, 3, 3)
+        Mean of the products of the integrated rates within each span, about their mean, in the square of the unit of
+        the gyros times seconds; zero of a unit that was put down.
     temperature : ndarray, shape (n,) or None
     before, after : ndarray of int64, shape (m,)
         Used spans that a whole turn links.
@@ -73,6 +81,9 @@ class Gathered:
     whole: dict[str, Array]
     coarse: dict[str, Array]
     held: Array
+    in_hand: bool
+    restless: Array
+    wander: Array
     temperature: Array | None
     before: Index
     after: Index
@@ -95,7 +106,33 @@ class Gathered:
 
     def turns(self) -> Intervals:
         """The turns as intervals of the gyros."""
-        return self._intervals(self.edges[self.before, 1], self.edges[self.after, 0], GYRO)
+        return self._intervals(*self._ends, GYRO)
+
+    @property
+    def seconds(self) -> Array:
+        """Length of each turn, shape (m,) [s]."""
+        start, stop = self._ends
+        return np.asarray((stop - start) * self.dt)
+
+    @property
+    def relative(self) -> dict[str, Array]:
+        """Variances of the scatter of the spans over the usual one; none of a unit that was put down.
+
+        What a hand does to the mean of a rate or an acceleration is a difference of an angle or of a velocity between
+        the ends of the span, over its length; and it is as large as the hand is restless.
+        """
+        if not self.in_hand:
+            return {}
+        size = self.restless / np.diff(self.edges, axis=1)[:, 0]
+        return dict.fromkeys(self.axes, (size / float(np.median(size))) ** 2)
+
+    @property
+    def _ends(self) -> tuple[Index, Index]:
+        """Of the turns [samples]: from the middle of a span that wanders to that of the next."""
+        if self.in_hand:
+            middle = self.edges.sum(axis=1) // 2
+            return middle[self.before], middle[self.after]
+        return self.edges[self.before, 1], self.edges[self.after, 0]
 
     def _intervals(self, start: Index, stop: Index, sensor: str) -> Intervals:
         return Intervals(
@@ -116,8 +153,14 @@ def gather(
     model: Mapping[str, NoiseModel] | None,
     temperature: str | None,
     without: Collection[int | tuple[int, int]],
+    in_hand: bool = False,
 ) -> Gathered:
     """Read a recording.
+
+    Parameters
+    ----------
+    in_hand : bool
+        See `Gathered`.
 
     Raises
     ------
@@ -147,9 +190,9 @@ def gather(
         s: np.stack([of_means(steps[s][k], [v[a:b, k] for a, b in used]) for k in range(3)])
         for s, v in y.items()
     }
-    models = _models(recording, axes, y, used, coarse, model)
+    models = _models(recording, axes, y, used, coarse, model, in_hand)
     warmth = _warmth(recording, temperature)
-    before, after, motion, dropped = _turns(y, used, recording.dt, warmth, _places(turns, use))
+    before, after, motion, dropped = _turns(y, used, recording.dt, warmth, _places(turns, use), in_hand)
     held = np.zeros((3, len(before)))
     if motion is not None:
         held = np.stack(
@@ -164,6 +207,9 @@ def gather(
         whole={s: v[use] for s, v in whole.items()},
         coarse=coarse,
         held=held,
+        in_hand=in_hand,
+        restless=_restless(y, used) if in_hand else np.ones(len(used)),
+        wander=_wander(y.get(GYRO), used, recording.dt, in_hand),
         temperature=None if warmth is None else _means(warmth[:, None], used)[0][:, 0],
         before=before,
         after=after,
@@ -229,6 +275,7 @@ def _models(
     edges: Index,
     coarse: Mapping[str, Array],
     model: Mapping[str, NoiseModel] | None,
+    in_hand: bool,
 ) -> dict[str, NoiseModel]:
     if model is not None:
         return dict(model)
@@ -236,7 +283,7 @@ def _models(
     for sensor, three in axes.items():
         for axis, name in enumerate(three):
             parts = [y[sensor][a:b, axis] for a, b in edges]
-            found = model_of_spans(parts, recording.dt)
+            found = (model_beside_motion if in_hand else model_of_spans)(parts, recording.dt)
             steps = float(np.diag(coarse[sensor][axis]).max())
             if found is None and steps > 0:  # the steps hide the noise, which is smaller than they are
                 found = NoiseModel.of(White(N=math.sqrt(steps * recording.dt)))
@@ -271,6 +318,7 @@ def _turns(
     dt: float,
     warmth: Array | None,
     left_out: Collection[tuple[int, int]],
+    in_hand: bool,
 ) -> tuple[Index, Index, Motion | None, dict[tuple[int, int], str]]:
     """Turns between neighbouring spans whose every sample is there."""
     none: Index = np.zeros(0, dtype=np.int64)
@@ -279,9 +327,10 @@ def _turns(
         return none, none, None, {}
     rails = [_rails(gyro[:, axis]) for axis in range(3)]
     used, parts, heat, dropped = [], [], [], {}
-    for k in range(len(edges) - 1):
-        part = gyro[edges[k, 1] : edges[k + 1, 0]]
-        warm = np.zeros(len(part)) if warmth is None else warmth[edges[k, 1] : edges[k + 1, 0]]
+    reach = [slice(edges[k, 1 - in_hand], edges[k + 1, int(in_hand)]) for k in range(len(edges) - 1)]
+    for k, place in enumerate(reach):
+        part = gyro[place]
+        warm = np.zeros(len(part)) if warmth is None else warmth[place]
         why = "left out" if (k, k + 1) in left_out else _unusable(part, warm, rails)
         if why:
             dropped[k, k + 1] = why
@@ -297,10 +346,42 @@ def _turns(
         warmer=np.concatenate(heat),
         edges=np.concatenate([[0], np.cumsum(sizes)]),
         dt=np.full(len(used), dt),
-        force=None if force is None else np.concatenate([force[edges[k, 1] : edges[k + 1, 0]] for k in used]),
+        force=None if force is None else np.concatenate([force[reach[k]] for k in used]),
+        weight=np.concatenate([_trapezoid(edges[k : k + 2]) for k in used]) if in_hand else None,
     )
     first = np.array(used, dtype=np.int64)
     return first, first + 1, motion, dropped
+
+
+def _trapezoid(edges: Index) -> Array:
+    """Weights of the samples from the start of one span to the end of the next: see `Motion`."""
+    (a, b), (c, d) = edges.tolist()
+    up, down = (np.arange(b - a) + 0.5) / (b - a), (np.arange(d - c) + 0.5) / (d - c)
+    return np.concatenate([up, np.ones(c - b), 1 - down])
+
+
+def _usual_mean(samples: Array, edges: Index) -> Array:
+    return np.asarray(np.median([np.nanmean(samples[a:b], axis=0) for a, b in edges.tolist()], axis=0))
+
+
+def _restless(y: Mapping[str, Array], edges: Index) -> Array:
+    """`Gathered.restless` of a unit that was held."""
+    gyro = y.get(GYRO)
+    moves = np.diff(y[ACCELEROMETER], axis=0) if gyro is None else gyro - _usual_mean(gyro, edges)
+    return np.array([math.sqrt(float(np.nanmean(moves[a : b - 1] ** 2))) for a, b in edges.tolist()])
+
+
+def _wander(gyro: Array | None, edges: Index, dt: float, in_hand: bool) -> Array:
+    """`Gathered.wander`: the bias is the median of the means."""
+    out = np.zeros((len(edges), 3, 3))
+    if gyro is None or not in_hand:
+        return out
+    bias = _usual_mean(gyro, edges)
+    for k, (a, b) in enumerate(edges.tolist()):
+        turned = np.cumsum(np.nan_to_num(gyro[a:b] - bias), axis=0) * dt
+        turned -= turned.mean(axis=0)
+        out[k] = turned.T @ turned / len(turned)
+    return out
 
 
 def _rails(samples: Array) -> tuple[float, ...]:

@@ -4,22 +4,23 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass, field
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.attitude import rotation_vector
-from allanite.calibration import ACCELEROMETER, GYRO, Calibration, Frame
+from allanite.calibration import ACCELEROMETER, AXES, GYRO, Calibration, Frame
 from allanite.laws import normal_quantile, student_quantile
-from allanite.triad.adjustment import OPEN, Adjustment
+from allanite.triad.adjustment import OPEN, Adjustment, left_out
 from allanite.triad.adjustment.design import SENSITIVITY
-from allanite.triad.adjustment.scatter import Deletion, deletion
+from allanite.triad.adjustment.scatter import Deletion, deletion, shift
 from allanite.triad.adjustment.weights import DRIFT, TURNS
+from allanite.triad.agreement import alone_and_together
 from allanite.triad.completion import Completion, complete
 from allanite.triad.gathering import Gathered
-from allanite.triad.orientations import words_of
+from allanite.triad.orientations import ORIENTATIONS, words_of
 from allanite.triad.problem import Problem
 from allanite.triad.results import CalibrationEstimate, Parameter, Position, Scatter, Turn
 from allanite.triad.verdict import WHAT, checks_of, judge
@@ -32,6 +33,9 @@ Index = NDArray[np.int64]
 #: Probability with which nothing at all is called an outlier in a sound record.
 SOUND = 0.999
 
+#: A position covers half an axis within 60 deg of it: cosine.
+NEAR = 0.5
+_WAYS = (("up", 1.0), ("down", -1.0))
 _UNITS = {ACCELEROMETER: "m/s²", GYRO: "rad/s", TURNS: "rad"}
 
 
@@ -66,13 +70,17 @@ def outcome(about: Circumstances, fit: Adjustment) -> CalibrationEstimate:
     limit = (1 - SOUND) / (fit.observed.n + fit.observed.m)
     positions = _positions(about, fit, limit)
     turns = _turns(about, fit, limit)
-    checks = checks_of(fit)
+    missing = _uncovered(positions)
+    checks = checks_of(fit, in_hand=about.data.in_hand)
+    agreement = None if about.problem.astray else alone_and_together(fit)
+    if agreement is not None:
+        checks = (*checks, agreement)
     result = CalibrationEstimate(
         calibration=calibration,
-        parameters=_parameters(about, fit, calibration, opened, completion),
+        parameters=_not_resolved(_parameters(about, fit, calibration, opened, completion), missing),
         verdict="",
         reason="",
-        add=completion.add,
+        add=(*completion.add, *_beside(missing, completion.add)),
         remarks=_remarks(about, fit),
         checks=checks,
         scatter=_scatter(fit),
@@ -92,7 +100,7 @@ def outcome(about: Circumstances, fit: Adjustment) -> CalibrationEstimate:
         duration=about.duration,
         source=about.source,
     )
-    return judge(result, converged=fit.solution.converged, astray=about.problem.astray)
+    return judge(result, astray=about.problem.astray, missing=missing)
 
 
 # -- parameters -------------------------------------------------------------------------------------------
@@ -158,6 +166,37 @@ def _parameters(
     return tuple(out)
 
 
+def _uncovered(positions: tuple[Position, ...]) -> tuple[str, ...]:
+    """Half axes of the body that no used position comes near with gravity, in words; none without accelerometers."""
+    ups = np.array([p.up for p in positions if p.used and p.words])
+    if not len(ups):
+        return ()
+    words = [(f"{axis} {way}", sign * ups[:, k]) for k, axis in enumerate(AXES) for way, sign in _WAYS]
+    return tuple(said for said, along in words if not (along >= NEAR).any())
+
+
+def _beside(missing: tuple[str, ...], added: tuple[str, ...]) -> tuple[str, ...]:
+    """Half axes that no added position covers either."""
+    ups = np.array([ORIENTATIONS[words] for words in added], dtype=np.float64).reshape(-1, 3)
+    ups /= np.linalg.norm(ups, axis=1, keepdims=True)
+    return tuple(words for words in missing if not (ups @ np.array(ORIENTATIONS[words]) >= NEAR).any())
+
+
+def _not_resolved(parameters: tuple[Parameter, ...], missing: tuple[str, ...]) -> tuple[Parameter, ...]:
+    """Bias and scale factor of an accelerometer rest on readings with its axis up and down; one alone extrapolates."""
+    asked: dict[str, tuple[str, ...]] = {}
+    for words in missing:
+        for kind in ("bias", "scale"):
+            name = f"{ACCELEROMETER}.{kind}_{words[0]}"
+            asked[name] = (*asked.get(name, ()), words)
+    return tuple(
+        replace(p, status="not resolved", advice=asked[p.name])
+        if p.name in asked and p.status == "estimated"
+        else p
+        for p in parameters
+    )
+
+
 def _unit_of(name: str, units: Mapping[str, str]) -> str:
     sensor, _, rest = name.partition(".")
     own, si = units[sensor], _UNITS[sensor]
@@ -178,12 +217,23 @@ def _unit_of(name: str, units: Mapping[str, str]) -> str:
 def _positions(about: Circumstances, fit: Adjustment, limit: float) -> tuple[Position, ...]:
     used = {number: k for k, number in enumerate(about.data.numbers)}
     known = _linked(fit)
+    suspects = _suspects(fit)
     return tuple(
-        _position(about, fit, number, used[number], known, limit)
+        _position(about, fit, number, used[number], known, limit, suspects)
         if number in used
         else _left_out(about, number)
         for number in range(1, len(about.spans) + 1)
     )
+
+
+def _suspects(fit: Adjustment) -> set[int]:
+    """The spans that lie farthest from what the others predict, where a scatter hides them: of each triad one."""
+    found = set()
+    for triad in fit.observed.triads:
+        if triad.sensor in fit.beyond:
+            seen = [shift(fit.solution, _rows(fit, triad.sensor, k)) for k in range(fit.observed.n)]
+            found.add(int(np.argmax([chi2 / max(dof, 1) for chi2, dof in seen])))
+    return found
 
 
 def _linked(fit: Adjustment) -> set[int]:
@@ -196,7 +246,13 @@ def _linked(fit: Adjustment) -> set[int]:
 
 
 def _position(
-    about: Circumstances, fit: Adjustment, number: int, k: int, known: set[int], limit: float
+    about: Circumstances,
+    fit: Adjustment,
+    number: int,
+    k: int,
+    known: set[int],
+    limit: float,
+    suspects: Collection[int],
 ) -> Position:
     observed, state = fit.observed, fit.solution.state
     attitude = state.attitudes[k]
@@ -215,6 +271,11 @@ def _position(
         else:
             rate, rate_sd = _fixed(true - attitude.T @ state.earth), _fixed(np.sqrt(np.diag(spread)))
     p, misfit = _worst([_deleted(fit, t.sensor, k) for t in observed.triads])
+    if k in suspects:
+        p, misfit = min(
+            (p, misfit),
+            _worst([left_out(fit, _rows(fit, t.sensor, k), fit.rows[t.sensor]) for t in observed.triads]),
+        )
     start, stop = (about.data.edges[k] / about.data.rate).tolist()
     return Position(
         number=number,
@@ -261,8 +322,12 @@ def _left_out(about: Circumstances, number: int) -> Position:
 
 
 def _deleted(fit: Adjustment, what: str, k: int) -> Deletion:
-    rows = fit.rows[what][3 * k : 3 * k + 3]
-    return deletion(fit.solution, rows, fit.kinds[what], _beyond_dof(fit, what))
+    return deletion(fit.solution, _rows(fit, what, k), fit.kinds[what], _beyond_dof(fit, what))
+
+
+def _rows(fit: Adjustment, what: str, k: int) -> Index:
+    """Rows of one span or turn."""
+    return fit.rows[what][3 * k : 3 * k + 3]
 
 
 def _beyond_dof(fit: Adjustment, what: str) -> float:
@@ -336,6 +401,11 @@ def _scatter(fit: Adjustment) -> tuple[Scatter, ...]:
 
 def _remarks(about: Circumstances, fit: Adjustment) -> tuple[str, ...]:
     out = list(about.remarks)
+    if about.data.in_hand:
+        out.append(
+            "the unit was held in the hand: turns go from the mean attitude of one rest to the next, and what the "
+            "hand does to the means is in the intervals"
+        )
     if ACCELEROMETER in fit.rows and about.gravity_source == "standard":
         out.append(
             f"gravity was taken as {about.gravity:g} m/s²: on the ground it differs by up to 0.3 % from place to "

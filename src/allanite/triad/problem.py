@@ -84,11 +84,11 @@ def problem_of(
         warmer = data.temperature - reference
     observed = Observed(
         triads=triads,
-        means={s: (data.means[s] - offsets[s]) / gains[s] for s in data.axes},
+        means=_levelled({s: (data.means[s] - offsets[s]) / gains[s] for s in data.axes}, data, gains),
         warmer=warmer,
         before=data.before,
         after=data.after,
-        seconds=(data.edges[data.after, 0] - data.edges[data.before, 1]) * data.dt,
+        seconds=data.seconds,
         turning=motion or constant_rate_turns(np.zeros((0, 3)), np.zeros(0)),
         gravity=gravity,
     )
@@ -102,12 +102,27 @@ def problem_of(
             data.coarse,
             data.turns() if motion is not None else None,
             data.held,
+            data.relative,
         ),
         start=_start(observed, down),
         gains=gains,
         offsets=offsets,
         astray=astray,
     )
+
+
+def _levelled(means: dict[str, Array], data: Gathered, gains: dict[str, float]) -> dict[str, Array]:
+    """Means of the accelerometers at the mean attitude of each span.
+
+    A unit that wanders by the small rotation psi about it shows f + 1/2 mean([psi]^2) f in the mean, with
+    [psi]^2 = psi psi' - |psi|^2: less than gravity.
+    """
+    if not (data.in_hand and len(means) == 2):
+        return means
+    products = data.wander / gains[GYRO] ** 2
+    square = products - np.trace(products, axis1=1, axis2=2)[:, None, None] * np.eye(3)
+    force = means[ACCELEROMETER]
+    return {**means, ACCELEROMETER: force - np.einsum("nij,nj->ni", square, force) / 2}
 
 
 def _accelerometers(data: Gathered, gravity: float, si: bool) -> tuple[Array, float]:

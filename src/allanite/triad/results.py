@@ -44,7 +44,8 @@ class Parameter:
     interval : (float, float)
         At the confidence of the estimate.
     status : str
-        "estimated", or "assumed" where the positions leave it open.
+        "estimated"; "assumed" where the positions leave it open; "not resolved" where no position comes near one of
+        the directions that it is the difference or the sum of: value and interval extrapolate.
     open : float
         Part of it that lies in directions which the positions leave open, 0 to 1.
     dof : float
@@ -235,7 +236,8 @@ class CalibrationEstimate:
     parameters : tuple of Parameter
         In the order of `calibration.names`.
     verdict : str
-        "calibrated", "partly calibrated" (some parameters are assumed), "inconsistent" or "not calibrated".
+        "calibrated", "partly calibrated" (some parameters are assumed or not resolved), "inconsistent" (positions, or
+        accelerometers and gyros, contradict each other, gravity or the Earth) or "not calibrated".
     reason : str
         One or two sentences.
     advice : tuple of str

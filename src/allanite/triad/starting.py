@@ -129,7 +129,10 @@ def _coarse(motion: Motion, bias: Array, down: Array, before: Index, after: Inde
         return None
     steps = np.zeros((len(use), COARSE, 3))
     for k, turn in enumerate(use):
-        y = (motion.y[motion.edges[turn] : motion.edges[turn + 1]] - bias) * motion.dt[turn]
+        part = slice(motion.edges[turn], motion.edges[turn + 1])
+        y = (motion.y[part] - bias) * motion.dt[turn]
+        if motion.weight is not None:
+            y = y * motion.weight[part, None]
         np.add.at(steps[k], np.arange(len(y)) * COARSE // len(y), y)
     return _Coarse(steps=steps, before=down[before[use]], after=down[after[use]])
 

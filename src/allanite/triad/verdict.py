@@ -26,11 +26,11 @@ REASONS = {
 }
 
 
-def checks_of(fit: Adjustment) -> tuple[Check, ...]:
-    """Questions put to the residuals."""
+def checks_of(fit: Adjustment, *, in_hand: bool) -> tuple[Check, ...]:
+    """Questions put to the residuals; that they scatter more than the noise needs no question in the hand."""
     checks = []
     for name, group in fit.pure.items():
-        if group.dof < 0.5:
+        if in_hand or group.dof < 0.5:
             continue
         checks.append(
             Check(
@@ -60,10 +60,10 @@ def _earth_check(seen: EarthSeen) -> Check:
     )
 
 
-def judge(found: CalibrationEstimate, *, converged: bool, astray: str) -> CalibrationEstimate:
-    """With verdict, reason and advice."""
+def judge(found: CalibrationEstimate, *, astray: str, missing: tuple[str, ...]) -> CalibrationEstimate:
+    """With verdict, reason and advice; `missing` are the half axes that no position covers."""
     estimated = [p for p in found.parameters if p.status == "estimated"]
-    verdict, reason = _verdict(found, converged, astray, len(estimated))
+    verdict, reason = _verdict(found, astray, len(estimated), missing)
     return replace(found, verdict=verdict, reason=reason, advice=() if astray else _advice(found))
 
 
@@ -88,7 +88,7 @@ def _advice(found: CalibrationEstimate) -> tuple[str, ...]:
             f"(--reference-temperature {(low + high) / 2:.0f})"
         )
     if found.add:
-        advice.append(f"to estimate what is assumed, add: {'; '.join(found.add)}")
+        advice.append(f"to estimate what is left open, add: {'; '.join(found.add)}")
     elif found.assumed:
         advice.extend(dict.fromkeys(a for p in found.parameters for a in p.advice))
     return tuple(advice)
@@ -100,22 +100,42 @@ def _numbers(found: CalibrationEstimate) -> list[str]:
     return positions + [f"{t.before}-{t.after}" for t in found.turns if t.outlier]
 
 
+def _axes(missing: tuple[str, ...]) -> str:
+    axes = list(dict.fromkeys(words[0] for words in missing))
+    return f"accelerometer{'s' * (len(axes) > 1)} {', '.join(axes)}"
+
+
 def _drifts(found: CalibrationEstimate) -> bool:
     return any(not c.passed and c.widens and "at rest" in c.name for c in found.checks)
 
 
-def _verdict(found: CalibrationEstimate, converged: bool, astray: str, estimated: int) -> tuple[str, str]:
+def _verdict(
+    found: CalibrationEstimate, astray: str, estimated: int, missing: tuple[str, ...]
+) -> tuple[str, str]:
     used = sum(p.used for p in found.positions)
     counted = f"{used} positions" if used != 1 else "one position"
     if astray:
         return "inconsistent", astray
-    if not converged:
-        return "inconsistent", "the fit does not settle: look at the axes, the units and the static spans"
-    earth = [c for c in found.checks if c.name == "rate of the Earth" and not c.passed]
+    grave = [c for c in found.checks if not c.passed and not c.widens]
+    earth = [c.says for c in grave if c.name == "rate of the Earth"]
     if earth:
-        return "inconsistent", earth[0].says
+        return "inconsistent", earth[0]
+    if found.outliers:  # named before what it does to the comparison of accelerometers and gyros
+        one = len(found.outliers) == 1
+        said = "does not go with what all others say" if one else "do not go with what the others say"
+        return "inconsistent", f"{', '.join(found.outliers)} {said}"
+    if grave:
+        return "inconsistent", grave[0].says
     if not estimated:
         return "not calibrated", f"{counted} determine no parameter"
+    if missing and estimated + len(found.assumed) < len(found.parameters):
+        return (
+            "partly calibrated",
+            (
+                f"no position has {' or '.join(missing)} within 60 deg: bias and scale factor of {_axes(missing)} are "
+                f"not resolved; {counted} determine {estimated} of {len(found.parameters)} parameters"
+            ),
+        )
     if found.assumed:
         return (
             "partly calibrated",

@@ -45,7 +45,12 @@ _KINDS = {
     "gravity_sensitivity": "Gravity sensitivity",
 }
 _SENSORS = {"accelerometer": "Accelerometers", "gyro": "Gyros"}
-_STATUS = {"estimated": "", "assumed": "not observable, assumed", "held": "held as given"}
+_STATUS = {
+    "estimated": "",
+    "assumed": "not observable, assumed",
+    "not resolved": "not resolved",
+    "held": "held as given",
+}
 _SCATTERED = {"m/s²": ("mg", _MG), "rad/s": ("deg/h", DEG_H), "rad": ("mrad", 1e-3)}
 
 
@@ -149,7 +154,7 @@ def _line(row: Json, unit: DisplayUnit) -> CalibrationLine:
     value, lower, upper = interval(x, low, high)
     return CalibrationLine(
         name=row["name"].rpartition("_")[2],
-        value=value,
+        value="–" if row["status"] == "not resolved" else value,
         range=f"[{lower}, {upper}]",
         x=x,
         low=low,
@@ -194,7 +199,7 @@ def still_open(document: Json) -> list[tuple[str, str]]:
     """What the positions leave open, with what to do: parameters that need the same stand together."""
     rows: dict[tuple[str, ...], list[str]] = {}
     for row in document["parameters"]:
-        if row["status"] == "assumed":
+        if row["status"] in ("assumed", "not resolved"):
             rows.setdefault(tuple(row["advice"]), []).append(calibration_name(row["name"]))
     return [(_listed(names), _to_do(advice, document["add"])) for advice, names in rows.items()]
 

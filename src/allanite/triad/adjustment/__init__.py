@@ -9,10 +9,12 @@
 ``solution``        the least squares, and the directions that the positions leave open.
 ``headings``        positions that no turn links to the others.
 ``scatter``         residuals beyond the noise; spans that stand out.
+``leaving_out``     one position against the others, with the scatter that they show.
 ``rounds``          all this in turn; biases of gyros that follow gravity; the Earth where it is seen.
 """
 
 from allanite.triad.adjustment.interval_noise import Intervals, interval_covariance
+from allanite.triad.adjustment.leaving_out import left_out
 from allanite.triad.adjustment.rounds import (
     OPEN,
     RESOLVED,
@@ -34,6 +36,7 @@ __all__ = [
     "adjust",
     "earth_prior",
     "interval_covariance",
+    "left_out",
     "nominal_of",
     "plausible_of",
 ]

@@ -20,7 +20,16 @@ from allanite.triad.adjustment.turning import Motion
 from allanite.triad.adjustment.weights import DRIFT, GROUPS, TURNS, Weights, groups_of
 from allanite.triad.results import EarthSeen
 
-__all__ = ["OPEN", "RESOLVED", "Adjustment", "adjust", "earth_prior", "nominal_of", "plausible_of"]
+__all__ = [
+    "OPEN",
+    "RESOLVED",
+    "Adjustment",
+    "adjust",
+    "earth_prior",
+    "nominal_of",
+    "plausible_of",
+    "unknowns_of",
+]
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -40,9 +49,13 @@ PLAUSIBLE = {
 RESOLVED, AGREES = 5.0, 4.0
 #: A parameter of which more than this part lies in open directions is assumed.
 OPEN = 0.1
-#: Biases that follow gravity explain the scatter of the gyros when they leave less than this part of it, and are looked
-#: for from so many degrees of freedom on.
-EXPLAINED, LEAST_DOF = 0.7, 20.0
+#: Biases that follow gravity explain the scatter of the gyros when they leave less than this part of it and nine
+#: unknowns without meaning would do so with this probability at most; they are looked for from so many degrees of
+#: freedom on.
+EXPLAINED, CHANCE, LEAST_DOF = 0.7, 1e-3, 20.0
+#: What a hand adds to means and turns, to begin with [m/s^2], [rad/s], [rad]: least squares whose residuals are a
+#: hundred times as large as their noise do not settle.
+HAND = {ACCELEROMETER: 0.01, GYRO: 5e-3, TURNS: 5e-3}
 #: Rounds of scatter and fit.
 ROUNDS = 4
 
@@ -119,6 +132,7 @@ def adjust(
     *,
     sure: bool,
     drift: bool = True,
+    in_hand: bool = False,
 ) -> Adjustment:
     """Fit, widen, fit again; with biases that follow gravity where the gyros at rest show them.
 
@@ -131,22 +145,57 @@ def adjust(
         even where the residuals do not ask for it.
     drift : bool
         Such a walk may be looked for at all.
+    in_hand : bool
+        The unit was held: the spans scatter, whatever the noise, and a walk of the biases does not show beside it.
     """
     earth = None
     if observed.triad(GYRO) is not None:
         earth = earth_prior(observed.triads[0].sensor == ACCELEROMETER, latitude)
     walks = {DRIFT[t.sensor] for t in observed.triads}
+    drift = drift and not in_hand
     always, never = set() if sure or not drift else walks, set() if drift else walks
+    if in_hand:
+        weights = weights.with_beyond({name: HAND[name] for name in groups_of(observed)})
+        always = set(weights.beyond)
+        if (
+            earth is not None
+        ):  # a hand turns a hundred times as fast: what is not known of the Earth is scatter
+            start, earth = replace(start, earth=earth.center), None
+        if _affords_gravity(observed):
+            state = _fit(observed, weights, start, earth).state
+            return _finished(_widened(*_with_gravity(observed, weights, state), earth, always, never), earth)
     plain = _widened(observed, weights, start, earth, always, never)
     asks = plain.pure[GYRO].p < SCATTER_ALARM if GYRO in plain.pure else False
     if not asks or ACCELEROMETER not in plain.rows or plain.pure[GYRO].dof < LEAST_DOF:
         return _finished(plain, earth)
-    following = _following_gravity(observed, plain.solution.state)
-    values = np.append(plain.solution.state.values, np.zeros(len(SENSITIVITY)))
-    state = replace(plain.solution.state, values=values)
-    found = _widened(following, weights, state, earth, always, never)
-    helps = _excess(found) < EXPLAINED**2 * _excess(plain)
+    following = _with_gravity(observed, weights, plain.solution.state)
+    found = _widened(*following, earth, always, never)
+    helps = _excess(found) < EXPLAINED**2 * _excess(plain) and _by_chance(plain, found) < CHANCE
     return _finished(found if helps else plain, earth)
+
+
+def _affords_gravity(observed: Observed) -> bool:
+    """Whether gyros at rest and turns outnumber what they determine, sensitivities to gravity included, well enough."""
+    unknown = len(observed.gyro.names) + len(SENSITIVITY) + observed.n
+    levelled = observed.triads[0].sensor == ACCELEROMETER
+    return levelled and len(observed.triads) == 2 and 3 * (observed.n + observed.m) - unknown >= LEAST_DOF
+
+
+def _with_gravity(observed: Observed, weights: Weights, state: State) -> tuple[Observed, Weights, State]:
+    """The same with gyros whose biases follow gravity, from nothing."""
+    start = replace(state, values=np.append(state.values, np.zeros(len(SENSITIVITY))))
+    return _following_gravity(observed, state), weights, start
+
+
+def _by_chance(plain: Adjustment, found: Adjustment) -> float:
+    """Probability that unknowns without meaning take so much off the chi-square of the gyros at rest: Fisher's law."""
+    from scipy.special import fdtrc
+
+    before, after = plain.pure[GYRO], found.pure[GYRO]
+    spent = before.dof - after.dof
+    if not (spent > 0 and after.dof > 0 and after.chi2 > 0):
+        return 1.0
+    return float(fdtrc(spent, after.dof, (before.chi2 - after.chi2) / spent / (after.chi2 / after.dof)))
 
 
 def _excess(fit: Adjustment) -> float:
@@ -181,11 +230,11 @@ def _widened(
     for _ in range(ROUNDS):
         if not wanted:
             break
-        before = beyond
+        before = dict(weights.beyond)
         noise = weights.with_beyond({}).covariance(
             observed, solution.state, linearise(observed, solution.state)
         )
-        contrasts = Contrasts.of(noise, solution.residual, _unknowns(observed, solution, earth))
+        contrasts = Contrasts.of(noise, solution.residual, unknowns_of(observed, solution, earth))
         beyond, dof = sizes_of(contrasts, {n: s for n, s in shapes.items() if n in wanted}, before)
         pure = {n: contrasts.group(rows[n], _sum(shapes, beyond, but=n)) for n in pure}
         if set(beyond) == set(before) and all(abs(v - before[n]) < 0.05 * v for n, v in beyond.items()):
@@ -193,7 +242,7 @@ def _widened(
         weights = weights.with_beyond(beyond)
         solution = _fit(observed, weights, solution.state, earth)
         shapes = _shapes(observed, weights, solution, rows)
-        wanted = set(beyond) | (_wanted(pure) - wanted - never)
+        wanted = set(beyond) | (set(HAND) & always) | (_wanted(pure) - wanted - never)
     return Adjustment(
         observed=observed,
         solution=solution,
@@ -259,7 +308,7 @@ def _finished(fit: Adjustment, earth: Earth | None) -> Adjustment:
     )
 
 
-def _unknowns(observed: Observed, solution: Solution, earth: Earth | None) -> Array:
+def unknowns_of(observed: Observed, solution: Solution, earth: Earth | None) -> Array:
     """Columns of the design that the observations determine."""
     predicted = linearise(observed, solution.state)
     plausible = plausible_of(observed.names)

@@ -27,7 +27,17 @@ from numpy.typing import NDArray
 from allanite.laws import chi_square_tail
 from allanite.triad.adjustment.solution import Solution
 
-__all__ = ["Contrasts", "Deletion", "Group", "deletion", "group_of", "parameter_dof", "shift", "sizes_of"]
+__all__ = [
+    "Contrasts",
+    "Deletion",
+    "Group",
+    "deletion",
+    "f_tail",
+    "group_of",
+    "parameter_dof",
+    "shift",
+    "sizes_of",
+]
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -236,10 +246,11 @@ def deletion(solution: Solution, rows: Index, kind: tuple[float, int], beyond_do
         return Deletion(chi2=chi2, dof=0, p=1.0)
     others = max((total - chi2) / (count - k), 1e-6)
     rest = max(min(count, beyond_dof) - k, 1.0)
-    return Deletion(chi2=chi2 / others, dof=k, p=_f_tail(chi2 / k / others, k, rest))
+    return Deletion(chi2=chi2 / others, dof=k, p=f_tail(chi2 / k / others, k, rest))
 
 
-def _f_tail(f: float, numerator: float, denominator: float) -> float:
+def f_tail(f: float, numerator: float, denominator: float) -> float:
+    """Probability of more than f under Fisher's law."""
     from scipy.special import fdtrc
 
     return float(fdtrc(numerator, denominator, f))

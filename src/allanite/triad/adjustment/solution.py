@@ -28,6 +28,9 @@ STEPS, HALVINGS = 40, 8
 SETTLED = 6
 #: Converged when no parameter moves by more than this of its standard deviation, or of its plausible size.
 CLOSE, EXACT = 1e-3, 1e-13
+#: After `PATIENT` steps, where a heading that next to nothing determines creeps along a flat valley: converged also
+#: when no parameter moves by more than this of its standard deviation and chi-square falls by less than this.
+NEAR, FLAT, PATIENT = 1e-2, 1e-3, 8
 #: Longest step: of a parameter in plausible sizes, of an attitude [rad].
 LONGEST, TURN = 5.0, 0.5
 #: Singular values below this part of the largest are rounding.
@@ -256,6 +259,8 @@ def solve(
             if count <= STEPS // 2 or small or found.cost <= system.cost * (1 + 1e-9):
                 break
             length /= 2
+        if count > PATIENT and abs(found.cost - system.cost) < FLAT:
+            small = _small(change[0], system, plausible, NEAR)
         state, system, converged = moved, found, small and length == 1
         if count in (2, 4):  # white noise of a turn, in the axes that the calibration makes of it
             whitener = _whitener(weights, observed, state, predicted)
@@ -298,10 +303,10 @@ def _length(change: tuple[Array, Array, Array], plausible: Array) -> float:
     return 1.0 if longest <= 1 else 1 / longest
 
 
-def _small(values: Array, system: _System, plausible: Array) -> bool:
+def _small(values: Array, system: _System, plausible: Array, close: float = CLOSE) -> bool:
     d = system.parts
     along = np.abs(d.right @ (values / plausible))
-    return bool(np.all((along * d.values < CLOSE) | (along < EXACT)))
+    return bool(np.all((along * d.values < close) | (along < EXACT)))
 
 
 def _told(

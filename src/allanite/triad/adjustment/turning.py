@@ -81,6 +81,10 @@ class Motion:
         Sample interval of each turn.
     force : ndarray, shape (n, 3) [m/s^2], or None
         True specific force on the unit, for gyros that follow it; None where there are no accelerometers.
+    weight : ndarray, shape (n,), or None
+        Of each sample in the integral; None: all count whole. Where the turns go from the mean attitude of one span to
+        that of the next, it rises from 0 to 1 over the first and falls over the second: to first order in the
+        wandering within a span, that is the rotation between the two means.
     """
 
     y: Array
@@ -88,11 +92,18 @@ class Motion:
     edges: NDArray[np.int64]
     dt: Array
     force: Array | None = None
+    weight: Array | None = None
+
+    @property
+    def _seconds(self) -> Array:
+        """Of each sample in the integral, shape (n,)."""
+        length = np.repeat(self.dt, np.diff(self.edges))
+        return np.asarray(length if self.weight is None else length * self.weight)
 
     def _rotations(self, errors: TriadErrors) -> tuple[Array, Array, Array]:
         """D of each turn, R at the middle of each sample, and the rates."""
         x = errors.true(self.y, self.warmer, self.force)
-        turned = with_coning(x * np.repeat(self.dt, np.diff(self.edges))[:, None], self.edges)
+        turned = with_coning(x * self._seconds[:, None], self.edges)
         ends, middle = np.empty((len(self.dt), 3, 3)), np.empty((len(x), 3, 3))
         for k, (a, b) in enumerate(zip(self.edges[:-1], self.edges[1:], strict=True)):
             running = accumulated(turned[a:b])
@@ -100,10 +111,12 @@ class Motion:
             middle[a:b] = (running[1:] + running[:-1]) / 2
         return ends, middle, x
 
-    def _sums(self, values: Array) -> Array:
-        """Integrals over each turn, of shape (m, ...)."""
+    def _sums(self, values: Array, power: int = 1) -> Array:
+        """Integrals over each turn, of shape (m, ...), with this power of the weights."""
         if len(self.dt) == 0:
             return np.zeros((0, *values.shape[1:]))
+        if self.weight is not None:
+            values = values * self.weight.reshape(-1, *[1] * (values.ndim - 1)) ** power
         total = np.add.reduceat(values, self.edges[:-1], axis=0)
         total[np.diff(self.edges) == 0] = 0.0
         return np.asarray(total * self.dt.reshape(-1, *[1] * (values.ndim - 1)))
@@ -124,7 +137,7 @@ class Motion:
     def white(self, errors: TriadErrors, density: Array) -> Array:
         _, r, _ = self._rotations(errors)
         half = r @ (np.linalg.inv(errors.matrix) * np.sqrt(density))
-        return self._sums(half @ np.swapaxes(half, -1, -2))
+        return self._sums(half @ np.swapaxes(half, -1, -2), power=2)
 
 
 def constant_rate_turns(vectors: Array, seconds: Array) -> Motion:

@@ -9,7 +9,7 @@ a turn is independent of all else and is integrated exactly.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -66,6 +66,8 @@ class Weights:
     beyond : dict of str to float
         Sizes of what is there beyond the noise: by kind of observation, a standard deviation of every row; by `DRIFT`,
         a random walk.
+    relative : dict of str to ndarray, shape (n,)
+        Variances of the scatter of the spans of a triad over that of the usual one; missing where all are alike.
     """
 
     at_rest: dict[str, Array]
@@ -74,6 +76,7 @@ class Weights:
     angle: Array
     walk: dict[str, Array]
     beyond: Mapping[str, float]
+    relative: Mapping[str, Array] = field(default_factory=dict)
 
     def with_beyond(self, beyond: Mapping[str, float]) -> Weights:
         """The same with something else beyond the noise."""
@@ -98,7 +101,9 @@ class Weights:
         groups = groups_of(observed)
         out = np.zeros((len(predicted.residual),) * 2)
         if name in groups:
-            out[groups[name], groups[name]] = 1.0
+            out[groups[name], groups[name]] = (
+                np.repeat(self.relative[name], 3) if name in self.relative else 1.0
+            )
             return out
         sensor = next(s for s, drift in DRIFT.items() if drift == name)
         joint, n = self.walk[sensor], observed.n
@@ -146,6 +151,7 @@ def weights_of(
     coarse: Mapping[str, Array],
     turns: Intervals | None,
     held: Array,
+    relative: Mapping[str, Array] | None = None,
 ) -> Weights:
     """Noise of the observations.
 
@@ -164,6 +170,8 @@ def weights_of(
     turns : Intervals or None
     held : ndarray, shape (3, m)
         Variance of the integral of each gyro over each turn besides, in the same unit times seconds.
+    relative : mapping of str to ndarray, shape (n,), optional
+        See `Weights`.
     """
     at_rest, walk, slow = {}, {}, np.zeros((3, 0, 0))
     unit_walk = NoiseModel.of(RandomWalk(K=1.0))
@@ -180,7 +188,15 @@ def weights_of(
             density = np.array([sum(t.N**2 for t in m.terms if isinstance(t, White)) for m in three]) / unit
             noisy = np.array([sum(2 * t.Q**2 for t in m.terms if isinstance(t, Quantisation)) for m in three])
             angle = (held.T + noisy) / unit
-    return Weights(at_rest=at_rest, slow=slow, density=density, angle=angle, walk=walk, beyond={})
+    return Weights(
+        at_rest=at_rest,
+        slow=slow,
+        density=density,
+        angle=angle,
+        walk=walk,
+        beyond={},
+        relative=relative or {},
+    )
 
 
 def _joint(model: NoiseModel, spans: Intervals, turns: Intervals) -> Array:
