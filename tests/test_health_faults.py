@@ -327,7 +327,7 @@ def test_class_1_a_slower_sensor_read_at_an_uneven_ratio(rng: np.random.Generato
     fresh = np.floor(np.arange(N) * 0.625).astype(int)  # 62.5 values per second in 100 rows
     finding = only(white(rng, N)[fresh], "held_samples")
     assert "37.5 %" in finding.message
-    assert "62.5 values per second" in finding.message
+    assert "the sensor updates at 62.5000 Hz (standard uncertainty 0.0005 Hz)" in finding.message
 
 
 def test_b16_a_stretch_of_zeros(noise: np.ndarray) -> None:

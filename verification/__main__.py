@@ -437,6 +437,34 @@ def _floor(order: Order) -> None:
     write_tables("floor", "Noise of the instrument", parts, HERE / "results", seed=ROOT_SEED, date=order.date)
 
 
+def _held(order: Order) -> None:
+    from verification.held import run_alarms, run_held
+    from verification.tables import write_tables
+
+    count, workers = order.count(1200), order.workers
+    parts = {
+        "Rate, and coverage of the 95 % interval of N": run_held(
+            ROOT_SEED, _say, count, workers, order.cache
+        ),
+        "Records of which no value is held": run_alarms(ROOT_SEED, _say, count, workers, order.cache),
+    }
+    write_tables("held", "Held samples", parts, HERE / "results", seed=ROOT_SEED, date=order.date)
+
+
+def _contaminated(order: Order) -> None:
+    from verification.contaminated import run_contaminated, run_look_alikes
+    from verification.tables import write_tables
+
+    count, workers = order.count(1200), order.workers
+    parts = {
+        "Coverage of the 95 % intervals of N": run_contaminated(ROOT_SEED, _say, count, workers, order.cache),
+        "Look-alikes": run_look_alikes(ROOT_SEED, _say, count, workers, order.cache),
+    }
+    write_tables(
+        "contaminated", "Contaminated noise", parts, HERE / "results", seed=ROOT_SEED, date=order.date
+    )
+
+
 def _limits(_: Order) -> None:
     from verification.what_the_data_can_tell import main as write
 
@@ -445,6 +473,8 @@ def _limits(_: Order) -> None:
 
 PARTS: dict[str, Callable[[Order], None]] = {
     "curves": _curves,
+    "held": _held,
+    "contaminated": _contaminated,
     "coverage": _coverage,
     "earth": _earth,
     "north": _north,

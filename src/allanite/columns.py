@@ -183,14 +183,21 @@ class Spliced(View):
 
     def read(self, start: int, stop: int) -> Samples:
         stop = min(stop, self.length)
-        block = np.full(stop - start, np.nan)
-        ends = self.grid + np.diff(self.source)
-        first = int(np.searchsorted(ends, start, side="right"))
+        block = np.full(max(stop - start, 0), np.nan)
+        first = max(int(np.searchsorted(self.grid, start, side="right")) - 1, 0)
         last = int(np.searchsorted(self.grid, stop, side="left"))
-        for r in range(first, last):
-            a, b = max(int(self.grid[r]), start), min(int(ends[r]), stop)
-            offset = int(self.source[r] - self.grid[r])
-            block[a - start : b - start] = self.of.read(a + offset, b + offset)
+        if last <= first or stop <= start:
+            return block
+        # One read of all samples between, whatever the number of runs: a read for each run would cost its length again.
+        begin, end = self.grid[first:last], self.grid[first:last] + np.diff(self.source[first : last + 1])
+        low, high = np.maximum(begin, start), np.minimum(end, stop)
+        count = np.maximum(high - low, 0)
+        total = int(count.sum())
+        if total:
+            before = np.cumsum(count) - count
+            places = np.repeat(low - start - before, count) + np.arange(total)
+            samples = int(self.source[first] + low[0] - begin[0]) if count[0] else int(self.source[first + 1])
+            block[places] = self.of.read(samples, samples + total)
         return block
 
 

@@ -25,10 +25,12 @@ from numpy.typing import ArrayLike
 from allanite import __version__
 from allanite.allan import AllanCurve, allan_curve
 from allanite.atomic_file import fresh
+from allanite.cleaning.rows import at_own_rates
 from allanite.errors import AllaniteError, DataQualityError, FitError, FormatError, InputError
 from allanite.health import Finding, Severity, check, prepare
 from allanite.health.finding import finding
 from allanite.health.run import missing_because
+from allanite.health.tails import law_of
 from allanite.instrument_floor import (
     floor_entry,
     floor_facts,
@@ -256,7 +258,15 @@ def characterize(
     if statistic != "oadev":
         fitted = allan_curve(whole, taus="octave", confidence=confidence, threads=threads)
     report(0.4, "fitting")
-    parts = _channels(whole, curve, fitted, method, confidence, threads, report, environment, below, exclude)
+    looked = {
+        name: (whole, curve[name], fitted[name] if fitted is not curve else curve[name]) for name in names
+    }
+    if floor is None and not environment and any(f.code == "held_samples" for f in findings):
+        for name, once in at_own_rates(whole).items():
+            own = allan_curve(once, statistic=statistic, taus=taus, confidence=confidence, threads=threads)
+            of_fit = own if statistic == "oadev" else allan_curve(once, taus="octave", confidence=confidence)
+            looked[name] = (once, own, of_fit)
+    parts = _channels(looked, method, confidence, threads, report, environment, below, exclude)
     extra = [f for _, fs in parts for f in fs]
     document = {
         "format": FORMAT,
@@ -323,9 +333,7 @@ class _Steps:
 
 
 def _channels(
-    recording: Recording,
-    curve: AllanCurve,
-    fitted: AllanCurve,
+    looked: Mapping[str, tuple[Recording, AllanCurve, AllanCurve]],
     method: str,
     confidence: float,
     threads: int | None,
@@ -338,24 +346,15 @@ def _channels(
 
     def one(name: str) -> tuple[Json, list[Finding]]:
         nonlocal done
-        shown, found = curve[name], environment.get(name)
-        result = _channel(
-            recording,
-            name,
-            shown,
-            shown if fitted is curve else fitted[name],
-            method,
-            confidence,
-            found,
-            floor,
-            exclude,
-        )
+        recording, shown, fitted = looked[name]
+        found = environment.get(name)
+        result = _channel(recording, name, shown, fitted, method, confidence, found, floor, exclude)
         done += 1
-        report(0.4 + 0.6 * done / len(curve.names), f"fitting {name}")
+        report(0.4 + 0.6 * done / len(looked), f"fitting {name}")
         return result
 
     with ThreadPoolExecutor(threads or 2) as pool:
-        return list(pool.map(one, curve.names))
+        return list(pool.map(one, looked))
 
 
 def _channel(
@@ -373,6 +372,7 @@ def _channel(
     from allanite.fitting.advice import advise
     from allanite.fitting.moments import lags_used
     from allanite.fitting.spectral.remarks import agreement_findings, spectral_findings
+    from allanite.fitting.tails import contamination_entry, with_tails
     from allanite.spectrum import (
         lags_to_exclude,
         power_spectrum,
@@ -404,13 +404,17 @@ def _channel(
     bent = without_spans(bent, fitted.tau, exclude)
     findings = spectral_findings(spectrum, bent.reasons, name)
     models: list[NoiseModel] = []
+    mixed: Mapping[str, Any] = {}
     below = None if floor is None else quiet_curve(floor, name, confidence)
     try:
         if method == "likelihood":
             model = fit(alone, method=method, confidence=confidence)
         else:
             model = fit(fitted, exclude=bent.excluded, confidence=confidence, floor=below)
+        tails = law_of(alone, name)
+        model = with_tails(model, tails, curve.n_samples - int(np.diff(curve.missing[0], axis=1).sum()))
         models = list(model.families)
+        mixed = contamination_entry(model, tails, channel.scale, curve.dt)
     except (DataQualityError, FitError) as refusal:
         findings.append(_not_fitted(name, str(refusal)))
     if models and same:
@@ -454,7 +458,26 @@ def _channel(
         "slopes": _slopes(fitted, bent.excluded),
         "advice": [asdict(a) for a in advice],
         **_aliasing(channel, recording.dt),
+        **_held(recording),
+        **mixed,
     }, findings
+
+
+def _held(recording: Recording) -> Json:
+    """The sensor's own rate, where the log repeats its values and each was taken once."""
+    steps = [s for s in recording.history if s.get("step") == "repair" and s.get("repair") == "drop_repeats"]
+    if not steps:
+        return {}
+    step = steps[-1]
+    return {
+        "held": {
+            "rate": recording.rate,
+            "rate_sd": step.get("rate_sd"),
+            "log_rate": step["rate_before"],
+            "values": recording.n_samples,
+            "why": step["why"],
+        }
+    }
 
 
 def _aliasing(channel: Channel, interval: float) -> Json:

@@ -102,6 +102,8 @@ class ChannelEntry(_Part):
     advice: list[dict[str, Any]]
     environment: dict[str, Any] | None = None
     aliasing: dict[str, Any] | None = None
+    held: dict[str, Any] | None = None
+    contamination: dict[str, Any] | None = None
     floor: dict[str, Any] | None = None
 
 

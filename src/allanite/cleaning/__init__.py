@@ -9,6 +9,7 @@ later result.
 ========= ============================================================
 `spans`   stretches that are left out: they become gaps
 `rows`    rows that are no readings, or belong to two sensors
+`renewed` values of a sensor with a clock of its own
 `labels`  names that stand at the wrong column
 ========= ============================================================
 
@@ -85,7 +86,7 @@ REPAIRS: dict[str, Repair] = {
         apply=lambda recording, _: spans.cut_motion(recording),
     ),
     "drop_repeats": Repair(
-        does="rows that repeat the one before give up their place; the rate becomes that of the values",
+        does="rows that repeat the one before give up their place; the rate becomes that of the sensor",
         answers=("held_samples",),
         apply=lambda recording, _: rows.drop_repeats(recording),
     ),

@@ -9,21 +9,24 @@ those beside it, and none is made.
 from __future__ import annotations
 
 import math
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.cleaning.renewed import Picked, renewed, without_jitter
 from allanite.cleaning.step import noted, surveys
 from allanite.columns import Column, Spliced, View
 from allanite.errors import DataQualityError, InputError
 from allanite.health.finding import percent, plural
-from allanite.health.repeats import alternation, hold_factor
+from allanite.health.held import Hold, holds
+from allanite.health.repeats import alternation
 from allanite.health.survey import Survey
 from allanite.health.values import every
 from allanite.recording import BLOCK, Channel, Recording
 
-__all__ = ["drop_duplicate_rows", "drop_repeats", "split_interleaved"]
+__all__ = ["at_own_rates", "drop_duplicate_rows", "drop_repeats", "split_interleaved"]
 
 Samples = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -54,54 +57,76 @@ class Thinned(View):
         ]
 
 
-@dataclass(frozen=True, slots=True)
-class Picked(View):
-    """The samples of a column at these positions, in ascending order."""
-
-    rows: Index
-
-    def __len__(self) -> int:
-        return len(self.rows)
-
-    def read(self, start: int, stop: int) -> Samples:
-        rows = self.rows[start:stop]
-        if len(rows) == 0:
-            return np.zeros(0)
-        part: Samples = self.of.read(int(rows[0]), int(rows[-1]) + 1)[rows - rows[0]]
-        return part
-
-
 # -- values that are held ---------------------------------------------------------------------------------
 
 
 def drop_repeats(recording: Recording) -> Recording:
     """One row of each held value, at the rate of the values.
 
-    Where every value stands k times, one row in k is kept. Where they repeat now and then, rows that equal the one
-    before in every channel are dropped, and the values that are left stand evenly in each stretch between gaps.
+    Where every value stands k times, one row in k is kept. Where a sensor with a clock of its own is slower than the
+    log, its values go to the places of that clock (`allanite.cleaning.renewed`). Where repeats follow no clock, rows
+    that equal the one before in every channel are dropped, and the values that are left stand evenly between gaps.
 
     Raises
     ------
     InputError
         Channels that are held differently: they have no common rate.
     DataQualityError
-        Values so coarse that equal neighbours may be readings.
+        Values so coarse that equal neighbors may be readings.
     """
     found = [s for s in surveys(recording) if not s.constant and not s.channel.kind.integrated]
-    factors = {s.name: hold_factor(s) for s in found}
-    held = set(factors.values())
-    if held <= {1}:
-        return _drop_uneven(recording, found)
-    if len(held) > 1:
-        said = ", ".join(f"{name} {k} times" if k > 1 else f"{name} not" for name, k in factors.items())
+    held = holds(found)
+    ways = {(h.renewal.channels if h.renewal else h.factor) for h in held.values()}
+    if len(ways) > 1 or 0 < len(held) < len(found):
+        said = ", ".join(f"{s.name} {_how(held.get(s.name))}" for s in found)
         raise InputError(
             f"the channels are not held alike ({said}): they have no common rate; repair those of one rate at a time "
             "(channels=, --channels)"
         )
-    return _every_kth(recording, held.pop())
+    one = next(iter(held.values()), None)
+    if one is None or (one.renewal is None and one.factor == 1):
+        return _drop_uneven(recording, found)
+    return _at_own_rate(recording, one)
 
 
-def _every_kth(recording: Recording, k: int) -> Recording:
+def at_own_rates(recording: Recording) -> dict[str, Recording]:
+    """Channels whose values are held at a steady rate, each alone, with every value once and at that rate, by name.
+
+    Channels that are not held, or follow no rate, or change the place of their values, are not in it.
+    """
+    out = {}
+    for name, hold in holds([s for s in surveys(recording) if not s.constant]).items():
+        group = hold.renewal.channels if hold.renewal is not None else (name,)
+        if hold.renewal is None and hold.factor == 1:
+            continue
+        with suppress(DataQualityError):
+            out[name] = _at_own_rate(recording.select(*group), hold).select(name)
+    return out
+
+
+def _at_own_rate(recording: Recording, hold: Hold) -> Recording:
+    """Each value of a hold that has a rate once."""
+    steady = _every_kth(recording, hold.factor) if hold.factor > 1 else None
+    if steady is not None:
+        return steady
+    if hold.renewal is None:
+        raise DataQualityError(
+            f"{hold.survey.name}: values stand {hold.factor} times, but change of place in the course of the record "
+            "(rows were lost): split the record where they do (--from, --to)"
+        )
+    return renewed(recording, hold.renewal)
+
+
+def _how(hold: Hold | None) -> str:
+    if hold is None:
+        return "not"
+    if hold.factor > 1:
+        return f"{hold.factor} times"
+    return f"{1.0 / hold.ratio:.4g} times on average"
+
+
+def _every_kth(recording: Recording, k: int) -> Recording | None:
+    """One row in k; None where values change of place in the course of the record."""
     name = next(c.name for c in recording.channels if c.kind.noise_bearing)
     changes = np.zeros(k, dtype=np.int64)
     for start in range(0, recording.n_samples, BLOCK):
@@ -110,10 +135,7 @@ def _every_kth(recording: Recording, k: int) -> Recording:
         changes += np.bincount(at % k, minlength=k)
     phase = int(np.argmax(changes))
     if changes[phase] < STEADY * changes.sum():
-        raise DataQualityError(
-            f"{name}: values stand {k} times, but change of place in the course of the record (rows were lost, or the "
-            "ratio of the rates is no whole number): split the record where they do (--from, --to)"
-        )
+        return None
     length = (recording.n_samples - phase + k - 1) // k
     out = replace(
         recording,
@@ -123,7 +145,7 @@ def _every_kth(recording: Recording, k: int) -> Recording:
     )
     dropped = dict.fromkeys((c.name for c in recording.channels), recording.n_samples - length)
     why = f"every value stood {k} times: {recording.rate:.9g} Hz became {out.rate:.9g} Hz"
-    return noted(_without_jitter(out), "drop_repeats", why, dropped, rate_before=recording.rate, first=phase)
+    return noted(without_jitter(out), "drop_repeats", why, dropped, rate_before=recording.rate, first=phase)
 
 
 def _drop_uneven(recording: Recording, found: list[Survey]) -> Recording:
@@ -164,20 +186,7 @@ def _drop_uneven(recording: Recording, found: list[Survey]) -> Recording:
         f"{plural(count, 'row')} repeated the one before ({percent(count / recording.n_samples)}): "
         f"{recording.rate:.9g} Hz became {out.rate:.6g} Hz, known to {percent(2.0 / math.sqrt(3.0) / rows)}"
     )
-    return noted(_without_jitter(out), "drop_repeats", why, dropped, rate_before=recording.rate)
-
-
-def _without_jitter(recording: Recording) -> Recording:
-    """The notes without facts of the stamps that the new rate has outdated."""
-    base = recording.notes.get("timebase")
-    if not isinstance(base, dict):
-        return recording
-    kept = {
-        k: v
-        for k, v in base.items()
-        if k not in ("median_rate", "jitter_rms_s", "resolution_s", "rate_nominal")
-    }
-    return replace(recording, notes={**recording.notes, "timebase": kept})
+    return noted(without_jitter(out), "drop_repeats", why, dropped, rate_before=recording.rate)
 
 
 def _equal_rows(recording: Recording) -> NDArray[np.bool_]:
@@ -307,7 +316,7 @@ def _alternating(recording: Recording, k: int) -> Recording:
             columns.append(Thinned(column, i, k, length))
     why = f"rows alternated with period {k}: {recording.rate:.9g} Hz became {recording.rate / k:.9g} Hz each"
     out = replace(recording, channels=tuple(channels), columns=tuple(columns), rate=recording.rate / k)
-    return noted(_without_jitter(out), "split_interleaved", why, {}, rate_before=recording.rate)
+    return noted(without_jitter(out), "split_interleaved", why, {}, rate_before=recording.rate)
 
 
 def _sparse(recording: Recording, k: int) -> Recording:
@@ -321,4 +330,4 @@ def _sparse(recording: Recording, k: int) -> Recording:
         columns.append(Thinned(column, phase, k, length))
     why = f"values came every {k} rows: {recording.rate:.9g} Hz became {recording.rate / k:.9g} Hz"
     out = replace(recording, columns=tuple(columns), rate=recording.rate / k)
-    return noted(_without_jitter(out), "split_interleaved", why, {}, rate_before=recording.rate)
+    return noted(without_jitter(out), "split_interleaved", why, {}, rate_before=recording.rate)

@@ -94,6 +94,8 @@ def write_results(
 ) -> Delivered:
     """Leave report.html, study.json, allan.csv and imu.yaml in a folder, and the paper figure where it is wanted.
 
+    Channels of other sample intervals than the first have their curves in allan-2.csv and so on.
+
     The folder is made if it is not there. A record from which no imu.yaml can be made (unknown units, no model)
     still gets the other files, and a note that says why.
 
@@ -113,9 +115,11 @@ def write_results(
     make_folder(place)
     report, document, curve, yaml = (place / name for name in RESULTS)
     study.save(document, force=force)
-    curve_of(study).to_csv(curve, force=force)
+    curves = [curve, *(place / f"allan-{k}.csv" for k in range(2, len(_by_interval(study)) + 1))]
+    for path, part in zip(curves, _by_interval(study), strict=True):
+        _curve(study, part).to_csv(path, force=force)
     render(study, report, force=force)
-    files = (report, document, curve)
+    files = (report, document, *curves)
     try:
         export("kalibr", study, yaml, force=force)
     except (InputError, DataQualityError) as refusal:
@@ -124,7 +128,34 @@ def write_results(
 
 
 def curve_of(study: Study) -> AllanCurve:
-    """The curves of all channels of a study as one `AllanCurve`, NaN at lags that a channel does not have."""
+    """The curves of all channels of a study as one `AllanCurve`, NaN at lags that a channel does not have.
+
+    Raises
+    ------
+    InputError
+        Channels of different sample intervals: sensors slower than the log, each at its own rate.
+    """
+    parts = _by_interval(study)
+    if len(parts) > 1:
+        groups = "; ".join(
+            f"{', '.join(c['name'] for c in p)} at {1 / p[0]['curve']['dt']:.6g} Hz" for p in parts
+        )
+        raise InputError(
+            f"the channels have different rates ({groups}): take those of one rate at a time (--channels)"
+        )
+    return _curve(study, parts[0])
+
+
+def _by_interval(study: Study) -> list[list[Json]]:
+    """The channels of a study in groups of one sample interval, in their order."""
+    groups: dict[tuple[float, int], list[Json]] = {}
+    for channel in study.document["channels"]:
+        groups.setdefault((channel["curve"]["dt"], channel["curve"]["n_samples"]), []).append(channel)
+    return list(groups.values())
+
+
+def _curve(study: Study, channels: Sequence[Json]) -> AllanCurve:
+    """The curves of channels of one sample interval."""
     import numpy as np
 
     from allanite.allan import AllanCurve
@@ -132,7 +163,7 @@ def curve_of(study: Study) -> AllanCurve:
     from allanite.recording import Channel
 
     document = study.document
-    parts = [c["curve"] for c in document["channels"]]
+    parts = [c["curve"] for c in channels]
     known = {c["name"]: c for c in document["recording"]["channels"]}
     lags = np.unique(np.concatenate([p["lags"] for p in parts])).astype(np.int64)
     table = {
@@ -151,7 +182,7 @@ def curve_of(study: Study) -> AllanCurve:
         tau=STATISTICS[first["statistic"]].averaging(lags, first["n_samples"]) * first["dt"],
         count=count,
         confidence=first["confidence"],
-        channels=tuple(Channel.from_json(known[c["name"]]) for c in document["channels"]),
+        channels=tuple(Channel.from_json(known[c["name"]]) for c in channels),
         dt=first["dt"],
         n_samples=first["n_samples"],
         missing=tuple(np.array(p.get("missing") or [], dtype=np.int64).reshape(-1, 2) for p in parts),

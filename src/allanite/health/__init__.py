@@ -9,7 +9,9 @@ A channel is read once, block by block (`survey`); the detectors are small funct
 =============== ==========================================================================
 `values`        missing samples, overload words, saturation, clipping, nonsense
 `resolution`    the step of the values against the noise
-`repeats`       frozen readings, zeros, held samples, interleaved sensors, twin channels
+`repeats`       frozen readings, zeros, interleaved sensors, twin channels
+`held`          samples that repeat because the sensor is slower than the log
+`tails`         contaminated noise
 `disturbance`   impulses; stretches that move more, or less, than the rest
 `constancy`     noise that is larger in some parts of the record
 `raw_counts`    whole numbers without a unit, and the scale factor that may fit
@@ -35,6 +37,7 @@ from allanite.errors import DataQualityError, InputError
 from allanite.health import (
     constancy,
     disturbance,
+    held,
     log,
     meaning,
     motion,
@@ -42,6 +45,7 @@ from allanite.health import (
     repeats,
     resolution,
     run,
+    tails,
     values,
 )
 from allanite.health.catalogue import CATALOGUE, Entry
@@ -88,7 +92,6 @@ CHANNEL_DETECTORS: tuple[Callable[[Survey], Iterator[Finding]], ...] = (
     resolution.quantisation,
     resolution.quantisation_not_white,
     resolution.float_step,
-    repeats.held_samples,
     repeats.interleaved,
     disturbance.impulses,
     disturbance.rest,
@@ -159,11 +162,24 @@ def _found(recording: Recording, advance: Callable[[int], None]) -> list[Finding
     found += log.words(recording, surveys)
     own = [f for s in surveys for look in PRESENCE_DETECTORS for f in look(s)]
     enough = [s for s in surveys if s.present >= values.MINIMUM]
+    renewed = held.holds(enough)
+    own += held.held_samples(renewed)
+    enough = [held.without_short_scales(s, renewed) for s in enough]
     for i, s in enumerate(enough):
         stretches = [f for look in STRETCH_DETECTORS for f in look(s)]
         enough[i] = s.without(np.concatenate([np.zeros((0, 2), np.int64), *(f.spans for f in stretches)]))
         own += stretches
-        own += [f for look in CHANNEL_DETECTORS for f in look(enough[i])]
+        # values that repeat come in clusters: their law is that of the sensor's values, each taken once
+        law = tails.Tails(law=tails.Law.UNKNOWN) if s.name in renewed else tails.law_of_survey(enough[i])
+        own += tails.contaminated(s, law)
+        enough[i] = tails.without_short_scales(enough[i], law)
+        mixed = law.law is tails.Law.CONTAMINATED  # spikes and heavy tails are other words for it
+        own += [
+            f
+            for look in CHANNEL_DETECTORS
+            if look is not disturbance.impulses or not mixed
+            for f in look(enough[i])
+        ]
     found += _joined(own, len(surveys))
     looks = RECORD_DETECTORS
     if any(

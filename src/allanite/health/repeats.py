@@ -19,9 +19,9 @@ __all__ = [
     "Alternation",
     "alternation",
     "duplicate_channels",
-    "held_samples",
     "hold_factor",
     "interleaved",
+    "repeated",
     "stuck",
     "zero_filled",
 ]
@@ -143,34 +143,6 @@ def _distance_of_zero(survey: Survey) -> float:
 # -- samples held -----------------------------------------------------------------------------------------
 
 
-def held_samples(survey: Survey) -> Iterator[Finding]:
-    """Each value logged several times, evenly or now and then (battery B7; class 1)."""
-    if survey.constant or survey.channel.kind.integrated:
-        return
-    rate = survey.recording.rate
-    factor = hold_factor(survey)
-    if factor > 1:
-        yield finding(
-            "held_samples",
-            f"every value stands {factor} times: the true rate is rate/{factor} = {rate / factor:.6g} Hz",
-            severity=Severity.WARNING,
-            channel=survey.name,
-            count=survey.present,
-            advice=f"keep one row in {factor} and give the rate {rate / factor:.6g} Hz",
-        )
-        return
-    share = _repeated(survey)
-    if share > 0.01:
-        yield finding(
-            "held_samples",
-            f"{percent(share)} of the samples repeat the one before, beyond what the step of the values explains: the "
-            f"sensor delivers some {rate * (1.0 - share):.3g} values per second, or they were rounded and resampled",
-            severity=Severity.WARNING,
-            channel=survey.name,
-            count=round(share * survey.present),
-        )
-
-
 def hold_factor(survey: Survey) -> int:
     """How many times each value stands in a row, the same all along; 1 if it does not."""
     equal = [np.diff(values) == 0.0 for _, values in survey.probes]
@@ -189,7 +161,7 @@ def _is_held(equal: NDArray[np.bool_], factor: int) -> bool:
     return bool(share[0] < 0.9 and share[1] > 0.99)
 
 
-def _repeated(survey: Survey) -> float:
+def repeated(survey: Survey) -> float:
     """Share of repeats beyond what the steps of the values allow.
 
     Differences of rounded Gaussian samples have log-concave chances, so those of 0, 1 and 2 steps obey

@@ -17,7 +17,7 @@ from allanite.health.impulses import Impulses, Spikes
 from allanite.health.tallies import Energies, EqualRuns, Extreme, Extremes, MissingRuns, PartSums, Scale
 from allanite.recording import BLOCK, OVERLOAD, Channel, Recording, merge_spans
 
-__all__ = ["Lattice", "Survey", "lattice_of", "survey"]
+__all__ = ["Lattice", "Survey", "lattice_of", "probes", "survey"]
 
 Samples = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -290,6 +290,15 @@ class _Pass:
             impulses=self.spikes.result(),
             scales=scales,
         )
+
+
+def probes(recording: Recording, name: str) -> list[Samples]:
+    """The same stretches that a survey keeps, without the rest of it; NaN where missing."""
+    found = []
+    for start in _probe_starts(recording.n_samples):
+        values = recording.raw(name, start, start + PROBE)
+        found.append(np.where(np.abs(values) < OVERLOAD, values, np.nan))
+    return found
 
 
 def _probe_starts(n: int) -> list[int]:

@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What a reader of noise coefficients must know besides: a term that is needed but open, the aperture of the meter,
-the error of the scale factor.
+"""What a reader of noise coefficients must know besides: a term that is needed but open, values that the log repeats,
+contaminated noise, the aperture of the meter, the error of the scale factor.
 
 And what a run lacks, and how it was recorded.
 """
@@ -11,7 +11,8 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from allanite.noise import Estimate
-from allanite.wording.numbers import duration, number
+from allanite.wording.numbers import duration, interval, number
+from allanite.wording.study import people_unit
 
 __all__ = ["missing_lines", "provisos", "record_facts"]
 
@@ -30,7 +31,8 @@ def provisos(channels: Iterable[Json]) -> list[str]:
     """
     said: dict[str, list[str]] = {}
     for channel in channels:
-        for sentence in (_needed(channel), _aliasing(channel), _scale(channel), _clock(channel)):
+        for say in (_needed, _held, _contamination, _aliasing, _scale, _clock):
+            sentence = say(channel)
             if sentence:
                 said.setdefault(sentence, []).append(channel["name"])
     return [f"{', '.join(names)}: {sentence}" for sentence, names in said.items()]
@@ -45,6 +47,33 @@ def _needed(channel: Json) -> str:
     return (
         f"slow noise is there, {' and '.join(needed)} or a term like it; the record cannot tell which, so that each "
         "has a limit alone. Record longer to know."
+    )
+
+
+def _held(channel: Json) -> str:
+    found = channel.get("held")
+    if not found:
+        return ""
+    rate, log = (f"{found[key]:.6g} Hz" for key in ("rate", "log_rate"))
+    return f"each value was taken once, at the sensor's own rate of {rate}; the log runs at {log}."
+
+
+def _contamination(channel: Json) -> str:
+    """N with and without the contaminated samples, each with its interval."""
+    found = channel.get("contamination")
+    if not found:
+        return ""
+    model = channel["models"][0]
+    unit, factor = people_unit(model["kind"], "N", model["unit"])
+
+    def written(entry: Json) -> str:
+        value, low, high = interval(*(entry[key] / factor for key in ("value", "lower", "upper")))
+        return f"{value} [{low}, {high}] {unit}"
+
+    return (
+        f"N is {written(found['N'])} for all samples and {written(found['N_without'])} without the "
+        f"{number(100 * found['share'], 2)} % that scatter {number(found['ratio'], 2)} times as much. The first interval "
+        "holds their scatter."
     )
 
 

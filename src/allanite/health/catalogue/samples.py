@@ -150,10 +150,11 @@ SAMPLES: dict[str, Entry] = {
     "held_samples": Entry(
         group=_REPEATS,
         severity="warning",
-        means="samples repeat the one before: the sensor delivers fewer values than the log has rows",
-        risk="the shortest lags come out too small; white noise bends there",
-        done="kept; the true rate is suggested",
-        advice="keep one row of each repeated value and give the true rate",
+        means="samples repeat the one before: the sensor updates less often than the log has rows",
+        risk="the shortest lags come out too small, and N too large where some values count more often than others",
+        done="`characterize` takes each value once, at the sensor's own rate, if that is steady and neither a floor "
+        "nor the environment is asked for; else kept",
+        advice="take each value once",
         repair="drop_repeats",
     ),
     "interleaved": Entry(

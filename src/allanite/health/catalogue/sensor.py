@@ -28,6 +28,16 @@ SENSOR: dict[str, Entry] = {
         done="kept",
         advice="look at the time series",
     ),
+    "contaminated": Entry(
+        group=_REST,
+        severity="warning",
+        means="the white noise is a mixture: a few percent of the samples, spread evenly over the record, scatter "
+        "several times as much as the others",
+        risk="N is that of all samples, which another record with other disturbances does not repeat",
+        done="kept; N with and without them is stated, and the interval of N holds their scatter. False alarms: fewer "
+        "than 1 of 10 000 records of Gaussian noise",
+        advice="look for lost bits, radio or switching loads, and compare the two values of N",
+    ),
     "disturbance": Entry(
         group=_REST,
         severity="info, warning",
