@@ -72,8 +72,8 @@ def _contamination(channel: Json) -> str:
 
     return (
         f"N is {written(found['N'])} for all samples and {written(found['N_without'])} without the "
-        f"{number(100 * found['share'], 2)} % that scatter {number(found['ratio'], 2)} times as much. The first interval "
-        "holds their scatter."
+        f"{number(100 * found['share'], 2)} % that scatter {number(found['ratio'], 2)} times as much. The first "
+        "interval holds their scatter."
     )
 
 
