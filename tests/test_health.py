@@ -23,7 +23,9 @@ from allanite.health import (
     Finding,
     Severity,
     check,
+    held,
     prepare,
+    tails,
 )
 from allanite.health.catalogue import findings_page
 from allanite.health.impulses import Spikes
@@ -73,6 +75,7 @@ def test_every_entry_says_everything() -> None:
 def test_every_code_in_the_detectors_is_in_the_catalogue_and_back() -> None:
     looks = (*PRESENCE_DETECTORS, *STRETCH_DETECTORS, *CHANNEL_DETECTORS, *RECORD_DETECTORS, *LOG_DETECTORS)
     source = "".join(inspect.getsource(inspect.getmodule(look)) for look in looks)  # type: ignore[arg-type]
+    source += inspect.getsource(held) + inspect.getsource(tails)
     elsewhere = {  # made by allanite.study
         "spectral_line",
         "band_limited",

@@ -25,6 +25,7 @@ from numpy.typing import ArrayLike
 from allanite import __version__
 from allanite.allan import AllanCurve, allan_curve
 from allanite.atomic_file import fresh
+from allanite.cleaning.renewed import held_entry
 from allanite.cleaning.rows import at_own_rates
 from allanite.errors import AllaniteError, DataQualityError, FitError, FormatError, InputError
 from allanite.health import Finding, Severity, check, prepare
@@ -258,9 +259,10 @@ def characterize(
     if statistic != "oadev":
         fitted = allan_curve(whole, taus="octave", confidence=confidence, threads=threads)
     report(0.4, "fitting")
-    looked = {
-        name: (whole, curve[name], fitted[name] if fitted is not curve else curve[name]) for name in names
-    }
+    looked = {}
+    for name in names:
+        shown = curve[name]
+        looked[name] = (whole, shown, shown if fitted is curve else fitted[name])
     if floor is None and not environment and any(f.code == "held_samples" for f in findings):
         for name, once in at_own_rates(whole).items():
             own = allan_curve(once, statistic=statistic, taus=taus, confidence=confidence, threads=threads)
@@ -458,26 +460,9 @@ def _channel(
         "slopes": _slopes(fitted, bent.excluded),
         "advice": [asdict(a) for a in advice],
         **_aliasing(channel, recording.dt),
-        **_held(recording),
+        **held_entry(recording),
         **mixed,
     }, findings
-
-
-def _held(recording: Recording) -> Json:
-    """The sensor's own rate, where the log repeats its values and each was taken once."""
-    steps = [s for s in recording.history if s.get("step") == "repair" and s.get("repair") == "drop_repeats"]
-    if not steps:
-        return {}
-    step = steps[-1]
-    return {
-        "held": {
-            "rate": recording.rate,
-            "rate_sd": step.get("rate_sd"),
-            "log_rate": step["rate_before"],
-            "values": recording.n_samples,
-            "why": step["why"],
-        }
-    }
 
 
 def _aliasing(channel: Channel, interval: float) -> Json:

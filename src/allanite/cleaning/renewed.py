@@ -9,6 +9,7 @@ was never logged and is missing. The rows after a gap hold the value before the 
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +20,7 @@ from allanite.health.finding import percent
 from allanite.health.renewal import Renewal, fresh_rows
 from allanite.recording import BLOCK, Recording
 
-__all__ = ["Picked", "renewed", "without_jitter"]
+__all__ = ["Picked", "held_entry", "renewed", "without_jitter"]
 
 Samples = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -149,3 +150,19 @@ def without_jitter(recording: Recording) -> Recording:
         if k not in ("median_rate", "jitter_rms_s", "resolution_s", "rate_nominal")
     }
     return replace(recording, notes={**recording.notes, "timebase": kept})
+
+
+def held_entry(recording: Recording) -> dict[str, Any]:
+    """The rate of the sensor, of a recording in which each value stands once, as plain data; empty for others."""
+    steps = [s for s in recording.history if s.get("step") == "repair" and s.get("repair") == "drop_repeats"]
+    if not steps or "rate_before" not in steps[-1]:
+        return {}
+    return {
+        "held": {
+            "rate": recording.rate,
+            "rate_sd": steps[-1].get("rate_sd"),
+            "log_rate": steps[-1]["rate_before"],
+            "values": recording.n_samples,
+            "why": steps[-1]["why"],
+        }
+    }

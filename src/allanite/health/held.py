@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from allanite.health.disturbance import moved
 from allanite.health.finding import Finding, Severity, finding, percent
 from allanite.health.renewal import Renewal, renewal_of
 from allanite.health.repeats import hold_factor, repeated
@@ -68,7 +69,7 @@ def holds(surveys: Sequence[Survey]) -> dict[str, Hold]:
     for group in _together(seen):
         chance = math.prod(by_chance(s) for s in group)
         renewal = None
-        if chance < 0.5:
+        if chance < 0.5 and not any(map(moved, group)):  # motion changes how often neighbors are equal
             renewal = renewal_of(group[0].recording, [s.name for s in group], chance)
         for s in group:
             one = _hold(s, renewal)
@@ -191,9 +192,9 @@ def _with_uncertainty(rate: float, sd: float) -> str:
 
 
 def without_short_scales(survey: Survey, found: Mapping[str, Hold]) -> Survey:
-    """The facts without the scales at which repeats, not noise, make the differences."""
+    """The facts without the scales at which repeats, not noise, make the differences; a sensor that moved keeps all."""
     hold = found.get(survey.name)
-    if hold is None:
+    if hold is None or moved(survey):
         return survey
     scales = tuple(s for s in survey.scales if s.lag * hold.ratio >= SHORT)
     return replace(survey, scales=scales or survey.scales[-1:])

@@ -39,6 +39,9 @@ CAUGHT = 1.25
 LONGEST = 3.0
 #: Repeats beyond those by chance, as a share of these, that are worth a look: the step is known no better.
 BEYOND = 0.2
+#: Beat of sensor and log [cycles per row], absolute and as a share of the repeats, below which it may be a slow change
+#: of the chance that neighbors are equal.
+SLOWEST, CREDIBLE = 0.005, 0.25
 #: Share of fresh rows that may stand beside the even grid of the values.
 ASTRAY = 0.15
 
@@ -177,7 +180,8 @@ def _line(recording: Recording, channels: Sequence[str], by_chance: float) -> tu
     expected = fresh / told / (1.0 - by_chance)
     if 1.0 - expected < max(0.005, BEYOND * by_chance):
         return None
-    low, high = 0.98 * fresh / told - 2.0 / length, min(CAUGHT * expected, 1.0 - 2.0 / length)
+    low = 0.98 * fresh / told - 2.0 / length
+    high = min(CAUGHT * expected, 1.0 - max(SLOWEST, CREDIBLE * (1.0 - expected)))
     frequency = np.arange(padded // 2 + 1) / padded
     ratios = np.concatenate([frequency, 1.0 - frequency])
     near = np.flatnonzero((ratios >= low) & (ratios <= high) & (ratios >= 2.0 / length))
