@@ -49,7 +49,7 @@ def test_every_repair_answers_findings_that_name_it() -> None:
 def test_a_finding_names_its_repair_and_a_repair_is_a_finding(noise: np.ndarray) -> None:
     held = record(np.repeat(noise[:5000], 2))
     (found,) = [f for f in check(held) if f.code == "held_samples"]
-    assert found.advice.endswith("(repair: drop_repeats)")
+    assert found.advice.endswith("(--repair drop_repeats)")
     (said,) = [f for f in check(clean(held, "drop_repeats")) if f.code == "repaired"]
     assert "drop_repeats: 5000 samples of signal taken out: every value stood 2 times" in said.message
 
@@ -58,7 +58,7 @@ def test_a_finding_names_its_repair_and_a_repair_is_a_finding(noise: np.ndarray)
     ("asked", "words"),
     [
         ("drop_everything", "no repair is called 'drop_everything'; there are: drop_saturated"),
-        ("drop_frozen=3", "drop_frozen takes no value"),
+        ("drop_padding=3", "drop_padding takes no value"),
         ("drop_spikes=two", "at least 4 standard deviations"),
         ("drop_spikes=2", "at least 4 standard deviations"),
         ("swap=x", "two names"),
@@ -116,7 +116,7 @@ def halved(y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     ("fault", "repair", "code"),
     [
         (padded, "drop_padding", "zero_filled"),
-        (frozen, "drop_frozen", "stuck"),
+        (frozen, "drop_padding", "stuck"),
         (overloaded, "drop_saturated", "overload"),
         (halved, "drop_cut_blocks", "half_before_gap"),
     ],

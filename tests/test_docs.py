@@ -26,6 +26,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from verification.findings import look_alikes_page
 from verification.proof import proof_page
 
 from allanite.health.catalogue import findings_page
@@ -243,6 +244,7 @@ GENERATED = {
     "docs/reference/cli.md": command_reference,
     "docs/reference/exports.md": exports_reference,
     "docs/reference/findings.md": findings_page,
+    "docs/reference/look-alikes.md": look_alikes_page,
     "docs/reference/python.md": python_reference,
     "docs/proof.md": proof_page,
 }

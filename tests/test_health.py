@@ -12,14 +12,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from allanite import health
 from allanite.errors import DataQualityError, InputError
 from allanite.health import (
     CATALOGUE,
-    CHANNEL_DETECTORS,
-    LOG_DETECTORS,
-    PRESENCE_DETECTORS,
-    RECORD_DETECTORS,
-    STRETCH_DETECTORS,
     Finding,
     Severity,
     check,
@@ -73,7 +69,7 @@ def test_every_entry_says_everything() -> None:
 
 
 def test_every_code_in_the_detectors_is_in_the_catalogue_and_back() -> None:
-    looks = (*PRESENCE_DETECTORS, *STRETCH_DETECTORS, *CHANNEL_DETECTORS, *RECORD_DETECTORS, *LOG_DETECTORS)
+    looks = [look for name in health.__all__ if name.endswith("_DETECTORS") for look in getattr(health, name)]
     source = "".join(inspect.getsource(inspect.getmodule(look)) for look in looks)  # type: ignore[arg-type]
     source += inspect.getsource(held) + inspect.getsource(tails)
     elsewhere = {  # made by allanite.study

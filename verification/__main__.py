@@ -414,6 +414,18 @@ def _hostile_files(order: Order) -> None:
     write_tables("hostile_files", "Hostile files", parts, HERE / "results", seed=ROOT_SEED, date=order.date)
 
 
+def _findings(order: Order) -> None:
+    from verification.findings import TITLE, look_alikes_page, run_look_alikes
+    from verification.tables import write_tables
+
+    parts = {TITLE: run_look_alikes(order.count(200), ROOT_SEED, _say)}
+    write_tables(
+        "findings", "Findings and their look-alikes", parts, HERE / "results", seed=ROOT_SEED, date=order.date
+    )
+    page = HERE.parent / "docs" / "reference" / "look-alikes.md"
+    page.write_text(look_alikes_page(), encoding="utf-8")
+
+
 def _page(order: Order) -> None:
     from verification.page import run_held, run_streams
     from verification.tables import write_tables
@@ -499,6 +511,7 @@ PARTS: dict[str, Callable[[Order], None]] = {
     "recording": _recording,
     "firmware": _firmware,
     "dead-reckoning": _dead_reckoning,
+    "findings": _findings,
     "hostile-files": _hostile_files,
     "page": _page,
     "floor": _floor,

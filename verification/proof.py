@@ -42,6 +42,7 @@ CLAIMS = {
     "position_planning": "a planned calibration does what the plan said",
     "redundancy": "sensors combined, faults found",
     "recording": "nothing that was acknowledged is lost",
+    "findings": "every fault is called by its own name, and by no other",
     "hostile_files": "changed, cut and crafted files: an answer or an error, never a crash or another file's bytes",
     "floor": "the noise of the sensor without that of the instrument, with intervals",
     "dead_reckoning": "growth of navigation errors within 5 % of strapdown simulations",

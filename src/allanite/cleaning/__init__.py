@@ -60,14 +60,9 @@ REPAIRS: dict[str, Repair] = {
         apply=lambda recording, _: spans.drop_saturated(recording),
     ),
     "drop_padding": Repair(
-        does="exact zeros far from the level become gaps: a first sample, a tail, lost blocks",
-        answers=("zero_filled",),
+        does="what is no reading becomes a gap: zeros, fill values, rows of zeros, frozen readings; in all channels",
+        answers=("zero_filled", "fill_value", "stuck"),
         apply=lambda recording, _: spans.drop_padding(recording),
-    ),
-    "drop_frozen": Repair(
-        does="stretches of one repeated value, longer than chance makes them, become gaps",
-        answers=("stuck",),
-        apply=lambda recording, _: spans.drop_frozen(recording),
     ),
     "drop_cut_blocks": Repair(
         does="samples at half the level or half the noise just before a gap become gaps",

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from allanite.cleaning.step import masked, surveys
 from allanite.columns import merge_spans
 from allanite.errors import DataQualityError, InputError
-from allanite.health import disturbance, repeats, values
+from allanite.health import disturbance, padding_of, values
 from allanite.health.finding import Finding
 from allanite.health.meaning import triads
 from allanite.health.motion import LEAST, LENGTH, NOISE, TURNED
@@ -27,7 +27,6 @@ __all__ = [
     "THRESHOLD",
     "cut_motion",
     "drop_cut_blocks",
-    "drop_frozen",
     "drop_padding",
     "drop_saturated",
     "drop_spikes",
@@ -61,15 +60,19 @@ def drop_saturated(recording: Recording) -> Recording:
 
 
 def drop_padding(recording: Recording) -> Recording:
-    """Exact zeros at least eight standard deviations from the level, as gaps."""
-    return masked(
-        recording, "drop_padding", "zeros in place of samples", _found(recording, repeats.zero_filled)
-    )
-
-
-def drop_frozen(recording: Recording) -> Recording:
-    """Runs of one value that chance makes once in 10 000 records, as gaps."""
-    return masked(recording, "drop_frozen", "one repeated value", _found(recording, repeats.stuck))
+    """Zeros and words for "no value" far from the level, and frozen readings, as gaps, in all channels."""
+    found: dict[str, list[Spans]] = {}
+    trial = recording
+    for _ in range(ROUNDS):  # what is left out may have hidden more
+        more = padding_of(surveys(trial))
+        if not more:
+            break
+        for f in more:
+            found.setdefault(str(f.channel), []).append(f.spans)
+        spans = {name: merge_spans(np.concatenate(own)) for name, own in found.items()}
+        trial = recording.excluding(spans, "padding")
+    merged = {name: merge_spans(np.concatenate(own)) for name, own in found.items()}
+    return masked(recording, "drop_padding", "no readings: zeros, fill values or one repeated value", merged)
 
 
 def drop_cut_blocks(recording: Recording) -> Recording:

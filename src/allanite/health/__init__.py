@@ -9,7 +9,8 @@ A channel is read once, block by block (`survey`); the detectors are small funct
 =============== ==========================================================================
 `values`        missing samples, overload words, saturation, clipping, nonsense
 `resolution`    the step of the values against the noise
-`repeats`       frozen readings, zeros, interleaved sensors, twin channels
+`padding`       zeros, words for "no value", rows without a reading
+`repeats`       frozen readings, interleaved sensors, twin channels
 `held`          samples that repeat because the sensor is slower than the log
 `tails`         contaminated noise
 `disturbance`   impulses; stretches that move more, or less, than the rest
@@ -27,11 +28,12 @@ low-pass filter are found by `allanite.spectrum`.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection, Iterator, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from dataclasses import replace
 from itertools import groupby
 
 import numpy as np
+from numpy.typing import NDArray
 
 from allanite.errors import DataQualityError, InputError
 from allanite.health import (
@@ -41,6 +43,7 @@ from allanite.health import (
     log,
     meaning,
     motion,
+    padding,
     raw_counts,
     repeats,
     resolution,
@@ -48,28 +51,45 @@ from allanite.health import (
     tails,
     values,
 )
-from allanite.health.catalogue import CATALOGUE, Entry
+from allanite.health.catalogue import CATALOGUE, MOVES, Entry
 from allanite.health.finding import Finding, Severity
 from allanite.health.survey import Survey, survey
-from allanite.recording import Recording, checked_recording
+from allanite.recording import Recording, checked_recording, merge_spans
 
 __all__ = [
     "CATALOGUE",
     "CHANNEL_DETECTORS",
     "LOG_DETECTORS",
+    "NONSENSE_DETECTORS",
     "PRESENCE_DETECTORS",
+    "RANGE_DETECTORS",
     "RECORD_DETECTORS",
+    "ROW_DETECTORS",
+    "SAMPLE_DETECTORS",
+    "STILL_DETECTORS",
     "STRETCH_DETECTORS",
+    "WORD_DETECTORS",
     "Entry",
     "Finding",
     "Severity",
     "check",
+    "padding_of",
     "prepare",
 ]
 
 Progress = Callable[[float], None]
 
-#: Functions of one channel's survey: what there is of samples.
+#: Share of a record that is worth an analysis of its own.
+WORTH = 0.05
+#: Findings of stretches in which the unit moves.
+_RESTLESS = ("not_at_rest", "motion", "disturbance")
+
+#: Functions of one channel's survey: the numbers are no readings at all. Then nothing else is said of the channel.
+NONSENSE_DETECTORS: tuple[Callable[[Survey], Iterator[Finding]], ...] = (
+    values.implausible_exponents,
+    values.only_grows,
+)
+#: The same: what there is of samples.
 PRESENCE_DETECTORS: tuple[Callable[[Survey], Iterator[Finding]], ...] = (
     values.no_samples,
     values.too_short,
@@ -77,23 +97,33 @@ PRESENCE_DETECTORS: tuple[Callable[[Survey], Iterator[Finding]], ...] = (
     values.overload,
     meaning.unit,
 )
-#: The same, for channels with enough samples: stretches that are no samples and are left out.
-STRETCH_DETECTORS: tuple[Callable[[Survey], Iterator[Finding]], ...] = (
-    values.saturated,
-    repeats.stuck,
-    repeats.zero_filled,
-    disturbance.half_before_gap,
+#: The same, for channels with enough samples: words of the converter, which are left out.
+RANGE_DETECTORS: tuple[Callable[[Survey], Iterator[Finding]], ...] = (values.saturated,)
+#: The same: values that are no readings and are left out.
+WORD_DETECTORS: tuple[Callable[[Survey], Iterator[Finding]], ...] = (padding.zero_filled, padding.fill_value)
+#: The same: stretches of one value.
+STRETCH_DETECTORS: tuple[Callable[[Survey], Iterator[Finding]], ...] = (repeats.stuck,)
+#: Of all channels together: rows without a reading that one channel alone does not show, after either of the two.
+ROW_DETECTORS: tuple[Callable[[Sequence[Survey], Sequence[Finding]], Iterator[Finding]], ...] = (
+    padding.zero_rows,
+    padding.shared_zeros,
 )
-#: The same, of what is left. A new detector is one line here and one entry in the catalogue.
+STILL_DETECTORS: tuple[Callable[[Sequence[Survey], Sequence[Finding]], Iterator[Finding]], ...] = (
+    padding.shared_stretches,
+)
+#: Of one channel again, of what is left: what lies beside a gap, and single samples.
+SAMPLE_DETECTORS: tuple[Callable[[Survey], Iterator[Finding]], ...] = (
+    disturbance.half_before_gap,
+    disturbance.impulses,
+)
+#: The same, of what is left then. A new detector is one line here and one entry in the catalogue.
 CHANNEL_DETECTORS: tuple[Callable[[Survey], Iterator[Finding]], ...] = (
     values.clipping,
-    values.implausible_exponents,
     resolution.no_noise_resolved,
     resolution.quantisation,
     resolution.quantisation_not_white,
     resolution.float_step,
     repeats.interleaved,
-    disturbance.impulses,
     disturbance.rest,
     disturbance.amplitude_drop,
     constancy.noise_changes,
@@ -126,7 +156,7 @@ LOG_DETECTORS: tuple[Callable[[Recording], Iterator[Finding]], ...] = (
 
 
 def check(recording: Recording, *, progress: Progress | None = None) -> tuple[Finding, ...]:
-    """Everything that is wrong with a recording, the gravest first.
+    """Everything that is wrong with a recording: motion first, then the gravest.
 
     One pass over each channel that can bear a noise model, in blocks: the recording may be larger than memory.
 
@@ -146,9 +176,13 @@ def check(recording: Recording, *, progress: Progress | None = None) -> tuple[Fi
             progress(done / total)
 
     with np.errstate(invalid="ignore", over="ignore"):  # samples of the wrong byte order are anything
-        found = _found(recording, advance)
-    order = list(CATALOGUE)
-    return tuple(sorted(found, key=lambda f: (f.severity.rank, order.index(f.code))))
+        found = _with_quiet_part(recording, _found(recording, advance))
+    order, names = list(CATALOGUE), {None: -1} | {name: i for i, name in enumerate(recording.names)}
+
+    def place(f: Finding) -> tuple[bool, int, int, int]:
+        return f.code not in MOVES, f.severity.rank, order.index(f.code), names.get(f.channel, len(names))
+
+    return tuple(sorted(found, key=place))
 
 
 def _found(recording: Recording, advance: Callable[[int], None]) -> list[Finding]:
@@ -160,26 +194,23 @@ def _found(recording: Recording, advance: Callable[[int], None]) -> list[Finding
             advance(recording.n_samples)
     found = [f for look in LOG_DETECTORS for f in look(recording)]
     found += log.words(recording, surveys)
-    own = [f for s in surveys for look in PRESENCE_DETECTORS for f in look(s)]
-    enough = [s for s in surveys if s.present >= values.MINIMUM]
+    own: list[Finding] = []
+    enough: list[Survey] = []
+    for s in surveys:
+        nonsense = [f for look in NONSENSE_DETECTORS for f in look(s)]
+        own += nonsense or [f for look in PRESENCE_DETECTORS for f in look(s)]
+        if not nonsense and s.present >= values.MINIMUM:
+            enough.append(s)
+    left_out, enough = _left_out(enough)
+    own += left_out
     renewed = held.holds(enough)
+    laws = {s.name: _law(s, renewed) for s in enough}
     own += held.held_samples(renewed)
-    enough = [held.without_short_scales(s, renewed) for s in enough]
-    for i, s in enumerate(enough):
-        stretches = [f for look in STRETCH_DETECTORS for f in look(s)]
-        enough[i] = s.without(np.concatenate([np.zeros((0, 2), np.int64), *(f.spans for f in stretches)]))
-        own += stretches
-        # values that repeat come in clusters: their law is that of the sensor's values, each taken once
-        law = tails.Tails(law=tails.Law.UNKNOWN) if s.name in renewed else tails.law_of_survey(enough[i])
-        own += tails.contaminated(s, law)
-        enough[i] = tails.without_short_scales(enough[i], law)
-        mixed = law.law is tails.Law.CONTAMINATED  # spikes and heavy tails are other words for it
-        own += [
-            f
-            for look in CHANNEL_DETECTORS
-            if look is not disturbance.impulses or not mixed
-            for f in look(enough[i])
-        ]
+    own += [f for s in enough for f in tails.contaminated(s, laws[s.name])]
+    samples, enough = _samples(_noise_scales(enough, renewed, laws), laws)
+    own += samples
+    enough = _noise_scales(enough, renewed, laws)
+    own += [f for s in enough for look in CHANNEL_DETECTORS for f in look(s)]
     found += _joined(own, len(surveys))
     looks = RECORD_DETECTORS
     if any(
@@ -187,6 +218,78 @@ def _found(recording: Recording, advance: Callable[[int], None]) -> list[Finding
     ):  # a simulated sensor never had a bias
         looks = tuple(look for look in looks if look is not meaning.bias_removed)
     return found + [f for look in looks for f in look(enough)]
+
+
+def _left_out(surveys: Sequence[Survey]) -> tuple[list[Finding], list[Survey]]:
+    """What is found of stretches that are no readings, and the surveys of what is left."""
+    rails, left = _stretches(RANGE_DETECTORS, surveys)
+    padded, left = _padding(left)
+    return [*rails, *padded], left
+
+
+def _law(survey: Survey, renewed: Mapping[str, held.Hold]) -> tails.Tails:
+    """The law of a channel's white noise; values that repeat come in clusters, and hide theirs."""
+    return tails.Tails(law=tails.Law.UNKNOWN) if survey.name in renewed else tails.law_of_survey(survey)
+
+
+def _noise_scales(
+    surveys: Sequence[Survey], renewed: Mapping[str, held.Hold], laws: Mapping[str, tails.Tails]
+) -> list[Survey]:
+    """The surveys without the scales at which repeats, or a few wide samples, make the differences."""
+    return [tails.without_short_scales(held.without_short_scales(s, renewed), laws[s.name]) for s in surveys]
+
+
+def _samples(
+    surveys: Sequence[Survey], laws: Mapping[str, tails.Tails]
+) -> tuple[list[Finding], list[Survey]]:
+    """Single samples that are no readings, and what is left; those of contaminated noise are no spikes."""
+
+    def impulses(survey: Survey) -> Iterator[Finding]:
+        mixed = laws[survey.name].law is tails.Law.CONTAMINATED
+        return iter(()) if mixed else disturbance.impulses(survey)
+
+    return _stretches(
+        [impulses if look is disturbance.impulses else look for look in SAMPLE_DETECTORS], surveys
+    )
+
+
+def padding_of(surveys: Sequence[Survey]) -> list[Finding]:
+    """Zeros, words for "no value" and frozen readings in these channels, and in the rows that they share."""
+    return _padding(surveys)[0]
+
+
+def _padding(surveys: Sequence[Survey]) -> tuple[list[Finding], list[Survey]]:
+    found: list[Finding] = []
+    left = list(surveys)
+    for own, shared in ((WORD_DETECTORS, ROW_DETECTORS), (STRETCH_DETECTORS, STILL_DETECTORS)):
+        more, left = _stretches(own, left)
+        found += more
+        for look in shared:
+            more = list(look(left, found))
+            found, left = [*found, *more], _without(left, more)
+    return found, left
+
+
+def _stretches(
+    looks: Sequence[Callable[[Survey], Iterator[Finding]]], surveys: Sequence[Survey]
+) -> tuple[list[Finding], list[Survey]]:
+    """One detector after another: what one leaves out is no evidence for the next."""
+    found: list[Finding] = []
+    left = list(surveys)
+    for look in looks:
+        more = [f for s in left for f in look(s)]
+        found, left = [*found, *more], _without(left, more)
+    return found, left
+
+
+def _without(surveys: Sequence[Survey], found: Sequence[Finding]) -> list[Survey]:
+    """The surveys without what these findings leave out; those of channels with enough samples left."""
+    spans: dict[str | None, list[NDArray[np.int64]]] = {}
+    for f in found:
+        if f.excludes:
+            spans.setdefault(f.channel, []).append(f.spans)
+    left = [s.without(np.concatenate(spans[s.name])) if s.name in spans else s for s in surveys]
+    return [s for s in left if s.present >= values.MINIMUM]
 
 
 def _joined(found: list[Finding], n_channels: int) -> list[Finding]:
@@ -200,6 +303,29 @@ def _joined(found: list[Finding], n_channels: int) -> list[Finding]:
         same = list(group)
         joined += [replace(same[0], channel=None)] if len(same) == n_channels > 1 else same
     return joined
+
+
+def _with_quiet_part(recording: Recording, found: Sequence[Finding]) -> list[Finding]:
+    """The findings; those of motion with the options that take the longest part in which no channel moves."""
+    moving = [f for f in found if f.code in _RESTLESS and len(f.spans)]
+    options = _quiet_part(recording, moving) if moving else None
+    if options is None:
+        return list(found)
+    return [f.advise(f"analyze a quiet part alone: {options}") if f in moving else f for f in found]
+
+
+def _quiet_part(recording: Recording, moving: Sequence[Finding]) -> str | None:
+    """``--from`` and ``--to``; None where nothing worth it is left."""
+    n = recording.n_samples
+    beside = max(n // 100, 1)
+    taken = merge_spans(np.concatenate([f.spans for f in moving]) + np.array([-beside, beside]))
+    starts, stops = np.append(0, taken[:, 1]), np.append(taken[:, 0], n)
+    k = int(np.argmax(stops - starts))
+    if stops[k] - starts[k] < max(WORTH * n, values.MINIMUM):
+        return None
+    begun = sum(float(step["start_s"]) for step in recording.history if step.get("step") == "window")
+    ends = (("--from", int(starts[k]), 0), ("--to", int(stops[k]), n))
+    return " ".join(f"{option} {begun + at * recording.dt:.6g}" for option, at, end in ends if at != end)
 
 
 def prepare(
@@ -240,9 +366,12 @@ def prepare(
     said = tuple(f.accept() if f.severity is Severity.FATAL else f for f in findings)
     recording = _without_empty(recording, said)
     for code, group in groupby((f for f in said if f.excludes), key=lambda f: f.code):
-        spans = {name: f.spans for f in group for name in _channels(recording, f)}
+        spans: dict[str, list[NDArray[np.int64]]] = {}
+        for f in group:
+            for name in _channels(recording, f):
+                spans.setdefault(name, []).append(f.spans)
         if spans:
-            recording = recording.excluding(spans, code)
+            recording = recording.excluding({n: np.concatenate(own) for n, own in spans.items()}, code)
     return recording, said
 
 

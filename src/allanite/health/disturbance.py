@@ -105,7 +105,7 @@ def _spikes(survey: Survey, excess: Samples) -> Finding:
     shown = out if len(out) else np.arange(len(bursts))
     return finding(
         "spikes",
-        f"{plural(len(excess), 'sample')} far from the samples around, in {plural(len(bursts), 'burst')}, the largest "
+        f"{_which(found.position, len(bursts))} "
         f"{largest} at {survey.seconds(int(found.position[k]))}; {effect}",
         severity=Severity.WARNING if len(out) else Severity.INFO,
         channel=survey.name,
@@ -114,6 +114,13 @@ def _spikes(survey: Survey, excess: Samples) -> Finding:
         weight=sums[shown],
         excludes=len(out) > 0,
     )
+
+
+def _which(position: NDArray[np.int64], bursts: int) -> str:
+    if position.tolist() == [0]:
+        return "the first sample is far from those after it, by"
+    count = plural(len(position), "sample")
+    return f"{count} far from the samples around, in {plural(bursts, 'burst')}, the largest"
 
 
 def _bursts(position: NDArray[np.int64], excess: Samples) -> tuple[Spans, Samples]:

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from typing import Any
@@ -15,7 +15,7 @@ from allanite.errors import InputError
 from allanite.health.catalogue import CATALOGUE
 from allanite.recording import merge_spans
 
-__all__ = ["PLACES", "Finding", "Severity", "finding", "percent", "plural", "short"]
+__all__ = ["PLACES", "Finding", "Severity", "finding", "listed", "percent", "plural", "short"]
 
 Spans = NDArray[np.int64]
 
@@ -91,6 +91,10 @@ class Finding:
 
     def __str__(self) -> str:
         return f"{self.severity.value} {self.code}{_of(self.channel)}: {self.message}"
+
+    def advise(self, advice: str) -> Finding:
+        """The same finding with another advice; the repair that answers it stays."""
+        return replace(self, advice=_with_repair(advice, CATALOGUE[self.code].repair))
 
     def accept(self) -> Finding:
         """The same finding, accepted."""
@@ -197,13 +201,18 @@ def plural(count: int, noun: str) -> str:
     return f"{count} {noun}{'' if count == 1 else ending}"
 
 
+def listed(names: Sequence[str]) -> str:
+    """Names as people list them: "x, y and z"."""
+    return " and ".join(filter(None, [", ".join(names[:-1]), *names[-1:]]))
+
+
 def short(value: float) -> str:
     """A number to three digits, without an exponent where people would write none."""
     return f"{value:.3g}" if not 999.5 <= abs(value) < 1e7 else f"{value:.0f}"
 
 
 def _with_repair(advice: str, repair: str) -> str:
-    return f"{advice} (repair: {repair})" if repair else advice
+    return f"{advice} (--repair {repair})" if repair else advice
 
 
 def _frozen(spans: ArrayLike) -> Spans:

@@ -49,6 +49,7 @@ def unit(survey: Survey) -> Iterator[Finding]:
             severity=Severity.WARNING,
             channel=survey.name,
             count=survey.present,
+            advice=f"state it, as in --unit {_all_unknown(survey)}",
         )
     elif survey.channel.kind is Kind.COUNTS:
         yield finding(
@@ -58,6 +59,11 @@ def unit(survey: Survey) -> Iterator[Finding]:
             channel=survey.name,
             count=survey.present,
         )
+
+
+def _all_unknown(survey: Survey) -> str:
+    unknown = [c.name for c in survey.recording.channels if c.kind is Kind.UNKNOWN]
+    return ",".join(f"{name}=deg/s" for name in unknown)
 
 
 def aliasing(survey: Survey) -> Iterator[Finding]:

@@ -11,9 +11,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.health.finding import Finding, Severity, finding, percent, plural
+from allanite.health.padding import MOSTLY
 from allanite.health.resolution import is_unresolved
 from allanite.health.survey import Survey
-from allanite.health.values import MINIMUM, spans_equal
 
 __all__ = [
     "Alternation",
@@ -23,7 +23,6 @@ __all__ = [
     "interleaved",
     "repeated",
     "stuck",
-    "zero_filled",
 ]
 
 Samples = NDArray[np.float64]
@@ -31,8 +30,10 @@ Index = NDArray[np.int64]
 
 #: Chance that one record of noise has a run as long as those called stuck.
 ALARM = 1e-4
-#: Share left out beyond which the rest is not trusted either.
-MOSTLY = 0.5
+#: Samples of the pieces that must agree on an alternation, and rows of a period in one at the least.
+PIECE, FEWEST = 2048, 256
+#: Parts of a piece whose levels must agree.
+QUARTERS = 4
 
 
 # -- frozen readings --------------------------------------------------------------------------------------
@@ -45,9 +46,6 @@ def stuck(survey: Survey) -> Iterator[Finding]:
     longest = longest_by_chance(survey)
     spans = survey.equal_spans
     spans = spans[spans[:, 1] - spans[:, 0] > longest]
-    zeros = _zero_spans(survey)
-    if len(zeros):
-        spans = spans[~np.isin(spans[:, 0], zeros[:, 0])]
     if len(spans) == 0:
         return
     count = int(np.diff(spans, axis=1).sum())
@@ -86,58 +84,6 @@ def longest_by_chance(survey: Survey) -> int:
     held = max(hold_factor(survey), 1)
     more = 1.5 * held * math.log(runs / ALARM) / -math.log(hazard)
     return max(4, 2 * last, last + math.ceil(more), survey.equal_shortest - 1)
-
-
-# -- zeros ------------------------------------------------------------------------------------------------
-
-
-def zero_filled(survey: Survey) -> Iterator[Finding]:
-    """Exact zeros far from the level: one sample, a stretch, the beginning, the tail (battery B16; class 4)."""
-    spans = _zero_spans(survey)
-    if len(spans) == 0:
-        return
-    count = int(np.diff(spans, axis=1).sum())
-    share = count / survey.present
-    where = []
-    if spans[0, 0] == 0:
-        where.append(f"the first {plural(int(spans[0, 1]), 'sample')}")
-    if spans[-1, 1] == survey.n_samples:
-        where.append(f"the last {plural(int(spans[-1, 1] - spans[-1, 0]), 'sample')}")
-    inner = len(spans) - len(where)
-    if inner:
-        where.append(plural(inner, "stretch") + " within")
-    yield finding(
-        "zero_filled",
-        f"{plural(count, 'sample')} ({percent(share)}) exactly 0 while the level is {survey.mean:.4g}{survey.unit}, "
-        f"{_distance_of_zero(survey):.2g} sigma away: {', '.join(where)}",
-        severity=Severity.FATAL if share > MOSTLY else Severity.WARNING,
-        channel=survey.name,
-        spans=spans,
-        weight=np.diff(spans, axis=1)[:, 0],
-        excludes=True,
-    )
-
-
-def _zero_spans(survey: Survey) -> Index:
-    """Runs of exact zeros, if zero is not among the values that the noise reaches."""
-    none = np.zeros((0, 2), dtype=np.int64)
-    if survey.channel.kind.integrated or survey.constant or survey.sigma == 0.0:
-        return none
-    outer = np.concatenate([survey.high.values, survey.low.values]) + survey.origin
-    if 0.0 not in outer or _distance_of_zero(survey) < 8.0:
-        return none
-    return spans_equal(survey, [-survey.origin])
-
-
-def _distance_of_zero(survey: Survey) -> float:
-    """Distance of 0 from the level, in units of the noise about it."""
-    values = np.concatenate([values for _, values in survey.probes]) + survey.origin
-    values = values[(values != 0.0) & np.isfinite(values)]
-    if len(values) < MINIMUM:
-        return 0.0
-    low, middle, high = np.quantile(values, [0.16, 0.5, 0.84])
-    spread = max(0.5 * (high - low), survey.sigma)
-    return abs(float(middle)) / float(spread)
 
 
 # -- samples held -----------------------------------------------------------------------------------------
@@ -212,22 +158,49 @@ def alternation(survey: Survey) -> Alternation | None:
     """How the rows alternate; None where they do not."""
     if survey.channel.kind.integrated or survey.constant:
         return None
-    stretches = [values for _, values in survey.probes]
-    two = _alternates(stretches, 2)
-    if two is not None and not any(_alternates([v[k::2] for v in stretches], 2) for k in (0, 1)):
+    pieces = [piece for start, values in survey.probes for piece in _pieces(start, values)]
+    two = _alternates(pieces, 2)
+    if two is not None and not any(
+        _alternates([((s + k) // 2, v[k::2]) for s, v in pieces], 2) for k in (0, 1)
+    ):
         return two
-    return _alternates(stretches, 3) or _alternates(stretches, 4) or two  # four phases make two as well
+    return _alternates(pieces, 3) or _alternates(pieces, 4) or two  # four phases make two as well
 
 
-def _alternates(stretches: Sequence[Samples], period: int) -> Alternation | None:
-    """The alternation with this period, if nine stretches in ten show it."""
-    apart = [a for values in stretches if (a := _phases(values, period)) is not None]
-    if len(apart) < max(1, 0.5 * len(stretches)):
+def _pieces(start: int, values: Samples) -> Iterator[tuple[int, Samples]]:
+    """A stretch in parts of `PIECE` samples at least, each with the position of its first sample."""
+    size = len(values) // max(1, len(values) // PIECE)
+    for k in range(0, len(values) - size + 1, max(size, 1)):
+        yield start + k, values[k : k + size]
+
+
+def _alternates(pieces: Sequence[tuple[int, Samples]], period: int) -> Alternation | None:
+    """The alternation with this period, if nine pieces in ten show the same one.
+
+    One wild sample, or a disturbance, is in one piece; a line near half the rate turns over from piece to piece.
+    """
+    phases = [p for start, values in pieces if (p := _phases(values, period, start)) is not None]
+    if len(phases) < max(1, 0.5 * len(pieces)):
         return None
-    level, noise = np.quantile(np.array(apart), 0.1, axis=0)
-    if level > (1.0 if period == 2 else 3.0) or noise > 3.0:
-        return Alternation(period, float(level), float(noise))
+    level = _agreed(np.concatenate([p.level for p in phases]), np.repeat([p.doubt for p in phases], QUARTERS))
+    noise = _agreed(np.log([p.power for p in phases]), np.array([p.spread for p in phases]))
+    if level > (1.0 if period == 2 else 3.0) or noise > math.log(3.0):
+        return Alternation(period, level, math.exp(noise))
     return None
+
+
+def _agreed(patterns: Samples, doubt: Samples) -> float:
+    """How far two phases lie apart in most pieces; 0.0 unless they do so in nine of ten, in the same order.
+
+    Parameters
+    ----------
+    patterns : ndarray, shape (n_pieces, period)
+    doubt : ndarray, shape (n_pieces,)
+        What chance makes of a difference, generously.
+    """
+    usual = np.median(patterns, axis=0)
+    apart = patterns[:, int(np.argmax(usual))] - patterns[:, int(np.argmin(usual))]
+    return float(np.median(apart)) if np.quantile(apart - doubt, 0.1, method="lower") > 0.0 else 0.0
 
 
 def interleaved(survey: Survey) -> Iterator[Finding]:
@@ -248,43 +221,71 @@ def interleaved(survey: Survey) -> Iterator[Finding]:
     )
 
 
-def _phases(values: Samples, period: int) -> tuple[float, float] | None:
-    """How far the phases of a period lie apart: level (in sigma within a phase) and ratio of noise powers.
+class _Phases(NamedTuple):
+    """What the phases of a period show: levels in each quarter [sigma within a phase], noise powers; and by chance."""
 
-    The power of a phase is half the mean square of its differences from row to row: a mean, since the median of
-    samples on steps jumps from one square of a step to the next. The largest fortieth of the differences of all phases
-    counts as no larger than its least, which keeps it deaf to outliers and makes a ratio of powers of 9 up to 17 %
-    smaller. The ratio counts where its logarithm exceeds five standard errors.
+    level: Samples
+    doubt: float
+    power: Samples
+    spread: float
+
+
+def _phases(values: Samples, period: int, start: int) -> _Phases | None:
+    """Levels and noise powers of the phases of a period, phase 0 being that of position 0; None where samples lack.
+
+    The level of a phase is the mean of what its samples have over the moving mean of a period: no drift is in it. The
+    power is half the mean square of the differences from row to row: a mean, since the median of samples on steps
+    jumps from one square of a step to the next. The largest fortieth of either, of all phases together, counts as no
+    larger than its least, which keeps them deaf to outliers and makes a ratio of powers of 9 up to 17 % smaller.
     """
     rows = values[: len(values) // period * period].reshape(-1, period)
     rows = rows[np.isfinite(rows).all(axis=1)]
-    if len(rows) < 256:
+    if len(rows) < FEWEST:
         return None
-    squares = np.diff(rows, axis=0) ** 2
-    largest = float(np.quantile(squares, 0.975))
-    if largest > 0.0:  # else the values rarely change
-        squares = np.minimum(squares, largest)
+    squares = _winsorized(np.diff(rows, axis=0) ** 2, 0.0, 0.975)
     power = 0.5 * np.mean(squares, axis=0)
     if power.min() == 0.0:
         return None
     sigma = float(np.sqrt(np.median(power)))
-    level = rows.mean(axis=0)
-    noise = 8.0 * sigma / math.sqrt(len(rows))  # what chance makes of the levels, generously
-    return max(float(np.ptp(level)) - noise, 0.0) / sigma, _ratio_of_powers(squares)
+    turn = start % period
+    quarter = len(rows) // QUARTERS
+    levels = np.array([_levels(rows[k * quarter : (k + 1) * quarter]) for k in range(QUARTERS)])
+    return _Phases(
+        level=np.roll(levels / sigma, turn, axis=1),
+        doubt=8.0 / math.sqrt(quarter),
+        power=np.roll(power, turn),
+        spread=_doubt_of_powers(squares),
+    )
 
 
-def _ratio_of_powers(squares: Samples) -> float:
-    """Largest ratio of the mean squares of two phases; 1.0 where chance explains it.
+def _levels(rows: Samples) -> Samples:
+    """Mean of each phase over the moving mean of a period, which takes drift out."""
+    period = rows.shape[1]
+    kernel = np.ones(period) if period % 2 else np.concatenate(([0.5], np.ones(period - 1), [0.5]))
+    moving = np.convolve(rows.ravel(), kernel / period, mode="valid")
+    first = len(kernel) // 2
+    above = rows.ravel()[first : first + len(moving)] - moving
+    above = above[(-first) % period :]  # from phase 0 on
+    above = above[: len(above) // period * period].reshape(-1, period)
+    return np.asarray(_winsorized(above, 0.0125, 0.9875).mean(axis=0))
+
+
+def _winsorized(values: Samples, low: float, high: float) -> Samples:
+    """What lies beyond these quantiles moved to them, unless hardly any value changes."""
+    ends = np.quantile(values, [low, high])
+    return np.clip(values, *ends) if ends[1] > ends[0] else values
+
+
+def _doubt_of_powers(squares: Samples) -> float:
+    """What chance makes of the logarithm of a ratio of the mean squares of two phases: five standard errors.
 
     Differences that share a row of white noise have correlation -1/2, their squares 1/4: the variance of a mean
     square is 1.5 times that of as many independent ones (Isserlis). Chance exceeds five standard errors in 6e-7, for
-    the six pairs of four phases in less than 4e-6 of the stretches looked at, of which nine in ten must agree.
+    the six pairs of four phases in less than 4e-6 of the pieces looked at, of which nine in ten must agree.
     """
     power = squares.mean(axis=0)
-    high, low = int(np.argmax(power)), int(np.argmin(power))
-    spread = 1.5 * squares.var(axis=0) / (len(squares) * power**2)
-    ratio = float(power[high] / power[low])
-    return ratio if math.log(ratio) > 5.0 * math.sqrt(spread[high] + spread[low]) else 1.0
+    spread = np.sort(1.5 * squares.var(axis=0) / (len(squares) * power**2))
+    return float(5.0 * np.sqrt(spread[-2:].sum()))
 
 
 # -- two names for one sensor -----------------------------------------------------------------------------

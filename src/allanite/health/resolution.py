@@ -145,7 +145,7 @@ def float_step(survey: Survey) -> Iterator[Finding]:
         kind = "float32" if _is_single(survey) else survey.dtype.name
         yield finding(
             "float_step",
-            f"{kind} numbers near {survey.mean:.4g}{survey.unit} lie {ratio * survey.sigma:.2g}{survey.unit} apart, "
+            f"{kind} numbers near {_level(survey):.4g}{survey.unit} lie {ratio * survey.sigma:.2g}{survey.unit} apart, "
             f"{ratio:.2g} times the noise: N reads about {percent(excess)} high",
             severity=Severity.WARNING,
             channel=survey.name,
@@ -155,16 +155,22 @@ def float_step(survey: Survey) -> Iterator[Finding]:
 
 def _float_ratio(survey: Survey) -> float:
     """Spacing of the number type at the level of the samples, in units of the noise; 0.0 for integers."""
-    if survey.sigma == 0.0 or survey.dtype.kind != "f" or not np.isfinite(survey.mean):
+    if survey.sigma == 0.0 or survey.dtype.kind != "f":
         return 0.0
-    if survey.channel.kind.integrated:
-        size = max(
-            (float(np.nanmax(np.abs(v))) for _, v in survey.probes if not np.isnan(v).all()), default=0.0
-        )
-    else:
-        size = abs(survey.mean)
+    size = abs(_level(survey))
     kind = np.dtype(np.float32) if _is_single(survey) else survey.dtype
     return float(np.spacing(kind.type(size))) / survey.sigma if size < 1e30 else 0.0
+
+
+def _level(survey: Survey) -> float:
+    """Where the samples lie: their median, which no wild value moves; the largest for an angle or a velocity."""
+    values = np.concatenate([values for _, values in survey.probes]) if survey.probes else np.zeros(0)
+    values = values[np.isfinite(values)]
+    if len(values) == 0:
+        return 0.0
+    return (
+        float(np.abs(values).max() if survey.channel.kind.integrated else np.median(values)) + survey.origin
+    )
 
 
 def _is_single(survey: Survey) -> bool:

@@ -7,7 +7,7 @@ The samples are streamed in blocks, so a recording may be larger than memory; no
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
@@ -15,9 +15,9 @@ from numpy.typing import NDArray
 
 from allanite.health.impulses import Impulses, Spikes
 from allanite.health.tallies import Energies, EqualRuns, Extreme, Extremes, MissingRuns, PartSums, Scale
-from allanite.recording import BLOCK, OVERLOAD, Channel, Recording, merge_spans
+from allanite.recording import BLOCK, OVERLOAD, Channel, Recording
 
-__all__ = ["Lattice", "Survey", "lattice_of", "probes", "survey"]
+__all__ = ["Lattice", "Survey", "lattice_among", "lattice_of", "probes", "survey"]
 
 Samples = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -29,6 +29,8 @@ PROBES, PROBE = 64, 4096
 KEEP = 100_000
 #: How far values may lie off a lattice [steps], and where hardly one of them occurs twice.
 _OFF, _ONCE = 0.1, 1e-4
+#: Values further from the middle than so many times the range of nine tenths of them do not tell the step.
+WILD = 1e3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -147,31 +149,15 @@ class Survey:
         return f"{position * self.dt:.6g} s"
 
     def without(self, spans: Index) -> Survey:
-        """The same facts without what these spans, left out of the analysis, did to windows and impulses."""
-        if len(spans) == 0:
-            return self
-        spans = merge_spans(spans)
-        scales = tuple(replace(s, energy=_forget(s, spans)) for s in self.scales)
-        found = self.impulses
-        reach = np.searchsorted(spans[:, 0], found.position + 1, side="right") - 1  # edges are steps too
-        keep = (reach < 0) | (found.position > spans[reach, 1])
-        impulses = replace(
-            found,
-            position=found.position[keep],
-            deviation=found.deviation[keep],
-            sigma=found.sigma[keep],
-            crowded=0 if np.diff(spans).sum() > 0.01 * self.n_samples else found.crowded,
+        """The facts of what is left when these spans are left out of the analysis: one more pass over the channel.
+
+        What is left out must not speak for another finding: a frozen tail is no held sample, a wild value no step.
+        """
+        return (
+            survey(self.recording.excluding({self.name: spans}, "left out"), self.name)
+            if len(spans)
+            else self
         )
-        return replace(self, scales=scales, impulses=impulses)
-
-
-def _forget(scale: Scale, spans: Index) -> Samples:
-    """Energies of a scale, NaN in the windows that a span touches."""
-    energy = np.array(scale.energy)
-    begin = np.arange(len(energy)) * scale.window
-    touched = np.searchsorted(spans[:, 0], begin + scale.window) > np.searchsorted(spans[:, 1] + 1, begin)
-    energy[touched] = np.nan
-    return energy
 
 
 def survey(recording: Recording, name: str, advance: Callable[[int], None] | None = None) -> Survey:
@@ -311,7 +297,7 @@ def _sigma(scales: tuple[Scale, ...], probes: list[tuple[int, Samples]], integra
     """Noise from sample to sample; a median over windows, so that a disturbance does not count."""
     energy = scales[0].energy if scales else np.zeros(0)
     energy = energy[~np.isnan(energy)]
-    if len(energy):
+    if len(energy) and energy.max() > 0.0:  # values held twice have no difference within the pairs
         g = scales[0].details
         middle = float(np.median(energy)) / (1.0 - 2.0 / (9.0 * g)) ** 3  # median of chi-square over its mean
         return float(np.sqrt(0.5 * (middle if middle > 0.0 else float(np.mean(energy)))))
@@ -333,13 +319,26 @@ def lattice_of(probes: list[Samples], high: Extreme, low: Extreme) -> Lattice:
     rise with a little noise looks like a lattice: then the values must lie on it to a ten-thousandth of a step.
     """
     values = np.concatenate(probes) if probes else np.zeros(0)
-    distinct = np.unique(values[~np.isnan(values)])
+    values = values[~np.isnan(values)]
+    distinct = np.unique(values)
     if len(distinct) <= 8:  # a rare second code may have escaped the probes
         distinct = np.unique(np.concatenate([distinct, high.values, low.values]))
-    if len(distinct) < 2 or (len(distinct) < 20 and 2 * len(distinct) > sum(map(len, probes))):
+    return lattice_among(distinct, values, high.tolerance)
+
+
+def lattice_among(distinct: Samples, values: Samples, tolerance: float) -> Lattice:
+    """The step of these distinct values, which were seen among so many; values closer than the tolerance are one.
+
+    A wild value says nothing of the step: what lies beyond a thousand spreads of the values is set aside.
+    """
+    if len(values):
+        low, middle, high = np.quantile(values, [0.05, 0.5, 0.95])
+        if high > low:
+            distinct = distinct[np.abs(distinct - middle) <= WILD * (high - low)]
+    if len(distinct) < 2 or (len(distinct) < 20 and 2 * len(distinct) > len(values)):
         return Lattice(step=0.0, codes=len(distinct))
     spacing = np.diff(distinct)
-    rounding = max(8.0 * float(np.spacing(np.abs(distinct).max())), high.tolerance)
+    rounding = max(8.0 * float(np.spacing(np.abs(distinct).max())), tolerance)
     off = _ONCE if len(distinct) > 0.9 * len(values) else _OFF
     for floor in (rounding, _rounding_of(spacing)):
         step = _step_of(distinct[np.concatenate(([True], spacing > floor))], off)

@@ -22,6 +22,7 @@ __all__ = [
     "implausible_exponents",
     "missing",
     "no_samples",
+    "only_grows",
     "overload",
     "saturated",
     "spans_equal",
@@ -34,6 +35,10 @@ Spans = NDArray[np.int64]
 MINIMUM = 32
 #: Share of unusable samples beyond which the rest is not trusted either.
 TOLERATED = 1e-3
+#: Share of the steps that have one sign, or are one and the same, in what only grows; and of those that are not 0.
+ONE_WAY, COUNTS_ON, MOVES = 0.98, 0.9, 0.5
+#: Distinct values from which on the end of a range can be told from the step of the values.
+LEVELS = 8
 #: Largest and smallest codes of 16-, 24- and 32-bit words.
 _TOPS = frozenset({32767.0, 65535.0, 8388607.0, 16777215.0, 2147483647.0, 4294967295.0})
 _BOTTOMS = frozenset({-32768.0, -8388608.0, -2147483648.0})
@@ -174,10 +179,13 @@ def clipping(survey: Survey) -> Iterator[Finding]:
 
     In the tail of a noise the density falls outwards, so of the samples at and near the outermost value at most
     a part ``step/(step + width)`` stands at the outermost value itself (2.5 times that for a strong vibration,
-    whose density rises towards its ends). Runs of equal samples count once, so that a frozen reading is no clip.
+    whose density rises towards its ends). Where the counts fall outwards, as of noise, none at the end may exceed the
+    next one. Runs of equal samples count once, so that a frozen reading is no clip.
     False alarms: below 1e-6 per side (Chernoff bound), Gaussian or sinusoidal.
     """
     if survey.channel.kind.integrated or survey.constant:
+        return
+    if 0 < survey.lattice.codes <= LEVELS:  # a log of few levels has all of them often: see quantisation
         return
     ends = (("largest", survey.high), ("smallest", survey.low))
     sides = [(end, e) for end, e in ends if _is_clipped(survey, e) and not _explained(survey, e)]
@@ -216,6 +224,8 @@ def _is_clipped(survey: Survey, extreme: Extreme) -> bool:
     values, runs = extreme.values, extreme.runs
     if len(values) < 2 or runs[0] < 2:
         return False
+    if _jumps(runs):
+        return True
     step = max(survey.lattice.step or _float_spacing(survey, float(values[0])), float(extreme.spread[0]))
     for k in range(1, len(values)):
         width = abs(float(values[0] - values[k]))
@@ -223,6 +233,13 @@ def _is_clipped(survey: Survey, extreme: Extreme) -> bool:
         if _tail(int(runs[0]) - 1, int(runs[: k + 1].sum()) - 1, inside) < 1e-6 / 7.0:
             return True
     return False
+
+
+def _jumps(runs: NDArray[np.int64]) -> bool:
+    """The counts fall outwards and jump at the end, by six standard errors: of a vibration they rise all along."""
+    if len(runs) < 3 or not runs[1] <= runs[2]:
+        return False
+    return bool(runs[0] - runs[1] > 6.0 * math.sqrt(float(runs[0] + runs[1])))
 
 
 def _float_spacing(survey: Survey, value: float) -> float:
@@ -279,3 +296,37 @@ def implausible_exponents(survey: Survey) -> Iterator[Finding]:
             channel=survey.name,
             count=survey.present,
         )
+
+
+def only_grows(survey: Survey) -> Iterator[Finding]:
+    """Values that only grow, or fall: a time, a counter, an accumulated angle; no noise does that (class 1).
+
+    Of noise one difference in two is negative; 2 % are where it drifts by three standard deviations from each sample to
+    the next. A counter that wraps moves on by one and the same step.
+    """
+    if survey.channel.kind.integrated or survey.constant:
+        return
+    steps = np.concatenate([np.diff(values) for _, values in survey.probes]) if survey.probes else np.zeros(0)
+    steps = steps[np.isfinite(steps)]
+    if len(steps) < MINIMUM - 1 or np.count_nonzero(steps) < MOVES * len(steps):
+        return
+    sign = float(np.sign(np.median(steps)))
+    usual = float(np.median(steps))
+    alike = float(np.mean(np.abs(steps - usual) <= 1e-6 * abs(usual))) if usual else 0.0
+    if float(np.mean(steps * sign > 0.0)) < ONE_WAY and alike < COUNTS_ON:
+        return
+    how = "grow" if sign > 0 else "fall"
+    yield finding(
+        "only_grows",
+        f"the values only {how}, by {abs(usual):.4g}{survey.unit} from row to row: this is a time, a counter or an "
+        "accumulated quantity, not the reading of a sensor at rest",
+        severity=Severity.FATAL,
+        channel=survey.name,
+        count=survey.present,
+        advice=_without_it(survey),
+    )
+
+
+def _without_it(survey: Survey) -> str | None:
+    others = [c.name for c in survey.recording.channels if c.name != survey.name and c.kind.noise_bearing]
+    return f"read the log without it: --channels {','.join(others)}" if others else None

@@ -21,12 +21,14 @@ from allanite.wording import (
     groups,
     headings,
     missing_lines,
+    movement,
     number,
     people_unit,
     probability,
     provisos,
     readings,
     record_facts,
+    said_of,
     shown_symbol,
     si_unit,
 )
@@ -59,6 +61,7 @@ _COLOURS = {"fatal": "bold red", "warning": "yellow", "info": "cyan"}
 def show_study(study: Json, files: Sequence[object] = (), notes: Sequence[str] = ()) -> None:
     """Findings, the parameters in people's units and in SI, files, and what to do next."""
     out = console()
+    show_movement(study["findings"])
     show_findings(study["findings"])
     for words in environment_sentences(study["channels"]):
         out.print(words, soft_wrap=True)
@@ -76,6 +79,16 @@ def show_models(channels: Sequence[Json]) -> None:
     _parameters(console(), channels)
 
 
+def show_movement(findings: Sequence[Json]) -> None:
+    """That a log moves, before anything else is said of it."""
+    from rich.text import Text
+
+    words = movement(findings)
+    if words is not None:
+        console().print(Text(words, style=_COLOURS["fatal"]), soft_wrap=True)
+        console().print()
+
+
 def show_findings(findings: Sequence[Json]) -> None:
     """What was found, the worst first; findings of one kind together, with their advice once."""
     from rich.padding import Padding
@@ -86,10 +99,8 @@ def show_findings(findings: Sequence[Json]) -> None:
         severity, code = members[0]["severity"], members[0]["code"]
         head = severity + (" (accepted)" if members[0].get("accepted") else "")
         out.print(Text.assemble((head, _COLOURS.get(severity, "")), f" {code}"))
-        for finding in members:
-            channel, message = finding["channel"], finding["message"]
-            said = message if channel is None or channel in message else f"{channel}: {message}"
-            out.print(Padding(Text(said), (0, 0, 0, 2), expand=False))
+        for words in said_of(members):
+            out.print(Padding(Text(words), (0, 0, 0, 2), expand=False))
         if severity != "info":
             for advice in dict.fromkeys(f["advice"] for f in members if f["advice"]):
                 out.print(Padding(Text(f"→ {advice}", style="dim"), (0, 0, 0, 2), expand=False))
@@ -100,6 +111,7 @@ def show_findings(findings: Sequence[Json]) -> None:
 def show_recording(facts: Json) -> None:
     """What a log holds: `facts` are those of `allanite.delivery.describe`."""
     out = console()
+    show_movement(facts["findings"])
     table = table_of(("Channel", "Kind", "Unit", "SI value of one", "Samples are"))
     for c in facts["channels"]:
         scale = "–" if c["kind"] in ("counts", "unknown", "other") else f"{c['scale']:.7g}"

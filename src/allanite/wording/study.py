@@ -9,6 +9,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from allanite.health.catalogue import MOVES
 from allanite.units import display_unit
 from allanite.wording.numbers import interval, number, probability
 
@@ -22,9 +23,11 @@ __all__ = [
     "finding_kinds",
     "groups",
     "headings",
+    "movement",
     "people_unit",
     "reading",
     "readings",
+    "said_of",
     "severity_order",
     "shown_symbol",
     "si_unit",
@@ -103,6 +106,7 @@ _TABULATED = tuple(symbol for kind in _KINDS for symbol in kind)
 _ONLY_RESOLVED = ("T", "frequency")
 _COUNTS = {3: "three", 4: "four", 5: "five", 6: "six"}
 _SEVERITIES = ("fatal", "warning", "info")
+_NUMBER = re.compile(r"[+-]?\d+(?:\.\d+)?(?:[eE][+-]?\d+)?(?: \S+)?")  # with its unit
 
 
 # -- units and names --------------------------------------------------------------------------------------
@@ -352,7 +356,9 @@ def slope_reading(channel: Json, symbol: str) -> str:
 
 
 def severity_order(finding: Json) -> int:
-    """Sort key: the worst first, and an accepted one after those that are open."""
+    """Sort key: motion, then the worst first, and an accepted one after those that are open."""
+    if finding["code"] in MOVES:  # above everything: nothing else means what it says
+        return -1
     place = _SEVERITIES.index(finding["severity"]) if finding["severity"] in _SEVERITIES else len(_SEVERITIES)
     return 2 * place + bool(finding.get("accepted"))
 
@@ -365,6 +371,36 @@ def finding_kinds(findings: Iterable[Json]) -> list[list[Json]]:
             finding
         )
     return list(kinds.values())
+
+
+def movement(findings: Iterable[Json]) -> str | None:
+    """The sentence about a log that moves, which comes before all others; None for one at rest."""
+    if not any(f["code"] in MOVES for f in findings):
+        return None
+    return "This log moves: the unit was not at rest. Only its quiet parts show the noise of the sensor."
+
+
+def said_of(findings: Sequence[Json]) -> list[str]:
+    """What findings of one kind say, once: the channels of which it is said alike together, with the numbers of one."""
+    alike: dict[str, list[Json]] = {}
+    for f in findings:
+        alike.setdefault(_NUMBER.sub("#", _own_words(f)), []).append(f)
+    return [_said(members) for members in alike.values()]
+
+
+def _said(members: Sequence[Json]) -> str:
+    names = [str(f["channel"]) for f in members if f["channel"] is not None]
+    worst_one = max(members, key=lambda f: int(f["count"] or 0))
+    words = _own_words(worst_one)
+    if not names or (len(members) == 1 and names[0] in worst_one["message"]):
+        return words
+    if len({_own_words(f) for f in members}) == 1:
+        return f"{_listed(names)}: {words}"
+    return f"{_listed(names)}. {worst_one['channel']}: {words}"
+
+
+def _own_words(finding: Json) -> str:
+    return str(finding["message"]).removeprefix(f"{finding['channel']}: ")
 
 
 def worst(findings: Sequence[Json]) -> Json | None:

@@ -10,13 +10,17 @@ from collections.abc import Iterable
 
 from allanite.health.catalogue.entry import Entry
 from allanite.health.catalogue.log import LOG
+from allanite.health.catalogue.look_alikes import LOOK_ALIKES
 from allanite.health.catalogue.samples import SAMPLES
 from allanite.health.catalogue.sensor import SENSOR
 
-__all__ = ["CATALOGUE", "Entry", "findings_page"]
+__all__ = ["CATALOGUE", "LOOK_ALIKES", "MOVES", "Entry", "findings_page"]
 
 #: Code -> what it means. The order is the order of the printed table.
 CATALOGUE: dict[str, Entry] = SAMPLES | LOG | SENSOR
+
+#: Findings of a log that moves: they come before all others, since nothing else then means what it says.
+MOVES = ("not_at_rest", "motion")
 
 _HEADINGS = (
     "code",
@@ -46,6 +50,7 @@ def findings_page() -> str:
         "",
         "False alarms: on simulated white noise, flicker and random walk, fewer than 1 record in 100 has any",
         "finding but `resolution_step` and those that come from the file.",
+        "[What looks like a finding](look-alikes.md) and is none: what tells the two apart, and how often it does.",
     ]
     group = ""
     for code, entry in CATALOGUE.items():

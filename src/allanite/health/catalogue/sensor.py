@@ -44,7 +44,7 @@ SENSOR: dict[str, Entry] = {
         means="in some stretches the signal moves much more than in the quiet ones: vibration, a turn, a warm-up",
         risk="the curve describes the disturbance, not the sensor, at the lags stated",
         done="kept; noise, flicker and random walk alone set this off in less than 1 of 100 records",
-        advice="analyse the quiet part alone: --from, --to",
+        advice="analyze the quiet part alone: --from, --to",
         repair="cut_motion",
     ),
     "not_at_rest": Entry(
@@ -53,7 +53,7 @@ SENSOR: dict[str, Entry] = {
         means="the signal's movement is over 17 times that of its quiet parts at some lag: the sensor was moved",
         risk="every number describes the motion",
         done="refused",
-        advice="analyse a quiet part alone (--from, --to), or record at rest",
+        advice="analyze a quiet part alone (--from, --to), or record at rest",
         repair="cut_motion",
     ),
     "motion": Entry(
@@ -62,7 +62,7 @@ SENSOR: dict[str, Entry] = {
         means="the direction of gravity in three accelerometers changes by over 2 deg: the unit was turned",
         risk="mean, drift and slow noise of all its axes hold the turn; slow turns show nowhere else",
         done="kept",
-        advice="of a record that is meant to be at rest, analyse the part before the turn alone: --from, --to",
+        advice="of a record that is meant to be at rest, analyze the part before the turn alone: --from, --to",
         repair="cut_motion",
     ),
     "amplitude_drop": Entry(
@@ -79,7 +79,7 @@ SENSOR: dict[str, Entry] = {
         means="the noise is larger in some parts of the record than in others, by more than chance",
         risk="the model is an average: too large for the quiet part, too small for the other",
         done="kept; noise, flicker and random walk alone set this off in less than 1 of 1000 records",
-        advice="see when and in which term: allanite variation; analyse the parts alone: --from, --to",
+        advice="see when and in which term: allanite variation LOG; analyze the parts alone: --from, --to",
     ),
     "raw_counts": Entry(
         group=_MEANING,
@@ -103,7 +103,7 @@ SENSOR: dict[str, Entry] = {
         means="the channel is in counts",
         risk="",
         done="results stay in LSB",
-        advice="give the scale factor for physical units",
+        advice="give the scale factor of the data sheet: --scale-factor 'NAME=131 LSB/(deg/s)'",
     ),
     "gravity": Entry(
         group=_MEANING,
@@ -172,7 +172,7 @@ SENSOR: dict[str, Entry] = {
         means="the spectrum of the record is not that of the model fitted to its Allan curve",
         risk="the curve averages something that is no noise: the coefficients named, or the band named, are doubtful",
         done="stated; the model stays that of the curve",
-        advice="look at the spectrum with the model over it, and compare with a spectral fit (--method spectral)",
+        advice="look at the spectrum with the model over it, and compare: allanite fit LOG --method spectral",
     ),
     "short_lags_left_out": Entry(
         group=_SPECTRUM,

@@ -1,0 +1,262 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Every option and command that a finding or an error suggests is one: it runs, and the finding is gone."""
+
+from __future__ import annotations
+
+import ast
+import json
+import re
+import shlex
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import click
+import numpy as np
+import pytest
+
+import allanite
+from allanite.cleaning import REPAIRS
+from allanite.cli import cli
+from allanite.health import CATALOGUE
+from shell import Run
+
+PACKAGE = Path(allanite.__file__).parent
+N = 4000
+Samples = np.ndarray
+Rng = np.random.Generator
+
+
+# -- findings, each from a file that shows it -------------------------------------------------------------
+
+
+def at_rest(rng: Rng) -> Samples:
+    return rng.standard_normal((N, 3)) * 0.05 + [0.3, -0.2, 9.78]
+
+
+def zeros(rng: Rng) -> Samples:
+    y = at_rest(rng)
+    y[rng.choice(N, 70, replace=False)] = 0.0
+    y[-500:] = 0.0
+    return y
+
+
+def fill_values(rng: Rng) -> Samples:
+    y = at_rest(rng)
+    y[rng.choice(N, 70, replace=False), 1] = -999.0
+    return y
+
+
+def frozen(rng: Rng) -> Samples:
+    y = at_rest(rng)
+    y[-700:] = y[-700]
+    return y
+
+
+def spikes(rng: Rng) -> Samples:
+    y = at_rest(rng)
+    y[[0, 900, 1700]] += [[1e5], [30.0], [2e3]]
+    return y
+
+
+def overload(rng: Rng) -> Samples:
+    y = at_rest(rng)
+    y[1000:1050] = 9.9e37
+    return y
+
+
+def held(rng: Rng) -> Samples:
+    return np.repeat(at_rest(rng)[: N // 2], 2, axis=0)
+
+
+def interleaved(rng: Rng) -> Samples:
+    y = at_rest(rng)
+    y[::2] += 2.0
+    return y
+
+
+def half_before_gap(rng: Rng) -> Samples:
+    y = 40.0 + at_rest(rng)
+    y[1970:2000] *= 0.5
+    y[2000:2100] = np.nan
+    return y
+
+
+def every_third_row(rng: Rng) -> Samples:
+    y = np.full((N, 3), np.nan)
+    y[::3] = at_rest(rng)[::3]
+    return y
+
+
+def moved(rng: Rng) -> Samples:
+    y = at_rest(rng)
+    y[2500:3200] += 2000.0 * np.hanning(700)[:, None]
+    return y
+
+
+def disturbed(rng: Rng) -> Samples:
+    y = at_rest(rng)
+    y[2500:3200] += 0.4 * np.sin(0.05 * np.arange(700))[:, None]
+    return y
+
+
+def a_time(rng: Rng) -> Samples:
+    y = at_rest(rng)
+    y[:, 1] = 0.01 * np.arange(N)
+    return y
+
+
+def no_unit(rng: Rng) -> Samples:
+    return at_rest(rng)
+
+
+UNIT = "deg/s"
+CASES: list[tuple[Callable[[Rng], Samples], str, str, str]] = [
+    # what is in the file, unit of the columns, the finding, the option that its advice must hold
+    (zeros, UNIT, "zero_filled", "--repair drop_padding"),
+    (fill_values, UNIT, "fill_value", "--repair drop_padding"),
+    (frozen, UNIT, "stuck", "--repair drop_padding"),
+    (spikes, UNIT, "spikes", "--repair drop_spikes"),
+    (overload, UNIT, "overload", "--repair drop_saturated"),
+    (held, UNIT, "held_samples", "--repair drop_repeats"),
+    (interleaved, UNIT, "interleaved", "--repair split_interleaved"),
+    (half_before_gap, UNIT, "half_before_gap", "--repair drop_cut_blocks"),
+    (every_third_row, UNIT, "broken_up", "--repair split_interleaved"),
+    (moved, UNIT, "not_at_rest", "--to|--repair cut_motion"),
+    (disturbed, UNIT, "disturbance", "--to|--repair cut_motion"),
+    (a_time, UNIT, "only_grows", "--channels"),
+    (no_unit, "", "unit_missing", "--unit"),
+]
+
+
+def written(place: Path, y: Samples, unit: str) -> Path:
+    unit = f" [{unit}]" if unit else ""
+    head = "t," + ",".join(f"u{k}{unit}" for k in range(y.shape[1]))
+    table = np.column_stack([np.arange(len(y)) / 100, y])
+    np.savetxt(place, table, fmt="%.9g", delimiter=",", header=head, comments="")
+    return place
+
+
+def advised(out: str, code: str) -> str:
+    """The arrows under a finding, as printed, on one line."""
+    lines = out.splitlines()
+    first = next(
+        i for i, line in enumerate(lines) if re.fullmatch(rf"(fatal|warning|info)[^:]* {code}", line)
+    )
+    under = []
+    for line in lines[first + 1 :]:
+        if not line.startswith("  "):
+            break
+        under.append(line)
+    return " ".join(" ".join(under).split("→")[1:])
+
+
+def options_in(words: str) -> list[list[str]]:
+    """Ways out that a text offers: repairs by name, parts and channels; each as arguments."""
+    ways = [["--repair", name] for name in re.findall(r"--repair (\w+)", words)]
+    for option in ("--channels", "--unit"):
+        ways += [[option, value] for value in re.findall(rf"{option} ([^\s;)]+)", words)]
+    part = [arg for pair in re.findall(r"(--from|--to) (\d[\d.]*)", words) for arg in pair]
+    return ways + ([part] if part else [])
+
+
+@pytest.mark.parametrize(("fault", "unit", "code", "wanted"), CASES, ids=[c[2] for c in CASES])
+def test_every_way_out_that_is_printed_ends_the_finding(
+    fault: Callable[[Rng], Samples], unit: str, code: str, wanted: str, rng: Rng, run: Run, tmp_path: Path
+) -> None:
+    log = written(tmp_path / "log.csv", fault(rng), unit)
+    shown = run("info", str(log))
+    ways = options_in(advised(shown.out, code))
+    for option in wanted.split("|"):
+        assert any(" ".join(way).startswith(option) or option in way for way in ways), (option, shown.out)
+    for way in ways:
+        done = run("info", str(log), "--json", *way)
+        assert done.code in (0, 3), done.err
+        left = {f["code"] for f in json.loads(done.out)["findings"] if f["severity"] != "info"}
+        assert code not in left, (way, left)
+
+
+def test_every_repair_is_tried_here_or_needs_a_second_fact() -> None:
+    tried = {word.split()[-1] for *_, wanted in CASES for word in wanted.split("|") if "--repair" in word}
+    assert set(REPAIRS) - tried == {"drop_duplicate_rows", "swap"}  # of stamps, of names: test_cleaning
+
+
+@pytest.mark.parametrize("fault", [zeros, held, moved, frozen])
+def test_a_refusal_names_ways_that_run(
+    fault: Callable[[Rng], Samples], rng: Rng, run: Run, tmp_path: Path
+) -> None:
+    y = fault(rng)
+    y[1000:1050] = 9.9e37
+    log = written(tmp_path / "log.csv", y, UNIT)
+    refused = run("characterize", str(log), "--json")
+    assert refused.code == 1
+    accepted = re.findall(r"--accept (\w+)", refused.err)
+    assert accepted
+    done = run(
+        "info", str(log), "--json", *[a for way in options_in(refused.err) for a in way if "--repair" in way]
+    )
+    assert done.code in (0, 3)
+    assert not [f for f in json.loads(done.out)["findings"] if f["severity"] == "fatal"]
+
+
+# -- every sentence of the package ------------------------------------------------------------------------
+
+
+def commands() -> Iterator[tuple[str, click.Command]]:
+    for name, command in cli.commands.items():
+        yield name, command
+        if isinstance(command, click.Group):
+            yield from ((f"{name} {sub}", c) for sub, c in command.commands.items())
+
+
+COMMANDS = dict(commands())
+OPTIONS = {
+    name: {o for p in c.params for o in (*p.opts, *p.secondary_opts)} | {"--help"}
+    for name, c in COMMANDS.items()
+}
+CHOICES = {
+    name: {o: set(p.type.choices) for p in c.params if isinstance(p.type, click.Choice) for o in p.opts}
+    for name, c in COMMANDS.items()
+}
+
+
+def sentences() -> Iterator[tuple[str, str]]:
+    """The texts of the package that hold an option, with the place of each."""
+    for path in sorted(PACKAGE.rglob("*.py")):
+        tree = ast.parse(path.read_text(encoding="utf-8"))
+        if ast.get_docstring(tree) is not None:
+            del tree.body[0]
+        for node in ast.walk(tree):
+            if isinstance(node, ast.JoinedStr):
+                text = "".join(str(v.value) if isinstance(v, ast.Constant) else "{}" for v in node.values)
+            elif isinstance(node, ast.Constant) and isinstance(node.value, str):
+                text = node.value
+            else:
+                continue
+            if " --" in f" {text}" and re.search(r"(?<![\w-])--[a-z]", text):
+                yield f"{path.relative_to(PACKAGE)}:{node.lineno}", text
+
+
+def test_options_in_sentences_exist() -> None:
+    every = set().union(*OPTIONS.values()) | {"--version", "--now"}  # the last one is systemctl's
+    for place, text in sentences():
+        for option in re.findall(r"(?<![\w-])(--[a-z][a-z-]*[a-z])(?![\w{-])", text):
+            assert option in every, f"{place}: {option} in {text!r}"
+
+
+def test_commands_in_sentences_have_their_options() -> None:
+    names = "|".join(sorted(COMMANDS, key=len, reverse=True))
+    for place, text in sentences():
+        for name, rest in re.findall(rf"allanite ({names})\b([^`;:]*)", text):
+            for option, value in re.findall(r"(?<![\w-])(--[a-z][a-z-]*[a-z])(?:[ =]([a-z]+)\b)?", rest):
+                assert option in OPTIONS[name], f"{place}: {name} has no {option}: {text!r}"
+                wrong = value and option in CHOICES[name] and value not in CHOICES[name][option]
+                assert not wrong, f"{place}: {name} {option} does not take {value}: {text!r}"
+
+
+def test_methods_in_the_catalogue_belong_to_a_command() -> None:
+    for code, entry in CATALOGUE.items():
+        for words in (entry.advice, entry.done):
+            if "--method" in words:
+                assert re.search(r"allanite (fit|characterize) LOG --method \w+", words), code
+            assert "--accept" not in words
+            assert shlex.split(words.replace("'", "")), code
