@@ -153,6 +153,7 @@ def command_reference() -> str:
     from click.testing import CliRunner
 
     from allanite.cli import cli
+    from allanite.cli.program import EXIT_CODES
 
     def shown_help(*arguments: str) -> str:
         shown = CliRunner().invoke(cli, [*arguments, "--help"], prog_name="allanite", terminal_width=100)
@@ -161,9 +162,12 @@ def command_reference() -> str:
     head = """# Commands
 
 Made from the program's own help by `make docs`. Results go to stdout, everything else to stderr; `-` stands for stdin
-or stdout. Exit codes: 0 done, 1 failed, 2 wrong usage, 3 finished with loss (gaps, overloads, dropped rows),
-70 a defect in allanite: the message names a report to send, which holds the command and the traceback.
+or stdout.
+
+| exit code | meaning | |
+| --- | --- | --- |
 """
+    head += "".join(f"| {code} | {means} | {more} |\n" for code, (means, more) in EXIT_CODES.items())
     names = [
         words
         for name, found in cli.commands.items()

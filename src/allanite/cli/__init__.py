@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """The command line. Each command parses, calls the library, and shows what came of it.
 
-Results go to stdout, everything else to stderr. Exit codes: 0 done, 1 failed, 2 wrong usage, 3 finished with loss
-(gaps, overloads or dropped rows in the record), 70 a defect in allanite, with a report to send. Heavy modules load
-inside the commands, so that help is quick. One module for each family of commands; importing it is what registers them.
+Results go to stdout, everything else to stderr. `program.EXIT_CODES` says how a command ends. Heavy modules load inside
+the commands, so that help is quick. One module for each family of commands; importing it is what registers them.
 """
 
 # The order of the imports is that of the commands in the reference.

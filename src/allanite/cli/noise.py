@@ -24,7 +24,7 @@ from allanite.cli.options import (
     statistic_option,
     typed,
 )
-from allanite.cli.program import LOSS, command
+from allanite.cli.program import LOSS, UNFIT, command
 from allanite.printable import printable
 
 __all__ = ["allan", "characterize", "fit", "info"]
@@ -83,7 +83,10 @@ def characterize(
 @log_options
 @json_option
 def info(log: str, as_json: bool, **options: Any) -> int:
-    """Show what a LOG holds: channels, rate, span, gaps, and what is wrong with it."""
+    """Show what a LOG holds: channels, rate, span, gaps, and what is wrong with it.
+
+    The exit code is that of `characterize`: 1 where a finding is fatal, 3 where samples are missing.
+    """
     from allanite import delivery, health, terminal
 
     recording = delivery.read_part(place_of(log), **options)
@@ -93,6 +96,8 @@ def info(log: str, as_json: bool, **options: Any) -> int:
         print_json(facts)
     else:
         terminal.show_recording(facts)
+    if any(f["severity"] == "fatal" for f in facts["findings"]):
+        return UNFIT
     lost = facts["run"] and facts["run"]["losses"]
     return LOSS if lost or delivery.is_lossy(facts["findings"]) else 0
 

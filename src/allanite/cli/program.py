@@ -3,23 +3,52 @@
 
 from __future__ import annotations
 
+import os
 import re
+import select
 import sys
 import warnings
 from collections.abc import Callable, Sequence
+from contextlib import suppress
 from typing import Any
 
 import click
 
 from allanite import __version__
-from allanite.cli.failures import failure
+from allanite.cli.failures import FAILED, INTERNAL, failure
 from allanite.cli.repeated import AddingGroup
 from allanite.errors import DataQualityWarning
 from allanite.printable import Shielded, printable
 
-__all__ = ["LOSS", "cli", "command", "example_of", "family", "main"]
+__all__ = ["EXIT_CODES", "LOSS", "UNFIT", "cli", "command", "example_of", "family", "main"]
 
 LOSS = 3
+UNFIT = FAILED
+"""Of `info`, for a log that `characterize` would refuse: the two agree, so that a script may ask first."""
+
+#: Code -> what it means of every command, and what of some.
+EXIT_CODES: dict[int, tuple[str, str]] = {
+    0: ("done", "a reader of stdout that leaves early (`allanite … | head -1`) is no error"),
+    FAILED: (
+        "failed or refused, and said why",
+        "commands that read a log refuse one with a fatal finding that was not accepted. `info` shows such a log, and ends "
+        "with 1 all the same",
+    ),
+    2: (
+        "wrong usage",
+        "an unknown command or option, or a value that an option does not take; nothing was done",
+    ),
+    LOSS: (
+        "done, but not with all of the data",
+        "samples are missing, out of range, doubtful or were taken out by a repair, or rows of the file were left out. "
+        "`record` and `recover`: samples of the run are missing or lost",
+    ),
+    INTERNAL: (
+        "a defect in allanite",
+        "the message names a report to send, with the command and the traceback",
+    ),
+    130: ("interrupted (Ctrl-C)", "no file is left half written; `record` closes its run"),
+}
 _EXAMPLE = "\b\nExample:\n  {}"
 
 
@@ -38,16 +67,70 @@ def main(arguments: Sequence[str] | None = None) -> None:
         error.message = printable(error.message)  # type: ignore[misc]  # Final in name only
         error.show()
         code = error.exit_code
-    except BrokenPipeError:  # the reader of a pipe has seen enough
-        sys.stderr.close()
-        code = 0
     except (click.Abort, KeyboardInterrupt):
         click.echo("allanite: interrupted; no file was left half written", err=True)
         code = 130
     except Exception as error:  # noqa: BLE001 - the last net: no user meets a traceback
         code, words = failure(error)
         _say(words)
+    _last_words()
     raise SystemExit(code if isinstance(code, int) else 0)
+
+
+class _Program(AddingGroup):
+    """The group of commands; a reader of stdout that has seen enough (``| head``) ends it without an error."""
+
+    def make_context(self, *args: Any, **extra: Any) -> click.Context:
+        try:
+            return super().make_context(*args, **extra)
+        except BrokenPipeError:  # of --help
+            if not _reader_left():
+                raise
+            raise click.exceptions.Exit(0) from None
+
+    def invoke(self, context: click.Context) -> Any:
+        try:
+            return super().invoke(context)
+        except BrokenPipeError as error:
+            if not _reader_left():  # it was the pipe or the connection of something else
+                raise OSError(f"{error.filename or 'a connection'}: {error.strerror or error}") from error
+            return 0
+
+
+def _reader_left() -> bool:
+    """Whether stdout is a pipe that nobody reads any more; what is still in it then goes nowhere."""
+    try:
+        sys.stdout.flush()
+    except (BrokenPipeError, ValueError):
+        pass
+    else:
+        if not _is_broken(sys.stdout):
+            return False
+    with suppress(OSError, ValueError, AttributeError):
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nowhere, sys.stdout.fileno())
+        os.close(nowhere)
+    return True
+
+
+def _is_broken(stream: Any) -> bool:
+    """Whether the other end of a stream is closed, as far as the system can tell."""
+    if not hasattr(select, "poll"):  # Windows
+        return True
+    with suppress(OSError, ValueError, AttributeError):
+        asked = select.poll()
+        asked.register(stream.fileno(), 0)
+        return any(event & (select.POLLERR | select.POLLHUP) for _, event in asked.poll(0))
+    return False
+
+
+def _last_words() -> None:
+    """Write out what is left for stdout; a reader that has gone is no error."""
+    with suppress(AttributeError, ValueError):  # stdout is none, or closed
+        try:
+            sys.stdout.flush()
+        except BrokenPipeError:
+            _reader_left()
 
 
 def _show_warning(message: Warning | str, category: type[Warning], *where: Any, **_: Any) -> None:
@@ -61,7 +144,7 @@ def _say(words: str) -> None:
 
 
 @click.group(
-    cls=AddingGroup,
+    cls=_Program,
     context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100},
     epilog=_EXAMPLE.format("allanite characterize gyro.csv --unit deg/s"),
 )

@@ -125,11 +125,24 @@ class _SpreadCurve:
         low, high = self.tau[1], float(self._at(np.array([target]))[0])
         for _ in range(_TRIALS):  # by secants of the logarithms, from what the table says
             value = least(self.profiles, high)[1]
-            slope = math.log(max(least(self.profiles, 1.02 * high)[1], 1e-300) / value) / math.log(1.02)
-            step = math.log(target / value) / min(slope, -1e-3)
+            further = least(self.profiles, 1.02 * high)[1]
+            if min(value, further) <= 0.0:  # limits let Q fall to nothing: no logarithm
+                return self._halved(target, high)
+            step = math.log(target / value) / min(math.log(further / value) / math.log(1.02), -1e-3)
             high = max(high * math.exp(min(max(step, -1.0), 1.0)), low)
             if abs(step) < _CLOSE:
                 break
+        return high
+
+    def _halved(self, target: float, high: float) -> float:
+        """The same between the last tau of the table whose Q is above the target and one whose Q is not."""
+        low = float(max(self.tau[np.flatnonzero(self.q > target)[-1]], _CLOSE * self.tau[1]))
+        high = max(high, low)
+        while least(self.profiles, high)[1] > target:
+            high *= 2.0
+        while high / low > 1.0 + _CLOSE:
+            middle = math.sqrt(low * high)
+            low, high = (middle, high) if least(self.profiles, middle)[1] > target else (low, middle)
         return high
 
     def limit(self, target: float) -> float:

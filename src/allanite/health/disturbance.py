@@ -230,8 +230,8 @@ def _chi_square(dof: float, p: float) -> float:
 def rest(survey: Survey) -> Iterator[Finding]:
     """Stretches in which the signal moves more than in the quiet ones (class 14)."""
     found = unrest(survey)
-    if not found or found[0].excess < SLIGHT:
-        return
+    if not found or found[0].excess < SLIGHT or (is_unresolved(survey) and not moved(survey)):
+        return  # of noise below the step a rare code is all there is to see
     worst = found[0]
     spans = np.concatenate([_windows(u, survey.n_samples)[0] for u in found])
     shown, weight = _windows(worst, survey.n_samples)

@@ -6,6 +6,7 @@ What an instrument or a file calls itself commands no terminal: streams and cons
 
 from __future__ import annotations
 
+import errno
 import os
 import re
 import sys
@@ -92,6 +93,11 @@ def _console_class() -> type[Console]:
 
     class ShieldedConsole(Console):
         """Escapes the text of what is rendered; colors and the cursor are the console's own."""
+
+        def on_broken_pipe(
+            self,
+        ) -> None:  # rich would leave with exit code 1; the program has one place for it
+            raise BrokenPipeError(errno.EPIPE, "the reader of stdout has gone")
 
         def render(
             self, renderable: RenderableType, options: ConsoleOptions | None = None
