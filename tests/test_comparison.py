@@ -266,6 +266,48 @@ def test_records_that_agree_give_a_limit_of_the_spread_and_the_weighted_mean() -
     assert population_of(profiles(np.array([0.0]), np.array([1.0])), 0.95) is None
 
 
+@pytest.mark.parametrize("k", [2, 3, 40])
+@pytest.mark.parametrize("rounding", [0.0, 1e-16, 1e-12])
+def test_records_that_are_equal_bound_the_spread_as_usual_ones_do(k: int, rounding: float) -> None:
+    """Q is rounding then, or nothing: a spread of 0 for certain would be as wrong as no answer."""
+    x = -9.0 + rounding * np.arange(k)
+    p = population_of(profiles(x, np.full(k, 0.1)), 0.95)
+    assert p is not None
+    assert (p.spread, p.spread_lower) == (0.0, 0.0)
+    tail = chi_square_quantile(0.5, k - 1) / chi_square_quantile(0.025, k - 1)
+    assert p.spread_upper == pytest.approx(0.1 * math.sqrt(tail - 1.0), rel=1e-3)
+    assert p.lower <= p.middle <= p.upper
+
+
+@pytest.mark.parametrize("case", range(12))
+def test_records_of_any_shape_have_a_population(case: int) -> None:
+    """Straight and bent profiles, those that end at zero, and limits, equal or not: numbers, and no division by 0."""
+    rng = np.random.default_rng(case)
+    k = int(rng.choice([2, 3, 5]))
+    sd = rng.uniform(0.02, 0.4, k)
+    x = rng.choice([0.0, 1e-12, 0.02, 1.0]) * rng.standard_normal(k) + 3.0
+
+    def one(j: int) -> Profile:
+        ceiling = float(rng.uniform(0.0, 6.0))
+        shapes = (
+            lambda: normal_profile(x[j], sd[j], CRITICAL),
+            lambda: traced(
+                lambda t: min(((t - x[j]) / sd[j]) ** 2, ceiling if t < x[j] else math.inf),
+                x[j], sd[j], CRITICAL, at_zero=ceiling,
+            ),
+            lambda: limit_at(float(x[j])),
+        )  # fmt: skip
+        return shapes[int(rng.integers(0, 3))]()
+
+    found = [one(j) for j in range(k)]
+    p = population_of(found, 0.95)
+    if p is not None:
+        ends = [p.lower, p.middle, p.upper, p.spread_lower, p.spread, p.spread_upper]
+        assert np.isfinite(ends).all()
+        assert p.spread_lower <= p.spread <= p.spread_upper
+    assert np.isfinite(without_each(found)).all()
+
+
 def test_an_upper_limit_far_below_the_others_widens_the_spread() -> None:
     resolved = profiles(np.array([1.0, 1.1, 0.9]), np.full(3, 0.1))
     alone, above, below = (

@@ -31,8 +31,7 @@ EXIT_CODES: dict[int, tuple[str, str]] = {
     0: ("done", "a reader of stdout that leaves early (`allanite … | head -1`) is no error"),
     FAILED: (
         "failed or refused, and said why",
-        "commands that read a log refuse one with a fatal finding that was not accepted. `info` shows such a log, and ends "
-        "with 1 all the same",
+        "a log with a fatal finding that was not accepted is refused; `info` shows it, and ends with 1 as well",
     ),
     2: (
         "wrong usage",
@@ -40,8 +39,7 @@ EXIT_CODES: dict[int, tuple[str, str]] = {
     ),
     LOSS: (
         "done, but not with all of the data",
-        "samples are missing, out of range, doubtful or were taken out by a repair, or rows of the file were left out. "
-        "`record` and `recover`: samples of the run are missing or lost",
+        "samples are missing, out of range, doubtful, lost or taken out by a repair; rows were left out",
     ),
     INTERNAL: (
         "a defect in allanite",

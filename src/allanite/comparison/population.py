@@ -39,6 +39,8 @@ Array = NDArray[np.float64]
 
 _TAUS = 32
 _TRIALS, _CLOSE = 4, 1e-4
+#: Share of the usual scatter below which records are equal.
+_EQUAL = 1e-9
 _DRAWS = 20_000
 _BEND = 0.2  # step for the curvature, in standard deviations
 _PREDICTED_FROM = 3  # fewer resolved records say next to nothing of the next one
@@ -109,7 +111,7 @@ class _SpreadCurve:
     def __init__(self, profiles: Sequence[Profile], resolved: Sequence[Profile]) -> None:
         self.profiles, self.k = profiles, len(resolved)
         x = np.array([p.best for p in resolved])
-        sd = np.array([p.sd for p in resolved])
+        self.sd = sd = np.array([p.sd for p in resolved])
         unit = max(float(np.ptp(x)), float(sd.max()))
         small = 1e-3 * float(sd.min())
         self.tau = np.concatenate(([0.0], np.geomspace(small, 100 * unit, _TAUS)))
@@ -148,7 +150,22 @@ class _SpreadCurve:
     def limit(self, target: float) -> float:
         """`where`, but records that agree better than they should bound the spread no more than usual ones would."""
         usual = chi_square_quantile(0.5, self.k - 1)
+        if self.q[0] < _EQUAL * usual:  # equal to the last digits: how Q falls is rounding
+            return self._of_usual(target / usual)
         return self.where(target * min(1.0, float(self.q[0]) / usual))
+
+    def _of_usual(self, share: float) -> float:
+        """tau at which Q falls to this share of itself where records scatter as their standard deviations say."""
+        low, high = 0.0, 1.0
+        while self._left(high) > share:
+            high *= 2.0
+        for _ in range(60):
+            middle = 0.5 * (low + high)
+            low, high = (middle, high) if self._left(middle) > share else (low, middle)
+        return high
+
+    def _left(self, tau: float) -> float:
+        return float(np.mean(self.sd**2 / (self.sd**2 + tau**2)))
 
     def _at(self, target: Array) -> Array:
         """Inverse of Q in the logarithm of tau; far out Q falls with the square of tau."""
