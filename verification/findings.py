@@ -40,13 +40,20 @@ record; "wrong": findings that are not true of it. `python -m verification findi
 | --- | --- | --- | --- | --- |"""
 
 
-def run_look_alikes(records: int, seed: int, say: Callable[[str], None] = print) -> list[Json]:
-    """One row for each fault: records in which its own code is said, others that are true of it, and wrong ones."""
+def run_look_alikes(
+    records: int, seed: int, say: Callable[[str], None] = print, only: str | None = None
+) -> list[Json]:
+    """One row for each fault: records in which its own code is said, others that are true of it, and wrong ones.
+
+    `only` makes the row of one fault, with the records that it has among all.
+    """
     sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))  # the faults are those of the tests
     from faults import FAULTS
 
     rows = []
     for i, (name, fault) in enumerate(FAULTS.items()):
+        if only is not None and name != only:
+            continue
         named, besides, wrong = 0, Counter[str](), Counter[str]()
         for case in range(records):
             samples = fault.make(np.random.default_rng([seed, i, case]), SAMPLES)

@@ -15,6 +15,7 @@ from allanite.report.pieces import Figure, finding_row, provenance_rows
 from allanite.wording import (
     COLUMNS,
     GUARANTEE,
+    ONE_RECORD,
     Group,
     coefficient_lines,
     duration,
@@ -77,7 +78,7 @@ def page(study: Json) -> dict[str, Any]:
         "missing": missing_lines(study["recording"].get("missing_because") or (), rate),
         "recorded": record_facts(study["recording"]["history"]),
         "provenance": provenance_rows(study),
-        "guarantee": GUARANTEE,
+        "guarantee": f"{GUARANTEE} {ONE_RECORD}",
         "statistics": sorted(
             {_in_a_sentence(STATISTICS[c["curve"]["statistic"]]) for c in study["channels"]}
         ),

@@ -13,6 +13,7 @@ from allanite.terminal.floor import show_over_floor
 from allanite.wording import (
     EQUIVALENT,
     GUARANTEE,
+    ONE_RECORD,
     Group,
     Reading,
     duration,
@@ -264,7 +265,7 @@ def _parameters(out: Console, channels: Sequence[Json]) -> None:
         if p is not None and p < 0.01:
             out.print(f"{channel['name']}: the model does not explain the curve ({probability(p)})")
     read_off = {m["verdict"] for c in channels for m in c["models"] if m["family"] == "slopes"}
-    out.print("\n".join(read_off) or GUARANTEE)
+    out.print("\n".join(read_off) or f"{GUARANTEE}\n{ONE_RECORD}")
     for words in provisos(channels):
         out.print(words)
     if any(r.equivalent for c in channels for r in readings(c).values()):

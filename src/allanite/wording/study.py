@@ -17,6 +17,7 @@ __all__ = [
     "COLUMNS",
     "EQUIVALENT",
     "GUARANTEE",
+    "ONE_RECORD",
     "Group",
     "Reading",
     "column_of",
@@ -42,6 +43,10 @@ COLUMNS = ("N", "B", "T", "K", "R", "Q")
 """Columns of every parameter table, in the order in which a curve shows them. B stands for B_equiv too."""
 
 GUARANTEE = "95 % intervals; '<' is a 95 % upper limit: the record does not show the term by itself."
+ONE_RECORD = (
+    "The intervals are those of one record. They do not hold the spread between sessions, units and temperatures, "
+    "which is often larger (allanite compare)."
+)
 EQUIVALENT = "* the B whose floor is the peak of the Gauss-Markov term with this T_b."
 
 _FAMILIES = {
