@@ -353,4 +353,16 @@ LOOK_ALIKES: dict[str, tuple[str, str]] = {
         "a wrong time in the list",
         "the nearest movement of the signal",
     ),
+    "checksum_failed": (
+        "sentences of another form",
+        "only lines that state a checksum are held to it",
+    ),
+    "cell_suffix": (
+        "words; a second delimiter",
+        "most cells of the column begin with a number",
+    ),
+    "raw_counts": (
+        "readings that were rounded to whole numbers",
+        "a step of 1 without a unit, in the range of a 16-bit word; gravity tells the range of an accelerometer",
+    ),
 }
