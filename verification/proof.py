@@ -26,7 +26,7 @@ CLAIMS = {
     "spectrum": "intervals of a density, a line, the spectral fit; lags and frequencies disagree where they do",
     "variation": "constant noise is said to change in at most 5 % of records; changes are found, with intervals",
     "held": "a sensor slower than its log: its rate, and N of its values each taken once",
-    "contaminated": "noise of which a few percent scatter more: N with and without them; look-alikes are called so never",
+    "contaminated": "noise of which a few percent scatter more: N with and without them; no look-alike is called so",
     "separation": "the noise of each of two or three sensors, without the common part, with intervals",
     "environment": "coefficients of temperature, warm-ups; noise called a warm-up in at most 5 % of records",
     "comparison": "records of one noise called different in at most 5 %; middle, spread and next sensor",
