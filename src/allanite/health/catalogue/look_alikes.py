@@ -99,8 +99,11 @@ LOOK_ALIKES: dict[str, tuple[str, str]] = {
         ),
     ),
     "held_samples": (
-        "a frozen stretch; coarse steps",
-        "frozen stretches are left out before; steps repeat no oftener than log-concave noise allows",
+        "a frozen stretch; coarse steps; motion, which changes how often neighbors are equal",
+        (
+            "frozen stretches are left out before; repeats by the step have no clock, those of a slower sensor come at "
+            "a steady rate"
+        ),
     ),
     "interleaved": (
         "one spike or a wild first row; a step, a ramp; a line near half the rate",
@@ -205,6 +208,13 @@ LOOK_ALIKES: dict[str, tuple[str, str]] = {
     "heavy_tails": (
         "spikes; a disturbance",
         "too many for isolated impulses, and evenly over the record",
+    ),
+    "contaminated": (
+        "spikes; noise that changes; coarse steps; Student or Laplace noise",
+        (
+            "a mixture of two spreads must be likelier than each of these laws, the wide samples must not cluster, and "
+            "they must come evenly over the record"
+        ),
     ),
     "disturbance": (
         "drift and flicker; spikes; a change of the noise",
