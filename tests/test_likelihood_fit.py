@@ -301,13 +301,14 @@ def test_fit_takes_lines_from_the_command_line(run: Run, tmp_path: Path) -> None
     model = NoiseModel.of(White(N=1e-4), Sinusoid(amplitude=5e-5, frequency=1.3))
     path = tmp_path / "line.npy"
     np.save(path, record(model, duration=600.0).values("gyro"))
-    words = ("fit", path, "--rate", 10, "--unit", "rad/s", "--method", "likelihood")
+    reading = ("fit", path, "--rate", 10, "--unit", "rad/s")
+    words = (*reading, "--method", "likelihood")
     done = run(*words, "--terms", "N", "--lines", "1.3", "--json")
     (fitted,) = json.loads(done.out).values()
     line = next(e for e in fitted["estimates"] if e["symbol"] == "amplitude")
     assert line["supported"] and line["lower"] < 5e-5 < line["upper"]
     shown = run(*words, "--terms", "N", "--lines", "1.3").out
     assert "line [" in shown and "f [Hz]" in shown
-    for wrong in (("--lines", "auto"), ("--method", "moments", "--lines", "1.3")):
-        refused = run(*words, *wrong)
+    for method, lines in (("likelihood", "auto"), ("moments", "1.3")):
+        refused = run(*reading, "--method", method, "--lines", lines)
         assert refused.code == 1 and "--lines of a fit are frequencies in Hz" in refused.err

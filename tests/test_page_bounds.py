@@ -238,8 +238,8 @@ def test_no_value_of_a_capture_reaches_out(
         assert bool(told) is (str(refused.value) == "told")
         for words in told:
             assert_bounded(words, before, option, browser.app.settings.folder)
-            assert parsed(words).get("port") in (None, PORT.name)
-            assert parsed(words).get("resource") in (None, METER.name)
+            assert parsed(words).get("port") in (None, [PORT.name])
+            assert parsed(words).get("resource") in (None, [METER.name])
 
 
 def test_a_description_is_copied_as_it_was_looked_at(

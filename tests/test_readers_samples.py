@@ -36,6 +36,9 @@ def test_sample(path: Path, expected: dict[str, Any]) -> None:
         pytest.importorskip("rosbags", reason="the extra allanite[ros] is not installed")
     for suffix, module in {
         ".ulg": "pyulog",
+        ".tlog": "pymavlink",
+        ".rds": "rdata",
+        ".rda": "rdata",
         ".tdms": "nptdms",
         ".h5": "h5py",
         ".xlsx": "python_calamine",

@@ -219,6 +219,7 @@ MAY = {
     "exporters/cpp.py": "a header of the package",
     "kalman/series.py": "a temporary file of its own",
     "log_store/compaction.py": "the file that it has just written, to compare it",
+    "cli/program.py": "the null device in place of a closed pipe",
     "log_store/disk.py": "writes",
     "readers/hdf5_tree.py": "a temporary file of its own",
     "readers/numpy_file.py": "a file that open_regular has opened",

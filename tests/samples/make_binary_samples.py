@@ -18,6 +18,7 @@ import numpy as np
 HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE.parent))
 import flight_log_writers as logs  # noqa: E402  (it stands beside the tests)
+import r_writers  # noqa: E402
 import spreadsheet_writers as sheets  # noqa: E402
 
 N = 40
@@ -388,6 +389,43 @@ def ulog() -> None:
     )
 
 
+def mavlink() -> None:
+    from pymavlink.dialects.v20 import common
+
+    place, sender = folder("mavlink"), common.MAVLink(None, srcSystem=1, srcComponent=1)
+    content = b""
+    for k in range(N):
+        sample = common.MAVLink_highres_imu_message(
+            10**7 + 10_000 * k, *ACC[k], *GYRO[k], *[0.0] * 6, 25.0, 63
+        )
+        content += (int(STAMPS[k]) // 1000).to_bytes(8, "big") + bytes(sample.pack(sender))
+    (place / "telemetry.tlog").write_bytes(content)
+    found = [{"name": n, "kind": k, "unit": u} for n, k, u in zip(TRIADS, KINDS, SI, strict=True)]
+    found.append({"name": "temperature", "kind": "temperature", "unit": "°C"})
+    save(
+        place,
+        {
+            "telemetry.tlog": {
+                "rate": 100,
+                "samples": N,
+                "channels": found,
+                "first": [*first(GYRO.astype("f4"), ACC.astype("f4")), 25.0],
+                "source": {"topic": "HIGHRES_IMU"},
+            },
+        },
+    )
+
+
+def r_data() -> None:
+    place = folder("r_data")
+    columns = {"t": T, **dict(zip(TRIADS, np.hstack([GYRO, ACC]).T, strict=True))}
+    frame = r_writers.frame(columns)
+    (place / "frame.rds").write_bytes(r_writers.rds(frame))
+    (place / "workspace.rda").write_bytes(r_writers.rda({"note": np.arange(3.0), "imu": frame}))
+    entry = {"rate": 100, "samples": N, "channels": channels(TRIADS), "first": first(GYRO, ACC)}
+    save(place, {"frame.rds": entry, "workspace.rda": entry})
+
+
 def tdms() -> None:
     from nptdms import ChannelObject, TdmsWriter
 
@@ -493,6 +531,8 @@ if __name__ == "__main__":
     run()
     ardupilot()
     ulog()
+    mavlink()
+    r_data()
     tdms()
     hdf5()
     raw_binary()
