@@ -222,7 +222,10 @@ CHOICES = {
 def sentences() -> Iterator[tuple[str, str]]:
     """The texts of the package that hold an option, with the place of each."""
     for path in sorted(PACKAGE.rglob("*.py")):
-        tree = ast.parse(path.read_text(encoding="utf-8"))
+        source = path.read_text(encoding="utf-8")
+        if not re.search(r"(?<![\w-])--[a-z]", source):
+            continue
+        tree = ast.parse(source)
         if ast.get_docstring(tree) is not None:
             del tree.body[0]
         for node in ast.walk(tree):
