@@ -109,3 +109,11 @@ def test_a_scale_factor_from_volts_implies_volts(tmp_path: Path) -> None:
     assert (got.channels[0].kind.value, got.channels[0].unit) == ("rate", "V")
     assert got.channels[0].scale == pytest.approx(np.radians(1 / 0.024))
     assert any("taken to be in V" in guess for guess in got.notes["text"]["guesses"])
+
+
+def test_the_unit_that_is_asked_for_fits_the_name() -> None:
+    samples = np.random.default_rng(4).normal(0.0, 1.0, (64, 3))
+    names = ["gx", "ay", "acc_z"]
+    log = Recording.from_rate(samples, rate=10.0, unit="", names=names)
+    (advice,) = {f.advice for f in check(log) if f.code == "unit_missing"}
+    assert advice == "state it, as in --unit gx=deg/s,ay=m/s^2,acc_z=m/s^2"

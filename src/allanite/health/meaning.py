@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
@@ -15,7 +16,17 @@ from allanite.health.resolution import is_unresolved
 from allanite.health.survey import Survey
 from allanite.recording import Kind
 
-__all__ = ["aliasing", "bias_removed", "gravity", "known_step", "triads", "unit", "unit_trap"]
+__all__ = [
+    "ACCELEROMETER_NAME",
+    "GYRO_NAME",
+    "aliasing",
+    "bias_removed",
+    "gravity",
+    "known_step",
+    "triads",
+    "unit",
+    "unit_trap",
+]
 
 #: Standard gravity [m/s^2] (exact, CGPM 1901). Gravity on the ground is within 0.35 % of it.
 GRAVITY = 9.80665
@@ -36,6 +47,9 @@ EARTH_RATE = 7.292115e-5
 #: on the safe side. Data sheets: 240 000 for the MPU-6050, 5 400 for the ADIS16405. Good gyros (0.1 deg/sqrt(h), 1
 #: deg/h) fall short of it, but there the Earth's rotation is larger.
 BIAS_OVER_NOISE = 100.0 / 60.0
+#: Names of channels that nobody gave a unit, by what they measure.
+GYRO_NAME = re.compile(r"gyr|omega|rate|^[gw]_?[xyz\d]$", re.IGNORECASE)
+ACCELEROMETER_NAME = re.compile(r"acc|^[af]_?[xyz\d]$", re.IGNORECASE)
 #: Rate of records in which means that nobody touched are called removed.
 BY_CHANCE = 0.01
 
@@ -63,7 +77,7 @@ def unit(survey: Survey) -> Iterator[Finding]:
 
 def _all_unknown(survey: Survey) -> str:
     unknown = [c.name for c in survey.recording.channels if c.kind is Kind.UNKNOWN]
-    return ",".join(f"{name}=deg/s" for name in unknown)
+    return ",".join(f"{n}={'m/s^2' if ACCELEROMETER_NAME.search(n) else 'deg/s'}" for n in unknown)
 
 
 def aliasing(survey: Survey) -> Iterator[Finding]:

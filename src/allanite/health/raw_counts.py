@@ -8,19 +8,16 @@ and its length in counts is the scale factor, within its bias and scale error.
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Iterator, Sequence
 
 from allanite.health.disturbance import moved
 from allanite.health.finding import Finding, Severity, finding
-from allanite.health.meaning import triads
+from allanite.health.meaning import ACCELEROMETER_NAME, GYRO_NAME, triads
 from allanite.health.survey import Survey
 from allanite.recording import Kind
 
 __all__ = ["looks_raw", "raw_counts"]
 
-_GYRO = re.compile(r"gyr|omega|rate|^[gw]_?[xyz\d]$", re.IGNORECASE)
-_ACCELEROMETER = re.compile(r"acc|^[af]_?[xyz\d]$", re.IGNORECASE)
 _WORDS = (16, 20, 24, 32)  # bits; a narrower converter's counts look like those of 16 bits at rest
 _RANGES = (250.0, 500.0, 1000.0, 2000.0)  # deg/s, of most MEMS gyros
 #: Counts for each g, and the range: data sheets of InvenSense, Bosch and ST (16 bits), ADXL345 and ADXL355.
@@ -61,7 +58,7 @@ def raw_counts(surveys: Sequence[Survey]) -> Iterator[Finding]:
     """Channels that hold raw counts, with the option that scales them; a hint alone where they are called counts."""
     for kind in (Kind.UNKNOWN, Kind.COUNTS):
         raw = [s for s in surveys if s.channel.kind is kind and looks_raw(s)]
-        for pattern, advise in ((_GYRO, _gyro), (_ACCELEROMETER, _accelerometer)):
+        for pattern, advise in ((GYRO_NAME, _gyro), (ACCELEROMETER_NAME, _accelerometer)):
             group = [s for s in raw if pattern.search(s.name)]
             raw = [s for s in raw if s not in group]
             if group:
