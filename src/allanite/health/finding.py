@@ -212,7 +212,7 @@ def short(value: float) -> str:
 
 
 def _with_repair(advice: str, repair: str) -> str:
-    return f"{advice} (--repair {repair})" if repair else advice
+    return f"{advice} (--repair {repair})" if repair and f"--repair {repair}" not in advice else advice
 
 
 def _frozen(spans: ArrayLike) -> Spans:
