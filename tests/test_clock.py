@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable
 from pathlib import Path
 
@@ -210,12 +209,8 @@ def test_terms_have_the_names_of_time_and_frequency(tmp_path: Path, run: Run) ->
     )
 
 
-DATA = os.environ.get("ALLANITE_TEST_DATA")
-
-
-@pytest.mark.skipif(DATA is None, reason="recordings are not here")
-def test_a_counter_of_one_pulse_a_second() -> None:
-    folder = Path(str(DATA)) / "allantools_stable32" / "Keysight53230A_ti_noise_floor"
-    recording = al.read(folder / "tic_phase.txt", kind="phase", unit="s", rate=1.0)
+def test_a_counter_of_one_pulse_a_second(real_data: Callable[[str], Path]) -> None:
+    path = real_data("allantools_stable32/Keysight53230A_ti_noise_floor/tic_phase.txt")
+    recording = al.read(path, kind="phase", unit="s", rate=1.0)
     curve = al.allan_curve(recording, taus=[1.0, 2.0, 4.0])
     np.testing.assert_allclose(curve.deviation[:, 0], [1.7702e-11, 8.9106e-12, 4.4374e-12], rtol=1e-4)

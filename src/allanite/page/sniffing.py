@@ -34,7 +34,13 @@ _MAGIC: Final = (
     (b"TDSm", "tdms"),
     (b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1", "spreadsheet"),
     (b"\xff\xff\xff\xff", "parquet"),  # an Arrow stream
+    *(
+        (magic, "r_data")
+        for magic in (b"RDX2\n", b"RDX3\n", b"RDA2\n", b"RDA3\n", b"X\n\0\0\0", b"A\n2\n", b"A\n3\n")
+    ),
 )
+#: R packs what it saves.
+_R: Final = frozenset({".rda", ".rdata", ".rds"})
 _PACKED: Final = ((b"\x1f\x8b", ".gz"), (b"\xfd7zXZ\x00", ".xz"), (b"BZh", ".bz2"))
 _ZIP = b"PK\x03\x04"
 #: Text that is no log, by its suffix.
@@ -69,7 +75,9 @@ def recording_format(path: Path, head: bytes) -> str | None:
     if head.startswith(_ZIP):
         return "numpy_file" if b".npy" in head else "spreadsheet" if _is_workbook(path, head) else None
     if any(head.startswith(magic) for magic, _ in _PACKED):
-        return "text" if ".tar" not in path.name else None
+        return "r_data" if path.suffix.lower() in _R else "text" if ".tar" not in path.name else None
+    if _is_telemetry(head):
+        return "mavlink"
     return "text" if path.suffix.lower() not in _NO_LOGS and _is_table(head) else None
 
 
@@ -99,6 +107,11 @@ def _folder_format(path: Path) -> str | None:
     if bags and any(p.suffix in (".db3", ".mcap") for p in path.iterdir()):
         return "rosbag"
     return None
+
+
+def _is_telemetry(head: bytes) -> bool:
+    """A stamp in microseconds since 1970, whose first byte is zero, and the sign of a packet of MAVLink 2 or 1."""
+    return head[:1] == b"\x00" and head[8:9] in (b"\xfd", b"\xfe")
 
 
 def _is_workbook(path: Path, head: bytes) -> bool:
