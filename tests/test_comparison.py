@@ -566,10 +566,10 @@ def test_quantisation_and_ramp_take_part_where_something_shows_them() -> None:
 
 
 def test_white_noise_of_many_records_is_not_low() -> None:
-    """The mean of N over 100 records: with quantisation in every fit it was 0.4 of its standard deviation low."""
+    """The mean of N over 50 records: with quantisation in every fit it was 0.4 of its standard deviation low."""
     plain = NoiseModel.of(White(N=1e-3), Flicker(B=1e-4), RandomWalk(K=1.2e-5))
     z = []
-    for one in of(plain, 100, 400):
+    for one in of(plain, 50, 400):
         profile = evidence_of(one, ("N", "B", "K"), 0.95).profiles["N"]
         z.append((profile.best - math.log(1e-3)) / profile.sd)
     assert abs(np.mean(z)) < 3 / math.sqrt(len(z))

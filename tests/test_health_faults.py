@@ -401,7 +401,7 @@ def test_class_3_two_sensors_with_one_level_and_two_noises(rng: np.random.Genera
 
 def test_rounded_white_noise_does_not_alternate() -> None:
     """By chance 4e-6 of records; the squares of differences on steps are 0, 1 or 4 of them."""
-    for seed, step in itertools.product(range(25), (0.5, 0.6, 1.0)):
+    for seed, step in itertools.product(range(9), (0.5, 0.6, 1.0)):
         rng = np.random.default_rng(seed)
         y = rng.standard_normal(5000)
         assert "interleaved" not in found(np.round(y / step) * step)
