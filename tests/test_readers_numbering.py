@@ -36,7 +36,7 @@ def test_numbers_that_begin_anew_or_go_on_by_more_place_the_gap(
     assert (found.n_samples, found.rate) == (there[-1] + 1, 10.0)
     assert found.notes["timebase"]["gap_places"] == [[100, 105]]
     np.testing.assert_array_equal(np.flatnonzero(np.isnan(found.values("wx"))), np.arange(100, 105))
-    assert f"begins anew at {turn}, 2 times" in said(found)
+    assert f"wraps at {turn}, 2 times" in said(found)
     assert ("goes on by 4 from row to row" in said(found)) == (stride == 4)
 
 

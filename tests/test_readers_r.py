@@ -81,6 +81,26 @@ def test_an_object_is_chosen_by_name(tmp_path: Path) -> None:
         al.read(path, unit="g", variable="other")
 
 
+def test_a_record_of_three_dimensions_is_chosen_and_the_others_are_told(tmp_path: Path) -> None:
+    poses = np.random.default_rng(2).standard_normal((4, N, 3))
+    path = tmp_path / "poses.rda"
+    path.write_bytes(gzip.compress(rda({"poses": Classed(poses, dim=np.array(poses.shape))})))
+    found = al.read(path, rate=100.0, unit="g", variable="poses[2]")
+    np.testing.assert_array_equal(found.values(found.names[1]), poses[2, :, 1])
+
+
+def test_arrays_that_were_left_out_are_of_another_length_only_where_they_are(tmp_path: Path) -> None:
+    path, table = tmp_path / "two.rda", Classed(Y, dim=np.array(Y.shape))
+    path.write_bytes(
+        gzip.compress(rda({"gyro": table, "accel": table, "single": Y[:, 0], "short": Y[:60, 0]}))
+    )
+    said = al.read(path, rate=100.0, unit="deg/s", variable="gyro").notes["source"]["guesses"]
+    left = [g for g in said if "left out" in g]
+    assert len(left) == 2 and left[0].startswith("arrays of another length left out")
+    assert "short" in left[0] and "accel" not in left[0]
+    assert left[1].startswith("arrays left out") and "accel" in left[1] and "single" in left[1]
+
+
 def test_the_child_reads_and_survives_damage(tmp_path: Path) -> None:
     path = tmp_path / "x.rds"
     whole = rds(frame(COLUMNS))

@@ -272,7 +272,7 @@ def test_clocks_that_begin_anew_by_themselves(tmp_path: Path) -> None:
         path.write_text(text([values, np.sin(k)], [name, "wx"]))
         recording = read(path)
         assert (recording.n_samples, recording.notes["timebase"]["backward"]) == (500, 0), name
-        assert any("begins anew" in g for g in recording.notes["text"]["guesses"]), name
+        assert any("wraps at" in g for g in recording.notes["text"]["guesses"]), name
     path.write_text(text([k % 100 / 10, np.sin(k)], ["time [s]", "wx"]))  # five records one after another
     assert read(path).notes["timebase"]["backward"] == 4
 

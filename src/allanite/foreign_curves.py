@@ -530,7 +530,7 @@ def _agreed(told: int, samples: int | None, name: str) -> int:
     if samples is None or abs(told - samples) <= _SAME_LENGTH:
         return told if samples is None else int(samples)
     raise InputError(
-        f"{name}: the counts are those of {told} samples, but {samples} were given: leave --samples away, or correct it"
+        f"{name}: the counts imply {told} samples, but --samples says {samples}: correct it, or leave it out"
     )
 
 

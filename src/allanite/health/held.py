@@ -163,7 +163,7 @@ def _finding(hold: Hold, several: bool) -> Finding:
     count = round(hold.share * survey.present)
     if hold.factor > 1:
         own = rate / hold.factor
-        text = f"every value stands {hold.factor} times: the true rate is rate/{hold.factor} = {own:.6g} Hz"
+        text = f"every value appears {hold.factor} times: the true rate is rate/{hold.factor} = {own:.6g} Hz"
         advice = f"keep one row in {hold.factor} and give the rate {own:.6g} Hz{chosen}; `characterize` does so itself"
         count = survey.present
     elif hold.renewal is not None:

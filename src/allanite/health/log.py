@@ -265,7 +265,7 @@ def _suffixes(notes: Notes) -> Iterator[Finding]:
             meaning = "it is the unit" if unit else "left out; what it means is not known"
             yield finding(
                 "cell_suffix",
-                f"{name}: {suffix!r} stands behind the number in {plural(count, 'cell')}: {meaning}",
+                f"{name}: {suffix!r} follows the number in {plural(count, 'cell')}: {meaning}",
                 severity=Severity.INFO if unit else Severity.WARNING,
                 count=count,
             )
@@ -291,7 +291,7 @@ def _sentences(notes: Notes) -> Iterator[Finding]:
             f"first rows: {', '.join(map(str, rows))}"
         )
     if stray:
-        said.append(f"{plural(stray, 'line')} of no kind that can be told: left out")
+        said.append(f"{plural(stray, 'line')} of unknown kind left out")
     yield finding(
         "checksum_failed",
         "; ".join(said),

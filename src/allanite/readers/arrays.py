@@ -18,23 +18,23 @@ from numpy.typing import NDArray
 
 from allanite.errors import InputError
 from allanite.limits import COLUMNS, refuse_more
-from allanite.readers.assembly import Table
+from allanite.readers.assembly import Options, Table
 from allanite.readers.headings import may_be_time, read_heading
 from allanite.recording import ArrayColumn, checked_samples
 
 __all__ = [
     "Shape",
+    "chosen_table",
     "left_out",
     "length_of",
-    "of_structure",
     "one_record",
     "other_times",
     "picked",
-    "plain_names",
     "samples_among",
     "table_of",
 ]
 
+_SMALL = 4096  # elements; smaller arrays may describe the large ones
 _MOST_ROWS, _LONGER = 64, 8  # of a matrix whose rows are channels: rows, and how many times longer they are
 
 Shape = tuple[np.dtype[Any], tuple[int, ...]]
@@ -116,14 +116,50 @@ def other_times(shapes: Mapping[str, Shape], wanted: Sequence[str]) -> tuple[str
 
 
 def left_out(shapes: Mapping[str, Shape], wanted: Sequence[str]) -> tuple[str, ...]:
-    """A sentence about tables that were not taken, if there are any."""
-    others = {k: s for k, s in shapes.items() if k not in wanted and len(s[1]) == 2 and max(s[1]) > 16}
-    if not others:
-        return ()
-    return (f"arrays of another length left out (variable= takes one of them): {_listed(others)}",)
+    """A sentence about tables that were not taken, if there are any: those of another length, and all others."""
+    others = {k: s for k, s in shapes.items() if k not in wanted and _may_be_samples(k, s)}
+    lengths = {length_of(shapes[k][1]) for k in wanted}
+    unlike = {k: s for k, s in others.items() if length_of(s[1]) not in lengths}
+    alike = {k: s for k, s in others.items() if k not in unlike}
+    return tuple(
+        f"{what} left out (variable= takes one of them): {_listed(found)}"
+        for what, found in (("arrays of another length", unlike), ("arrays", alike))
+        if found
+    )
 
 
-def of_structure(
+def _may_be_samples(name: str, shape: Shape) -> bool:
+    kind, size = shape[0].kind, shape[1]
+    return kind in "iuf" and len(size) in (1, 2) and max(size) > 16 and not may_be_time(name)
+
+
+def chosen_table(
+    arrays: dict[str, NDArray[Any]], options: Options, path: Path, file_format: str, more: Sequence[str] = ()
+) -> Table:
+    """The table that the options choose among arrays in memory: a structure, an array, a record of one, or the longest.
+
+    Raises
+    ------
+    InputError
+        No such array or record, or no table of numbers.
+    """
+    variable, index = picked(options.variable)
+    arrays, variable = _of_structure(arrays, variable)
+    if index is not None and variable is not None:
+        arrays = one_record(arrays, variable, index, path.name)
+    shapes = {k: (a.dtype, a.shape) for k, a in arrays.items()}
+    wanted = samples_among(shapes, variable, path.name, options.time)
+    small = {k: a for k, a in arrays.items() if k not in wanted and a.size <= _SMALL}
+    return table_of(
+        _plain_names({k: arrays[k] for k in wanted}),
+        _plain_names(small),
+        path,
+        file_format,
+        (*left_out(shapes, wanted), *other_times(shapes, wanted), *more),
+    )
+
+
+def _of_structure(
     arrays: dict[str, NDArray[Any]], variable: str | None
 ) -> tuple[dict[str, NDArray[Any]], str | None]:
     """If a structure is asked for, its fields only."""
@@ -131,7 +167,7 @@ def of_structure(
     return (fields, None) if fields else (arrays, variable)
 
 
-def plain_names(arrays: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
+def _plain_names(arrays: Mapping[str, NDArray[Any]]) -> dict[str, NDArray[Any]]:
     """Fields of a structure under their own name where that is unique: imu.fs states the rate as fs does."""
     short = [k.rpartition(".")[2] for k in arrays]
     return {k if short.count(s) > 1 else s: a for (k, a), s in zip(arrays.items(), short, strict=True)}

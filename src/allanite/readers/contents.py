@@ -8,13 +8,19 @@ was taken, and what else there is, is said in the notes.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
 
-from allanite.errors import InputError
+from numpy.typing import NDArray
+
+from allanite.errors import DataQualityError, InputError
+from allanite.readers.assembly import Table
 from allanite.readers.headings import canonical_group, read_heading
+from allanite.recording import ArrayColumn
 
-__all__ = ["Part", "choose_part", "listed"]
+__all__ = ["Part", "choose_part", "listed", "message_table"]
 
 _MOST = 60  # parts that a message or the notes list
 _MOST_COLUMNS, _MOST_NAMED = 8, 20
@@ -123,4 +129,31 @@ def _has(part: Part, word: str) -> bool:
         word.lower() in (column.lower(), read_heading(column).name.lower())
         or (group != "" and read_heading(column).group == group)
         for column in part.columns
+    )
+
+
+def message_table(
+    found: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]], path: Path, file_format: str
+) -> Table:
+    """The table of one message of a flight log, as the child process gave it.
+
+    Raises
+    ------
+    DataQualityError
+        The message never comes.
+    """
+    headings = tuple(found["headings"])
+    if len(arrays[headings[0]]) == 0:
+        raise DataQualityError(f"{path.name}: the log holds no message {found['source']['topic']}")
+    units, rate = tuple(found["units"]), found.get("rate")
+    return Table(
+        format=file_format,
+        headings=headings,
+        columns=tuple(ArrayColumn(arrays[h]) for h in headings),
+        units=units,
+        units_from="metadata" if any(units[1:]) else "none",  # the first column is time
+        rate=rate,
+        rate_from="header of the batches" if rate else "",
+        source={"size_bytes": path.stat().st_size, **found["source"]},
+        guesses=tuple(found["guesses"]),
     )

@@ -20,16 +20,7 @@ from numpy.typing import NDArray
 from allanite.errors import FormatError
 from allanite.limits import PARTS, refuse_more
 from allanite.readers import matlab_hdf5
-from allanite.readers.arrays import (
-    left_out,
-    of_structure,
-    one_record,
-    other_times,
-    picked,
-    plain_names,
-    samples_among,
-    table_of,
-)
+from allanite.readers.arrays import chosen_table, picked
 from allanite.readers.assembly import Options, Table
 from allanite.readers.extras import require
 from allanite.readers.matlab_objects import said_of_objects
@@ -45,7 +36,6 @@ _OBJECT = ("s0", "s1", "s2", "arr")  # what the library makes of an object: its 
 _VERSION_73 = b"MATLAB 7.3"
 _COMPRESSED = 15
 _PIECE = 1 << 16
-_SMALL = 4096  # elements; smaller arrays may describe the large ones
 _SPARE_MEMORY = 256 << 20
 _FEWER = "Save those that are needed: save('log.mat', 't', 'x', '-v7')"
 
@@ -70,7 +60,7 @@ def read(path: Path, options: Options) -> Table:
     with open_regular(path) as file:
         version73 = file.read(len(_VERSION_73)) == _VERSION_73
     faults, arrays = _version73(path) if version73 else _version5(path)
-    variable, index = picked(options.variable)
+    variable, _ = picked(options.variable)
     if faults and (not arrays or variable in faults):
         told = [f"{k} {v}" for k, v in faults.items() if variable in (None, k)]
         raise FormatError(f"{path.name}: {'; '.join(told[:5])}")
@@ -79,23 +69,7 @@ def read(path: Path, options: Options) -> Table:
             f"{path.name}: no plain numeric array in it (objects and tables of MATLAB cannot be read); in MATLAB, "
             "save the samples as matrices: t = data.Time; x = data.Variables; save('log.mat', 't', 'x', '-v7')"
         )
-    arrays, variable = of_structure(arrays, variable)
-    if index is not None and variable is not None:
-        arrays = one_record(arrays, variable, index, path.name)
-    shapes = {k: (a.dtype, a.shape) for k, a in arrays.items()}
-    wanted = samples_among(shapes, variable, path.name, options.time)
-    small = {k: a for k, a in arrays.items() if k not in wanted and a.size <= _SMALL}
-    return table_of(
-        plain_names({k: arrays[k] for k in wanted}),
-        plain_names(small),
-        path,
-        NAME,
-        (
-            *left_out(shapes, wanted),
-            *other_times(shapes, wanted),
-            *(f"not read: {k} {v}" for k, v in faults.items()),
-        ),
-    )
+    return chosen_table(arrays, options, path, NAME, [f"not read: {k} {v}" for k, v in faults.items()])
 
 
 _Found = tuple[Mapping[str, str], dict[str, NDArray[Any]]]

@@ -16,12 +16,11 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.errors import DataQualityError, InputError
+from allanite.errors import InputError
 from allanite.readers.assembly import Options, Table
-from allanite.readers.contents import Part, choose_part, listed
+from allanite.readers.contents import Part, choose_part, listed, message_table
 from allanite.readers.extras import require
 from allanite.readers.sandbox import run
-from allanite.recording import ArrayColumn
 from allanite.regular_file import open_regular
 
 NAME: Final = "MAVLink"
@@ -88,18 +87,7 @@ def read(path: Path, options: Options) -> Table:
         seconds=30 + size / 5e5,
         name=path.name,
     )
-    headings = tuple(found["headings"])
-    if len(arrays[headings[0]]) == 0:
-        raise DataQualityError(f"{path.name}: the log holds no message {found['source']['topic']}")
-    return Table(
-        format=NAME,
-        headings=headings,
-        columns=tuple(ArrayColumn(arrays[h]) for h in headings),
-        units=tuple(found["units"]),
-        units_from="metadata",
-        source={"size_bytes": size, **found["source"]},
-        guesses=tuple(found["guesses"]),
-    )
+    return message_table(found, arrays, path, NAME)
 
 
 # -- in the child ------------------------------------------------------------------------------------------

@@ -97,9 +97,7 @@ def _numbering(place: int, name: str, column: Column) -> Numbering | None:
         going = np.where(steps < 0, steps + turn, steps)
         if turn - top > max(0.01 * turn, 2 * stride) or going[steps < 0].max() > turn / 2:
             return None  # begun anew by itself, or out of order
-        said.append(
-            f"the number in column {name} begins anew at {turn}, {int((steps < 0).sum())} times: it goes on"
-        )
+        said.append(f"the number in column {name} wraps at {turn}, {int((steps < 0).sum())} times: unwrapped")
     if (going % stride != 0).any() or (going == 0).mean() > 0.1:
         return None
     if stride != 1:

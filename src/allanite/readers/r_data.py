@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 
 from allanite.errors import FormatError
 from allanite.limits import PARTS, refuse_more
-from allanite.readers.arrays import left_out, of_structure, other_times, plain_names, samples_among, table_of
+from allanite.readers.arrays import chosen_table
 from allanite.readers.assembly import Options, Table
 from allanite.readers.extras import require
 from allanite.readers.sandbox import run
@@ -33,7 +33,6 @@ OPTIONS: Final = frozenset({"variable"})
 
 _BEGINNINGS: Final = (b"RDX2\n", b"RDX3\n", b"RDA2\n", b"RDA3\n", b"X\n\0\0\0", b"A\n2\n", b"A\n3\n")
 _SPARE_MEMORY: Final = 1 << 30
-_SMALL: Final = 4096  # elements; smaller arrays may describe the large ones
 _PIECE: Final = 1 << 20
 _DEEPEST: Final = 3
 
@@ -96,17 +95,7 @@ def read(path: Path, options: Options) -> Table:
             f"{path.name}: no vector, matrix or data frame of numbers in it; in R, write the samples as a table: "
             'write.csv(log, "log.csv", row.names = FALSE)'
         )
-    arrays, variable = of_structure(arrays, options.variable)
-    shapes = {k: (a.dtype, a.shape) for k, a in arrays.items()}
-    wanted = samples_among(shapes, variable, path.name, options.time)
-    small = {k: a for k, a in arrays.items() if k not in wanted and a.size <= _SMALL}
-    return table_of(
-        plain_names({k: arrays[k] for k in wanted}),
-        plain_names(small),
-        path,
-        NAME,
-        (*left_out(shapes, wanted), *other_times(shapes, wanted)),
-    )
+    return chosen_table(arrays, options, path, NAME)
 
 
 def _unpacked_size(path: Path) -> int:

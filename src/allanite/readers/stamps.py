@@ -229,9 +229,7 @@ def _single(
         turned = unwrapped(column, None if counts else told.factor, stated.turn if stated else None)
     if turned is not None:
         column = turned.column
-        guesses.append(
-            f"{name} begins anew at {turned.turn:.15g} {told.unit}, {turned.times} times: it goes on"
-        )
+        guesses.append(f"{name} wraps at {turned.turn:.15g} {told.unit}, {turned.times} times: unwrapped")
     first = _first_finite(column)
     absolute = first + column.origin
     if told.factor >= 1e-9 and round(told.factor * 1e9) == told.factor * 1e9:

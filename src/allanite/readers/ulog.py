@@ -17,13 +17,12 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.errors import DataQualityError, FormatError, InputError
+from allanite.errors import FormatError, InputError
 from allanite.limits import COLUMNS, PARTS, refuse_more
 from allanite.readers.assembly import Options, Table
-from allanite.readers.contents import Part, choose_part, listed
+from allanite.readers.contents import Part, choose_part, listed, message_table
 from allanite.readers.extras import require
 from allanite.readers.sandbox import run
-from allanite.recording import ArrayColumn
 from allanite.regular_file import open_regular, regular
 
 NAME: Final = "PX4 ULog"
@@ -75,18 +74,7 @@ def read(path: Path, options: Options) -> Table:
         seconds=30 + size / 2e6,
         name=path.name,
     )
-    headings = tuple(found["headings"])
-    if len(arrays[headings[0]]) == 0:
-        raise DataQualityError(f"{path.name}: the log holds no message {found['source']['topic']}")
-    return Table(
-        format=NAME,
-        headings=headings,
-        columns=tuple(ArrayColumn(arrays[h]) for h in headings),
-        units=tuple(found["units"]),
-        units_from="metadata" if any(found["units"][1:]) else "none",
-        source={"size_bytes": size, **found["source"]},
-        guesses=tuple(found["guesses"]),
-    )
+    return message_table(found, arrays, path, NAME)
 
 
 # -- in the child ------------------------------------------------------------------------------------------

@@ -103,7 +103,7 @@ def _refuse_another(first: Recording, other: Recording, names: Sequence[str]) ->
 def _pauses(recordings: Sequence[Recording], between: float) -> tuple[list[float], str]:
     """Time from each file to the next [s], by their stamps where all have them."""
     starts = [r.start for r in recordings]
-    told = f"the files do not tell when they were recorded: {between:g} s are taken from one to the next (--between)"
+    told = f"the files do not say when they were recorded: {between:g} s are assumed between them (--between)"
     if any(start is None for start in starts):
         return [between] * (len(recordings) - 1), told
     pauses = [

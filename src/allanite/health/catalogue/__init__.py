@@ -50,7 +50,7 @@ def findings_page() -> str:
         "",
         "False alarms: on simulated white noise, flicker and random walk, fewer than 1 record in 100 has any",
         "finding but `resolution_step` and those that come from the file.",
-        "[What looks like a finding](look-alikes.md) and is none: what tells the two apart, and how often it does.",
+        "[Look-alikes](look-alikes.md): what each finding may be mistaken for, and what tells the two apart.",
     ]
     group = ""
     for code, entry in CATALOGUE.items():

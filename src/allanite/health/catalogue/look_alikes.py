@@ -66,7 +66,7 @@ LOOK_ALIKES: dict[str, tuple[str, str]] = {
         "a time is `only_grows`; a step that grows with the level is `float_step`",
     ),
     "quantisation_not_white": (
-        "an angle that stands still",
+        "an angle that does not change",
         "the increments vary by less than 0.55 steps",
     ),
     "resolution_step": (

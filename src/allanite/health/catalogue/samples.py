@@ -159,7 +159,7 @@ SAMPLES: dict[str, Entry] = {
     "fill_value": Entry(
         group=_REPEATS,
         severity="warning, fatal",
-        means="one value far from all others stands again and again: a word for 'no value' (-999, 9999)",
+        means="one value far from all others recurs: a code for 'no value' (-999, 9999)",
         risk="a word is taken for a value: a few raise the whole curve",
         done="left out; fatal when that is more than half of the samples",
         advice="write lost samples as empty cells",

@@ -12,10 +12,9 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Final
 
-from allanite.errors import DataQualityError
 from allanite.readers.assembly import Options, Table
+from allanite.readers.contents import message_table
 from allanite.readers.sandbox import run
-from allanite.recording import ArrayColumn
 
 NAME: Final = "ArduPilot"
 OPTIONS: Final = frozenset({"topic"})
@@ -50,18 +49,4 @@ def read(path: Path, options: Options) -> Table:
         seconds=20 + size / 1e7,
         name=path.name,
     )
-    headings = tuple(found["headings"])
-    columns = tuple(ArrayColumn(arrays[h]) for h in headings)
-    if len(columns[0]) == 0:
-        raise DataQualityError(f"{path.name}: the log holds no message {found['topic']}")
-    return Table(
-        format=NAME,
-        headings=headings,
-        columns=columns,
-        units=tuple(found["units"]),
-        units_from=found["units_from"],
-        rate=found["rate"],
-        rate_from="header of the batches" if found["rate"] else "",
-        source={"size_bytes": size, **found["source"]},
-        guesses=tuple(found["guesses"]),
-    )
+    return message_table(found, arrays, path, NAME)

@@ -70,10 +70,8 @@ def table_in(path: str, topic: str | None, channels: list[str] | None) -> tuple[
         rate = None
     guesses += [*more, *records.odd, *_loss(records)]
     found = {
-        "topic": chosen.name,
         "headings": list(arrays),
         "units": units,
-        "units_from": "metadata" if any(units[1:]) else "none",
         "rate": rate,
         "guesses": guesses,
         "source": {

@@ -78,7 +78,7 @@ def unit_behind(suffixes: Mapping[str, tuple[int, int]], stated: str, where: str
         )
     if units and stated and units[0] != stated:
         raise FormatError(
-            f"{where}: the heading says {stated!r}, but {lines[units[0]]} stands behind the numbers. Remove the one "
+            f"{where}: the heading says {stated!r}, but {lines[units[0]]} follows the numbers. Remove the one "
             "that is wrong"
         )
     return units[0] if units else ""
