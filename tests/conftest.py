@@ -14,10 +14,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from hypothesis import settings
 
 from shell import Done, Run
 
 ROOT = Path(__file__).resolve().parent.parent
+
+# How long an example takes says how busy the machine is.
+settings.register_profile("allanite", deadline=None)
+settings.load_profile("allanite")
 
 
 @pytest.fixture

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import given
 from hypothesis import strategies as st
 
 import allanite as al
@@ -108,7 +108,6 @@ def test_equation_1_by_hand() -> None:
         errors.seen(x)
 
 
-@settings(deadline=None)
 @given(
     st.lists(st.floats(-50.0, 50.0), min_size=3, max_size=3), st.integers(0, 2**32 - 1), st.floats(-40, 40)
 )

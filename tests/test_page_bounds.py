@@ -174,7 +174,7 @@ VALUES = st.recursive(
 )
 
 
-@settings(max_examples=150, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=150, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(entry=st.sampled_from(TABLE), value=VALUES)
 @example(entry=TABLE[0], value="--out=x")
 def test_no_value_at_all_reaches_out(browser: Browser, entry: Any, value: Any) -> None:

@@ -78,7 +78,7 @@ def test_whole_record_and_its_facts(long: tuple[Pyramid, np.ndarray]) -> None:
     assert channel["gaps"] == spans[:1000].tolist()
 
 
-@settings(max_examples=60, deadline=None, suppress_health_check=[HealthCheck.function_scoped_fixture])
+@settings(max_examples=60, suppress_health_check=[HealthCheck.function_scoped_fixture])
 @given(
     start=st.floats(-50, 11_000),
     length=st.floats(0.001, 11_000),

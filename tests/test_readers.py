@@ -144,7 +144,7 @@ def test_cell_by_cell_equals_the_fast_parser(tmp_path: Path, monkeypatch: pytest
     assert same(read(path), expected)
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(st.lists(st.floats(allow_nan=True, allow_infinity=False, width=64), min_size=12, max_size=40))
 def test_f11_floats_survive_as_text(tmp_path_factory: pytest.TempPathFactory, values: list[float]) -> None:
     values = [v for v in values if abs(v) < 9e37 or v != v]

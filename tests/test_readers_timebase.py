@@ -182,7 +182,7 @@ def test_resolution_of_stamps(step: float, expected: float | None) -> None:
     assert found == pytest.approx(expected) if expected else found < 1e-9
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @given(
     st.lists(st.floats(), min_size=1, max_size=60),
     st.booleans(),

@@ -547,7 +547,7 @@ FORMATS = {
     "text": textual(),
     "bare text": textual(checksum=None, begins=None, counter=None),
 }
-QUICK = settings(max_examples=40, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+QUICK = settings(max_examples=40, suppress_health_check=[HealthCheck.too_slow])
 
 
 @pytest.mark.parametrize("name", FORMATS)
