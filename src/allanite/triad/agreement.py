@@ -55,7 +55,7 @@ def alone_and_together(fit: Adjustment) -> Check | None:
     gained, turned = np.linalg.eigh(np.eye(int(known.sum())) - white.T @ second @ white)
     z = (turned.T @ (white.T @ apart)) / np.sqrt(np.maximum(gained, TOLD))
     chi2, dof = float(z @ z), len(z)
-    p = _tail(chi2, dof, _scatter_dof(fit))
+    p = _tail(chi2, dof, fit.scatter_dof(ACCELEROMETER))
     sds = np.abs(apart) / np.sqrt(np.maximum(np.diag(first), 1e-300))
     worst = fit.observed.names[place][int(np.argmax(sds))].partition(".")[2].replace("_", " ")
     return Check(
@@ -98,13 +98,6 @@ def _alone(fit: Adjustment) -> Solution:
     )
     names = force.names
     return solve(force, own, start, plausible=plausible_of(names), nominal=nominal_of(names), earth=None)
-
-
-def _scatter_dof(fit: Adjustment) -> float:
-    """Degrees of freedom of the scatter of the accelerometers; infinite where none was added to the noise."""
-    names = (ACCELEROMETER, DRIFT[ACCELEROMETER])
-    found = [fit.beyond_dof[n] for n in names if n in fit.beyond]
-    return sum(found) if found else math.inf
 
 
 def _same_chance(p: float, dof: int) -> float:

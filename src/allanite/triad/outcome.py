@@ -322,19 +322,12 @@ def _left_out(about: Circumstances, number: int) -> Position:
 
 
 def _deleted(fit: Adjustment, what: str, k: int) -> Deletion:
-    return deletion(fit.solution, _rows(fit, what, k), fit.kinds[what], _beyond_dof(fit, what))
+    return deletion(fit.solution, _rows(fit, what, k), fit.kinds[what], fit.scatter_dof(what))
 
 
 def _rows(fit: Adjustment, what: str, k: int) -> Index:
     """Rows of one span or turn."""
     return fit.rows[what][3 * k : 3 * k + 3]
-
-
-def _beyond_dof(fit: Adjustment, what: str) -> float:
-    """Degrees of freedom of what was estimated beyond the noise of this kind of observation; infinite for nothing."""
-    names = (what, DRIFT.get(GYRO if what == TURNS else what, ""))
-    found = [fit.beyond_dof[n] for n in names if n in fit.beyond]
-    return sum(found) if found else math.inf
 
 
 def _worst(deletions: list[Deletion]) -> tuple[float, float]:
@@ -391,9 +384,9 @@ def _scatter(fit: Adjustment) -> tuple[Scatter, ...]:
             chi2=group.chi2,
             dof=group.dof,
             sd=fit.beyond.get(name, 0.0),
-            sd_dof=fit.beyond_dof.get(name, 0.0),
+            sd_dof=fit.sizes.dof.get(name, 0.0),
             walk=fit.beyond.get(DRIFT.get(name, ""), 0.0),
-            walk_dof=fit.beyond_dof.get(DRIFT.get(name, ""), 0.0),
+            walk_dof=fit.sizes.dof.get(DRIFT.get(name, ""), 0.0),
         )
         for name, group in fit.pure.items()
     )

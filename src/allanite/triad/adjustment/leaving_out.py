@@ -41,7 +41,7 @@ def left_out(fit: Adjustment, rows: Index, kind: Index) -> Deletion:
     place = np.ix_(others, others)
     contrasts = Contrasts.of(noise[place], fit.solution.residual[others], _independent(unknowns[others]))
     shapes = {name: fit.shapes[name][place] for name in fit.beyond}
-    sizes, _ = sizes_of(contrasts, shapes, fit.beyond)
+    sizes = sizes_of(contrasts, shapes, fit.beyond).values
     total = noise + sum((v**2 * fit.shapes[n] for n, v in sizes.items()), np.zeros_like(noise))
     chi2, count = _misfit(total, unknowns, fit.solution.residual, rows, others)
     if count == 0:

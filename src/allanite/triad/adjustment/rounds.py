@@ -14,7 +14,16 @@ from allanite.checks import SCATTER_ALARM
 from allanite.earth import EARTH_RATE
 from allanite.triad.adjustment.design import SENSITIVITY, Observed, State, linearise
 from allanite.triad.adjustment.headings import headed_by_earth
-from allanite.triad.adjustment.scatter import Contrasts, Group, group_of, parameter_dof, shift, sizes_of
+from allanite.triad.adjustment.scatter import (
+    Contrasts,
+    Group,
+    Sizes,
+    group_of,
+    parameter_dof,
+    satterthwaite,
+    shift,
+    sizes_of,
+)
 from allanite.triad.adjustment.solution import Earth, Solution, solve
 from allanite.triad.adjustment.turning import Motion
 from allanite.triad.adjustment.weights import DRIFT, GROUPS, TURNS, Weights, groups_of
@@ -104,8 +113,8 @@ class Adjustment:
         The `shift` of each kind of observation under the noise and all that is beyond it.
     shapes : dict of str to ndarray, shape (r, r)
         Covariance of everything that may be beyond the noise, of unit size.
-    beyond, beyond_dof : dict of str to float
-        Sizes of what is, and degrees of freedom of their squares.
+    sizes : Sizes
+        Of what is.
     dof : ndarray, shape (p,)
         Of the law of each parameter.
     earth : EarthSeen or None
@@ -118,10 +127,21 @@ class Adjustment:
     pure: dict[str, Group]
     kinds: dict[str, tuple[float, int]]
     shapes: dict[str, Array]
-    beyond: dict[str, float]
-    beyond_dof: dict[str, float]
+    sizes: Sizes
     dof: Array
     earth: EarthSeen | None
+
+    @property
+    def beyond(self) -> dict[str, float]:
+        """Sizes of what is beyond the noise, by name."""
+        return self.sizes.values
+
+    def scatter_dof(self, what: str) -> float:
+        """Degrees of freedom of the variance of a usual row of one kind; infinite with nothing beyond the noise."""
+        rows = self.rows[what]
+        parts = [v**2 * np.diag(self.shapes[n])[rows].mean() for n, v in self.beyond.items()]
+        total = np.array([np.diag(self.solution.noise)[rows].mean()])
+        return float(satterthwaite(total, np.array(parts).reshape(-1, 1), self.sizes.spread)[0])
 
 
 def adjust(
@@ -217,14 +237,14 @@ def _widened(
     observed: Observed, weights: Weights, start: State, earth: Earth | None, always: set[str], never: set[str]
 ) -> Adjustment:
     """The fit with what its residuals ask for beyond the noise."""
+    certain = always & set(HAND)
     rows = groups_of(observed)
     solution = _fit(observed, weights, start, earth)
     headed = None if earth is None else headed_by_earth(observed, solution)
     if headed is not None:
         solution = _fit(observed, weights, headed, earth)
     pure = {name: group_of(solution, rows[name]) for name in GROUPS if name in rows}
-    beyond: dict[str, float] = {}
-    dof: dict[str, float] = {}
+    sizes = Sizes()
     shapes = _shapes(observed, weights, solution, rows)
     wanted = (_wanted(pure) | always) - never
     for _ in range(ROUNDS):
@@ -235,14 +255,15 @@ def _widened(
             observed, solution.state, linearise(observed, solution.state)
         )
         contrasts = Contrasts.of(noise, solution.residual, unknowns_of(observed, solution, earth))
-        beyond, dof = sizes_of(contrasts, {n: s for n, s in shapes.items() if n in wanted}, before)
+        sizes = sizes_of(contrasts, {n: s for n, s in shapes.items() if n in wanted}, before, certain)
+        beyond = sizes.values
         pure = {n: contrasts.group(rows[n], _sum(shapes, beyond, but=n)) for n in pure}
         if set(beyond) == set(before) and all(abs(v - before[n]) < 0.05 * v for n, v in beyond.items()):
             break
         weights = weights.with_beyond(beyond)
         solution = _fit(observed, weights, solution.state, earth)
         shapes = _shapes(observed, weights, solution, rows)
-        wanted = set(beyond) | (set(HAND) & always) | (_wanted(pure) - wanted - never)
+        wanted = set(beyond) | certain | (_wanted(pure) - wanted - never)
     return Adjustment(
         observed=observed,
         solution=solution,
@@ -251,8 +272,7 @@ def _widened(
         pure=pure,
         kinds={},
         shapes=shapes,
-        beyond=dict(weights.beyond),
-        beyond_dof=dof,
+        sizes=replace(sizes, values={n: weights.beyond[n] for n in sizes.values}),
         dof=np.zeros(0),
         earth=None,
     )
@@ -303,7 +323,7 @@ def _finished(fit: Adjustment, earth: Earth | None) -> Adjustment:
         fit,
         solution=solution,
         kinds={name: shift(solution, rows) for name, rows in fit.rows.items()},
-        dof=parameter_dof(solution, fit.shapes, fit.beyond, fit.beyond_dof),
+        dof=parameter_dof(solution, fit.shapes, fit.sizes),
         earth=seen,
     )
 

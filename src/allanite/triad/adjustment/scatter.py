@@ -18,8 +18,8 @@ References
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import dataclass
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,10 +31,12 @@ __all__ = [
     "Contrasts",
     "Deletion",
     "Group",
+    "Sizes",
     "deletion",
     "f_tail",
     "group_of",
     "parameter_dof",
+    "satterthwaite",
     "shift",
     "sizes_of",
 ]
@@ -129,10 +131,34 @@ class Contrasts:
         return _group(part.T @ inverse @ part, noise[np.ix_(rows, rows)], part.T @ (inverse @ self.seen))
 
 
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Sizes:
+    """What is there beyond the noise.
+
+    Attributes
+    ----------
+    values : dict of str to float
+        Standard deviations, of unit `shapes`.
+    spread : ndarray, shape (k, k)
+        Covariance of the logarithms of their squares, in the order of `values`.
+    """
+
+    values: dict[str, float] = field(default_factory=dict)
+    spread: Array = field(default_factory=lambda: np.zeros((0, 0)))
+
+    @property
+    def dof(self) -> dict[str, float]:
+        """Degrees of freedom of the squares."""
+        return {n: 2 / float(v) for n, v in zip(self.values, np.diag(self.spread), strict=True) if v > 0}
+
+
 def sizes_of(
-    contrasts: Contrasts, shapes: Mapping[str, Array], before: Mapping[str, float]
-) -> tuple[dict[str, float], dict[str, float]]:
-    """Sizes of what is there beyond the noise, and the degrees of freedom of their squares.
+    contrasts: Contrasts,
+    shapes: Mapping[str, Array],
+    before: Mapping[str, float],
+    certain: Collection[str] = (),
+) -> Sizes:
+    """Sizes of what is there beyond the noise.
 
     Parameters
     ----------
@@ -141,28 +167,33 @@ def sizes_of(
         Covariances of unit size; what comes out as nothing is left out of the answer.
     before : mapping of str to float
         Sizes to start from.
+    certain : collection of str
+        What is there however small it comes out: few contrasts often say nothing, which is no more certain than
+        anything else that they say.
     """
     names = list(shapes)
     if not names or not len(contrasts.seen):
-        return {}, {}
+        return Sizes()
     parts = [contrasts.of_shape(shapes[n]) for n in names]
     # in units of what would double the noise of a contrast
     unit = np.array([len(p) / float(np.trace(p)) for p in parts])
     parts = [u * p for u, p in zip(unit, parts, strict=True)]
     chi2 = float(contrasts.seen @ contrasts.seen) / len(contrasts.seen)
     x = np.array([before.get(n, 0.0) ** 2 / u or max(chi2, 1.0) for n, u in zip(names, unit, strict=True)])
+    least = np.array([NOTHING if n in certain else NOTHING**2 for n in names])
     slope, curve = _scores(contrasts, parts, x)
     for turn in range(ROUNDS):
         # first by what is found over what is expected, then by scoring, both in the logarithm
         step = slope[1] if turn < WARM else np.linalg.solve(curve + 1e-9 * np.eye(len(x)), slope[0])
-        x = np.maximum(x * np.exp(np.clip(step, -STRIDE, STRIDE)), NOTHING**2)
+        x = np.maximum(x * np.exp(np.clip(step, -STRIDE, STRIDE)), least)
         slope, curve = _scores(contrasts, parts, x)
-        if np.all((np.abs(step) < SETTLED) | (x < NOTHING)):
+        if np.all((np.abs(step) < SETTLED) | (x <= NOTHING)):
             break
     kept = [k for k in range(len(names)) if x[k] >= NOTHING]
-    spread = np.diag(np.linalg.pinv(curve[np.ix_(kept, kept)]))  # of the logarithms of the variances
-    sizes = {names[k]: math.sqrt(float(x[k] * unit[k])) for k in kept}
-    return sizes, {names[k]: max(2 / float(v), 1.0) for k, v in zip(kept, spread, strict=True) if v > 0}
+    return Sizes(
+        values={names[k]: math.sqrt(float(x[k] * unit[k])) for k in kept},
+        spread=np.asarray(np.linalg.pinv(curve[np.ix_(kept, kept)], hermitian=True)),
+    )
 
 
 def _scores(contrasts: Contrasts, parts: list[Array], x: Array) -> tuple[tuple[Array, Array], Array]:
@@ -178,15 +209,26 @@ def _scores(contrasts: Contrasts, parts: list[Array], x: Array) -> tuple[tuple[A
     return (0.5 * (found - expected) * x, ratio), 0.5 * curve * np.outer(x, x)
 
 
-def parameter_dof(
-    solution: Solution, shapes: Mapping[str, Array], size: Mapping[str, float], dof: Mapping[str, float]
-) -> Array:
-    """Degrees of freedom of the variance of each parameter [2], infinite where nothing beyond the noise was found."""
-    variance = np.diag(solution.covariance)
-    uncertain = np.zeros(len(variance))
-    for name, value in size.items():
-        part = np.einsum("ki,ij,kj->k", solution.gain, shapes[name], solution.gain) * value**2
-        uncertain += part**2 / dof[name]
+def parameter_dof(solution: Solution, shapes: Mapping[str, Array], sizes: Sizes) -> Array:
+    """Degrees of freedom of the variance of each parameter, infinite where nothing beyond the noise was found."""
+    gain = solution.gain
+    parts = [np.einsum("ki,ij,kj->k", gain, shapes[n], gain) * v**2 for n, v in sizes.values.items()]
+    return satterthwaite(np.diag(solution.covariance), np.array(parts).reshape(-1, len(gain)), sizes.spread)
+
+
+def satterthwaite(variance: Array, parts: Array, spread: Array) -> Array:
+    """Degrees of freedom of sums of variances [2].
+
+    Parameters
+    ----------
+    variance : ndarray, shape (n,)
+        The sums.
+    parts : ndarray, shape (k, n)
+        The addends that are estimates; the others are known.
+    spread : ndarray, shape (k, k)
+        Covariance of their logarithms.
+    """
+    uncertain = np.einsum("in,ij,jn->n", parts, spread, parts) / 2
     with np.errstate(divide="ignore"):
         return np.asarray(np.where(uncertain > 0, variance**2 / uncertain, math.inf))
 
