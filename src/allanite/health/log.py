@@ -234,6 +234,7 @@ def text(recording: Recording) -> Iterator[Finding]:
             count=ragged,
         )
     yield from _sentences(notes)
+    yield from _labels(notes)
     yield from _suffixes(notes)
     empty = int(_number(notes, "missing_cells"))
     if empty:
@@ -299,6 +300,36 @@ def _sentences(notes: Notes) -> Iterator[Finding]:
         spans=_spans(rows),
         count=failed + stray,
     )
+
+
+def _labels(notes: Notes) -> Iterator[Finding]:
+    """Lines of labeled values that break with the others."""
+    damaged, stray = int(_number(notes, "labels_damaged")), int(_number(notes, "labels_stray"))
+    lacking, absent = int(_number(notes, "labels_lacking")), notes.get("labels_absent") or {}
+    unknown, rows = notes.get("labels_unknown") or {}, _rows(notes, "failed_rows")
+    said = []
+    if damaged:
+        first = ", ".join(map(str, rows))
+        said.append(f"{plural(damaged, 'damaged line')} read as missing samples; first rows: {first}")
+    if stray:
+        said.append(f"{plural(stray, 'line')} without a label of the log left out")
+    if lacking:
+        said.append(f"{plural(lacking, 'line')} without a value of {_counted(absent)}: missing there")
+    if unknown:
+        said.append(f"labels left out, as they are rare: {_counted(unknown)}")
+    if said:
+        yield finding(
+            "labeled_lines",
+            "; ".join(said),
+            severity=Severity.WARNING if damaged or stray else Severity.INFO,
+            spans=_spans(rows) if damaged else [],
+            count=damaged + stray + lacking + sum(unknown.values()),
+        )
+
+
+def _counted(names: Mapping[str, int]) -> str:
+    shown = [f"{name} ({count})" for name, count in list(names.items())[:PLACES]]
+    return ", ".join(shown) + (f" and {len(names) - PLACES} more" if len(names) > PLACES else "")
 
 
 def words(recording: Recording, surveys: Sequence[Survey]) -> Iterator[Finding]:

@@ -100,6 +100,15 @@ LOG: dict[str, Entry] = {
         done="read as missing samples; lines whose kind cannot be told are left out and counted",
         advice="lower the load of the serial line: fewer sentences, a higher baud rate, a shorter cable",
     ),
+    "labeled_lines": Entry(
+        group=_TEXT,
+        severity="info, warning",
+        means="lines of labeled values (gx=0.1 gy=0.2) that lack a label, break with the others, or hold none",
+        risk="without time stamps, a line that is left out, or is two halves, moves all later samples by one interval",
+        done="values go by their label; a missing one and those of a damaged line are missing samples; the rest is "
+        "left out and counted",
+        advice="log time stamps; lower the load of the serial line",
+    ),
     "cell_suffix": Entry(
         group=_TEXT,
         severity="info, warning",

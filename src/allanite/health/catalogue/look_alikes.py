@@ -367,6 +367,10 @@ LOOK_ALIKES: dict[str, tuple[str, str]] = {
         "sentences of another form",
         "only lines that state a checksum are held to it",
     ),
+    "labeled_lines": (
+        "messages of the logger between its samples",
+        "only lines with two or more of the log's labels are held to its form",
+    ),
     "cell_suffix": (
         "words; a second delimiter",
         "most cells of the column begin with a number",

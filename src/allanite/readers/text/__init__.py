@@ -23,6 +23,7 @@ from allanite.readers.stated_time import date_order, option_text
 from allanite.readers.text.cells import Cells
 from allanite.readers.text.dates import moments_column, unwrap_midnight
 from allanite.readers.text.dialect import Dialect, detect, split
+from allanite.readers.text.labels import Labels, find_labels
 from allanite.readers.text.preamble import facts_in, rate_in, unit_in
 from allanite.readers.text.row_kinds import ChosenKind, choose_kind, find_kinds
 from allanite.readers.text.sentences import Sentences, find_sentences
@@ -64,6 +65,17 @@ def read_stream(stream: TextStream, path: Path, options: Options) -> Table:
         sentences = find_sentences([*lines, *others], options.variable, path.name)
         if sentences is not None:
             others, lines = sentences.head(others), sentences.head(lines)
+        elif options.delimiter is None:
+            labels = find_labels(
+                lines,
+                others,
+                decimal=options.decimal,
+                variable=options.variable,
+                codec=stream.codec,
+                name=path.name,
+            )
+            if labels is not None:
+                return _labeled(labels, stream, path, options, lines)
         kinds = None if sentences is not None else find_kinds(lines, others)
         chosen = None
         if kinds is not None:
@@ -81,11 +93,7 @@ def read_stream(stream: TextStream, path: Path, options: Options) -> Table:
         if sentences is not None:
             dialect = _of_sentences(dialect, sentences)
         elif chosen is None:
-            keep = _identity([*lines[dialect.skip :], *others], dialect, options.variable, path.name)
-            if options.variable is not None and keep is None:
-                raise InputError(
-                    f"{path.name} is one table: variable={options.variable!r} has no meaning for it"
-                )
+            keep = _kept_rows([*lines[dialect.skip :], *others], dialect, options.variable, path.name)
         cells = Cells(dialect, path.name, stream.codec, keep, date_order(options.time))
         for piece, line in pieces(stream, dialect.skip, path.name):
             cells.feed(sentences.piece(piece) if sentences else piece, line)
@@ -94,6 +102,28 @@ def read_stream(stream: TextStream, path: Path, options: Options) -> Table:
     if sentences is not None:
         return _with_sums(table, sentences, cells)
     return table if chosen is None else _of_kind(table, chosen)
+
+
+def _labeled(labels: Labels, stream: TextStream, path: Path, options: Options, lines: list[str]) -> Table:
+    """The table of a text whose cells are labeled, with what became of its lines in the notes."""
+    dialect = labels.dialect
+    keep = None
+    if not labels.of_kinds:
+        keep = _kept_rows(labels.sample, dialect, options.variable, path.name)
+    cells = Cells(dialect, path.name, keep=keep, order=date_order(options.time))
+    for piece, line in pieces(stream, dialect.skip, path.name):
+        cells.feed(labels.piece(piece), line)
+    columns = cells.finish()
+    table = _table(path, stream, lines, dialect, cells, columns)
+    facts = {
+        "labels_damaged": labels.damaged,
+        "failed_rows": cells.damaged_rows,
+        "labels_stray": labels.stray,
+        "labels_lacking": labels.lacking,
+        "labels_absent": dict(labels.absent),
+        "labels_unknown": dict(labels.unknown),
+    }
+    return replace(table, text={**(table.text or {}), **facts})
 
 
 def _of_sentences(dialect: Dialect, sentences: Sentences) -> Dialect:
@@ -144,6 +174,14 @@ def _of_kind(table: Table, chosen: ChosenKind) -> Table:
         source={**table.source, "contents": chosen.contents},
         prefix=chosen.name,
     )
+
+
+def _kept_rows(lines: list[str], dialect: Dialect, variable: str | None, name: str) -> tuple[int, str] | None:
+    """Which rows are read, where a column names several sensors."""
+    keep = _identity(lines, dialect, variable, name)
+    if variable is not None and keep is None:
+        raise InputError(f"{name} is one table: variable={variable!r} has no meaning for it")
+    return keep
 
 
 def _identity(lines: list[str], dialect: Dialect, variable: str | None, name: str) -> tuple[int, str] | None:

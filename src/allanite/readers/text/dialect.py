@@ -22,14 +22,16 @@ from allanite.readers.text.dates import NUMBERS, date_format
 from allanite.readers.text.row_kinds import KindsOfRows, is_of_kind, word_at
 from allanite.readers.text.suffixes import NUMBER, split_suffix
 
-__all__ = ["COMMENT", "MISSING", "OVERLOAD", "Dialect", "detect", "kind_of", "split"]
+__all__ = ["COMMENT", "MISSING", "OVERLOAD", "Dialect", "column_kind", "detect", "kind_of", "split"]
 
 #: Cells that mean "no value", in lower case; the second set means that the instrument was overloaded.
 MISSING = frozenset(
     {"", "nan", "-nan", "+nan", "null", "na", "n/a", "#n/a", "none", "undefined", "-", "--", "nat", "inf", "+inf",
      "-inf", "infinity", "+infinity", "-infinity", "1.#inf", "-1.#inf", "1.#qnan", "-1.#ind"}
 )  # fmt: skip
-OVERLOAD = frozenset(["ovld", "+ovld", "-ovld", "ol", "+ol", "-ol", "overload", "ovfl", "overflow"])
+OVERLOAD = frozenset(
+    ["ovld", "+ovld", "-ovld", "ol", "+ol", "-ol", "overload", "ovfl", "overflow", "ovf", "-ovf"]
+)
 
 COMMENT = ("#", "%", "//", "!")
 _DELIMITERS = (",", ";", "\t", "|", " ")
@@ -129,7 +131,7 @@ def detect(
     rows = [row for row in rows if len(row) == vote.count]
     # In a short text the header is among the voters: a row without a number says nothing about the columns.
     rows = [row for row in rows if any(kind_of(c, vote.decimal) in "ifs" for c in row)]
-    kinds = [_column_kind([row[i] for row in rows], vote.decimal) for i in range(vote.count)]
+    kinds = [column_kind([row[i] for row in rows], vote.decimal) for i in range(vote.count)]
     if not any(k in ("i", "f") for k in kinds):
         raise _no_table(head, name)
     first = _first_row(head, record, kinds, vote, quoted, name)
@@ -194,7 +196,7 @@ def kind_of(cell: str, decimal: str) -> str:
     return "s" if split_suffix(cell, decimal) else "x"
 
 
-def _column_kind(cells: Sequence[str], decimal: str) -> str:
+def column_kind(cells: Sequence[str], decimal: str) -> str:
     kinds = Counter(kind_of(c, decimal) for c in cells)
     filled = sum(kinds.values()) - kinds["m"] - kinds["o"]
     if filled == 0:
