@@ -102,3 +102,61 @@ def test_a_t_in_degrees_is_a_temperature(head: str, cell: str, tmp_path: Path) -
     cells = [cell.format(20 + k % 7 / 10) for k in range(40)]
     got = read(table(tmp_path / "log.csv", cells, head=f"time [s],{head}"))
     assert [c.kind.value for c in got.channels] == ["temperature"]
+
+
+def beside(path: Path, rows: list[list[str]], gap: str = ",", head: str = "") -> Path:
+    path.write_text(
+        "\n".join([*filter(None, [head]), *(gap.join(row) for row in rows)]) + "\n", encoding="utf-8"
+    )
+    return path
+
+
+def test_a_unit_in_a_column_of_its_own(tmp_path: Path) -> None:
+    """Random units, delimiters, decimal commas, empty cells, headings: it is the unit of the number before it."""
+    for seed in range(60):
+        rng = np.random.default_rng([21, seed])
+        units = [str(u) for u in rng.choice([u for u in UNITS if u != "°/h"], size=int(rng.integers(1, 4)))]
+        gap = str(rng.choice([",", ";", "\t", " | ", " "]))
+        comma, stamped = gap != "," and rng.random() < 0.4, rng.random() < 0.5
+        edges = ("[", "]") if rng.random() < 0.2 else ("", "")
+        values = np.round(rng.normal(size=(60, len(units))), 3)
+        rows = []
+        for k, row in enumerate(values):
+            cells = [f"{k / 10:.1f}", "s"] if stamped else []
+            for value, unit in zip(row, units, strict=True):
+                cells += [f"{value:.3f}", unit.join(edges) if gap == " " or k % 9 else ""]
+            rows.append([c.replace(".", ",") if comma and c[:1] in "-0123456789" else c for c in cells])
+        names = [f"n{i},unit" for i in range(len(units))]
+        head = gap.join(
+            [*(["t", "unit"] if stamped else []), *(part for n in names for part in n.split(","))]
+        )
+        headed = rng.random() < 0.5
+        if len(rows[0]) == 2 and gap == " ":
+            continue  # one cell with a unit behind its number
+        path = beside(tmp_path / "log.txt", rows, gap, head if headed else "")
+        got = read(path) if stamped else read(path, rate=10.0)
+        assert got.rate == pytest.approx(10.0), seed
+        assert [c.kind.value for c in got.channels] == [UNITS[u] for u in units], seed
+        np.testing.assert_array_equal(
+            np.column_stack([got.values(n) for n in got.names]), values, err_msg=str(seed)
+        )
+        assert not any("words left out" in guess for guess in got.notes["text"]["guesses"]), seed
+        found = [f for f in check(got) if f.code == "cell_suffix"]
+        assert len(found) == len(units) + stamped, (seed, rows[0], [f.message for f in found])
+        assert all(f.severity is Severity.INFO for f in found)
+
+
+@pytest.mark.parametrize("row", [5, 39, 3990])
+def test_a_unit_that_changes_along_its_column_is_refused(row: int, tmp_path: Path) -> None:
+    rows = [[f"{k % 7}.5", "V", "24.1", "degC"] for k in range(4000)]
+    rows[row][1] = "mV"
+    with pytest.raises(FormatError, match=rf"'mV' \(first in line {row + 1}\).*one unit"):
+        read(beside(tmp_path / "log.txt", rows), rate=10.0)
+
+
+def test_words_beside_numbers_and_ranges_of_a_meter(tmp_path: Path) -> None:
+    rows = [[f"{k % 7}.5", "V"] for k in range(40)]
+    assert read(beside(tmp_path / "log.txt", rows, head="y,status"), rate=10.0).channels[0].unit == ""
+    rows = [[f"{k % 7}.5", "V" if k % 3 else "mV"] for k in range(40)]
+    with pytest.raises(FormatError, match=r"'mV'.*'V'.*one unit"):
+        read(beside(tmp_path / "log.txt", rows), rate=10.0)

@@ -15,7 +15,16 @@ from allanite.errors import InputError
 from allanite.printable import printable
 from allanite.units import Quantity, parse_unit
 
-__all__ = ["GROUPS", "Group", "Heading", "canonical_group", "is_unit", "may_be_time", "read_heading"]
+__all__ = [
+    "GROUPS",
+    "Group",
+    "Heading",
+    "canonical_group",
+    "is_unit",
+    "may_be_time",
+    "measures",
+    "read_heading",
+]
 
 Group = Literal["gyro", "acc", "temperature", "other", "time", "counter", "identity", ""]
 
@@ -201,24 +210,21 @@ def read_heading(text: str) -> Heading:
 
 def with_unit(heading: Heading, unit: str) -> Heading:
     """The heading with a unit; T in °C is a temperature, and no time."""
-    warm = heading.group == "time" and unit != "" and _measures(unit) is Quantity.TEMPERATURE
+    warm = heading.group == "time" and unit != "" and measures(unit) is Quantity.TEMPERATURE
     return replace(heading, unit=unit, group="temperature" if warm else heading.group)
 
 
-def _measures(unit: str) -> Quantity | None:
+def measures(unit: str) -> Quantity | None:
+    """What a unit measures, with or without brackets ("G" counts); None where it is none."""
     try:
-        return parse_unit(unit).quantity
+        return parse_unit(unit.strip().strip("[](){}<> "), tuple(Quantity)).quantity
     except InputError:
         return None
 
 
 def is_unit(text: str) -> bool:
-    """True if a cell of a units row is a unit, with or without brackets ("G" counts)."""
-    try:
-        parse_unit(text.strip().strip("[](){}<> "), tuple(Quantity))
-    except InputError:
-        return False
-    return True
+    """True if a cell of a units row is a unit."""
+    return measures(text) is not None
 
 
 def may_be_time(name: str) -> bool:

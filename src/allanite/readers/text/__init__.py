@@ -193,7 +193,8 @@ def _identity(lines: list[str], dialect: Dialect, variable: str | None, name: st
         named = read_heading(dialect.headings[column]).group == "identity"
         values = list(dict.fromkeys(r[column] for r in rows if r[column]))
         if (
-            not (kind == "x" or (kind == "i" and named))
+            column in dialect.unit_columns.values()
+            or not (kind == "x" or (kind == "i" and named))
             or not 2 <= len(values) <= 16
             or len(rows) < 3 * len(values)
         ):
@@ -244,8 +245,9 @@ def _table(
         time_units = {k - (k > at): v for k, v in time_units.items()}
         questions = {k - (k > at): v for k, v in questions.items()}
     of_kind = -1 if dialect.record is None else dialect.record[0] % len(dialect.kinds)
+    told = (of_kind, *dialect.unit_columns.values())
     words = [
-        headings[i] or f"column {i + 1}" for i, k in enumerate(dialect.kinds) if k == "x" and i != of_kind
+        headings[i] or f"column {i + 1}" for i, k in enumerate(dialect.kinds) if k == "x" and i not in told
     ]
     if words:
         guesses.append(f"columns of words left out: {', '.join(words)}")
@@ -307,7 +309,8 @@ def _words_beside(lines: list[str], dialect: Dialect) -> tuple[str, ...]:
     rows = [r for r in rows if len(r) == len(dialect.kinds)]
     names = [""] * len(dialect.kinds)
     for i, kind in enumerate(dialect.kinds[:-1]):
-        if kind == "x" and dialect.kinds[i + 1] in ("i", "f") and len({r[i] for r in rows}) == 1:
+        beside = i not in dialect.unit_columns.values()
+        if kind == "x" and beside and dialect.kinds[i + 1] in ("i", "f") and len({r[i] for r in rows}) == 1:
             names[i + 1] = rows[0][i]
     return tuple(names) if sum(map(bool, names)) > 1 else dialect.headings
 

@@ -63,7 +63,7 @@ class Cells:
     ragged : int
         Rows with a wrong number of cells; each is a row of missing samples. `ragged_rows` lists the first.
     suffixes : dict of column to Suffixes
-        What stands behind the numbers.
+        What stands behind the numbers, in their cells or in those of a column of units.
     damaged_rows : list of int
         The first rows of missing samples in place of sentences that failed their checksum.
     missing, overload : int
@@ -85,6 +85,7 @@ class Cells:
         self.used = [i for i, k in enumerate(self.kinds) if k not in ("x", "e")]
         comma = dialect.decimal == ","
         self.dates = {i: DateColumn(order, comma) for i, k in enumerate(self.kinds) if k == NUMBERS}
+        self.unit_columns = dialect.unit_columns
         self.growing = [GrowingColumn(beside=len(self.used)) for _ in self.used]
         self.rows = self.missing = self.overload = self.ragged = 0
         self.ragged_rows: list[int] = []
@@ -164,7 +165,8 @@ class Cells:
         if not piece or piece.isspace():
             return [np.zeros(0, dtype=np.int64) for _ in self.used]
         names = [str(i) for i in range(len(self.kinds))]
-        wanted = [*self.used, *([self.keep[0]] if self.keep and self.keep[0] not in self.used else [])]
+        beside = [*([self.keep[0]] if self.keep else []), *self.unit_columns.values()]
+        wanted = [*self.used, *(i for i in dict.fromkeys(beside) if i not in self.used)]
         types = {str(i): self._type(i) for i in wanted}
         delimiter = self.dialect.delimiter or ("\t" if self.dialect.decimal == "," else ",")
         try:
@@ -184,11 +186,15 @@ class Cells:
                     decimal_point=self.dialect.decimal,
                 ),
             )
+            units = {i: self._units_of(table, i) for i in self.unit_columns}
             columns = [self._converted(table.column(str(i)), i) for i in self.used]
         except (pa.ArrowInvalid, ValueError):
             return None
         if any(c.dtype.kind == "f" and np.isinf(c).any() for c in columns):
             return None  # a number too large: named by the slow path
+        for i, counts in units.items():
+            for unit, count in counts.items():
+                self._note_suffix(i, unit, count, 0)
         self._count_missing(table, piece)
         return self._kept(columns, table)
 
@@ -211,7 +217,7 @@ class Cells:
     def _type(self, column: int) -> pa.DataType:
         import pyarrow as pa
 
-        if column in self.suffixes:
+        if column in self.suffixes and column not in self.unit_columns:
             return pa.string()
         return {"i": pa.int64(), "f": pa.float64()}.get(self.kinds[column], pa.string())
 
@@ -219,7 +225,7 @@ class Cells:
         import pyarrow as pa
 
         kind = self.kinds[i]
-        if i in self.suffixes:
+        if i in self.suffixes and i not in self.unit_columns:
             return self._without_suffix(column, i)
         if kind in ("i", "f"):
             return np.asarray(column.to_numpy())
@@ -260,6 +266,19 @@ class Cells:
             self._note_suffix(i, suffix, n, 0)
         return values
 
+    def _units_of(self, table: pa.Table, column: int) -> dict[str, int]:
+        """Units beside the numbers of a column; a ValueError sends a piece with a new one cell by cell."""
+        cells = table.column(str(self.unit_columns[column]))
+        if self.keep is not None:
+            from pyarrow import compute
+
+            cells = cells.filter(compute.equal(table.column(str(self.keep[0])), self.keep[1]))
+        found = ((_bare(str(c["values"])), c["counts"].as_py()) for c in cells.value_counts())
+        counts = {unit: count for unit, count in found if unit}
+        if not counts.keys() <= self.suffixes.get(column, {}).keys():
+            raise ValueError("a unit for the first time")
+        return counts
+
     def _note_suffix(self, column: int, suffix: str, count: int, line: int) -> None:
         seen = self.suffixes.setdefault(column, {})
         before, first = seen.get(suffix, (0, line))
@@ -296,6 +315,9 @@ class Cells:
                 rows.append([None] * len(self.used))
             elif self.keep is None or cells[self.keep[0]] == self.keep[1]:
                 rows.append([self._value(cells[i], i, number) for i in self.used])
+                for i, beside in self.unit_columns.items():
+                    if unit := _bare(cells[beside]):
+                        self._note_suffix(i, unit, 1, number)
         return [_column([row[k] for row in rows], self.kinds[i]) for k, i in enumerate(self.used)]
 
     def _lines(self, piece: bytes, line: int) -> Iterator[tuple[int, list[str]]]:
@@ -353,6 +375,12 @@ class Cells:
     def _label(self, column: int) -> str:
         heading = self.dialect.headings[column]
         return f"column {column + 1}" + (f" ({heading})" if heading else "")
+
+
+def _bare(unit: str) -> str:
+    """The text of a cell of units; "" where it holds none."""
+    bare = unit.strip().strip("[](){}<> ")
+    return "" if bare.lower() in MISSING else bare
 
 
 def _shown(cell: str) -> str:

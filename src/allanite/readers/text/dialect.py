@@ -11,16 +11,16 @@ from __future__ import annotations
 import csv
 import re
 from collections import Counter
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 from allanite.errors import FormatError, InputError
 from allanite.limits import COLUMNS, refuse_more
 from allanite.readers.curve_shape import names_averaging_times
-from allanite.readers.headings import is_unit, read_heading
+from allanite.readers.headings import is_unit, measures, read_heading
 from allanite.readers.text.dates import NUMBERS, date_format
 from allanite.readers.text.row_kinds import KindsOfRows, is_of_kind, word_at
-from allanite.readers.text.suffixes import NUMBER, split_suffix
+from allanite.readers.text.suffixes import NUMBER, like_a_unit, split_suffix
 
 __all__ = ["COMMENT", "MISSING", "OVERLOAD", "Dialect", "column_kind", "detect", "kind_of", "split"]
 
@@ -43,8 +43,12 @@ _POINT, _COMMA = re.compile(NUMBER["."]), re.compile(NUMBER[","])
 _NAME = re.compile(r"[^\W\d_][\w.°µ²√/-]*(?: [\w.-]+){0,2}(?:\s*[\[(][^\[\]()]*(?:\([^()]*\))?[\])])?")
 _HEXADECIMAL = re.compile(r"(?:0[xX])?(?:[0-9A-Fa-f]{2}){1,128}")
 _BETWEEN = re.compile(r"[,;\s]+")
+#: Headings of columns that hold units.
+_NAMES_UNITS = re.compile(r"unit|einheit|unit[eé]|unidad|\buom\b|dimension", re.IGNORECASE)
 #: Different marks behind the numbers of a column; more are words that begin with digits.
 _MARKS = 3
+#: Different units in a column of units: a meter that changes its range is refused, by name.
+_RANGES = 8
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -68,6 +72,8 @@ class Dialect:
         The header as it stands there (it may be repeated further down), and the other lines before the data.
     record : tuple of int and str, or None
         Only lines with this word in this column are data.
+    unit_columns : mapping of int to int
+        Column of numbers -> the column behind it, in which the unit stands in each row.
     guesses : tuple of str
     """
 
@@ -81,6 +87,7 @@ class Dialect:
     header_lines: tuple[str, ...]
     preamble: tuple[str, ...]
     record: tuple[int, str] | None = None
+    unit_columns: Mapping[int, int] = field(default_factory=dict)
     guesses: tuple[str, ...] = ()
 
 
@@ -152,6 +159,7 @@ def detect(
         header_lines=tuple(h.line for h in header),
         preamble=(*preamble, *head[first:skip]),
         record=record,
+        unit_columns=_unit_columns(rows, kinds, headings),
         guesses=tuple(guesses),
     )
 
@@ -216,6 +224,23 @@ def _of_few_marks(cells: Sequence[str], decimal: str) -> bool:
     parts = [part for part in (split_suffix(cell, decimal) for cell in cells) if part is not None]
     marks = {mark for _, mark in parts}
     return len(marks) <= _MARKS and (len({n for n, _ in parts}) > 1 or all(is_unit(m) for m in marks))
+
+
+def _unit_columns(rows: Sequence[Sequence[str]], kinds: list[str], headings: Sequence[str]) -> dict[int, int]:
+    """Columns of words that hold the unit of the number before: 0.12 deg/s 24.1 °C; V and mV in turn are units, too."""
+    found: dict[int, int] = {}
+    for i in range(1, len(kinds)):
+        if (
+            kinds[i] != "x"
+            or kinds[i - 1] not in ("i", "f")
+            or (headings[i] and not _NAMES_UNITS.search(headings[i]))
+        ):
+            continue
+        words = {row[i] for row in rows} - {""}
+        if 1 <= len(words) <= _RANGES and None not in (classes := {measures(word) for word in words}):
+            found |= {i - 1: i} if len(classes) == 1 else {}
+    named = kinds[-1] in ("i", "f") and kinds.count("x") > len(found) and not any(headings)
+    return {} if named else found  # T,24.1,V,1.5: the words are names of the numbers behind them
 
 
 def _is_comment(line: str) -> bool:
@@ -305,12 +330,21 @@ def _score(lines: Sequence[str], delimiter: str, decimal: str, name: str) -> _Vo
     count = max(counts, key=lambda c: (counts[c], c))
     refuse_more(count, COLUMNS, "columns", name, "Write those that are needed to a file of their own")
     fitting = [row for row in rows if len(row) == count]
-    kinds = [[kind_of(c, decimal) for c in row] for row in fitting]
+    kinds = [_kinds_of(row, decimal) for row in fitting]
     useful = [k for k in kinds if not {"i", "f", "s"}.isdisjoint(k)]
     if not useful:
         return None
-    numbers = sum(sum(x in "ifmods" for x in k) / count for k in useful) / len(useful)
+    numbers = sum(sum(x in "ifmodsu" for x in k) / count for k in useful) / len(useful)
     return _Vote(delimiter, decimal, count, numbers * len(useful) / len(rows))
+
+
+def _kinds_of(row: Sequence[str], decimal: str) -> list[str]:
+    """Kinds of the cells of a row; u for a unit behind its number."""
+    kinds = [kind_of(c, decimal) for c in row]
+    for i in range(1, len(kinds)):
+        if kinds[i] == "x" and kinds[i - 1] in "if" and like_a_unit(row[i]):
+            kinds[i] = "u"
+    return kinds
 
 
 def _one_number(lines: Sequence[str], head: Sequence[str]) -> bool:

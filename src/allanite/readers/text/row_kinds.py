@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from typing import Final
@@ -17,7 +17,7 @@ import numpy as np
 
 from allanite.errors import InputError
 from allanite.readers.contents import Part, choose_part, listed
-from allanite.readers.headings import read_heading
+from allanite.readers.headings import measures, read_heading
 from allanite.readers.stamps import StampTable, choose_time
 from allanite.readers.text.streams import TextStream
 from allanite.recording import ArrayColumn
@@ -122,9 +122,16 @@ def find_kinds(head: Sequence[str], rest: Sequence[str]) -> KindsOfRows | None:
         often = sum(count for count in kinds.values() if count > 1)  # a rare kind may be met once
         if often < _SHARE * len(lines) or not 2 <= len(kinds) <= _MOST_KINDS:
             continue
+        if column and _are_units(kinds):
+            continue  # of the numbers before them
         if column in (0, 1) or any(_SENSORS.search(kind) for kind in kinds):
             return KindsOfRows(column, tuple(kinds))
     return None
+
+
+def _are_units(kinds: Iterable[str]) -> bool:
+    classes = {measures(kind) for kind in kinds}
+    return len(classes) == 1 and None not in classes
 
 
 def choose_kind(

@@ -15,7 +15,7 @@ from typing import Final
 from allanite.errors import FormatError
 from allanite.readers.headings import is_unit
 
-__all__ = ["NUMBER", "Suffixes", "split_suffix", "unit_behind"]
+__all__ = ["NUMBER", "Suffixes", "like_a_unit", "split_suffix", "unit_behind"]
 
 #: A number with a decimal point or a decimal comma.
 NUMBER: Final = {
@@ -43,11 +43,12 @@ def split_suffix(cell: str, decimal: str) -> tuple[str, str] | None:
     number, suffix = match["number"], match["suffix"].rstrip()
     if number.isdigit() and not match["gap"] and _HEXADECIMAL.fullmatch(suffix) and suffix != "C":
         return None
-    return (number, suffix) if _MARK.fullmatch(suffix) or _is_unit(suffix) else None
+    return (number, suffix) if _MARK.fullmatch(suffix) or like_a_unit(suffix) else None
 
 
 @lru_cache(maxsize=4096)
-def _is_unit(suffix: str) -> bool:
+def like_a_unit(suffix: str) -> bool:
+    """True for a unit that may follow a number."""
     return _LIKE_A_UNIT.fullmatch(suffix) is not None and is_unit(suffix)
 
 
@@ -68,7 +69,7 @@ def unit_behind(suffixes: Mapping[str, tuple[int, int]], stated: str, where: str
     FormatError
         Two units, a letter that multiplies, or another unit than the heading's.
     """
-    units = [s for s in suffixes if _is_unit(s)]
+    units = [s for s in suffixes if like_a_unit(s)]
     factors = [s for s in suffixes if s in _FACTORS]
     lines = {s: f"{s!r} (first in line {line})" for s, (_, line) in suffixes.items()}
     if factors or (units and len(suffixes) > 1):
