@@ -9,13 +9,15 @@ from __future__ import annotations
 import math
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import InputError
 from allanite.readers.headings import Heading, may_be_time
+from allanite.readers.row_intervals import holds_increments, interval_unit, is_period, running_sum
+from allanite.readers.stamp_parts import find_parts, is_fraction
 from allanite.readers.stamp_units import EPOCH, FACTORS, Steps, Told, candidates, tell
 from allanite.readers.stated_time import NO_TIME, StatedTime, option_text, parse_step, stated_time
 from allanite.readers.timebase import Stamps
@@ -162,21 +164,40 @@ def choose_time(table: StampTable, said: str | None = None) -> TimeChoice | None
     """
     if not table.columns or len(table.columns[0]) == 0:
         return None
-    headings, columns = table.headings, table.columns
     if said is not None and said.strip().lower() == NO_TIME:
         return None
+    stated = None if said is None else stated_time(said, table.raw, table.numbers, table.file)
+    intervals = _intervals(table)
+    if stated is not None and stated.place in intervals:
+        return _running(table, stated.place, intervals, stated)
+    time = _stamped(table, stated, intervals)
+    if time is not None:
+        return _beside_intervals(table, time, intervals)
+    if intervals:
+        return _running(table, min(intervals, key=lambda i: is_period(table.raw[i])), intervals, None)
+    found = _without_name(table)
+    if found is None:
+        return None
+    guesses = [f"column {table.numbers[found]} has no name but rises evenly: read as time"]
+    return _single(table, found, (found,), guesses)
+
+
+def _stamped(table: StampTable, stated: StatedTime | None, intervals: Mapping[int, str]) -> TimeChoice | None:
+    """The time in columns that are named as such."""
+    headings, columns = table.headings, table.columns
     named = [i for i, h in enumerate(headings) if h.group == "time" or i in table.known_units]
-    pair = _pair(headings, columns, named)
-    if said is not None:
-        stated = stated_time(said, table.raw, table.numbers, table.file)
-        if pair is not None and stated.place in pair.used and not stated.unit:
-            return pair
+    named = [i for i in named if i not in intervals]
+    several = _of_parts(table, named) or _pair(table, named)
+    if stated is not None:
+        if several is not None and stated.place in several.used and not stated.unit:
+            return several
         return _single(table, stated.place, (*{*named, stated.place},), [], stated)
-    if pair is not None:
-        return pair
+    if several is not None:
+        return several
     rising = [i for i in named if rises(columns[i])]
     if not rising:
-        rising = [i for i, h in enumerate(headings) if may_be_time(h.name) and only_grows(columns[i])]
+        maybe = [i for i, h in enumerate(headings) if may_be_time(h.name) and i not in intervals]
+        rising = [i for i in maybe if only_grows(columns[i])]
         named += [i for i in rising if i not in named]
     guesses: list[str] = []
     if rising:
@@ -189,12 +210,80 @@ def choose_time(table: StampTable, said: str | None = None) -> TimeChoice | None
     elif named and not _could_be_temperature(headings, named):
         chosen = named[0]  # not in order: the time grid refuses it with its rows
     else:
-        found = _without_name(table)
-        if found is None:
-            return None
-        chosen, named = found, [found]
-        guesses.append(f"column {table.numbers[chosen]} has no name but rises evenly: read as time")
+        return None
     return _single(table, chosen, tuple(named), guesses)
+
+
+def _intervals(table: StampTable) -> dict[int, str]:
+    """Columns of the time since the row before, with their units; one that only grows is a clock."""
+    units = {i: interval_unit(text) for i, text in enumerate(table.raw)}
+    return {
+        i: unit
+        for i, unit in units.items()
+        if unit is not None
+        and i not in table.known_units
+        and not only_grows(table.columns[i])
+        and all((part[1:][np.isfinite(part[1:])] >= 0).all() for part in _look(table.columns[i]))
+    }
+
+
+def _running(
+    table: StampTable, chosen: int, intervals: Mapping[int, str], stated: StatedTime | None
+) -> TimeChoice:
+    """Time as the running sum of a column of intervals."""
+    column, label = table.columns[chosen], table.label(chosen)
+    unit, factor = _stated(intervals[chosen])
+    guesses = [f"column {label} is the interval since the row before: time is its running sum"]
+    if stated is not None and stated.factor is not None:
+        unit, factor = stated.unit, stated.factor
+    elif not unit:
+        steps = Steps.of(np.concatenate([part[1:] + column.origin for part in _look(column)]))
+        told = None if steps is None else tell(steps, 0.0, table.nominal, table.inertial)
+        if steps is not None and told is None and not table.rate_said:
+            raise _which_unit(table, chosen, steps, 0.0, ticks=False)
+        unit, factor = (told.unit, told.factor) if told else ("s", 1.0)
+        guesses.append(f"column {label}: no unit given, read as {unit}")
+    if table.rate_said:
+        sums: Column = column  # set aside
+    else:
+        sums = running_sum(column, label, table.file)
+    return TimeChoice(
+        stamps=_Scaled(sums, factor, 0.0),
+        source=f"sum of {table.headings[chosen].name or f'column {table.numbers[chosen]}'}",
+        unit=unit,
+        start=None,
+        used=()
+        if holds_increments(table.raw)
+        else tuple(i for i in intervals if i == chosen or not is_period(table.raw[i])),
+        first_ns=0,
+        guesses=tuple(guesses),
+    )
+
+
+def _beside_intervals(table: StampTable, time: TimeChoice, intervals: Mapping[int, str]) -> TimeChoice:
+    """The time of a table without the columns that repeat its intervals."""
+    left, said = [], []
+    for i, unit in {} if holds_increments(table.raw) else intervals.items():
+        steps = np.concatenate([part[1:] for part in _look(table.columns[i])]) + table.columns[i].origin
+        typical = _typical(steps) * _stated(unit)[1]
+        span = _typical(np.concatenate([np.diff(part) for part in _look(time.stamps)]))
+        scales = (1.0,) if unit else (1.0, 1e-3, 1e-6, 1e-9)
+        agrees = any(abs(typical * scale - span) <= 0.05 * span for scale in scales)
+        if not agrees and is_period(table.raw[i]):
+            continue
+        left.append(i)
+        why = (
+            "repeats the steps of the time stamps"
+            if agrees
+            else "does not agree with the steps of the time stamps"
+        )
+        said.append(f"column {table.label(i)}, the interval since the row before, {why}: left out")
+    return replace(time, used=(*time.used, *left), guesses=(*time.guesses, *said))
+
+
+def _typical(steps: NDArray[np.float64]) -> float:
+    steps = steps[np.isfinite(steps) & (steps > 0)]
+    return float(np.median(steps)) if len(steps) else 0.0
 
 
 def growing(table: StampTable) -> list[int]:
@@ -330,8 +419,9 @@ def _stated(unit: str) -> tuple[str, float]:
 # -- two columns -------------------------------------------------------------------------------------------
 
 
-def _pair(headings: Sequence[Heading], columns: Sequence[Column], named: list[int]) -> TimeChoice | None:
-    """Seconds with nanoseconds, or GPS week with seconds of the week."""
+def _pair(table: StampTable, named: list[int]) -> TimeChoice | None:
+    """Whole seconds with what is finer, or GPS week with seconds of the week."""
+    headings, columns = table.headings, table.columns
     words = {i: headings[i].name.lower() for i in named}
     week = next((i for i in named if "week" in words[i]), None)
     within = next((i for i in named if i != week and "week" not in words[i]), None)
@@ -339,15 +429,63 @@ def _pair(headings: Sequence[Heading], columns: Sequence[Column], named: list[in
         unit, factor = _stated(headings[within].unit)
         factor = factor if unit else _of_week(columns[within])[1]
         return _sum(columns, headings, (week, _WEEK), (within, factor), named, "gps week + s", None)
-    fractions = [i for i in named if headings[i].unit == "ns" and not rises(columns[i])]
-    seconds = [i for i in named if i not in fractions and rises(columns[i])]
-    if fractions and seconds and float(np.nanmax(_look(columns[fractions[0]])[0])) < 1e9:
-        s = seconds[0]
-        first = _first_finite(columns[s]) + columns[s].origin
-        start = round(first) * 10**9 + round(_first_finite(columns[fractions[0]]))
-        absolute = start if EPOCH[0] <= first <= EPOCH[1] else None
-        return _sum(columns, headings, (s, 1.0), (fractions[0], 1e-9), named, "s + ns", absolute)
+    for fine in named:
+        unit, factor = _stated(headings[fine].unit)
+        if unit not in ("ms", "us", "ns") or fine in table.known_units:
+            continue
+        for coarse in named:
+            seconds = _whole_seconds(table, coarse) if coarse != fine else None
+            if seconds is None or not is_fraction(_look(columns[coarse]), _look(columns[fine]), factor):
+                continue
+            if coarse in table.questions:
+                raise InputError(table.questions[coarse])
+            first = (_first_finite(columns[coarse]) + columns[coarse].origin) * seconds
+            start = round(first) * 10**9 + round(_first_finite(columns[fine]) * factor * 1e9)
+            absolute = start if EPOCH[0] <= first <= EPOCH[1] else None
+            unit = f"{table.known_units.get(coarse, 's')} + {unit}"
+            return _sum(columns, headings, (coarse, seconds), (fine, factor), named, unit, absolute)
     return None
+
+
+def _whole_seconds(table: StampTable, place: int) -> float | None:
+    """Seconds in a unit of a column that rises by whole seconds; None for another one."""
+    column = table.columns[place]
+    dated = place in table.known_units
+    if not dated and table.headings[place].unit not in ("", "s"):
+        return None
+    second = 1e9 if dated else 1.0
+    values = np.concatenate([part[np.isfinite(part)] for part in _look(column)])
+    if not rises(column) and (np.diff(values) != 0).any():
+        return None
+    return (
+        1.0 / second
+        if len(values) and ((values % second + column.origin % second) % second == 0).all()
+        else None
+    )
+
+
+def _of_parts(table: StampTable, named: list[int]) -> TimeChoice | None:
+    """Time in the parts of a date; None where another column that rises is as good."""
+    columns = table.columns
+    parts = find_parts(
+        table.raw, columns, lambda i: [part + columns[i].origin for part in _look(columns[i])], table.file
+    )
+    if parts is None or any(rises(columns[i]) for i in named if i not in parts.places):
+        return None
+    turned = None if parts.turn is None else unwrapped(parts.column, 1.0, parts.turn)
+    column = parts.column if turned is None else turned.column
+    names = [table.headings[i].name for i in parts.places]
+    first = _first_finite(column)
+    since = round(first * 1e9) + (parts.epoch or 0) * 10**9
+    return TimeChoice(
+        stamps=_Scaled(column, 1.0, first),
+        source=" + ".join(names),
+        unit="s",
+        start=None if parts.epoch is None else since,
+        used=tuple({*named, *parts.places}),
+        first_ns=since,
+        guesses=() if turned is None else (f"{names[0]} begins anew, {turned.times} times: unwrapped",),
+    )
 
 
 def _sum(
@@ -370,7 +508,7 @@ def _sum(
 # -- the look of a column ----------------------------------------------------------------------------------
 
 
-def _look(column: Column) -> list[NDArray[np.float64]]:
+def _look(column: Column | Stamps) -> list[NDArray[np.float64]]:
     """Values at the beginning, in the middle and at the end."""
     n = len(column)
     starts = sorted({0, max((n - _LOOK) // 2, 0), max(n - _LOOK, 0)})
