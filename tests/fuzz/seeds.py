@@ -114,6 +114,32 @@ def _european(path: Path) -> None:
     path.write_text("Datum;n;wx [°/s]\n" + "\n".join(lines) + "\n", encoding="cp1252")
 
 
+def _labels(path: Path) -> None:
+    rows = (
+        f"T:{10 * k} GX:{x:.3f} GY[g]:{y:.3f} C: {z:.1f} C"
+        for k, (x, y, z) in enumerate(_samples()[0].tolist())
+    )
+    path.write_text("\n".join(["ready", *rows]) + "\n", encoding="utf-8")
+
+
+def _objects(path: Path) -> None:
+    rows = (
+        json.dumps({"t": k / 100, "gyro": {"x": x}, "acc": [y, z]})
+        for k, (x, y, z) in enumerate(_samples()[0].tolist())
+    )
+    path.write_text("\n".join(rows) + "\n", encoding="utf-8")
+
+
+def _parts(path: Path) -> None:
+    rows = (
+        f"2024,2,{28 + k // 40},{k % 24},59,{k % 60},{k * 16},{v[0]:.3f},V"
+        for k, v in enumerate(_samples()[0].tolist())
+    )
+    path.write_text(
+        "year,month,day,hour,minute,second,ms,wx,unit\n" + "\n".join(rows) + "\n", encoding="utf-8"
+    )
+
+
 def _sentences(path: Path) -> None:
     bodies = [f"VNGYR,{x:+.5f},{y:+.5f},{z:+.5f}".encode() for x, y, z in _samples()[0]]
     bodies[10] = b"GPZDA,101010,01,02,2024,00,00"
@@ -401,6 +427,9 @@ FORMATS: Final[dict[str, Format]] = {
     "text": Format(file="a.csv", write=_csv, samples="text/fault0*"),
     "text, European": Format(file="b.csv", write=_european),
     "text, sentences": Format(file="c.txt", write=_sentences, options={"rate": 100.0, "variable": "VNGYR"}),
+    "text, labels": Format(file="d.txt", write=_labels, samples="text/cells_*"),
+    "text, objects": Format(file="e.json", write=_objects),
+    "text, parts of a date": Format(file="f.csv", write=_parts),
     "text, packed": Format(file="a.csv.gz", write=_packed),
     "Parquet": Format(file="a.parquet", write=_arrow("parquet"), samples="parquet/*.parquet"),
     "Parquet of allanite": Format(file="b.parquet", write=_ours),

@@ -67,6 +67,27 @@ def text(wide: int) -> Iterator[HostileShape]:
         "quotes that never end": (holding('t,wx\n1,"2\n' + "3,4\n" * 5000), ""),
         "sentence of 3000 fields": (holding(("$A" + ",1" * 3000 + "*00\n") * 9), ""),
         "100 000 signs that begin a sentence": (holding("$AB,1*00\n" * 9 + "$A" * 100_000 + "\n"), ""),
+        "100 000 labels, no two alike": (
+            holding("".join(f"k{k}:1 g{k}:2\n" for k in range(50_000))),
+            "no table",
+        ),
+        "labels in a chain of 400": (
+            holding("".join(f"k{k}:1 k{k + 1}:2\n" for k in range(400)) * 40),
+            "",
+        ),
+        "5000 labels in a line": (
+            holding((" ".join(f"k{k}:1" for k in range(5000)) + "\n") * 5),
+            "labels",
+        ),
+        "letters that may begin a label": (holding("gx:1 gy:2\n" * 50 + "a-" * 500_000 + "\n"), ""),
+        "objects 30 000 deep": (holding('{"a":1}\n' * 20 + '{"a":' * 30_000 + "\n"), ""),
+        "label of 5000 digits": (holding(f"gx:{DIGITS} gy:2\n" * 20), ""),
+        "object of 1e400": (holding('{"gx":1e400,"gy":2}\n' * 20), ""),
+        "year of 400 digits": (
+            holding("year,month,day,hour,minute,second,wx\n" + f"{'9' * 18},1,1,1,1,1,1\n" * 20),
+            "",
+        ),
+        "intervals of 1e308": (holding("dt,wx\n" + "1e308,1\n" * 50), ""),
         "only delimiters": (holding("," * 4000 + "\n" + "," * 4000 + "\n"), "no table"),
         "time stamps of 1e300": (_rows("1", head="t,wx\n1e300,1\n-1e300,2\n"), ""),
         "stamps that jump by 1e15 s": (

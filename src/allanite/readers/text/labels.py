@@ -29,6 +29,7 @@ _MOST = 0.6  # of the lines that are looked at
 _FEWEST = 3
 _TRIED = 60  # lines from which a plain table is told
 _RARE = 0.002  # of the lines: a label that stands in fewer of them is a typing error of the wire
+_SAMPLE = 400  # lines whose rows are kept to look for a column that names sensors
 _PLANS = 64  # forms of lines that are remembered
 _LISTED = 20  # unknown labels that are counted by name
 _PARTS_SHOWN = 8
@@ -98,7 +99,7 @@ class Labels:
                 plain.strip("[]{}") and not plain.startswith(COMMENT) and not self._is_other(read)
             )
             return None
-        if cells.damaged or not all(map(self._fits, range(len(cells.row)), cells.row)):
+        if cells.damaged or not all(self._fits(k, cell) for k, cell in enumerate(cells.row) if cell):
             self.damaged += 1
             return DAMAGED.decode()
         for name in cells.unknown:
@@ -315,7 +316,7 @@ def find_labels(
     refuse_more(
         len(form.headings), COLUMNS, "columns", name, "Write those that are needed to a file of their own"
     )
-    return _labels(head, [form.cells(one) for one in lines], form, sign, read, guesses, codec)
+    return _labels(head, lines, form, sign, read, guesses, codec)
 
 
 def _of_text(decimal: str) -> Read:
@@ -439,7 +440,7 @@ def _form_of(
 
 def _labels(
     head: Sequence[str],
-    cells: Sequence[_Cells | None],
+    lines: Sequence[LabeledLine],
     form: _Form,
     decimal: str,
     read: Read,
@@ -447,8 +448,7 @@ def _labels(
     codec: str,
 ) -> Labels | None:
     """The reader of a form, with what its columns hold."""
-    rows = [one.row for one in cells if one is not None and not one.damaged]
-    columns = [[cell for cell in column if cell] for column in zip(*rows, strict=True)]
+    columns = _columns(lines, form)
     kinds = tuple(column_kind(column, decimal) for column in columns)
     if not any(kind in ("i", "f") for kind in kinds):
         return None
@@ -466,8 +466,30 @@ def _labels(
         guesses=tuple(guesses),
     )
     marks = {i: _marks(column, decimal) for i, column in enumerate(columns) if kinds[i] == "f"}
-    sample = ["\t".join(row) for row in rows]
+    cells = [form.cells(one) for one in lines[:_SAMPLE]]
+    sample = ["\t".join(one.row) for one in cells if one is not None and not one.damaged]
     return Labels(dialect, codec, sample, _read=read, _form=form, _marks=marks)
+
+
+def _columns(lines: Sequence[LabeledLine], form: _Form) -> list[list[str]]:
+    """The cells of each column that hold something."""
+    columns: list[list[str]] = [[] for _ in form.headings]
+    starts, start = dict[Key, int](), form.places
+    for key, width in form.widths.items():
+        starts[key] = start
+        start += width
+    for one in lines:
+        placed = [(0, one.before)] if len(one.before) == form.places else []
+        placed += [
+            (starts[key], values)
+            for key, values in keyed(one, form.groups)
+            if key in starts and len(values) == form.widths[key]
+        ]
+        for first, values in placed:
+            for k, value in enumerate(values, first):
+                if value:
+                    columns[k].append(value)
+    return columns
 
 
 def _marks(cells: Sequence[str], decimal: str) -> set[str]:
