@@ -16,7 +16,7 @@ N = 300
 UTC = datetime.UTC
 DATES = (
     ("Year", "Month", "Day"), ("YYYY", "MM", "DD"), ("UTC Year", "UTC Month", "UTC Day"), ("yr", "mon", "dom"),
-    ("yy", "mm", "dd"), ("year", "doy"), ("Y", "M", "D"), (),
+    ("yy", "mm", "dd"), ("year", "doy"), ("Y", "M", "D"), ("Date",), (),
 )  # fmt: skip
 CLOCKS = (
     ("Hour", "Minute", "Second"), ("hh", "mm", "ss"), ("HH", "MM", "SS"), ("hour", "min", "sec"),
@@ -32,6 +32,8 @@ def table(path: Path, names: list[str], rows: list[list[str]]) -> Path:
 def date_cells(moment: datetime.datetime, names: tuple[str, ...]) -> list[str]:
     if len(names) == 2:
         return [str(moment.year), str(moment.timetuple().tm_yday)]
+    if len(names) == 1:
+        return [moment.strftime("%Y-%m-%d")]
     year = moment.year % 100 if names and names[0] == "yy" else moment.year
     return [f"{n:02d}" for n in (year, moment.month, moment.day)] if names else []
 
@@ -188,3 +190,10 @@ def test_a_clock_that_is_called_a_difference(tmp_path: Path) -> None:
     with pytest.raises(AllaniteError, match="--time dt:"):
         read(path)
     assert read(path, time="dt:s").rate == pytest.approx(10.0)
+
+
+def test_periods_that_are_measured_stay_channels(tmp_path: Path) -> None:
+    path = table(tmp_path / "log.csv", ["period [us]"], [[f"{100 + k % 7 / 10:.1f}"] for k in range(N)])
+    assert read(path, rate=10.0).names == ("period",)
+    with pytest.raises(InputError, match="no time column"):
+        read(path)

@@ -27,7 +27,7 @@ from allanite.units import Quantity, parse_unit
 
 __all__ = ["StampTable", "TimeChoice", "choose_time", "growing", "is_counter", "rises"]
 
-_WEEK = 604_800.0
+_WEEK, _DAY = 604_800.0, 86_400.0
 _SHORT_NAMES = {1.0: "s", 1e-3: "ms", 1e-6: "us", 1e-9: "ns", 60.0: "min", 3600.0: "h", 86400.0: "d"}
 _UNKNOWN_UNIT = re.compile(
     r"[\[({<]_*([^\[\](){}<>]+?)_*[\])}>]$"
@@ -168,6 +168,8 @@ def choose_time(table: StampTable, said: str | None = None) -> TimeChoice | None
         return None
     stated = None if said is None else stated_time(said, table.raw, table.numbers, table.file)
     intervals = _intervals(table)
+    if (stated is None and table.rate_said) or len(intervals) == len(table.columns):
+        intervals = {i: unit for i, unit in intervals.items() if not is_period(table.raw[i])}
     if stated is not None and stated.place in intervals:
         return _running(table, stated.place, intervals, stated)
     time = _stamped(table, stated, intervals)
@@ -470,11 +472,30 @@ def _of_parts(table: StampTable, named: list[int]) -> TimeChoice | None:
     parts = find_parts(
         table.raw, columns, lambda i: [part + columns[i].origin for part in _look(columns[i])], table.file
     )
-    if parts is None or any(rises(columns[i]) for i in named if i not in parts.places):
+    if parts is None:
         return None
+    day = (
+        next((i for i in table.known_units if _whole_days(columns[i])), None) if parts.turn == _DAY else None
+    )
+    if any(rises(columns[i]) for i in named if i not in (day, *parts.places)):
+        return None
+    names = [table.headings[i].name for i in parts.places]
+    first = _first_finite(parts.column)
+    if day is not None:
+        if day in table.questions:
+            raise InputError(table.questions[day])
+        date = _Scaled(columns[day], 1e-9, _first_finite(columns[day]))
+        since = round(date.first + columns[day].origin) + round(first * 1e9)
+        return TimeChoice(
+            stamps=_Summed(date, _Scaled(parts.column, 1.0, first)),
+            source=" + ".join([table.headings[day].name, *names]),
+            unit=f"{table.known_units[day]} + s",
+            start=since,
+            used=tuple({*named, *parts.places}),
+            first_ns=since,
+        )
     turned = None if parts.turn is None else unwrapped(parts.column, 1.0, parts.turn)
     column = parts.column if turned is None else turned.column
-    names = [table.headings[i].name for i in parts.places]
     first = _first_finite(column)
     since = round(first * 1e9) + (parts.epoch or 0) * 10**9
     return TimeChoice(
@@ -486,6 +507,13 @@ def _of_parts(table: StampTable, named: list[int]) -> TimeChoice | None:
         first_ns=since,
         guesses=() if turned is None else (f"{names[0]} begins anew, {turned.times} times: unwrapped",),
     )
+
+
+def _whole_days(column: Column) -> bool:
+    """Dates without a time of day."""
+    day = _DAY * 1e9
+    values = np.concatenate([part[np.isfinite(part)] for part in _look(column)])
+    return len(values) > 0 and bool(((values % day + column.origin % day) % day == 0).all())
 
 
 def _sum(
