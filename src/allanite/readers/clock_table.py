@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING
 
 from allanite.clock_channels import Shifted, clock_channel, clock_kind
 from allanite.errors import InputError
+from allanite.readers.column_look import rises
 from allanite.readers.headings import Heading, read_heading
-from allanite.readers.stamps import rises
 from allanite.readers.stated_time import stated_time
 from allanite.recording import Kind
 

@@ -14,8 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.readers.column_look import is_counter
 from allanite.readers.headings import Heading
-from allanite.readers.stamps import is_counter
 from allanite.recording import ArrayColumn, Column
 
 __all__ = ["Numbering", "numbering_of", "unseen_by_stamps"]

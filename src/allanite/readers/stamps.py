@@ -6,7 +6,6 @@ A column that counts rows (0, 1, 2, ...) is not time. A guess is never silent: i
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -15,6 +14,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import InputError
+from allanite.readers.column_look import (
+    FEWEST,
+    first_finite,
+    is_counter,
+    is_even,
+    is_row_number,
+    look,
+    only_grows,
+    rises,
+    roughness,
+    stands_still,
+)
 from allanite.readers.headings import Heading, may_be_time
 from allanite.readers.row_intervals import holds_increments, interval_unit, is_period, running_sum
 from allanite.readers.stamp_parts import find_parts, is_fraction
@@ -25,7 +36,7 @@ from allanite.readers.turning import unwrapped
 from allanite.recording import Column
 from allanite.units import Quantity, parse_unit
 
-__all__ = ["StampTable", "TimeChoice", "choose_time", "growing", "is_counter", "rises"]
+__all__ = ["StampTable", "TimeChoice", "choose_time", "growing"]
 
 _WEEK, _DAY = 604_800.0, 86_400.0
 _SHORT_NAMES = {1.0: "s", 1e-3: "ms", 1e-6: "us", 1e-9: "ns", 60.0: "min", 3600.0: "h", 86400.0: "d"}
@@ -36,10 +47,6 @@ _UNKNOWN_UNIT = re.compile(
 _TICKS = re.compile(r"(?:^|_)(?:sys_?)?(?:ticks?|timer|cnt|counter)(?:_|$)|sample_?time_?fine", re.IGNORECASE)
 #: Time of a GPS week, which has 604 800 s: larger numbers are milliseconds.
 _OF_WEEK = re.compile(r"(?:^|_)i?tow(?:_|$)|(?:^|_)sow(?:_|$)|of_?week", re.IGNORECASE)
-_NO_STAMP = 1e30  # in whatever unit: no clock counts so far, and nanoseconds of it are no number
-_LOOK = 2048  # values looked at in each of three places
-_FEWEST = 8  # rows from which a column without a name is told
-_FALLS = 0.02  # of the rises: a column that only grows has no more
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -203,7 +210,7 @@ def _stamped(table: StampTable, stated: StatedTime | None, intervals: Mapping[in
         named += [i for i in rising if i not in named]
     guesses: list[str] = []
     if rising:
-        chosen = min(rising, key=lambda i: (_roughness(columns[i]), i)) if len(rising) > 1 else rising[0]
+        chosen = min(rising, key=lambda i: (roughness(columns[i]), i)) if len(rising) > 1 else rising[0]
         others = [headings[i].name for i in rising if i != chosen]
         if others:
             guesses.append(
@@ -225,7 +232,7 @@ def _intervals(table: StampTable) -> dict[int, str]:
         if unit is not None
         and i not in table.known_units
         and not only_grows(table.columns[i])
-        and all((part[1:][np.isfinite(part[1:])] >= 0).all() for part in _look(table.columns[i]))
+        and all((part[1:][np.isfinite(part[1:])] >= 0).all() for part in look(table.columns[i]))
     }
 
 
@@ -239,7 +246,7 @@ def _running(
     if stated is not None and stated.factor is not None:
         unit, factor = stated.unit, stated.factor
     elif not unit:
-        steps = Steps.of(np.concatenate([part[1:] + column.origin for part in _look(column)]))
+        steps = Steps.of(np.concatenate([part[1:] + column.origin for part in look(column)]))
         told = None if steps is None else tell(steps, 0.0, table.nominal, table.inertial)
         if steps is not None and told is None and not table.rate_said:
             raise _which_unit(table, chosen, steps, 0.0, ticks=False)
@@ -266,9 +273,9 @@ def _beside_intervals(table: StampTable, time: TimeChoice, intervals: Mapping[in
     """The time of a table without the columns that repeat its intervals."""
     left, said = [], []
     for i, unit in {} if holds_increments(table.raw) else intervals.items():
-        steps = np.concatenate([part[1:] for part in _look(table.columns[i])]) + table.columns[i].origin
+        steps = np.concatenate([part[1:] for part in look(table.columns[i])]) + table.columns[i].origin
         typical = _typical(steps) * _stated(unit)[1]
-        span = _typical(np.concatenate([np.diff(part) for part in _look(time.stamps)]))
+        span = _typical(np.concatenate([np.diff(part) for part in look(time.stamps)]))
         scales = (1.0,) if unit else (1.0, 1e-3, 1e-6, 1e-9)
         agrees = any(abs(typical * scale - span) <= 0.05 * span for scale in scales)
         if not agrees and is_period(table.raw[i]):
@@ -321,7 +328,7 @@ def _single(
     if turned is not None:
         column = turned.column
         guesses.append(f"{name} wraps at {turned.turn:.15g} {told.unit}, {turned.times} times: unwrapped")
-    first = _first_finite(column)
+    first = first_finite(column)
     absolute = first + column.origin
     if told.factor >= 1e-9 and round(told.factor * 1e9) == told.factor * 1e9:
         first_ns = round(absolute * round(told.factor * 1e9))
@@ -347,7 +354,7 @@ def _single(
 def _unit(table: StampTable, chosen: int, guesses: list[str], stated: StatedTime | None) -> Told:
     """The unit of a time column: as the caller says, as the file says, or as its values tell."""
     column, heading = table.columns[chosen], table.headings[chosen]
-    first = _first_finite(column) + column.origin
+    first = first_finite(column) + column.origin
     if chosen in table.questions:
         raise InputError(table.questions[chosen])
     if chosen in table.known_units:
@@ -367,7 +374,7 @@ def _unit(table: StampTable, chosen: int, guesses: list[str], stated: StatedTime
         if unit:
             guesses.append(f"time column {table.label(chosen)}: no unit given, read as {unit} of a GPS week")
             return Told(unit, factor)
-    steps = Steps.of(np.concatenate([np.diff(part) for part in _look(column)]))
+    steps = Steps.of(np.concatenate([np.diff(part) for part in look(column)]))
     if steps is None:
         return Told("s", 1.0)  # no stamp is later than another: the time grid refuses them
     told = tell(steps, first, table.nominal, table.inertial)
@@ -383,7 +390,7 @@ def _unit(table: StampTable, chosen: int, guesses: list[str], stated: StatedTime
 
 def _of_week(column: Column) -> tuple[str, float]:
     """The unit of the time of a GPS week."""
-    largest = max(float(np.nanmax(part, initial=0.0)) for part in _look(column)) + column.origin
+    largest = max(float(np.nanmax(part, initial=0.0)) for part in look(column)) + column.origin
     if largest > 1e3 * _WEEK:
         return "", 1.0
     return ("ms", 1e-3) if largest > _WEEK else ("s", 1.0)
@@ -437,12 +444,12 @@ def _pair(table: StampTable, named: list[int]) -> TimeChoice | None:
             continue
         for coarse in named:
             seconds = _whole_seconds(table, coarse) if coarse != fine else None
-            if seconds is None or not is_fraction(_look(columns[coarse]), _look(columns[fine]), factor):
+            if seconds is None or not is_fraction(look(columns[coarse]), look(columns[fine]), factor):
                 continue
             if coarse in table.questions:
                 raise InputError(table.questions[coarse])
-            first = (_first_finite(columns[coarse]) + columns[coarse].origin) * seconds
-            start = round(first) * 10**9 + round(_first_finite(columns[fine]) * factor * 1e9)
+            first = (first_finite(columns[coarse]) + columns[coarse].origin) * seconds
+            start = round(first) * 10**9 + round(first_finite(columns[fine]) * factor * 1e9)
             absolute = start if EPOCH[0] <= first <= EPOCH[1] else None
             unit = f"{table.known_units.get(coarse, 's')} + {unit}"
             return _sum(columns, headings, (coarse, seconds), (fine, factor), named, unit, absolute)
@@ -456,7 +463,7 @@ def _whole_seconds(table: StampTable, place: int) -> float | None:
     if not dated and table.headings[place].unit not in ("", "s"):
         return None
     second = 1e9 if dated else 1.0
-    values = np.concatenate([part[np.isfinite(part)] for part in _look(column)])
+    values = np.concatenate([part[np.isfinite(part)] for part in look(column)])
     if not rises(column) and (np.diff(values) != 0).any():
         return None
     return (
@@ -470,7 +477,7 @@ def _of_parts(table: StampTable, named: list[int]) -> TimeChoice | None:
     """Time in the parts of a date; None where another column that rises is as good."""
     columns = table.columns
     parts = find_parts(
-        table.raw, columns, lambda i: [part + columns[i].origin for part in _look(columns[i])], table.file
+        table.raw, columns, lambda i: [part + columns[i].origin for part in look(columns[i])], table.file
     )
     if parts is None:
         return None
@@ -480,11 +487,11 @@ def _of_parts(table: StampTable, named: list[int]) -> TimeChoice | None:
     if any(rises(columns[i]) for i in named if i not in (day, *parts.places)):
         return None
     names = [table.headings[i].name for i in parts.places]
-    first = _first_finite(parts.column)
+    first = first_finite(parts.column)
     if day is not None:
         if day in table.questions:
             raise InputError(table.questions[day])
-        date = _Scaled(columns[day], 1e-9, _first_finite(columns[day]))
+        date = _Scaled(columns[day], 1e-9, first_finite(columns[day]))
         since = round(date.first + columns[day].origin) + round(first * 1e9)
         return TimeChoice(
             stamps=_Summed(date, _Scaled(parts.column, 1.0, first)),
@@ -496,7 +503,7 @@ def _of_parts(table: StampTable, named: list[int]) -> TimeChoice | None:
         )
     turned = None if parts.turn is None else unwrapped(parts.column, 1.0, parts.turn)
     column = parts.column if turned is None else turned.column
-    first = _first_finite(column)
+    first = first_finite(column)
     since = round(first * 1e9) + (parts.epoch or 0) * 10**9
     return TimeChoice(
         stamps=_Scaled(column, 1.0, first),
@@ -512,7 +519,7 @@ def _of_parts(table: StampTable, named: list[int]) -> TimeChoice | None:
 def _whole_days(column: Column) -> bool:
     """Dates without a time of day."""
     day = _DAY * 1e9
-    values = np.concatenate([part[np.isfinite(part)] for part in _look(column)])
+    values = np.concatenate([part[np.isfinite(part)] for part in look(column)])
     return len(values) > 0 and bool(((values % day + column.origin % day) % day == 0).all())
 
 
@@ -525,69 +532,12 @@ def _sum(
     unit: str,
     start: int | None,
 ) -> TimeChoice:
-    parts = [_Scaled(columns[i], f, _first_finite(columns[i])) for i, f in (coarse, fine)]
+    parts = [_Scaled(columns[i], f, first_finite(columns[i])) for i, f in (coarse, fine)]
     source = f"{headings[coarse[0]].name} + {headings[fine[0]].name}"
     first_ns = sum(round((p.first + p.column.origin) * round(p.factor * 1e9)) for p in parts)
     return TimeChoice(
         stamps=_Summed(*parts), source=source, unit=unit, start=start, used=tuple(named), first_ns=first_ns
     )
-
-
-# -- the look of a column ----------------------------------------------------------------------------------
-
-
-def _look(column: Column | Stamps) -> list[NDArray[np.float64]]:
-    """Values at the beginning, in the middle and at the end."""
-    n = len(column)
-    starts = sorted({0, max((n - _LOOK) // 2, 0), max(n - _LOOK, 0)})
-    return [column.read(a, min(a + _LOOK, n)) for a in starts]
-
-
-def _first_finite(column: Column) -> float:
-    head = column.read(0, min(_LOOK, len(column)))
-    finite = head[np.abs(head) < _NO_STAMP]
-    return float(finite[0]) if len(finite) else 0.0
-
-
-def rises(column: Column) -> bool:
-    """True if the values rise nearly everywhere that is looked at (equal neighbours are allowed)."""
-    parts = _look(column)
-    steps = [d for d in (np.diff(p[np.isfinite(p)]) for p in parts) if len(d)]
-    if not steps:
-        return False
-    together = np.concatenate(steps)
-    ends = [float(p[np.isfinite(p)][-1]) for p in parts if np.isfinite(p).any()]
-    return bool((together >= 0).mean() >= 0.9 and (together > 0).any() and ends == sorted(ends))
-
-
-def only_grows(column: Column) -> bool:
-    """True if the values go up again and again and hardly ever down, wherever they are looked at."""
-    if len(column) < _FEWEST:
-        return False
-    steps = np.concatenate([np.diff(part) for part in _look(column)])
-    ups, downs = np.count_nonzero(steps > 0), np.count_nonzero(steps < 0)
-    return bool(ups > 2 and downs <= _FALLS * ups and rises(column))
-
-
-def is_counter(column: Column) -> bool:
-    """True if whole numbers rise by one from row to row (a few may be missing)."""
-    for part in _look(column):
-        steps = np.diff(part)
-        if len(steps) == 0 or not np.all(part == np.round(part)) or (steps == 1).mean() < 0.9:
-            return False
-        if (steps < 0).any():
-            return False
-    return True
-
-
-def _roughness(column: Column) -> float:
-    """Spread of the differences over their mean: among several time columns the smoothest one is the best."""
-    spread = 0.0
-    for part in _look(column):
-        steps = np.diff(part[np.isfinite(part)])
-        mean = steps.mean() if len(steps) else 0.0
-        spread = max(spread, float(steps.std() / mean) if mean > 0 else math.inf)
-    return round(spread, 3)
 
 
 def _without_name(table: StampTable) -> int | None:
@@ -599,13 +549,13 @@ def _without_name(table: StampTable) -> int | None:
         The first one only grows, but unevenly: it may be time.
     """
     headings, columns = table.headings, table.columns
-    if len(columns) < 2 or len(columns[0]) < _FEWEST:
+    if len(columns) < 2 or len(columns[0]) < FEWEST:
         return None
-    leading = next((i for i, c in enumerate(columns) if not (_is_row_number(c) or _stands_still(c))), None)
+    leading = next((i for i, c in enumerate(columns) if not (is_row_number(c) or stands_still(c))), None)
     for i in dict.fromkeys((leading, len(columns) - 1)):
-        if i is None or headings[i].name or _is_row_number(columns[i]):
+        if i is None or headings[i].name or is_row_number(columns[i]):
             continue
-        if rises(columns[i]) and all(_strictly_even(p) for p in _look(columns[i])):
+        if rises(columns[i]) and all(is_even(p) for p in look(columns[i])):
             return i
         if i == leading and only_grows(columns[i]) and not table.rate_said:
             raise _is_it_time(table, i)
@@ -618,20 +568,3 @@ def _is_it_time(table: StampTable, place: int) -> InputError:
         f"{table.file}: column {number} has no name and only grows, unevenly. If it is time, name its unit: --time "
         f"{number}:s (or ms, us, ns); if it is a channel, --time {NO_TIME} and the rate of the samples, --rate"
     )
-
-
-def _is_row_number(column: Column) -> bool:
-    """Counts rows, and not the seconds since 1970."""
-    return is_counter(column) and not EPOCH[0] <= _first_finite(column) + column.origin <= EPOCH[1]
-
-
-def _stands_still(column: Column) -> bool:
-    return all(len(part) == 0 or bool((part == part[0]).all()) for part in _look(column))
-
-
-def _strictly_even(part: NDArray[np.float64]) -> bool:
-    steps = np.diff(part)
-    if len(steps) == 0 or not np.isfinite(steps).all() or (steps <= 0).mean() > 0.01:
-        return False
-    middle = float(np.median(steps))
-    return bool((np.abs(steps - middle) <= 0.5 * middle).mean() > 0.8)
