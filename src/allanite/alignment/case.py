@@ -64,9 +64,22 @@ class Case:
 
     @classmethod
     def of(
-        cls, recording: Recording, spans: Index, frame: Frame, sensors: Sensors, checkpoints: Array | None
+        cls,
+        recording: Recording,
+        spans: Index,
+        frame: Frame,
+        sensors: Sensors,
+        checkpoints: Array | None,
+        headings: tuple[Array, float] | None = None,
     ) -> Case:
-        """Read the record."""
+        """Read the record.
+
+        Parameters
+        ----------
+        headings : (ndarray, shape (n_spans,), float), optional [rad]
+            Of the spans from a common mark, and their standard uncertainty: for turns that the gyros did not see. NaN
+            where nobody knows.
+        """
         cal = sensors.calibration
         warmer = {
             sensor: slope_of_temperature(recording, cal.errors(sensor).temperature, cal.temperature)
@@ -75,7 +88,9 @@ class Case:
         gyro = blocks_of(recording, frame.gyro, spans, frame.models[0], warmer[GYRO])
         acc = blocks_of(recording, frame.accelerometer, spans, frame.models[1], warmer[ACCELEROMETER])
         seen = np.flatnonzero((_time_of_spans(gyro, len(spans)) > 0) & (_time_of_spans(acc, len(spans)) > 0))
-        turns, spans_used, lost = _connected(recording, spans, seen, frame, sensors, (gyro, acc), warmer)
+        turns, spans_used, lost = _connected(
+            recording, spans, seen, frame, sensors, (gyro, acc), warmer, headings
+        )
         number = np.full(len(spans), -1, dtype=np.int64)
         number[spans_used] = np.arange(len(spans_used))
         gyro, acc = (_kept(b, number) for b in (gyro, acc))
@@ -179,6 +194,7 @@ def _connected(
     sensors: Sensors,
     blocks: tuple[Blocks, Blocks],
     warmer: Mapping[str, tuple[str, float, Array] | None],
+    headings: tuple[Array, float] | None,
 ) -> tuple[tuple[Turn, ...], Index, int]:
     """The turns, and the stretches up to the last that turns connect; how many were lost before them."""
     errors = replace(
@@ -192,11 +208,28 @@ def _connected(
         warmer=warmer[ACCELEROMETER],
     )
     turns = turns_between(recording, frame.gyro, errors, spans[seen], warmer[GYRO], force)
+    if headings is not None:
+        turns = _stated(turns, headings[0][seen], headings[1])
     holes = np.array([j for j, t in enumerate(turns) if t.still], dtype=np.int64)
     turned = holes[_differ(blocks, spans, seen, holes, frame, sensors, recording)]
     broken = [j for j, t in enumerate(turns) if not (t.known or t.still) or j in turned]
     first = broken[-1] + 1 if broken else 0
     return turns[first:], seen[first:], first
+
+
+def _stated(turns: tuple[Turn, ...], headings: Array, sd: float) -> tuple[Turn, ...]:
+    """With the headings for the turns that the gyros did not see; nothing connects spans without one."""
+
+    def turned(turn: Turn, change: float) -> Turn:
+        if turn.known or (change == 0.0 and turn.still):
+            return turn
+        if math.isnan(change):
+            return replace(turn, still=False)
+        return replace(
+            turn, known=True, still=False, stated=math.remainder(change, 2 * math.pi), stated_sd=sd
+        )
+
+    return tuple(turned(t, c) for t, c in zip(turns, np.diff(headings).tolist(), strict=True))
 
 
 def _differ(
@@ -300,12 +333,12 @@ def _noise(
     up = -geometry.chain(geometry.begin).level[:, 2]  # in the axes of the sensor
     unit = np.abs(np.diag(geometry.errors(geometry.begin, GYRO).matrix))
     sampling = recording[frame.gyro[0]].sampling
-    return (
-        np.array(
-            [
-                turn_noise(t, up[k], spans[j], spans[j + 1], models, 1 / recording.rate, sampling)
-                for k, (t, j) in enumerate(zip(geometry.turns, between.tolist(), strict=True))
-            ]
-        ).reshape(-1)
-        / float(unit.mean()) ** 2
+    size = float(unit.mean()) ** 2
+    return np.array(
+        [
+            turn_noise(t, up[k], spans[j], spans[j + 1], models, 1 / recording.rate, sampling) / size
+            if math.isnan(t.stated)
+            else 2 * t.stated_sd**2
+            for k, (t, j) in enumerate(zip(geometry.turns, between.tolist(), strict=True))
+        ]
     )

@@ -56,6 +56,7 @@ def align(
     height: float = 0.0,
     axes: str = "FLU",
     spans: StaticSpans | ArrayLike | None = None,
+    headings: ArrayLike | None = None,
     rotation: bool | None = None,
     bias_repeatability: tuple[float | None, float | None] | None = None,
     stated: Stated | None = None,
@@ -85,6 +86,10 @@ def align(
         Where x, y and z of the sensor point: "FLU", "FRD", "RFU", ...
     spans : StaticSpans or array_like, shape (n, 2) [samples], optional
         Stretches at rest; found in the record by default.
+    headings : array_like, shape (n,), optional [rad]
+        Of the unit in each of these spans, clockwise from a common mark, where it was turned unseen by the gyros: in
+        positions that were recorded one by one. Their standard uncertainty is `stated.heading`. NaN where nobody knows:
+        no azimuth connects such a span to those before and after it.
     rotation : bool, optional
         The unit turned about one axis all the time. Found by default: so where it was nowhere at rest, or where what
         looks like rest is an even rate of more than 5 deg/s.
@@ -109,7 +114,7 @@ def align(
     Raises
     ------
     InputError
-        A latitude at a pole, channels that are missing, spans that are not in the record.
+        A latitude at a pole, channels that are missing, spans that are not in the record, headings without spans.
     DataQualityError
         The unit was never at rest, and did not turn about one axis either.
 
@@ -136,8 +141,10 @@ def align(
     )
     advance(0.0, "looking for rest")
     found, why = _spans(recording, spans, frame)
+    placed = _checked_headings(headings, spans, len(found))
     if spans is None or (isinstance(spans, StaticSpans) and spans.source == "detected"):
-        found = found[_still(recording, found, frame, setting.sensors)]
+        still = _still(recording, found, frame, setting.sensors)
+        found, placed = found[still], None if placed is None else placed[still]
     if rotation or (rotation is None and not len(found)):
         return _rotating(recording, setting, checkpoints, advance, why)
     if not len(found):
@@ -147,9 +154,28 @@ def align(
         )
     advance(0.3, "averaging")
     times = np.linspace(0, float(found[-1, 1]) / recording.rate, checkpoints + 1)[1:]
-    case = Case.of(recording, found, frame, setting.sensors, times)
+    known = None if placed is None else (placed, stated.heading)
+    case = Case.of(recording, found, frame, setting.sensors, times, known)
     advance(0.7, "fitting the Earth's rotation")
     return _aligned(recording, case, setting, times)
+
+
+def _checked_headings(headings: ArrayLike | None, spans: object, count: int) -> Array | None:
+    """One heading for each span.
+
+    Raises
+    ------
+    InputError
+        More or fewer than spans, spans that were not given, or no numbers.
+    """
+    if headings is None:
+        return None
+    given = np.asarray(headings, dtype=np.float64)
+    if spans is None or given.shape != (count,) or np.isinf(given).any():
+        raise InputError(
+            f"headings are one number for each of the spans at rest that are given, not {headings!r}"
+        )
+    return given
 
 
 def _rotating(
@@ -504,7 +530,7 @@ def _beside(
     size = max(float(np.linalg.norm(rate)), noise)
     sds = max(bare.first.pitch_sd, 1e-6), noise / size
     bare = replace(bare, coarse=coarse_of(force, rate, sds, frame.latitude, frame.axes))
-    if max((abs(s.turned) for s in bare.stands), default=0.0) > TURNED or len(bare.stands) > 1:
+    if max((abs(s.turned) for s in bare.stands), default=0.0) > TURNED or len(bare.stands) > 1 or case.lost:
         return bare
     errors = geometry.errors(p, GYRO), geometry.errors(p, ACCELEROMETER)
     naive = naive_of(

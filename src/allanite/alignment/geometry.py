@@ -153,7 +153,9 @@ class Geometry:
     entering: Array = field(repr=False)
     begin: Array = field(init=False, repr=False)
     heading_axes: tuple[str, ...] = field(init=False)
-    stacked: tuple[Array, Array, Array, Array, Array, NDArray[np.bool_]] = field(init=False, repr=False)
+    stacked: tuple[Array, Array, Array, Array, Array, Array, NDArray[np.bool_]] = field(
+        init=False, repr=False
+    )
 
     def __post_init__(self) -> None:
         begin = np.array([self.values.get(n, 0.0) for n in self.layout.names])
@@ -166,8 +168,10 @@ class Geometry:
                 np.stack([getattr(t, name) for t in self.turns])
                 for name in ("matrix", "sweep", "moment", "force")
             )
-            times, known = np.array([t.duration for t in self.turns]), np.array([t.known for t in self.turns])
-            object.__setattr__(self, "stacked", (*arrays, times, known))
+            times, stated, known = (
+                np.array([getattr(t, name) for t in self.turns]) for name in ("duration", "stated", "known")
+            )
+            object.__setattr__(self, "stacked", (*arrays, times, stated, known))
 
     @property
     def n_stands(self) -> int:
@@ -213,7 +217,7 @@ class Geometry:
         self, p: Array, level: Array, change: Array, shift: Array, pulled: Array
     ) -> tuple[Array, Array]:
         """Azimuth of each stand, and the tilt that each turn leaves."""
-        matrix, sweep, moment, force, duration, known = self.stacked
+        matrix, sweep, moment, force, duration, stated, known = self.stacked
         vector = np.einsum("jilm,lm->ji", moment, change) + sweep @ shift
         turned = rotation(vector + np.einsum("jilm,lm->ji", force, pulled)) @ matrix
         step = level[:-1] @ turned @ level[1:].transpose(0, 2, 1)
@@ -223,6 +227,9 @@ class Geometry:
         for j, moved in enumerate(known.tolist()):
             if not moved:
                 azimuth.append(azimuth[j])
+                continue
+            if math.isfinite(stated[j]):
+                azimuth.append(azimuth[j] + float(stated[j]) - float(extra[j]))
                 continue
             seen = earth[j] @ _about_down(azimuth[j] + float(self.leaving[j])) @ step[j]
             angle = math.atan2(seen[1, 0] - seen[0, 1], seen[0, 0] + seen[1, 1])

@@ -61,6 +61,10 @@ class Turn:
         Nothing turned as far as the samples tell.
     force : ndarray, shape (3, 3, 3) [m/s]
         Integral of P_il f_m; zero where the gyros do not follow gravity.
+    stated : float [rad]
+        By how much the heading changed, as the caller says of a turn that no gyro saw; NaN of any other.
+    stated_sd : float [rad]
+        Standard uncertainty of either heading.
     """
 
     duration: float
@@ -72,6 +76,8 @@ class Turn:
     known: bool = True
     still: bool = False
     force: Array = field(default_factory=lambda: np.zeros((3, 3, 3)), repr=False)
+    stated: float = math.nan
+    stated_sd: float = 0.0
 
     def under(self, change: Array, shift: Array) -> Array:
         """The matrix with the rate w replaced by w + change w + shift."""

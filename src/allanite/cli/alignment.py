@@ -20,15 +20,21 @@ from allanite.cli.options import (
     model_channels_option,
     place_of,
 )
+from allanite.cli.positions import headed_files_of, position_options, single_log
 from allanite.cli.program import command
 from allanite.cli.results import Destination, result_options
 
 __all__ = ["align"]
 
+_HEADED = "first.csv=0 turned.csv=180"
+
 
 @command("allanite align log.parquet --model study.json --calibration calibration.json --latitude 48.1")
-@click.argument("log")
+@click.argument("logs", metavar="LOG...", nargs=-1, required=True)
 @log_options
+@position_options(
+    "in the order of recording, with its heading where it is known: first.csv=0 turned.csv=180."
+)
 @click.option("--model", metavar="MODEL", help=MODEL + "  [default: from the log itself]")
 @model_channels_option
 @click.option(
@@ -54,12 +60,19 @@ __all__ = ["align"]
 @click.option("--scale-uncertainty", "scale", type=Share(), default=0.0, help="Of the gyros: 0.1%.")
 @click.option("--latitude-uncertainty", type=Angle(), default=0.0, help="Of the latitude: 0.01deg.")
 @click.option("--tilt", type=Angle(), default=0.0, help="Of the levelling: 0.1deg.")
-@click.option("--heading-uncertainty", "heading", type=Angle(), default=0.0, help="Of the mounting: 0.1deg.")
+@click.option(
+    "--heading-uncertainty",
+    "heading",
+    type=Angle(),
+    default=0.0,
+    help="Of the mounting, and of each position's heading: 0.1deg.",
+)
 @click.option("--confidence", type=float, default=0.95, show_default=True, help="Level of the intervals.")
 @accept_option
 @result_options
 def align(
-    log: str, latitude: float, height: float, axes: str, gyro_bias: float | None, accelerometer_bias: float | None,
+    logs: tuple[str, ...], positions: bool,
+    latitude: float, height: float, axes: str, gyro_bias: float | None, accelerometer_bias: float | None,
     rotation: bool | None, scale: float, latitude_uncertainty: float, tilt: float, heading: float, confidence: float,
     to: Destination, **options: Any,
 ) -> int:  # fmt: skip
@@ -72,6 +85,9 @@ def align(
     from allanite import delivery, terminal
     from allanite.stated import Stated
 
+    by_file = headed_files_of(logs, _HEADED, needed=False) if positions else None
+    log = single_log(logs, _HEADED) if by_file is None else next(iter(by_file))
+    options["positions"] = by_file
     options["estimate"] = {
         "height": height,
         "axes": axes,

@@ -16,6 +16,7 @@ from allanite.cli.options import (
     model_channels_option,
     place_of,
 )
+from allanite.cli.positions import files_of, position_options, single_log
 from allanite.cli.program import command
 from allanite.cli.repeated import Listed
 from allanite.cli.results import Destination, result_options
@@ -45,8 +46,9 @@ class Numbers(Listed):
 
 
 @command("allanite calibrate log.parquet --model study.json --latitude 48.1 --out calibration")
-@click.argument("log")
+@click.argument("logs", metavar="LOG...", nargs=-1, required=True)
 @log_options
+@position_options("in the order of recording: zup.csv zdown.csv.")
 @click.option(
     "--gyro-log",
     type=click.Path(exists=True, dir_okay=False),
@@ -92,7 +94,8 @@ class Numbers(Listed):
 @accept_option
 @result_options
 def calibrate(
-    log: str, frame: str, quadratic: bool, no_drift: bool, temperature: str | None, reference_temperature: float | None,
+    logs: tuple[str, ...], positions: bool,
+    frame: str, quadratic: bool, no_drift: bool, temperature: str | None, reference_temperature: float | None,
     confidence: float, gravity_uncertainty: float, to: Destination, **options: Any,
 ) -> int:  # fmt: skip
     """Calibrate three accelerometers, three gyros or both from a LOG of rests in many positions.
@@ -105,6 +108,8 @@ def calibrate(
 
     if options["height"] is not None and options["latitude"] is None:
         raise click.UsageError("--height goes with --latitude: gravity depends on both")
+    log = logs[0] if positions else single_log(logs, "zup.csv zdown.csv")
+    options["positions"] = files_of(logs) if positions else None
     options["estimate"] = {
         "frame": frame,
         "quadratic": quadratic,

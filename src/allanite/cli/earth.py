@@ -25,12 +25,14 @@ from allanite.cli.options import (
     place_of,
     turn_options,
 )
+from allanite.cli.positions import headed_files_of, position_options, single_log
 from allanite.cli.program import command, family
 from allanite.cli.results import Destination, result_options
 
 __all__ = ["earth_rate", "north", "plan"]
 
 
+_HEADED = "north.csv=0 east.csv=90"
 LATITUDE = "Latitude in degrees, south negative: -23.31 or 23.31S."
 
 
@@ -133,18 +135,7 @@ def _one_of(options: Mapping[str, Any], *names: str, needed: bool = False) -> No
 @click.option(
     "--headings", type=click.Path(exists=True, dir_okay=False), help="CSV of positions: start,stop,heading."
 )
-@click.option(
-    "--positions",
-    is_flag=True,
-    help="One LOG for each position, with its heading, in the order of recording: north.csv=0 east.csv=90.",
-)
-@click.option(
-    "--between",
-    type=Duration(),
-    default=60.0,
-    show_default=True,
-    help="From one LOG to the next with --positions, where they do not tell.",
-)
+@position_options("with its heading, in the order of recording: north.csv=0 east.csv=90.")
 @click.option(
     "--rotation", type=Rate(), help="In place of positions, of a table that turned all the time: 6deg/s."
 )
@@ -174,7 +165,8 @@ def north(
     from allanite import delivery, terminal
     from allanite.earth_rate import Stated
 
-    log, by_file = _logs(logs, positions)
+    by_file = headed_files_of(logs, _HEADED) if positions else None
+    log = single_log(logs, _HEADED) if by_file is None else next(iter(by_file))
     if by_file is None:
         _one_of(options, "headings", "rotation", needed=True)
     elif null or options["headings"] is not None or options["rotation"] is not None:
@@ -199,33 +191,6 @@ def north(
         show,
         log=log,
     )
-
-
-def _logs(logs: tuple[str, ...], positions: bool) -> tuple[str, dict[str, float] | None]:
-    """The log, or the first of several with the heading [rad] of each.
-
-    Raises
-    ------
-    click.UsageError
-        Several without --positions, one twice, or one without a heading.
-    """
-    if not positions:
-        if len(logs) > 1:
-            raise click.UsageError(
-                "several LOGs are for --positions, each with its heading: north.csv=0 east.csv=90"
-            )
-        return logs[0], None
-    found: dict[str, float] = {}
-    for text in logs:
-        name, sign, heading = text.rpartition("=")
-        if not sign or not name:
-            raise click.UsageError(
-                f"{text!r} has no heading: write north.csv=0, with degrees from the mark clockwise"
-            )
-        if name in found:
-            raise click.UsageError(f"{name} is there twice: each position is a file of its own")
-        found[name] = Angle().convert(heading, None, click.get_current_context())
-    return next(iter(found)), found
 
 
 def _refuse_with_null(options: dict[str, Any], figure: str | None, misalignment: float) -> None:

@@ -3,19 +3,23 @@
 
 from __future__ import annotations
 
+import math
 import os
 from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+from allanite.delivery.by_file import LogOfFiles, headed, log_of_files, refuse_beside_files, rests_by_file
 from allanite.delivery.measurement import Measured, beside
 from allanite.delivery.recordings import file_sha256, read_whole
 from allanite.delivery.rests import judged_at_rest, rests_of, thermometers
 from allanite.delivery.turned import models_for, part_of
+from allanite.errors import InputError
 
 if TYPE_CHECKING:
     from allanite.noise import NoiseModel
     from allanite.recording import Recording
-    from allanite.static_spans import UnitAxes
+    from allanite.static_spans import StaticSpans, UnitAxes
 
 __all__ = ["STANDS", "alignment_of"]
 
@@ -25,11 +29,18 @@ Advance = Callable[[float, str], None]
 STANDS = "stands.csv"
 """Name of the table of attitudes."""
 
+_UNSAID = (
+    "nothing says by how much the unit was turned from file to file, so that the last one alone is aligned: give the "
+    "heading of each from a common mark, first.csv=0 turned.csv=180, or let one log run on during the turns"
+)
+
 
 def alignment_of(
     log: str | os.PathLike[str],
     *,
     latitude: float,
+    positions: Mapping[str | os.PathLike[str], float | None] | None = None,
+    between: float = 60.0,
     model: str | os.PathLike[str] | None = None,
     model_channels: Mapping[str, str] | None = None,
     calibration: str | os.PathLike[str] | None = None,
@@ -52,12 +63,17 @@ def alignment_of(
     log, model, calibration, spans : path
         Whatever `read`, `load_models`, `Calibration.load` and `read_spans` understand; times of the spans count from
         the first sample of the log.
+    positions : mapping of path to float or None [rad], optional
+        One file for each position, in the order of recording, with its heading from a common mark, or None for all;
+        `log` is the first of them.
+    between : float [s]
+        From one of these files to the next, where they do not tell; see `joined_files`.
     model_channels : mapping of str to str, optional
         What the models call the channels of the log, where that is another name.
     gyro, accelerometer : sequence of str, optional
         Channels x, y, z, where neither the calibration nor their kinds say.
     start, stop : float, optional [s]
-        Part of the log.
+        Part of the log, or of each file.
     accept : collection of str
         Fatal findings to go on in spite of.
     **options
@@ -73,14 +89,32 @@ def alignment_of(
 
     advance = progress or (lambda fraction, what: None)
     advance(0.0, "reading")
-    whole, start, stop = read_whole(log, start, stop, listed=spans is not None, source=source, **options)
     known = None if calibration is None else Calibration.load(os.fspath(calibration))
-    axes, _ = unit_of(whole, known, gyro, accelerometer)
-    whole = whole.select(*axes.names, *thermometers(whole))
+    by_file = None
+    if positions is None:
+        whole, start, stop = read_whole(log, start, stop, listed=spans is not None, source=source, **options)
+        axes, _ = unit_of(whole, known, gyro, accelerometer)
+        whole = whole.select(*axes.names, *thermometers(whole))
+    else:
+        refuse_beside_files(spans=spans)
+        by_file = log_of_files(
+            list(positions),
+            lambda first: unit_of(first, known, gyro, accelerometer)[0],
+            between=between,
+            accept=accept,
+            start=start,
+            stop=stop,
+            **options,
+        )
+        whole, axes, start, stop = by_file.recording, by_file.axes, None, None
     part = part_of(whole, start, stop)
     models = _models(model, part, axes, model_channels)
     advance(0.1, "looking for rest")
     rests = rests_of(whole, part, axes, listing=spans, start=start, models=models)
+    headings = None
+    if by_file is not None:
+        rests = rests_by_file(rests, by_file)
+        headings = _headings(rests, by_file, list((positions or {}).values()))
     turning = bool((estimate or {}).get("rotation"))
     advance(0.3, "looking for faults")
     # a unit that turned all the time is not cut where it turned
@@ -92,13 +126,19 @@ def alignment_of(
         model=models,
         calibration=known,
         spans=rests,
+        headings=headings,
         gyro=axes.gyro,
         accelerometer=axes.accelerometer,
         progress=lambda fraction, what: advance(0.5 + 0.5 * fraction, what),
         **(estimate or {}),
     )
+    if by_file is not None:
+        unsaid = (_UNSAID,) if None in (positions or {}).values() else ()
+        found = replace(found, advice=(*found.advice, *unsaid, by_file.remark))
+        ready = replace(ready, findings=(*by_file.findings, *by_file.without_pauses(ready.findings)))
     document = {
         **found.to_json(),
+        **({} if by_file is None else {"files": headed(by_file, (positions or {}).values())}),
         **beside(part, None, ready.findings, file_sha256(log), command),
     }
     return Measured(
@@ -108,6 +148,20 @@ def alignment_of(
         tables={STANDS: _rows(document)},
         lossy=ready.lossy,
     )
+
+
+def _headings(rests: StaticSpans, log: LogOfFiles, headings: Sequence[float | None]) -> list[float]:
+    """Of each rest, by the file it is in; NaN where no file has one.
+
+    Raises
+    ------
+    InputError
+        Some files have one, and others not.
+    """
+    if None in headings and set(headings) != {None}:
+        raise InputError("give the heading of every position, or of none: first.csv=0 turned.csv=180")
+    found = [headings[log.file_at(s.start)] for s in rests.spans]
+    return [math.nan if heading is None else heading for heading in found]
 
 
 def _models(

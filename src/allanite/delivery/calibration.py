@@ -8,6 +8,7 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+from allanite.delivery.by_file import log_of_files, refuse_beside_files, rests_by_file
 from allanite.delivery.measurement import Measured, beside
 from allanite.delivery.recordings import file_sha256, read_whole
 from allanite.delivery.rests import judged_at_rest, rests_of, thermometers
@@ -34,6 +35,8 @@ _STEPS = frozenset({"quantisation_limited"})
 def calibration_of(
     log: str | os.PathLike[str],
     *,
+    positions: Sequence[str | os.PathLike[str]] | None = None,
+    between: float = 60.0,
     gyro_log: str | os.PathLike[str] | None = None,
     model: str | os.PathLike[str] | None = None,
     model_channels: Mapping[str, str] | None = None,
@@ -60,6 +63,10 @@ def calibration_of(
     log, model, spans : path
         Whatever `read`, `load_models` and `read_spans` understand; times of the spans count from the first sample of
         the log.
+    positions : sequence of path, optional
+        One file for each position, in the order of recording; `log` is the first of them.
+    between : float [s]
+        From one of these files to the next, where they do not tell; see `joined_files`.
     model_channels : mapping of str to str, optional
         What the models call the channels of the log, where that is another name.
     gyro_log : path, optional
@@ -70,7 +77,7 @@ def calibration_of(
     without : collection of int or (int, int)
         Numbers of positions, and of turns between two, to leave out.
     start, stop : float, optional [s]
-        Part of the log.
+        Part of the log, or of each file.
     accept : collection of str
         Fatal findings to go on in spite of.
     **options
@@ -78,8 +85,10 @@ def calibration_of(
 
     Raises
     ------
+    InputError
+        Files of positions, and a list of rests or a log of the gyros.
     DataQualityError
-        A fatal finding in the rests that was not accepted.
+        A fatal finding in the rests that was not accepted; a file in which the unit was nowhere at rest.
     """
     from allanite.figures.static import document_of
     from allanite.static_spans import unit_axes
@@ -87,19 +96,37 @@ def calibration_of(
 
     advance = progress or (lambda fraction, what: None)
     advance(0.0, "reading")
-    if gyro_log is None:
-        whole, start, stop = read_whole(log, start, stop, listed=spans is not None, **options)
+    heat, by_file = (estimate or {}).get("temperature"), None
+    if positions is not None:
+        refuse_beside_files(spans=spans, gyro_log=gyro_log)
+        by_file = log_of_files(
+            positions,
+            lambda first: unit_axes(first, gyro, accelerometer),
+            between=between,
+            temperature=heat,
+            accept=accept,
+            start=start,
+            stop=stop,
+            **options,
+        )
+        whole, axes, start, stop = by_file.recording, by_file.axes, None, None
     else:
-        named = {"accelerometer": accelerometer, "gyro": gyro}
-        whole, accelerometer, gyro = read_two(log, gyro_log, **named, **options)
-    whole = whole if source is None else replace(whole, source=source)
-    axes = unit_axes(whole, gyro, accelerometer)
-    whole = whole.select(*axes.names, *thermometers(whole, (estimate or {}).get("temperature")))
+        if gyro_log is None:
+            whole, start, stop = read_whole(log, start, stop, listed=spans is not None, **options)
+        else:
+            named = {"accelerometer": accelerometer, "gyro": gyro}
+            whole, accelerometer, gyro = read_two(log, gyro_log, **named, **options)
+        whole = whole if source is None else replace(whole, source=source)
+        axes = unit_axes(whole, gyro, accelerometer)
+        whole = whole.select(*axes.names, *thermometers(whole, heat))
     part = part_of(whole, start, stop)
     given, where = models_for(model, [part[name] for name in axes.names], model_channels)
     models = given or None
     advance(0.1, "looking for rest")
-    rests = _rests(whole, part, axes, listing=spans, start=start, models=models)
+    if by_file is None:
+        rests = _rests(whole, part, axes, listing=spans, start=start, models=models)
+    else:
+        rests = rests_by_file(_found(part, axes, models=models), by_file)
     advance(0.3, "looking for faults")
     ready = judged_at_rest(part, rests, axes, accept=accept, milder=_STEPS)
     found = calibrate(
@@ -115,8 +142,12 @@ def calibration_of(
         progress=lambda fraction, what: advance(0.5 + 0.5 * fraction, what),
         **(estimate or {}),
     )
+    if by_file is not None:
+        found = replace(found, remarks=(by_file.remark, *found.remarks))
+        ready = replace(ready, findings=(*by_file.findings, *by_file.without_pauses(ready.findings)))
     document = {
         **found.to_json(),
+        **({} if by_file is None else {"files": list(by_file.files)}),
         **beside(part, None, ready.findings, file_sha256(log), command),
         "static_spans": document_of(rests, part),
         "spans_source": "found" if rests.source == "detected" else "given",

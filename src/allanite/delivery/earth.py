@@ -9,8 +9,9 @@ from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+from allanite.delivery.by_file import ByFile, headed, read_files
 from allanite.delivery.measurement import Measured, beside, provenance
-from allanite.delivery.recordings import file_sha256, read_part, read_whole
+from allanite.delivery.recordings import file_sha256, read_whole
 from allanite.delivery.turned import (
     LONGEST_TURN,
     checked,
@@ -205,7 +206,7 @@ def north_of(
     rotation, heading_at_start : float [rad/s], [rad]
         Of a table that turned all the time.
     start, stop : float, optional [s]
-        Part of the log.
+        Part of the log, or of each file.
     **options
         Those of `read`.
 
@@ -221,11 +222,10 @@ def north_of(
             "say how the table stood: positions in one log (--headings), in files of their own (--positions), or a "
             "rotation (--rotation)"
         )
-    if positions is not None and (start is not None or stop is not None):
-        raise InputError("--from and --to are for one log: cut the files of the positions before")
     advance = progress or (lambda fraction, what: None)
     advance(0.0, "reading")
     remarks: tuple[str, ...] = ()
+    by_file: ByFile | None = None
     if positions is None:
         whole, start, stop = read_whole(
             log, start, stop, listed=headings is not None, source=source, **options
@@ -233,9 +233,9 @@ def north_of(
     else:
         from allanite.reversals import joined_positions
 
-        files = [read_part(file, **options) for file in positions]
+        by_file = read_files(list(positions), accept=accept, start=start, stop=stop, **options)
         whole, joined, remark = joined_positions(
-            files, list(positions.values()), between=between, dead_time=dead_time
+            by_file.recordings, list(positions.values()), between=between, dead_time=dead_time
         )
         remarks = (remark,)
     channels = gyros_of(whole, most=2)
@@ -244,6 +244,7 @@ def north_of(
         part, placed = placed_of(whole, channels[0], headings, start=start, stop=stop, dead_time=dead_time)
     else:
         part, placed = whole, joined
+    of_files = () if by_file is None else by_file.findings
     advance(0.3, "looking for faults")
     ready = checked(
         part, placed, channels, accept=accept, longest=LONGEST_TURN if positions is None else math.inf
@@ -261,19 +262,11 @@ def north_of(
     found = replace(found, advice=(*found.advice, *remarks))
     document = {
         **found.to_json(),
-        **({"files": _files(positions)} if positions is not None else {}),
-        **beside(part, channels[0], ready.findings, file_sha256(log), command),
+        **({} if by_file is None else {"files": headed(by_file, (positions or {}).values())}),
+        **beside(part, channels[0], (*of_files, *ready.findings), file_sha256(log), command),
         "model_name": where[channels[0]],
     }
     return Measured(result=found, document=document, name="north", tables={}, lossy=ready.lossy)
-
-
-def _files(positions: Mapping[str | os.PathLike[str], float]) -> list[Json]:
-    """Where each position comes from, and its heading [rad]."""
-    return [
-        {"file": os.fspath(file), "sha256": file_sha256(file), "heading": heading}
-        for file, heading in positions.items()
-    ]
 
 
 def null_of(

@@ -9,18 +9,20 @@ two turns; a *dwell* is a usable piece of a position: without the dead time afte
 and the disturbed stretches (knocks, frozen readings) inside it.
 """
 
-from allanite.reversals.by_file import joined_positions
+from allanite.reversals.by_file import BETWEEN, joined_files, joined_positions
 from allanite.reversals.detection import find_reversals
 from allanite.reversals.schedule import periodic_reversals, read_positions, read_turns
 from allanite.reversals.turns import Disturbance, Dwell, Position, Reversals, Turn
 
 __all__ = [
+    "BETWEEN",
     "Disturbance",
     "Dwell",
     "Position",
     "Reversals",
     "Turn",
     "find_reversals",
+    "joined_files",
     "joined_positions",
     "periodic_reversals",
     "read_positions",

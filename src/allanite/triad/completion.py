@@ -37,6 +37,11 @@ NO_GRAVITY = (
     "gyros alone see nothing of their scale factors and misalignments: record the accelerometers too, or use a rate "
     "table"
 )
+#: Said where positions were recorded without the turns between them.
+NO_TURNS = (
+    "no turn between the positions was recorded, and only turns show scale factors and misalignments of gyros: let one "
+    "log run on while the unit is turned from position to position, or use a rate table"
+)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -64,10 +69,13 @@ def complete(fit: Adjustment) -> Completion:
     waiting = {n for n, o in zip(names, (fit.solution.open**2).sum(axis=1), strict=True) if o > OPEN}
     if ACCELEROMETER not in fit.rows:
         return Completion(by_name=dict.fromkeys(waiting, (NO_GRAVITY,)))
+    by_name: dict[str, tuple[str, ...]] = {}
+    if GYRO in fit.rows and not _linked(fit):
+        by_name = {name: (NO_TURNS,) for name in waiting if name.startswith(GYRO)}
+        waiting -= set(by_name)
     known = _Known.of(fit)
     added: list[str] = []
-    by_name: dict[str, tuple[str, ...]] = {}
-    for _ in range(MOST):
+    for _ in range(MOST if waiting else 0):
         words, better = _best(fit, known)
         if better.score <= known.score + 1e-6:
             break
@@ -79,6 +87,11 @@ def complete(fit: Adjustment) -> Completion:
         if not waiting:
             break
     return Completion(add=tuple(added), by_name=by_name)
+
+
+def _linked(fit: Adjustment) -> bool:
+    """Whether turns lead from position to position: those that are missing would be recorded as these were."""
+    return GYRO in fit.rows and (fit.observed.m > 0 or fit.observed.n == 1)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -171,7 +184,7 @@ def _shortest(a: Array, b: Array) -> Array:
 def _two(fit: Adjustment, before: Array, after: Array, turn: Array) -> tuple[Observed, State]:
     """The last position and the next, as the gyros would see the way."""
     observed, state = fit.observed, fit.solution.state
-    linked = GYRO in fit.rows
+    linked = _linked(fit)
     seconds = np.array([float(np.median(observed.seconds)) if observed.m else TURN_TIME])
     turning = constant_rate_turns(np.zeros((0, 3)), np.zeros(0))
     if linked:

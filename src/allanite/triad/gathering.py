@@ -395,7 +395,7 @@ def _rails(samples: Array) -> tuple[float, ...]:
 
 
 def _unusable(part: Array, warm: Array, rails: Sequence[tuple[float, ...]]) -> str:
-    if len(part) < 2:
+    if len(part) < 2 or not np.isfinite(part).any():
         return "no samples between"
     if not (np.isfinite(part).all() and np.isfinite(warm).all()):
         return "samples missing"

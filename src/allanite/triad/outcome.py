@@ -420,7 +420,10 @@ def _remarks(about: Circumstances, fit: Adjustment) -> tuple[str, ...]:
     numbers = about.data.numbers
     for why in dict.fromkeys(about.data.dropped.values()):
         turns = [f"{numbers[i]} to {numbers[j]}" for (i, j), own in about.data.dropped.items() if own == why]
-        out.append(f"turn {', '.join(turns)}: not used, {why}")
+        which = (
+            f"turn {', '.join(turns)}" if len(turns) < len(numbers) - 1 or len(turns) == 1 else "all turns"
+        )
+        out.append(f"{which}: not used, {why}")
     for why in dict.fromkeys(about.data.unused.values()):
         positions = [str(n) for n, own in about.data.unused.items() if own == why]
         out.append(f"position {', '.join(positions)}: not used, {why}")
