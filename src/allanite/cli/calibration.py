@@ -16,7 +16,7 @@ from allanite.cli.options import (
     model_channels_option,
     place_of,
 )
-from allanite.cli.positions import files_of, position_options, single_log
+from allanite.cli.positions import files_of, for_means, means_options, position_options, single_log
 from allanite.cli.program import command
 from allanite.cli.repeated import Listed
 from allanite.cli.results import Destination, result_options
@@ -49,6 +49,7 @@ class Numbers(Listed):
 @click.argument("logs", metavar="LOG...", nargs=-1, required=True)
 @log_options
 @position_options("in the order of recording: zup.csv zdown.csv.")
+@means_options
 @click.option(
     "--gyro-log",
     type=click.Path(exists=True, dir_okay=False),
@@ -94,7 +95,7 @@ class Numbers(Listed):
 @accept_option
 @result_options
 def calibrate(
-    logs: tuple[str, ...], positions: bool,
+    logs: tuple[str, ...], positions: bool, means: bool,
     frame: str, quadratic: bool, no_drift: bool, temperature: str | None, reference_temperature: float | None,
     confidence: float, gravity_uncertainty: float, to: Destination, **options: Any,
 ) -> int:  # fmt: skip
@@ -119,9 +120,11 @@ def calibrate(
         "confidence": confidence,
         "stated": {"gravity": gravity_uncertainty} if gravity_uncertainty else {},
     }
+    measure = delivery.calibration_of_means if means else delivery.calibration_of
+    for_means(means, options, positions=positions, gyro_log=options["gyro_log"], spans=options["spans"])
     return to.deliver(
         "calibration",
-        lambda **known: delivery.calibration_of(place_of(log), **known, **options),
+        lambda **known: measure(place_of(log), **known, **options),
         terminal.show_calibration,
         tables=["positions.csv"],
         log=log,

@@ -11,7 +11,7 @@ import click
 
 from allanite.cli.options import Angle, Duration
 
-__all__ = ["files_of", "headed_files_of", "position_options", "single_log"]
+__all__ = ["files_of", "for_means", "headed_files_of", "means_options", "position_options", "single_log"]
 
 
 def position_options(what: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
@@ -33,6 +33,45 @@ def position_options(what: str) -> Callable[[Callable[..., Any]], Callable[..., 
         return command
 
     return decorated
+
+
+def means_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """A table of means in place of a log."""
+    options = [
+        click.option(
+            "--means",
+            is_flag=True,
+            help="LOG is a table: one row for each position, the means of its readings.",
+        ),
+        click.option(
+            "--averaging", type=Duration(), help="Of each row of --means, where no column says it: 60s."
+        ),
+        click.option(
+            "--sd-of",
+            type=click.Choice(["readings", "means"]),
+            help="What standard deviations in the table of --means are of.",
+        ),
+    ]
+    for option in reversed(options):
+        command = option(command)
+    return command
+
+
+def for_means(means: bool, options: dict[str, Any], **of_logs: Any) -> None:
+    """Options that the measurement of a log, or of a table of means, does not take are taken out of all.
+
+    Raises
+    ------
+    click.UsageError
+        They were given.
+    """
+    unfit = of_logs if means else {name: options[name] for name in ("averaging", "sd_of")}
+    for name, value in unfit.items():
+        if value:
+            said = "is for logs: leave it out with --means" if means else "goes with --means"
+            raise click.UsageError(f"--{name.replace('_', '-')} {said}")
+    for name in (*unfit, *(("positions", "between", "accept") if means else ())):
+        options.pop(name, None)
 
 
 def single_log(logs: Sequence[str], example: str) -> str:

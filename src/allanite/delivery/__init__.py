@@ -6,7 +6,7 @@ Each function is one line of a command, and can be called as well without the co
 
 from allanite.delivery.alignment import alignment_of
 from allanite.delivery.bounds import bounds_of, bounds_of_study, with_bounds
-from allanite.delivery.calibration import calibration_of
+from allanite.delivery.calibration import calibration_of, calibration_of_means
 from allanite.delivery.capture import captured_document, record_to
 from allanite.delivery.comparison import comparison_of
 from allanite.delivery.curves import (
@@ -52,6 +52,7 @@ __all__ = [
     "bounds_of",
     "bounds_of_study",
     "calibration_of",
+    "calibration_of_means",
     "captured_document",
     "combination_of",
     "compaction_of",

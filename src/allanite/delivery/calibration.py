@@ -9,8 +9,9 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from allanite.delivery.by_file import log_of_files, refuse_beside_files, rests_by_file
+from allanite.delivery.means import read_means
 from allanite.delivery.measurement import Measured, beside
-from allanite.delivery.recordings import file_sha256, read_whole
+from allanite.delivery.recordings import file_sha256, is_lossy, read_whole
 from allanite.delivery.rests import judged_at_rest, rests_of, thermometers
 from allanite.delivery.turned import models_for, part_of
 from allanite.delivery.two_logs import read_two
@@ -18,9 +19,9 @@ from allanite.errors import DataQualityError
 
 if TYPE_CHECKING:
     from allanite.recording import Recording
-    from allanite.static_spans import StaticSpans, UnitAxes
+    from allanite.static_spans import SdOf, StaticSpans, UnitAxes
 
-__all__ = ["POSITIONS", "calibration_of"]
+__all__ = ["POSITIONS", "calibration_of", "calibration_of_means"]
 
 Json = Mapping[str, Any]
 Advance = Callable[[float, str], None]
@@ -187,6 +188,78 @@ def _found(part: Recording, axes: UnitAxes, *, models: Mapping[str, Any] | None,
     return find_rests(part, gyro=axes.gyro, accelerometer=axes.accelerometer, model=complete)
 
 
+def calibration_of_means(
+    table: str | os.PathLike[str],
+    *,
+    averaging: float | None = None,
+    sd_of: SdOf | None = None,
+    model: str | os.PathLike[str] | None = None,
+    model_channels: Mapping[str, str] | None = None,
+    latitude: float | None = None,
+    height: float | None = None,
+    gravity: float | None = None,
+    gyro: Sequence[str] | None = None,
+    accelerometer: Sequence[str] | None = None,
+    without: Collection[int | tuple[int, int]] = (),
+    estimate: Mapping[str, Any] | None = None,
+    command: str | None = None,
+    source: str | None = None,
+    progress: Advance | None = None,
+    **options: Any,
+) -> Measured:
+    """The same out of a table with one row of means for each position; see `calibrate_means`.
+
+    Parameters
+    ----------
+    table : path
+        Whatever `read` understands.
+    averaging : float, optional [s]
+        Over which each row is the mean, where no column says it.
+    sd_of : "readings" or "means", optional
+        See `means_of`.
+    **options
+        Others as of `calibration_of`.
+
+    Raises
+    ------
+    InputError
+        Options of logs.
+    """
+    from allanite.static_spans import unit_axes
+    from allanite.triad import calibrate_means
+
+    means, findings = read_means(table, averaging=averaging, sd_of=sd_of, source=source, **options)
+    axes = unit_axes(means.rows, gyro, accelerometer)
+    given, where = models_for(model, [means.rows[name] for name in axes.names], model_channels)
+    about = {name: value for name, value in (estimate or {}).items() if name != "drift"}
+    found = calibrate_means(
+        means,
+        model=given or None,
+        latitude=latitude,
+        height=height or 0.0,
+        gravity=gravity,
+        gyro=axes.gyro,
+        accelerometer=axes.accelerometer,
+        without=without,
+        progress=progress,
+        **about,
+    )
+    facts = beside(means.rows, None, findings, file_sha256(table), command)
+    document = {
+        **found.to_json(),
+        **facts,
+        "recording": {**facts["recording"], "rate": None, "duration": None},
+        "model_name": "" if model is None else next(iter(where.values())).split(", channel")[0],
+    }
+    return Measured(
+        result=document,
+        document=document,
+        name="calibration",
+        tables={POSITIONS: _rows(document)},
+        lossy=is_lossy(f.to_json() for f in findings),
+    )
+
+
 # -- the table --------------------------------------------------------------------------------------------
 
 
@@ -198,11 +271,14 @@ def _rows(document: Json) -> list[Json]:
     def shown(value: float | None, factor: float = 1.0) -> str:
         return "" if value is None else f"{value / factor:.6g}"
 
+    def time(value: float | None) -> str:
+        return "" if value is None else f"{value:.6f}"
+
     return [
         {
             "number": p["number"],
-            "start_s": f"{p['start']:.6f}",
-            "stop_s": f"{p['stop']:.6f}",
+            "start_s": time(p["start"]),
+            "stop_s": time(p["stop"]),
             "used": "yes" if p["used"] else "no",
             "outlier": "yes" if p["outlier"] else "no",
             **{f"up_{axis}": shown(value) for axis, value in zip("xyz", p["up"], strict=True)},

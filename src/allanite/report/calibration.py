@@ -71,7 +71,7 @@ def page(document: Json) -> dict[str, Any]:
         kicker="Self-calibration of three axes",
         facts=[
             ("Triads", " and ".join(sensor_words(s).lower() for s in _sensors(document))),
-            ("Length", duration(document["duration"])),
+            ("Length", "" if document["duration"] is None else duration(document["duration"])),
             ("Positions", str(sum(p["used"] for p in document["positions"]))),
             ("Gravity", f"{document['gravity']:.5f} m/s²"),
             ("Latitude", "" if document["latitude"] is None else angle(document["latitude"])),

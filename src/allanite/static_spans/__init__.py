@@ -17,12 +17,15 @@ from allanite.static_spans.choice import find_rests, held_by_hand
 from allanite.static_spans.detection import find_static_spans
 from allanite.static_spans.given import given_spans, read_spans
 from allanite.static_spans.hand import find_held_spans
+from allanite.static_spans.means import PositionMeans, SdOf, means_of
 from allanite.static_spans.results import WHY, Level, MovingSpan, StaticSpan, StaticSpans
 
 __all__ = [
     "WHY",
     "Level",
     "MovingSpan",
+    "PositionMeans",
+    "SdOf",
     "StaticSpan",
     "StaticSpans",
     "UnitAxes",
@@ -31,6 +34,7 @@ __all__ = [
     "find_static_spans",
     "given_spans",
     "held_by_hand",
+    "means_of",
     "read_spans",
     "unit_axes",
 ]

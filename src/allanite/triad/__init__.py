@@ -7,6 +7,7 @@ next. One least squares of all that gives biases, scale factors and misalignment
 under the noise models of the sensors.
 
 ``gathering``, ``starting``, ``problem``   from a recording to a first idea.
+``rows``          the same of positions that are kept as their means.
 ``adjustment``    the least squares, its weights, and what the residuals say.
 ``estimation``    calibrate.
 ``outcome``, ``completion``, ``verdict``   what is said of it.
@@ -14,7 +15,7 @@ under the noise models of the sensors.
 ``orientations``  positions in words.
 """
 
-from allanite.triad.estimation import calibrate
+from allanite.triad.estimation import calibrate, calibrate_means
 from allanite.triad.prediction import Prediction, predict
 from allanite.triad.results import (
     CalibrationEstimate,
@@ -34,5 +35,6 @@ __all__ = [
     "Scatter",
     "Turn",
     "calibrate",
+    "calibrate_means",
     "predict",
 ]

@@ -5,7 +5,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import replace
 from datetime import UTC, datetime
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -16,14 +18,15 @@ from allanite.errors import DataQualityError, InputError
 from allanite.given_models import models_of
 from allanite.noise import NoiseModel
 from allanite.recording import Kind, Recording
-from allanite.static_spans import StaticSpans, UnitAxes, find_rests, held_by_hand, unit_axes
+from allanite.static_spans import PositionMeans, StaticSpans, UnitAxes, find_rests, held_by_hand, unit_axes
 from allanite.triad.adjustment import adjust
-from allanite.triad.gathering import gather
+from allanite.triad.gathering import Gathered, gather
 from allanite.triad.outcome import Circumstances, outcome
 from allanite.triad.problem import problem_of
 from allanite.triad.results import CalibrationEstimate
+from allanite.triad.rows import BETWEEN, SOURCES, gather_rows, noise_source, row_edges
 
-__all__ = ["STANDARD_GRAVITY", "calibrate"]
+__all__ = ["STANDARD_GRAVITY", "calibrate", "calibrate_means"]
 
 _UNSETTLED = (
     "the fit does not settle, so there are no parameters: look at the axes, the units and the rests (--spans), or "
@@ -129,41 +132,148 @@ def calibrate(
     data = gather(
         recording, axes, found.array, model=models, temperature=heat, without=without, in_hand=in_hand
     )
-    g, source = _gravity(gravity, latitude, height)
-    advance(0.4, "fitting")
-    problem = problem_of(data, recording, g, frame, quadratic, reference_temperature)
-    fit = adjust(
-        problem.observed,
-        problem.weights,
-        problem.start,
-        latitude,
-        sure=models is not None,
-        drift=drift,
-        in_hand=in_hand,
+    return _fitted(
+        data,
+        recording,
+        {"sure": models is not None, "drift": drift, "in_hand": in_hand},
+        advance,
+        _gravity(gravity, latitude, height),
+        quadratic=quadratic,
+        spans=found.array,
+        remarks=found.findings,
+        frame=frame,
+        latitude=latitude,
+        reference_temperature=reference_temperature,
+        stated=stated,
+        spans_source="found" if spans is None else "given",
+        model_source="this record" if models is None else "given",
+        confidence=confidence,
+        date=_date(recording),
+        duration=recording.duration,
+        source=recording.source,
     )
+
+
+def calibrate_means(
+    means: PositionMeans,
+    *,
+    model: NoiseModel | Mapping[str, NoiseModel] | None = None,
+    latitude: float | None = None,
+    height: float = 0.0,
+    gravity: float | None = None,
+    gyro: Sequence[str] | None = None,
+    accelerometer: Sequence[str] | None = None,
+    frame: Frame = "z",
+    quadratic: bool = False,
+    reference_temperature: float | None = None,
+    temperature: str | None = None,
+    without: Collection[int | tuple[int, int]] = (),
+    stated: Mapping[str, float] | None = None,
+    confidence: float = 0.95,
+    progress: Progress | None = None,
+) -> CalibrationEstimate:
+    """The same out of the means of the readings in each position, without the log.
+
+    Parameters
+    ----------
+    means : PositionMeans
+    model : NoiseModel or mapping of str to NoiseModel, optional
+        Needs the averaging times of the means. Without it the noise is that of the standard deviations in the table, or
+        what the positions scatter by.
+    without : collection of int
+        Numbers of rows, from 1, to leave out.
+    latitude, height, gravity, gyro, accelerometer, frame, quadratic, reference_temperature, temperature, stated, \
+confidence, progress
+        See `calibrate`.
+
+    Raises
+    ------
+    InputError
+        Channels, rows, a latitude or a confidence that make no sense; a model without averaging times.
+    DataQualityError
+        Accelerometers that do not show gravity; too few positions to tell the noise by, where nothing else does; a
+        fit that does not settle.
+
+    Notes
+    -----
+    No turn is seen: scale factors and misalignments of gyros stay open, unless the Earth's rotation shows them.
+    """
+    advance = progress or (lambda fraction, what: None)
+    stated, rows = dict(stated or {}), means.rows
+    _refuse(latitude, gravity, frame, confidence, stated)
+    axes = unit_axes(rows, gyro, accelerometer).triads
+    heat = _temperature(rows, temperature, reference_temperature)
+    kinds = {name: Kind.UNKNOWN for three in axes.values() for name in three}
+    models = models_of(model, kinds, roles=axes) or None
+    told = noise_source(means, axes, models)
+    data = gather_rows(means, axes, models=models, source=told, temperature=heat, without=without)
+    found = _fitted(
+        data,
+        rows,
+        {"sure": True, "drift": False, "told": told != "scatter"},
+        advance,
+        _gravity(gravity, latitude, height),
+        quadratic=quadratic,
+        spans=row_edges(means),
+        remarks=means.remarks,
+        frame=frame,
+        latitude=latitude,
+        reference_temperature=reference_temperature,
+        stated=stated,
+        spans_source="rows of means",
+        model_source=SOURCES[told],
+        confidence=confidence,
+        date="",
+        duration=math.nan,
+        source=rows.source,
+    )
+    return _as_the_table_tells(found, means)
+
+
+def _fitted(
+    data: Gathered,
+    recording: Recording,
+    how: Mapping[str, bool],
+    advance: Progress,
+    gravity: tuple[float, str],
+    *,
+    quadratic: bool,
+    **about: Any,
+) -> CalibrationEstimate:
+    """The fit of what was gathered, and the result; `how` it is adjusted, and what `Circumstances` take besides."""
+    g, source = gravity
+    advance(0.4, "fitting")
+    problem = problem_of(data, recording, g, about["frame"], quadratic, about["reference_temperature"])
+    fit = adjust(problem.observed, problem.weights, problem.start, about["latitude"], **how)
     if not fit.solution.converged:
         raise DataQualityError(problem.astray or _UNSETTLED)
     advance(0.9, "judging")
+    units = {s: _unit(recording, three) for s, three in data.axes.items()}
     return outcome(
-        Circumstances(
-            data=data,
-            problem=problem,
-            units={s: _unit(recording, three) for s, three in axes.items()},
-            spans=found.array,
-            remarks=found.findings,
-            frame=frame,
-            gravity=g,
-            gravity_source=source,
-            latitude=latitude,
-            reference_temperature=reference_temperature,
-            stated=stated,
-            spans_source="found" if spans is None else "given",
-            confidence=confidence,
-            date=_date(recording),
-            duration=recording.duration,
-            source=recording.source,
-        ),
-        fit,
+        Circumstances(data=data, problem=problem, units=units, gravity=g, gravity_source=source, **about), fit
+    )
+
+
+def _as_the_table_tells(found: CalibrationEstimate, means: PositionMeans) -> CalibrationEstimate:
+    """Without the times that a table does not hold, and the models that nobody gave."""
+    if found.model_source == SOURCES["scatter"]:
+        of = (f"{s.what}: {s.sd_dof:.3g} degrees of freedom" for s in found.scatter if s.sd > 0)
+        said = (
+            f"nothing but the scatter of the positions tells their noise ({', '.join(of)}); intervals are by Student's "
+            "law"
+        )
+        scatter = tuple(replace(s, ratio=math.nan) for s in found.scatter)
+        found = replace(found, remarks=(*found.remarks, said), scatter=scatter)
+    if found.model_source == "given" and means.start is None:
+        said = f"the rows do not say when they were taken: {BETWEEN:g} s are assumed between them (a column start)"
+        found = replace(found, remarks=(*found.remarks, said))
+    bare = replace(found, rate=math.nan, models=found.models if found.model_source == "given" else {})
+    if means.start is not None and means.duration is not None:
+        return bare
+    return replace(
+        bare,
+        positions=tuple(replace(p, start=math.nan, stop=math.nan) for p in found.positions),
+        turns=tuple(replace(t, start=math.nan, stop=math.nan) for t in found.turns),
     )
 
 

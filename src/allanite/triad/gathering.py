@@ -18,7 +18,7 @@ from allanite.triad.adjustment.interval_noise import Intervals, model_beside_mot
 from allanite.triad.adjustment.rounding import Steps, of_integrals, of_means
 from allanite.triad.adjustment.turning import Motion
 
-__all__ = ["Gathered", "gather"]
+__all__ = ["Gathered", "gather", "unused_of"]
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -180,7 +180,7 @@ def gather(
     means, whole = {}, {}
     for sensor, samples in y.items():
         means[sensor], whole[sensor] = _means(samples, edges)
-    unused = _unused(whole, spans)
+    unused = unused_of(whole, spans)
     use = np.array([k + 1 not in unused for k in range(len(edges))], dtype=np.bool_)
     if not use.any():
         raise DataQualityError("no static span has samples of every axis")
@@ -261,7 +261,7 @@ def _places(turns: Collection[tuple[int, int]], use: NDArray[np.bool_]) -> set[t
     return {(place[a], place[b]) for a, b in turns}
 
 
-def _unused(whole: Mapping[str, Array], without: Collection[int]) -> dict[int, str]:
+def unused_of(whole: Mapping[str, Array], without: Collection[int]) -> dict[int, str]:
     """Numbers of the spans that cannot or shall not be used, and why."""
     empty = np.any([(counts == 0).any(axis=1) for counts in whole.values()], axis=0)
     found = {int(k) + 1: "samples missing" for k in np.flatnonzero(empty)}

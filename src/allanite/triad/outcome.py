@@ -23,6 +23,7 @@ from allanite.triad.gathering import Gathered
 from allanite.triad.orientations import ORIENTATIONS, words_of
 from allanite.triad.problem import Problem
 from allanite.triad.results import CalibrationEstimate, Parameter, Position, Scatter, Turn
+from allanite.triad.rows import SOURCES
 from allanite.triad.verdict import WHAT, checks_of, judge
 
 __all__ = ["Circumstances", "outcome"]
@@ -55,6 +56,7 @@ class Circumstances:
     reference_temperature: float | None
     stated: Mapping[str, float]
     spans_source: str
+    model_source: str
     confidence: float
     date: str
     duration: float
@@ -71,7 +73,7 @@ def outcome(about: Circumstances, fit: Adjustment) -> CalibrationEstimate:
     positions = _positions(about, fit, limit)
     turns = _turns(about, fit, limit)
     missing = _uncovered(positions)
-    checks = checks_of(fit, in_hand=about.data.in_hand)
+    checks = checks_of(fit, expected=about.data.in_hand or about.model_source == SOURCES["scatter"])
     agreement = None if about.problem.astray else alone_and_together(fit)
     if agreement is not None:
         checks = (*checks, agreement)
@@ -93,7 +95,7 @@ def outcome(about: Circumstances, fit: Adjustment) -> CalibrationEstimate:
         stated=about.stated,
         temperature_span=_range(about.data.temperature),
         models=about.data.models,
-        model_source="given" if about.data.given else "this record",
+        model_source=about.model_source,
         spans_source=about.spans_source,
         confidence=about.confidence,
         rate=about.data.rate,
@@ -409,6 +411,11 @@ def _remarks(about: Circumstances, fit: Adjustment) -> tuple[str, ...]:
         out.append(
             "without a latitude the direction of the Earth's rotation is open, and the biases of the gyros contain it "
             "as an uncertainty of up to 15 deg/h"
+        )
+    if GYRO in fit.rows and fit.earth is None and fit.observed.m == 0 and fit.observed.n > 1:
+        out.append(
+            "no turn tells how the positions were headed, and the gyros do not see the Earth's rotation well enough to "
+            "tell it: what is not known of that rotation is in the intervals of their biases"
         )
     if fit.observed.triads[-1].follows_gravity:
         first = fit.observed.names.index(SENSITIVITY[0])

@@ -264,9 +264,10 @@ class CalibrationEstimate:
     models : dict of str to NoiseModel
         By channel, in the unit of the channel after its scale.
     model_source : str
-        "given" or "this record".
+        "given" or "this record"; of rows of means also "standard deviations of the table" or "scatter of the
+        positions".
     spans_source : str
-        "given" or "found".
+        "given", "found" or "rows of means".
     confidence : float
     rate, duration : float [Hz], [s]
         Of the recording.

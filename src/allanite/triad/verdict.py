@@ -11,6 +11,7 @@ from allanite.earth import DEG_H
 from allanite.triad.adjustment import Adjustment
 from allanite.triad.adjustment.weights import TURNS
 from allanite.triad.results import CalibrationEstimate, EarthSeen
+from allanite.triad.rows import SOURCES
 
 __all__ = ["WHAT", "checks_of", "judge"]
 
@@ -26,11 +27,11 @@ REASONS = {
 }
 
 
-def checks_of(fit: Adjustment, *, in_hand: bool) -> tuple[Check, ...]:
-    """Questions put to the residuals; that they scatter more than the noise needs no question in the hand."""
+def checks_of(fit: Adjustment, *, expected: bool) -> tuple[Check, ...]:
+    """Questions put to the residuals; not of their scatter where it is `expected`: in the hand, or as the noise."""
     checks = []
     for name, group in fit.pure.items():
-        if in_hand or group.dof < 0.5:
+        if expected or group.dof < 0.5:
             continue
         checks.append(
             Check(
@@ -141,5 +142,6 @@ def _verdict(
             "partly calibrated",
             f"{counted} determine {estimated} of {len(found.parameters)} parameters; the others stay near nominal",
         )
-    widened = " with intervals widened by scatter beyond the noise" if found.inflated else ""
+    told = found.model_source != SOURCES["scatter"]
+    widened = " with intervals widened by scatter beyond the noise" if found.inflated and told else ""
     return "calibrated", f"{counted} determine all {len(found.parameters)} parameters{widened}"

@@ -235,7 +235,7 @@ def position_lines(document: Json) -> list[tuple[str, ...]]:
         (
             str(p["number"]),
             p["words"] or "–",
-            f"{p['start']:.1f} to {p['stop']:.1f} s",
+            "–" if p["start"] is None else f"{p['start']:.1f} to {p['stop']:.1f} s",
             _with_sd(p["excess"], p["excess_sd"], size),
             _longest(p["rate"], p["rate_sd"]),
             number(p["misfit"], 2),
@@ -291,10 +291,10 @@ def scatter_lines(document: Json) -> list[tuple[str, str, str]]:
     return [(s["what"], number(s["ratio"], 3), _added(s, document["duration"])) for s in document["scatter"]]
 
 
-def _added(scatter: Json, seconds: float) -> str:
+def _added(scatter: Json, seconds: float | None) -> str:
     """Scatter of each span or turn, and a drift that the spans by themselves do not show."""
     unit, size = _SCATTERED.get(scatter["unit"], (scatter["unit"], 1.0))
-    drift = scatter["walk"] * math.sqrt(seconds)  # of a random walk, over the record
+    drift = scatter["walk"] * math.sqrt(seconds or 0.0)  # of a random walk, over the record
     said = [f"{number(scatter['sd'] / size, 2)} {unit}"] if scatter["sd"] else []
     said += [f"a drift of {number(drift / size, 2)} {unit} over the record"] if drift else []
     return " and ".join(said) or "nothing"
@@ -326,10 +326,11 @@ def calibrated_words(document: Json) -> str:
         if len(used) < len(document["positions"])
         else f"{len(used)}"
     )
-    source = "found in the signal" if document["spans_source"] == "found" else "as given"
+    sources = {"found": "found in the signal", "rows of means": "rows of means"}
     turns = sum(t["used"] for t in document["turns"])
-    said = f"{count} position{'s' * (count != '1')} ({source}), "
-    said += f"{duration(sum(p['stop'] - p['start'] for p in used))} at rest"
+    said = f"{count} position{'s' * (count != '1')} ({sources.get(document['spans_source'], 'as given')})"
+    if all(p["start"] is not None for p in used):
+        said += f", {duration(sum(p['stop'] - p['start'] for p in used))} at rest"
     return f"{said}; {turns} turn{'s' * (turns != 1)} between them" if document["turns"] else said
 
 
@@ -346,11 +347,8 @@ def calibration_facts(document: Json) -> list[tuple[str, str]]:
     span, reference = document["temperature_span"], document["calibration"]["temperature"]
     warm = "" if span is None else f"{number(span[0], 3)} to {number(span[1], 3)}{_degrees(document)}"
     warm += "" if reference is None else f"; the biases are those at {reference:g}{_degrees(document)}"
-    noise = (
-        "of this record"
-        if document["model_source"] == "this record"
-        else document.get("model_name") or "given"
-    )
+    sources = {"this record": "of this record", "given": document.get("model_name") or "given"}
+    noise = sources.get(document["model_source"], document["model_source"])
     frame = document["calibration"]["frame"]
     rows = [
         ("used", calibrated_words(document)),

@@ -15,10 +15,10 @@ from numpy.typing import NDArray
 from allanite.attitude import rotation
 from allanite.calibration import GYRO
 from allanite.triad.adjustment.design import Observed, State
-from allanite.triad.adjustment.solution import Solution
-from allanite.triad.adjustment.weights import groups_of
+from allanite.triad.adjustment.solution import Earth, Solution
+from allanite.triad.adjustment.weights import Weights, groups_of
 
-__all__ = ["headed_by_earth"]
+__all__ = ["headed_by_earth", "with_unknown_headings"]
 
 Array = NDArray[np.float64]
 
@@ -26,6 +26,18 @@ Array = NDArray[np.float64]
 TRIED = 24
 #: A heading is better if chi-square falls by more than this.
 BETTER = 1.0
+
+
+def with_unknown_headings(observed: Observed, weights: Weights, earth: Earth, attitudes: Array) -> Weights:
+    """The part of the Earth's rotation that nobody knows, as noise of the gyros at rest in positions of any heading.
+
+    Along an axis of the body it has the variance v. Headings may be anything: the same everywhere, which moves the mean,
+    or another in each position, which scatters. Both are allowed for, each with v.
+    """
+    level, _, down = (earth.sd**2 * (earth.free**2).sum(axis=1)).tolist()
+    size = np.sqrt(np.einsum("nia,i->an", attitudes**2, np.array([level, level, down])))
+    unknown = size[:, :, None] * (size[:, None, :] + size[:, :, None] * np.eye(observed.n))
+    return replace(weights, at_rest={**weights.at_rest, GYRO: weights.at_rest[GYRO] + unknown})
 
 
 def headed_by_earth(observed: Observed, solution: Solution) -> State | None:

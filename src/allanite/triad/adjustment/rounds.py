@@ -12,8 +12,9 @@ from numpy.typing import NDArray
 from allanite.calibration import ACCELEROMETER, GYRO
 from allanite.checks import SCATTER_ALARM
 from allanite.earth import EARTH_RATE
+from allanite.errors import DataQualityError
 from allanite.triad.adjustment.design import SENSITIVITY, Observed, State, linearise
-from allanite.triad.adjustment.headings import headed_by_earth
+from allanite.triad.adjustment.headings import headed_by_earth, with_unknown_headings
 from allanite.triad.adjustment.scatter import (
     Contrasts,
     Group,
@@ -56,12 +57,16 @@ PLAUSIBLE = {
 }
 #: Standard deviations from which on the Earth's rotation is seen, and below which it is so long as it should be.
 RESOLVED, AGREES = 5.0, 4.0
+#: Gyros at rest that are left with more than this part of what is not known of the Earth do not see it.
+SEEN = 1.0
 #: A parameter of which more than this part lies in open directions is assumed.
 OPEN = 0.1
 #: Biases that follow gravity explain the scatter of the gyros when they leave less than this part of it and nine
 #: unknowns without meaning would do so with this probability at most; they are looked for from so many degrees of
 #: freedom on.
 EXPLAINED, CHANCE, LEAST_DOF = 0.7, 1e-3, 20.0
+#: Fewest degrees of freedom of a scatter that tells the noise.
+LEAST_TOLD = 0.9
 #: What a hand adds to means and turns, to begin with [m/s^2], [rad/s], [rad]: least squares whose residuals are a
 #: hundred times as large as their noise do not settle.
 HAND = {ACCELEROMETER: 0.01, GYRO: 5e-3, TURNS: 5e-3}
@@ -153,6 +158,7 @@ def adjust(
     sure: bool,
     drift: bool = True,
     in_hand: bool = False,
+    told: bool = True,
 ) -> Adjustment:
     """Fit, widen, fit again; with biases that follow gravity where the gyros at rest show them.
 
@@ -167,6 +173,13 @@ def adjust(
         Such a walk may be looked for at all.
     in_hand : bool
         The unit was held: the spans scatter, whatever the noise, and a walk of the biases does not show beside it.
+    told : bool
+        The noise is told. Otherwise it is what the spans scatter by.
+
+    Raises
+    ------
+    DataQualityError
+        The noise is not told, and the fit leaves nothing to tell it by.
     """
     earth = None
     if observed.triad(GYRO) is not None:
@@ -184,6 +197,12 @@ def adjust(
         if _affords_gravity(observed):
             state = _fit(observed, weights, start, earth).state
             return _finished(_widened(*_with_gravity(observed, weights, state), earth, always, never), earth)
+    if not told:
+        weights = weights.with_beyond({name: HAND[name] for name in groups_of(observed)})
+        always = always | set(weights.beyond)
+        _refuse_untold(observed, _fit(observed, weights, start, None))
+    if earth is not None and observed.m == 0 and observed.n > 1:
+        return _unheaded(observed, weights, start, earth, always, never)
     plain = _widened(observed, weights, start, earth, always, never)
     asks = plain.pure[GYRO].p < SCATTER_ALARM if GYRO in plain.pure else False
     if not asks or ACCELEROMETER not in plain.rows or plain.pure[GYRO].dof < LEAST_DOF:
@@ -192,6 +211,38 @@ def adjust(
     found = _widened(*following, earth, always, never)
     helps = _excess(found) < EXPLAINED**2 * _excess(plain) and _by_chance(plain, found) < CHANCE
     return _finished(found if helps else plain, earth)
+
+
+def _unheaded(
+    observed: Observed, weights: Weights, start: State, earth: Earth, always: set[str], never: set[str]
+) -> Adjustment:
+    """Positions that no turn links have unknown headings: told by the Earth where the gyros see it, else in the noise."""
+    blind = _widened(
+        observed,
+        with_unknown_headings(observed, weights, earth, start.attitudes),
+        replace(start, earth=earth.center),
+        None,
+        always,
+        never,
+    )
+    left = blind.solution.residual[blind.rows[GYRO]]
+    if float(np.sqrt(np.mean(left**2))) < SEEN * earth.sd:
+        found = _finished(_widened(observed, weights, start, earth, always, never), earth)
+        if found.solution.converged and found.earth is not None and found.earth.resolved:
+            return found
+    return _finished(blind, None)
+
+
+def _refuse_untold(observed: Observed, solution: Solution) -> None:
+    lacking = [
+        name for name, rows in groups_of(observed).items() if group_of(solution, rows).dof < LEAST_TOLD
+    ]
+    if lacking:
+        raise DataQualityError(
+            f"nothing tells the noise of the {' and the '.join(lacking)}: {observed.n} positions determine parameters "
+            "and attitudes and leave nothing over. Give the noise (--model with --averaging), columns of standard "
+            "deviations, or more positions: each further one adds one degree of freedom of the accelerometers"
+        )
 
 
 def _affords_gravity(observed: Observed) -> bool:
