@@ -90,4 +90,10 @@ def test_the_command_line_says_so() -> None:
 
 def test_every_mapping_says_that_it_is_one() -> None:
     kinds = {type(o.type) for _, one in commands(cli) for o in one.params if isinstance(o.type, Listed)}
-    assert {k.__name__ for k in kinds if k.parts == "mapping"} == {"ByChannel", "Goals", "Initial", "Renamed"}
+    assert {k.__name__ for k in kinds if k.parts == "mapping"} == {
+        "ByChannel",
+        "Goals",
+        "Initial",
+        "PerLog",
+        "Renamed",
+    }

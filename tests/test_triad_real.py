@@ -12,7 +12,8 @@ import pytest
 
 from allanite.columns import ArrayColumn
 from allanite.recording import Channel, Recording
-from allanite.triad import calibrate
+from allanite.static_spans import find_rests, means_of
+from allanite.triad import calibrate, calibrate_means
 
 G = 9.81744
 ACC = tuple(f"acc_{a}" for a in "xyz")
@@ -49,6 +50,25 @@ def test_xsens_meets_its_certificate(real_data: Locate) -> None:
     follows = found.calibration.errors("gyro").gravity_sensitivity
     assert 0.1 < math.degrees(np.abs(follows).max() / 4770 * G) < 0.2
     assert all(s.ratio < 1.15 for s in found.scatter)  # with it the noise explains every residual
+
+
+def test_the_means_of_xsens_alone_give_the_same_accelerometers(real_data: Locate) -> None:
+    """Without the log: their noise by their scatter, which an independent program put at 1 mm/s^2 for one length."""
+    acc = np.loadtxt(real_data("imu_tk_xsens/xsens_acc.mat"))[:, 1:].astype(np.int32)
+    gyro = np.loadtxt(real_data("imu_tk_xsens/xsens_gyro.mat"))[:, 1:].astype(np.int32)
+    whole = unit(acc, gyro, 100.0, ("LSB", "LSB"))
+    spans = find_rests(whole, gyro=GYRO, accelerometer=ACC).array
+    means = np.array([acc[a:b].mean(axis=0) for a, b in spans])
+    kept = means_of(unit(means, means, 1.0, ("LSB", "LSB")).select(*ACC))
+    found = calibrate_means(kept, accelerometer=ACC, gravity=G)
+    (scatter,) = found.scatter
+    assert found.verdict == "calibrated" and scatter.sd_dof == pytest.approx(len(spans) - 9, abs=0.5)
+    assert 3e-4 < scatter.sd < 3e-3
+    other = {"bias": (33123.8, 33275.1, 32364.5), "scale": (414.42, 412.03, 414.62)}
+    for kind, values in other.items():
+        for a, value in zip("xyz", values, strict=True):
+            p = found[f"accelerometer.{kind}_{a}"]
+            assert p.interval[0] <= value <= p.interval[1]
 
 
 @pytest.mark.parametrize(

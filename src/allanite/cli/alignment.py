@@ -20,7 +20,7 @@ from allanite.cli.options import (
     model_channels_option,
     place_of,
 )
-from allanite.cli.positions import headed_files_of, position_options, single_log
+from allanite.cli.positions import for_means, headed_files_of, means_options, position_options, single_log
 from allanite.cli.program import command
 from allanite.cli.results import Destination, result_options
 
@@ -35,6 +35,7 @@ _HEADED = "first.csv=0 turned.csv=180"
 @position_options(
     "in the order of recording, with its heading where it is known: first.csv=0 turned.csv=180."
 )
+@means_options
 @click.option("--model", metavar="MODEL", help=MODEL + "  [default: from the log itself]")
 @model_channels_option
 @click.option(
@@ -71,7 +72,7 @@ _HEADED = "first.csv=0 turned.csv=180"
 @accept_option
 @result_options
 def align(
-    logs: tuple[str, ...], positions: bool,
+    logs: tuple[str, ...], positions: bool, means: bool,
     latitude: float, height: float, axes: str, gyro_bias: float | None, accelerometer_bias: float | None,
     rotation: bool | None, scale: float, latitude_uncertainty: float, tilt: float, heading: float, confidence: float,
     to: Destination, **options: Any,
@@ -96,9 +97,11 @@ def align(
         "stated": Stated(scale=scale, latitude=latitude_uncertainty, tilt=tilt, heading=heading),
         "confidence": confidence,
     }
+    measure = delivery.alignment_of_means if means else delivery.alignment_of
+    for_means(means, options, positions=positions, spans=options["spans"])
     return to.deliver(
         "alignment",
-        lambda **known: delivery.alignment_of(place_of(log), latitude=latitude, **known, **options),
+        lambda **known: measure(place_of(log), latitude=latitude, **known, **options),
         terminal.show_alignment,
         tables=["stands.csv"],
         log=log,

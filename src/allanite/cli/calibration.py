@@ -102,7 +102,8 @@ def calibrate(
     """Calibrate three accelerometers, three gyros or both from a LOG of rests in many positions.
 
     Turn the unit by hand and let it rest in each position. Gravity gives the accelerometers, the turns between the
-    rests and the Earth's rotation the gyros. What the positions leave open is said, with what to add. With --out the
+    rests and the Earth's rotation the gyros. What the positions leave open is said, with what to add. Positions may be
+    files of their own (--positions) or rows of means (--means), which leave the turns out. With --out the
     folder gets report.html, calibration.json, which other commands take, and positions.csv.
     """
     from allanite import delivery, terminal

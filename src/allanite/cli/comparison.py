@@ -34,7 +34,8 @@ def compare(
 ) -> int:  # fmt: skip
     """Compare several RECORDs, of one sensor or of several of a kind: are they the same, and how much do they scatter?
 
-    A RECORD is a log, a study.json (or the folder that holds one), or an allan.csv. Options of logs hold for all.
+    A RECORD is a log, a study.json (or the folder that holds one), or an allan.csv. Options of logs hold for all, or
+    for the RECORD that is named in them.
     """
     from allanite import delivery, terminal
 

@@ -25,7 +25,13 @@ from allanite.cli.options import (
     place_of,
     turn_options,
 )
-from allanite.cli.positions import headed_files_of, position_options, single_log
+from allanite.cli.positions import (
+    for_means,
+    headed_files_of,
+    means_options,
+    position_options,
+    single_log,
+)
 from allanite.cli.program import command, family
 from allanite.cli.results import Destination, result_options
 
@@ -136,6 +142,7 @@ def _one_of(options: Mapping[str, Any], *names: str, needed: bool = False) -> No
     "--headings", type=click.Path(exists=True, dir_okay=False), help="CSV of positions: start,stop,heading."
 )
 @position_options("with its heading, in the order of recording: north.csv=0 east.csv=90.")
+@means_options
 @click.option(
     "--rotation", type=Rate(), help="In place of positions, of a table that turned all the time: 6deg/s."
 )
@@ -150,8 +157,8 @@ def _one_of(options: Mapping[str, Any], *names: str, needed: bool = False) -> No
 @accept_option
 @result_options
 def north(
-    logs: tuple[str, ...], positions: bool, between: float, latitude: float, null: bool, misalignment: float,
-    confidence: float, scale: float,
+    logs: tuple[str, ...], positions: bool, between: float, means: bool, latitude: float, null: bool,
+    misalignment: float, confidence: float, scale: float,
     latitude_uncertainty: float, tilt: float, heading: float, to: Destination, **options: Any,
 ) -> int:  # fmt: skip
     """Find north with a LOG of one or two horizontal axes on a table that was turned.
@@ -167,12 +174,15 @@ def north(
 
     by_file = headed_files_of(logs, _HEADED) if positions else None
     log = single_log(logs, _HEADED) if by_file is None else next(iter(by_file))
-    if by_file is None:
+    if by_file is None and not means:
         _one_of(options, "headings", "rotation", needed=True)
-    elif null or options["headings"] is not None or options["rotation"] is not None:
+    elif null or (means and positions) or options["headings"] is not None or options["rotation"] is not None:
         raise click.UsageError(
-            "--positions says how the table stood: leave --headings, --rotation and --null out"
+            f"--{'means' if means else 'positions'} says how the table stood: leave --headings, --rotation and "
+            "--null out"
         )
+    if not means or null:
+        for_means(False, options)
     chosen: dict[str, Any] = {
         "stated": Stated(scale=scale, latitude=latitude_uncertainty, tilt=tilt, heading=heading),
         "confidence": confidence,
@@ -183,7 +193,7 @@ def north(
     else:
         measure, show = delivery.north_of, terminal.show_north
         chosen["misalignment"] = misalignment
-        options |= {"positions": by_file, "between": between}
+        options |= {"positions": by_file, "between": between, "means": means}
     options |= {"latitude": latitude, "estimate": chosen}
     return to.deliver(
         "east-west-null" if null else "north",

@@ -115,6 +115,22 @@ class ByChannel(Listed):
         return {name.strip(): unit.strip() for name, unit in parts}
 
 
+class PerLog(Listed):
+    """One value for all logs, or one for each: a.csv=100,b.csv=50."""
+
+    parts = "mapping"
+
+    def __init__(self, kind: click.ParamType[Any]) -> None:
+        self.kind = kind
+        self.name = kind.name
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        if not isinstance(value, str) or not Path(value.partition("=")[0]).exists():
+            return value if isinstance(value, dict) else self.kind.convert(value, param, ctx)
+        parts = [part.partition("=") for part in value.split(",")]
+        return {log.strip(): self.kind.convert(said.strip(), param, ctx) for log, _, said in parts}
+
+
 class Renamed(Listed):
     """Names of the log with those of the model: wx=gyro_x,wy=gyro_y."""
 
@@ -353,10 +369,11 @@ class FindingCode(click.ParamType[Any]):
 def log_options(command: Callable[..., Any]) -> Callable[..., Any]:
     """What every command that reads a log understands."""
     options = [
-        click.option("--unit", type=ByChannel(), help="Unit of the samples: deg/s, or gyro=deg/s,acc=g."),
-        click.option("--time", metavar="COLUMN[:UNIT]",
+        click.option("--unit", type=ByChannel(), help="Unit of the samples: deg/s, or gyro=deg/s,acc=g; of each of "
+                     "several logs: a.csv=g,b.csv=m/s², b.csv:acc=g."),
+        click.option("--time", type=PerLog(click.STRING), metavar="COLUMN[:UNIT]",
                      help="Time column, by name or number: t:ms, 'cnt:1/1000 s', Date:dmy, none."),
-        click.option("--rate", type=float, help="Samples per second, for a log without time."),
+        click.option("--rate", type=PerLog(click.FLOAT), help="Samples per second, for a log without time."),
         click.option("--scale-factor", type=ByChannel(), help="Of a sensor read in volts or counts: '24 mV/(deg/s)'."),
         click.option("--sampling", type=click.Choice(["mean", "point"]), default="mean", show_default=True,
                      help="Samples are means over their interval, or values at an instant."),

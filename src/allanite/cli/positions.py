@@ -23,7 +23,7 @@ def position_options(what: str) -> Callable[[Callable[..., Any]], Callable[..., 
             type=Duration(),
             default=60.0,
             show_default=True,
-            help="From one LOG to the next with --positions, where they do not tell.",
+            help="From one LOG of --positions, or row of --means, to the next, where they do not tell.",
         ),
     ]
 
@@ -70,7 +70,7 @@ def for_means(means: bool, options: dict[str, Any], **of_logs: Any) -> None:
         if value:
             said = "is for logs: leave it out with --means" if means else "goes with --means"
             raise click.UsageError(f"--{name.replace('_', '-')} {said}")
-    for name in (*unfit, *(("positions", "between", "accept") if means else ())):
+    for name in (*unfit, *(("positions", "accept") if means else ())):
         options.pop(name, None)
 
 

@@ -4,7 +4,7 @@
 Each function is one line of a command, and can be called as well without the command line.
 """
 
-from allanite.delivery.alignment import alignment_of
+from allanite.delivery.alignment import alignment_of, alignment_of_means
 from allanite.delivery.bounds import bounds_of, bounds_of_study, with_bounds
 from allanite.delivery.calibration import calibration_of, calibration_of_means
 from allanite.delivery.capture import captured_document, record_to
@@ -49,6 +49,7 @@ __all__ = [
     "RunWatch",
     "aided_of",
     "alignment_of",
+    "alignment_of_means",
     "bounds_of",
     "bounds_of_study",
     "calibration_of",

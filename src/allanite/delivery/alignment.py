@@ -10,8 +10,9 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from allanite.delivery.by_file import LogOfFiles, headed, log_of_files, refuse_beside_files, rests_by_file
+from allanite.delivery.means import read_means, record_of_means
 from allanite.delivery.measurement import Measured, beside
-from allanite.delivery.recordings import file_sha256, read_whole
+from allanite.delivery.recordings import file_sha256, is_lossy, read_whole
 from allanite.delivery.rests import judged_at_rest, rests_of, thermometers
 from allanite.delivery.turned import models_for, part_of
 from allanite.errors import InputError
@@ -19,9 +20,9 @@ from allanite.errors import InputError
 if TYPE_CHECKING:
     from allanite.noise import NoiseModel
     from allanite.recording import Recording
-    from allanite.static_spans import StaticSpans, UnitAxes
+    from allanite.static_spans import SdOf, StaticSpans, UnitAxes
 
-__all__ = ["STANDS", "alignment_of"]
+__all__ = ["STANDS", "alignment_of", "alignment_of_means"]
 
 Json = Mapping[str, Any]
 Advance = Callable[[float, str], None]
@@ -32,6 +33,10 @@ STANDS = "stands.csv"
 _UNSAID = (
     "nothing says by how much the unit was turned from file to file, so that the last one alone is aligned: give the "
     "heading of each from a common mark, first.csv=0 turned.csv=180, or let one log run on during the turns"
+)
+_UNSAID_ROWS = (
+    "nothing says by how much the unit was turned from row to row, so that the last one alone is aligned: give a "
+    "column heading, from a common mark"
 )
 
 
@@ -141,12 +146,84 @@ def alignment_of(
         **({} if by_file is None else {"files": headed(by_file, (positions or {}).values())}),
         **beside(part, None, ready.findings, file_sha256(log), command),
     }
+    return _measured(document, lossy=ready.lossy)
+
+
+def alignment_of_means(
+    table: str | os.PathLike[str],
+    *,
+    latitude: float,
+    model: str | os.PathLike[str] | None = None,
+    averaging: float | None = None,
+    sd_of: SdOf | None = None,
+    between: float = 60.0,
+    model_channels: Mapping[str, str] | None = None,
+    calibration: str | os.PathLike[str] | None = None,
+    gyro: Sequence[str] | None = None,
+    accelerometer: Sequence[str] | None = None,
+    estimate: Mapping[str, Any] | None = None,
+    command: str | None = None,
+    source: str | None = None,
+    progress: Advance | None = None,
+    **options: Any,
+) -> Measured:
+    """The same out of a table with one row of means for each attitude, with its heading where there are several.
+
+    Parameters
+    ----------
+    table : path
+        Whatever `read` understands.
+    averaging, sd_of
+        See `means_of`.
+    **options
+        Others as of `alignment_of`.
+
+    Raises
+    ------
+    InputError
+        No model of an axis: a mean does not tell its noise.
+    """
+    import numpy as np
+
+    from allanite.alignment import align, unit_of
+    from allanite.calibration import Calibration
+
+    means, findings = read_means(table, averaging=averaging, sd_of=sd_of, source=source, **options)
+    record, spans, remark = record_of_means(means, between)
+    known = None if calibration is None else Calibration.load(os.fspath(calibration))
+    axes, _ = unit_of(record, known, gyro, accelerometer)
+    models = _models(model, record, axes, model_channels) or {}
+    if lacking := [name for name in axes.names if name not in models]:
+        raise InputError(
+            f"a mean does not tell its noise, and there is no model of {', '.join(lacking)}: give one of gyros and "
+            "accelerometers (--model study.json)"
+        )
+    found = align(
+        record,
+        latitude=latitude,
+        model=models,
+        calibration=known,
+        spans=np.array(spans),
+        headings=np.full(means.n, np.nan) if means.heading is None else means.heading,
+        gyro=axes.gyro,
+        accelerometer=axes.accelerometer,
+        progress=progress,
+        **(estimate or {}),
+    )
+    unsaid = (_UNSAID_ROWS,) if means.heading is None and means.n > 1 else ()
+    more = (*unsaid, *(remark if means.n > 1 else remark[1:]))
+    found = replace(found, advice=(*found.advice, *more))
+    document = {**found.to_json(), **beside(record, None, findings, file_sha256(table), command)}
+    return _measured(document, lossy=is_lossy(f.to_json() for f in findings))
+
+
+def _measured(document: Json, *, lossy: bool) -> Measured:
     return Measured(
         result=document,
         document=document,
         name="alignment",
         tables={STANDS: _rows(document)},
-        lossy=ready.lossy,
+        lossy=lossy,
     )
 
 

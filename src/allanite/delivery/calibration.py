@@ -193,6 +193,7 @@ def calibration_of_means(
     *,
     averaging: float | None = None,
     sd_of: SdOf | None = None,
+    between: float = 60.0,
     model: str | os.PathLike[str] | None = None,
     model_channels: Mapping[str, str] | None = None,
     latitude: float | None = None,
@@ -217,6 +218,8 @@ def calibration_of_means(
         Over which each row is the mean, where no column says it.
     sd_of : "readings" or "means", optional
         See `means_of`.
+    between : float [s]
+        From one position to the next, where the table does not tell: slow noise of a model goes on in it.
     **options
         Others as of `calibration_of`.
 
@@ -234,6 +237,7 @@ def calibration_of_means(
     about = {name: value for name, value in (estimate or {}).items() if name != "drift"}
     found = calibrate_means(
         means,
+        between=between,
         model=given or None,
         latitude=latitude,
         height=height or 0.0,

@@ -10,10 +10,12 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from allanite.delivery.by_file import ByFile, headed, read_files
+from allanite.delivery.means import read_means, record_of_means
 from allanite.delivery.measurement import Measured, beside, provenance
-from allanite.delivery.recordings import file_sha256, read_whole
+from allanite.delivery.recordings import file_sha256, is_lossy, read_whole
 from allanite.delivery.turned import (
     LONGEST_TURN,
+    Turned,
     checked,
     chosen_model,
     gyro_of,
@@ -29,7 +31,10 @@ from allanite.delivery.vector import AXES, is_vector, vector_of
 from allanite.errors import InputError
 
 if TYPE_CHECKING:
+    from allanite.health import Finding
     from allanite.recording import Recording
+    from allanite.reversals import Reversals
+    from allanite.static_spans import SdOf
 
 __all__ = ["earth_rate_of", "north_of", "null_of", "plan_of"]
 
@@ -179,6 +184,9 @@ def north_of(
     headings: str | os.PathLike[str] | None = None,
     positions: Mapping[str | os.PathLike[str], float] | None = None,
     between: float = 60.0,
+    means: bool = False,
+    averaging: float | None = None,
+    sd_of: SdOf | None = None,
     rotation: float | None = None,
     heading_at_start: float = 0.0,
     start: float | None = None,
@@ -203,6 +211,10 @@ def north_of(
         One file for each position, with its heading, in the order of recording; `log` is the first of them.
     between : float [s]
         From one of these files to the next, where they do not tell; see `joined_positions`.
+    means : bool
+        `log` is a table with one row of means for each position, and a column of headings.
+    averaging, sd_of
+        See `means_of`.
     rotation, heading_at_start : float [rad/s], [rad]
         Of a table that turned all the time.
     start, stop : float, optional [s]
@@ -217,16 +229,20 @@ def north_of(
     """
     from allanite.north import Rotation, find_north
 
-    if sum(given is not None for given in (headings, positions, rotation)) != 1:
+    if sum(given is not None for given in (headings, positions, rotation, means or None)) != 1:
         raise InputError(
-            "say how the table stood: positions in one log (--headings), in files of their own (--positions), or a "
-            "rotation (--rotation)"
+            "say how the table stood: positions in one log (--headings), in files of their own (--positions), in rows "
+            "of means (--means), or a rotation (--rotation)"
         )
     advance = progress or (lambda fraction, what: None)
     advance(0.0, "reading")
     remarks: tuple[str, ...] = ()
     by_file: ByFile | None = None
-    if positions is None:
+    if means:
+        whole, joined, of_table, remarks = _table_of(
+            log, averaging, sd_of, between, source, start=start, stop=stop, **options
+        )
+    elif positions is None:
         whole, start, stop = read_whole(
             log, start, stop, listed=headings is not None, source=source, **options
         )
@@ -240,15 +256,17 @@ def north_of(
         remarks = (remark,)
     channels = gyros_of(whole, most=2)
     models, where = models_for(model, [whole[name] for name in channels], model_channels)
-    if positions is None:
+    if positions is None and not means:
         part, placed = placed_of(whole, channels[0], headings, start=start, stop=stop, dead_time=dead_time)
     else:
         part, placed = whole, joined
     of_files = () if by_file is None else by_file.findings
     advance(0.3, "looking for faults")
-    ready = checked(
-        part, placed, channels, accept=accept, longest=LONGEST_TURN if positions is None else math.inf
-    )
+    if means:
+        ready = Turned(recording=part, findings=of_table, lossy=is_lossy(f.to_json() for f in of_table))
+    else:
+        longest = LONGEST_TURN if positions is None else math.inf
+        ready = checked(part, placed, channels, accept=accept, longest=longest)
     found = find_north(
         ready.recording,
         model=models,
@@ -267,6 +285,34 @@ def north_of(
         "model_name": where[channels[0]],
     }
     return Measured(result=found, document=document, name="north", tables={}, lossy=ready.lossy)
+
+
+def _table_of(
+    table: str | os.PathLike[str],
+    averaging: float | None,
+    sd_of: SdOf | None,
+    between: float,
+    source: str | None,
+    **options: Any,
+) -> tuple[Recording, Reversals, tuple[Finding, ...], tuple[str, ...]]:
+    """Rows of means as a record, and where the sensor stood in each.
+
+    Raises
+    ------
+    InputError
+        No column of headings.
+    """
+    from allanite.reversals import placed
+
+    means, findings = read_means(table, averaging=averaging, sd_of=sd_of, source=source, **options)
+    if means.heading is None:
+        raise InputError(
+            "the table has no column heading: where the axis pointed in each row, in degrees from the mark"
+        )
+    record, spans, remark = record_of_means(means, between)
+    names = [f"row {k}" for k in range(1, means.n + 1)]
+    where = placed(record, spans, means.heading.tolist(), names, dead_time=0.0, guard=0.0)
+    return record, where, findings, remark
 
 
 def null_of(

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import os
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from allanite.delivery.recordings import read_part
@@ -11,9 +12,13 @@ from allanite.errors import InputError
 
 if TYPE_CHECKING:
     from allanite.health import Finding
+    from allanite.recording import Recording
     from allanite.static_spans import PositionMeans, SdOf
 
-__all__ = ["read_means"]
+__all__ = ["read_means", "record_of_means"]
+
+#: Averaging times of rows that differ by less than this part are equal.
+_EQUAL = 0.01
 
 
 def read_means(
@@ -49,3 +54,62 @@ def read_means(
     found = [f for look in LOG_DETECTORS for f in look(recording)]
     means = means_of(recording, sd_of=sd_of, averaging=averaging)
     return means, tuple(f for f in found if CATALOGUE[f.code].group == "Text")
+
+
+def record_of_means(
+    means: PositionMeans, between: float
+) -> tuple[Recording, list[tuple[int, int]], tuple[str, ...]]:
+    """A record whose samples are the means, each over its averaging time, missing between the positions.
+
+    Parameters
+    ----------
+    between : float [s]
+        From one position to the next, where no column says it.
+
+    Returns
+    -------
+    recording : Recording
+    spans : list of (int, int) [samples]
+        One sample for each position.
+    remarks : tuple of str
+        Where the time between them comes from, and what was not needed.
+
+    Raises
+    ------
+    InputError
+        Averaging times that nobody gave, or that differ; positions that overlap in time.
+    """
+    import numpy as np
+
+    from allanite.recording import ArrayColumn
+
+    if means.duration is None:
+        raise InputError(
+            "the model gives the noise of a mean by its averaging time: --averaging 60s, or a column duration"
+        )
+    length = float(np.median(means.duration))
+    if np.ptp(means.duration) > _EQUAL * length:
+        raise InputError(
+            f"the rows were averaged over {means.duration.min():g} to {means.duration.max():g} s: here all rows need "
+            "the same time; give the positions as logs (--positions)"
+        )
+    remark = "the time between the positions is that of the table"
+    own = means.start
+    start = np.arange(means.n) * (length + between) if own is None else own
+    if means.start is None:
+        remark = (
+            f"the rows do not say when they were taken: {between:g} s are assumed between them (--between)"
+        )
+    if means.n > 1 and np.diff(start).min() < (1 - _EQUAL) * length:
+        raise InputError("the positions overlap: each begins before the mean of the one before it ended")
+    steps = np.maximum(np.rint(np.diff(start) / length), 2)  # what is between two rows is missing
+    places = np.concatenate([[0], np.cumsum(steps)]).astype(np.int64)
+    if (steps * length - np.diff(start) > 0.5 * length).any():
+        remark += f"; slow noise is allowed {length:g} s between rows at least, as long as a mean"
+    columns = []
+    for name in means.rows.names:
+        column = np.full(int(places[-1]) + 1, np.nan)
+        column[places] = means.rows.values(name)
+        columns.append(ArrayColumn(column))
+    record = replace(means.rows, columns=tuple(columns), rate=1 / length)
+    return record, [(k, k + 1) for k in places.tolist()], (remark, *means.said_of_sd(used=False))

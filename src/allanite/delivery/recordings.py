@@ -27,6 +27,7 @@ __all__ = [
     "models_from",
     "models_of_several",
     "noise_channels",
+    "options_of",
     "read_floor",
     "read_part",
     "read_whole",
@@ -62,17 +63,57 @@ def read_part(
 ) -> Recording:
     """A log, or the part of it between two times [s] since its first stamp; options are those of `read`.
 
-    `source` replaces the name of the file; `repair` names what is to be done to that part (`allanite.cleaning`).
+    `source` replaces the name of the file; `repair` names what is to be done to that part (`allanite.cleaning`). Units
+    and such may be given for each of several logs, see `options_of`.
     """
     from allanite.readers import read
 
-    recording = read(path, start=start, stop=stop, **options)
+    recording = read(path, start=start, stop=stop, **options_of(path, options))
     recording = recording if source is None else replace(recording, source=source)
     if not repair:
         return recording
     from allanite.cleaning import clean
 
     return clean(recording, repair)
+
+
+def options_of(path: str | os.PathLike[str], options: Mapping[str, Any]) -> dict[str, Any]:
+    """The options of one of several logs: a mapping may name the log, and a channel or group of it behind a colon.
+
+    >>> options_of("a.csv", {"rate": 100.0, "unit": {"acc": "g"}})
+    {'rate': 100.0, 'unit': {'acc': 'g'}}
+
+    ``{"a.csv": "g", "b.csv": "m/s^2"}`` is "g" for ``a.csv``; ``{"acc": "g", "b.csv:acc": "m/s^2"}`` is "g" for all but
+    ``b.csv``. A log is named as its path is.
+    """
+    return {
+        name: _of_log(Path(path), value) if isinstance(value, Mapping) else value
+        for name, value in options.items()
+    }
+
+
+def _of_log(path: Path, value: Mapping[str, Any]) -> Any:
+    """What a mapping says of a log: one thing for all of it, or what it says of its channels."""
+    channels: dict[str, Any] = {}
+    own: dict[str, Any] = {}
+    for key, said in value.items():
+        log, colon, channel = key.rpartition(":")
+        if _names_log(key, path):
+            if _is_same(key, path):
+                return said
+        elif colon and _names_log(log, path):
+            own |= {channel: said} if _is_same(log, path) else {}
+        else:
+            channels[key] = said
+    return channels | own or None
+
+
+def _names_log(key: str, path: Path) -> bool:
+    return bool(key) and (key == os.fspath(path) or Path(key).exists())
+
+
+def _is_same(key: str, path: Path) -> bool:
+    return key == os.fspath(path) or (path.exists() and Path(key).samefile(path))
 
 
 def read_whole(

@@ -11,7 +11,7 @@ and the disturbed stretches (knocks, frozen readings) inside it.
 
 from allanite.reversals.by_file import BETWEEN, joined_files, joined_positions
 from allanite.reversals.detection import find_reversals
-from allanite.reversals.schedule import periodic_reversals, read_positions, read_turns
+from allanite.reversals.schedule import periodic_reversals, placed, read_positions, read_turns
 from allanite.reversals.turns import Disturbance, Dwell, Position, Reversals, Turn
 
 __all__ = [
@@ -25,6 +25,7 @@ __all__ = [
     "joined_files",
     "joined_positions",
     "periodic_reversals",
+    "placed",
     "read_positions",
     "read_turns",
 ]

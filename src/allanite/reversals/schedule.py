@@ -36,7 +36,7 @@ from allanite.reversals.turns import (
     sign_of,
 )
 
-__all__ = ["periodic_reversals", "read_positions", "read_turns"]
+__all__ = ["periodic_reversals", "placed", "read_positions", "read_turns"]
 
 #: Length of a turn that nobody states [s].
 TURN = 2.0
@@ -194,6 +194,7 @@ def placed(
     names: Sequence[str],
     *,
     dead_time: float = DEAD_TIME,
+    guard: float = GUARD,
     scene: Scene | None = None,
 ) -> Reversals:
     """Positions from their spans [samples] and headings [rad], held against the signal where there is a scene."""
@@ -222,6 +223,7 @@ def placed(
         source="file",
         first=names_of[positions[0].sign],
         dead_time=checked_dead_time(dead_time),
+        guard=guard,
         findings=_contradictions(scene, seen, positions, turns) if scene and seen else (),
     )
 

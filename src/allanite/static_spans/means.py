@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import InputError
+from allanite.limits import refuse_more
 from allanite.recording import Channel, Kind, Recording
 from allanite.units import Quantity, parse_unit
 
@@ -47,6 +48,8 @@ _QUANTITIES = {
     "heading": Quantity.ANGLE,
 }
 _PLAIN = {"heading": math.radians(1.0)}
+#: Rows of a table of means: more are samples of a log.
+MOST = 200
 #: Digits after the decimal point up to which a table may have been rounded.
 _DIGITS = 12
 
@@ -95,6 +98,12 @@ class PositionMeans:
                 break
         return (max(10.0**-digits, 1e-9 * size) * channel.scale) ** 2 / 12
 
+    def said_of_sd(self, *, used: bool) -> tuple[str, ...]:
+        """How the columns of standard deviations were understood, or that they were not needed."""
+        if not self.sd or used:
+            return self.remarks
+        return ("the noise is that of the model: standard deviations in the table are not used",)
+
     def sds(self, names: Iterable[str]) -> Array | None:
         """Standard uncertainties of the means of a triad, shape (n, 3); None where the table has none.
 
@@ -133,7 +142,16 @@ def means_of(
     ------
     InputError
         Standard deviations of nobody knows what, or that are not positive; an averaging time that makes no sense.
+    LimitError
+        More rows than positions that anybody takes.
     """
+    refuse_more(
+        recording.n_samples,
+        MOST,
+        "rows",
+        recording.source or "the table",
+        "A log of samples is read without --means",
+    )
     own = {
         what: name for name in recording.names for what, names in _COLUMNS.items() if _plain(name) in names
     }
@@ -222,15 +240,15 @@ def _uncertainties(
             "readings need a column with their number (n)"
         )
     root: Array | float = 1.0
-    words = f"{names}: standard deviations of the means"
+    words = f"columns {names} are taken for standard deviations of the means"
     if not of_means and count is not None:
         numbers = recording.values(count)
         if not (np.isfinite(numbers).all() and (numbers >= 1).all()):
             raise InputError(f"column {count}: every row needs the number of its readings")
         root = np.sqrt(numbers)
         words = (
-            f"{names}: standard deviations of the readings, divided by the root of their number ({count}), as of white "
-            "noise; slow noise is seen in the scatter of the positions alone"
+            f"columns {names} are taken for standard deviations of the readings, and divided by the root of their "
+            f"number ({count}), as of white noise; slow noise is seen in the scatter of the positions alone"
         )
     found = {}
     for name, (of, _) in pairs.items():

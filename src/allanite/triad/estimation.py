@@ -157,6 +157,7 @@ def calibrate(
 def calibrate_means(
     means: PositionMeans,
     *,
+    between: float = BETWEEN,
     model: NoiseModel | Mapping[str, NoiseModel] | None = None,
     latitude: float | None = None,
     height: float = 0.0,
@@ -177,6 +178,8 @@ def calibrate_means(
     Parameters
     ----------
     means : PositionMeans
+    between : float [s]
+        From one position to the next, where the table does not tell: slow noise of a model goes on in it.
     model : NoiseModel or mapping of str to NoiseModel, optional
         Needs the averaging times of the means. Without it the noise is that of the standard deviations in the table, or
         what the positions scatter by.
@@ -206,7 +209,9 @@ confidence, progress
     kinds = {name: Kind.UNKNOWN for three in axes.values() for name in three}
     models = models_of(model, kinds, roles=axes) or None
     told = noise_source(means, axes, models)
-    data = gather_rows(means, axes, models=models, source=told, temperature=heat, without=without)
+    data = gather_rows(
+        means, axes, models=models, source=told, temperature=heat, without=without, between=between
+    )
     found = _fitted(
         data,
         rows,
@@ -214,8 +219,8 @@ confidence, progress
         advance,
         _gravity(gravity, latitude, height),
         quadratic=quadratic,
-        spans=row_edges(means),
-        remarks=means.remarks,
+        spans=row_edges(means, between),
+        remarks=means.said_of_sd(used=told == "sd"),
         frame=frame,
         latitude=latitude,
         reference_temperature=reference_temperature,
@@ -227,7 +232,7 @@ confidence, progress
         duration=math.nan,
         source=rows.source,
     )
-    return _as_the_table_tells(found, means)
+    return _as_the_table_tells(found, means, between)
 
 
 def _fitted(
@@ -254,7 +259,9 @@ def _fitted(
     )
 
 
-def _as_the_table_tells(found: CalibrationEstimate, means: PositionMeans) -> CalibrationEstimate:
+def _as_the_table_tells(
+    found: CalibrationEstimate, means: PositionMeans, between: float
+) -> CalibrationEstimate:
     """Without the times that a table does not hold, and the models that nobody gave."""
     if found.model_source == SOURCES["scatter"]:
         of = (f"{s.what}: {s.sd_dof:.3g} degrees of freedom" for s in found.scatter if s.sd > 0)
@@ -265,7 +272,7 @@ def _as_the_table_tells(found: CalibrationEstimate, means: PositionMeans) -> Cal
         scatter = tuple(replace(s, ratio=math.nan) for s in found.scatter)
         found = replace(found, remarks=(*found.remarks, said), scatter=scatter)
     if found.model_source == "given" and means.start is None:
-        said = f"the rows do not say when they were taken: {BETWEEN:g} s are assumed between them (a column start)"
+        said = f"the rows do not say when they were taken: {between:g} s are assumed between them (--between)"
         found = replace(found, remarks=(*found.remarks, said))
     bare = replace(found, rate=math.nan, models=found.models if found.model_source == "given" else {})
     if means.start is not None and means.duration is not None:

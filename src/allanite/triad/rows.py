@@ -67,6 +67,7 @@ def gather_rows(
     source: str,
     temperature: str | None,
     without: Collection[int | tuple[int, int]],
+    between: float = BETWEEN,
 ) -> Gathered:
     """Read the rows; `source` as of `noise_source`.
 
@@ -83,7 +84,7 @@ def gather_rows(
     if unknown := sorted(leave - set(range(1, means.n + 1))):
         raise InputError(f"there is no position {unknown[0]}; they are numbered from 1 to {means.n}")
     level = {sensor: means.means(three) for sensor, three in axes.items()}
-    edges = row_edges(means)
+    edges = row_edges(means, between)
     whole = {s: np.isfinite(v) * np.diff(edges, axis=1) for s, v in level.items()}
     unused = unused_of(whole, leave)
     use = np.array([k + 1 not in unused for k in range(means.n)], dtype=np.bool_)
@@ -118,18 +119,18 @@ def gather_rows(
     )
 
 
-def row_edges(means: PositionMeans) -> NDArray[np.int64]:
+def row_edges(means: PositionMeans, between: float) -> NDArray[np.int64]:
     """Beginning and end of each position, shape (n, 2), in `GRID`."""
-    start, duration = _times(means)
+    start, duration = _times(means, between)
     return np.rint(np.stack([start, start + duration], axis=1) / GRID).astype(np.int64)
 
 
-def _times(means: PositionMeans) -> tuple[Array, Array]:
+def _times(means: PositionMeans, between: float) -> tuple[Array, Array]:
     """Beginning and length of each position [s]; one after the other where the table does not tell."""
     duration = np.ones(means.n) if means.duration is None else means.duration
     if means.start is not None:
         return means.start - means.start[0], duration
-    return np.concatenate([[0.0], np.cumsum(duration + BETWEEN)[:-1]]), duration
+    return np.concatenate([[0.0], np.cumsum(duration + between)[:-1]]), duration
 
 
 def _variances(means: PositionMeans, three: tuple[str, ...], place: NDArray[np.int64], source: str) -> Array:

@@ -31,8 +31,8 @@ BETTER = 1.0
 def with_unknown_headings(observed: Observed, weights: Weights, earth: Earth, attitudes: Array) -> Weights:
     """The part of the Earth's rotation that nobody knows, as noise of the gyros at rest in positions of any heading.
 
-    Along an axis of the body it has the variance v. Headings may be anything: the same everywhere, which moves the mean,
-    or another in each position, which scatters. Both are allowed for, each with v.
+    Along an axis of the body it has the variance v. Headings may be anything: the same everywhere, which moves the
+    mean, or another in each position, which scatters. Both are allowed for, each with v.
     """
     level, _, down = (earth.sd**2 * (earth.free**2).sum(axis=1)).tolist()
     size = np.sqrt(np.einsum("nia,i->an", attitudes**2, np.array([level, level, down])))

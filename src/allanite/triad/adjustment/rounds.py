@@ -216,7 +216,7 @@ def adjust(
 def _unheaded(
     observed: Observed, weights: Weights, start: State, earth: Earth, always: set[str], never: set[str]
 ) -> Adjustment:
-    """Positions that no turn links have unknown headings: told by the Earth where the gyros see it, else in the noise."""
+    """Positions that no turn links have unknown headings: told by the Earth where it is seen, else in the noise."""
     blind = _widened(
         observed,
         with_unknown_headings(observed, weights, earth, start.attitudes),
