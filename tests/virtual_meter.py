@@ -12,7 +12,7 @@ import math
 import time
 import types
 from collections import deque
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 
@@ -23,6 +23,7 @@ from allanite.instruments.hp3458a import conversation, driver, prologix, simulat
 from allanite.instruments.hp3458a.prologix import PrologixTransport
 from allanite.instruments.hp3458a.simulated_meter import SimulatedMeter
 from allanite.instruments.hp3458a.simulator import SimulatedPrologix
+from allanite.instruments.hp3458a.transports import Transport
 
 SECOND = 10**9
 #: Mean lateness of the host at a read [s].
@@ -30,6 +31,8 @@ LATE = 0.3e-3
 READING = 17  # bytes of a line
 #: Step in which a virtual adapter waits [s].
 NAP = 0.5e-3
+#: What an attempt to connect takes that is refused [s].
+REFUSED = 0.1
 
 
 @dataclass(slots=True)
@@ -72,13 +75,16 @@ class VirtualWire:
         return self.meter.message()
 
     def read_bytes(self, count: int, timeout: float, *, message: int | None) -> bytes:
-        self._refuse_gone()
+        if not self._held:
+            self._refuse_gone()
         deadline = self.clock.ns + round(timeout * SECOND)
         while len(self._held) < count:
             part = self.meter.take(count)
             self._held += part
             if part:
                 continue
+            if self.meter.dropped is not None:
+                break  # what has come is given; the next read says that the link is gone
             # A fault changes how many bytes a reading has: then from reading to reading.
             due = self._due(1 if self.meter._faults else -(-(count - len(self._held)) // READING))
             self.clock.ns = max(self.clock.ns, min(deadline, due))
@@ -87,6 +93,8 @@ class VirtualWire:
                 break
         else:
             self.clock.pass_by(self._jitter.exponential(self.late))
+        if not self._held:
+            self._refuse_gone()
         out = bytes(self._held[:count])
         del self._held[:count]
         self.said += out
@@ -115,7 +123,7 @@ class VirtualWire:
         return self.meter._state["TIMER"][0]
 
     def _refuse_gone(self) -> None:
-        if self.gone:
+        if self.gone or self.meter.dropped is not None:
             raise InstrumentError("the link is gone")
 
 
@@ -158,11 +166,13 @@ class VirtualAdapter:
     _on_way: deque[tuple[int, bytes]] = field(default_factory=deque)
 
     def send(self, data: bytes) -> None:
+        self._refuse_gone()
         self.door.hear(data)
 
     def receive(self, limit: int, timeout: float) -> bytes:
         deadline = self.clock.ns + math.ceil(timeout * SECOND)  # a wait moves the clock
         while not (said := self._spoken()) and self.clock.ns < deadline:
+            self._refuse_gone()
             self.clock.pass_by(NAP)
         assert len(said) <= limit
         return said
@@ -176,6 +186,38 @@ class VirtualAdapter:
 
     def close(self) -> None:
         """Nothing is held."""
+
+    def _refuse_gone(self) -> None:
+        if self.door._meter.dropped is not None:
+            raise InstrumentError("the link is gone")
+
+
+@dataclass(slots=True)
+class VirtualLink:
+    """What connects to a meter that breaks the link ("drop") and is back at power-on after its time.
+
+    `before_drop`: when the meter was armed for the last time before it broke the link [ns].
+    """
+
+    meter: SimulatedMeter
+    clock: VirtualClock
+    opened: Callable[[], Transport]
+    before_drop: int = 0
+    _back_ns: int | None = None
+
+    def connect(self) -> Transport:
+        fault = self.meter.dropped
+        if fault is None:
+            return self.opened()
+        if self._back_ns is None:
+            self.before_drop = self.meter._origin
+            self._back_ns = self.clock.ns + round(fault.seconds * SECOND)
+        if self.clock.ns < self._back_ns:
+            self.clock.pass_by(REFUSED)
+            raise InstrumentError("no connection")
+        self.meter.come_back(fault)
+        self._back_ns = None
+        return self.opened()
 
 
 @contextmanager
@@ -209,3 +251,15 @@ def virtual_adapter(**simulated: object) -> Iterator[tuple[PrologixTransport, Vi
     with virtual_time() as clock:
         door = SimulatedPrologix(SimulatedMeter(**simulated))
         yield PrologixTransport(VirtualAdapter(door, clock), 22), clock
+
+
+@contextmanager
+def virtual_link(door: str, **simulated: object) -> Iterator[VirtualLink]:
+    """A meter at a bare wire ("socket") or behind an adapter ("prologix"), to be connected to again and again."""
+    with virtual_time() as clock:
+        meter = SimulatedMeter(**simulated)
+        opened: dict[str, Callable[[], Transport]] = {
+            "socket": lambda: VirtualWire(meter, clock, 0.0, answer_seconds=2e-3),
+            "prologix": lambda: PrologixTransport(VirtualAdapter(SimulatedPrologix(meter), clock), 22),
+        }
+        yield VirtualLink(meter, clock, opened[door])

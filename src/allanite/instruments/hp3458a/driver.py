@@ -358,6 +358,13 @@ class HP3458A:
             data=data, at_ns=host_ns(), awaited=whole and waited > 0.3 * self._step, broken_off=not whole
         )
 
+    def _heard_more(self, wanted: int, timeout: float, stream: Stream) -> _Heard:
+        """As `_heard`. Where the link is gone nothing more comes: what has come is given, and the next read says so."""
+        try:
+            return self._heard(wanted, timeout, stream)
+        except InstrumentError:
+            return _Heard(data=b"", at_ns=host_ns(), awaited=False, broken_off=True)
+
     def _waited_for(self, wanted: int, timeout: float, stream: Stream) -> bytes:
         """So many bytes, fewer where time is up, the link is gone or somebody interrupts."""
         deadline, data = time.monotonic() + timeout, b""
@@ -392,7 +399,7 @@ class HP3458A:
         ] = []  # when each was there that was waited for, and how many had come by then
         for _ in range(LONGEST_QUEUE):
             begun = (stream.begun + len(data)) % stream.width
-            more = self._heard(stream.width - begun, 2 * self._step, stream)
+            more = self._heard_more(stream.width - begun, 2 * self._step, stream)
             data += more.data
             if more.broken_off:
                 # When the last one came nobody knows unless it was waited for: the next one will tell.
@@ -401,7 +408,7 @@ class HP3458A:
             if not more.awaited:
                 continue
             count = len(data)
-            more = self._heard(stream.width, 0.0, stream)  # a busy host is slow with a queue too
+            more = self._heard_more(stream.width, 0.0, stream)  # a busy host is slow with a queue too
             data += more.data
             if more.broken_off:
                 seen.append((last.at_ns, count // stream.width))
