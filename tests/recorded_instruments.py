@@ -4,7 +4,8 @@
 from __future__ import annotations
 
 import json
-from collections.abc import Iterator, Mapping
+import threading
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from functools import partial
 from pathlib import Path
@@ -14,16 +15,20 @@ import numpy as np
 import pytest
 
 from allanite.capture import Patience, device_lock, listener, session, writer
+from allanite.instruments import serial_imu
 from allanite.instruments.hp3458a import conversation, driver, prologix
 from allanite.instruments.hp3458a.simulated_meter import SimulatedMeter
 from allanite.instruments.hp3458a.simulator import Simulator
 from allanite.instruments.hp3458a.transports import Transport
+from allanite.instruments.serial_imu import SerialImu
 from allanite.instruments.serial_imu import driver as imu_driver
-from allanite.instruments.serial_imu.faults import noise
+from allanite.instruments.serial_imu.faults import Vanish, Wait, noise
+from allanite.instruments.serial_imu.port import SerialPort
 from allanite.instruments.serial_imu.simulator import SimulatedImu
 from allanite.log_store import Run as StoredRun
 from allanite.log_store import open_run
 from shell import Done, Run
+from virtual_imu import VirtualPort, follow
 from virtual_meter import VirtualClock
 
 _TABLE = np.array([float(b"%+.8E" % v) for v in np.random.default_rng(3).normal(0.0, 0.01, 1 << 15)])
@@ -63,6 +68,14 @@ def number_of(values: np.ndarray) -> np.ndarray:
     return found
 
 
+def record_meter(run: Run, resource: str, folder: Path, rate: float, seconds: object, *words: object) -> Done:
+    """`allanite record 3458a` from this resource into `folder`/runs."""
+    return run(
+        *("record", "3458a", "--resource", resource, "--rate", rate, "--duration", seconds),
+        *("--out", folder / "runs", "--json", *words),
+    )
+
+
 def record_serial(
     run: Run,
     port: str | Path,
@@ -84,17 +97,70 @@ def record_serial(
 SWIFT = 20_000
 
 
-def keep_pace(monkeypatch: pytest.MonkeyPatch, device: SimulatedImu, rate: float = SWIFT) -> None:
-    """The clock of the host goes by what the device has sent: a busy host has no say in where a sample belongs."""
+def keep_pace(
+    monkeypatch: pytest.MonkeyPatch,
+    device: SimulatedImu,
+    rate: float = SWIFT,
+    back: threading.Event | None = None,
+) -> None:
+    """The clock of the host goes by what the device has sent: a busy host has no say in where a sample belongs.
+
+    The device pauses, or goes away, once all that it has sent was read; where `back` is given, until that is set.
+    """
     second = 1_000_000_000
     for module in (imu_driver, listener):
         monkeypatch.setattr(module, "host_ns", lambda: second + round(device.sent / rate * second))
+    read, send, be_away = SerialPort.read, device._send, device._be_away
+    sent, heard, taken = 0, 0, 0  # bytes; taken ones have their time
+
+    def counted(port: SerialPort, timeout: float) -> bytes:
+        nonlocal heard, taken
+        taken = heard
+        data = read(port, timeout)
+        heard += len(data)
+        return data
+
+    def counting(payload: bytes) -> bool:
+        nonlocal sent
+        sent += len(payload)
+        return send(payload)
+
+    def wait_until(condition: Callable[[], bool]) -> None:
+        while not condition() and not device._ending.wait(0.001):
+            pass
+
+    def in_time(absence: Wait | Vanish) -> None:
+        wait_until(lambda: taken >= sent)
+        device.sent += round(absence.seconds * rate)
+        if back is not None:
+            device._pull_out()
+            wait_until(back.is_set)
+        be_away(absence)
+
+    monkeypatch.setattr(SerialPort, "read", counted)
+    monkeypatch.setattr(device, "_send", counting)
+    monkeypatch.setattr(device, "_be_away", in_time)
 
 
-def plug_in(transport: Transport, clock: VirtualClock, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Whatever 3458A is opened is the one behind this transport, in a time that is only counted."""
-    monkeypatch.setattr(driver, "open_transport", lambda resource: transport)
+def plug_in(connect: Callable[[], Transport], clock: VirtualClock, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whatever 3458A is opened is the one that this connects to, in a time that is only counted."""
+    monkeypatch.setattr(driver, "open_transport", lambda resource: connect())
     monkeypatch.setattr(listener, "host_ns", clock.now)
+    be_patient(monkeypatch, timeout=0.15)
+
+
+def plug_in_port(port: VirtualPort, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Whatever port is opened is this one, in a time that is only counted."""
+    monkeypatch.setattr(serial_imu, "SerialImu", partial(SerialImu, connect=port))
+    monkeypatch.setattr(listener, "host_ns", port.clock.now)
+    follow(port.clock, monkeypatch)
+
+
+def be_patient(monkeypatch: pytest.MonkeyPatch, **patience: Any) -> None:
+    """How long the recorder bears silence; it makes a link anew without a pause."""
+    monkeypatch.setattr(
+        session, "Patience", partial(Patience, **{"pause": 0.0, "longest_pause": 0.0, **patience})
+    )
 
 
 @contextmanager
@@ -157,6 +223,5 @@ def make_quick(monkeypatch: pytest.MonkeyPatch, locks: Path) -> None:
     monkeypatch.setattr(prologix, "READ_TIMEOUT_MS", 30)
     monkeypatch.setattr(prologix, "MARGIN", 0.03)
     monkeypatch.setattr(writer, "_GRACE", 60.0)  # a busy host makes a link anew when the end has long passed
-    monkeypatch.setattr(
-        session, "Patience", partial(Patience, timeout=0.15, reconnections=8, pause=0.05, longest_pause=0.1)
-    )
+    # A busy host is no silent instrument: a test of silence counts its time, or has a timeout of its own.
+    be_patient(monkeypatch, timeout=60.0, reconnections=10_000, pause=0.02, longest_pause=0.02)

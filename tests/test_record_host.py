@@ -255,7 +255,7 @@ def test_q11_a_slow_host_behind_an_adapter_loses_readings_and_says_so(
                 return super().read(timeout)
 
         monkeypatch.setattr(hp3458a, "HP3458A", Late)
-        plug_in(transport, clock, monkeypatch)
+        plug_in(lambda: transport, clock, monkeypatch)
         done = run(
             *("record", "3458a", "--resource", "prologix:///dev/ttyUSB0/22", "--rate", 40, "--duration", 1.0),
             *("--out", tmp_path / "runs", "--json"),
@@ -318,7 +318,7 @@ def test_q9_q10_the_wall_clock_is_set_and_the_host_sleeps(
 
         monkeypatch.setattr(session, "HostClock", lambda: told)
         monkeypatch.setattr(hp3458a, "HP3458A", Moved)
-        plug_in(wire, wire.clock, monkeypatch)
+        plug_in(lambda: wire, wire.clock, monkeypatch)
         done = run(
             *("record", "3458a", "--resource", "GPIB0::22::INSTR", "--rate", 50, "--duration", 62),
             *("--out", tmp_path / "runs", "--json"),

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import math
+import threading
 import time
 from collections.abc import Callable
 from typing import Any
@@ -14,12 +15,14 @@ import pytest
 from allanite.capture.numbering import Numbering
 from allanite.errors import InputError, InstrumentError
 from allanite.instruments import Block, Flag, Instrument, InstrumentTimeout
-from allanite.instruments.serial_imu import Description, SerialImu
+from allanite.instruments.serial_imu import Description, SerialImu, driver
 from allanite.instruments.serial_imu.description import PortSettings
 from allanite.instruments.serial_imu.encoding import Encoder
 from allanite.instruments.serial_imu.faults import Fault, noise
 from allanite.instruments.serial_imu.simulator import SimulatedImu
 from recorded_instruments import SWIFT, keep_pace
+from virtual_imu import VirtualPort, follow
+from virtual_meter import SECOND, VirtualClock
 
 FRAME: dict[str, Any] = {
     "header": "A5 5A",
@@ -166,21 +169,21 @@ def test_silence_and_garbage_are_two_kinds_of_timeout() -> None:
         device.read(0.05)
 
 
-def test_who_interrupts_is_heard_while_a_sample_is_waited_for() -> None:
-    device = SerialImu("ttyX", imu(), connect=Wire())
+def test_who_interrupts_is_heard_while_a_sample_is_waited_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    clock = VirtualClock()
+    follow(clock, monkeypatch)
+    device = SerialImu("ttyX", imu(), connect=VirtualPort(imu(), clock, total=0))
     device.open()
-    spent = []
-    for _ in range(3):  # the quickest: the host may be busy
-        device.start()
-        device.interrupt()
-        began = time.monotonic()
-        with pytest.raises(InstrumentTimeout):
-            device.read(40.0)
-        spent.append(time.monotonic() - began)
-    assert min(spent) < 0.5
     device.start()
-    with pytest.raises(InstrumentTimeout, match=r"within 0\.05 s"):
-        device.read(0.05)
+    device.interrupt()
+    began = clock.ns
+    with pytest.raises(InstrumentTimeout):
+        device.read(40.0)
+    assert (clock.ns - began) / SECOND == pytest.approx(driver._SLICE)
+    device.start()
+    with pytest.raises(InstrumentTimeout, match=r"within 40 s"):
+        device.read(40.0)
+    assert (clock.ns - began) / SECOND == pytest.approx(driver._SLICE + 40.0)
 
 
 def test_what_went_wrong_is_said_once() -> None:
@@ -356,25 +359,27 @@ def test_a_device_that_disappears_and_comes_back_goes_on_with_its_count(
     described = imu(
         SWIFT,
         start=[{"text": "GO"}],
-        identity={"ask": {"text": "ID?"}, "answer": r"SN (?P<serial>\w+) "},
+        identity={"ask": {"text": "ID?"}, "answer": r"SN (?P<serial>\w+) ", "seconds": 60},
     )
-    faults = (Fault(kind="vanish", at=150, seconds=1.0, serial="2"),)
-    with SimulatedImu(described, faults=faults, total=20_400, serial="1", speed=0.05) as device:
-        keep_pace(monkeypatch, device)
+    faults = (Fault(kind="vanish", at=150, seconds=0.2, serial="2"),)  # 4000 samples
+    back = threading.Event()
+    with SimulatedImu(described, faults=faults, total=4400, serial="1", speed=0.05) as device:
+        keep_pace(monkeypatch, device, back=back)
         sensor = SerialImu(device.port, described, gather=0.02)
         assert sensor.open().serial == "1"
         sensor.start()
-        before = [sensor.read(0.5)]
+        before = [sensor.read(10.0)]
         with pytest.raises(InstrumentError, match="ttyIMU is gone"):
             read_to_the_end(sensor, before)
         sensor.close()
         with pytest.raises(InstrumentError, match="cannot be opened"):
             sensor.open()
+        back.set()
         after = collect(sensor, lambda found: samples(found) >= 250)
         assert sensor.open().serial == "2"
         sensor.close()
-    counter = assert_true(before + after, described, 20_400)
-    assert counter[-1] == 20_399 and np.diff(counter).max() > 20_000
+    counter = assert_true(before + after, described, 4400)
+    assert counter.tolist() == [*range(150), *range(4150, 4400)]
     flags = np.concatenate([block.flags for block in after])
     assert flags[0] == Flag.RESYNC and not flags[1:].any()
 
