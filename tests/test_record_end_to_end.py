@@ -18,7 +18,7 @@ import pytest
 import allanite as al
 from allanite.errors import DataQualityError
 from allanite.instruments import Flag, hp3458a
-from allanite.instruments.hp3458a import HP3458A
+from allanite.instruments.hp3458a import HP3458A, driver
 from allanite.instruments.hp3458a.simulated_meter import Fault, SimulatedIdentity
 from allanite.instruments.serial_imu import Description
 from allanite.instruments.serial_imu.faults import Fault as LineFault
@@ -256,6 +256,7 @@ def test_q7_a_meter_comes_back_through_a_real_door(
 ) -> None:
     """The same goes on, another ends the run. Its readings come as fast as they are read: the clock has no say."""
     monkeypatch.setattr(hp3458a, "HP3458A", partial(HP3458A, speed=None))
+    monkeypatch.setattr(driver, "NEAR", 0.05)  # pyvisa-py takes the end of a socket for silence
     n, rate = 20, 100
     with meter(
         door, speed=None, faults=[Fault(at=n, kind="drop", seconds=0.05, identity=other)]
