@@ -249,6 +249,30 @@ def test_q7_a_link_that_is_lost_before_the_first_reading_costs_none(
     assert len(lines_of(found, "lost")) == len(lines_of(found, "reconnected")) == 1
 
 
+def test_q7_what_came_before_the_link_was_lost_is_stored_though_the_host_was_late(
+    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """It stands still from the arming until the link is gone."""
+    with virtual_link("socket", signal=volts, faults=[Fault(at=20, kind="drop", seconds=0.05)]) as link:
+
+        class Late(HP3458A):
+            def start(self) -> None:
+                super().start()
+                link.clock.pass_by(0.5)
+
+        monkeypatch.setattr(hp3458a, "HP3458A", Late)
+        plug_in(link.connect, link.clock, monkeypatch)
+        done = record_meter(run, "GPIB0::22::INSTR", tmp_path, 100, 2)
+    assert done.code == 3, done.err
+    found = only_run(tmp_path / "runs")
+    counter, values, flags = stored(found)
+    assert np.array_equal(number_of(values[:, 0]), np.arange(len(counter)))
+    assert counter.tolist() == [*range(20), *range(counter[20], 200)]
+    assert np.flatnonzero(flags).tolist() == [20] and flags[20] == Flag.RESYNC
+    assert_gaps_are_told(found, "the link is gone")
+    assert json.loads(done.out)["missing"] == counter[20] - 20 > 0
+
+
 @pytest.mark.parametrize("door", ["socket", "prologix"])
 @pytest.mark.parametrize("other", [None, SimulatedIdentity(calibrations=7, calibration="another")])
 def test_q7_a_meter_comes_back_through_a_real_door(
