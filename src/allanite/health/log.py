@@ -77,11 +77,18 @@ def jitter(recording: Recording) -> Iterator[Finding]:
     rate, dt = recording.rate, recording.dt
     resolution, rms = _number(notes, "resolution_s"), _number(notes, "jitter_rms_s")
     if resolution > 1.5 * dt:
+        message = f"time stamps come in steps of {resolution:.3g} s, samples every {dt:.3g} s"
+        lost = int(_number(notes, "unplaced"))
+        if lost:
+            message += (
+                f"; {plural(lost, 'sample')} next to pauses may lie up to a step from their place. Log finer stamps, "
+                "or name another time column (--time)"
+            )
         yield finding(
             "coarse_stamps",
-            f"time stamps come in steps of {resolution:.3g} s, samples every {dt:.3g} s",
-            severity=Severity.INFO,
-            count=recording.n_samples,
+            message,
+            severity=Severity.WARNING if lost > TOLERATED * recording.n_samples else Severity.INFO,
+            count=lost or recording.n_samples,
         )
     elif rms > 0.01 * dt:
         yield _scatter(recording, rms)

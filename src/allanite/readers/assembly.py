@@ -394,7 +394,7 @@ def _counted(
     stamps: Stamps = _Counted(counter, rate, float(counter.read(0, 1)[0]))
     fitted: Timebase | None
     try:
-        fitted = fit_grid(stamps, source=source, unit="samples", nominal=nominal)
+        fitted = fit_grid(stamps, source=source, unit="samples", nominal=nominal, resolution=0.0)
     except DataQualityError:
         fitted = None
     if fitted is None or abs(fitted.rate / rate - 1.0) > 1e-6 or fitted.length > _FILLED * len(counter):

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.readers.filled_stamps import Filled
+from allanite.readers.late_stamps import InTime
 
 __all__ = ["ClockLine", "Marks", "fit_line"]
 
@@ -54,7 +55,7 @@ class ClockLine:
     change_error_ppm: float | None
 
 
-def fit_line(stamps: Filled, marks: Marks, interval: float, ticks: bool) -> ClockLine:
+def fit_line(stamps: Filled | InTime, marks: Marks, interval: float, ticks: bool) -> ClockLine:
     """The line through stamps whose interval is nearly known.
 
     Parameters
@@ -85,7 +86,7 @@ def slope(x: _Floats, y: _Floats) -> float:
 
 
 def _placed(
-    stamps: Filled, marks: Marks, interval: float, ticks: bool, thin: int
+    stamps: Filled | InTime, marks: Marks, interval: float, ticks: bool, thin: int
 ) -> Iterator[tuple[_Floats, _Floats]]:
     """Blocks of (position on the grid, stamp - interval * position), steps of the clock taken out.
 
@@ -111,7 +112,7 @@ def _placed(
 
 
 def _levels(
-    stamps: Filled, marks: Marks, interval: float, ticks: bool
+    stamps: Filled | InTime, marks: Marks, interval: float, ticks: bool
 ) -> tuple[_Floats, _Floats, NDArray[np.bool_]]:
     """Medians of position and of residual, part by part, and which parts are whole ones."""
     size = max(len(stamps) // _PARTS, 16)
@@ -128,7 +129,7 @@ def _levels(
 
 
 def _fitted(
-    stamps: Filled, marks: Marks, interval: float, ticks: bool, places: _Floats, level: _Floats
+    stamps: Filled | InTime, marks: Marks, interval: float, ticks: bool, places: _Floats, level: _Floats
 ) -> float:
     """Least-squares slope of the stamps against their positions, wild stamps left out."""
     intercept, rise, spread = _robust_line(places, level)

@@ -38,6 +38,10 @@ _STRAIGHT = 0.4
 #: First reach of the search for an interval, relative; sizes of the pieces by which it is narrowed.
 _REACH, _PIECES, _CANDIDATES = 0.08, (32, 256, 2048), 41
 _MOST = 1 << 15  # stamps that are looked at
+#: Rounds of least squares about places that are known, and how far the interval may still move.
+_SETTLING, _NEARBY = 3, 0.05
+#: Mean square distance from their places, in intervals, beyond which lost samples were not counted.
+_REST = 0.08
 
 
 def steps_of(stamps: _Floats, interval: float) -> _Floats:
@@ -143,7 +147,7 @@ def _with_neighbors(place: _Floats, at: _Floats, segment: _Ints) -> _Floats:
 # -- the interval -------------------------------------------------------------------------------------------
 
 
-def interval_between_pauses(stretches: list[_Floats], guess: float) -> float:
+def interval_between_pauses(stretches: list[_Floats], guess: float, *, lossy: bool = False) -> float:
     """The sample interval, told from what lies between pauses alone.
 
     Parameters
@@ -152,6 +156,8 @@ def interval_between_pauses(stretches: list[_Floats], guess: float) -> float:
         Stamps that follow each other.
     guess : float [s]
         The median of the differences.
+    lossy : bool
+        No stretch is free of lost samples, for certain.
 
     Returns
     -------
@@ -161,12 +167,44 @@ def interval_between_pauses(stretches: list[_Floats], guess: float) -> float:
     """
     differences = np.concatenate([np.diff(stretch) for stretch in stretches])
     for _ in range(3):  # lost samples draw a median up
-        guess = float(np.median(differences[(differences > 0) & (differences < 1.5 * guess)]))
+        ordinary = differences[(differences > 0) & (differences < 1.5 * guess)]
+        guess = float(np.median(ordinary)) if len(ordinary) else guess
     parts = between(stretches, -_PAUSE * guess, _PAUSE * guess)
     straight = [part for part in parts if len(part) > 3 and _distance(part) < _STRAIGHT * guess]
-    if sum(map(len, straight)) > 0.5 * sum(map(len, parts)):
-        return common_slope(straight)
-    return _coherent(parts, guess)
+    found, rest = guess, np.inf
+    if not lossy and sum(map(len, straight)) > 0.5 * sum(map(len, parts)):
+        found, rest = _settled(stretches, common_slope(straight))
+    if rest > _REST * sum(map(len, stretches)):
+        found = min((found, rest), _settled(stretches, _coherent(parts, guess)), key=lambda each: each[1])[0]
+    return found
+
+
+def _settled(stretches: list[_Floats], guess: float) -> tuple[float, float]:
+    """The interval by least squares, the samples that are missing between two pauses counted, and what rests, squared.
+
+    Each missing sample bends a slope that does not count it; what is left shows that it was not counted.
+    """
+    first, rest = guess, np.inf
+    for _ in range(_SETTLING):
+        rise = square = total = 0.0
+        for stretch in stretches:
+            step = steps_of(stretch, guess)
+            place = np.arange(len(stretch)) + np.concatenate(([0.0], np.cumsum(np.round(step))))
+            ends = np.concatenate(([0], np.flatnonzero(np.abs(step) > _PAUSE - 1.0) + 1, [len(stretch)]))
+            for a, b in zip(ends[:-1], ends[1:], strict=True):
+                x = place[a:b] - place[a:b].mean()
+                y = stretch[a:b] - stretch[a:b].mean() - guess * x
+                rise += float(x @ y)
+                square += float(x @ x)
+                total += float(y @ y)
+        if not square > 0:
+            break
+        change = rise / square
+        if not abs((guess + change) / first - 1.0) < _NEARBY:  # places that the stamps do not tell
+            return first, np.inf
+        rest = max(total - rise * change, 0.0) / guess / guess
+        guess += change
+    return guess, float(rest)
 
 
 def between(stretches: list[_Floats], shortest: float, longest: float) -> list[_Floats]:

@@ -70,11 +70,11 @@ LOG: dict[str, Entry] = {
     ),
     "coarse_stamps": Entry(
         group=_TIME,
-        severity="info",
+        severity="info, warning",
         means="the stamps are coarser than the sample interval",
-        risk="",
-        done="the rate is that of the stamps as a whole",
-        advice="log finer stamps",
+        risk="a pause within one step is placed at its end, and may go unseen if the record has few of them",
+        done="the rate is that of the stamps between pauses",
+        advice="log finer stamps, or name another time column (`--time`)",
     ),
     "no_time_stamps": Entry(
         group=_TIME,
