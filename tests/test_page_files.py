@@ -75,6 +75,7 @@ def test_results_sources_and_other_files_are_no_recordings(tmp_path: Path) -> No
         "over.csv": "# format: allanite-over-floor 1\n1,2\n3,4\n",
         "gyro_x.csv": ",".join(environment._CURVE) + "\n1,2,3,4,5,6,7\n2,2,3,4,5,6,7\n",
         "zeros.bin": "\x00" * 100,
+        "steps.json": '{\n "steps": [\n  {"a": 1},\n  {"b": [\n 2\n]}\n]\n}',
     }.items():
         (tmp_path / name).write_text(text)
         assert sniffing.recording_format(tmp_path / name, text.encode()) is None, name

@@ -7,7 +7,8 @@ The body turns by the rates that the hand gives it, and stands on the Earth; the
 
 In a rest w is the derivative of a slow wander (0.1 to 1.2 Hz) and of a physiological tremor (8 to 12 Hz) [1], p that of
 the place; between rests a turn of least jerk and a thrust come to it. How steady a hand is differs from record to
-record and from rest to rest; some rests are held badly.
+record and from rest to rest; some rests are held badly. Each rest has waves of its own, since a turned wrist is another
+pendulum, and passes on to those of the next in the turn between.
 
 References
 ----------
@@ -215,8 +216,9 @@ def _motion(
             push[part] = rng.uniform(0.3, 2.0) * np.sin(2 * np.pi * u) * rng.standard_normal(3)
         at += size
     amount = _eased(amount, round(0.15 * fine))[:, None]
-    wander = hand.wander * _waves(t, SLOW, rng) + hand.tremor * _waves(t, FAST, rng)
-    place = hand.sway * _waves(t, SLOW, rng) + hand.shake * _waves(t, FAST, rng)
+    parts = _passed_on(sizes)
+    wander = hand.wander * _waves(t, SLOW, parts, rng) + hand.tremor * _waves(t, FAST, parts, rng)
+    place = hand.sway * _waves(t, SLOW, parts, rng) + hand.shake * _waves(t, FAST, parts, rng)
     rate = turn + np.gradient(wander * amount, dt, axis=0)
     return rate, push + np.gradient(np.gradient(place * amount, dt, axis=0), dt, axis=0), rests, steady
 
@@ -229,7 +231,32 @@ def _eased(values: Array, width: int) -> Array:
     return values
 
 
-def _waves(t: Array, band: tuple[float, float], rng: np.random.Generator) -> Array:
+def _passed_on(sizes: list[int]) -> list[tuple[slice, Array]]:
+    """Of each rest: where its waves are, and their size, which passes on to the next in the turn, shape (n, 1)."""
+    edges = np.concatenate([[0], np.cumsum(sizes)]).tolist()
+    found = []
+    for k in range(0, len(sizes), 2):
+        parts = [np.ones(sizes[k])]
+        if k:
+            parts.insert(0, np.sin(np.linspace(0, math.pi / 2, sizes[k - 1])))
+        if k + 1 < len(sizes):
+            parts.append(np.cos(np.linspace(0, math.pi / 2, sizes[k + 1])))
+        place = slice(edges[max(k - 1, 0)], edges[min(k + 2, len(sizes))])
+        found.append((place, np.concatenate(parts)[:, None]))
+    return found
+
+
+def _waves(
+    t: Array, band: tuple[float, float], parts: list[tuple[slice, Array]], rng: np.random.Generator
+) -> Array:
+    """Sines along three axes, of rms one, those of each rest anew, shape (n, 3)."""
+    out = np.zeros((len(t), 3))
+    for place, size in parts:
+        out[place] += size * _sines(t[place], band, rng)
+    return out
+
+
+def _sines(t: Array, band: tuple[float, float], rng: np.random.Generator) -> Array:
     """Sines of random frequency and phase along three axes, of rms one, shape (n, 3)."""
     shape = (3, WAVES)
     f = band[0] * (band[1] / band[0]) ** rng.uniform(size=shape)

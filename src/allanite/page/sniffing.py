@@ -54,6 +54,9 @@ _NO_LOGS: Final = frozenset(
 #: Beginnings of tables that allanite wrote: curves, and what an environment did to the curve of a channel.
 _OURS: Final = (b"# format: allanite-", b"tau,before,after,deviation,error,share,left\n")
 _NUMBERS = re.compile(rb"(?:^|[\s,;|\"])[-+]?\d+(?:[.,]\d+)?(?:[eE][-+]?\d+)?(?:$|[\s,;|\"])", re.M)
+#: A number behind its label, and an object of JSON in a line.
+_LABELED = re.compile(rb"[^\W\d][\"')\]]?[ \t]*[:=][ \t]*[-+]?\d")
+_OBJECT = re.compile(rb"^\{.*:[ \t]*[-+]?\d.*\}[,\s]*$")
 #: Lines with a number, in the first bytes of a log, at least; one of two that are whole.
 _FEWEST_LINES = 2
 #: Raw binary files, where one layout describes all of a folder.
@@ -78,7 +81,8 @@ def recording_format(path: Path, head: bytes) -> str | None:
         return "r_data" if path.suffix.lower() in _R else "text" if ".tar" not in path.name else None
     if _is_telemetry(head):
         return "mavlink"
-    return "text" if path.suffix.lower() not in _NO_LOGS and _is_table(head) else None
+    is_log = _is_objects if path.suffix.lower() in _NO_LOGS else _is_table
+    return "text" if is_log(head) else None
 
 
 def layout_beside(path: Path) -> Path | None:
@@ -128,7 +132,13 @@ def _is_table(head: bytes) -> bool:
     if b"\x00" in head or head.startswith(_OURS) or _FORMAT.search(head):
         return False
     lines = head.splitlines()
-    return sum(1 for line in lines if _NUMBERS.search(line)) >= min(_FEWEST_LINES, max(len(lines), 1))
+    found = sum(1 for line in lines if _NUMBERS.search(line) or _LABELED.search(line))
+    return found >= min(_FEWEST_LINES, max(len(lines), 1))
+
+
+def _is_objects(head: bytes) -> bool:
+    """Objects of JSON, one a line."""
+    return sum(1 for line in head.splitlines() if _OBJECT.match(line)) >= _FEWEST_LINES
 
 
 def document_format(path: Path, head: bytes) -> str | None:

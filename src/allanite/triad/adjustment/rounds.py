@@ -288,7 +288,8 @@ def _widened(
     observed: Observed, weights: Weights, start: State, earth: Earth | None, always: set[str], never: set[str]
 ) -> Adjustment:
     """The fit with what its residuals ask for beyond the noise."""
-    certain = always & set(HAND)
+    sought = always & set(HAND)
+    certain = sought - {TURNS}  # a hand moves what is meant; a turn is what the gyros see of it
     rows = groups_of(observed)
     solution = _fit(observed, weights, start, earth)
     headed = None if earth is None else headed_by_earth(observed, solution)
@@ -314,7 +315,7 @@ def _widened(
         weights = weights.with_beyond(beyond)
         solution = _fit(observed, weights, solution.state, earth)
         shapes = _shapes(observed, weights, solution, rows)
-        wanted = set(beyond) | certain | (_wanted(pure) - wanted - never)
+        wanted = set(beyond) | sought | (_wanted(pure) - wanted - never)
     return Adjustment(
         observed=observed,
         solution=solution,
