@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from allanite.figures.drawing import Drawing, Shape, Words
 from allanite.figures.panel import (
@@ -59,6 +60,7 @@ _STYLES = {
 _WIDTHS = {"solid": 1.1, "thin": 0.8}
 _MARKERS = {"circle": "o", "square": "s", "triangle": "^", "diamond": "D", "down": "v", "cross": "X"}
 _LAST = ("95 % interval", "not in the fit")
+_BETWEEN, _CROWDED = tuple(range(2, 10)), 1e20  # ticks of a decade; range from which on they would touch
 _OFFSETS = {"above": (0, 7), "below": (0, -7), "right": (7, 0), "left": (-7, 0)}
 _RC: dict[Any, Any] = {
     "font.family": ["sans-serif"],
@@ -171,6 +173,7 @@ def _draw(axes: Axes, panel: Panel, look: _Look, *, titled: bool, room: int) -> 
         _curve(axes, curve, look)
     for label in panel.labels:
         _label(axes, label, look)
+    _minor_ticks(axes, panel, look)
     if panel.key == "above":
         place: dict[str, Any] = {"loc": "lower left", "bbox_to_anchor": (0.0, 1.0), "borderpad": 0.1}
         place |= {"borderaxespad": 0.15 + landmarks / 8, "columnspacing": 1.4, "labelspacing": 0.3}
@@ -198,21 +201,56 @@ def _frame(axes: Axes, panel: Panel, look: _Look) -> None:
 
 
 def _ticks(target: Any, axis: Axis) -> None:
-    from matplotlib.ticker import FuncFormatter, LogLocator, NullFormatter, ScalarFormatter
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator, ScalarFormatter
 
     if axis.names:
         target.set_ticks([at for at, _ in axis.names], labels=[_plain(name) for _, name in axis.names])
         return
     if axis.log:
         target.set_major_locator(LogLocator(10, numticks=20))
-        target.set_minor_locator(LogLocator(10, subs=tuple(range(2, 10)), numticks=20))
         target.set_major_formatter(FuncFormatter(_power_of_ten))
-        few = axis.limits is not None and decades(axis.limits) < 2
-        target.set_minor_formatter(FuncFormatter(_two_and_five) if few else NullFormatter())
+        target.set_minor_locator(NullLocator())
+        if _names_between(axis):
+            target.set_minor_locator(LogLocator(10, subs=_BETWEEN, numticks=20))
+            target.set_minor_formatter(FuncFormatter(_two_and_five))
         return
     plain = ScalarFormatter(useOffset=False)
     plain.set_powerlimits((-4, 5))
     target.set_major_formatter(plain)
+
+
+def _names_between(axis: Axis) -> bool:
+    """Whether ticks between the powers of ten are named, too."""
+    return axis.limits is not None and decades(axis.limits) < 2
+
+
+def _minor_ticks(axes: Axes, panel: Panel, look: _Look) -> None:
+    """Ticks between the powers of ten as one line of markers: Matplotlib's own take half the time of a figure."""
+    from matplotlib.markers import TICKDOWN, TICKLEFT
+
+    mark: dict[str, Any] = {
+        "linestyle": "none",
+        "markersize": 2,
+        "markeredgewidth": 0.6,
+        "color": look["guide"],
+    }
+    mark |= {"clip_on": False, "scalex": False, "scaley": False, "zorder": 2.01}
+    if panel.x.log and not _names_between(panel.x):
+        at = _between(axes.get_xlim())
+        axes.plot(at, np.zeros(len(at)), marker=TICKDOWN, transform=axes.get_xaxis_transform(), **mark)
+    if panel.y.log and not _names_between(panel.y):
+        at = _between(axes.get_ylim())
+        axes.plot(np.zeros(len(at)), at, marker=TICKLEFT, transform=axes.get_yaxis_transform(), **mark)
+
+
+def _between(limits: tuple[float, float]) -> NDArray[np.float64]:
+    """2 to 9 times each power of ten within limits; none where they would be a bar."""
+    low, high = min(limits), max(limits)
+    if not 0 < low < high < math.inf or high / low > _CROWDED:
+        return np.zeros(0)
+    powers = 10.0 ** np.arange(math.floor(math.log10(low)), math.ceil(math.log10(high)))
+    at = np.outer(powers, _BETWEEN).ravel()
+    return np.asarray(at[(at >= low) & (at <= high)])
 
 
 def _power_of_ten(value: float, _position: int | None = None) -> str:
