@@ -35,8 +35,9 @@ EARTH_RATE = 2 * math.pi * (1 + EXTRA_TURNS_PER_DAY) / 86400.0
 
 #: One degree per hour [rad/s].
 DEG_H = math.pi / 180 / 3600
-#: A horizontal axis sees the Earth by the cosine of the latitude: nothing from here to the pole [rad].
-POLE = math.radians(89.999)
+#: A horizontal axis sees the Earth by the cosine of the latitude: nothing from here to the pole [rad]. A vertical one
+#: sees it by the sine: nothing from the equator to here.
+POLE, EQUATOR = math.radians(89.999), math.radians(0.001)
 
 #: Ellipsoid of WGS 84 [3, tables 3.1 and 3.6]: semi-major axis [m], flattening, first eccentricity squared, normal
 #: gravity at the equator [m/s^2], k and m of the formulas.
@@ -69,18 +70,25 @@ def earth_rotation_angle(jd1: float, jd2: float = 0.0) -> float:
     return 2 * math.pi * (turns % 1.0)
 
 
-def checked_latitude(latitude: float) -> float:
-    """A latitude [rad] at which a horizontal axis sees something of the Earth's rotation.
+def checked_latitude(latitude: float, *, vertical: bool = False) -> float:
+    """A latitude [rad] at which a horizontal axis, or a vertical one, sees something of the Earth's rotation.
 
     Raises
     ------
     InputError
-        Not a number, beyond 90 deg, or at a pole.
+        Not a number, beyond 90 deg; at a pole, or at the equator for a vertical axis.
     """
-    if not (math.isfinite(latitude) and abs(latitude) < POLE):
+    size = abs(latitude)
+    low, high = (EQUATOR, math.pi / 2 * (1 + 1e-12)) if vertical else (-1.0, POLE)
+    if not low < size < high:
+        why = (
+            "a vertical axis sees the Earth by the sine of the latitude, nothing at the equator: turn a level axis "
+            "there"
+            if vertical
+            else "a horizontal axis sees the Earth by the cosine of the latitude, nothing at a pole"
+        )
         raise InputError(
-            f"undefined at latitude {math.degrees(latitude):g} deg: a horizontal axis sees the Earth by the cosine of "
-            "the latitude, nothing at a pole; from Python the latitude is in radians"
+            f"undefined at latitude {math.degrees(latitude):g} deg: {why}; from Python the latitude is in radians"
         )
     return float(latitude)
 

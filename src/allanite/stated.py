@@ -21,9 +21,10 @@ class Stated:
         Of the scale factor, relative.
     latitude : float [rad]
     tilt : float [rad]
-        Of the turntable's axis from the vertical, in the north-south plane.
+        Of the turntable's axis from the vertical, in the north-south plane; of a sensitive axis that is turned between
+        up and down, its lean from the vertical in each plane.
     heading : float [rad]
-        Of the direction of the sensitive axis in each dwell.
+        Of the direction of a level sensitive axis in each dwell.
     """
 
     scale: float = 0.0
@@ -39,7 +40,7 @@ class Stated:
                 )
 
     def budget(self, latitude: float) -> dict[str, float]:
-        """What each contributes to the standard uncertainty of the Earth rate, relative to it.
+        """What each contributes to the standard uncertainty of the Earth rate of a level axis, relative to it.
 
         The mean of the dwells is Omega (1 + e) [cos(latitude) cos(heading) + tilt sin(latitude)], so a tilt and an
         error of latitude count tan(latitude) times. An error of heading is of second order: heading^2/2, whose root
@@ -51,4 +52,19 @@ class Stated:
             "latitude": slope * self.latitude,
             "tilt": slope * self.tilt,
             "heading": math.sqrt(3) / 2 * self.heading**2,
+        }
+
+    def budget_of_vertical(self, latitude: float) -> dict[str, float]:
+        """The same of an axis that is turned between up and down.
+
+        An axis that leans by t towards north, and by u towards east, sees
+        Omega [sin(latitude) (1 - (t^2 + u^2)/2) + cos(latitude) t], and all of it is reversed when the axis is turned
+        over: a lean counts cot(latitude) times in the first order, and the root mean square of (t^2 + u^2)/2 is
+        sqrt(2) of the variance. An error of latitude counts cot(latitude) times. There is no heading.
+        """
+        slope = abs(1 / math.tan(latitude))
+        return {
+            "scale factor": self.scale,
+            "latitude": slope * self.latitude,
+            "tilt": math.hypot(slope * self.tilt, math.sqrt(2) * self.tilt**2),
         }

@@ -71,6 +71,7 @@ class Quantity(StrEnum):
     GYRO_PSD = "power spectral density of angle rate"
     ACCEL_PSD = "power spectral density of acceleration"
     VOLTAGE_PSD = "power spectral density of voltage"
+    GYRO_G = "gravity sensitivity of angle rate"
     SCALE_FACTOR = "scale factor"
 
 
@@ -144,6 +145,7 @@ _CLASSES: dict[_Dimension, Quantity] = {
     _dim(angle=1, time=-1.5): Quantity.GYRO_K,
     _dim(angle=1, time=-2): Quantity.GYRO_R,
     _dim(angle=2, time=-1): Quantity.GYRO_PSD,
+    _dim(angle=1, time=1, length=-1): Quantity.GYRO_G,
     _dim(length=1): Quantity.LENGTH,
     _dim(length=1, time=-1): Quantity.VELOCITY,
     _dim(length=1, time=-2): Quantity.ACCELERATION,
@@ -466,6 +468,7 @@ _MEANT = {
     (Quantity.ANGLE_RATE, Quantity.GYRO_K): "deg/h/√h",
     (Quantity.GYRO_PSD, Quantity.GYRO_N): "its root, e.g. deg/h/√Hz; say whether it is one- or two-sided",
     (Quantity.ANGLE, Quantity.ANGLE_RATE): "deg/s or deg/h",
+    (Quantity.ANGLE_RATE, Quantity.GYRO_G): "deg/h/g or deg/s/g, a rate for each g",
     (Quantity.ACCELERATION, Quantity.ACCEL_N): "µg/√Hz or m/s/√h",
     (Quantity.ACCEL_K, Quantity.ACCEL_N): "m/s/√h or µg/√Hz (mg/√h is sometimes printed for it)",
     (Quantity.VELOCITY, Quantity.ACCEL_N): "m/s/√h",
@@ -491,6 +494,7 @@ _EXAMPLES = {
     Quantity.GYRO_N: "deg/√h",
     Quantity.GYRO_K: "deg/h/√h",
     Quantity.GYRO_R: "deg/h/h",
+    Quantity.GYRO_G: "deg/h/g",
     Quantity.ACCEL_N: "m/s/√h",
     Quantity.ACCEL_K: "µg/√h",
     Quantity.ACCEL_R: "µg/h",

@@ -16,6 +16,7 @@ from allanite.cli.options import (
     Duration,
     Durations,
     Goal,
+    GSensitivity,
     Latitude,
     Rate,
     Share,
@@ -52,7 +53,7 @@ def stated_options(command: Callable[..., Any]) -> Callable[..., Any]:
     options = [
         click.option("--scale-uncertainty", "scale", type=Share(), default=0.0, help="Of the scale factor: 0.1%."),
         click.option("--latitude-uncertainty", type=Angle(), default=0.0, help="Of the latitude: 0.01deg."),
-        click.option("--tilt", type=Angle(), default=0.0, help="Of the table's axis from the vertical: 0.1deg."),
+        click.option("--tilt", type=Angle(), default=0.0, help="Of the table's, or a vertical, axis: 0.1deg."),
         click.option("--heading-uncertainty", "heading", type=Angle(), default=0.0, help="Of the axis: 3deg."),
     ]  # fmt: skip
     for option in reversed(options):
@@ -74,15 +75,21 @@ def stated_options(command: Callable[..., Any]) -> Callable[..., Any]:
 @click.option(
     "--bias-uncertainty", "bias", type=Rate(), default=0.0, help="Of each of three axes: 0.01deg/h."
 )
+@click.option(
+    "--g-sensitivity",
+    type=GSensitivity(),
+    default=0.0,
+    help="Of an axis turned between up and down: 0.1deg/h/g.",
+)
 @click.option("--confidence", type=float, default=0.95, show_default=True, help="Level of the interval.")
 @accept_option
 @result_options
 def earth_rate(
     log: str, latitude: float, first: str | None, settling: bool, warm_up: bool, temperature: str | None,
-    confidence: float, scale: float, latitude_uncertainty: float, tilt: float, heading: float,
+    confidence: float, scale: float, latitude_uncertainty: float, tilt: float, heading: float, g_sensitivity: float,
     to: Destination, **options: Any,
 ) -> int:  # fmt: skip
-    """Measure the Earth's rotation with a LOG of one horizontal axis that was turned between north and south.
+    """Measure the Earth's rotation with a LOG of one axis that was turned between north and south, or up and down.
 
     The turns are read off the signal, or come from a file or a clock. Of a LOG of three axes at rest the length of the
     rate vector is measured, with the biases in it. "Not resolved" is a result as well. With --out the folder gets
@@ -93,15 +100,21 @@ def earth_rate(
 
     _one_of(options, "turns", "dwell")
     if options["vector"] and (
-        first or options["turns"] or options["dwell"] or settling or warm_up or temperature
+        first or options["turns"] or options["dwell"] or settling or warm_up or temperature or g_sensitivity
     ):
         raise click.UsageError(
             "--vector is for three axes at rest: leave out what is said of one axis that was turned (--first, "
-            "--turns, --dwell, --settling, --warm-up, --temperature)"
+            "--turns, --dwell, --settling, --warm-up, --temperature, --g-sensitivity)"
         )
     stated = Stated(scale=scale, latitude=latitude_uncertainty, tilt=tilt, heading=heading)
-    chosen = {"settling": settling, "warm_up": warm_up, "temperature": temperature, "stated": stated}
-    options |= {"latitude": latitude, "first": first, "estimate": {**chosen, "confidence": confidence}}
+    chosen: dict[str, Any] = {
+        "settling": settling,
+        "warm_up": warm_up,
+        "temperature": temperature,
+        "stated": stated,
+    }
+    chosen |= {"g_sensitivity": g_sensitivity, "confidence": confidence}
+    options |= {"latitude": latitude, "first": first, "estimate": chosen}
 
     def show(document: Mapping[str, Any], files: Sequence[Path]) -> None:
         of_three = document["format"] == "allanite-rate-vector"

@@ -33,6 +33,7 @@ __all__ = [
     "Durations",
     "FindingCode",
     "Frequencies",
+    "GSensitivity",
     "Goal",
     "Lags",
     "Latitude",
@@ -316,6 +317,14 @@ class Rate(_WithUnit):
     wanted = "rate of rotation: write 15.041deg/h or 0.00418deg/s"
 
 
+class GSensitivity(_WithUnit):
+    """What gravity adds to a rate, with its unit: 0.1deg/h/g."""
+
+    name = "rate per g"
+    quantity = "GYRO_G"
+    wanted = "g-sensitivity: write 0.1deg/h/g or 0.01deg/s/g"
+
+
 class Acceleration(_WithUnit):
     """An acceleration with its unit: 1mg, 50ug, 0.01m/s^2."""
 
@@ -413,7 +422,7 @@ def environment_options(command: Callable[..., Any]) -> Callable[..., Any]:
 
 def turn_options(command: Callable[..., Any]) -> Callable[..., Any]:
     """When the sensor was turned, and where it pointed."""
-    sides, file = click.Choice(["north", "south"]), click.Path(exists=True, dir_okay=False)
+    sides, file = click.Choice(["north", "south", "up", "down"]), click.Path(exists=True, dir_okay=False)
     options = [
         click.option("--first", type=sides, help="Where the axis points at first: one axis cannot tell."),
         click.option("--turns", type=file, help="CSV of turns: start,stop in seconds."),

@@ -136,8 +136,10 @@ def earth_rate_of(
 
 def _says_turned(said: Iterable[Any], estimate: Mapping[str, Any] | None) -> bool:
     """Whether anything was said of turns, or of what is fitted beside a rate that turns."""
-    beside_it = [(estimate or {}).get(name) for name in ("settling", "warm_up", "temperature")]
-    return any(word not in (None, False) for word in (*said, *beside_it))
+    beside_it = [
+        (estimate or {}).get(name) for name in ("settling", "warm_up", "temperature", "g_sensitivity")
+    ]
+    return any(word not in (None, False, 0.0) for word in (*said, *beside_it))
 
 
 def _one_axis(recording: Recording) -> str:
@@ -145,8 +147,8 @@ def _one_axis(recording: Recording) -> str:
     rates = rates_of(recording)
     if len(rates) == AXES:
         raise InputError(
-            f"the log has three axes, {', '.join(rates)}, and turns are of one: choose the level axis with --channels; "
-            "three axes at rest need no word of turns"
+            f"the log has three axes, {', '.join(rates)}, and turns are of one: choose the one that was turned with "
+            "--channels; three axes at rest need no word of turns"
         )
     return gyro_of(recording)
 
@@ -158,6 +160,7 @@ def _of_vector(estimate: Mapping[str, Any] | None) -> dict[str, Any]:
 
 def _dwell_rows(document: Json) -> list[Json]:
     """One row for each dwell, in people's units."""
+    from allanite.reversals.sides import direction_of
     from allanite.wording import DEG_H
 
     def in_deg_h(value: float | None) -> str:
@@ -168,7 +171,7 @@ def _dwell_rows(document: Json) -> list[Json]:
             "number": i,
             "start_s": f"{d['start']:.6f}",
             "stop_s": f"{d['stop']:.6f}",
-            "direction": {1: "north", -1: "south"}.get(d["sign"], "unknown"),
+            "direction": direction_of(document["first"], d["sign"]),
             **{f"{name}_deg_h": in_deg_h(d[name]) for name in ("mean", "sd", "residual")},
         }
         for i, d in enumerate(document["dwells"], 1)

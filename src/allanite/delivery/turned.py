@@ -244,7 +244,7 @@ def turns_of(
     turns : path, optional
         Times in it count from the first sample of the whole record.
     dwell : float, optional [s]
-    first : "north", "south" or None
+    first : "north", "south", "up", "down" or None
         Direction in which the part begins.
     dead_time : float [s]
 

@@ -56,8 +56,8 @@ def is_vector(recording: Recording, *, forced: bool, turned: bool) -> bool:
         return len(rates) == AXES and not turned
     if turned:
         raise InputError(
-            "--vector is for three axes at rest: --first, --turns, --dwell, --settling, --warm-up and --temperature "
-            "belong to one axis that was turned"
+            "--vector is for three axes at rest: --first, --turns, --dwell, --settling, --warm-up, --temperature and "
+            "--g-sensitivity belong to one axis that was turned"
         )
     if len(rates) != AXES:
         raise InputError(
@@ -143,8 +143,8 @@ def _refuse_turned(found: RateVector) -> None:
         times = "once" if len(reversals) == 1 else f"{len(reversals)} times"
         raise InputError(
             f"the three axes were turned by about half a turn {times}, and turning is what separates the biases from "
-            "the Earth: choose the level axis with --channels, and say where it pointed with --first north. For the "
-            "length of the rate vector, with the biases in it, say --vector"
+            "the Earth: choose the axis that was turned with --channels, and say where it pointed with --first north. "
+            "For the length of the rate vector, with the biases in it, say --vector"
         )
 
 

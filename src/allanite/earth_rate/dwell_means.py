@@ -19,6 +19,7 @@ from allanite.earth_rate.results import Reading
 from allanite.earth_rate.take import Decay, Take
 from allanite.noise import NoiseModel
 from allanite.recording import Sampling
+from allanite.reversals.sides import triple_of
 from allanite.span_means import contrast_whitener, span_covariance
 
 __all__ = ["DwellMeans"]
@@ -32,7 +33,7 @@ GROUP = 600
 
 _SCATTER = "something changes from turn to turn (pointing, tilt, residual rotation, a bias by position)"
 _TREND = (
-    "the alternation between north and south grows or fades through the record: look at the dwells, and take the part "
+    "the alternation from turn to turn grows or fades through the record: look at the dwells, and take the part "
     "of the record that is steady"
 )
 
@@ -49,7 +50,9 @@ class DwellMeans:
     nuisances : ndarray, shape (n, k)
         Other columns of the regression, as means of the dwells.
     projection : float
-        Cosine of the latitude.
+        Part of the Earth's rotation along the axis where the sign is +1.
+    triple : str
+        Name of the estimator of three dwells.
     model : NoiseModel
     dt : float [s]
     sampling : "mean" or "point"
@@ -62,6 +65,7 @@ class DwellMeans:
     mean: Array
     nuisances: Array
     projection: float
+    triple: str
     model: NoiseModel
     dt: float
     sampling: Sampling
@@ -83,6 +87,7 @@ class DwellMeans:
             mean=mean[kept],
             nuisances=np.array([_of_dwells(blocks, c, kept) for c in others]).reshape(-1, len(kept)).T,
             projection=take.projection,
+            triple=triple_of(take.reversals.first),
             model=model,
             dt=1 / take.reversals.rate,
             sampling=take.recording[take.channel].sampling,
@@ -106,7 +111,7 @@ class DwellMeans:
     # -- simple estimators --------------------------------------------------------------------------------
 
     def pairs(self) -> tuple[NDArray[np.int64], Array]:
-        """The seed's estimator: numbers of the dwells of each north-south pair, and their coefficients; (k, 2)."""
+        """The seed's estimator: numbers of the two dwells of each pair, and their coefficients; (k, 2)."""
         firsts, i = [], 0
         while i + 1 < self.size:
             differ = self.sign[i] != self.sign[i + 1]
@@ -116,7 +121,7 @@ class DwellMeans:
         return members, self.sign[members] / (2 * self.projection)
 
     def triples(self) -> tuple[NDArray[np.int64], Array]:
-        """North-south-north, (m1 - 2 m2 + m3)/4 for equal dwells: free of a drift that is linear in time; (k, 3)."""
+        """Three dwells, (m1 - 2 m2 + m3)/4 where they are equal: free of a drift that is linear in time; (k, 3)."""
         turned = self.sign[1:] != self.sign[:-1]
         members = np.flatnonzero(turned[1:] & turned[:-1])[:, None] + np.arange(3)
         before, after = np.diff(self.middle[members], axis=1).T
@@ -125,7 +130,7 @@ class DwellMeans:
 
     def readings(self) -> tuple[Reading, ...]:
         """Both simple estimators, where the record allows them."""
-        found = (("pairs", *self.pairs()), ("north-south-north", *self.triples()))
+        found = (("pairs", *self.pairs()), (self.triple, *self.triples()))
         return tuple(self._reading(*each) for each in found if len(each[1]))
 
     def _reading(self, name: str, members: NDArray[np.int64], weights: Array) -> Reading:

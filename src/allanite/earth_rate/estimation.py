@@ -15,7 +15,7 @@ from allanite.earth import EARTH_RATE, checked_latitude
 from allanite.earth_rate.dwell_means import DwellMeans
 from allanite.earth_rate.noise_of_record import fit_noise
 from allanite.earth_rate.residuals import residual_checks
-from allanite.earth_rate.results import DwellMean, EarthRateEstimate, Reading, Running
+from allanite.earth_rate.results import G_SENSITIVITY, DwellMean, EarthRateEstimate, Reading, Running
 from allanite.earth_rate.take import RATE, TIME_CONSTANT, Decay, Take
 from allanite.earth_rate.verdict import CONTRADICTS, judge, settling_that_explains
 from allanite.errors import InputError
@@ -24,8 +24,10 @@ from allanite.noise import NoiseModel, White
 from allanite.recording import Kind, Recording
 from allanite.regression import LEVEL, Regression
 from allanite.reversals import Reversals, find_reversals
+from allanite.reversals.sides import is_vertical
 from allanite.reversals.turns import DEAD_TIME
 from allanite.stated import Stated
+from allanite.units import STANDARD_GRAVITY
 
 __all__ = ["measure_earth_rate"]
 
@@ -52,17 +54,18 @@ def measure_earth_rate(
     warm_up: bool = False,
     temperature: str | None = None,
     stated: Stated | None = None,
+    g_sensitivity: float = 0.0,
     confidence: float = 0.95,
     progress: Progress | None = None,
 ) -> EarthRateEstimate:
-    """The Earth's rotation rate from a recording of one horizontal axis that was turned between north and south.
+    """The Earth's rotation rate from one axis that was turned between north and south, or between up and down.
 
     Parameters
     ----------
     recording : Recording
         Of rates with a unit: the turns may be in it.
     latitude : float [rad]
-        Short of the poles, where the horizontal axis sees nothing of the Earth.
+        Short of the poles, where the horizontal axis sees nothing of the Earth; off the equator for a vertical one.
     model : NoiseModel, optional
         Of the sensor at rest. Without it white noise and flicker are fitted to this very record, and the interval
         is widened for that.
@@ -70,8 +73,9 @@ def measure_earth_rate(
         Needed where the recording has several rates.
     reversals : Reversals, optional
         When the sensor was turned, with their own `first` and `dead_time`; by default found from the signal.
-    first : "north", "south" or None
-        Direction of the first dwell, which one axis cannot tell: with None the sign of the rate is a choice.
+    first : "north", "south", "up", "down" or None
+        Direction of the first dwell, which one axis cannot tell: with None the sign of the rate is a choice, and the
+        axis is taken for horizontal.
     dead_time : float, optional [s]
         Left out after each turn; 2 s by default.
     settling, warm_up : bool
@@ -80,6 +84,9 @@ def measure_earth_rate(
         Name of a temperature channel to fit beside the rate.
     stated : Stated, optional
         Uncertainties of scale factor, latitude, tilt and heading.
+    g_sensitivity : float [rad/s/(m/s^2)]
+        Standard uncertainty of the rate that gravity along an axis adds to it, for an axis turned between up and down;
+        0 where nothing is stated.
     confidence : float
         Of the interval.
     progress : callable, optional
@@ -92,16 +99,19 @@ def measure_earth_rate(
     Raises
     ------
     InputError
-        A latitude at a pole, a channel that is no rate, no usable samples, `first` or `dead_time` beside `reversals`.
+        A latitude at which the axis sees nothing, an uncertainty that such an axis does not have, a channel that is no
+        rate, no usable samples, `first` or `dead_time` beside `reversals`.
 
     Notes
     -----
-    y(t) = Omega cos(latitude) s(t) + level + X(t) c + noise, by `allanite.regression.regress`. Excess scatter of the
-    dwells (p < 0.01) or of the noise (p < 0.001) multiplies the standard deviation by the root of chi-square over its
-    expectation (R. T. Birge, Phys. Rev. 40 (1932) 207). A record without reversals gives no rate: bias and
-    Earth are one constant there.
+    y(t) = Omega cos(latitude) s(t) + level + X(t) c + noise, with the sine for a vertical axis, by
+    `allanite.regression.regress`. Excess scatter of the dwells (p < 0.01) or of the noise (p < 0.001) multiplies the
+    standard deviation by the root of chi-square over its expectation (R. T. Birge, Phys. Rev. 40 (1932) 207). A record
+    without reversals gives no rate: bias and Earth are one constant there.
     """
-    _refuse(latitude, confidence)
+    own = stated or Stated()
+    vertical = is_vertical(first if reversals is None else reversals.first)
+    _refuse(latitude, confidence, own, g_sensitivity, vertical=vertical)
     advance = progress or (lambda fraction, what: None)
     name = rate_channel(recording, channel)
     if reversals is None:
@@ -122,7 +132,7 @@ def measure_earth_rate(
     decays = (take.best(model, "settling") if settling else []) + (
         take.best(model, "warm-up") if warm_up else []
     )
-    found = _estimate(take, model, source, decays, stated or Stated(), confidence)
+    found = _estimate(take, model, source, decays, (own, g_sensitivity), confidence)
     return replace(found, advice=(*found.advice, open_question)) if open_question else found
 
 
@@ -151,8 +161,23 @@ def rate_channel(recording: Recording, channel: str | None) -> str:
     return channel
 
 
-def _refuse(latitude: float, confidence: float) -> None:
-    checked_latitude(latitude)
+def _refuse(
+    latitude: float, confidence: float, stated: Stated, g_sensitivity: float, *, vertical: bool
+) -> None:
+    checked_latitude(latitude, vertical=vertical)
+    if not (isinstance(g_sensitivity, (int, float)) and math.isfinite(g_sensitivity) and g_sensitivity >= 0):
+        raise InputError(
+            f"the stated g-sensitivity must be finite and not negative [rad/s/(m/s^2)], not {g_sensitivity!r}"
+        )
+    if vertical and stated.heading:
+        raise InputError(
+            "a vertical axis has no heading: state how far it leans (--tilt), leave --heading-uncertainty out"
+        )
+    if g_sensitivity and not vertical:
+        raise InputError(
+            "--g-sensitivity is for an axis that is turned between up and down (--first up): gravity does not change "
+            "along a level one"
+        )
     if not 0.5 <= confidence < 1:
         raise InputError(f"confidence must be from 0.5 to below 1, not {confidence!r}")
 
@@ -182,7 +207,7 @@ def _estimate(
     model: NoiseModel,
     source: str,
     decays: list[Decay],
-    stated: Stated,
+    stated: tuple[Stated, float],
     confidence: float,
 ) -> EarthRateEstimate:
     fit = take.fit(model, decays, running=True)
@@ -195,7 +220,7 @@ def _estimate(
     inflation = inflation_of(checks)
     if source != "given":
         inflation = max(inflation, _own_scatter(readings, sd))
-    budget = {"noise": sd * inflation, **{k: v * EARTH_RATE for k, v in stated.budget(take.latitude).items()}}
+    budget = {"noise": sd * inflation, **_stated(take, *stated)}
     total = math.sqrt(sum(v**2 for v in budget.values()))
     half = _quantile((1 + confidence) / 2, source, readings) * total
     sure = _quantile(THREE_SD, source, readings) * total
@@ -229,6 +254,17 @@ def _estimate(
     verdict, reason, advice = judge(estimate, separable=separable, sure=sure)
     estimate = replace(estimate, verdict=verdict, reason=reason, advice=advice)
     return replace(estimate, advice=(*advice, *_settling(estimate, take, decays)))
+
+
+def _stated(take: Take, stated: Stated, g_sensitivity: float) -> dict[str, float]:
+    """Stated uncertainties of the rate [rad/s]; what follows gravity is reversed with an axis that is turned over."""
+    vertical = is_vertical(take.reversals.first)
+    relative = (stated.budget_of_vertical if vertical else stated.budget)(take.latitude)
+    follows = g_sensitivity * STANDARD_GRAVITY / abs(take.projection)
+    return {
+        **{source: share * EARTH_RATE for source, share in relative.items()},
+        **({G_SENSITIVITY: follows} if vertical else {}),
+    }
 
 
 def _settling(estimate: EarthRateEstimate, take: Take, decays: list[Decay]) -> tuple[str, ...]:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -14,10 +15,15 @@ from allanite.earth import EARTH_RATE
 from allanite.noise import NoiseModel
 from allanite.plain_data import plain
 from allanite.reversals import Reversals
+from allanite.reversals.sides import is_vertical, part_seen
+from allanite.units import STANDARD_GRAVITY
 
-__all__ = ["DwellMean", "EarthRateEstimate", "Reading", "Running"]
+__all__ = ["G_SENSITIVITY", "Component", "DwellMean", "EarthRateEstimate", "Reading", "Running"]
 
 Array = NDArray[np.float64]
+
+G_SENSITIVITY = "g-sensitivity"
+"""Its name in the budget."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -27,7 +33,8 @@ class Reading:
     Attributes
     ----------
     name : str
-        "pairs", the seed's north-south pairs, or "north-south-north", which cancels a drift.
+        "pairs", the seed's north-south pairs, or "north-south-north", which cancels a drift; "up-down-up" of an axis
+        that was turned over.
     rate : float [rad/s]
     sd : float [rad/s]
         Under the noise model.
@@ -45,6 +52,23 @@ class Reading:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Component:
+    """A number of the axis itself beside the one that is expected.
+
+    Attributes
+    ----------
+    value, sd, expected : float
+    interval : (float, float)
+        At the confidence of the estimate.
+    """
+
+    value: float
+    sd: float
+    interval: tuple[float, float]
+    expected: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class DwellMean:
     """One dwell.
 
@@ -53,7 +77,7 @@ class DwellMean:
     start, stop : float [s]
         Usable part, since the beginning of the record.
     sign : int
-        +1 north, -1 south, 0 unknown.
+        +1 north or up, -1 south or down, 0 unknown.
     mean : float [rad/s]
     sd : float [rad/s]
         Of its white noise.
@@ -104,7 +128,8 @@ class EarthRateEstimate:
         At `confidence`, from `total_sd`.
     confidence : float
     verdict : str
-        "resolved", "not resolved", "inconsistent", "inconsistent with Earth" or "not separable".
+        "resolved", "not resolved", "inconsistent", "inconsistent with Earth" or "not separable"; "not separable from
+        g-sensitivity" for a vertical axis whose g-sensitivity nobody stated.
     reason : str
         One or two sentences.
     inflation : float
@@ -125,7 +150,7 @@ class EarthRateEstimate:
     advice : tuple of str
     latitude : float [rad]
     first : str
-        "north", "south", or "unknown": then the sign of the rate is a choice.
+        "north", "south", "up", "down", or "unknown": then the sign of the rate is a choice.
     model : NoiseModel
     model_source : str
         "given", or "this record": then fitted to it.
@@ -168,6 +193,38 @@ class EarthRateEstimate:
         return (self.rate - EARTH_RATE) / self.total_sd
 
     @property
+    def projection(self) -> float:
+        """Part of the Earth's rotation along the axis where it points north, or up."""
+        return part_seen(self.first, self.latitude)
+
+    @property
+    def component(self) -> Component:
+        """What the axis saw of the Earth where it points north, or up [rad/s]; the latitude is no part of it."""
+        sd = self._sd_without("latitude") * abs(self.projection)
+        return self._with_interval(self.rate * self.projection, sd, EARTH_RATE * self.projection)
+
+    @property
+    def g_sensitivity(self) -> Component | None:
+        """Of a vertical axis [rad/s/(m/s^2)], under the known rate of the Earth; None for a level axis."""
+        if not is_vertical(self.first):
+            return None
+        along = self.projection / STANDARD_GRAVITY
+        sd = self._sd_without(G_SENSITIVITY) * abs(along)
+        return self._with_interval((self.rate - EARTH_RATE) * along, sd, 0.0)
+
+    @property
+    def bounds_sum(self) -> bool:
+        """True where the rate is that of the Earth and a g-sensitivity that nobody stated, together."""
+        return is_vertical(self.first) and not self.budget.get(G_SENSITIVITY)
+
+    def _sd_without(self, source: str) -> float:
+        return math.sqrt(sum(v**2 for k, v in self.budget.items() if k != source))
+
+    def _with_interval(self, value: float, sd: float, expected: float) -> Component:
+        half = sd * (self.interval[1] - self.interval[0]) / 2 / self.total_sd
+        return Component(value=value, sd=sd, interval=(value - half, value + half), expected=expected)
+
+    @property
     def resolved(self) -> bool:
         """True when the rate is a measurement of the Earth's rotation."""
         return self.verdict == "resolved"
@@ -186,7 +243,7 @@ class EarthRateEstimate:
                 for name in (
                     "source", "channel", "verdict", "reason", "rate", "sd", "total_sd", "interval", "confidence",
                     "inflation", "bias", "nuisances", "budget", "readings", "checks", "advice", "latitude", "first",
-                    "model_source", "duration", "block", "dwells", "running",
+                    "model_source", "duration", "block", "dwells", "running", "component", "g_sensitivity",
                 )
             },
             "earth_rate": EARTH_RATE,

@@ -17,6 +17,7 @@ from allanite.noise import NoiseModel, White
 from allanite.recording import Recording, Sampling
 from allanite.regression import LEVEL, Regression, regress
 from allanite.reversals import Reversals
+from allanite.reversals.sides import part_seen
 
 __all__ = ["RATE", "TIME_CONSTANT", "Decay", "Take"]
 
@@ -121,8 +122,8 @@ class Take:
 
     @property
     def projection(self) -> float:
-        """Part of the Earth's rotation that a horizontal axis to the north sees."""
-        return math.cos(self.latitude)
+        """Part of the Earth's rotation that the axis sees to the north, or up."""
+        return part_seen(self.reversals.first, self.latitude)
 
     @property
     def sampling(self) -> Sampling:
@@ -152,7 +153,7 @@ class Take:
         return np.nan_to_num(means - np.nanmean(means))
 
     def columns(self) -> tuple[Array, tuple[str, ...]]:
-        """Rate and level; with a temperature, that too. Without reversals the rate has no sign: north is taken."""
+        """Rate and level; with a temperature, that too. Without reversals the rate has no sign: +1 is taken."""
         sign = self.sign if self.reversals.turns else np.where(self.blocks.span >= 0, 1.0, np.nan)
         table: list[Array] = [sign * self.projection, np.ones(self.blocks.size)]
         names: tuple[str, ...] = (RATE, LEVEL)

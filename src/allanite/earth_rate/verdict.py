@@ -8,16 +8,27 @@ from typing import TYPE_CHECKING
 
 from allanite.checks import SEEN, Check, grave
 from allanite.earth import DEG_H, EARTH_RATE
+from allanite.reversals.sides import is_vertical
+from allanite.units import STANDARD_GRAVITY
 
 if TYPE_CHECKING:
     from allanite.earth_rate.results import EarthRateEstimate
 
-__all__ = ["CONTRADICTS", "judge", "settling_that_explains"]
+__all__ = ["CONTRADICTS", "WITH_GRAVITY", "judge", "settling_that_explains"]
 
 Verdict = tuple[str, str, tuple[str, ...]]
 
 CONTRADICTS = "inconsistent with Earth"
 """The verdict on a rate that excludes the known one."""
+
+WITH_GRAVITY = "not separable from g-sensitivity"
+"""The verdict on a rate that may hold what follows gravity."""
+
+_TOGETHER = "; but it is the rate of the Earth and the g-sensitivity of the axis together"
+_BOUNDS = (
+    "turning the axis over reverses gravity along it, too: the result bounds the Earth rate and the g-sensitivity of "
+    "the axis together. State the g-sensitivity (--g-sensitivity 0.1deg/h/g) to have the Earth rate by itself"
+)
 
 #: A cause before its consequences: a drift also makes the dwells scatter and the alternation look another.
 _CAUSES = ("warm-up", "settling", "order of the turns", "constancy of the rate", "scatter of the dwells")
@@ -58,11 +69,21 @@ def judge(estimate: EarthRateEstimate, *, separable: bool, sure: float) -> Verdi
         span = f"{low / DEG_H:.2f} to {high / DEG_H:.2f} deg/h"
         reason = (
             f"the interval {span} excludes the known {EARTH_RATE / DEG_H:.3f} deg/h ({abs(estimate.deviation):.1f} "
-            "standard deviations): an error that follows the turns, or the scale factor, the latitude, the direction "
-            "of the first dwell"
+            f"standard deviations): {_gravity(estimate)}an error that follows the turns, or the scale factor, the "
+            "latitude, the direction of the first dwell"
         )
         return CONTRADICTS, reason, advice
-    return "resolved", f"{size}{widened} from zero, and the interval holds the known rate", advice
+    seen = f"{size}{widened} from zero, and the interval holds the known rate"
+    return (WITH_GRAVITY, f"{seen}{_TOGETHER}", advice) if estimate.bounds_sum else ("resolved", seen, advice)
+
+
+def _gravity(estimate: EarthRateEstimate) -> str:
+    """The g-sensitivity that would explain the rate of a vertical axis."""
+    found = estimate.g_sensitivity
+    if found is None:
+        return ""
+    value, sd = (x / DEG_H * STANDARD_GRAVITY for x in (found.value, found.sd))
+    return f"a g-sensitivity of {value:.3g} deg/h/g (standard deviation {sd:.2g}), "
 
 
 def settling_that_explains(estimate: EarthRateEstimate, rate: float, sd: float, T: float) -> tuple[str, ...]:
@@ -100,6 +121,8 @@ def _advice(estimate: EarthRateEstimate, failed: list[Check]) -> tuple[str, ...]
     """What the failed checks say, but for what a drift that is named already makes of the turns."""
     drifts = any(c.name == "warm-up" for c in failed)
     advice = tuple(c.says for c in failed if not (drifts and c.name == "order of the turns"))
+    if estimate.bounds_sum:
+        advice += (_BOUNDS,)
     if estimate.first == "unknown":
         advice += (
             "the direction of the first dwell is not known: the sign of the rate is a choice (--first)",
@@ -118,16 +141,26 @@ def _not_separable(estimate: EarthRateEstimate) -> Verdict:
         )
         return "not separable", reason, ("a shorter dead time, or a file of turns, may give more dwells",)
     level, sd = (x / DEG_H for x in estimate.bias)
-    seen, upright = (EARTH_RATE * part(estimate.latitude) / DEG_H for part in (math.cos, math.sin))
     known = "" if estimate.model_source == "given" else ", at least: the noise was fitted to this very record"
     digits = max(0, 1 - math.floor(math.log10(sd))) if 0 < sd < math.inf else 2
-    north, south, either, up, down = (
-        f"{x:.{digits}f}" for x in (level - seen, level + seen, level, level - upright, level + upright)
-    )
-    constant = f"{either} deg/h (standard deviation {sd:.2g}{known})"
+    constant = f"{level:.{digits}f} deg/h (standard deviation {sd:.2g}{known})"
+    biases = [f"{level - seen / DEG_H:.{digits}f} {words}" for seen, words in _directions(estimate)]
     reason = (
         f"without reversals the rate and the bias are one constant, {constant}, and no filter tells them apart. Under "
-        f"the known rate the bias is {north} deg/h if the axis points north, {south} if south, {either} if east or "
-        f"west, {up} if up, {down} if down"
+        f"the known rate the bias is {', '.join(biases)}"
     )
     return "not separable", reason, ("turn the sensor by 180 deg, and back, at least a few times",)
+
+
+def _directions(estimate: EarthRateEstimate) -> list[tuple[float, str]]:
+    """What the axis would see of the Earth [rad/s], by the direction that it may have had; up and down where said."""
+    north, up = (EARTH_RATE * part(estimate.latitude) for part in (math.cos, math.sin))
+    if is_vertical(estimate.first):
+        return [(up, "deg/h if the axis points up"), (-up, "if down")]
+    return [
+        (north, "deg/h if the axis points north"),
+        (-north, "if south"),
+        (0.0, "if east or west"),
+        (up, "if up"),
+        (-up, "if down"),
+    ]

@@ -15,6 +15,7 @@ import numpy as np
 
 from allanite.figures.panel import Array, Axis, Curve, Label, Panel, around, array
 from allanite.figures.records import clock
+from allanite.reversals.sides import direction_of, is_vertical, part_seen, sides_of
 from allanite.wording import interval, number
 
 __all__ = [
@@ -35,11 +36,7 @@ Json = Mapping[str, Any]
 #: One degree per hour [rad/s].
 DEG_H = math.radians(1) / 3600
 _SETTLED = 0.2  # part of the record after which everything must lie inside the frame of the running estimate
-_SIDES = (
-    (1, "north", "z", "circle"),
-    (-1, "south", "x", "square"),
-    (0, "direction not known", "guide", "diamond"),
-)
+_LOOKS = ((1, "z", "circle"), (-1, "x", "square"), (0, "guide", "diamond"))  # of the dwells, by their sign
 VIEWS = ("whole", "record", "running", "dwells", "residuals", "dead-time", "estimators", "bias")
 
 
@@ -119,7 +116,7 @@ def _settled(estimate: Json, time: Array, lines: tuple[Array, Array], half: Arra
 def dwell_panels(estimate: Json) -> tuple[Panel, Panel]:
     """Means of the dwells less the level of the record, and what the fit leaves of them."""
     base = (estimate["bias"][0] or 0.0) / DEG_H
-    seen = estimate["earth_rate"] * math.cos(estimate["latitude"]) / DEG_H
+    seen = estimate["earth_rate"] * part_seen(estimate["first"], estimate["latitude"]) / DEG_H
     means = _dwell_curves(estimate, "mean", base)
     left = _dwell_curves(estimate, "residual", 0.0)
     unit, second = clock(estimate["duration"])
@@ -156,7 +153,8 @@ def dwell_panels(estimate: Json) -> tuple[Panel, Panel]:
 def _dwell_curves(estimate: Json, what: str, level: float) -> tuple[Curve, ...]:
     _, second = clock(estimate["duration"])
     curves = []
-    for sign, name, colour, marker in _SIDES:
+    for sign, colour, marker in _LOOKS:
+        name = direction_of(estimate["first"], sign, "direction not known")
         dwells = [d for d in estimate["dwells"] if d["sign"] == sign and d[what] is not None]
         if not dwells:
             continue
@@ -220,7 +218,7 @@ def dead_time_panel(estimate: Json) -> Panel:
 
 
 def estimator_panel(estimate: Json) -> Panel:
-    """Pairs, north-south-north and regression side by side."""
+    """Pairs, three dwells at a time, and regression side by side."""
     wide = quantile(estimate["confidence"])
     percent = f"{100 * estimate['confidence']:g} %"
     names = [r["name"] for r in estimate["readings"]]
@@ -250,12 +248,16 @@ def estimator_panel(estimate: Json) -> Panel:
 def open_panel(estimate: Json) -> Panel:
     """Without reversals: the bias that the record leaves for each direction that the axis may have had."""
     base, sd = (math.nan if v is None else v / DEG_H for v in estimate["bias"])
-    seen = estimate["earth_rate"] * math.cos(estimate["latitude"]) / DEG_H
+    seen = estimate["earth_rate"] * part_seen(estimate["first"], estimate["latitude"]) / DEG_H
     half = quantile(estimate["confidence"]) * sd
-    y = array([base - seen, base, base + seen])
+    plus, minus = sides_of(estimate["first"])
+    poses = [(-seen, f"if the axis pointed {plus}"), (0.0, "east or west"), (seen, minus)]
+    if is_vertical(estimate["first"]):
+        del poses[1]
+    y = base + array([change for change, _ in poses])
     percent = f"{100 * estimate['confidence']:g} %"
     curve = Curve(
-        x=array([0, 1, 2]),
+        x=np.arange(float(len(poses))),
         y=y,
         lower=y - half,
         upper=y + half,
@@ -265,10 +267,10 @@ def open_panel(estimate: Json) -> Panel:
         style="none",
         marker="circle",
     )
-    names = ((0, "if the axis pointed north"), (1, "east or west"), (2, "south"))
+    names = tuple((i, words) for i, (_, words) in enumerate(poses))
     return Panel(
         title="Without reversals rate and bias are one constant",
-        x=Axis(label="", limits=(-0.5, 2.5), names=names),
+        x=Axis(label="", limits=(-0.5, len(poses) - 0.5), names=names),
         y=Axis(label="Bias [deg/h]", limits=around(y - half, y + half, [0.0], room=0.12)),
         curves=(curve,),
         labels=(Label(x=0.0, y=0.0, text="", colour="guide", place="level"),),

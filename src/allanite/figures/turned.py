@@ -13,6 +13,7 @@ from allanite.errors import InputError
 from allanite.figures.panel import Array, Axis, Envelope, Panel, Rug, Span, SpanKind, array
 from allanite.figures.records import clock, overview
 from allanite.recording import Kind, Recording
+from allanite.reversals.sides import direction_of
 from allanite.wording import people_unit
 
 __all__ = ["only_rate", "reversals_of", "turned_panel", "turned_panels", "window_panels", "zoom_window"]
@@ -21,9 +22,8 @@ Json = Mapping[str, Any]
 Limits = tuple[float, float]
 
 _MOST_TURNS = 40  # shown as spans; more than these become strokes at the foot
-_MOST_NAMED = 24  # positions that say N or S
+_MOST_NAMED = 24  # positions that say where the axis pointed
 _QUIET = 6.0  # standard deviations of the noise that the closer look leaves around the median
-_SIDES = {1: "N", -1: "S"}
 
 
 def reversals_of(given: Any) -> Json:
@@ -184,13 +184,14 @@ def _unused(document: Json) -> list[tuple[float, float, SpanKind]]:
 
 
 def _names(document: Json, window: Limits, second: float) -> tuple[tuple[float, str], ...]:
-    """N and S over the positions of known direction, where there is room for them."""
-    known = [p for p in document["positions"] if p["sign"] in _SIDES and _inside(_ends(p, document), window)]
+    """N and S, or U and D, over the positions of known direction, where there is room for them."""
+    known = [p for p in document["positions"] if p["sign"] in (1, -1) and _inside(_ends(p, document), window)]
     if len(known) > _MOST_NAMED:
         return ()
     ends = [_ends(p, document) for p in known]
     middles = [(max(a, window[0]) + min(b, window[1])) / 2 / second for a, b in ends]
-    return tuple((at, _SIDES[p["sign"]]) for at, p in zip(middles, known, strict=True))
+    names = [direction_of(document["first"], p["sign"])[0].upper() for p in known]
+    return tuple(zip(middles, names, strict=True))
 
 
 def _quiet(part: Recording, name: str, document: Json, window: Limits) -> Limits:

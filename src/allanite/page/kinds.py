@@ -205,7 +205,7 @@ _STATED = {
         type="degrees", flag="--latitude-uncertainty", python="latitude", stated=True, help="Of the latitude."
     ),
     "tilt": Option(
-        type="degrees", flag="--tilt", python="tilt", stated=True, help="Of the table's axis from the vertical."
+        type="degrees", flag="--tilt", python="tilt", stated=True, help="Of the table's, or a vertical, axis."
     ),
     "heading_uncertainty": Option(
         type="degrees", flag="--heading-uncertainty", python="heading", stated=True, help="Of the axis."
@@ -323,7 +323,9 @@ KINDS: Mapping[str, Kind] = {
         options={
             "latitude": _LATITUDE,
             "model": _MODEL,
-            "first": _own("choice", "--first", "Where the axis points at first.", choices=("north", "south")),
+            "first": _own(
+                "choice", "--first", "Where the axis points at first.", choices=("north", "south", "up", "down")
+            ),
             "turns": _own("spans", "--turns", "Turns by hand: [[start, stop], …]."),
             "dwell": _own("seconds", "--dwell", "Turned so often, for turns that do not show."),
             "dead_time": _DEAD_TIME,
@@ -334,6 +336,9 @@ KINDS: Mapping[str, Kind] = {
             **_STATED,
             "bias_uncertainty": Option(
                 type="deg/h", flag="--bias-uncertainty", python="bias", help="Of each of three axes [deg/h]."
+            ),
+            "g_sensitivity": _own(
+                "deg/h/g", "--g-sensitivity", "Of an axis turned between up and down [deg/h/g].", inside="estimate"
             ),
             "confidence": _CONFIDENCE,
             "accept": _ACCEPT,

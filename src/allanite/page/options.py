@@ -19,7 +19,7 @@ __all__ = ["READING", "Code", "Option", "Spelt", "checked", "code_of", "describe
 
 Type = Literal[
     "number", "integer", "text", "flag", "choice", "names", "texts", "by-channel", "seconds", "seconds-list", "degrees",
-    "deg/s", "deg/h", "spans", "headings", "model", "recording", "document", "attached", "description",
+    "deg/s", "deg/h", "deg/h/g", "spans", "headings", "model", "recording", "document", "attached", "description",
 ]  # fmt: skip
 
 _LONGEST = 2000  # characters of a text
@@ -139,7 +139,7 @@ def _spelt(option: Option, name: str, value: Any, place: Place) -> tuple[list[st
             if value is not True:
                 raise Refused(400, f"{name} is yes or no (true, false)")
             return [None], True
-        case "number" | "seconds" | "degrees" | "deg/s" | "deg/h":
+        case "number" | "seconds" | "degrees" | "deg/s" | "deg/h" | "deg/h/g":
             return _number(option.type, _real(name, value))
         case "integer":
             whole = _real(name, value)
@@ -181,7 +181,7 @@ def _number(kind: str, value: float) -> tuple[list[str | None], Any]:
     text = number_text(value)
     if kind == "degrees":
         return [f"{text}deg"], Code(f"math.radians({text})")
-    if kind in ("deg/s", "deg/h"):
+    if kind in ("deg/s", "deg/h", "deg/h/g"):
         return [f"{text}{kind}"], Code(f"{text} * parse_unit({kind!r}).factor")
     return [text], value
 

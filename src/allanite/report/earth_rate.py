@@ -20,21 +20,26 @@ from allanite.report.blocks import (
     table,
     text,
 )
-from allanite.report.measurement import judgement, measurement_page, rate_budget
+from allanite.report.measurement import judgement, known_facts, measurement_page, rate_budget
+from allanite.reversals.sides import is_vertical, sides_of
 from allanite.wording import (
     DEG_H,
     Estimate,
     angle,
+    axis_facts,
     budget_lines,
     capitalised,
     check_lines,
     contradictions,
     duration,
+    dwell_direction,
     earth_rate_lines,
+    function_of_latitude,
     model_words,
     signed,
     tone,
     turn_words,
+    unstated_words,
     with_sd,
 )
 
@@ -54,6 +59,11 @@ ROSENBERG = (
 _COHERENT = (
     "A bias that follows the turns exactly (magnetic field, gravity on a leaning table) cannot be told from the Earth "
     "by any estimator: only a contradiction to the known rate, or dwells to the east and west, would show it."
+)
+_COHERENT_OVER = (
+    "A bias that follows the turns exactly cannot be told from the Earth by any estimator. Gravity along the axis is "
+    "reversed with it, so its g-sensitivity is such a bias; a magnetic field may make another. Only a contradiction to "
+    "the known rate shows them."
 )
 BIRGE = (
     "R. T. Birge, The calculation of errors by the method of least squares, Phys. Rev. 40 (1932) 207: the ratio that "
@@ -115,7 +125,13 @@ def _verdict(document: Json) -> list[Block]:
     blocks += estimates_table(
         lines, f"Earth rate by each estimator, with {100 * document['confidence']:g} % intervals."
     )
-    return [*blocks, *_budget(document)]
+    return [*blocks, *_axis(document), *_budget(document)]
+
+
+def _axis(document: Json) -> list[Block]:
+    """What the axis itself saw, and what is expected of it."""
+    facts = axis_facts(document)
+    return [known_facts(facts)] if facts else []
 
 
 def contradiction_banners(document: Json) -> list[Block]:
@@ -143,8 +159,7 @@ def _budget(document: Json) -> list[Block]:
     if not rows:
         return [
             text(
-                "The interval holds the noise alone: no uncertainty of scale factor, latitude, tilt or heading was "
-                "stated.",
+                unstated_words(document, "was"),
                 note=True,
             )
         ]
@@ -159,7 +174,7 @@ def _budget(document: Json) -> list[Block]:
 def _pictures(document: Json) -> list[Block]:
     if document["rate"] is None:
         return []
-    value = signed(document["rate"], DEG_H, 2)
+    value, (plus, minus) = signed(document["rate"], DEG_H, 2), sides_of(document["first"])
     return [
         *drawn(
             "running",
@@ -172,9 +187,9 @@ def _pictures(document: Json) -> list[Block]:
         *drawn(
             "dwells",
             document,
-            "The means of the dwells: north above, south below; their distance is twice the Earth rate times the "
-            "cosine of the latitude. What both have in common is the bias and its drift.",
-            "Mean rate of each dwell against time, north and south apart.",
+            f"The means of the dwells, {plus} and {minus}: their distance is twice the Earth rate times the "
+            f"{function_of_latitude(document)} of the latitude. What both have in common is the bias and its drift.",
+            f"Mean rate of each dwell against time, {plus} and {minus} apart.",
             view="dwells",
         ),
         *drawn(
@@ -232,7 +247,7 @@ def _checks(document: Json) -> list[Block]:
     )
     blocks.append(text(f"{name}: {with_sd(level, sd, 'deg/h', DEG_H)}."))
     if document["rate"] is not None:
-        blocks.append(text(_COHERENT, note=True))
+        blocks.append(text(_COHERENT_OVER if is_vertical(document["first"]) else _COHERENT, note=True))
     return blocks
 
 
@@ -259,7 +274,7 @@ def _record(document: Json) -> list[Block]:
         (
             str(i),
             f"{d['start']:.2f} to {d['stop']:.2f}",
-            {1: "north", -1: "south"}.get(d["sign"], "unknown"),
+            dwell_direction(document, d["sign"]),
             signed(d["mean"], DEG_H, 1),
             signed(d["residual"], DEG_H, 1),
         )
@@ -274,13 +289,15 @@ def _record(document: Json) -> list[Block]:
     return [*blocks, details(f"All {len(document['dwells'])} dwells", dwells)] if turned else blocks
 
 
-def _method(_: Json) -> list[Block]:
+def _method(document: Json) -> list[Block]:
+    over = is_vertical(document["first"])
+    axis, (plus, minus) = "vertical" if over else "horizontal", sides_of(document["first"])
     return [
         text(
-            "One horizontal axis at the latitude φ, pointing north or south, sees the horizontal part of the Earth's "
+            f"One {axis} axis at the latitude φ, pointing {plus} or {minus}, sees the {axis} part of the Earth's "
             "rotation, its bias, and noise:"
         ),
-        *equation("turned"),
+        *equation("turned_over" if over else "turned"),
         text(
             "The columns x are what is fitted beside the rate, if anything: a rotation that settles after each turn, a "
             "warm-up, a temperature. The coefficients follow by generalised least squares, V being the covariance of "
@@ -288,7 +305,7 @@ def _method(_: Json) -> list[Block]:
         ),
         *equation("least_squares"),
         text("Beside it stand the estimator of the seed paper, and one in which a linear drift cancels:"),
-        *equation("pairs"),
+        *equation("pairs_over" if over else "pairs"),
         text(
             "If the dwells scatter more than the noise model says (chance below 1 %), the standard deviation is "
             "multiplied by the root of chi-square over its expectation. A rate below three standard deviations is "

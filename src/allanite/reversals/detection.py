@@ -9,8 +9,9 @@ from allanite.errors import InputError
 from allanite.recording import Kind, Recording
 from allanite.reversals.judgement import judge, positions_of
 from allanite.reversals.remarks import remarks
+from allanite.reversals.sides import checked_first, sign_at_first
 from allanite.reversals.surges import survey
-from allanite.reversals.turns import DEAD_TIME, Reversals, checked_dead_time, checked_first
+from allanite.reversals.turns import DEAD_TIME, Reversals, checked_dead_time
 
 __all__ = ["channel_of", "find_reversals", "heading_of"]
 
@@ -25,16 +26,16 @@ def find_reversals(
     first: str | None = "north",
     dead_time: float = DEAD_TIME,
 ) -> Reversals:
-    """Find when the sensor was turned between north and south.
+    """Find when the sensor was turned between north and south, or between up and down.
 
     Parameters
     ----------
     recording : Recording
-        A gyro whose sensitive axis is horizontal, turned by about 180 deg every 10 to 600 s, each turn within 10 s.
-        Volts, counts and unknown units will do.
+        A gyro whose sensitive axis is horizontal, or vertical, turned by about 180 deg every 10 to 600 s, each turn
+        within 10 s. Volts, counts and unknown units will do.
     channel : str, optional
         Needed where the recording holds several gyro channels.
-    first : "north", "south" or None
+    first : "north", "south", "up", "down" or None
         Where the axis pointed at first. One axis cannot tell: with None signs are given as if it had been north, and
         say so in `Reversals.first`.
     dead_time : float [s]
@@ -116,5 +117,5 @@ def channel_of(recording: Recording, channel: str | None) -> str:
 
 
 def heading_of(first: str) -> float:
-    """Heading of the first position [rad]; unknown counts as north."""
-    return math.pi if first == "south" else 0.0
+    """Heading of the first position [rad], from north or from up; unknown counts as north."""
+    return 0.0 if sign_at_first(first) > 0 else math.pi

@@ -88,7 +88,7 @@ def _of_angle(scene: Scene, judgement: Judgement) -> Iterator[Finding]:
             odd,
             len(odd),
             "after a quarter turn the direction counts as unknown until it is undone or completed",
-            "a turn cut short leaves the axis off north and south: the rate reads too small",
+            "a turn cut short leaves the axis off the line of the others: the rate reads too small",
         )
     clipped = [t for t in judgement.turns if t.clipped and t not in judgement.hidden]
     if clipped:

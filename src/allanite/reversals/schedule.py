@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -22,17 +22,16 @@ from allanite.reversals.detection import channel_of, heading_of
 from allanite.reversals.judgement import Judgement, judge, positions_of
 from allanite.reversals.listing import read_listing
 from allanite.reversals.remarks import off_schedule
+from allanite.reversals.sides import checked_first, direction_of
 from allanite.reversals.surges import Scene, survey
 from allanite.reversals.turns import (
     DEAD_TIME,
     GUARD,
     Disturbance,
-    First,
     Position,
     Reversals,
     Turn,
     checked_dead_time,
-    checked_first,
     sign_of,
 )
 
@@ -213,7 +212,6 @@ def placed(
         for p, q in zip(positions, positions[1:], strict=False)
     )
     seen = judge(scene) if scene else None
-    names_of: Mapping[int, First] = {1: "north", -1: "south", 0: "unknown"}
     return Reversals.cut(
         rate=recording.rate,
         n_samples=recording.n_samples,
@@ -221,7 +219,7 @@ def placed(
         positions=positions,
         disturbed=_rest(seen, turns) if seen else (),
         source="file",
-        first=names_of[positions[0].sign],
+        first=checked_first(direction_of(None, positions[0].sign)),
         dead_time=checked_dead_time(dead_time),
         guard=guard,
         findings=_contradictions(scene, seen, positions, turns) if scene and seen else (),

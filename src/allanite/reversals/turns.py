@@ -14,24 +14,22 @@ from numpy.typing import NDArray
 from allanite.errors import InputError
 from allanite.health.finding import Finding
 from allanite.recording import BLOCK, merge_spans
+from allanite.reversals.sides import First, checked_first, direction_of, sign_at_first
 
 __all__ = [
     "DEAD_TIME",
     "GUARD",
     "Disturbance",
     "Dwell",
-    "First",
     "Position",
     "Reversals",
     "Turn",
     "checked_dead_time",
-    "checked_first",
     "sign_of",
 ]
 
 Json = dict[str, Any]
 Signs = NDArray[np.int8]
-First = Literal["north", "south", "unknown"]
 Stretch = TypeVar("Stretch", "Turn", "Position", "Disturbance")
 Source = Literal["detected", "file", "period", "none"]
 
@@ -85,9 +83,9 @@ class Position:
     start, stop : int [samples]
         From the end of one turn to the beginning of the next; nothing is cut yet.
     heading : float [rad]
-        Of the sensitive axis, from north over east; NaN where it is not known.
+        Of the sensitive axis, from north over east, or from up where it is turned over; NaN where it is not known.
     sign : int
-        +1 north, -1 south, 0 unknown or neither.
+        +1 north or up, -1 south or down, 0 unknown or neither.
     segment : int
         0 to begin with; a stretch that may hide turns begins a new one. Within a segment the headings are known
         relative to each other even where they are not known at all.
@@ -115,9 +113,9 @@ class Dwell:
     start, stop : int [samples]
         Half-open. Missing samples in it are NaN in the data.
     heading : float [rad]
-        Of the sensitive axis, from north over east; NaN where it is not known.
+        Of the sensitive axis, from north over east, or from up where it is turned over; NaN where it is not known.
     sign : int
-        +1 north, -1 south, 0 unknown or neither.
+        +1 north or up, -1 south or down, 0 unknown or neither.
     position : int
         Which of `Reversals.positions` it is a piece of: a knock makes two dwells of one position.
     """
@@ -163,7 +161,7 @@ class Reversals:
     source : str
         "detected", "file", "period", or "none" for a signal without turns.
     first : str
-        "north", "south" or "unknown": where the axis pointed at first. One axis cannot tell; where it is unknown,
+        "north", "south", "up", "down" or "unknown": where the axis pointed at first. One axis cannot tell; unknown,
         signs and headings are given as if it had been north.
     dead_time : float [s]
         Counted from the end of each turn.
@@ -239,15 +237,15 @@ class Reversals:
         return replace(whole, dwells=_dwells(whole))
 
     def beginning(self, first: str | None) -> Reversals:
-        """The same turns with the first position that there is pointing north, or south.
+        """The same turns with the first position that there is pointing this way.
 
         Raises
         ------
         InputError
-            Another word than "north", "south" or None.
+            No direction; see `checked_first`.
         """
         start = checked_first(first)
-        wanted = -1 if start == "south" else 1
+        wanted = sign_at_first(start)
         if not self.positions or self.positions[0].sign in (0, wanted):
             return replace(self, first=start)
         around = tuple(
@@ -307,7 +305,7 @@ class Reversals:
                 "stop_s": d.stop / self.rate,
                 "duration_s": (d.stop - d.start) / self.rate,
                 "heading_deg": math.degrees(d.heading),
-                "direction": {1: "north", -1: "south"}.get(d.sign, _other(d.heading)),
+                "direction": direction_of(self.first, d.sign, _other(d.heading)),
             }
             for number, d in enumerate(self.dwells, 1)
         ]
@@ -385,7 +383,7 @@ def _dwells(whole: Reversals) -> tuple[Dwell, ...]:
 
 
 def sign_of(heading: float) -> int:
-    """+1 within 10 deg of north, -1 within 10 deg of south (the cosine is 1 within 1.6 %), else 0."""
+    """+1 within 10 deg of heading 0, -1 within 10 deg of the opposite (the cosine is 1 within 1.6 %), else 0."""
     c = math.cos(heading)
     return 0 if math.isnan(c) or abs(c) < math.cos(math.radians(10.0)) else (1 if c > 0 else -1)
 
@@ -403,20 +401,6 @@ def checked_dead_time(seconds: float) -> float:
     if not (math.isfinite(seconds) and seconds >= 0.0):
         raise InputError(f"dead time must be finite and not negative [s], not {seconds!r}")
     return float(seconds)
-
-
-def checked_first(first: str | None) -> First:
-    """The direction of the first dwell; None is "unknown".
-
-    Raises
-    ------
-    InputError
-        Anything but north, south, unknown or None.
-    """
-    for known in ("north", "south", "unknown"):
-        if first == known or (first is None and known == "unknown"):
-            return known
-    raise InputError(f"first must be 'north', 'south' or None (unknown), not {first!r}")
 
 
 def _other(heading: float) -> str:

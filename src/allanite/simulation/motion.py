@@ -79,7 +79,8 @@ class Motion:
         Of the sensitive axis over the plane of the table. It adds a constant, which turning cancels.
     table_tilt, table_tilt_heading : float [rad]
         By how much the table's axis leans, and towards which heading. That tilt turns with the sensor and nothing
-        cancels it: leaning north, Omega cos(latitude) becomes Omega cos(latitude + tilt).
+        cancels it: leaning north, Omega cos(latitude) becomes Omega cos(latitude + tilt). A table that lies on its
+        side, by pi/2 towards pi, turns the axis over instead: heading 0 points up, heading pi down.
     full_scale : float or None [rad/s]
         Of sensor or converter; a sample beyond it is an overload.
     overload : "clip", "nan" or "1e38"
@@ -320,8 +321,8 @@ def _check(motion: Motion) -> None:
     _check_turning(motion)
     if motion.knock_length <= 0 or np.min(motion.settling_time) <= 0:
         raise InputError("motion: knock_length and settling_time must be positive seconds")
-    if max(abs(motion.elevation), motion.table_tilt) >= math.pi / 2:
-        raise InputError("motion: elevation and table_tilt are angles from the level [rad], below pi/2")
+    if abs(motion.elevation) >= math.pi / 2 or motion.table_tilt > math.pi / 2:
+        raise InputError("motion: elevation is an angle from the level below pi/2 [rad], table_tilt one up to pi/2")
     if motion.overload not in _OVERLOADS:
         raise InputError(f"motion: overload is one of {', '.join(_OVERLOADS)}, not {motion.overload!r}")
     if motion.full_scale is not None:

@@ -21,6 +21,7 @@ from allanite.terminal.parts import (
 from allanite.wording import (
     DEG_H,
     angle,
+    axis_facts,
     budget_lines,
     contradictions,
     duration,
@@ -30,6 +31,7 @@ from allanite.wording import (
     sentence,
     tone,
     turn_words,
+    unstated_words,
     with_sd,
 )
 
@@ -71,6 +73,7 @@ def show_earth_rate(document: Json, files: Sequence[object] = ()) -> None:
         out,
         ("turns", turn_words(document["reversals"], document["dwells"])),
         ("direction", _direction(document)),
+        *axis_facts(document),
         ("latitude", angle(document["latitude"])),
         ("length", f"{duration(document['duration'])}, in means over {duration(document['block'])}"),
         (
@@ -342,7 +345,7 @@ def _rates(out: Console, what: str, document: Json, lines: Iterable[Estimate]) -
 
 
 def _budget(out: Console, document: Json) -> None:
-    _uncertainties(out, budget_lines(document))
+    _uncertainties(out, budget_lines(document), unstated_words(document, "is"))
     if document["inflation"] > 1:
         out.print(f"The noise is widened {document['inflation']:.2f} times: see the checks.")
     out.print()

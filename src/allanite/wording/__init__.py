@@ -189,6 +189,12 @@ from allanite.wording.study import (
     verdict,
     worst,
 )
+from allanite.wording.turned_axis import (
+    axis_facts,
+    dwell_direction,
+    function_of_latitude,
+    unstated_words,
+)
 from allanite.wording.variation import change_lines, constancy_lines, part_name, variation_facts
 from allanite.wording.vector import (
     EMPTY_BUDGET,
@@ -231,6 +237,7 @@ __all__ = [
     "arcs_words",
     "attitude_lines",
     "axes_words",
+    "axis_facts",
     "axis_lines",
     "azimuth_words",
     "bias_words",
@@ -263,6 +270,7 @@ __all__ = [
     "drift_lines",
     "drift_unit",
     "duration",
+    "dwell_direction",
     "earth_rate_lines",
     "earth_seen_words",
     "effect_lines",
@@ -275,6 +283,7 @@ __all__ = [
     "finding_kinds",
     "floor_lines",
     "full_output",
+    "function_of_latitude",
     "gain_lines",
     "goal_words",
     "groups",
@@ -360,6 +369,7 @@ __all__ = [
     "tone",
     "turn_lines",
     "turn_words",
+    "unstated_words",
     "used_words",
     "variation_facts",
     "vector_budget",

@@ -16,6 +16,7 @@ from allanite.earth import EARTH_RATE
 from allanite.noise import GaussMarkov, NoiseModel, Sinusoid
 from allanite.wording.numbers import duration, interval, number, probability, with_sd
 from allanite.wording.study import COLUMNS, people_unit
+from allanite.wording.turned_axis import reading_words
 
 __all__ = [
     "AIDED",
@@ -76,6 +77,7 @@ _TONES = {
     "sensors contradict each other": "fatal",
     "not resolved": "warning",
     "not separable": "warning",
+    "not separable from g-sensitivity": "warning",
     "no north": "warning",
     "partly calibrated": "warning",
     "the model does not hold": "fatal",
@@ -92,10 +94,6 @@ _SOURCES = {
     "none": "none found",
 }
 _CONTRADICTIONS = ("turn_not_listed", "turn_not_seen")
-_READINGS = {
-    "pairs": ("pairs of dwells", "the seed paper's estimator: (north − south) / (2 cos latitude)"),
-    "north-south-north": ("north-south-north", "three dwells at a time: a linear drift cancels"),
-}
 
 
 # -- small things -----------------------------------------------------------------------------------------
@@ -258,7 +256,7 @@ def earth_rate_lines(document: Json) -> list[Estimate]:
     ]
     quantile = _quantile(document["confidence"])
     for reading in document["readings"]:
-        name, note = _READINGS.get(reading["name"], (reading["name"], ""))
+        name, note = reading_words(document, reading["name"])
         half = quantile * reading["sd"]
         scatter = reading.get("scatter")
         if scatter is not None:

@@ -258,7 +258,7 @@ SENSOR: dict[str, Entry] = {
         group=_TURNS,
         severity="warning",
         means="a turn that is not half a turn",
-        risk="the axis stands off north and south: the rate reads too small",
+        risk="the axis stands off the line of the others: the rate reads too small",
         done="after a quarter turn the direction counts as unknown",
         advice="turn again, or list the turns",
     ),

@@ -6,8 +6,8 @@ import { modelField } from "./modelfield.js";
 
 const LABELS = { unit: "Unit of the samples", rate: "Samples per second", scale_factor: "Scale factor", start: "Begin at [s]", stop: "End at [s]", repair: "Repair" };
 const UNITS = ["deg/s", "deg/h", "rad/s", "mdeg/s", "m/s^2", "g", "mg", "V", "µT", "gyro=deg/s, acc=g", "gyro=rad/s, acc=m/s^2"];
-const NUMBERS = ["number", "integer", "seconds", "degrees", "deg/s", "deg/h"];
-const SUFFIX = { seconds: " [s]", degrees: " [deg]", "deg/s": " [deg/s]", "deg/h": " [deg/h]" };
+const NUMBERS = ["number", "integer", "seconds", "degrees", "deg/s", "deg/h", "deg/h/g"];
+const SUFFIX = { seconds: " [s]", degrees: " [deg]", "deg/s": " [deg/s]", "deg/h": " [deg/h]", "deg/h/g": " [deg/h/g]" };
 
 export function labelOf(name, option) {
   const words = LABELS[name] || name.replace(/_/g, " ").replace(/^./, (c) => c.toUpperCase());
