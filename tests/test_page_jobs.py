@@ -259,7 +259,7 @@ def test_planner_answers_while_a_slider_moves(browser: Browser, study: dict[str,
 
 
 def _example(option: Option, name: str) -> Any:
-    if option.type in ("number", "integer", "seconds", "degrees", "deg/s", "deg/h"):
+    if option.type in ("number", "integer", "seconds", "degrees", "deg/s", "deg/h", "deg/h/g"):
         return 1
     special = {"names": ["a", "b"], "texts": ["drop_repeats"], "by-channel": {"a": "deg/s"}, "flag": True,
                "seconds-list": [1, 2], "spans": [[1, 2]], "headings": [[1, 2, 3]], "model": _WORDS}  # fmt: skip

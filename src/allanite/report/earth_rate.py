@@ -65,6 +65,10 @@ _COHERENT_OVER = (
     "reversed with it, so its g-sensitivity is such a bias; a magnetic field may make another. Only a contradiction to "
     "the known rate shows them."
 )
+_GRAVITY = (
+    "Turning the axis over reverses gravity along it: a g-sensitivity adds its value times 1 g over the sine of the "
+    "latitude to the Earth rate, and no column tells the two apart."
+)
 BIRGE = (
     "R. T. Birge, The calculation of errors by the method of least squares, Phys. Rev. 40 (1932) 207: the ratio that "
     "widens."
@@ -298,6 +302,7 @@ def _method(document: Json) -> list[Block]:
             "rotation, its bias, and noise:"
         ),
         *equation("turned_over" if over else "turned"),
+        *([text(_GRAVITY)] if over else []),
         text(
             "The columns x are what is fitted beside the rate, if anything: a rotation that settles after each turn, a "
             "warm-up, a temperature. The coefficients follow by generalised least squares, V being the covariance of "

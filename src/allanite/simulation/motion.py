@@ -322,7 +322,9 @@ def _check(motion: Motion) -> None:
     if motion.knock_length <= 0 or np.min(motion.settling_time) <= 0:
         raise InputError("motion: knock_length and settling_time must be positive seconds")
     if abs(motion.elevation) >= math.pi / 2 or motion.table_tilt > math.pi / 2:
-        raise InputError("motion: elevation is an angle from the level below pi/2 [rad], table_tilt one up to pi/2")
+        raise InputError(
+            "motion: elevation is an angle from the level below pi/2 [rad], table_tilt one up to pi/2"
+        )
     if motion.overload not in _OVERLOADS:
         raise InputError(f"motion: overload is one of {', '.join(_OVERLOADS)}, not {motion.overload!r}")
     if motion.full_scale is not None:
