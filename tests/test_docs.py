@@ -269,7 +269,7 @@ def test_units_of_the_reference_are_understood_and_alike() -> None:
     page = (ROOT / "docs" / "reference" / "units.md").read_text(encoding="utf-8")
     rows = [row.split("|")[1:4] for row in re.findall(r"^\| .* \|$", page, re.M) if row.count("|") == 4]
     rows = [row for row in rows if row[1].strip() not in ("", "SI unit") and "," not in row[0]]
-    assert len(rows) == 12
+    assert len(rows) == 13
     for name, si, others in rows:
         canonical = parse_unit(si.strip())
         assert canonical.factor == 1.0, si

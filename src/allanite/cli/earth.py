@@ -53,7 +53,7 @@ def stated_options(command: Callable[..., Any]) -> Callable[..., Any]:
     options = [
         click.option("--scale-uncertainty", "scale", type=Share(), default=0.0, help="Of the scale factor: 0.1%."),
         click.option("--latitude-uncertainty", type=Angle(), default=0.0, help="Of the latitude: 0.01deg."),
-        click.option("--tilt", type=Angle(), default=0.0, help="Of the table's, or a vertical, axis: 0.1deg."),
+        click.option("--tilt", type=Angle(), default=0.0, help="Lean of the table's or a vertical axis: 0.1deg."),
         click.option("--heading-uncertainty", "heading", type=Angle(), default=0.0, help="Of the axis: 3deg."),
     ]  # fmt: skip
     for option in reversed(options):

@@ -205,7 +205,7 @@ _STATED = {
         type="degrees", flag="--latitude-uncertainty", python="latitude", stated=True, help="Of the latitude."
     ),
     "tilt": Option(
-        type="degrees", flag="--tilt", python="tilt", stated=True, help="Of the table's, or a vertical, axis."
+        type="degrees", flag="--tilt", python="tilt", stated=True, help="Lean of the table's or a vertical axis."
     ),
     "heading_uncertainty": Option(
         type="degrees", flag="--heading-uncertainty", python="heading", stated=True, help="Of the axis."

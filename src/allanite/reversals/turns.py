@@ -161,8 +161,8 @@ class Reversals:
     source : str
         "detected", "file", "period", or "none" for a signal without turns.
     first : str
-        "north", "south", "up", "down" or "unknown": where the axis pointed at first. One axis cannot tell; unknown,
-        signs and headings are given as if it had been north.
+        "north", "south", "up", "down" or "unknown": where the axis pointed at first. One axis cannot tell;
+        where it is unknown, signs and headings are given as if it had been north.
     dead_time : float [s]
         Counted from the end of each turn.
     guard : float [s]
