@@ -253,6 +253,19 @@ def test_stamps_that_repeat_without_their_values_stay_refused(
     assert "time_stamps" in codes(clean(log, ["drop_duplicate_rows"]))
 
 
+def test_a_clock_that_was_set_back_is_offered_no_repair_that_refuses(
+    rng: np.random.Generator, tmp_path: Path
+) -> None:
+    t = np.arange(4000) / 1.0
+    t[2000:] -= 1000.0
+    place = tmp_path / "winter.csv"
+    np.savetxt(
+        place, np.column_stack([t, white(rng, 4000)]), "%.6f", ",", header="time [s],gyro_z", comments=""
+    )
+    (found,) = (f for f in check(al.read(place, unit="deg/s")) if f.code == "time_stamps")
+    assert "--repair" not in found.advice and "set back" in found.advice
+
+
 def test_rows_out_of_order_are_no_matter_of_duplicates(rng: np.random.Generator) -> None:
     backward = record(white(rng, 1000))
     object.__setattr__(backward, "notes", {"timebase": {"backward": 2, "duplicates": 3}})

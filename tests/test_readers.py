@@ -428,6 +428,9 @@ def test_lazy_columns_read_any_stretch(tmp_path: Path) -> None:
         ("gyro_rad[0]", "gyro_rad_0", "rad/s", "gyro"),
         ("accelerometer_m_s2[2]", "accelerometer_m_s2_2", "m/s²", "acc"),
         ("field.angular_velocity.x", "field.angular_velocity.x", "rad/s", "gyro"),
+        ("AngularVelocity_X", "AngularVelocity_X", "rad/s", "gyro"),
+        ("angularVelocity.x", "angularVelocity.x", "", "gyro"),  # of any program, in any unit: asked
+        ("linearAcceleration_y", "linearAcceleration_y", "", "acc"),
         ("angular_velocity_covariance_0", "angular_velocity_covariance_0", "", "other"),
         ("TimeUS", "TimeUS", "µs", "time"),
         ("Timestamp [ms]", "Timestamp", "ms", "time"),

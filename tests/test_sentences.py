@@ -111,6 +111,22 @@ def _damaged(line: str, kind: int, rng: np.random.Generator) -> str:
     return line[:at]
 
 
+def test_a_damaged_sentence_anywhere_does_not_hide_the_time(tmp_path: Path) -> None:
+    """A clock without a name is told by its even steps; a row that was lost leaves a longer one."""
+    for bad in (0, 3, 10, 250, 499):
+        rows = []
+        for k in range(500):
+            body = f"IMU,{k / 50:.2f},{np.sin(k):.5f},{np.cos(k):.5f}"
+            total = 0
+            for sign in body:
+                total ^= ord(sign)
+            rows.append(f"${body}*{total ^ (k == bad):02X}")
+        path = tmp_path / "log.txt"
+        path.write_text("\n".join(rows) + "\n")
+        found = read(path)
+        assert (found.rate, len(found.names)) == (50.0, 2), bad
+
+
 def test_stamps_of_a_logger_and_damage(tmp_path: Path) -> None:
     lines = [f"{10 + 0.01 * k:.3f};{summed(f'VNGYR,{k},0,{k}')}" for k in range(50)]
     lines[20] = lines[20].replace("VNGYR,20", "VNGYR,21")

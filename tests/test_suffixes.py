@@ -160,3 +160,22 @@ def test_words_beside_numbers_and_ranges_of_a_meter(tmp_path: Path) -> None:
     rows = [[f"{k % 7}.5", "V" if k % 3 else "mV"] for k in range(40)]
     with pytest.raises(FormatError, match=r"'mV'.*'V'.*one unit"):
         read(beside(tmp_path / "log.txt", rows), rate=10.0)
+
+
+@pytest.mark.parametrize(("point", "comma"), [(".", ","), (",", ".")])
+@pytest.mark.parametrize("delimiter", [";", "\t", "|", '"'])
+def test_a_sign_between_thousands_is_never_guessed(
+    point: str, comma: str, delimiter: str, tmp_path: Path
+) -> None:
+    """Neither as a decimal sign, nor as the end of a cell: the number that is right is in the error."""
+    path = tmp_path / "log.csv"
+    numbers = np.random.default_rng(3).uniform(1100, 9_900_000, 50)
+    between = "\t" if delimiter == '"' else delimiter
+    cells = [f"{x:,.2f}".replace(",", "_").replace(".", comma).replace("_", point) for x in numbers]
+    quote = '"' if delimiter == '"' else ""
+    rows = [f"{k}{between}{quote}{cell}{quote}" for k, cell in enumerate(cells)]
+    path.write_text("\n".join([f"time [s]{between}rate [deg/h]", *rows]) + "\n", encoding="utf-8")
+    with pytest.raises(FormatError, match="sign between the thousands"):
+        read(path)
+    path.write_text(path.read_text().replace(point, ""), encoding="utf-8")
+    assert read(path).values("rate") == pytest.approx(numbers.round(2))

@@ -42,7 +42,7 @@ from allanite.instrument_floor import (
 )
 from allanite.noise import NoiseModel
 from allanite.plain_data import load_plain
-from allanite.recording import Channel, Kind, Recording, checked_recording
+from allanite.recording import Channel, Kind, Recording, checked_recording, without_noise
 
 if TYPE_CHECKING:
     from allanite.environment import EnvironmentEstimate
@@ -236,9 +236,7 @@ def characterize(
     companions = {temperature} if isinstance(temperature, str) else set((temperature or {}).values())
     names = [c.name for c in prepared.channels if c.kind.noise_bearing and c.name not in companions]
     if not names:
-        raise InputError(
-            "no channel of the recording carries sensor noise (only temperature or other companions)"
-        )
+        raise without_noise(prepared)
     environment: dict[str, EnvironmentEstimate] = {}
     if temperature is not None or warm_up is not None:
         report(0.2, "effects of the environment")

@@ -33,7 +33,7 @@ from allanite.csv_cells import heading_cell
 from allanite.errors import DataQualityError, DataQualityWarning, FormatError, InputError
 from allanite.noise import NoiseModel
 from allanite.plain_data import parse_plain
-from allanite.recording import Channel, Recording, Sampling, checked_recording
+from allanite.recording import Channel, Recording, Sampling, checked_recording, without_noise
 from allanite.regular_file import read_regular_text
 
 __all__ = ["AllanCurve", "allan_curve"]
@@ -425,9 +425,7 @@ def allan_curve(
     degrees.chi_square_factors(np.array([1.0]), confidence)
     names = [c.name for c in recording.channels if c.kind.noise_bearing]
     if not names:
-        raise InputError(
-            "no channel of the recording carries sensor noise (only temperature or other companions)"
-        )
+        raise without_noise(recording)
     n = recording.n_samples - int(recording[names[0]].kind.integrated)
     if n < 3:
         raise DataQualityError(f"the recording has {n} samples; an Allan variance needs at least 3")

@@ -209,9 +209,11 @@ def noise_channels(recording: Recording) -> list[str]:
     InputError
         There is none.
     """
+    from allanite.recording import without_noise
+
     names = [c.name for c in recording.channels if c.kind.noise_bearing]
     if not names:
-        raise InputError("no channel of the recording carries sensor noise")
+        raise without_noise(recording)
     return names
 
 

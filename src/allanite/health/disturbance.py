@@ -242,8 +242,8 @@ def rest(survey: Survey) -> Iterator[Finding]:
     severity = Severity.WARNING if worst.excess >= NOTICED else Severity.INFO
     yield finding(
         "not_at_rest" if fatal else "disturbance",
-        f"in at least {share} of the time the signal moves more than in its quiet parts, over {lag:.3g} s up to "
-        f"{short(peak)} times as much; this makes the deviation at {lag:.3g} s {short(factor)} times that of the "
+        f"in windows that cover {share} of the record the signal moves more than in its quiet parts, over {lag:.3g} s "
+        f"up to {short(peak)} times as much; this makes the deviation at {lag:.3g} s {short(factor)} times that of the "
         "quiet parts",
         severity=Severity.FATAL if fatal else severity,
         channel=survey.name,

@@ -155,6 +155,7 @@ def finding(
     advice: str | None = None,
     shown: ArrayLike | None = None,
     weight: ArrayLike | None = None,
+    repaired: bool = True,
 ) -> Finding:
     """A finding whose risk and advice come from the catalogue.
 
@@ -169,6 +170,8 @@ def finding(
         The spans among which the places are chosen; default: `spans`.
     weight : array_like, shape (n_shown,), optional
         How bad each of these is; the worst become the places. Default: the first ones.
+    repaired : bool
+        The repair of the catalogue, if there is one, mends this.
     """
     entry = CATALOGUE[code]
     places = np.asarray(spans if shown is None else shown, dtype=np.int64).reshape(-1, 2)
@@ -181,7 +184,7 @@ def finding(
         severity=severity,
         channel=channel,
         message=message,
-        advice=_with_repair(entry.advice if advice is None else advice, entry.repair),
+        advice=_with_repair(entry.advice if advice is None else advice, entry.repair if repaired else ""),
         risk=entry.risk,
         count=int(np.diff(merged, axis=1).sum()) if count is None else int(count),
         places=tuple((int(a), int(b)) for a, b in places),

@@ -50,6 +50,12 @@ def _spans(rows: Sequence[int]) -> list[tuple[int, int]]:
 # -- time -------------------------------------------------------------------------------------------------
 
 
+_SET_BACK = (
+    "was the clock set back (to winter time, say), or are rows out of order? Take the part before or after it (--to, "
+    "--from), put the rows in order, or give --rate, which sets the stamps aside"
+)
+
+
 def stamps(recording: Recording) -> Iterator[Finding]:
     """Stamps that contradict each other (battery B12)."""
     notes = _notes(recording, "timebase")
@@ -68,6 +74,8 @@ def stamps(recording: Recording) -> Iterator[Finding]:
         severity=Severity.FATAL if fatal else Severity.WARNING,
         spans=_spans(rows),
         count=backward + duplicates,
+        advice=_SET_BACK if backward else None,
+        repaired=not backward,
     )
 
 

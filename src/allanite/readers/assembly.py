@@ -549,9 +549,10 @@ def _per_channel(
             result.update({i: str(text) for i, h in named.items() if rank(str(key), h)})
     for key in option:
         if not any(rank(str(key), h) for rank in (_is_prefix, _is_group, _is_name) for h in named.values()):
+            groups = sorted({h.group for h in named.values()} & {"gyro", "acc"})
             raise InputError(
                 f"{what} for {key!r}: there is no such channel or group; channels: "
-                f"{', '.join(h.name for h in named.values())}; groups: gyro, acc"
+                f"{', '.join(h.name for h in named.values())}; groups: {', '.join(groups) or 'none'}"
             )
     return result
 

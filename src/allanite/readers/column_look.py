@@ -39,6 +39,11 @@ def look(column: Column | Stamps) -> list[NDArray[np.float64]]:
     return [column.read(a, min(a + _LOOK, n)) for a in starts]
 
 
+def _finite(part: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Values that are there: those of a damaged row are missing."""
+    return part[np.isfinite(part)]
+
+
 def first_finite(column: Column) -> float:
     """The first value that may be a stamp; 0 where there is none."""
     head = column.read(0, min(_LOOK, len(column)))
@@ -68,7 +73,7 @@ def only_grows(column: Column) -> bool:
 
 def is_counter(column: Column) -> bool:
     """True if whole numbers rise by one from row to row (a few may be missing)."""
-    for part in look(column):
+    for part in map(_finite, look(column)):
         steps = np.diff(part)
         if len(steps) == 0 or not np.all(part == np.round(part)) or (steps == 1).mean() < 0.9:
             return False
@@ -94,13 +99,13 @@ def is_row_number(column: Column) -> bool:
 
 def stands_still(column: Column) -> bool:
     """True if the values are equal wherever they are looked at."""
-    return all(len(part) == 0 or bool((part == part[0]).all()) for part in look(column))
+    return all(len(part) == 0 or bool((part == part[0]).all()) for part in map(_finite, look(column)))
 
 
 def is_even(part: NDArray[np.float64]) -> bool:
-    """True if neighbors are about equally far apart."""
-    steps = np.diff(part)
-    if len(steps) == 0 or not np.isfinite(steps).all() or (steps <= 0).mean() > 0.01:
+    """True if neighbors are about equally far apart; a value that was lost leaves a longer step."""
+    steps = np.diff(part[np.isfinite(part)])
+    if len(steps) < 0.5 * len(part) or (steps <= 0).mean() > 0.01:
         return False
     middle = float(np.median(steps))
     return bool((np.abs(steps - middle) <= 0.5 * middle).mean() > 0.8)

@@ -22,7 +22,7 @@ from allanite.errors import DataQualityError, FitError, InputError
 from allanite.given_models import models_of
 from allanite.laws import chi_square_tail, normal_quantile
 from allanite.noise import NoiseModel, term_of
-from allanite.recording import Channel, Recording
+from allanite.recording import Channel, Recording, without_noise
 from allanite.variation.changes import Scan, find_changes, undivided
 from allanite.variation.constancy import Scatter, excess_kurtosis, together, window_scores
 from allanite.variation.results import (
@@ -101,7 +101,7 @@ def examine_variation(
     bearing = [c.name for c in recording.channels if c.kind.noise_bearing]
     names = bearing if channels is None else [recording[name].name for name in channels]
     if not names:
-        raise InputError("no channel of the recording carries sensor noise")
+        raise without_noise(recording)
     given = models_of(models, {name: recording[name].kind for name in names})
     advance = progress or (lambda fraction, what: None)
     found = []

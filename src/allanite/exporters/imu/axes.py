@@ -95,11 +95,22 @@ def _naming(sensor: str, names: str, all_names: str) -> str:
 def refuse_nothing(document: Json, chosen: Mapping[str, Sequence[Json]], file: str) -> None:
     """Raise where no channel of any sensor is there."""
     if not any(chosen.values()):
-        kinds = ", ".join(f"{c['name']} ({c['kind']})" for c in document["channels"])
+        channels = document["channels"]
+        kinds = ", ".join(f"{c['name']} ({c['kind']})" for c in channels)
         raise InputError(
-            f"{file} needs an angle rate or an acceleration in known units; the study holds {kinds or 'no channel'}. "
-            "Characterise again with the units stated (--unit gyro=deg/s,acc=g)"
+            f"{file} needs an angle rate or an acceleration in known units; the study holds {kinds or 'no channel'}"
+            f"{_way_out(channels)}"
         )
+
+
+def _way_out(channels: Sequence[Json]) -> str:
+    """What makes a rate or an acceleration of channels, if anything does."""
+    kinds = {c["kind"]: c["name"] for c in reversed(channels)}
+    if "unknown" in kinds:
+        return f". Characterize again with the units stated (--unit {kinds['unknown']}=deg/s, or m/s^2)"
+    if "voltage" in kinds or "counts" in kinds:
+        return ". Characterize again with the scale factor of the sensor (--scale-factor '24 mV/(deg/s)')"
+    return ""
 
 
 @dataclass(frozen=True, slots=True)

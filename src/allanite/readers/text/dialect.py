@@ -43,6 +43,9 @@ _POINT, _COMMA = re.compile(NUMBER["."]), re.compile(NUMBER[","])
 _NAME = re.compile(r"[^\W\d_][\w.°µ²√/-]*(?: [\w.-]+){0,2}(?:\s*[\[(][^\[\]()]*(?:\([^()]*\))?[\])])?")
 _HEXADECIMAL = re.compile(r"(?:0[xX])?(?:[0-9A-Fa-f]{2}){1,128}")
 _BETWEEN = re.compile(r"[,;\s]+")
+_GROUPS = r"[-+]?(?:\d{1,3}(?:\.\d{3})+,\d+|\d{1,3}(?:,\d{3})+\.\d+)"
+#: 3.728,01 or 1,234.5 in a cell of its own.
+_THOUSANDS = re.compile(rf"(?:^|[;\t|\"])[ ]*({_GROUPS})[ ]*[;\t|\"]|[;\t|\"][ ]*({_GROUPS})[ ]*$")
 #: Headings of columns that hold units.
 _NAMES_UNITS = re.compile(r"unit|einheit|unit[eé]|unidad|\buom\b|dimension", re.IGNORECASE)
 #: Different marks behind the numbers of a column; more are words that begin with digits.
@@ -132,6 +135,8 @@ def detect(
     else:  # before any are left out: kinds may take turns
         own = [[line for line in lines if is_of_kind(line, record)] for lines in (head, rest)]
         voters = _voters(*own)
+    if decimal != ".":
+        _refuse_thousands(voters, name)
     vote = _vote(voters, head, delimiter, decimal, name, guesses)
     quoted = any('"' in line for line in voters)
     rows = [split(line, vote.delimiter, quoted) for line in voters]
@@ -169,6 +174,20 @@ def _check_options(delimiter: str | None, decimal: str | None) -> None:
         raise InputError(f"delimiter must be one of , ; | tab blank, not {delimiter!r}")
     if decimal is not None and decimal not in (".", ","):
         raise InputError(f"decimal must be . or , not {decimal!r}")
+
+
+def _refuse_thousands(lines: Sequence[str], name: str) -> None:
+    """A sign between the thousands reads as a decimal sign or as the end of a cell: never guessed."""
+    found = [match[1] or match[2] for line in lines if (match := _THOUSANDS.search(line.rstrip()))]
+    if len(found) > 0.25 * len(lines):
+        raise FormatError(
+            f"{name}: {found[0]!r} has a sign between the thousands; write the numbers without it, as in "
+            f"{_without_thousands(found[0])!r}"
+        )
+
+
+def _without_thousands(number: str) -> str:
+    return number.replace("." if number.rfind(",") > number.rfind(".") else ",", "")
 
 
 # -- cells -------------------------------------------------------------------------------------------------
