@@ -32,6 +32,7 @@ __all__ = [
     "clock_kind",
     "clock_recording",
     "clock_unit",
+    "without_noise",
 ]
 
 #: Words for the kinds of a clock's samples.
@@ -215,3 +216,20 @@ def clock_recording(
         rate=rate,
         start=start,
     )
+
+
+#: How readings of a clock are given, by the end of their unit.
+_ENDS_OF_UNITS = (("Hz", "frequency"), ("s", "phase"))
+
+
+def without_noise(recording: Recording) -> InputError:
+    """What is said of a recording of which no channel carries sensor noise."""
+    listed = ", ".join(f"{c.name} ({c.unit or c.kind.value})" for c in recording.channels)
+    words = f"no channel of the recording carries sensor noise; it has {listed or 'no channel'}"
+    for channel in recording.channels:
+        for end, kind in _ENDS_OF_UNITS:
+            if channel.kind is Kind.OTHER and channel.unit[-len(end) :] == end and "/" not in channel.unit:
+                return InputError(
+                    f"{words}. If {channel.name} is the {kind} of a clock, say so: --kind {kind}"
+                )
+    return InputError(words)

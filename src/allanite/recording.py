@@ -36,7 +36,6 @@ __all__ = [
     "checked_samples",
     "merge_spans",
     "scaled_samples",
-    "without_noise",
 ]
 
 Sampling = Literal["mean", "point"]
@@ -588,20 +587,3 @@ def _from_sequence(samples: ArrayLike) -> NDArray[Any]:
         return np.asarray(samples)
     except (ValueError, OverflowError, TypeError) as error:
         raise InputError(f"samples cannot be read as an array of numbers: {error}") from None
-
-
-#: How readings of a clock are given, by the end of their unit.
-_CLOCKS = (("Hz", "frequency"), ("s", "phase"))
-
-
-def without_noise(recording: Recording) -> InputError:
-    """What is said of a recording of which no channel carries sensor noise."""
-    listed = ", ".join(f"{c.name} ({c.unit or c.kind.value})" for c in recording.channels)
-    words = f"no channel of the recording carries sensor noise; it has {listed or 'no channel'}"
-    for channel in recording.channels:
-        for end, kind in _CLOCKS:
-            if channel.kind is Kind.OTHER and channel.unit[-len(end) :] == end and "/" not in channel.unit:
-                return InputError(
-                    f"{words}. If {channel.name} is the {kind} of a clock, say so: --kind {kind}"
-                )
-    return InputError(words)

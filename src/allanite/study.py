@@ -27,6 +27,7 @@ from allanite.allan import AllanCurve, allan_curve
 from allanite.atomic_file import fresh
 from allanite.cleaning.renewed import held_entry
 from allanite.cleaning.rows import at_own_rates
+from allanite.clock_channels import without_noise
 from allanite.errors import AllaniteError, DataQualityError, FitError, FormatError, InputError
 from allanite.health import Finding, Severity, check, prepare
 from allanite.health.finding import finding
@@ -42,7 +43,7 @@ from allanite.instrument_floor import (
 )
 from allanite.noise import NoiseModel
 from allanite.plain_data import load_plain
-from allanite.recording import Channel, Kind, Recording, checked_recording, without_noise
+from allanite.recording import Channel, Kind, Recording, checked_recording
 
 if TYPE_CHECKING:
     from allanite.environment import EnvironmentEstimate

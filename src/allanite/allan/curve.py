@@ -29,11 +29,12 @@ from allanite.allan.statistics import (
 )
 from allanite.allan.theo import hybrid_lags, is_heavy, sums_of_inner_squares, theo_lags
 from allanite.atomic_file import fresh
+from allanite.clock_channels import without_noise
 from allanite.csv_cells import heading_cell
 from allanite.errors import DataQualityError, DataQualityWarning, FormatError, InputError
 from allanite.noise import NoiseModel
 from allanite.plain_data import parse_plain
-from allanite.recording import Channel, Recording, Sampling, checked_recording, without_noise
+from allanite.recording import Channel, Recording, Sampling, checked_recording
 from allanite.regular_file import read_regular_text
 
 __all__ = ["AllanCurve", "allan_curve"]

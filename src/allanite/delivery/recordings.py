@@ -209,7 +209,7 @@ def noise_channels(recording: Recording) -> list[str]:
     InputError
         There is none.
     """
-    from allanite.recording import without_noise
+    from allanite.clock_channels import without_noise
 
     names = [c.name for c in recording.channels if c.kind.noise_bearing]
     if not names:

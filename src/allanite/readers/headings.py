@@ -115,7 +115,7 @@ _STANDARD_UNITS = (
     (re.compile(r"^accelerometer_m_s2(_?\d)?$"), "m/s²"),
 )
 #: The same words as programs of any kind spell them, in units of their own.
-_OTHERS_WORDS = re.compile(r"(?<![A-Za-z])(?:angularV|linearA)")
+_CAMEL_CASE = re.compile(r"(?<![A-Za-z])(?:angularV|linearA)")
 
 # suffix of a name -> unit, for any group
 _SUFFIX_UNITS = {
@@ -193,7 +193,7 @@ def read_heading(text: str) -> Heading:
         return Heading("", "", "")
     indexed = _INDEXED.sub(r"_\1", text)
     plain = _plain(indexed)
-    for pattern, unit in () if _OTHERS_WORDS.search(indexed) else _STANDARD_UNITS:
+    for pattern, unit in () if _CAMEL_CASE.search(indexed) else _STANDARD_UNITS:
         if pattern.search(plain):
             return Heading(_clean(indexed), unit, _group(plain), standard=True)
     name, unit = _bracketed(indexed)

@@ -18,11 +18,12 @@ from allanite.allan import AllanCurve, allan_curve
 from allanite.allan.cells import Cells, cell_covariance, cells_of
 from allanite.allan.degrees import chi_square_factors
 from allanite.allan.statistics import Phase, phase_of, rounding_variance
+from allanite.clock_channels import without_noise
 from allanite.errors import DataQualityError, FitError, InputError
 from allanite.given_models import models_of
 from allanite.laws import chi_square_tail, normal_quantile
 from allanite.noise import NoiseModel, term_of
-from allanite.recording import Channel, Recording, without_noise
+from allanite.recording import Channel, Recording
 from allanite.variation.changes import Scan, find_changes, undivided
 from allanite.variation.constancy import Scatter, excess_kurtosis, together, window_scores
 from allanite.variation.results import (
