@@ -242,14 +242,14 @@ def _phases(values: Samples, period: int, start: int) -> _Phases | None:
     rows = rows[np.isfinite(rows).all(axis=1)]
     if len(rows) < FEWEST:
         return None
-    squares = _winsorized(np.diff(rows, axis=0) ** 2, 0.0, 0.975)
+    squares = _winsorized(np.diff(rows, axis=0)[None] ** 2, 0.0, 0.975)[0]
     power = 0.5 * np.mean(squares, axis=0)
     if power.min() == 0.0:
         return None
     sigma = float(np.sqrt(np.median(power)))
     turn = start % period
     quarter = len(rows) // QUARTERS
-    levels = np.array([_levels(rows[k * quarter : (k + 1) * quarter]) for k in range(QUARTERS)])
+    levels = _levels(rows[: QUARTERS * quarter].reshape(QUARTERS, quarter, period))
     return _Phases(
         level=np.roll(levels / sigma, turn, axis=1),
         doubt=8.0 / math.sqrt(quarter),
@@ -258,22 +258,40 @@ def _phases(values: Samples, period: int, start: int) -> _Phases | None:
     )
 
 
-def _levels(rows: Samples) -> Samples:
-    """Mean of each phase over the moving mean of a period, which takes drift out."""
-    period = rows.shape[1]
-    kernel = np.ones(period) if period % 2 else np.concatenate(([0.5], np.ones(period - 1), [0.5]))
-    moving = np.convolve(rows.ravel(), kernel / period, mode="valid")
-    first = len(kernel) // 2
-    above = rows.ravel()[first : first + len(moving)] - moving
-    above = above[(-first) % period :]  # from phase 0 on
-    above = above[: len(above) // period * period].reshape(-1, period)
-    return np.asarray(_winsorized(above, 0.0125, 0.9875).mean(axis=0))
+def _levels(parts: Samples) -> Samples:
+    """Mean of each phase over the moving mean of a period, which takes drift out.
+
+    Parameters
+    ----------
+    parts : ndarray, shape (n_parts, n_rows, period)
+
+    Returns
+    -------
+    ndarray, shape (n_parts, period)
+    """
+    n, _, period = parts.shape
+    reach = period // 2
+    flat = parts.reshape(n, -1)
+    share = flat / period
+    after = [share[:, k : k - 2 * reach or None] for k in range(2 * reach + 1)]
+    if period % 2 == 0:  # the ends count half
+        after[0], after[-1] = 0.5 * after[0], 0.5 * after[-1]
+    above = flat[:, reach:-reach] - sum(after)
+    above = above[:, (-reach) % period :]  # from phase 0 on
+    above = above[:, : above.shape[1] // period * period].reshape(n, -1, period)
+    return np.asarray(_winsorized(above, 0.0125, 0.9875).mean(axis=1))
 
 
-def _winsorized(values: Samples, low: float, high: float) -> Samples:
-    """What lies beyond these quantiles moved to them, unless hardly any value changes."""
-    ends = np.quantile(values, [low, high])
-    return np.clip(values, *ends) if ends[1] > ends[0] else values
+def _winsorized(parts: Samples, low: float, high: float) -> Samples:
+    """What lies beyond these quantiles of each part moved to them, unless hardly any value of it changes."""
+    flat = parts.reshape(len(parts), -1)
+    last = flat.shape[1] - 1
+    places = [(int(last * q), min(int(last * q) + 1, last), last * q % 1.0) for q in (low, high)]
+    ordered = np.partition(flat, sorted({k for *pair, _ in places for k in pair}), axis=1)
+    least, most = (
+        (ordered[:, k] + share * (ordered[:, after] - ordered[:, k]))[:, None] for k, after, share in places
+    )
+    return np.where(most > least, np.clip(flat, least, most), flat).reshape(parts.shape)
 
 
 def _doubt_of_powers(squares: Samples) -> float:

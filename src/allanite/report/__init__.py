@@ -12,16 +12,20 @@
 
 from __future__ import annotations
 
+import functools
 import os
 from collections.abc import Mapping
 from importlib import import_module
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from allanite.atomic_file import fresh
 from allanite.errors import AllaniteError, FormatError, InputError
 from allanite.plain_data import load_plain
 from allanite.printable import printable
+
+if TYPE_CHECKING:
+    from jinja2 import Environment
 
 __all__ = ["html_of", "page_of", "render", "render_file"]
 
@@ -166,8 +170,24 @@ def _document(result: Any) -> Mapping[str, Any]:
 
 
 def _filled(template: str, content: Mapping[str, Any]) -> str:
-    from jinja2 import Environment, FileSystemLoader, StrictUndefined
     from markupsafe import Markup
+
+    return (
+        _templates()
+        .get_template(template)
+        .render(
+            **content,
+            style=Markup((_HERE / "page.css").read_text(encoding="utf-8")),  # nosec B704  # noqa: S704 - our own files
+            script=Markup((_HERE / "page.js").read_text(encoding="utf-8")),  # nosec B704  # noqa: S704 - as above
+            plotly=Markup(_plotly_script()),  # nosec B704  # noqa: S704 - of the installed package
+        )
+    )
+
+
+@functools.cache
+def _templates() -> Environment:
+    """Our templates, each compiled once in a process."""
+    from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
     from allanite.report.pieces import with_powers
 
@@ -180,12 +200,7 @@ def _filled(template: str, content: Mapping[str, Any]) -> str:
         lstrip_blocks=True,
     )
     environment.filters["power"] = with_powers
-    return environment.get_template(template).render(
-        **content,
-        style=Markup((_HERE / "page.css").read_text(encoding="utf-8")),  # nosec B704  # noqa: S704 - our own files
-        script=Markup((_HERE / "page.js").read_text(encoding="utf-8")),  # nosec B704  # noqa: S704 - as above
-        plotly=Markup(_plotly_script()),  # nosec B704  # noqa: S704 - of the installed package
-    )
+    return environment
 
 
 def _shown(value: Any) -> Any:
