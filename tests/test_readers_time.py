@@ -452,3 +452,19 @@ def test_a_steady_clock_is_called_steady_whatever_the_pauses(tmp_path: Path) -> 
         assert abs(base.rate / 95.0 - 1.0) < 5.0 * sd + 1e-8, (seed, jitter)
         change, error = base.facts["rate_change_ppm"], base.facts["rate_change_error_ppm"]
         assert change is None or abs(change) < max(100.0, 5.0 * error), (seed, jitter)
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["MJD", "jd", "Julian Date", "mjd_utc", "JDUTC", "Modified Julian Date", "time_mjd", "jd_tt", "BJD"],
+)
+def test_days_of_the_julian_calendar_are_days(name: str, tmp_path: Path) -> None:
+    """Whatever the rate: a slow log is not one in seconds."""
+    first = 60340.5 if "m" in name.lower().replace("time_", "") else 2460341.0
+    for rate in (1.0, 0.01):
+        log = tmp_path / "log.csv"
+        rows = "".join(f"{first + k / rate / 86_400:.8f},{k * k % 17}\n" for k in range(300))
+        log.write_text(f"{name},volt [V]\n{rows}", encoding="utf-8")
+        recording = read(log)
+        assert recording.rate == pytest.approx(rate, rel=1e-4)
+        assert recording.notes["timebase"]["unit"] == "d"

@@ -593,6 +593,8 @@ def _selected(wanted: Sequence[str] | None, named: Mapping[int, Heading], table:
     for word in wanted:
         found = [i for i, h in named.items() if _is_name(word, h) or table.headings[i].strip() == word]
         found = found or [i for i, h in named.items() if _is_group(word, h)]
+        if not found and word.lower() == table.prefix.lower():  # the kind of the rows means all of them
+            found = list(named)
         if not found:
             raise InputError(
                 f"no channel {word!r}; there are: {', '.join(h.name for h in named.values())} (or a group: gyro, acc)"

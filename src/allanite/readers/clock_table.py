@@ -25,7 +25,6 @@ _DATA = re.compile(
     r"phase|(^|_)(x|y|ti|tie|te|pps|1pps|offset|delay|freq\w*|ffe|ffo)(_|$)|interval|error|diff|dev",
     re.IGNORECASE,
 )
-_JULIAN = re.compile(r"(^|_)(mjd|jd)(_|$)", re.IGNORECASE)
 _SUFFIX = re.compile(r"[_ .](s|ms|us|µs|ns|ps|fs)$")
 _LATEST = 1e9  # a larger time is one since 1970, or not in seconds
 _COMPANIONS = ("time", "counter", "temperature", "identity")
@@ -74,9 +73,7 @@ def as_clock(table: Table, options: Options, name: str) -> tuple[Table, Options]
             columns[i] = Shifted(columns[i], offset)
     said = []
     for i in time if options.time is None else ():
-        if _JULIAN.search(heads[i].name):
-            headings[i] = "time [d]"
-        elif i not in table.time_units and not heads[i].unit and not (units and units[i]):
+        if i not in table.time_units and not heads[i].unit and not (units and units[i]):
             seconds = abs(table.columns[i].read(0, 1)[0] + table.columns[i].origin) < _LATEST
             headings[i] = "time [s]" if seconds else heads[i].name or "time"
             said += [f"{heads[i].name or 'the first column'} is read as time in seconds"] if seconds else []
@@ -104,7 +101,7 @@ def _time(table: Table, heads: Sequence[Heading]) -> list[int]:
     named = [
         i
         for i, h in enumerate(heads)
-        if i in table.time_units or _JULIAN.search(h.name) or (h.group == "time" and not _DATA.search(h.name))
+        if i in table.time_units or (h.group == "time" and not _DATA.search(h.name))
     ]
     if not named and len(heads) > 1 and not heads[0].name and rises(table.columns[0]):
         named = [0]

@@ -20,7 +20,7 @@ from allanite.readers.assembly import Table
 from allanite.readers.headings import canonical_group, read_heading
 from allanite.recording import ArrayColumn
 
-__all__ = ["Part", "choose_part", "listed", "message_table"]
+__all__ = ["Part", "choose_part", "has_channel", "listed", "message_table"]
 
 _MOST = 60  # parts that a message or the notes list
 _MOST_COLUMNS, _MOST_NAMED = 8, 20
@@ -96,14 +96,15 @@ def choose_part(
     full = [p for p in parts if p.rows > 0]
     everything = "; ".join(listed(parts)) or "nothing"
     if wanted is not None:
-        found = [p for p in parts if p.name.lower() == wanted.lower()]
+        found = [p for p in parts if p.name == wanted]
+        found = found or [p for p in parts if p.name.lower() == wanted.lower()]
         found = found or [p for p in parts if p.name.lower().startswith(f"{wanted.lower()}[")]
         if not found:
             raise InputError(f"{file}: no {what} {wanted!r}; there are: {everything}")
         others = [p.name for p in found[1:]]
         said = f"several {what}s {wanted}: {found[0].name} is read, not {', '.join(others)}"
         return found[0], [said] if others else []
-    fitting = [p for p in full if channels is None or all(_has(p, word) for word in channels)]
+    fitting = [p for p in full if channels is None or all(has_channel(p, word) for word in channels)]
     if not fitting:
         asked = "" if channels is None else f" with the channels {', '.join(channels)}"
         raise InputError(f"{file}: no {what} of an inertial sensor{asked}; there are: {everything}")
@@ -123,7 +124,8 @@ def _best(parts: Sequence[Part]) -> Part:
     return min(fast, key=lambda p: (p.rank, -p.rows))  # the first of equals
 
 
-def _has(part: Part, word: str) -> bool:
+def has_channel(part: Part, word: str) -> bool:
+    """True if a part has a channel of this name, or of this group."""
     group = canonical_group(word)
     return any(
         word.lower() in (column.lower(), read_heading(column).name.lower())

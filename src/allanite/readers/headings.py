@@ -65,6 +65,11 @@ _CLOCK_WORD = (
     r"|epoch|unix|posix|utc|gps|i?tow|sow|sod|datetime)"
 )
 
+#: Days of the Julian calendar: MJD, jd_utc, time_mjd, Julian Date.
+_JULIAN = (
+    r"(?:^|_)(?:modified_?)?(?:[mbhrt]?jd|julian_?(?:date|day)s?)(?:_?(?:utc|tt|tdb|tai|gps|ut1|number))?$"
+)
+
 # First match wins. Names are compared in lower case, with every run of other signs as one underscore.
 _GROUP_PATTERNS: tuple[tuple[Group, str], ...] = (
     (
@@ -86,13 +91,13 @@ _GROUP_PATTERNS: tuple[tuple[Group, str], ...] = (
     (
         "time",
         rf"""^{_CLOCK_WORD}(_?{_TIME_UNIT}|_s)?$|^{_TIME_UNIT}_?{_CLOCK_WORD}$|^({_TIME_WORDS}|[mu]s)$
-        |^(date|datum|fecha|uhrzeit|heure|hora|week|utc_?date|jd|mjd|datenum)$|^t_?(utc|gps|tow|rel|abs)$
+        |^(date|datum|fecha|uhrzeit|heure|hora|week|utc_?date|datenum)$|{_JULIAN}|^t_?(utc|gps|tow|rel|abs)$
         |^sample_?time_?fine$
         |timestamp|time_?stamp|(^|_)(date_?time|stamp|time|i?tow|elapsed|uptime)$|^time_|(^|_)since_
         |(^|_){_TIME_UNIT}_(elapsed|since|of_(the_)?(day|week))|^elapsed_|^(sys|host|unix|posix|gps|utc)_?{_TIME_WORDS}$
         |^(sys|host|local|rel|abs|unix|posix|gps|utc|run|cpu|mcu|real|pc|ros|sample|log|tick|arrival)time
         |(^|_)(sys_?tick|ticks?|timer)(_?count\w*)?$
-        |(^|_)(secs|nsecs?|nanosec|gps_?(week|sec\w*|time|tow))$""",
+        |(^|_)(secs|nsecs?|nanosec|gps_?(week|sec\w*|time|i?tow|sow))$""",
     ),
     (
         "counter",
@@ -292,6 +297,8 @@ def _suffixed(text: str, group: Group) -> tuple[str, str]:
 
 def _unit_of_clock(plain: str) -> str:
     """The unit in the name of a column that is time."""
+    if re.search(_JULIAN, plain):
+        return "d"
     for pattern in _UNIT_IN_TIME:
         if match := pattern.search(plain):
             word = match[1]

@@ -27,7 +27,7 @@ Looked = Sequence[NDArray[np.float64]]
 _WORDS: Final = {
     "year": r"y{4}|yy|years?|yr|jahr|ann[ée]e",
     "month": r"month|mon|mnth|monat|mois",
-    "doy": r"doy|day_?of_?year|y_?day|j_?day|ddd",
+    "doy": r"doy|day_?of_?year|y_?day|j_?day|julian_?day|ddd",
     "day": r"day|dd|dom|m_?day|day_?of_?month|tag|jour",
     "hour": r"hours?|hr|hrs|hh|stunde|heure",
     "minute": r"minutes?|mins?|mn",

@@ -26,6 +26,7 @@ from allanite.readers.column_look import (
     roughness,
     stands_still,
 )
+from allanite.readers.gps_week import WEEK, find_gps_clock, is_slow, names_time_of_week, unit_of_week
 from allanite.readers.headings import Heading, may_be_time
 from allanite.readers.row_intervals import holds_increments, interval_unit, is_period, running_sum
 from allanite.readers.stamp_parts import find_parts, is_fraction
@@ -38,15 +39,13 @@ from allanite.units import Quantity, parse_unit
 
 __all__ = ["StampTable", "TimeChoice", "choose_time", "growing"]
 
-_WEEK, _DAY = 604_800.0, 86_400.0
+_DAY = 86_400.0
 _SHORT_NAMES = {1.0: "s", 1e-3: "ms", 1e-6: "us", 1e-9: "ns", 60.0: "min", 3600.0: "h", 86400.0: "d"}
 _UNKNOWN_UNIT = re.compile(
     r"[\[({<]_*([^\[\](){}<>]+?)_*[\])}>]$"
 )  # at the end of a name: no unit that is known
 #: Counters of a clock whose step nobody knows.
 _TICKS = re.compile(r"(?:^|_)(?:sys_?)?(?:ticks?|timer|cnt|counter)(?:_|$)|sample_?time_?fine", re.IGNORECASE)
-#: Time of a GPS week, which has 604 800 s: larger numbers are milliseconds.
-_OF_WEEK = re.compile(r"(?:^|_)i?tow(?:_|$)|(?:^|_)sow(?:_|$)|of_?week", re.IGNORECASE)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -179,7 +178,7 @@ def choose_time(table: StampTable, said: str | None = None) -> TimeChoice | None
         intervals = {i: unit for i, unit in intervals.items() if not is_period(table.raw[i])}
     if stated is not None and stated.place in intervals:
         return _running(table, stated.place, intervals, stated)
-    time = _stamped(table, stated, intervals)
+    time = _of_gps(table, stated) or _stamped(table, stated, intervals)
     if time is not None:
         return _beside_intervals(table, time, intervals)
     if intervals:
@@ -249,7 +248,7 @@ def _running(
         steps = Steps.of(np.concatenate([part[1:] + column.origin for part in look(column)]))
         told = None if steps is None else tell(steps, 0.0, table.nominal, table.inertial)
         if steps is not None and told is None and not table.rate_said:
-            raise _which_unit(table, chosen, steps, 0.0, ticks=False)
+            raise _which_unit(table, chosen, steps, candidates(steps, 0.0, table.inertial))
         unit, factor = (told.unit, told.factor) if told else ("s", 1.0)
         guesses.append(f"column {label}: no unit given, read as {unit}")
     if table.rate_said:
@@ -369,18 +368,20 @@ def _unit(table: StampTable, chosen: int, guesses: list[str], stated: StatedTime
         unit, factor = (inside[1], step) if step else ("", 1.0)
     if unit:
         return Told(unit, factor, _since_1970(first, factor))
-    if _OF_WEEK.search(heading.name) and table.nominal is None:
-        unit, factor = _of_week(column)
+    steps = Steps.of(np.concatenate([np.diff(part) for part in look(column)]))
+    if names_time_of_week(heading.name) and table.nominal is None:
+        unit, factor = unit_of_week(column)
+        if unit and steps and is_slow(column, factor) and not table.rate_said:
+            raise _which_unit(table, chosen, steps, ["s", "ms"])
         if unit:
             guesses.append(f"time column {table.label(chosen)}: no unit given, read as {unit} of a GPS week")
             return Told(unit, factor)
-    steps = Steps.of(np.concatenate([np.diff(part) for part in look(column)]))
     if steps is None:
         return Told("s", 1.0)  # no stamp is later than another: the time grid refuses them
     told = tell(steps, first, table.nominal, table.inertial)
     ticks = table.nominal is None and (told is None or told.epoch is None) and _TICKS.search(heading.name)
     if (told is None or ticks) and not table.rate_said:
-        raise _which_unit(table, chosen, steps, first, bool(ticks))
+        raise _which_unit(table, chosen, steps, candidates(steps, first, table.inertial), bool(ticks))
     told = told or Told("s", 1.0)
     if told.epoch is None:
         reason = f"the unit {inside[1]!r} is not known" if inside else "no unit given"
@@ -388,17 +389,11 @@ def _unit(table: StampTable, chosen: int, guesses: list[str], stated: StatedTime
     return told
 
 
-def _of_week(column: Column) -> tuple[str, float]:
-    """The unit of the time of a GPS week."""
-    largest = max(float(np.nanmax(part, initial=0.0)) for part in look(column)) + column.origin
-    if largest > 1e3 * _WEEK:
-        return "", 1.0
-    return ("ms", 1e-3) if largest > _WEEK else ("s", 1.0)
-
-
-def _which_unit(table: StampTable, chosen: int, steps: Steps, first: float, ticks: bool) -> InputError:
+def _which_unit(
+    table: StampTable, chosen: int, steps: Steps, fitting: Sequence[str], ticks: bool = False
+) -> InputError:
     """The question that the values of a time column leave open."""
-    fitting = candidates(steps, first, table.inertial) or list(FACTORS)[:4]
+    fitting = fitting or list(FACTORS)[:4]
     option = table.option(chosen)
     unknown = _UNKNOWN_UNIT.search(table.headings[chosen].name)
     why = f"the unit {unknown[1]!r}, which is not known" if unknown else "no unit"
@@ -428,16 +423,39 @@ def _stated(unit: str) -> tuple[str, float]:
 # -- two columns -------------------------------------------------------------------------------------------
 
 
-def _pair(table: StampTable, named: list[int]) -> TimeChoice | None:
-    """Whole seconds with what is finer, or GPS week with seconds of the week."""
+def _of_gps(table: StampTable, stated: StatedTime | None) -> TimeChoice | None:
+    """GPS week and time of week; where the week does not go on with it, the time of week alone."""
     headings, columns = table.headings, table.columns
-    words = {i: headings[i].name.lower() for i in named}
-    week = next((i for i in named if "week" in words[i]), None)
-    within = next((i for i in named if i != week and "week" not in words[i]), None)
-    if week is not None and within is not None:
-        unit, factor = _stated(headings[within].unit)
-        factor = factor if unit else _of_week(columns[within])[1]
-        return _sum(columns, headings, (week, _WEEK), (within, factor), named, "gps week + s", None)
+    clock = find_gps_clock(headings, columns, [_stated(h.unit) for h in headings])
+    if clock is None or (stated is not None and stated.place not in (clock.week, clock.within)):
+        return None
+    if stated is not None and stated.unit and stated.place == clock.week:
+        return None
+    week, within = table.label(clock.week), table.label(clock.within)
+    used = (clock.within, *(i for i, h in enumerate(headings) if h.group == "time" and i != clock.within))
+    used = tuple(dict.fromkeys((*used, clock.week)))
+    if not clock.steps:
+        said = f"column {week}, a GPS week, does not go on where {within} begins anew: left out"
+        of_within = stated if stated is not None and stated.place == clock.within else None
+        return _single(table, clock.within, used, [said], of_within)
+    unit, factor = clock.unit, clock.factor
+    if stated is not None and stated.factor is not None:
+        unit, factor = stated.unit, stated.factor
+    elif clock.open and not table.rate_said:
+        steps = Steps.of(np.concatenate([np.diff(part) for part in look(columns[clock.within])]))
+        raise _which_unit(table, clock.within, steps or Steps(1.0, True), ["s", "ms"])
+    time = _sum(
+        columns, headings, (clock.week, WEEK), (clock.within, factor), list(used), "gps week + s", None
+    )
+    if headings[clock.week].name:
+        return time
+    said = f"column {week} is taken for the GPS week of column {within}, in {unit}: together they are time"
+    return replace(time, source=f"column {week} + column {within}", guesses=(said,))
+
+
+def _pair(table: StampTable, named: list[int]) -> TimeChoice | None:
+    """Whole seconds with what is finer."""
+    headings, columns = table.headings, table.columns
     for fine in named:
         unit, factor = _stated(headings[fine].unit)
         if unit not in ("ms", "us", "ns") or fine in table.known_units:

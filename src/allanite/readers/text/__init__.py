@@ -8,6 +8,7 @@ the recording's notes: delimiter, decimal sign, encoding, header, and how many r
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -202,7 +203,8 @@ def _identity(lines: list[str], dialect: Dialect, variable: str | None, name: st
         if variable is None:
             raise InputError(
                 f"{name}: column {column + 1} ({dialect.headings[column] or 'no name'}) tells several sensors or "
-                f"records apart: {', '.join(values)}; choose one with variable= (--variable)"
+                f"records apart: {', '.join(values)}; choose one, as in --variable {shlex.quote(values[0])} "
+                "(variable= in Python)"
             )
         if variable not in values:
             raise InputError(

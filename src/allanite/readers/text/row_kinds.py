@@ -7,6 +7,7 @@ One kind is read at a time. All of them are listed, each with its rows in the wh
 from __future__ import annotations
 
 import re
+import shlex
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -16,9 +17,10 @@ from typing import Final
 import numpy as np
 
 from allanite.errors import InputError
-from allanite.readers.contents import Part, choose_part, listed
+from allanite.readers.column_look import rises
+from allanite.readers.contents import Part, choose_part, has_channel, listed
 from allanite.readers.headings import measures, read_heading
-from allanite.readers.stamps import StampTable, choose_time
+from allanite.readers.stamps import StampTable, TimeChoice, choose_time
 from allanite.readers.text.streams import TextStream
 from allanite.recording import ArrayColumn
 
@@ -142,18 +144,36 @@ def choose_kind(
     Raises
     ------
     InputError
-        No such kind, or none of an inertial sensor: which to take is for the caller to say.
+        No such kind, channels of two kinds, or none of an inertial sensor: which to take is for the caller to say.
     """
-    parts, time = _parts(stream, kinds)
+    parts, times = _parts(stream, kinds)
+    known = {p.name: p for p in parts}
+    variable = variable or _kind_of_channels(known, channels or (), name)
     if variable is None and not any(p.rank < _rank("") for p in parts):
+        options = ", ".join(f"--variable {shlex.quote(kind)}" for kind in known)
         raise InputError(
-            f"{name}: lines of several kinds: {'; '.join(listed(parts))}; choose one with variable= (--variable)"
+            f"{name}: lines of several kinds: {'; '.join(listed(parts))}; choose one: {options} (variable= in Python)"
         )
-    known = {p.name for p in parts}
     if variable is not None and variable not in known:
         raise InputError(f"{name}: no lines of kind {variable!r}; there are: {'; '.join(listed(parts))}")
-    part, said = choose_part(parts, variable, channels, file=name, option="variable", what="kind")
-    return ChosenKind(name=part.name, said=said, contents=listed(parts), time=time)
+    groups = [word for word in channels or () if any(has_channel(p, word) for p in parts)]
+    part, said = choose_part(parts, variable, groups or None, file=name, option="variable", what="kind")
+    return ChosenKind(name=part.name, said=said, contents=listed(parts), time=times[part.name])
+
+
+def _kind_of_channels(kinds: Iterable[str], channels: Sequence[str], name: str) -> str | None:
+    """The kind that the names of channels tell: GYRO, or GYRO_x."""
+    told: dict[str, str] = {}
+    for word in channels:
+        fitting = [k for k in kinds if f"{word}_".lower().startswith(f"{k}_".lower())]
+        if fitting:
+            told.setdefault(max(fitting, key=len), word)
+    if len(told) > 1:
+        raise InputError(
+            f"{name}: the channels {', '.join(told.values())} are of different kinds of lines, and one kind is read at "
+            f"a time: {' or '.join(f'--channels {shlex.quote(word)}' for word in told.values())}"
+        )
+    return next(iter(told), None)
 
 
 def _rank(kind: str) -> int:
@@ -161,8 +181,8 @@ def _rank(kind: str) -> int:
     return 0 if group == "gyro" or "imu" in kind.lower() else 1 if group == "acc" else 2
 
 
-def _parts(stream: TextStream, kinds: KindsOfRows) -> tuple[list[Part], str | None]:
-    """Every kind of the file with its rows, in the order in which they are met; and their time, as one tells it."""
+def _parts(stream: TextStream, kinds: KindsOfRows) -> tuple[list[Part], dict[str, str | None]]:
+    """Every kind of the file with its rows, in the order in which they are met; and the time of each."""
     pattern = re.compile(_word(kinds.column).pattern.encode())
     counts: Counter[str] = Counter()
     heads: dict[str, list[str]] = {}
@@ -186,20 +206,23 @@ def _parts(stream: TextStream, kinds: KindsOfRows) -> tuple[list[Part], str | No
         kind: [*heads[kind], *([last[kind]] if kind in last else [])] for kind, n in counts.items() if n > 1
     }
     tables = {kind: _stamp_table(lines) for kind, lines in rows.items()}
-    told = (time for kind in sorted(rows, key=lambda k: -counts[k]) if (time := _told(tables[kind])))
-    said = next(told, None)
+    own = {kind: _time(table) for kind, table in tables.items()}
+    often = sorted(rows, key=lambda k: -counts[k])
+    said = {kind: _said(table, own[kind]) for kind, table in tables.items()}
+    shared = next((said[kind] for kind in often if said[kind]), None)
+    times = {kind: said[kind] if own[kind] else _shared(table, shared) for kind, table in tables.items()}
     parts = [
         Part(
             name=kind,
             rows=counts[kind],
             columns=(kind,),
-            rate=_rate(table, counts[kind], said),
+            rate=_rate(own[kind] or (_time(table, times[kind]) if times[kind] else None), counts[kind]),
             rank=_rank(kind),
             spare=_rank(kind) == _rank(""),
         )
         for kind, table in tables.items()
     ]
-    return parts, said
+    return parts, times
 
 
 def _stamp_table(lines: Sequence[str]) -> StampTable:
@@ -223,21 +246,30 @@ def _stamp_table(lines: Sequence[str]) -> StampTable:
     )
 
 
-def _told(table: StampTable) -> str | None:
-    """The column of time and its unit, for the option; None where they cannot be told."""
+def _time(table: StampTable, said: str | None = None) -> TimeChoice | None:
+    """The time of a kind; None where it cannot be told."""
     try:
-        time = choose_time(table)
+        return choose_time(table, said)
     except InputError:
         return None
-    return None if time is None else f"{table.numbers[time.used[0]]}:{time.unit}"
 
 
-def _rate(table: StampTable, count: int, said: str | None) -> float | None:
+def _said(table: StampTable, time: TimeChoice | None) -> str | None:
+    """A column of time and its unit, for the option; None for a time of several columns."""
+    if time is None or len(time.used) > 1:
+        return None
+    return f"{table.numbers[time.used[0]]}:{time.unit}"
+
+
+def _shared(table: StampTable, said: str | None) -> str | None:
+    """The time of another kind, where the column of that number rises here, too."""
+    number = int((said or "0").partition(":")[0])
+    fits = number in table.numbers and rises(table.columns[table.numbers.index(number)])
+    return said if fits else None
+
+
+def _rate(time: TimeChoice | None, count: int) -> float | None:
     """Rows over the time that they span; None where their time cannot be told."""
-    try:
-        time = choose_time(table, said)
-    except InputError:
-        return None
     n = 0 if time is None else len(time.stamps)
     span = float(time.stamps.read(n - 1, n)[0]) if time is not None and n else 0.0
     return (count - 1) / span if span > 0 else None
