@@ -25,6 +25,7 @@ from allanite.readers.text.cells import Cells
 from allanite.readers.text.dates import moments_column, unwrap_midnight
 from allanite.readers.text.dialect import Dialect, detect, split
 from allanite.readers.text.labels import Labels, find_labels
+from allanite.readers.text.labview import Lvm, find_lvm
 from allanite.readers.text.preamble import facts_in, rate_in, unit_in
 from allanite.readers.text.row_kinds import ChosenKind, choose_kind, find_kinds
 from allanite.readers.text.sentences import Sentences, find_sentences
@@ -63,6 +64,9 @@ def read_stream(stream: TextStream, path: Path, options: Options) -> Table:
     """Read a text that was opened, and close it; `path` is the file it comes from."""
     with stream.file:
         lines, others = head_lines(stream, path.name), other_lines(stream)
+        lvm = find_lvm(lines, options.variable, stream.codec, path.name)
+        if lvm is not None:
+            return _of_labview(lvm, stream, path, lines)
         sentences = find_sentences([*lines, *others], options.variable, path.name)
         if sentences is not None:
             others, lines = sentences.head(others), sentences.head(lines)
@@ -103,6 +107,16 @@ def read_stream(stream: TextStream, path: Path, options: Options) -> Table:
     if sentences is not None:
         return _with_sums(table, sentences, cells)
     return table if chosen is None else _of_kind(table, chosen)
+
+
+def _of_labview(lvm: Lvm, stream: TextStream, path: Path, lines: list[str]) -> Table:
+    """The table of a LabVIEW measurement file: names, units and clock are those of its header."""
+    cells = Cells(lvm.dialect, path.name)
+    for piece, line in pieces(stream, 0, path.name):
+        cells.feed(lvm.piece(piece), line)
+    table = _table(path, stream, lines, lvm.dialect, cells, cells.finish())
+    facts = {"delimiter": lvm.sign, "decimal": lvm.decimal, "segments": lvm.segments}
+    return replace(table, text={**(table.text or {}), **facts}, units_from="metadata", start=lvm.start)
 
 
 def _labeled(labels: Labels, stream: TextStream, path: Path, options: Options, lines: list[str]) -> Table:
