@@ -21,7 +21,8 @@ from allanite.readers.column_look import is_counter
 from allanite.readers.headings import Heading, canonical_group, read_heading, with_unit
 from allanite.readers.numbering import Numbering, numbering_of, unseen_by_stamps
 from allanite.readers.part import Rows, rows_between
-from allanite.readers.stamps import StampTable, TimeChoice, choose_time, growing
+from allanite.readers.stamp_table import StampTable, TimeChoice
+from allanite.readers.stamps import choose_time, growing
 from allanite.readers.timebase import Stamps, Timebase, even_grid, fit_grid
 from allanite.recording import Channel, Column, Kind, Recording, Sampling, Spliced, checked_rate
 from allanite.units import Quantity, parse_scale_factor, parse_unit

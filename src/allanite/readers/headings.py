@@ -91,7 +91,8 @@ _GROUP_PATTERNS: tuple[tuple[Group, str], ...] = (
     (
         "time",
         rf"""^{_CLOCK_WORD}(_?{_TIME_UNIT}|_s)?$|^{_TIME_UNIT}_?{_CLOCK_WORD}$|^({_TIME_WORDS}|[mu]s)$
-        |^(date|datum|fecha|uhrzeit|heure|hora|week|utc_?date|datenum)$|{_JULIAN}|^t_?(utc|gps|tow|rel|abs)$
+        |^(date|datum|fecha|uhrzeit|heure|hora|week|utc_?date|datenum)$|{_JULIAN}
+        |^(?:(?:utc|gps|local)_?)?(?:hh_?mm_?ss(?:_?s*)?|(?:yy)?yy_?mm_?dd|dd_?mm_?yy(?:yy)?|mm_?dd_?yy(?:yy)?)$|^t_?(utc|gps|tow|rel|abs)$
         |^sample_?time_?fine$
         |timestamp|time_?stamp|(^|_)(date_?time|stamp|time|i?tow|elapsed|uptime)$|^time_|(^|_)since_
         |(^|_){_TIME_UNIT}_(elapsed|since|of_(the_)?(day|week))|^elapsed_|^(sys|host|unix|posix|gps|utc)_?{_TIME_WORDS}$

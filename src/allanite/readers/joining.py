@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from allanite.errors import InputError
 from allanite.readers.assembly import Options, Table, time_of
-from allanite.readers.stamps import TimeChoice
+from allanite.readers.stamp_table import TimeChoice
 from allanite.readers.timebase import Stamps
 from allanite.recording import Column
 

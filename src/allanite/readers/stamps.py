@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -28,129 +28,25 @@ from allanite.readers.column_look import (
 )
 from allanite.readers.gps_week import WEEK, find_gps_clock, is_slow, names_time_of_week, unit_of_week
 from allanite.readers.headings import Heading, may_be_time
+from allanite.readers.packed_time import DAY, find_packed
 from allanite.readers.row_intervals import holds_increments, interval_unit, is_period, running_sum
 from allanite.readers.stamp_parts import find_parts, is_fraction
+from allanite.readers.stamp_table import Scaled, StampTable, Summed, TimeChoice
 from allanite.readers.stamp_units import EPOCH, FACTORS, Steps, Told, candidates, tell
-from allanite.readers.stated_time import NO_TIME, StatedTime, option_text, parse_step, stated_time
+from allanite.readers.stated_time import NO_TIME, StatedTime, parse_step, stated_time
 from allanite.readers.timebase import Stamps
 from allanite.readers.turning import unwrapped
-from allanite.recording import Column
+from allanite.recording import ArrayColumn, Column
 from allanite.units import Quantity, parse_unit
 
-__all__ = ["StampTable", "TimeChoice", "choose_time", "growing"]
+__all__ = ["choose_time", "growing"]
 
-_DAY = 86_400.0
 _SHORT_NAMES = {1.0: "s", 1e-3: "ms", 1e-6: "us", 1e-9: "ns", 60.0: "min", 3600.0: "h", 86400.0: "d"}
 _UNKNOWN_UNIT = re.compile(
     r"[\[({<]_*([^\[\](){}<>]+?)_*[\])}>]$"
 )  # at the end of a name: no unit that is known
 #: Counters of a clock whose step nobody knows.
 _TICKS = re.compile(r"(?:^|_)(?:sys_?)?(?:ticks?|timer|cnt|counter)(?:_|$)|sample_?time_?fine", re.IGNORECASE)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class TimeChoice:
-    """The time column(s) of a table.
-
-    Attributes
-    ----------
-    stamps : Stamps
-    source, unit : str
-        Name of the column; unit its values are in: s, ms, us, ns, 0.1 ms, iso8601, gps week + s, ...
-    start : int or None [ns]
-        UTC of the first stamp, where the stamps are absolute.
-    used : tuple of int
-        Columns that are time (all of them, also those set aside): no channels.
-    first_ns : int
-        The first stamp in ns, absolute or not: it places one file against another.
-    resolution : float or None [s]
-        Spacing of the floating-point numbers that hold the stamps, where that is coarse.
-    """
-
-    stamps: Stamps
-    source: str
-    unit: str
-    start: int | None
-    used: tuple[int, ...]
-    first_ns: int
-    resolution: float | None = None
-    guesses: tuple[str, ...] = field(default=())
-
-
-@dataclass(frozen=True, slots=True)
-class _Scaled:
-    """Stamps in a column: seconds since the first one."""
-
-    column: Column
-    factor: float
-    first: float
-
-    def __len__(self) -> int:
-        return len(self.column)
-
-    def read(self, start: int, stop: int) -> NDArray[np.float64]:
-        with np.errstate(invalid="ignore"):  # an infinite stamp is a missing one
-            return (self.column.read(start, stop) - self.first) * self.factor
-
-
-@dataclass(frozen=True, slots=True)
-class _Summed:
-    """Stamps in two columns: seconds and nanoseconds, or weeks and seconds."""
-
-    coarse: _Scaled
-    fine: _Scaled
-
-    def __len__(self) -> int:
-        return len(self.coarse)
-
-    def read(self, start: int, stop: int) -> NDArray[np.float64]:
-        return self.coarse.read(start, stop) + self.fine.read(start, stop)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class StampTable:
-    """The columns of a file, as far as they may be time.
-
-    Attributes
-    ----------
-    headings : sequence of Heading
-    raw : sequence of str
-        As they stand in the file.
-    columns : sequence of Column
-    numbers : sequence of int
-        Of the columns in the file, from 1.
-    known_units : dict of column number to unit
-        Columns that are time beyond doubt (parsed dates, in ns since 1970).
-    questions : dict of column number to str
-        What is asked where one of these is time.
-    nominal : float or None [Hz]
-        Rate that the file states elsewhere; settles the unit of stamps that could be in several.
-    inertial : bool
-        The log is one of gyros or accelerometers.
-    rate_said : bool
-        The caller gives the rate, so that the stamps are set aside: nothing is asked about them.
-    file : str
-        For messages.
-    """
-
-    headings: Sequence[Heading]
-    raw: Sequence[str]
-    columns: Sequence[Column]
-    numbers: Sequence[int]
-    known_units: Mapping[int, str]
-    questions: Mapping[int, str]
-    nominal: float | None
-    inertial: bool
-    rate_said: bool
-    file: str
-
-    def label(self, place: int) -> str:
-        """A column in a message."""
-        return repr(self.headings[place].name) if self.headings[place].name else str(self.numbers[place])
-
-    def option(self, place: int) -> str:
-        """A column as the option names it."""
-        return option_text(self.raw[place], self.numbers[place])
 
 
 def choose_time(table: StampTable, said: str | None = None) -> TimeChoice | None:
@@ -178,7 +74,7 @@ def choose_time(table: StampTable, said: str | None = None) -> TimeChoice | None
         intervals = {i: unit for i, unit in intervals.items() if not is_period(table.raw[i])}
     if stated is not None and stated.place in intervals:
         return _running(table, stated.place, intervals, stated)
-    time = _of_gps(table, stated) or _stamped(table, stated, intervals)
+    time = _of_gps(table, stated) or _of_packed(table, stated) or _stamped(table, stated, intervals)
     if time is not None:
         return _beside_intervals(table, time, intervals)
     if intervals:
@@ -256,7 +152,7 @@ def _running(
     else:
         sums = running_sum(column, label, table.file)
     return TimeChoice(
-        stamps=_Scaled(sums, factor, 0.0),
+        stamps=Scaled(sums, factor, 0.0),
         source=f"sum of {table.headings[chosen].name or f'column {table.numbers[chosen]}'}",
         unit=unit,
         start=None,
@@ -339,7 +235,7 @@ def _single(
         last = float(np.abs(column.read(len(column) - 1, len(column))).max())
         spacing = float(np.spacing(column.dtype.type(max(abs(first), last)))) * told.factor
     return TimeChoice(
-        stamps=_Scaled(column, told.factor, first),
+        stamps=Scaled(column, told.factor, first),
         source=name,
         unit=told.unit,
         start=start,
@@ -453,6 +349,44 @@ def _of_gps(table: StampTable, stated: StatedTime | None) -> TimeChoice | None:
     return replace(time, source=f"column {week} + column {within}", guesses=(said,))
 
 
+def _of_packed(table: StampTable, stated: StatedTime | None) -> TimeChoice | None:
+    """Time of day packed into numbers, hhmmss.sss, with the date beside it."""
+    headings = table.headings
+    if stated is not None and stated.factor is not None:
+        return None
+    packed = find_packed(headings, table.columns, table.known_units)
+    if packed is None or (stated is not None and stated.place not in (packed.clock, packed.date)):
+        return None
+    day = packed.date
+    column = ArrayColumn(packed.seconds)
+    first, first_day = first_finite(column), packed.first_day
+    stamps: Stamps = Scaled(column, 1.0, first)
+    if (
+        day is None
+        and (day := next((i for i in table.known_units if _whole_days(table.columns[i])), None)) is not None
+    ):
+        if day in table.questions:
+            raise InputError(table.questions[day])
+        date = Scaled(table.columns[day], 1e-9, first_finite(table.columns[day]))
+        first_day = round((date.first + table.columns[day].origin) / (DAY * 1e9))
+        stamps = Summed(date, Scaled(ArrayColumn(packed.seconds % DAY), 1.0, first))
+    places = [i for i in (day, packed.clock) if i is not None]
+    since = round(first * 1e9) + (first_day or 0) * round(DAY * 1e9)
+    form = "hhmmss" if day is None else "date + hhmmss"
+    named = (i for i, h in enumerate(headings) if h.group == "time" or i in table.known_units)
+    return TimeChoice(
+        stamps=stamps,
+        source=" + ".join(headings[i].name or f"column {table.numbers[i]}" for i in places),
+        unit=form,
+        start=None if first_day is None else since,
+        used=tuple(dict.fromkeys((*places, *named))),
+        first_ns=since,
+        guesses=(
+            f"column {' and '.join(table.label(i) for i in places)}: read as {form}, packed into numbers",
+        ),
+    )
+
+
 def _pair(table: StampTable, named: list[int]) -> TimeChoice | None:
     """Whole seconds with what is finer."""
     headings, columns = table.headings, table.columns
@@ -499,9 +433,7 @@ def _of_parts(table: StampTable, named: list[int]) -> TimeChoice | None:
     )
     if parts is None:
         return None
-    day = (
-        next((i for i in table.known_units if _whole_days(columns[i])), None) if parts.turn == _DAY else None
-    )
+    day = next((i for i in table.known_units if _whole_days(columns[i])), None) if parts.turn == DAY else None
     if any(rises(columns[i]) for i in named if i not in (day, *parts.places)):
         return None
     names = [table.headings[i].name for i in parts.places]
@@ -509,10 +441,10 @@ def _of_parts(table: StampTable, named: list[int]) -> TimeChoice | None:
     if day is not None:
         if day in table.questions:
             raise InputError(table.questions[day])
-        date = _Scaled(columns[day], 1e-9, first_finite(columns[day]))
+        date = Scaled(columns[day], 1e-9, first_finite(columns[day]))
         since = round(date.first + columns[day].origin) + round(first * 1e9)
         return TimeChoice(
-            stamps=_Summed(date, _Scaled(parts.column, 1.0, first)),
+            stamps=Summed(date, Scaled(parts.column, 1.0, first)),
             source=" + ".join([table.headings[day].name, *names]),
             unit=f"{table.known_units[day]} + s",
             start=since,
@@ -524,7 +456,7 @@ def _of_parts(table: StampTable, named: list[int]) -> TimeChoice | None:
     first = first_finite(column)
     since = round(first * 1e9) + (parts.epoch or 0) * 10**9
     return TimeChoice(
-        stamps=_Scaled(column, 1.0, first),
+        stamps=Scaled(column, 1.0, first),
         source=" + ".join(names),
         unit="s",
         start=None if parts.epoch is None else since,
@@ -536,7 +468,7 @@ def _of_parts(table: StampTable, named: list[int]) -> TimeChoice | None:
 
 def _whole_days(column: Column) -> bool:
     """Dates without a time of day."""
-    day = _DAY * 1e9
+    day = DAY * 1e9
     values = np.concatenate([part[np.isfinite(part)] for part in look(column)])
     return len(values) > 0 and bool(((values % day + column.origin % day) % day == 0).all())
 
@@ -550,11 +482,11 @@ def _sum(
     unit: str,
     start: int | None,
 ) -> TimeChoice:
-    parts = [_Scaled(columns[i], f, first_finite(columns[i])) for i, f in (coarse, fine)]
+    parts = [Scaled(columns[i], f, first_finite(columns[i])) for i, f in (coarse, fine)]
     source = f"{headings[coarse[0]].name} + {headings[fine[0]].name}"
     first_ns = sum(round((p.first + p.column.origin) * round(p.factor * 1e9)) for p in parts)
     return TimeChoice(
-        stamps=_Summed(*parts), source=source, unit=unit, start=start, used=tuple(named), first_ns=first_ns
+        stamps=Summed(*parts), source=source, unit=unit, start=start, used=tuple(named), first_ns=first_ns
     )
 
 

@@ -8,6 +8,7 @@ the recording's notes: delimiter, decimal sign, encoding, header, and how many r
 
 from __future__ import annotations
 
+import re
 import shlex
 from collections.abc import Sequence
 from dataclasses import replace
@@ -22,7 +23,7 @@ from allanite.readers.assembly import Options, Table
 from allanite.readers.headings import is_unit, read_heading
 from allanite.readers.stated_time import date_order, option_text
 from allanite.readers.text.cells import Cells
-from allanite.readers.text.dates import moments_column, unwrap_midnight
+from allanite.readers.text.dates import HALVES, in_halves, moments_column, unwrap_midnight
 from allanite.readers.text.dialect import Dialect, detect, split
 from allanite.readers.text.labels import Labels, find_labels
 from allanite.readers.text.labview import Lvm, find_lvm
@@ -31,7 +32,7 @@ from allanite.readers.text.row_kinds import ChosenKind, choose_kind, find_kinds
 from allanite.readers.text.sentences import Sentences, find_sentences
 from allanite.readers.text.streams import TextStream, head_lines, is_text, opened, other_lines, pieces
 from allanite.readers.text.suffixes import unit_behind
-from allanite.recording import Column
+from allanite.recording import ArrayColumn, Column
 from allanite.units import Quantity, parse_unit
 
 __all__ = ["NAME", "OPTIONS", "TextStream", "read", "read_stream", "sniff"]
@@ -246,8 +247,10 @@ def _table(
     units, units_from, marks = _with_suffixes(cells, headings, units, units_from)
     used = list(cells.used)
     time_units: dict[int, str] = {}
+    kinds = [cells.dates[i].format if i in cells.dates else dialect.kinds[i] for i in used]
+    _join_halves(kinds, used, columns, [read_heading(headings[i]).name for i in used])
     _join_dates(
-        [cells.dates[i].format if i in cells.dates else dialect.kinds[i] for i in used],
+        kinds,
         used,
         columns,
         time_units,
@@ -364,6 +367,26 @@ def _questions(name: str, headings: Sequence[str], cells: Cells) -> dict[int, st
                 f"the day from the month. Say which: {ways}; in Python time='{option}:{dates.orders[0]}'"
             )
     return questions
+
+
+def _join_halves(kinds: list[str], used: list[int], columns: list[Column], names: Sequence[str]) -> None:
+    """AM and PM in a column of their own belong to the clock before them, or to a column of hours."""
+    if HALVES not in kinds:
+        return
+    at = kinds.index(HALVES)
+    dates = [k for k, kind in enumerate(kinds) if kind not in ("i", "f", HALVES)]
+    clocks = sorted(dates, key=lambda k: (kinds[k] != "hh:mm:ss", abs(k - at)))
+    hours = [k for k, name in enumerate(names) if re.fullmatch(r"(?i)(?:\w+_)?(?:hours?|hrs?|hh?)", name)]
+    halves = _all(columns[at])
+    if clocks:
+        joined = in_halves(_all(columns[clocks[0]]), halves)
+        columns[clocks[0]] = columns[clocks[0]] if joined is None else moments_column(joined)
+    elif (
+        hours
+        and float(np.nanmax(hour := columns[hours[0]].read(0, len(halves)) + columns[hours[0]].origin)) <= 12
+    ):
+        columns[hours[0]] = ArrayColumn(hour % 12 + halves / 3.6e12)
+    del kinds[at], used[at], columns[at]
 
 
 def _join_dates(kinds: list[str], used: list[int], columns: list[Column], time_units: dict[int, str]) -> None:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import datetime
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from functools import lru_cache
 from typing import Any, Final
 
@@ -20,22 +20,31 @@ from allanite.recording import ArrayColumn, Column
 
 __all__ = [
     "DATE_FORMATS",
+    "HALVES",
     "NUMBERS",
     "DateColumn",
     "date_format",
+    "in_halves",
+    "is_month",
     "moments_column",
+    "packed_format",
     "to_nanoseconds",
     "unwrap_midnight",
 ]
 
 _CLOCK = r"\(?(?P<H>\d{1,2}):(?P<M>\d\d)(?::(?P<S>\d\d)(?:[.,:](?P<f>\d{1,9}))?)?\)?(?:\s*(?P<p>[AaPp])\.?[Mm]\.?)?"
 _SHORT_CLOCK = r"(?P<H>[0-2]\d)(?P<M>[0-5]\d)(?P<S>[0-6]\d)(?:[.,](?P<f>\d{1,9}))?"
+#: Without a sign between its numbers, or before what is finer than a second.
+_PACKED_CLOCK = r"(?P<H>[01]\d|2[0-3])(?P<M>[0-5]\d)(?P<S>[0-6]\d)(?:[.,]?(?P<f>\d{1,9}))?"
 _ZONE = r"\s*(?P<z>Z|UTC|GMT|[+-]\d\d:?\d\d)?"
 _BETWEEN = r"(?:[T_ -]\s*|,\s*)"
 _THEN_CLOCK = "(?:" + _BETWEEN + _CLOCK + _ZONE + ")?"
 _WEEKDAY = r"(?:[A-Za-z]{2,9}\.?,?\s+)?"
 #: Three numbers whose order the column tells.
 NUMBERS: Final = "date"
+
+#: The half of the day in a column of its own.
+HALVES: Final = "am/pm"
 
 #: Name of a format and its patterns; the first that matches counts.
 DATE_FORMATS: dict[str, tuple[re.Pattern[str], ...]] = {
@@ -44,39 +53,74 @@ DATE_FORMATS: dict[str, tuple[re.Pattern[str], ...]] = {
         "iso8601": (r"(?P<Y>\d{4})-(?P<m>0?[1-9]|1[0-2])-(?P<d>\d{1,2})(?:[T ]" + _CLOCK + _ZONE + ")?",),
         "dd-mon-yyyy": (
             _WEEKDAY
-            + r"(?P<d>\d{1,2})(?:\.\s?|[-/ ])(?P<b>[A-Za-zä]{3,9})\.?[-/ ,]\s?(?P<Y>\d{4}|\d\d)"
+            + r"(?P<d>\d{1,2})(?:\.\s?|[-/ ])?(?P<b>[A-Za-zä]{3,9})(?:\.?[-/ ,]\s?)?(?P<Y>\d{4}|\d\d)"
             + _THEN_CLOCK,
             _WEEKDAY + r"(?P<b>[A-Za-zä]{3,9})\.?[-/ ](?P<d>\d{1,2})(?:,\s?|[-/ ])(?P<Y>\d{4})" + _THEN_CLOCK,
             r"[A-Za-z]{3} (?P<b>[A-Za-z]{3})\s+(?P<d>\d{1,2}) " + _CLOCK + r" (?P<Y>\d{4})",
             r"(?P<Y>\d{4})[-/ ](?P<b>[A-Za-z]{3,9})[-/ ](?P<d>\d{1,2})" + _THEN_CLOCK,
         ),
+        "mon dd hh:mm:ss": (
+            r"(?P<b>[A-Za-z]{3,9})\.?\s+(?P<d>\d{1,2})\s+" + _CLOCK,
+            r"(?P<d>\d{1,2})\s+(?P<b>[A-Za-z]{3,9})\.?\s+" + _CLOCK,
+        ),
         NUMBERS: (
             r"(?P<a>\d{1,4})(?P<x>[-/.])(?P<n>\d{1,2})(?P=x)(?P<c>\d{1,4})" + _THEN_CLOCK,
             _CLOCK + r"[T_ ]\s*(?P<a>\d{1,4})(?P<x>[-/.])(?P<n>\d{1,2})(?P=x)(?P<c>\d{1,4})",
             r"(?P<a>\d\d)(?P<x>)(?P<n>\d\d)(?P<c>(?:19|20)\d\d)[-_T ]" + _CLOCK + _ZONE,
+            r"(?P<a>\d\d)(?P<x>)(?P<n>\d\d)(?P<c>\d\d)" + _PACKED_CLOCK.replace("?(?P<f>", "(?P<f>"),
         ),
         "yyyymmdd": (
             r"(?P<Y>(?:19|20)\d\d)(?P<m>0[1-9]|1[0-2])(?P<d>[0-3]\d)[-_T ]" + _CLOCK + _ZONE,
             r"(?P<Y>(?:19|20)\d\d)(?P<m>0[1-9]|1[0-2])(?P<d>[0-3]\d)[-_T ]" + _SHORT_CLOCK + _ZONE,
+            r"(?P<Y>(?:19|20)\d\d)(?P<m>0[1-9]|1[0-2])(?P<d>[0-3]\d)" + _PACKED_CLOCK,
         ),
         "hh:mm:ss": (_CLOCK,),
+        HALVES: (r"(?P<p>[AaPp])\.?[Mm]\.?",),
     }.items()
 }
 _MONTHS = {"jan": 1, "feb": 2, "mar": 3, "apr": 4, "may": 5, "jun": 6, "jul": 7, "aug": 8, "sep": 9, "oct": 10,
            "nov": 11, "dec": 12, "mai": 5, "okt": 10, "dez": 12, "mrz": 3, "mär": 3}  # fmt: skip
 _DAY = 86_400_000_000_000
+_HALF = _DAY // 2
+_NO_YEAR = "1972"  # of dates without a year: a leap year, before those of any log
+_DIGITS = re.compile(r"\d{12}(?:\d\d)?(?:[.,]\d{1,9})?|\d{17}|\d{20}")
+_FEW = 2  # different cells that a column of stamps has at least
 _LONGEST_EXACT = 1 << 52  # nanoseconds that float64 tells apart: 52 days
 _CENTURY = 69  # of years of two digits: 69 is 1969, 68 is 2068, as in POSIX
 
 
 def date_format(cell: str) -> str | None:
     """Name of the format of a cell, or None."""
-    if len(cell) < 5 or not (
-        "-" in cell or ":" in cell or "/" in cell or "." in cell or " " in cell or "T" in cell
-    ):
+    if cell[-1:] in "Mm." and len(cell) <= 4 and DATE_FORMATS[HALVES][0].fullmatch(cell):
+        return HALVES
+    if len(cell) < 5 or not (set("-:/. T") & set(cell) or (cell[0].isdigit() and cell[-5].isalpha())):
         return None
     match = _matched(cell)
     return match[0] if match else None
+
+
+def is_month(word: str) -> bool:
+    """True for the name of a month, in full or its beginning."""
+    return word[:3].lower() in _MONTHS
+
+
+def packed_format(cells: Sequence[str]) -> str | None:
+    """The format of dates with their time of day that are written as one number, such as 20240131120501.25.
+
+    Parameters
+    ----------
+    cells : sequence of str
+        All cells of a column that hold something: every one of them must be such a date.
+    """
+    if not cells or len(set(cells)) < min(len(cells), _FEW) or not _DIGITS.fullmatch(cells[0]):
+        return None
+    found = [_matched(cell) for cell in cells if _DIGITS.fullmatch(cell)]
+    formats = {match[0] if match else None for match in found}
+    if len(found) < len(cells) or len(formats) > 1:
+        return None
+    keys = {(m["a"], m["n"], m["c"]) for match in found if match and "a" in (m := match[1].groupdict())}
+    dated = not keys or any(all(_calendar(key, order) for key in keys) for order in _PLACES)
+    return formats.pop() if dated else None
 
 
 def _matched(cell: str) -> tuple[str, re.Match[str]] | None:
@@ -92,7 +136,7 @@ def _matched(cell: str) -> tuple[str, re.Match[str]] | None:
 def _sound(match: re.Match[str]) -> bool:
     """A month that there is; of three numbers, one that may be a year."""
     part = match.groupdict()
-    if part.get("b") and str(part["b"])[:3].lower() not in _MONTHS:
+    if part.get("b") and not is_month(str(part["b"])):
         return False
     if part.get("a"):
         first, last = len(str(part["a"])), len(str(part["c"]))
@@ -135,9 +179,9 @@ def _converted(
 
 def _nanoseconds(part: dict[str, str | None]) -> int:
     total = 0
-    if part.get("Y"):
+    if part.get("Y") or part.get("b"):
         month = part.get("m") or str(_MONTHS.get(str(part.get("b"))[:3].lower(), 0))
-        total = _days(_year(str(part["Y"])), int(month), int(str(part["d"]))) * _DAY
+        total = _days(_year(part.get("Y") or _NO_YEAR), int(month), int(str(part["d"]))) * _DAY
     total += _clock(part)
     if not -(1 << 63) <= total < 1 << 63:
         raise ValueError("nanoseconds since 1970 reach from 1678 to 2262")
@@ -155,6 +199,8 @@ def _clock(part: dict[str, str | None]) -> int:
             hour = hour % 12 + (12 if str(part["p"]) in "Pp" else 0)
         seconds = (hour * 60 + int(str(part["M"]))) * 60 + int(part.get("S") or 0)
         total += seconds * 10**9 + int((part.get("f") or "0").ljust(9, "0"))
+    elif part.get("p"):
+        total += _HALF if str(part["p"]) in "Pp" else 0
     zone = part.get("z")
     if zone and zone[0] in "+-":
         minutes = int(zone[1:3]) * 60 + int(zone[-2:])
@@ -311,6 +357,14 @@ def _continuing(
     short = tuple(order for order in orders if float(np.abs(steps[order]).max()) < _DAY)
     long = [order for order in orders if float(np.abs(steps[order]).max()) > _MONTH]
     return short if len(short) == 1 and len(long) == len(orders) - 1 else orders
+
+
+def in_halves(nanoseconds: NDArray[Any], halves: NDArray[Any]) -> NDArray[Any] | None:
+    """Moments whose hours begin anew at noon, with 0 or 12 h for the half of the day; None for hours beyond 12."""
+    clock = nanoseconds % _DAY
+    if (clock[np.isfinite(clock)] >= _HALF + _DAY // 24).any():
+        return None
+    return np.asarray(nanoseconds - clock + clock % _HALF + halves)
 
 
 def unwrap_midnight(nanoseconds: NDArray[Any]) -> NDArray[Any]:

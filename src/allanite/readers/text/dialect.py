@@ -18,7 +18,7 @@ from allanite.errors import FormatError, InputError
 from allanite.limits import COLUMNS, refuse_more
 from allanite.readers.curve_shape import names_averaging_times
 from allanite.readers.headings import is_unit, measures, read_heading
-from allanite.readers.text.dates import NUMBERS, date_format
+from allanite.readers.text.dates import NUMBERS, date_format, packed_format
 from allanite.readers.text.row_kinds import KindsOfRows, is_of_kind, word_at
 from allanite.readers.text.suffixes import NUMBER, like_a_unit, split_suffix
 
@@ -228,6 +228,10 @@ def column_kind(cells: Sequence[str], decimal: str) -> str:
     filled = sum(kinds.values()) - kinds["m"] - kinds["o"]
     if filled == 0:
         return "e" if all(c == "" for c in cells) else "f"
+    if kinds["i"] + kinds["f"] == filled:
+        packed = packed_format([c for c in cells if kind_of(c, decimal) in "if"])
+        if packed:
+            return packed
     if kinds["i"] + kinds["f"] >= 0.6 * filled:
         return "f" if kinds["f"] else "i"
     if kinds["i"] + kinds["f"] + kinds["s"] >= 0.6 * filled and _of_few_marks(cells, decimal):
@@ -414,7 +418,8 @@ def _fits(cells: Sequence[str], kinds: Sequence[str], decimal: str) -> bool:
     found = [kind_of(c, decimal) for c in cells]
     wanted = {"i": "ifmos", "f": "ifmos", "x": "ifmodsx", "e": "m"}
     return any(f in "ifs" for f in found) and all(
-        f in wanted.get(k, "dm") for f, k in zip(found, kinds, strict=True)
+        f in wanted.get(k, "dm") or (k not in wanted and packed_format([cell]) == k)
+        for f, k, cell in zip(found, kinds, cells, strict=True)
     )
 
 

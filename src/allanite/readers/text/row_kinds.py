@@ -20,14 +20,16 @@ from allanite.errors import InputError
 from allanite.readers.column_look import rises
 from allanite.readers.contents import Part, choose_part, has_channel, listed
 from allanite.readers.headings import measures, read_heading
-from allanite.readers.stamps import StampTable, TimeChoice, choose_time
+from allanite.readers.stamp_table import StampTable, TimeChoice
+from allanite.readers.stamps import choose_time
+from allanite.readers.text.dates import is_month
 from allanite.readers.text.streams import TextStream
 from allanite.recording import ArrayColumn
 
 __all__ = ["ChosenKind", "KindsOfRows", "choose_kind", "find_kinds", "is_of_kind", "line_pattern", "word_at"]
 
 _NO_WORDS: Final = frozenset(
-    {"nan", "inf", "null", "na", "none", "ovld", "ol", "overload", "undefined", "true", "false"}
+    {"nan", "inf", "null", "na", "none", "ovld", "ol", "overload", "undefined", "true", "false", "am", "pm"}
 )
 _MOST_KINDS, _MOST_COLUMNS = 20, 12
 _SHARE = 0.9  # of the lines: so many have the word
@@ -124,8 +126,8 @@ def find_kinds(head: Sequence[str], rest: Sequence[str]) -> KindsOfRows | None:
         often = sum(count for count in kinds.values() if count > 1)  # a rare kind may be met once
         if often < _SHARE * len(lines) or not 2 <= len(kinds) <= _MOST_KINDS:
             continue
-        if column and _are_units(kinds):
-            continue  # of the numbers before them
+        if (column and _are_units(kinds)) or all(map(is_month, kinds)):
+            continue  # of the numbers before them, or of a date
         if column in (0, 1) or any(_SENSORS.search(kind) for kind in kinds):
             return KindsOfRows(column, tuple(kinds))
     return None
