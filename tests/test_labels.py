@@ -4,13 +4,14 @@
 from __future__ import annotations
 
 import json
+import re
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from allanite.errors import AllaniteError, InputError, LimitError
+from allanite.errors import AllaniteError, FormatError, InputError, LimitError
 from allanite.health import Severity, check
 from allanite.readers import read
 
@@ -194,3 +195,21 @@ def test_many_labels_are_refused(tmp_path: Path) -> None:
         read(written(tmp_path / "log.txt", [line] * 5), rate=1.0)
     with pytest.raises(AllaniteError):
         read(written(tmp_path / "one.txt", [f"k{k}:1" for k in range(5000)]), rate=1.0)
+
+
+@pytest.mark.parametrize(
+    "form",
+    ["X{0:.2f}Y{1:.2f}Z{2:.2f}", "ax={0:.3f}ay={1:.3f}az={2:.3f}", "{3},X{0:.2f}Y{1:.2f}", "gx:{0:.2e}gy:{1:.2e}",
+     "X{0:+.2f} Y{1:+.2f} Z{2:+.2f}", "X{0:.2f},Y{1:.2f}", "t={3}ax={0:.3f}gay={1:.3f}g", "a{3}b{3}c{3}"],
+)  # fmt: skip
+def test_labels_that_run_into_numbers_are_refused_with_the_way_to_write_them(
+    form: str, tmp_path: Path
+) -> None:
+    rng = np.random.default_rng(9)
+    log = tmp_path / "log.txt"
+    log.write_text(
+        "".join(form.format(*rng.standard_normal(3), k) + "\n" for k in range(50)), encoding="utf-8"
+    )
+    with pytest.raises(FormatError, match=r"run into each other .*Write a blank") as refused:
+        read(log)
+    assert re.search(r"as in '(\w+=[-+.\de]+ ?){2,}'", str(refused.value))

@@ -14,7 +14,7 @@ from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Final
 
-from allanite.errors import InputError
+from allanite.errors import FormatError, InputError
 from allanite.limits import COLUMNS, refuse_more
 from allanite.readers.headings import is_unit, read_heading
 from allanite.readers.text.dates import date_format
@@ -33,6 +33,16 @@ _SAMPLE = 400  # lines whose rows are kept to look for a column that names senso
 _PLANS = 64  # forms of lines that are remembered
 _LISTED = 20  # unknown labels that are counted by name
 _PARTS_SHOWN = 8
+_NUMBER = r"[-+]?(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][-+]?\d+)?"
+#: A label and its number, as in X0.12 or ax=0.1; and lines that end in two of them with nothing between, or hold
+#: nothing but numbers that follow their labels without a sign.
+_PAIR = re.compile(rf"([A-Za-z_]+)[:=]?({_NUMBER})")
+_JOINED = re.compile(
+    rf"(?<![\w.+-])(?:[A-Za-z_]+[:=]?{_NUMBER}){{2,}}[A-Za-z/]*\s*$|^\s*(?:[A-Za-z_]+{_NUMBER}[\s,;|]*){{2,}}$"
+)
+_EXPONENT = re.compile(r"(?<=\d)[eE][-+]?\d+")
+_LONGEST = 1000  # characters of a line that are looked at
+_JOINED_MOST = 0.8  # of the lines, all with the same labels: hexadecimal words differ
 _CELL: Final = str.maketrans("\t\r\n\x18", "    ")
 
 Read = Callable[[str], LabeledLine | None]
@@ -300,6 +310,7 @@ def find_labels(
     looked = [line for line in (*head, *rest) if line.strip() and not line.lstrip().startswith(COMMENT)]
     tried = looked[:: max(len(looked) // _TRIED, 1)]
     of_json = sum(line.lstrip(" \t[").startswith(('{"', '{ "')) for line in tried) >= _MOST * len(tried)
+    _refuse_joined(tried, name)
     if len(looked) < _FEWEST or not _mostly(tried, read_json if of_json else _of_text(".")):
         return None
     guesses: list[str] = []
@@ -317,6 +328,19 @@ def find_labels(
         len(form.headings), COLUMNS, "columns", name, "Write those that are needed to a file of their own"
     )
     return _labels(head, lines, form, sign, read, guesses, codec)
+
+
+def _refuse_joined(lines: Sequence[str], name: str) -> None:
+    """Refuse X0.12Y-0.03 and X0.12,Y-0.03: where a label, a number or a unit ends is for the writer to say."""
+    found = [(line, match[0]) for line in lines if (match := _JOINED.search(line[:_LONGEST]))]
+    forms = Counter(tuple(re.findall(r"[A-Za-z_]+", _EXPONENT.sub("0", pairs))) for _, pairs in found)
+    if len(lines) < _FEWEST or not forms or forms.most_common(1)[0][1] < _JOINED_MOST * len(lines):
+        return
+    pairs = [f"{label}={number}" for label, number in _PAIR.findall(found[0][1])]
+    raise FormatError(
+        f"{name}: labels and numbers run into each other in {found[0][1].strip()[:40]!r}. Write a blank or a comma "
+        f"between the pairs and = behind each label, as in {' '.join(pairs[:_PARTS_SHOWN])!r}"
+    )
 
 
 def _of_text(decimal: str) -> Read:
