@@ -198,6 +198,55 @@ def test_a_refusal_names_ways_that_run(
     assert not [f for f in json.loads(done.out)["findings"] if f["severity"] == "fatal"]
 
 
+HEADS = [
+    ("wx", "wy", "wz", "ax", "ay", "az"),
+    ("X", "Y", "Z"),
+    ("gyro x, body", "gyro y, body", "gyro z, body"),
+    ("rot's 1", "rot's 2", "rot's 3", "boardtmp"),
+    ("k=1", "p", "omega;z", "a1"),
+    ("gyro x [LSB]", "gyro y [LSB]", "gyro z [LSB]", "a_x [V]", "a_y [V]", "a_z [V]", "boardtemp [LSB]"),
+]
+
+
+def options_copied(words: str, *names: str) -> list[str]:
+    """The options of these names in a text, as a shell reads them."""
+    found = re.findall(rf"({'|'.join(names)}) ('(?:[^']|'\"'\"')*'|[^\s;)]+)", words)
+    return [word for option, value in found for word in (option, *shlex.split(value))]
+
+
+@pytest.mark.parametrize("heads", HEADS, ids=lambda h: h[0])
+@pytest.mark.parametrize(
+    ("command", "refusal"),
+    [(["earth-rate", "--latitude", "47"], "no channel of rates"), (["calibrate"], "neither three")],
+)
+def test_units_that_a_refusal_asks_for_are_understood(
+    heads: tuple[str, ...], command: list[str], refusal: str, rng: Rng, run: Run, tmp_path: Path
+) -> None:
+    """Copied, its options end the refusal, and leave no channel without a unit."""
+    log = tmp_path / "log.csv"
+    rows = ([f"{k / 100:.2f}", *(f"{v:.0f}" for v in rng.normal(0, 90, len(heads)))] for k in range(500))
+    quoted = (f'"{head}"' for head in ("time [s]", *heads))
+    log.write_text("\n".join(map(",".join, (quoted, *rows))) + "\n", encoding="utf-8")
+    refused = run(command[0], str(log), *command[1:])
+    assert refused.code == 1 and refusal in refused.err
+    way = options_copied(refused.err, "--unit", "--scale-factor")
+    assert way, refused.err
+    again = run(command[0], str(log), *command[1:], *way)
+    assert refusal not in again.err and "no such channel" not in again.err and again.code != 2
+    told = run("info", str(log), "--json", *way)
+    channels = {c["name"]: c["kind"] for c in json.loads(told.out)["channels"]}
+    assert "unknown" not in channels.values()
+    assert {k for n, k in channels.items() if "temp" in n or "tmp" in n} <= {"temperature", "counts"}
+
+
+def test_names_of_axes_that_a_refusal_offers_are_taken(rng: Rng, run: Run, tmp_path: Path) -> None:
+    """Counts calibrate without a scale factor, by the names of the axes."""
+    log = written(tmp_path / "log.csv", at_rest(rng), "LSB")
+    refused = run("calibrate", str(log))
+    way = options_copied(refused.err, "--gyro", "--accelerometer")
+    assert way[0] == "--gyro" and "neither three" not in run("calibrate", str(log), *way).err
+
+
 # -- every sentence of the package ------------------------------------------------------------------------
 
 

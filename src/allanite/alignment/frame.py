@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 from allanite.alignment.known import Sensors
 from allanite.attitude import axes_matrix
 from allanite.calibration import ACCELEROMETER, GYRO, Calibration
+from allanite.channel_names import ways_to_units
 from allanite.errors import InputError
 from allanite.given_models import models_of
 from allanite.noise import NoiseModel
@@ -130,8 +131,8 @@ def _refuse_other_units(recording: Recording, unit: UnitAxes, calibration: Calib
         if sensor == GYRO and not in_si and not calibrated:
             raise InputError(
                 f"channel {names[0]!r} is one of {own.kind.value}: the Earth turns by 15 deg/h, so that a scale is "
-                "needed. Give the unit of the samples (--unit deg/s), the scale factor of the data sheet "
-                "(--scale-factor '131 LSB/(deg/s)'), or a calibration in counts"
+                f"needed: {ways_to_units([(n, recording[n].kind.value) for n in names])}; or give a calibration of "
+                "this unit in counts"
             )
 
 

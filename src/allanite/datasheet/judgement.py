@@ -21,6 +21,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.channel_names import ways_to_units
 from allanite.datasheet.sheet import Datasheet
 from allanite.errors import InputError
 from allanite.given_models import models_of
@@ -198,9 +199,10 @@ def hold_against(study: Study | None, datasheet: Datasheet) -> DatasheetVerdict:
     models = models_of(datasheet.models, kinds, needed=False)
     if not models:
         there = ", ".join(f"{name} ({kind.value})" for name, kind in kinds.items())
+        way = ways_to_units([(name, kind.value) for name, kind in kinds.items()])
         raise InputError(
             f"the data sheet has sections {', '.join(datasheet.sections)}, none of which is for a channel of the "
-            f"study: {there}. State the units of the log (--unit), so that it is known what the channels are"
+            f"study: {there}{f'. Characterize again: {way}' if way else ''}"
         )
     channels = tuple(_channel(study, name, model, datasheet) for name, model in models.items())
     return DatasheetVerdict(datasheet=datasheet, channels=channels, **_together(channels))

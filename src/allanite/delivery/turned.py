@@ -15,6 +15,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from allanite.channel_names import scale_option, unit_option, ways_to_units
 from allanite.delivery.recordings import is_lossy
 from allanite.errors import DataQualityError, InputError
 
@@ -117,17 +118,9 @@ def rates_of(recording: Recording) -> list[str]:
     rates = [c.name for c in recording.channels if c.kind is Kind.RATE]
     if rates:
         return rates
-    kinds = {c.kind for c in recording.channels}
     has = ", ".join(f"{c.name} ({c.kind.value})" for c in recording.channels)
-    if kinds & {Kind.VOLTAGE, Kind.COUNTS}:
-        raise InputError(
-            f"no channel of rates, but {has}: give the scale factor of the data sheet, --scale-factor '24 mV/(deg/s)'"
-            " for volts or '131 LSB/(deg/s)' for counts"
-        )
-    raise InputError(
-        f"no channel of rates, but {has}; name the unit of the samples, --unit deg/s, or --unit gyro=deg/s,acc=g where "
-        "channels differ"
-    )
+    way = ways_to_units([(c.name, c.kind.value) for c in recording.channels])
+    raise InputError(f"no channel of rates, but {has}{f': {way}' if way else ''}")
 
 
 def model_for(
@@ -209,11 +202,10 @@ def _refuse_other_kind(model: NoiseModel, where: str, channel: Channel) -> None:
         return
     advice = "give the model of this channel"
     if own == "unknown":
-        advice = "name the unit of the samples, as --unit deg/s"
-    elif own in ("voltage", "counts"):
-        advice = (
-            "give the scale factor of the data sheet, --scale-factor '24 mV/(deg/s)', or a model in that unit"
-        )
+        unit = "deg/s" if model.kind == "rate" else "m/s^2" if model.kind == "acceleration" else ""
+        advice = f"state the unit of the samples, as in {unit_option([channel.name], unit)}"
+    elif way := scale_option([(channel.name, own)]):
+        advice = f"give the scale factor of the data sheet, as in {way}, or a model in that unit"
     raise InputError(
         f"channel {channel.name!r} is one of {channel.kind.value}, the noise model ({where}) is one of {model.kind}: "
         f"{advice}"

@@ -22,6 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.block_means import BlockMeans, block_means
+from allanite.channel_names import unit_option
 from allanite.errors import DataQualityError, InputError
 from allanite.recording import Kind, Recording, Sampling
 
@@ -164,7 +165,7 @@ def _temperature(
     if name == channel or facts.kind in _NO_TEMPERATURE:
         raise InputError(
             f"channel {name!r} is one of {facts.kind.value}, not of temperature: name another, or give its unit "
-            f"(--unit {name}=degC)"
+            f"({unit_option([name], 'degC')})"
         )
     # a column without an SI unit of its own stays in its unit, as everywhere
     scale, own = (facts.scale, 1.0) if facts.kind in _SI else (1.0, facts.scale)

@@ -4,12 +4,12 @@
 from __future__ import annotations
 
 import math
-import re
 from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
 
+from allanite.channel_names import unit_option
 from allanite.health.disturbance import NOTICED, excess_of, moved, quiet_deviations
 from allanite.health.finding import Finding, Severity, finding
 from allanite.health.resolution import is_unresolved
@@ -17,8 +17,6 @@ from allanite.health.survey import Survey
 from allanite.recording import Kind
 
 __all__ = [
-    "ACCELEROMETER_NAME",
-    "GYRO_NAME",
     "aliasing",
     "bias_removed",
     "gravity",
@@ -47,9 +45,6 @@ EARTH_RATE = 7.292115e-5
 #: on the safe side. Data sheets: 240 000 for the MPU-6050, 5 400 for the ADIS16405. Good gyros (0.1 deg/sqrt(h), 1
 #: deg/h) fall short of it, but there the Earth's rotation is larger.
 BIAS_OVER_NOISE = 100.0 / 60.0
-#: Names of channels that nobody gave a unit, by what they measure.
-GYRO_NAME = re.compile(r"gyr|omega|rate|^[gw]_?[xyz\d]$", re.IGNORECASE)
-ACCELEROMETER_NAME = re.compile(r"acc|^[af]_?[xyz\d]$", re.IGNORECASE)
 #: Rate of records in which means that nobody touched are called removed.
 BY_CHANCE = 0.01
 
@@ -63,7 +58,7 @@ def unit(survey: Survey) -> Iterator[Finding]:
             severity=Severity.WARNING,
             channel=survey.name,
             count=survey.present,
-            advice=f"state it, as in --unit {_all_unknown(survey)}",
+            advice=f"state it, as in {unit_option(_all_unknown(survey))}",
         )
     elif survey.channel.kind is Kind.COUNTS:
         yield finding(
@@ -75,9 +70,8 @@ def unit(survey: Survey) -> Iterator[Finding]:
         )
 
 
-def _all_unknown(survey: Survey) -> str:
-    unknown = [c.name for c in survey.recording.channels if c.kind is Kind.UNKNOWN]
-    return ",".join(f"{n}={'m/s^2' if ACCELEROMETER_NAME.search(n) else 'deg/s'}" for n in unknown)
+def _all_unknown(survey: Survey) -> list[str]:
+    return [c.name for c in survey.recording.channels if c.kind is Kind.UNKNOWN]
 
 
 def aliasing(survey: Survey) -> Iterator[Finding]:

@@ -10,9 +10,10 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Sequence
 
+from allanite.channel_names import sensor_called, unit_option
 from allanite.health.disturbance import moved
 from allanite.health.finding import Finding, Severity, finding
-from allanite.health.meaning import ACCELEROMETER_NAME, GYRO_NAME, triads
+from allanite.health.meaning import triads
 from allanite.health.survey import Survey
 from allanite.recording import Kind
 
@@ -58,18 +59,14 @@ def raw_counts(surveys: Sequence[Survey]) -> Iterator[Finding]:
     """Channels that hold raw counts, with the option that scales them; a hint alone where they are called counts."""
     for kind in (Kind.UNKNOWN, Kind.COUNTS):
         raw = [s for s in surveys if s.channel.kind is kind and looks_raw(s)]
-        for pattern, advise in ((GYRO_NAME, _gyro), (ACCELEROMETER_NAME, _accelerometer)):
-            group = [s for s in raw if pattern.search(s.name)]
-            raw = [s for s in raw if s not in group]
+        for sensor, advise in (("gyro", _gyro), ("accelerometer", _accelerometer)):
+            group = [s for s in raw if sensor_called(s.name) == sensor]
             if group:
                 yield _found(group, *advise(group))
-        if raw and kind is Kind.UNKNOWN:
-            yield _found(
-                raw,
-                "",
-                f"if so, --unit {raw[0].name}=LSB, and --scale-factor '{raw[0].name}=131 LSB/(deg/s)' with the number "
-                "of the data sheet",
-            )
+        for sensor, advise in (("temperature", _thermometer), ("", _unnamed)):
+            group = [s for s in raw if sensor_called(s.name) == sensor]
+            if group and kind is Kind.UNKNOWN:
+                yield _found(group, *advise(group))
 
 
 def _found(group: Sequence[Survey], more: str, advice: str) -> Finding:
@@ -108,6 +105,21 @@ def _accelerometer(group: Sequence[Survey]) -> tuple[str, str]:
     return (
         "",
         f"if so, --scale-factor '{key}=16384 LSB/g' with the number of the data sheet (16384 is ±2 g at 16 bits)",
+    )
+
+
+def _thermometer(group: Sequence[Survey]) -> tuple[str, str]:
+    return (
+        "",
+        f"if so, {unit_option((s.name for s in group), 'LSB')}: a temperature needs no scale factor here",
+    )
+
+
+def _unnamed(group: Sequence[Survey]) -> tuple[str, str]:
+    name = group[0].name
+    return "", (
+        f"if so, {unit_option([name], 'LSB')}, and --scale-factor '{name}=131 LSB/(deg/s)' with the number of the data "
+        "sheet"
     )
 
 

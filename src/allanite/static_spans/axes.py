@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+from allanite.channel_names import for_shell, sensor_called, ways_to_units
 from allanite.errors import InputError
 from allanite.recording import Kind, Recording
 
@@ -66,9 +67,8 @@ def unit_axes(
         raise InputError(f"{', '.join(twice)} cannot be gyro and accelerometer at once")
     if not found.names:
         raise InputError(
-            "neither three gyros nor three accelerometers: the recording has "
-            f"{_listing(recording)}. State units (--unit gyro=deg/s,acc=g, or by channel) or, for counts, name x, y, z "
-            "(--gyro g1,g2,g3 --accelerometer a1,a2,a3)"
+            f"neither three gyros nor three accelerometers: the recording has {_listing(recording)}"
+            f"{_way_out(recording)}"
         )
     return found
 
@@ -87,6 +87,18 @@ def _triad(recording: Recording, given: Sequence[str] | None, kind: Kind) -> tup
         f"{text}A {word} triad has three: name them with --{word}, or leave these out with --channels (in Python: "
         f"{word}=())"
     )
+
+
+def _way_out(recording: Recording) -> str:
+    """What makes a triad of the channels, if anything does: units, or, of counts and volts, the names of the axes."""
+    pairs = [(c.name, c.kind.value) for c in recording.channels]
+    raw = [name for name, kind in pairs if kind in (Kind.COUNTS, Kind.VOLTAGE)]
+    named = [(option, [n for n in raw if sensor_called(n) == option]) for option in ("gyro", "accelerometer")]
+    axes = " ".join(f"--{option} {for_shell(','.join(names))}" for option, names in named if len(names) == 3)
+    if not axes and len(raw) == 3:
+        axes = f"--gyro {for_shell(','.join(raw))} (or --accelerometer)"
+    ways = [way for way in (ways_to_units(pairs), f"name x, y and z, {axes}" if axes else "") if way]
+    return f". To go on, {'; or '.join(ways)}" if ways else ""
 
 
 def _checked(recording: Recording, names: tuple[str, ...], kind: Kind) -> tuple[str, ...]:

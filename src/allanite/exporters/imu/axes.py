@@ -8,6 +8,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
+from allanite.channel_names import ways_to_units
 from allanite.errors import InputError
 
 __all__ = [
@@ -105,12 +106,8 @@ def refuse_nothing(document: Json, chosen: Mapping[str, Sequence[Json]], file: s
 
 def _way_out(channels: Sequence[Json]) -> str:
     """What makes a rate or an acceleration of channels, if anything does."""
-    kinds = {c["kind"]: c["name"] for c in reversed(channels)}
-    if "unknown" in kinds:
-        return f". Characterize again with the units stated (--unit {kinds['unknown']}=deg/s, or m/s^2)"
-    if "voltage" in kinds or "counts" in kinds:
-        return ". Characterize again with the scale factor of the sensor (--scale-factor '24 mV/(deg/s)')"
-    return ""
+    way = ways_to_units([(c["name"], c["kind"]) for c in channels])
+    return f". Characterize again: {way}" if way else ""
 
 
 @dataclass(frozen=True, slots=True)
