@@ -23,9 +23,9 @@ from allanite.errors import InputError
 from allanite.figures.earth import open_panel
 from allanite.model_file import save_models
 from allanite.noise import Flicker, NoiseModel, White
-from allanite.recording import Recording
+from allanite.recording import Channel, Recording
 from allanite.recording_file import write_recording
-from allanite.reversals import Reversals, periodic_reversals
+from allanite.reversals import Reversals, find_reversals, periodic_reversals
 from allanite.reversals.sides import direction_of, part_seen, triple_of
 from allanite.simulation import Motion, simulate
 from allanite.units import STANDARD_GRAVITY
@@ -111,6 +111,76 @@ def test_every_direction_is_its_own_at_its_sign(first: str) -> None:
     assert direction_of(first, sign) == first
     assert triple_of(first) in ("north-south-north", "up-down-up")
     assert part_seen(first, 0.3) == (math.sin(0.3) if first in ("up", "down") else math.cos(0.3))
+
+
+def beside_accelerometers(
+    record: Recording, turns: Reversals, swing: dict[str, float], gyro: str
+) -> Recording:
+    """The record with accelerometers that read so much [m/s^2] in the first position, and the opposite in the next."""
+    rng = np.random.default_rng(9)
+    sign = np.zeros(record.n_samples)
+    for p in turns.positions:
+        sign[p.start : p.stop] = p.sign
+    columns = [record.scaled("gyro"), *(sign * a + rng.normal(0.1, 0.05, len(sign)) for a in swing.values())]
+    log = Recording.from_rate(np.column_stack(columns), rate=record.rate, unit="rad/s", names=[gyro, *swing])
+    return log.with_channels(
+        lambda c: Channel.of(c.name, "m/s^2") if c.name in swing else c, {"step": "test"}
+    )
+
+
+@pytest.mark.parametrize(
+    ("gyro", "swing", "says"),
+    [
+        ("gyro_x", {"acc_x": 9.8, "acc_y": 0.0, "acc_z": 0.0}, "--first up"),
+        ("gx", {"ax": -9.6, "ay": 0.0, "az": 1.0}, "--first down"),
+        ("rate", {"acc_z": 9.7}, "upright"),  # whose axis is along it, no name says
+        ("gx", {"ax": 0.1, "az": 9.8}, ""),  # about a level axis: this one stayed level
+        ("gx", {}, ""),
+    ],
+)
+def test_accelerometers_tell_an_axis_that_was_turned_over(
+    gyro: str, swing: dict[str, float], says: str
+) -> None:
+    record = twin(SENSOR, seed=3)
+    log = beside_accelerometers(record, find_reversals(record), swing, gyro)
+    for first in ("north", None):
+        found = measured(log, SENSOR, first=first, channel=gyro)
+        (size,) = (f for f in found.reversals.findings if f.code == "turns_by_size")
+        assert size.severity == ("info" if says else "warning")
+        assert (says or "across its axis") in size.advice and ("--dwell 30" in size.advice) == (not says)
+        asked = " ".join(found.advice)
+        assert not says.startswith("--") or f"Say so: {says}" in asked
+        assert first or "--first" in asked
+    if says.startswith("--"):
+        followed = measured(log, SENSOR, first=says.split()[1], channel=gyro)
+        assert not any("Say so" in line or "not known" in line for line in followed.advice)
+
+
+@pytest.mark.parametrize("latitude", [NORTHERN, SOUTHERN])
+@pytest.mark.parametrize("first", ["north", "south", None])
+def test_a_rate_that_only_a_vertical_axis_explains_says_so(latitude: float, first: str | None) -> None:
+    found = measured(twin(latitude=latitude), latitude=latitude, first=first)
+    assert found.verdict == "inconsistent with Earth"
+    (says,) = (line for line in found.advice if "turned over" in line)
+    for way, rate in re.findall(r"--first (up|down) (?:it is )?(-?[\d.]+) deg/h", says):
+        again = measured(twin(latitude=latitude), latitude=latitude, first=way)
+        assert again.rate / DEG_H == pytest.approx(float(rate), abs=0.06)
+    assert "--first up it is 15.0 deg/h" in says
+
+
+def test_turns_that_no_signal_shows_are_asked_for() -> None:
+    """Without a word of turns; with what is asked for, the rate is there."""
+    hidden = twin(SENSOR, seed=5, duration=1200.0, motion={"coupling": 0.0})
+    found = measured(hidden, SENSOR, first=None)
+    assert found.verdict == "not separable"
+    (asked,) = (line for line in found.advice if "does not show it" in line)
+    assert (
+        "--dwell SECONDS" in asked and "--turns FILE" in asked and "--first north, south, up or down" in asked
+    )
+    given = periodic_reversals(hidden, dwell=30.0, first="up")
+    assert measure_earth_rate(hidden, latitude=NORTHERN, model=SENSOR, reversals=given).rate == pytest.approx(
+        EARTH_RATE, rel=0.25
+    )
 
 
 def test_nothing_is_seen_at_the_equator() -> None:

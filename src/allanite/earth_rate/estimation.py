@@ -17,14 +17,15 @@ from allanite.earth_rate.noise_of_record import fit_noise
 from allanite.earth_rate.residuals import residual_checks
 from allanite.earth_rate.results import G_SENSITIVITY, DwellMean, EarthRateEstimate, Reading, Running
 from allanite.earth_rate.take import RATE, TIME_CONSTANT, Decay, Take
-from allanite.earth_rate.verdict import CONTRADICTS, judge, settling_that_explains
+from allanite.earth_rate.verdict import CONTRADICTS, direction_to_state, judge, settling_that_explains
 from allanite.errors import InputError
 from allanite.laws import normal_quantile, student_quantile
 from allanite.noise import NoiseModel, White
 from allanite.recording import Kind, Recording
 from allanite.regression import LEVEL, Regression
 from allanite.reversals import Reversals, find_reversals
-from allanite.reversals.sides import is_vertical
+from allanite.reversals.sides import is_vertical, sign_at_first
+from allanite.reversals.turned_over import turned_over
 from allanite.reversals.turns import DEAD_TIME
 from allanite.stated import Stated
 from allanite.units import STANDARD_GRAVITY
@@ -253,7 +254,10 @@ def _estimate(
     )
     verdict, reason, advice = judge(estimate, separable=separable, sure=sure)
     estimate = replace(estimate, verdict=verdict, reason=reason, advice=advice)
-    return replace(estimate, advice=(*advice, *_settling(estimate, take, decays)))
+    over = turned_over(take.recording, take.channel, take.reversals.positions)
+    along_first = rate * take.projection * sign_at_first(take.reversals.first)
+    stated_first = direction_to_state(estimate, over, along_first=along_first)
+    return replace(estimate, advice=(*advice, *stated_first, *_settling(estimate, take, decays)))
 
 
 def _stated(take: Take, stated: Stated, g_sensitivity: float) -> dict[str, float]:

@@ -13,8 +13,9 @@ from allanite.units import STANDARD_GRAVITY
 
 if TYPE_CHECKING:
     from allanite.earth_rate.results import EarthRateEstimate
+    from allanite.reversals.turned_over import TurnedOver
 
-__all__ = ["CONTRADICTS", "WITH_GRAVITY", "judge", "settling_that_explains"]
+__all__ = ["CONTRADICTS", "WITH_GRAVITY", "direction_to_state", "judge", "settling_that_explains"]
 
 Verdict = tuple[str, str, tuple[str, ...]]
 
@@ -29,6 +30,9 @@ _BOUNDS = (
     "turning the axis over reverses gravity along it, too: the result bounds the Earth rate and the g-sensitivity of "
     "the axis together. State the g-sensitivity (--g-sensitivity 0.1deg/h/g) to have the Earth rate by itself"
 )
+
+_TURN = "turn the sensor by 180 deg, and back, at least a few times"
+_MORE_DWELLS = ("a shorter dead time (--dead-time), or a file of turns (--turns FILE), may give more dwells",)
 
 #: A cause before its consequences: a drift also makes the dwells scatter and the alternation look another.
 _CAUSES = ("warm-up", "settling", "order of the turns", "constancy of the rate", "scatter of the dwells")
@@ -123,11 +127,45 @@ def _advice(estimate: EarthRateEstimate, failed: list[Check]) -> tuple[str, ...]
     advice = tuple(c.says for c in failed if not (drifts and c.name == "order of the turns"))
     if estimate.bounds_sum:
         advice += (_BOUNDS,)
-    if estimate.first == "unknown":
-        advice += (
-            "the direction of the first dwell is not known: the sign of the rate is a choice (--first)",
-        )
     return advice
+
+
+def direction_to_state(
+    estimate: EarthRateEstimate, over: TurnedOver | None, *, along_first: float
+) -> tuple[str, ...]:
+    """What is to be said of the direction of the first dwell, where it is not known, or not what it was said to be.
+
+    Parameters
+    ----------
+    over : TurnedOver or None
+        What the accelerometers of the record say.
+    along_first : float [rad/s]
+        The measured component along the direction of the first dwell.
+    """
+    if is_vertical(estimate.first) or not estimate.reversals.turns:
+        return ()
+    if over is not None and over.along:
+        return (f"{over.says}: the axis was turned between up and down. Say so: --first {over.first}",)
+    upright = _upright(estimate, along_first)
+    if estimate.first != "unknown":
+        return (f"if the axis was turned over, between up and down: {upright}",) if upright else ()
+    says = (
+        "the direction of the first dwell is not known: the sign of the rate is a choice. State it: --first north or "
+        f"--first south; if the axis was turned over, between up and down: {upright or '--first up or --first down'}"
+    )
+    return (says,)
+
+
+def _upright(estimate: EarthRateEstimate, along_first: float) -> str:
+    """The rate that a vertical axis would make of it, where a level one contradicts the Earth and that one does not."""
+    if estimate.verdict != CONTRADICTS or not estimate.latitude:
+        return ""
+    tangent = math.tan(estimate.latitude)
+    low, high = sorted(abs(end / tangent) for end in estimate.interval)
+    if not low <= EARTH_RATE <= high:
+        return ""
+    up = along_first / math.sin(estimate.latitude) / DEG_H
+    return f"with --first up it is {up:.1f} deg/h, with --first down {-up:.1f} deg/h"
 
 
 def _not_separable(estimate: EarthRateEstimate) -> Verdict:
@@ -139,7 +177,7 @@ def _not_separable(estimate: EarthRateEstimate) -> Verdict:
             f"there are {len(reversals.turns)} turns, but {left} of known direction between them: rate and bias are "
             "one constant"
         )
-        return "not separable", reason, ("a shorter dead time, or a file of turns, may give more dwells",)
+        return "not separable", reason, _MORE_DWELLS
     level, sd = (x / DEG_H for x in estimate.bias)
     known = "" if estimate.model_source == "given" else ", at least: the noise was fitted to this very record"
     digits = max(0, 1 - math.floor(math.log10(sd))) if 0 < sd < math.inf else 2
@@ -149,7 +187,16 @@ def _not_separable(estimate: EarthRateEstimate) -> Verdict:
         f"without reversals the rate and the bias are one constant, {constant}, and no filter tells them apart. Under "
         f"the known rate the bias is {', '.join(biases)}"
     )
-    return "not separable", reason, ("turn the sensor by 180 deg, and back, at least a few times",)
+    return "not separable", reason, (_TURN, *(() if estimate.reversals.turns else (_unseen(estimate),)))
+
+
+def _unseen(estimate: EarthRateEstimate) -> str:
+    """What to say of a record that shows no turns: it may have some."""
+    first = ", with --first north, south, up or down" if estimate.first == "unknown" else ""
+    return (
+        "if it was turned, and the signal does not show it, say when: --dwell SECONDS for even intervals, else --turns "
+        f"FILE{first}"
+    )
 
 
 def _directions(estimate: EarthRateEstimate) -> list[tuple[float, str]]:

@@ -11,6 +11,7 @@ from allanite.reversals.judgement import judge, positions_of
 from allanite.reversals.remarks import remarks
 from allanite.reversals.sides import checked_first, sign_at_first
 from allanite.reversals.surges import survey
+from allanite.reversals.turned_over import turned_over
 from allanite.reversals.turns import DEAD_TIME, Reversals, checked_dead_time
 
 __all__ = ["channel_of", "find_reversals", "heading_of"]
@@ -88,7 +89,7 @@ def find_reversals(
         source="detected" if judgement.turns else "none",
         first=start,
         dead_time=dead_time,
-        findings=remarks(scene, judgement, positions),
+        findings=remarks(scene, judgement, positions, turned_over(recording, name, positions)),
     ).beginning(first)
 
 

@@ -13,6 +13,7 @@ from allanite.health.finding import PLACES, Finding, Severity, plural
 from allanite.recording import merge_spans
 from allanite.reversals.judgement import Judgement
 from allanite.reversals.surges import Scene
+from allanite.reversals.turned_over import TurnedOver
 from allanite.reversals.turns import Disturbance, Position, Turn
 
 __all__ = ["off_schedule", "remarks", "times"]
@@ -27,10 +28,12 @@ UNLIKE = math.radians(30.0)
 _GIVE_TURNS = "give the turns: --turns FILE, or --dwell SECONDS"
 
 
-def remarks(scene: Scene, judgement: Judgement, positions: Sequence[Position]) -> tuple[Finding, ...]:
-    """All findings about turns read off the signal."""
+def remarks(
+    scene: Scene, judgement: Judgement, positions: Sequence[Position], over: TurnedOver | None = None
+) -> tuple[Finding, ...]:
+    """All findings about turns read off the signal; `over` is what accelerometers say of them."""
     made = (
-        *_of_mode(scene, judgement),
+        *_of_mode(scene, judgement, over),
         *_of_angle(scene, judgement),
         *_of_rhythm(scene, judgement, positions),
         *_of_darkness(scene, judgement, positions),
@@ -39,21 +42,30 @@ def remarks(scene: Scene, judgement: Judgement, positions: Sequence[Position]) -
     return tuple(sorted(made, key=lambda f: f.severity.rank))
 
 
-def _of_mode(scene: Scene, judgement: Judgement) -> Iterator[Finding]:
+def _of_mode(scene: Scene, judgement: Judgement, over: TurnedOver | None) -> Iterator[Finding]:
     turns = judgement.turns
     if judgement.scale.mode == "size":
         why = "without a physical unit their angle is not known"
         if scene.physical:
             half = math.degrees(judgement.scale.half)
             why = f"they agree with each other at {half:.3g} deg, not with half turns of 180 deg"
+        advice = (
+            "none needed if the gyro was turned across its axis, over or about the vertical: it hardly sees that. Else "
+            "check unit, scale factor and channel, or " + _give_turns(scene, judgement)
+        )
+        if over is not None:
+            why += f"; {over.says}: the sensor was turned over, which a gyro across that turn hardly sees"
+            upright = "" if over.along else "if the gyro's own axis stood upright, "
+            ways = f"--first {over.first}" if over.along else "--first up or --first down"
+            advice = f"none needed for the turns; {upright}say where it pointed first: {ways}"
         yield _finding(
             scene,
             "turns_by_size",
             f"{plural(len(turns), 'turn')} told by size: {why}",
-            Severity.WARNING if scene.physical else Severity.INFO,
+            Severity.WARNING if scene.physical and over is None else Severity.INFO,
             turns[:1],
             len(turns),
-            "check unit, scale factor and axis; " + _GIVE_TURNS,
+            advice,
             "surges of equal size that are not half turns would alternate the direction wrongly",
         )
     elif judgement.scale.mode == "rhythm":
@@ -64,9 +76,17 @@ def _of_mode(scene: Scene, judgement: Judgement) -> Iterator[Finding]:
             Severity.WARNING,
             turns[:1],
             len(turns),
-            _GIVE_TURNS,
+            _give_turns(scene, judgement),
             "a knock in time with the turns would alternate the direction wrongly",
         )
+
+
+def _give_turns(scene: Scene, judgement: Judgement) -> str:
+    """Where the turns are even, their interval is that of the signal."""
+    beat = judgement.beat
+    if beat is None or not beat.even:
+        return _GIVE_TURNS
+    return f"give the turns: --turns FILE, or --dwell {beat.interval / scene.rate:.3g} for even ones"
 
 
 def _of_angle(scene: Scene, judgement: Judgement) -> Iterator[Finding]:
@@ -135,7 +155,7 @@ def _of_rhythm(scene: Scene, judgement: Judgement, positions: Sequence[Position]
             Severity.WARNING,
             short,
             len(short),
-            "compare with the notes taken; " + _GIVE_TURNS,
+            "compare with the notes taken; " + _give_turns(scene, judgement),
             "if one of the two was no half turn, the direction of all that follows is reversed",
         )
 
@@ -151,7 +171,7 @@ def _of_darkness(scene: Scene, judgement: Judgement, positions: Sequence[Positio
             Severity.WARNING,
             hidden,
             len(hidden),
-            "compare with the notes taken; " + _GIVE_TURNS,
+            "compare with the notes taken; " + _give_turns(scene, judgement),
             "if it was no turn, the direction of all that follows is reversed",
         )
     hiding = [d for d in judgement.disturbed if d.hides]
@@ -171,7 +191,7 @@ def _of_darkness(scene: Scene, judgement: Judgement, positions: Sequence[Positio
             Severity.WARNING if lost else Severity.INFO,
             hiding,
             len(hiding),
-            _GIVE_TURNS,
+            _give_turns(scene, judgement),
             "with a direction that is guessed, half of the record would count against the other half",
         )
     if judgement.settled and judgement.turns:

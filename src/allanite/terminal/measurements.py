@@ -371,5 +371,5 @@ def _nuisances(out: Console, document: Json) -> None:
 
 def _direction(document: Json) -> str:
     if document["first"] == "unknown":
-        return "not known: the sign of the rate is a choice (--first)"
+        return "not known: the sign of the rate is a choice (--first north, south, up or down)"
     return f"{document['first']} first"

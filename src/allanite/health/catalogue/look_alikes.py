@@ -313,7 +313,7 @@ LOOK_ALIKES: dict[str, tuple[str, str]] = {
     ),
     "turns_by_size": (
         "knocks of one size",
-        "angles near half a turn, or the list of turns",
+        "angles near half a turn, accelerometers that change sign with them, or the list of turns",
     ),
     "turns_by_rhythm": (
         "knocks in time",

@@ -241,10 +241,10 @@ SENSOR: dict[str, Entry] = {
     "turns_by_size": Entry(
         group=_TURNS,
         severity="info, warning",
-        means="surges of equal size that are not half turns by their angle: another unit, an axis that hardly sees it",
+        means="surges of equal size, no half turns by their angle: a gyro turned across its axis, or another unit",
         risk="surges of equal size that are no turns would alternate the direction wrongly",
         done="they count as half turns",
-        advice="check unit, scale factor and axis, or list the turns",
+        advice="none if the gyro was turned across its axis; else check unit and scale factor, or list the turns",
     ),
     "turns_by_rhythm": Entry(
         group=_TURNS,
