@@ -10,7 +10,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from allanite.delivery.by_file import LogOfFiles, headed, log_of_files, refuse_beside_files, rests_by_file
-from allanite.delivery.means import read_means, record_of_means
+from allanite.delivery.means import read_means, record_of_means, refuse_rows_of_means
 from allanite.delivery.measurement import Measured, beside
 from allanite.delivery.recordings import file_sha256, is_lossy, read_whole
 from allanite.delivery.rests import judged_at_rest, rests_of, thermometers
@@ -98,6 +98,7 @@ def alignment_of(
     by_file = None
     if positions is None:
         whole, start, stop = read_whole(log, start, stop, listed=spans is not None, source=source, **options)
+        refuse_rows_of_means(whole, accept)
         axes, _ = unit_of(whole, known, gyro, accelerometer)
         whole = whole.select(*axes.names, *thermometers(whole))
     else:

@@ -9,7 +9,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from allanite.delivery.by_file import log_of_files, refuse_beside_files, rests_by_file
-from allanite.delivery.means import read_means
+from allanite.delivery.means import read_means, refuse_rows_of_means
 from allanite.delivery.measurement import Measured, beside
 from allanite.delivery.recordings import file_sha256, is_lossy, read_whole
 from allanite.delivery.rests import judged_at_rest, rests_of, thermometers
@@ -118,6 +118,7 @@ def calibration_of(
             named = {"accelerometer": accelerometer, "gyro": gyro}
             whole, accelerometer, gyro = read_two(log, gyro_log, **named, **options)
         whole = whole if source is None else replace(whole, source=source)
+        refuse_rows_of_means(whole, accept)
         axes = unit_axes(whole, gyro, accelerometer)
         whole = whole.select(*axes.names, *thermometers(whole, heat))
     part = part_of(whole, start, stop)

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Collection
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
     from allanite.recording import Recording
     from allanite.static_spans import PositionMeans, SdOf
 
-__all__ = ["read_means", "record_of_means"]
+__all__ = ["read_means", "record_of_means", "refuse_rows_of_means"]
 
 #: Averaging times of rows that differ by less than this part are equal.
 _EQUAL = 0.01
@@ -54,6 +55,20 @@ def read_means(
     found = [f for look in LOG_DETECTORS for f in look(recording)]
     means = means_of(recording, sd_of=sd_of, averaging=averaging)
     return means, tuple(f for f in found if CATALOGUE[f.code].group == "Text")
+
+
+def refuse_rows_of_means(recording: Recording, accept: Collection[str]) -> None:
+    """Before anything is looked for in it: a table of positions is no log.
+
+    Raises
+    ------
+    DataQualityError
+        The finding was not accepted.
+    """
+    from allanite.health import prepare
+    from allanite.health.rows import rows_of_means
+
+    prepare(recording, tuple(rows_of_means(recording)), accept=set(accept) & {"rows_of_means"})
 
 
 def record_of_means(

@@ -47,6 +47,7 @@ from allanite.health import (
     raw_counts,
     repeats,
     resolution,
+    rows,
     run,
     tails,
     values,
@@ -141,6 +142,7 @@ RECORD_DETECTORS: tuple[Callable[[Sequence[Survey]], Iterator[Finding]], ...] = 
 )
 #: Functions of the recording's notes.
 LOG_DETECTORS: tuple[Callable[[Recording], Iterator[Finding]], ...] = (
+    rows.rows_of_means,
     log.stamps,
     log.jitter,
     log.clock,

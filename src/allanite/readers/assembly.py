@@ -13,8 +13,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
+import numpy as np
+
 from allanite.errors import DataQualityError, InputError
 from allanite.limits import COLUMNS, refuse_more
+from allanite.position_rows import ADVICE, MOST, are_positions
 from allanite.readers.asked_units import refuse_open_unit
 from allanite.readers.clock_table import as_clock
 from allanite.readers.column_look import is_counter
@@ -44,6 +47,11 @@ _SAMPLES_IN = {
 }
 #: A rate in the name of a file: static_200Hz.csv, imu-1kHz, 62p5hz.
 _RATE_IN_NAME = re.compile(r"(?<![\d.])(\d+(?:[.p]\d+)?)[ _-]?(k?)(?:hz|sps)(?![a-z])", re.IGNORECASE)
+#: A column that numbers positions, or says how they lay.
+_OF_POSITIONS = re.compile(
+    r"(?:pose|position|heading|azimuth)(?:_?(?:no|nr|id|number|name|deg))?", re.IGNORECASE
+)
+_COMPANIONS = ("other", "temperature", "counter", "identity", "time")
 _VOLTS = re.compile(r"[_ .]([mµu]?V)$")
 
 
@@ -338,7 +346,19 @@ def _grid(
         if counters:
             return _counted(counters[0], rate, table.rate_from, table.rate, guesses)
         return even_grid(n, rate, source=table.rate_from, nominal=table.rate)
-    raise _no_rate(_stamp_table(table, options, name), bool(counters), options, guesses)
+    hints = [*guesses, *([ADVICE] if _is_of_positions(table) else [])]
+    raise _no_rate(_stamp_table(table, options, name), bool(counters), options, hints)
+
+
+def _is_of_positions(table: Table) -> bool:
+    """True for a short table that shows gravity from many sides, or names headings or poses beside its readings."""
+    n = len(table.columns[0])
+    if n > MOST:
+        return False
+    headings = _headings(table)
+    sensors = [c for c, h in zip(table.columns, headings, strict=True) if h.group not in _COMPANIONS]
+    named = any(_OF_POSITIONS.fullmatch(h.name) for h in headings)
+    return named or are_positions([np.asarray(c.read(0, n), dtype=np.float64) for c in sensors])
 
 
 def _no_rate(table: StampTable, counters: bool, options: Options, guesses: Sequence[str]) -> InputError:

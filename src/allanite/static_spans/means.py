@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 
 from allanite.errors import InputError
 from allanite.limits import refuse_more
+from allanite.position_rows import MOST
 from allanite.recording import Channel, Kind, Recording
 from allanite.units import Quantity, parse_unit
 
@@ -48,8 +49,6 @@ _QUANTITIES = {
     "heading": Quantity.ANGLE,
 }
 _PLAIN = {"heading": math.radians(1.0)}
-#: Rows of a table of means: more are samples of a log.
-MOST = 200
 #: Digits after the decimal point up to which a table may have been rounded.
 _DIGITS = 12
 

@@ -35,6 +35,8 @@ ALARM = 1e-3
 #: Of a combination of parameters the gyros take away this part of the variance at least: less is rounding, and makes
 #: the check milder. It counts where the accelerometers alone know it better than to this part of its plausible size.
 TOLD, KNOWN = 0.05, 0.1
+#: Variances below this part of the largest are rounding, as of a table whose rows repeat without any scatter.
+ROUNDING = 1e-14
 
 
 def alone_and_together(fit: Adjustment) -> Check | None:
@@ -48,7 +50,7 @@ def alone_and_together(fit: Adjustment) -> Check | None:
     second = fit.solution.covariance[place, place] / np.outer(plausible, plausible)
     apart = (alone.state.values - fit.solution.state.values[place]) / plausible
     values, vectors = np.linalg.eigh(first)
-    known = values < KNOWN**2
+    known = (values < KNOWN**2) & (values > ROUNDING * values[-1])
     if not alone.converged or not known.any():
         return None
     white = vectors[:, known] / np.sqrt(values[known])

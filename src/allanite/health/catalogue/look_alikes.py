@@ -15,6 +15,10 @@ LOOK_ALIKES: dict[str, tuple[str, str]] = {
         "a log cut by `--from`, `--to`",
         "the count is that of the part that was asked for",
     ),
+    "rows_of_means": (
+        "a short log of a unit that tumbles",
+        "stamps: rows that come faster than one in 5 s are samples",
+    ),
     "broken_up": (
         "samples lost at random; two sensors that take turns",
         "values at an even spacing of rows are two sensors: the spacing is stated, and the repair keeps it",

@@ -26,6 +26,14 @@ SAMPLES: dict[str, Entry] = {
         done="refused",
         advice="record longer",
     ),
+    "rows_of_means": Entry(
+        group=_MISSING,
+        severity="fatal",
+        means="a table with one row for each position: few rows, gravity of one length from many sides",
+        risk="the changes from one position to the next are taken for noise",
+        done="refused",
+        advice="if each row is the mean of one position, say so: --means, of calibrate, align or north",
+    ),
     "broken_up": Entry(
         group=_MISSING,
         severity="fatal",
