@@ -198,3 +198,22 @@ def test_a_model_of_two_slow_terms_loses_neither() -> None:
     for name in MARKOVS:
         with pytest.raises(InputError, match=r"a Gauss-Markov term and flicker.*walk='upper-bound'"):
             exporters.export(name, {"g": model}, rate=RATE, correlation_time=9.0)
+
+
+@pytest.mark.parametrize("name", [*ALL, "cpp"])
+def test_a_sensor_slower_than_its_log_has_both_rates_in_every_file(name: str) -> None:
+    """And no file of a sensor that is not held speaks of repeats."""
+    for rates in ({}, {"rate": 47.0001, "log_rate": RATE}):
+        case = Case(1)
+        for channel in case.document["channels"]:
+            channel["held"] = {**rates, "rate_sd": 7e-4, "values": 9, "why": ""} if rates else None
+        content, refusal = (
+            written(name, case) if name != "cpp" else (exporters.export(name, case.document), "")
+        )
+        assert not refusal
+        said = content if name == "cpp" else comments_of(name, content)
+        assert (
+            ("47.0001 Hz if each value comes once" in said)
+            == bool(rates)
+            == ("200 Hz with the repeats" in said)
+        )

@@ -35,6 +35,7 @@ import allanite
 from allanite import __version__
 from allanite.errors import InputError, StorageError
 from allanite.exporters.bounds import bound_comments, refuse_terms
+from allanite.exporters.renewed import renewed_lines
 from allanite.exporters.triads import plain_line
 from allanite.noise import NoiseModel, StateSpace
 
@@ -293,6 +294,7 @@ def _choices(
         )
     if rate > recording["rate"] * (1 + 1e-9):
         lines.append(f"the study has {recording['rate']:.9g} Hz: above that the noise is EXTRAPOLATED")
+    lines += renewed_lines([axis])
     lines += [f"noise: {text}" for text in _terms(axis, model)]
     bound = bound_comments(_plain(axis["name"]), axis["models"])
     if bound and model.term("flicker") is not None:

@@ -12,6 +12,7 @@ from allanite.errors import InputError
 from allanite.exporters.bounds import bound_comments, refuse_terms
 from allanite.exporters.imu.axes import UNITS, AxisNumbers
 from allanite.exporters.imu.walks import GAUSS_MARKOV, Words
+from allanite.exporters.renewed import renewed_lines
 from allanite.exporters.triads import plain_line
 
 __all__ = ["Consumer", "Remark", "bound_lines", "number_format", "preamble", "rate_text", "table"]
@@ -104,6 +105,7 @@ def preamble(
     return [
         f"IMU noise for {consumer.name}, written by allanite {__version__}",
         f"from {plain_line(source)}{digest}{span} {rate_text(recording['rate'])} Hz",
+        *renewed_lines(document["channels"]),
         *_that_hold(consumer.convention, held),
         *bias(held),
         f"{axes}; {inflated}",
