@@ -70,6 +70,28 @@ def test_published_tables_from_phase_and_from_frequency(statistic: str) -> None:
     assert recording.values("frequency") * recording["frequency"].scale == pytest.approx(y, abs=1e-12)
 
 
+@pytest.mark.parametrize(
+    ("kind", "unit", "says"),
+    [
+        ("phase", "ns", "phase of a clock"),
+        (None, "deg", "an angle that moves"),
+        (None, "m/s", "a velocity that"),
+        (None, "deg/s", ""),
+    ],
+)
+def test_stamps_that_scatter_are_spoken_of_in_the_terms_of_the_record(
+    kind: str | None, unit: str, says: str, tmp_path: Path
+) -> None:
+    rng = np.random.default_rng(4)
+    rows = np.column_stack([np.arange(900) + rng.normal(0, 0.1, 900), np.cumsum(rng.normal(0, 1, 900))])
+    path = tmp_path / "log.csv"
+    np.savetxt(path, rows, delimiter=",", header=f"time [s],y [{unit}]", comments="", fmt="%.12g")
+    found = al.check(al.read(path, unit=unit, **({"kind": kind} if kind else {})))
+    (jitter,) = (f for f in found if f.code == "rate_jitter")
+    assert says in jitter.message and ("shows it as noise" in jitter.message) == bool(says)
+    assert ("sensor" in jitter.advice) == (kind is None)
+
+
 def test_a_steady_rise_is_not_taken_for_steps_of_the_counter() -> None:
     for noise in (0.03, 1.0):
         x = 40.0 * np.arange(2000) + noise * np.random.default_rng(2).standard_normal(2000)

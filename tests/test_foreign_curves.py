@@ -146,7 +146,9 @@ def written(path: Path, *columns: tuple[str, NDArray[np.float64]]) -> Path:
 TAU, DEV, COUNT = ("tau", LAGS / RATE), ("oadev", twin()), ("n", N - 2.0 * LAGS + 1)
 ASKED: dict[str, tuple[list[tuple[str, NDArray[np.float64]]], dict[str, object], str]] = {
     "no length": ([TAU, DEV], {"rate": RATE}, "--samples"),
-    "no rate": ([TAU, DEV], {"samples": N}, "--rate"),
+    "no rate": ([TAU, DEV], {"samples": N}, r"--rate (?!.*--samples)"),
+    "neither": ([TAU, DEV], {}, "--rate .*--samples"),
+    "neither, of lags": ([("m", LAGS * 1.0), DEV], {}, "--rate .*--samples"),
     "deviation or variance": ([TAU, ("x", twin())], {"samples": N, "rate": RATE}, "deviations or variances"),
     "wrong rate": ([TAU, DEV], {"samples": N, "rate": 70.0}, "whole number"),
     "too short": ([TAU, DEV], {"samples": 2000, "rate": RATE}, "too long for 2000 samples"),

@@ -117,3 +117,18 @@ def test_the_unit_that_is_asked_for_fits_the_name() -> None:
     log = Recording.from_rate(samples, rate=10.0, unit="", names=names)
     (advice,) = {f.advice for f in check(log) if f.code == "unit_missing"}
     assert advice == "state it, as in --unit gx=deg/s,ay=m/s^2,acc_z=m/s^2"
+
+
+def test_a_thermometer_in_counts_is_offered_no_scale_factor_of_a_gyro() -> None:
+    """Whatever it is called, with or without a unit; the gyros beside it keep their advice."""
+    rng = np.random.default_rng(6)
+    for name in ("boardtmp", "imuTempRaw", "gyro_temperature", "tmp", "thermistor"):
+        columns = {"gyro_x": rng.normal(0, 20, 300).round(), name: rng.normal(28_000, 9, 300).round()}
+        for unit in ("unknown", "LSB"):
+            log = Recording.from_rate(
+                np.column_stack(list(columns.values())), rate=100.0, unit=unit, names=list(columns)
+            )
+            advice = {f.message.split(":")[0]: f.advice for f in hints(log)}
+            assert "LSB/(deg/s)" in advice.pop("gyro_x")
+            assert all(a.startswith(f"if so, --unit {name}=LSB") for a in advice.values())
+            assert not any("deg/s" in a for a in advice.values())

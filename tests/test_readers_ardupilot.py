@@ -175,7 +175,7 @@ def test_what_the_driver_says_of_its_samples(tmp_path: Path) -> None:
     ]
     said = " ".join(read(write(tmp_path, DEFINED, *rows)).notes["source"]["guesses"])
     assert "driver of the gyro counted 3 errors" in said
-    assert "accelerometer is marked as not healthy in 1 samples" in said
+    assert "accelerometer is marked as not healthy in 1 sample" in said
     assert "runs at 2000 Hz and is logged at 50 Hz" in said
 
 

@@ -30,6 +30,7 @@ from allanite.allan.curve import AllanCurve, allan_curve
 from allanite.allan.degrees import chi_square_factors
 from allanite.allan.statistics import STATISTICS, longest_lag
 from allanite.allan.theo import SHORTEST
+from allanite.counted import plural
 from allanite.errors import DataQualityError, InputError, LimitError
 from allanite.recording import OVERLOAD, Recording, checked_rate, checked_samples
 
@@ -282,7 +283,9 @@ def _averaging_times(statistic: str, recording: Recording, taus: str | ArrayLike
         return _seconds(taus)
     n = recording.n_samples - int(recording.channels[0].kind.integrated)
     if n < 3:
-        raise DataQualityError(f"{recording.n_samples} samples: an Allan variance needs at least 3 rates")
+        raise DataQualityError(
+            f"{plural(recording.n_samples, 'sample')}: an Allan variance needs at least 3 rates"
+        )
     chosen = STATISTICS[statistic]
     top = longest_lag(chosen, n)
     if (

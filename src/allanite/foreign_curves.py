@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 
 from allanite.allan.curve import AllanCurve, curve_of_sums
 from allanite.allan.statistics import STATISTICS, longest_lag
+from allanite.counted import plural
 from allanite.errors import DataQualityError, InputError
 from allanite.limits import refuse_more
 from allanite.readers import read_table
@@ -449,12 +450,7 @@ def _shape(
         if dt is not None:
             remarks.append(f"rate {1 / dt:.6g} Hz, from the counts")
     if dt is None:
-        raise InputError(
-            f"{name}: the sample rate of the record is not in the file, and the intervals need it: give --rate "
-            f"(rate=); the shortest averaging time, {grid.either[0]:.6g} s, is a whole number of sample intervals"
-            if grid.tau is not None
-            else f"{name}: the lags are in samples: give the sample rate, --rate (rate=)"
-        )
+        raise _without_rate(grid, name, told=samples is not None or counts is not None)
     lags = grid.lags if grid.lags is not None else grid.either / dt
     if counts is not None:
         told = _length_by(counts, lags, quantity, samples, name)
@@ -468,6 +464,22 @@ def _shape(
             "(samples=), the duration of the record times its rate"
         )
     return _Shape(int(samples), dt, ""), remarks
+
+
+def _without_rate(grid: _Grid, name: str, *, told: bool) -> InputError:
+    """Everything that is missing beside the rate: where nothing tells the length of the record, it is asked as well."""
+    text = (
+        f"{name}: the sample rate of the record is not in the file, and the intervals need it: give --rate "
+        f"(rate=); the shortest averaging time, {float(np.min(grid.either)):.6g} s, is a whole number of sample "
+        "intervals"
+        if grid.tau is not None
+        else f"{name}: the lags are in samples: give the sample rate, --rate (rate=)"
+    )
+    length = (
+        ". Nor does anything say how many samples are behind the curve: give --samples (samples=) as well, the "
+        "duration of the record times its rate"
+    )
+    return InputError(text if told else text + length)
 
 
 def _interval_by(counts: Array, tau: Array) -> float | None:
@@ -549,7 +561,7 @@ def _lags(grid: _Grid, shape: _Shape, name: str) -> tuple[NDArray[np.int64], NDA
     lags, first = np.unique(whole.astype(np.int64), return_index=True)
     said = []
     if len(lags) < len(whole):
-        said.append(f"{len(whole) - len(lags)} rows of averaging times that occur twice left out")
+        said.append(f"{plural(len(whole) - len(lags), 'row')} of averaging times that occur twice left out")
     if lags[0] > 1:
         said.append(f"the shortest averaging time is {lags[0]} samples at {1 / shape.dt:.6g} Hz")
     return lags, first, said

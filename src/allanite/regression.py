@@ -28,6 +28,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from allanite import _kernels
+from allanite.counted import plural
 from allanite.errors import InputError
 from allanite.noise import NoiseModel, StateSpace, White
 from allanite.recording import Sampling
@@ -217,7 +218,9 @@ def regress(
     part = np.ones(len(table)) if counts is None else np.asarray(counts, dtype=np.float64)
     part = np.where(np.isnan(table).any(axis=1), 0.0, part)
     if np.count_nonzero(part) < k:
-        raise InputError(f"{np.count_nonzero(part)} rows cannot determine {k} coefficients")
+        raise InputError(
+            f"{plural(int(np.count_nonzero(part)), 'row')} cannot determine {plural(k, 'coefficient')}"
+        )
     whitener = Whitener.of(model, dt=dt, counts=part, sampling=sampling)
     white, logs = whitener(np.nan_to_num(table))
     return _solve(white[:, :k], white[:, k], tuple(names), logs, checkpoints)

@@ -30,6 +30,7 @@ from allanite.allan.statistics import (
 from allanite.allan.theo import hybrid_lags, is_heavy, sums_of_inner_squares, theo_lags
 from allanite.atomic_file import fresh
 from allanite.clock_channels import without_noise
+from allanite.counted import plural
 from allanite.csv_cells import heading_cell
 from allanite.errors import DataQualityError, DataQualityWarning, FormatError, InputError
 from allanite.noise import NoiseModel
@@ -429,7 +430,7 @@ def allan_curve(
         raise without_noise(recording)
     n = recording.n_samples - int(recording[names[0]].kind.integrated)
     if n < 3:
-        raise DataQualityError(f"the recording has {n} samples; an Allan variance needs at least 3")
+        raise DataQualityError(f"the recording has {plural(n, 'sample')}; an Allan variance needs at least 3")
     lags = _lags(chosen, taus, n, recording.dt)
     way = _engine(engine, chosen, recording, taus, lags)
     lags = decimable(lags) if way == "decimated" and not chosen.theo else lags

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from allanite.allan.lags import choose_lags
+from allanite.counted import plural
 from allanite.errors import DataQualityError, InputError
 from allanite.recording import Kind, Recording
 
@@ -95,7 +96,9 @@ def interval_error(
     for name in names:
         x = _time_error(recording, name)
         if len(x) < 3:
-            raise DataQualityError(f"channel {name!r} has {len(x)} samples of phase; at least 3 are needed")
+            raise DataQualityError(
+                f"channel {name!r} has {plural(len(x), 'sample')} of phase; at least 3 are needed"
+            )
         lags = choose_lags(taus, len(x) - 1, recording.dt, len(x) - 1)
         both = [(_greatest if statistic == "mtie" else _rms)(x, int(m)) for m in lags]
         found.append(

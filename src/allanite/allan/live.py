@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from allanite.allan.curve import AllanCurve, curve_of_sums
 from allanite.allan.online import OnlineSums, decimable
 from allanite.allan.statistics import STATISTICS
+from allanite.counted import plural
 from allanite.errors import DataQualityError, InputError
 from allanite.recording import Channel
 
@@ -93,7 +94,9 @@ class LiveCurve:
         """
         n = self.n_samples
         if n < _FEWEST or not self._sums:
-            raise DataQualityError(f"{n} samples so far; an Allan variance needs at least {_FEWEST}")
+            raise DataQualityError(
+                f"{plural(n, 'sample')} so far; an Allan variance needs at least {_FEWEST}"
+            )
         reached = self._lags <= n // 2
         read = [sums.read() for sums in self._sums]
         return curve_of_sums(

@@ -39,6 +39,7 @@ from numpy.typing import NDArray
 
 from allanite import _kernels
 from allanite.allan.covariance import complete_starts, touching_starts
+from allanite.counted import plural
 from allanite.errors import DataQualityError, InputError
 from allanite.recording import OVERLOAD, Recording, merge_spans
 
@@ -216,7 +217,9 @@ def phase_of(recording: Recording, name: str, progress: Progress | None = None) 
     """
     n = recording.n_samples
     if n < 3:
-        raise DataQualityError(f"channel {name!r} has {n} samples; an Allan variance needs at least 3")
+        raise DataQualityError(
+            f"channel {name!r} has {plural(n, 'sample')}; an Allan variance needs at least 3"
+        )
     if recording[name].kind.integrated:
         return _recorded_phase(recording, name)
     x = np.zeros(n + 1)

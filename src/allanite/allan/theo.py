@@ -44,6 +44,7 @@ from allanite.allan.statistics import (
     sums_of_squares,
     total_length,
 )
+from allanite.counted import plural
 from allanite.errors import DataQualityError, InputError
 
 __all__ = ["SHORTEST", "hybrid_lags", "ratio_lags", "sums_of_inner_squares", "theo_lags", "thinning"]
@@ -74,7 +75,9 @@ def theo_lags(taus: str | int | ArrayLike, n_samples: int, dt: float) -> Lags:
     """
     half = n_samples // 2
     if n_samples < SHORTEST:
-        raise DataQualityError(f"the record has {n_samples} samples; Theo1 needs at least {SHORTEST}")
+        raise DataQualityError(
+            f"the record has {plural(n_samples, 'sample')}; Theo1 needs at least {SHORTEST}"
+        )
     if not isinstance(taus, (str, int, np.integer)):
         _check_steps(taus, half, dt)
         return 2 * choose_lags(taus, half, 1.5 * dt, half)

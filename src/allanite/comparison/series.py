@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.allan import AllanCurve
+from allanite.counted import plural
 from allanite.errors import DataQualityError, FitError, FormatError, InputError
 from allanite.fitting.families import Family
 from allanite.fitting.misfit import Candidate, best_explained, candidate
@@ -146,7 +147,9 @@ class Record:
 def _fitted(part: Part) -> Candidate:
     chosen = lags_used(part.curve) if part.used is None else part.used
     if int(chosen.sum()) < _FEWEST:
-        raise DataQualityError(f"{int(chosen.sum())} lags can be fitted, at least {_FEWEST} are needed")
+        raise DataQualityError(
+            f"{plural(int(chosen.sum()), 'lag')} can be fitted, at least {_FEWEST} are needed"
+        )
     if part.used is None:
         return best_explained(part.curve, chosen)
     return candidate(part.curve, chosen, part.discrepancy)

@@ -7,6 +7,7 @@ import math
 from typing import TYPE_CHECKING
 
 from allanite.checks import SEEN, Check, grave
+from allanite.counted import plural
 from allanite.earth import DEG_H, EARTH_RATE
 from allanite.reversals.sides import is_vertical
 from allanite.units import STANDARD_GRAVITY
@@ -172,11 +173,8 @@ def _not_separable(estimate: EarthRateEstimate) -> Verdict:
     reversals = estimate.reversals
     directions = {d.sign for d in reversals.dwells} - {0}
     if reversals.turns and len(directions) < 2:
-        left = "no dwell" if not directions else "dwells of one direction only"
-        reason = (
-            f"there are {len(reversals.turns)} turns, but {left} of known direction between them: rate and bias are "
-            "one constant"
-        )
+        left = "no dwell of known direction" if not directions else "dwells of one direction only"
+        reason = f"{plural(len(reversals.turns), 'turn', 'leave')} {left}: rate and bias are one constant"
         return "not separable", reason, _MORE_DWELLS
     level, sd = (x / DEG_H for x in estimate.bias)
     known = "" if estimate.model_source == "given" else ", at least: the noise was fitted to this very record"

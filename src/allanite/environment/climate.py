@@ -23,6 +23,7 @@ from numpy.typing import NDArray
 
 from allanite.block_means import BlockMeans, block_means
 from allanite.channel_names import unit_option
+from allanite.counted import plural
 from allanite.errors import DataQualityError, InputError
 from allanite.recording import Kind, Recording, Sampling
 
@@ -123,8 +124,8 @@ class Climate:
         present = int(np.count_nonzero(blocks.part))
         if present < FEWEST:
             raise DataQualityError(
-                f"channel {channel!r} has samples in {present} blocks of {blocks.dt:.3g} s; at least {FEWEST} are "
-                "needed to tell an effect of the environment from noise"
+                f"channel {channel!r} has samples in {plural(present, 'block')} of {blocks.dt:.3g} s; at least "
+                f"{FEWEST} are needed to tell an effect of the environment from noise"
             )
         sampling = recording[channel].sampling if size == 1 else "mean"
         middle = np.asarray((np.arange(blocks.size) + 0.5) * blocks.dt, dtype=np.float64)
@@ -172,7 +173,9 @@ def _temperature(
     means = block_means(recording, name, size, np.array([[0, recording.n_samples]])).mean / own
     present = np.isfinite(means)
     if np.count_nonzero(present) < FEWEST:
-        raise DataQualityError(f"the temperature {name!r} has readings in {present.sum()} blocks only")
+        raise DataQualityError(
+            f"the temperature {name!r} has readings in {plural(int(present.sum()), 'block')} only"
+        )
     readings = np.interp(middle, middle[present], means[present])
     noise = _noise_of(readings)
     width = _widest(readings, noise)

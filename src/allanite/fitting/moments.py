@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from allanite.allan.curve import AllanCurve
 from allanite.allan.degrees import chi_square_factors
+from allanite.counted import plural
 from allanite.errors import DataQualityError, FitError, InputError
 from allanite.fitting.design import TIME_POWER
 from allanite.fitting.estimates import amplitude_estimate, equivalent_flicker, time_estimate
@@ -117,8 +118,8 @@ def fit_moments(
         raise DataQualityError("the deviation is zero at every lag: no noise is resolved (resolution limit)")
     if used.sum() < 3:
         raise DataQualityError(
-            f"{int(used.sum())} lags can be fitted, at least 3 are needed; record longer "
-            f"(now {curve.n_samples} samples)"
+            f"{plural(int(used.sum()), 'lag')} can be fitted, at least 3 are needed; record longer "
+            f"(now {plural(curve.n_samples, 'sample')})"
         )
     chosen = best_explained(curve, used, below)
     shortest = float(curve.tau[chosen.used][0])
@@ -151,8 +152,8 @@ def _floor(curve: AllanCurve, floor: AllanCurve) -> Floor:
     used = lags_used(floor)
     if used.sum() < 3:
         raise DataQualityError(
-            f"{int(used.sum())} lags of the floor can be used, at least 3 are needed; record it longer "
-            f"(now {floor.n_samples} samples)"
+            f"{plural(int(used.sum()), 'lag')} of the floor can be used, at least 3 are needed; record it longer "
+            f"(now {plural(floor.n_samples, 'sample')})"
         )
     return Floor(floor, used)
 

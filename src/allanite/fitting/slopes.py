@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from allanite.allan.curve import AllanCurve
+from allanite.counted import plural
 from allanite.errors import DataQualityError, InputError
 from allanite.fitting.moments import one_per_lag
 from allanite.noise import FLICKER_FLOOR, Estimate, NoiseModel, term_of
@@ -51,7 +52,9 @@ def read_slopes(curve: AllanCurve, *, exclude: ArrayLike | None = None) -> Noise
     if exclude is not None:
         ok &= ~one_per_lag(exclude, len(curve.lags))
     if ok.sum() < 3:
-        raise DataQualityError(f"{int(ok.sum())} lags with a deviation; reading slopes needs at least 3")
+        raise DataQualityError(
+            f"{plural(int(ok.sum()), 'lag')} with a deviation; reading slopes needs at least 3"
+        )
     tau, sigma = curve.tau[ok], curve.deviation[ok, 0]
     slope = np.gradient(np.log(sigma), np.log(tau))
     estimates, terms = [], []

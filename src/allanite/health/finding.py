@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from allanite.counted import plural
 from allanite.errors import InputError
 from allanite.health.catalogue import CATALOGUE
 from allanite.recording import merge_spans
@@ -196,12 +197,6 @@ def finding(
 def percent(share: float) -> str:
     """A share as people write it: "0.12 %"."""
     return f"{100.0 * share:.{2 if share < 0.1 else 3}g} %"
-
-
-def plural(count: int, noun: str) -> str:
-    """A number with its noun: "1 stretch", "2 stretches"."""
-    ending = "es" if noun.endswith(("ch", "sh", "s")) else "s"
-    return f"{count} {noun}{'' if count == 1 else ending}"
 
 
 def listed(names: Sequence[str]) -> str:

@@ -15,7 +15,7 @@ from allanite.errors import InputError
 from allanite.health.finding import PLACES, Finding, Severity, finding, percent, plural
 from allanite.health.survey import Survey
 from allanite.health.values import TOLERATED
-from allanite.recording import Recording
+from allanite.recording import Kind, Recording
 from allanite.units import Quantity, parse_unit
 
 __all__ = ["clock", "drift", "jitter", "repairs", "stamps", "text", "words"]
@@ -123,18 +123,30 @@ def _by_count(recording: Recording) -> str:
     )
 
 
+#: What the samples of an integral show of it.
+_SHOWS_JITTER = {
+    Kind.ANGLE: "an angle that moves on at a rate w shows it as noise of w times that",
+    Kind.VELOCITY: "a velocity that grows at an acceleration a shows it as noise of a times that",
+    Kind.PHASE: "the phase of a clock that is off by a fractional frequency y shows it as noise of y times that",
+}
+
+
 def _scatter(recording: Recording, rms: float) -> Finding:
     """Jitter of the stamps. A steady rate does not see it; a moving angle does, as noise of rate times jitter."""
     share = rms / recording.dt
-    moving = any(c.kind.integrated for c in recording.channels)
+    kinds = {c.kind for c in recording.channels}
+    shows = next((text for kind, text in _SHOWS_JITTER.items() if kind in kinds), "")
+    moving = bool(shows)
     message = (
         f"time stamps scatter by {rms:.3g} s rms, {percent(share)} of the interval; they are taken as even"
     )
     if moving:
-        message += "; an angle that moves on at a rate w shows it as noise of w times that"
+        message += f"; {shows}"
+    of_clock = bool(kinds & {Kind.PHASE, Kind.FREQUENCY})
     return finding(
         "rate_jitter",
         message,
+        advice="use the time of the counter itself, or trigger each reading by a clock" if of_clock else None,
         severity=Severity.WARNING if share > 0.5 or (moving and share > 0.05) else Severity.INFO,
         count=recording.n_samples,
     )

@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from allanite.allan.curve import AllanCurve
+from allanite.counted import plural
 from allanite.errors import InputError
 from allanite.fitting.moments import lags_used
 from allanite.noise import GaussMarkov, NoiseModel, Sinusoid, TermType, term_of
@@ -90,7 +91,7 @@ def overbound(
     used = lags_used(curve, exclude)
     used &= curve.tau >= float(model.goodness.get("shortest_tau", 0.0)) * (1 - 1e-9)
     if used.sum() < 3:
-        raise InputError(f"{int(used.sum())} lags of the curve can be used, at least 3 are needed")
+        raise InputError(f"{plural(int(used.sum()), 'lag')} of the curve can be used, at least 3 are needed")
     shortest, end = float(curve.tau[used][0]), horizon or float(curve.tau[used][-1])
     if end < shortest:
         raise InputError(f"the horizon of {end:g} s is shorter than the shortest lag, {shortest:g} s")

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from allanite.attitude import angles_of
 from allanite.calibration import ACCELEROMETER, GYRO, Frame
+from allanite.counted import plural
 from allanite.earth import normal_gravity
 from allanite.errors import InputError
 from allanite.noise import NoiseModel, White
@@ -350,13 +351,13 @@ def _sentence(
 ) -> str:
     n, ratio = len(dwells), forecast.sd / targets
     last = forecast.names[int(np.argmax(ratio))]
-    length = f"{n} positions in {_time(forecast.total)}"
+    length = f"{plural(n, 'position')} in {_time(forecast.total)}"
     if time is not None:
         return f"{length}: {last} comes to {ratio.max():.2g} times its goal, all others nearer"
     if reached and dwells.max() <= 1.01 * unit.shortest:
-        return f"{length} reach the goals, with the shortest rests"
+        return f"{length} {'reaches' if n == 1 else 'reach'} the goals, with the shortest rests"
     if reached:
-        return f"{length} reach the goals; {last} needs the time"
+        return f"{length} {'reaches' if n == 1 else 'reach'} the goals; {last} needs the time"
     if last in forecast.open:
         return f"the goals are not reached: no position that may be chosen tells {last}"
     return (

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.checks import FOREIGN, Check
+from allanite.counted import plural
 from allanite.errors import InputError
 from allanite.given_models import models_of
 from allanite.noise import NoiseModel
@@ -483,13 +484,14 @@ class _Measurement:
             count = not_whole(self.table, used, length)
             if count:
                 notes.append(
-                    f"{count} of {len(used)} steps do not turn by whole revolutions: what the Earth and gravity add "
-                    "across the axis does not average there; state the misalignment to have it in the interval"
+                    f"{count} of {plural(len(used), 'step')} {'does' if count == 1 else 'do'} not turn by whole "
+                    "revolutions: what the Earth and gravity add across the axis does not average there; state the "
+                    "misalignment to have it in the interval"
                 )
         if isinstance(self.whole, Sampled) and isinstance(self.table, Steps):
             count = len(self.table.rate)
             notes.append(
-                f"the table's own record shows {count} stretches of constant rate: they are taken as steps"
+                f"the table's own record shows {plural(count, 'stretch')} of constant rate: each is taken as a step"
             )
         if isinstance(self.whole, Sinusoids) and len(self.whole.start) > len(self.table.spans):
             notes.append(

@@ -21,6 +21,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.counted import plural
 from allanite.errors import FormatError, InputError, LimitError
 from allanite.rate_table.motion import RateTable, Sampled, Sinusoids, Steps
 from allanite.readers.headings import is_unit, read_heading
@@ -141,7 +142,7 @@ def _made(sheet: _Sheet, columns: Mapping[str, Array]) -> RateTable:
             )
         if len(lines) < 3:
             raise FormatError(
-                f"{sheet.file} holds {len(lines)} samples; a sampled table needs at least three"
+                f"{sheet.file} holds {plural(len(lines), 'sample')}; a sampled table needs at least three"
             )
         if "angle" in columns:
             return Sampled.of_angles(columns["time"], columns["angle"])

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from allanite.checks import FOREIGN, SEEN, Check
+from allanite.counted import plural
 from allanite.rate_table.motion import RateTable, Steps
 from allanite.rate_table.record.clipping import Clipped
 from allanite.rate_table.record.rows import LAG, RATE
@@ -42,7 +43,7 @@ def judge(estimate: RateTableEstimate, *, unbounded: Sequence[str]) -> Verdict:
     if unbounded:
         return (
             "not separable",
-            f"{len(rates) or 'these'} rates do not determine a curve of this degree",
+            f"{plural(len(rates), 'rate', 'do') if rates else 'these rates do'} not determine a curve of this degree",
             ("record at more rates, or fit a lower degree (--nonlinearity 1)",),
         )
     failed = [c for c in estimate.checks if not c.passed]

@@ -7,6 +7,7 @@ import math
 from dataclasses import replace
 
 from allanite.checks import SEEN
+from allanite.counted import plural
 from allanite.earth import DEG_H, EARTH_RATE
 from allanite.rate_vector.results import RateVector
 
@@ -38,7 +39,7 @@ def judge(found: RateVector, *, rise: float = 0.0) -> RateVector:
         advice = tuple(_FURTHER if text == _TURN else text for text in advice)
     failed = tuple(c.says for c in found.checks if not c.passed)
     if found.turned:
-        poses = f"the sensor stood in {len(found.turns)} poses"
+        poses = f"the sensor stood in {plural(len(found.turns), 'pose')}"
         advice += (f"{poses}: the length is from all of them, the vector from the longest",)
     return replace(found, verdict=verdict, reason=reason, advice=(*failed, *advice))
 

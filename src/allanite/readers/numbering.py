@@ -14,6 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.counted import plural
 from allanite.readers.column_look import is_counter
 from allanite.readers.headings import Heading
 from allanite.recording import ArrayColumn, Column
@@ -97,7 +98,9 @@ def _numbering(place: int, name: str, column: Column) -> Numbering | None:
         going = np.where(steps < 0, steps + turn, steps)
         if turn - top > max(0.01 * turn, 2 * stride) or going[steps < 0].max() > turn / 2:
             return None  # begun anew by itself, or out of order
-        said.append(f"the number in column {name} wraps at {turn}, {int((steps < 0).sum())} times: unwrapped")
+        said.append(
+            f"the number in column {name} wraps at {turn}, {plural(int((steps < 0).sum()), 'time')}: unwrapped"
+        )
     if (going % stride != 0).any() or (going == 0).mean() > 0.1:
         return None
     if stride != 1:

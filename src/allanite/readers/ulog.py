@@ -17,6 +17,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.counted import plural
 from allanite.errors import FormatError, InputError
 from allanite.limits import COLUMNS, PARTS, refuse_more
 from allanite.readers.assembly import Options, Table
@@ -189,7 +190,9 @@ def _remarks(log: Any) -> list[str]:
     said = []
     if log.dropouts:
         total = sum(int(d.duration) for d in log.dropouts)
-        said.append(f"the logger dropped messages {len(log.dropouts)} times, for {total} ms together: gaps")
+        said.append(
+            f"the logger dropped messages {plural(len(log.dropouts), 'time')}, for {total} ms together: gaps"
+        )
     if log.file_corruption:
         said.append("the log is damaged in places: messages there are passed over")
     return said
@@ -229,7 +232,7 @@ def _clipped(message: Message, *fields: str) -> list[str]:
     bad = np.zeros(len(message["timestamp"]), dtype=bool)
     for field in (f for f in message if f.split("[")[0] in fields):
         bad |= message[field] != 0
-    return [f"the driver marks {int(bad.sum())} samples as clipped"] if bad.any() else []
+    return [f"the driver marks {plural(int(bad.sum()), 'sample')} as clipped"] if bad.any() else []
 
 
 def _sensor_combined(message: Message) -> _Made:

@@ -23,6 +23,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from allanite.allan.degrees import chi_square_factors
+from allanite.counted import plural
 from allanite.errors import InputError
 from allanite.given_models import models_of
 from allanite.laws import normal_quantile
@@ -179,7 +180,7 @@ class _Setup:
         size = max(LEAST, n // WINDOWS) if window is None else max(round(window * recording.rate), 1)
         if n // size < FEWEST:
             raise InputError(
-                f"the record holds {n // size} windows of {size / recording.rate:g} s: parity needs {FEWEST}"
+                f"the record holds {plural(n // size, 'window')} of {size / recording.rate:g} s: parity needs {FEWEST}"
             )
         at = min(_reach(models), recording.duration / 16) if averaging is None else averaging
         if not recording.dt <= at <= recording.duration / 2:

@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+from allanite.counted import plural
 from allanite.report.blocks import (
     Block,
     Cell,
@@ -260,7 +261,7 @@ def _record(document: Json) -> list[Block]:
         "record-figure",
         document,
         "The record: lowest and highest value of each block, with the turns marked.",
-        f"Raw record of {document['channel']} with {len(document['reversals']['turns'])} turns.",
+        f"Raw record of {document['channel']} with {plural(len(document['reversals']['turns']), 'turn')}.",
         view="record",
         recording=document.get("overview"),
     )
@@ -290,7 +291,7 @@ def _record(document: Json) -> list[Block]:
         ("Dwell", "From, to [s]", "Axis", "Mean [deg/h]", "Left by the fit [deg/h]"), rows, caption=caption
     )
     turned = bool(document["reversals"]["turns"])
-    return [*blocks, details(f"All {len(document['dwells'])} dwells", dwells)] if turned else blocks
+    return [*blocks, details(f"All {plural(len(document['dwells']), 'dwell')}", dwells)] if turned else blocks
 
 
 def _method(document: Json) -> list[Block]:

@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from allanite.counted import plural
 from allanite.report.blocks import (
     Block,
     details,
@@ -130,7 +131,9 @@ def _steps(document: Json) -> list[Block]:
         "Corrected, ppm",
         "",
     )
-    return [details(f"{len(rows)} steps", table(heads, cells, caption="Residuals in ppm of full scale."))]
+    return [
+        details(plural(len(rows), "step"), table(heads, cells, caption="Residuals in ppm of full scale."))
+    ]
 
 
 def _frequencies(document: Json) -> list[Block]:

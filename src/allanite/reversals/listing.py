@@ -15,6 +15,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from allanite.counted import plural
 from allanite.errors import FormatError, InputError, LimitError
 from allanite.readers.headings import read_heading
 from allanite.recording import Recording
@@ -182,7 +183,7 @@ def read_listing(
     for number, row in body:
         if len(row) < least:
             raise FormatError(
-                f"{place.name}, line {number}: {len(row)} cells, where the heading has {len(heading)}"
+                f"{place.name}, line {number}: {plural(len(row), 'cell')}, where the heading has {len(heading)}"
             )
     columns = {n: tuple(row[i] if i < len(row) else "" for _, row in body) for n, i in found.items()}
     return Listing(

@@ -8,6 +8,7 @@ import time
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from allanite.counted import plural
 from allanite.terminal.console import console, is_terminal
 from allanite.terminal.parts import TONES, say_facts
 
@@ -53,7 +54,8 @@ class _Journal:
         """Count what was left out and no later line has told of."""
         for kind, (_, lines) in self._said.items():
             if lines > _LINES and kind not in _LASTING:
-                self._write(f"{lines - _LINES} more lines on a {kind} were left out")
+                was = "was" if lines - _LINES == 1 else "were"
+                self._write(f"{plural(lines - _LINES, 'more line')} on a {kind} {was} left out")
 
     @staticmethod
     def _write(words: str) -> None:

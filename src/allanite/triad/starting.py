@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.attitude import rotation
+from allanite.counted import plural
 from allanite.errors import DataQualityError
 from allanite.triad.adjustment.turning import Motion
 
@@ -48,7 +49,7 @@ def sphere(means: Array, gravity: float) -> tuple[Array, float]:
         "(--spans); or state their unit with a scale factor (--scale-factor)"
     )
     if len(means) < 4 or not size > 0:
-        raise DataQualityError(f"{len(means)} positions: {text}")
+        raise DataQualityError(f"{plural(len(means), 'position')}: {text}")
     z = (means - center) / size
     table = np.column_stack([2 * z, np.ones(len(z))])
     values = np.linalg.svd(table, compute_uv=False)

@@ -7,6 +7,7 @@ from dataclasses import replace
 
 from allanite.calibration import ACCELEROMETER, GYRO
 from allanite.checks import SCATTER_ALARM, Check, alarm
+from allanite.counted import plural
 from allanite.earth import DEG_H
 from allanite.triad.adjustment import Adjustment
 from allanite.triad.adjustment.weights import TURNS
@@ -114,7 +115,7 @@ def _verdict(
     found: CalibrationEstimate, astray: str, estimated: int, missing: tuple[str, ...]
 ) -> tuple[str, str]:
     used = sum(p.used for p in found.positions)
-    counted = f"{used} positions" if used != 1 else "one position"
+    determine = plural(used, "position", "determine")
     if astray:
         return "inconsistent", astray
     grave = [c for c in found.checks if not c.passed and not c.widens]
@@ -128,20 +129,20 @@ def _verdict(
     if grave:
         return "inconsistent", grave[0].says
     if not estimated:
-        return "not calibrated", f"{counted} determine no parameter"
+        return "not calibrated", f"{determine} no parameter"
     if missing and estimated + len(found.assumed) < len(found.parameters):
         return (
             "partly calibrated",
             (
                 f"no position has {' or '.join(missing)} within 60 deg: bias and scale factor of {_axes(missing)} are "
-                f"not resolved; {counted} determine {estimated} of {len(found.parameters)} parameters"
+                f"not resolved; {determine} {estimated} of {len(found.parameters)} parameters"
             ),
         )
     if found.assumed:
         return (
             "partly calibrated",
-            f"{counted} determine {estimated} of {len(found.parameters)} parameters; the others stay near nominal",
+            f"{determine} {estimated} of {len(found.parameters)} parameters; the others stay near nominal",
         )
     told = found.model_source != SOURCES["scatter"]
     widened = " with intervals widened by scatter beyond the noise" if found.inflated and told else ""
-    return "calibrated", f"{counted} determine all {len(found.parameters)} parameters{widened}"
+    return "calibrated", f"{determine} all {len(found.parameters)} parameters{widened}"

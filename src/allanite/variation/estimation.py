@@ -19,6 +19,7 @@ from allanite.allan.cells import Cells, cell_covariance, cells_of
 from allanite.allan.degrees import chi_square_factors
 from allanite.allan.statistics import Phase, phase_of, rounding_variance
 from allanite.clock_channels import without_noise
+from allanite.counted import plural
 from allanite.errors import DataQualityError, FitError, InputError
 from allanite.given_models import models_of
 from allanite.laws import chi_square_tail, normal_quantile
@@ -197,7 +198,7 @@ def _cells(phase: Phase, windows: int, channel: Channel) -> tuple[Cells, tuple[A
         windows //= 2
     if windows < FEWEST:
         raise DataQualityError(
-            f"channel {channel.name!r}: {n} samples; change needs {FEWEST} windows of {LEAST} samples"
+            f"channel {channel.name!r}: {plural(n, 'sample')}; change needs {FEWEST} windows of {LEAST} samples"
         )
     shortest = -(-n // windows)
     lags, lengths, m, length = [], [], 1, shortest
@@ -369,9 +370,9 @@ def _when(seconds: float) -> str:
 
 def _silence(start: Array, stop: Array, dt: float) -> str:
     return (
-        f"{len(start)} windows hold one and the same value throughout, the first from {_when(start[0] * dt)} to "
-        f"{_when(stop[0] * dt)}: steps of the noise cannot be told beside them; take them out (gaps), or record with a "
-        "finer resolution"
+        f"{plural(len(start), 'window', 'hold')} one and the same value throughout, the first from "
+        f"{_when(start[0] * dt)} to {_when(stop[0] * dt)}: steps of the noise cannot be told beside them; take them "
+        "out (gaps), or record with a finer resolution"
     )
 
 

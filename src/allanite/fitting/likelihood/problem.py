@@ -11,6 +11,7 @@ from typing import Any, NoReturn
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.counted import plural
 from allanite.errors import DataQualityError, InputError
 from allanite.fitting.design import TIME_POWER
 from allanite.fitting.likelihood.bands import Band, ModeBand, bands, explained, first_guess
@@ -168,7 +169,7 @@ class LikelihoodProblem:
         pyramid = build(_averaged(without(_rates(recording, name), lines), block), n_rows, block)
         if pyramid.present < _FEWEST or pyramid.modes is None:
             raise DataQualityError(
-                f"channel {name!r} has {pyramid.present} usable samples, at least {_FEWEST} are needed"
+                f"channel {name!r} has {plural(pyramid.present, 'usable sample')}, at least {_FEWEST} are needed"
             )
         objective = Objective.of(pyramid, recording[name].sampling)
         if not (objective.scale >= _SMALLEST and math.isfinite(objective.scale)):

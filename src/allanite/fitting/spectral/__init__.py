@@ -21,6 +21,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 
+from allanite.counted import plural
 from allanite.errors import DataQualityError, InputError
 from allanite.fitting.rivals import supported_families
 from allanite.fitting.spectral.misfit import Explained, best_explained
@@ -119,8 +120,8 @@ def spectral_ordinates(
     data = ordinates_of(alone, clean)
     if len(data.value) < _FEWEST:
         raise DataQualityError(
-            f"the spectrum has {len(data.value)} points free of lines and gaps, a fit needs {_FEWEST}; record longer "
-            f"(now {recording.n_samples} samples)"
+            f"the spectrum has {plural(len(data.value), 'point')} free of lines and gaps, a fit needs {_FEWEST}; "
+            f"record longer (now {plural(recording.n_samples, 'sample')})"
         )
     if not (data.value > 0).any():
         raise DataQualityError("the density is zero everywhere: no noise is resolved (resolution limit)")

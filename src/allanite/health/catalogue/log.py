@@ -32,9 +32,9 @@ LOG: dict[str, Entry] = {
         group=_TIME,
         severity="info, warning",
         means="time stamps scatter about the even grid",
-        risk="if the samples themselves came at uneven times, a moving angle shows it as noise",
+        risk="if the samples came at uneven times, an angle, a velocity or a phase that moves on shows it as noise",
         done="samples are taken as even in time; the effect is estimated and stated",
-        advice="use the sensor's own sample counter or clock",
+        advice="use the sample counter or clock of the sensor, or of the counter that measures a clock",
     ),
     "rate_not_median": Entry(
         group=_TIME,

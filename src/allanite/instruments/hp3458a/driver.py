@@ -11,6 +11,7 @@ import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 
+from allanite.counted import plural
 from allanite.errors import InputError, InstrumentError
 from allanite.instruments import Block, Identity, InstrumentTimeout, host_ns
 from allanite.instruments.hp3458a import commands
@@ -441,7 +442,8 @@ class HP3458A:
         talk = self._linked()
         left_over, _ = talk.drain(min(max(3 * self._period, QUIET / 5), 1.0))
         if left_over:
-            remarks.append(f"{len(left_over)} bytes beyond the count were left aside")
+            were = "was" if len(left_over) == 1 else "were"
+            remarks.append(f"{plural(len(left_over), 'byte')} beyond the count {were} left aside")
         if not self._asked.autozero:
             talk.send(commands.REZERO)
         talk.agree()

@@ -13,6 +13,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.counted import plural
 from allanite.readers.ardupilot.records import Format, Records
 from allanite.readers.contents import Part
 from allanite.readers.spool import GrowingColumn
@@ -69,7 +70,7 @@ class Batch:
         blocks = len(finished[0]) // _IN_BLOCK
         wanted = int(heads["smp_cnt"][own].astype(np.int64).sum()) // _IN_BLOCK
         said = [
-            f"{int(own.sum())} batches with gaps between them: averaging times longer than a batch say little"
+            f"{plural(int(own.sum()), 'batch')} with gaps between them: averaging times longer than a batch say little"
         ]
         if blocks < wanted:
             said.append(

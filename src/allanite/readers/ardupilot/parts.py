@@ -12,6 +12,7 @@ from typing import Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.counted import plural
 from allanite.errors import FormatError
 from allanite.readers.ardupilot import batches
 from allanite.readers.ardupilot.records import Format, Records, find_records
@@ -247,7 +248,7 @@ class _Watched:
             if last > first
         ]
         said += [
-            f"the {who[c[0]]} is marked as not healthy in {n} samples"
+            f"the {who[c[0]]} is marked as not healthy in {plural(n, 'sample')}"
             for c, n in self._unhealthy.items()
             if n
         ]

@@ -180,7 +180,8 @@ def _rows(time: _Ints, stamps: _Ints) -> tuple[_Ints, _Ints, str]:
     fitting = np.flatnonzero(distance <= near)
     lost = len(within) - int(np.isin(within, fitting, assume_unique=True).sum())
     if lost > _MOST_AWAY * len(within):
-        return _NONE, _NONE, f"{lost} of {len(within)} samples have no sample of the IMU near them"
+        said = "has no sample of the IMU near it" if lost == 1 else "have no sample of the IMU near them"
+        return _NONE, _NONE, f"{lost} of {len(within)} samples {said}"
     order = fitting[np.lexsort((distance[fitting], row[fitting]))]
     first = np.concatenate(([True], np.diff(row[order]) > 0))
     kept = order[first]

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from allanite.calibration import ACCELEROMETER, GYRO
 from allanite.checks import SCATTER_ALARM
+from allanite.counted import plural
 from allanite.earth import EARTH_RATE
 from allanite.errors import DataQualityError
 from allanite.triad.adjustment.design import SENSITIVITY, Observed, State, linearise
@@ -239,9 +240,10 @@ def _refuse_untold(observed: Observed, solution: Solution) -> None:
     ]
     if lacking:
         raise DataQualityError(
-            f"nothing tells the noise of the {' and the '.join(lacking)}: {observed.n} positions determine parameters "
-            "and attitudes and leave nothing over. Give the noise (--model with --averaging), columns of standard "
-            "deviations, or more positions: each further one adds one degree of freedom of the accelerometers"
+            f"nothing tells the noise of the {' and the '.join(lacking)}: "
+            f"{plural(observed.n, 'position', 'determine')} parameters and attitudes, with nothing left over. Give the "
+            "noise (--model with --averaging), columns of standard deviations, or more positions: each further one "
+            "adds one degree of freedom of the accelerometers"
         )
 
 
