@@ -448,7 +448,7 @@ def test_a_companion_over_a_gap_of_the_imu(tmp_path: Path) -> None:
     expected[::10] = np.arange(20)
     expected[100] = np.nan
     assert np.array_equal(recording.values("temperature"), expected, equal_nan=True)
-    assert "1 samples lie outside" in remarks(recording)
+    assert "1 sample outside" in remarks(recording)
 
 
 def test_of_several_companions_the_one_of_the_same_instrument(tmp_path: Path) -> None:

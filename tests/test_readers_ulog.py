@@ -89,7 +89,7 @@ def test_marks_of_the_driver_are_told_and_old_samples_are_missing(tmp_path: Path
     assert np.flatnonzero(np.isnan(recording.values("acc_z"))).tolist() == [20]
     assert not np.isnan(recording.values("gyro_z")).any()
     said = " ".join(recording.notes["source"]["guesses"])
-    assert "marks 1 samples as clipped" in said and "1 accelerometer samples are marked as not new" in said
+    assert "marks 1 sample as clipped" in said and "1 accelerometer sample is marked as not new" in said
 
 
 def many_topics(folder: Path) -> Path:

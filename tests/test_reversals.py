@@ -524,7 +524,7 @@ def test_file_and_signal_that_contradict_each_other_are_both_named(tmp_path: Pat
         ("start,start\n1,2\n", FormatError, "two columns"),
         ("start,stop\n1,2\nx,4\n", FormatError, "line 3: start must be a number, not 'x'"),
         ("start,stop\n1,2\n\nnan,4\n", FormatError, "line 4"),
-        ("note,start\nhello\n", FormatError, "line 2: 1 cells"),
+        ("note,start\nhello\n", FormatError, "line 2: 1 cell,"),
         ("start [V],stop\n1,2\n", FormatError, "line 1: column 'start'"),
         ("start,stop\n5,4\n", InputError, "line 2: stop 4 s does not come after"),
         ("start,stop\n5,9\n8,10\n", InputError, "line 3: .* overlaps"),

@@ -242,7 +242,7 @@ def _sensor_combined(message: Message) -> _Made:
     if late is not None and (late == _NOT_NEW).any():
         old = late == _NOT_NEW
         acc = {k: np.where(old, np.float32(np.nan), v) for k, v in acc.items()}
-        said.append(f"{int(old.sum())} accelerometer samples are marked as not new: missing")
+        said.append(f"{plural(int(old.sum()), 'accelerometer sample', 'are marked')} as not new: missing")
     return message["timestamp"], {**gyro, **acc}, ["rad/s"] * 3 + ["m/s²"] * 3, said
 
 

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any, Final
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.counted import plural
 from allanite.readers.headings import canonical_group
 from allanite.readers.rosbag.decoding import Decoder
 from allanite.readers.rosbag.storage import Connection, Storage
@@ -144,7 +145,7 @@ def beside(
             said.append(f"{companion.topic} ({companion.connection.kind}) is not kept beside: {why}")
             continue
         away = len(stamps) - len(kept)
-        more = f"; {away} samples lie outside or share a sample of it and are left out" if away else ""
+        more = f"; {plural(away, 'sample')} outside, or sharing a sample of it, left out" if away else ""
         said.append(
             f"beside: {', '.join(names)} from {companion.topic}, each sample at the nearest one of the IMU, none "
             f"between{more}"
