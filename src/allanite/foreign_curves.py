@@ -38,6 +38,7 @@ __all__ = ["STATED", "ForeignCurve", "read_curve"]
 
 Array = NDArray[np.float64]
 
+_NO_LENGTH = "nothing says how long the record behind the curve is: give --samples (samples=), its duration times its rate"
 _NAMES: Final = ("oadev", "adev", "mdev", "tdev", "hdev", "ohdev", "totdev")
 #: What the values of a column may be said to be: a deviation, or its square.
 STATED: Final = (*_NAMES, *(name.replace("dev", "var") for name in _NAMES))
@@ -450,7 +451,13 @@ def _shape(
         if dt is not None:
             remarks.append(f"rate {1 / dt:.6g} Hz, from the counts")
     if dt is None:
-        raise _without_rate(grid, name, told=samples is not None or counts is not None)
+        besides = "" if samples is not None or counts is not None else f". Besides, {_NO_LENGTH}"
+        raise InputError(
+            f"{name}: the sample rate of the record is not in the file, and the intervals need it: give --rate "
+            f"(rate=); the shortest averaging time, {grid.either[0]:.6g} s, is a whole number of intervals{besides}"
+            if grid.tau is not None
+            else f"{name}: the lags are in samples: give the sample rate, --rate (rate=){besides}"
+        )
     lags = grid.lags if grid.lags is not None else grid.either / dt
     if counts is not None:
         told = _length_by(counts, lags, quantity, samples, name)
@@ -459,27 +466,8 @@ def _shape(
             return _Shape(length, dt, by), [*remarks, *said]
         remarks.append(f"counts in {count.shown!r} set aside: they are not those of Allan deviations")  # type: ignore[union-attr]
     if samples is None:
-        raise InputError(
-            f"{name}: nothing says how many samples are behind the curve, and the intervals rest on it: give --samples "
-            "(samples=), the duration of the record times its rate"
-        )
+        raise InputError(f"{name}: {_NO_LENGTH}")
     return _Shape(int(samples), dt, ""), remarks
-
-
-def _without_rate(grid: _Grid, name: str, *, told: bool) -> InputError:
-    """Everything that is missing beside the rate: where nothing tells the length of the record, it is asked as well."""
-    text = (
-        f"{name}: the sample rate of the record is not in the file, and the intervals need it: give --rate "
-        f"(rate=); the shortest averaging time, {float(np.min(grid.either)):.6g} s, is a whole number of sample "
-        "intervals"
-        if grid.tau is not None
-        else f"{name}: the lags are in samples: give the sample rate, --rate (rate=)"
-    )
-    length = (
-        ". Nor does anything say how many samples are behind the curve: give --samples (samples=) as well, the "
-        "duration of the record times its rate"
-    )
-    return InputError(text if told else text + length)
 
 
 def _interval_by(counts: Array, tau: Array) -> float | None:
