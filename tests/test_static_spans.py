@@ -331,7 +331,7 @@ def test_the_axes_of_a_unit_are_found_by_kind_or_named() -> None:
     assert unit_axes(recording).names == GYRO + ACCEL
     assert unit_axes(recording, accelerometer=()).triads == {"gyro": GYRO}
     counts = unit(*clean(0, 2.0), units=("LSB", "LSB"))
-    with pytest.raises(InputError, match=r"accel_x \(counts\).*gyro="):
+    with pytest.raises(InputError, match=r"accel_x \(counts\).*--scale-factor .*--gyro .* --accelerometer "):
         unit_axes(counts)
     assert unit_axes(counts, **NAMED).accelerometer == ACCEL
     six = Recording.from_rate(np.zeros((10, 6)), rate=1.0, unit="deg/s", names=list("abcdef"))

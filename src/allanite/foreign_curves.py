@@ -38,7 +38,7 @@ __all__ = ["STATED", "ForeignCurve", "read_curve"]
 
 Array = NDArray[np.float64]
 
-_NO_LENGTH = "nothing says how long the record behind the curve is: give --samples (samples=), its duration times its rate"
+_NO_LENGTH = "nothing says how long the record was: give --samples (samples=), its duration times its rate"
 _NAMES: Final = ("oadev", "adev", "mdev", "tdev", "hdev", "ohdev", "totdev")
 #: What the values of a column may be said to be: a deviation, or its square.
 STATED: Final = (*_NAMES, *(name.replace("dev", "var") for name in _NAMES))
