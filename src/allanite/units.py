@@ -207,6 +207,7 @@ _TABLE: tuple[tuple[str, float, _Dimension, str], ...] = (
     ("d day days", 86400.0, _dim(time=1), ""),
     ("Hz hz", 1.0, _dim(time=-1), "mkM"),
     ("V volt volts", 1.0, _dim(volt=1), "nµmk"),
+    ("Vdc VDC", 1.0, _dim(volt=1), "µm"),
     ("LSB LSBs count counts cnt cnts ct cts digit digits", 1.0, _dim(count=1), ""),
     ("K kelvin °C degC celsius ℃ C", 1.0, _KELVIN, ""),
     ("°F degF fahrenheit", 5.0 / 9.0, _KELVIN, ""),

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from allanite.errors import InputError
 from allanite.limits import COLUMNS, refuse_more
 from allanite.readers.assembly import Options, Table
-from allanite.readers.headings import may_be_time, read_heading
+from allanite.readers.headings import is_unit, may_be_time, read_heading, shared_unit
 from allanite.recording import ArrayColumn, checked_samples
 
 __all__ = [
@@ -264,7 +264,11 @@ def table_of(
             columns.append(ArrayColumn(column))
     rate, rate_from = _rate(small)
     units = _words(small, _UNIT_NAMES)
-    if len(units) == 1:
+    if len(units) == 1 and is_unit(units[0]):
+        told: list[str] = []
+        units = [*shared_unit(units[0], headings, told)]
+        guesses += tuple(told)
+    elif len(units) == 1:
         units = units * len(columns)
     return Table(
         format=file_format,

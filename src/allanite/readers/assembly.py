@@ -21,8 +21,8 @@ from allanite.position_rows import ADVICE, MOST, are_positions
 from allanite.readers.asked_units import refuse_open_unit
 from allanite.readers.clock_table import as_clock
 from allanite.readers.column_look import is_counter
-from allanite.readers.headings import Heading, canonical_group, read_heading, with_unit
-from allanite.readers.numbering import Numbering, numbering_of, unseen_by_stamps
+from allanite.readers.headings import FITTING, Heading, canonical_group, read_heading, with_unit
+from allanite.readers.numbering import clocks_beside, numbering_of, unseen_by_stamps
 from allanite.readers.part import Rows, rows_between
 from allanite.readers.stamp_table import StampTable, TimeChoice
 from allanite.readers.stamps import choose_time, growing
@@ -32,10 +32,6 @@ from allanite.units import Quantity, parse_scale_factor, parse_unit
 
 __all__ = ["Options", "Table", "assemble", "time_of"]
 
-_FITTING = {
-    "gyro": {Quantity.ANGLE_RATE, Quantity.ANGLE, Quantity.VOLTAGE, Quantity.COUNTS},
-    "acc": {Quantity.ACCELERATION, Quantity.VELOCITY, Quantity.VOLTAGE, Quantity.COUNTS},
-}
 _INERTIAL = {Quantity.ANGLE_RATE, Quantity.ANGLE, Quantity.ACCELERATION, Quantity.VELOCITY}
 _COEFFICIENTS = ("_N", "_K", "_R", "_Q", "_PSD", "SCALE_FACTOR")
 _SAMPLES_IN = {
@@ -173,15 +169,11 @@ def assemble(table: Table, options: Options, name: str) -> Recording:
         table, time = _part(table, rows), _time_of_part(time, rows)
     guesses = [*table.guesses, *(time.guesses if time else ())]
     used = set(time.used) if time else set()
-    counters, doubts = numbering_of(headings, table.columns)
-    if not time:
-        guesses += [*doubts, *(said for counter in counters[:1] for said in counter.said)]
-    if len(table.columns) > 1 and not headings[0].name and 0 not in used and is_counter(table.columns[0]):
-        counters.insert(0, Numbering(place=0, name="1", numbers=table.columns[0]))
-        guesses.append(
-            "column 1 counts rows: it is neither time nor a channel (--time 1:s if it counts seconds)"
-        )
+    counters, told = numbering_of(headings, table.columns, used, timed=time is not None)
+    guesses += told
     used |= {counter.place for counter in counters}
+    if time is not None and options.kind is None:
+        used |= clocks_beside(time.stamps, headings, table.columns, used, guesses)
     places = [i for i in range(len(headings)) if i not in used]
     named = _named(headings, places, table.prefix)
     base = _grid(table, options, time, [counter.numbers for counter in counters], name, guesses)
@@ -267,7 +259,7 @@ def _inertial(headings: Sequence[Heading], options: Options, prefix: str) -> boo
     """True if a column is one of a gyro or an accelerometer: by its name, or by a unit of the file or the caller."""
     said = options.unit.values() if isinstance(options.unit, Mapping) else [options.unit or ""]
     return any(
-        group in _FITTING for group in (read_heading(prefix).group, *(h.group for h in headings))
+        group in FITTING for group in (read_heading(prefix).group, *(h.group for h in headings))
     ) or any(
         _known(unit) and parse_unit(unit).quantity in _INERTIAL
         for unit in (*said, *(h.unit for h in headings))
@@ -533,14 +525,14 @@ def _refuse_no_sample(name: str, unit: str) -> None:
 def _fits(unit: str, heading: Heading) -> bool:
     if unit in ("", "unknown"):
         return True
-    if heading.group in _FITTING:
-        return parse_unit(unit).quantity in _FITTING[heading.group]
+    if heading.group in FITTING:
+        return parse_unit(unit).quantity in FITTING[heading.group]
     return heading.group == ""
 
 
 def _factor_fits(factor: str, heading: Heading) -> bool:
-    if heading.group in _FITTING:
-        return parse_scale_factor(factor).physical in _FITTING[heading.group]
+    if heading.group in FITTING:
+        return parse_scale_factor(factor).physical in FITTING[heading.group]
     return heading.group == ""
 
 

@@ -8,7 +8,9 @@ Names come before positions: columns may stand in any order, and a unit may foll
 from __future__ import annotations
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from itertools import accumulate
 from typing import Final, Literal
 
 from allanite.errors import InputError
@@ -16,6 +18,7 @@ from allanite.printable import printable
 from allanite.units import Quantity, parse_unit
 
 __all__ = [
+    "FITTING",
     "GROUPS",
     "Group",
     "Heading",
@@ -24,11 +27,18 @@ __all__ = [
     "may_be_time",
     "measures",
     "read_heading",
+    "shared_unit",
+    "unbracketed",
 ]
 
 Group = Literal["gyro", "acc", "temperature", "other", "time", "counter", "identity", ""]
 
 #: Groups whose columns are companions of the sensor, never unknown sensor output.
+#: What the columns of a sensor may hold.
+FITTING: Final = {
+    "gyro": {Quantity.ANGLE_RATE, Quantity.ANGLE, Quantity.VOLTAGE, Quantity.COUNTS},
+    "acc": {Quantity.ACCELERATION, Quantity.VELOCITY, Quantity.VOLTAGE, Quantity.COUNTS},
+}
 GROUPS: Final = ("gyro", "acc", "temperature", "other", "time", "counter", "identity")
 
 
@@ -120,6 +130,7 @@ _STANDARD_UNITS = (
     (re.compile(r"^gyro_rad(_?\d)?$"), "rad/s"),
     (re.compile(r"^accelerometer_m_s2(_?\d)?$"), "m/s²"),
 )
+_BRACKETS = {"[": "]", "(": ")", "{": "}", "<": ">"}
 #: The same words as programs of any kind spell them, in units of their own.
 _CAMEL_CASE = re.compile(r"(?<![A-Za-z])(?:angularV|linearA)")
 
@@ -225,9 +236,32 @@ def with_unit(heading: Heading, unit: str) -> Heading:
 def measures(unit: str) -> Quantity | None:
     """What a unit measures, with or without brackets ("G" counts); None where it is none."""
     try:
-        return parse_unit(unit.strip().strip("[](){}<> "), tuple(Quantity)).quantity
+        return parse_unit(unbracketed(unit), tuple(Quantity)).quantity
     except InputError:
         return None
+
+
+def shared_unit(unit: str, headings: Sequence[str], guesses: list[str]) -> tuple[str, ...]:
+    """The unit of each column where a file states one for all: none where the name of a column speaks against it."""
+    quantity = parse_unit(unit, tuple(Quantity)).quantity
+    found = [read_heading(heading) for heading in headings]
+    against = [h.name for h in found if h.group in FITTING and quantity not in FITTING[h.group]]
+    if against:
+        guesses.append(
+            f"the unit {unit} of the file is not that of {', '.join(against)}, by their names: theirs is unknown"
+        )
+    return tuple(unit if h.group in ("", "gyro", "acc") and h.name not in against else "" for h in found)
+
+
+def unbracketed(text: str) -> str:
+    """A unit without the brackets around it: [deg/s], (V); m/(s^2) keeps its own."""
+    text = text.strip()
+    while len(text) > 1 and _BRACKETS.get(text[0]) == text[-1]:
+        depth = accumulate((c == text[0]) - (c == text[-1]) for c in text)
+        if 0 in list(depth)[:-1]:  # (rad)/(s)
+            return text
+        text = text[1:-1].strip()
+    return text
 
 
 def is_unit(text: str) -> bool:

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from allanite.errors import InputError
 from allanite.readers.assembly import Options, Table
-from allanite.readers.headings import is_unit, read_heading
+from allanite.readers.headings import is_unit, read_heading, shared_unit
 from allanite.readers.stated_time import date_order, option_text
 from allanite.readers.text.cells import Cells
 from allanite.readers.text.dates import HALVES, in_halves, moments_column, unwrap_midnight
@@ -348,8 +348,7 @@ def _units(dialect: Dialect, guesses: list[str]) -> tuple[tuple[str, ...], str]:
             f"the preamble says unit {unit}, a time: read as unknown (of a clock: --kind phase --unit {unit})"
         )
         return none, "none"
-    groups = [read_heading(h).group for h in dialect.headings]
-    return tuple(unit if g in ("", "gyro", "acc") else "" for g in groups), "preamble"
+    return shared_unit(unit, dialect.headings, guesses), "preamble"
 
 
 def _questions(name: str, headings: Sequence[str], cells: Cells) -> dict[int, str]:

@@ -17,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import FormatError, InputError
+from allanite.readers.headings import unbracketed
 from allanite.readers.spool import GrowingColumn
 from allanite.readers.text.dates import NUMBERS, DateColumn, moments_column, to_nanoseconds
 from allanite.readers.text.dialect import COMMENT, MISSING, OVERLOAD, Dialect, kind_of, split
@@ -379,7 +380,7 @@ class Cells:
 
 def _bare(unit: str) -> str:
     """The text of a cell of units; "" where it holds none."""
-    bare = unit.strip().strip("[](){}<> ")
+    bare = unbracketed(unit)
     return "" if bare.lower() in MISSING else bare
 
 

@@ -17,7 +17,7 @@ from dataclasses import dataclass, field
 from allanite.errors import FormatError, InputError
 from allanite.limits import COLUMNS, refuse_more
 from allanite.readers.curve_shape import names_averaging_times
-from allanite.readers.headings import is_unit, measures, read_heading
+from allanite.readers.headings import is_unit, measures, read_heading, unbracketed
 from allanite.readers.text.dates import NUMBERS, date_format, packed_format
 from allanite.readers.text.row_kinds import KindsOfRows, is_of_kind, word_at
 from allanite.readers.text.suffixes import NUMBER, like_a_unit, split_suffix
@@ -524,8 +524,8 @@ def _names_and_units(rows: Sequence[Sequence[str]], count: int) -> tuple[tuple[s
     if not rows:
         return empty, empty
     names, units = list(rows), empty
-    if _is_units_row(rows[-1]) and (len(rows) > 1 or all(_bare(c) != c or not c for c in rows[-1])):
-        units = tuple(_bare(c) if is_unit(c) else "" for c in rows[-1])
+    if _is_units_row(rows[-1]) and (len(rows) > 1 or all(unbracketed(c) != c or not c for c in rows[-1])):
+        units = tuple(unbracketed(c) if is_unit(c) else "" for c in rows[-1])
         names = list(rows[:-1])
     if not names:
         return empty, units
@@ -539,10 +539,6 @@ def _is_units_row(cells: Sequence[str]) -> bool:
     blank = ("", "-", "[-]", "1", "n/a", "none", "utc")
     units = [c for c in cells if c.lower() not in blank]
     return bool(units) and all(is_unit(c) for c in units)
-
-
-def _bare(cell: str) -> str:
-    return cell.strip().strip("[](){}<>").strip()
 
 
 def _filled_forward(cells: Sequence[str]) -> list[str]:

@@ -13,7 +13,7 @@ from allanite.units import Quantity, parse_unit
 __all__ = ["facts_in", "rate_in", "unit_in"]
 
 _NUMBER = r"(?P<value>[+-]?\d+(?:[.,]\d+)?(?:[eE][+-]?\d+)?)"
-_SIGN = r"[\"'\s]*[:=,;][\"'\s]*"
+_SIGN = r"[\"'\s]*[:=][\"'\s]*[,;\t]?[\"'\s]*|[\"'\s]*[,;][\"'\s]*"
 _GAP = r"(?:" + _SIGN + r"|\s+(?:is\s+|of\s+)?)"
 _BRACKET = r"\s*(?:[\[(](?P<before>[^\])]*)[\])])?"
 _RATES = (
@@ -27,7 +27,7 @@ _SECONDS = r"\s*(?P<unit>[a-zµμ]+)?"
 #: "frequency of 10 MHz" says what was measured.
 _PATTERNS = (
     (re.compile(_RATES[0] + _BRACKET + _GAP + _NUMBER + _HERTZ, re.IGNORECASE), False),
-    (re.compile(_RATES[1] + _BRACKET + _SIGN + _NUMBER + _HERTZ, re.IGNORECASE), False),
+    (re.compile(_RATES[1] + _BRACKET + "(?:" + _SIGN + ")" + _NUMBER + _HERTZ, re.IGNORECASE), False),
     (re.compile(_PERIOD + _BRACKET + _GAP + _NUMBER + _SECONDS, re.IGNORECASE), True),
 )
 _UNIT = re.compile(r"\bunits?\b" + _GAP + r"(?P<unit>[^\s,;\"']+)", re.IGNORECASE)

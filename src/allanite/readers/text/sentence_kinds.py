@@ -12,7 +12,8 @@ References
 .. [2] Inertial Sense, "ASCII (NMEA) protocol": PIMU, PRIMU, PPIMU.
 .. [3] Fixposition, "FP_A-RAWIMU" and "FP_A-CORRIMU", versions 1 and 2.
 .. [4] Redshift Labs, "UM7 Datasheet", rev. 1.6, pp. 24-29: PCHRS, PCHRR, PCHRA.
-.. [5] NovAtel, "OEM7 Commands and Logs": RAWIMUS. Its increments are counts: the scale depends on the inertial unit.
+.. [5] NovAtel, "OEM7 Commands and Logs": RAWIMU, RAWIMUS, RAWIMUX, RAWIMUSX. Their increments are
+   counts: the scale depends on the inertial unit.
 """
 
 from __future__ import annotations
@@ -29,6 +30,9 @@ _YPR = "yaw[deg] pitch[deg] roll[deg]"
 _QUATERNION = "q_x q_y q_z q_w"
 _DELTAS = "delta_theta_x delta_theta_y delta_theta_z delta_velocity_x delta_velocity_y delta_velocity_z"
 _NOVATEL = "acc_z[LSB] acc_minus_y[LSB] acc_x[LSB] gyro_z[LSB] gyro_minus_y[LSB] gyro_x[LSB]"
+_LONG_HEADER = (
+    "- " * 9
+)  # port, sequence, idle time, time status, week, seconds, receiver status, reserved, version
 _FIXPOSITION = f"version gps_week gps_tow[s] {_ACC} {_GYRO}"
 
 # Of VectorNav: name of the sentence, number of the register that $VNRRG reads, fields.
@@ -58,6 +62,9 @@ _OTHERS = (
     ("PCHRR", "time[s] - - - roll_rate[deg/s] pitch_rate[deg/s] yaw_rate[deg/s] -"),
     ("PCHRA", "time[s] roll[deg] pitch[deg] yaw[deg] heading[deg] -"),
     ("RAWIMUSA", f"- - gps_week gps_tow[s] status {_NOVATEL}"),
+    ("RAWIMUSXA", f"- - - - gps_week gps_tow[s] status {_NOVATEL}"),
+    ("RAWIMUA", f"{_LONG_HEADER} gps_week gps_tow[s] status {_NOVATEL}"),
+    ("RAWIMUXA", f"{_LONG_HEADER} - - gps_week gps_tow[s] status {_NOVATEL}"),
 )
 
 
