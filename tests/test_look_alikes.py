@@ -13,7 +13,7 @@ from allanite.cleaning import clean
 from allanite.health import CATALOGUE, Finding, check
 from allanite.health.catalogue import LOOK_ALIKES
 from allanite.recording import Channel, Recording
-from faults import FAULTS
+from channel_faults import FAULTS
 from noise_records import record
 
 N = 2500

@@ -48,7 +48,7 @@ def run_look_alikes(
     `only` makes the row of one fault, with the records that it has among all.
     """
     sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))  # the faults are those of the tests
-    from faults import FAULTS
+    from channel_faults import FAULTS
 
     rows = []
     for i, (name, fault) in enumerate(FAULTS.items()):
