@@ -104,6 +104,9 @@ def test_e1_heading_of_a_silent_unit_is_exact() -> None:
         assert abs(away(found.heading, heading * DEG)) < 1e-9 * DEG, heading
         assert found.horizontal_rate / DEG_H == pytest.approx(10.635640598320, rel=1e-11)
         assert found.latitude_found == pytest.approx(45 * DEG, abs=1e-11)
+    south, _ = aligned(still, latitude=-30 * DEG, by_bias_repeatability=(0.0, 0.0))
+    assert south.naive is not None
+    assert south.naive.latitude == pytest.approx(-30 * DEG, abs=1e-9)
 
 
 @pytest.mark.parametrize("axes", ["FLU", "FRD", "RFU"])

@@ -195,6 +195,12 @@ def _stable32_bounds(statistic: object, row: np.ndarray, n: int, confidence: flo
     return float(low[0]), float(high[0])
 
 
+@pytest.mark.parametrize("alpha, expected", [(2, 150.0), (0, 150.0), (-1, 116.78), (-2, 92.64), (-4, 92.64)])
+def test_degrees_of_freedom_of_the_total_deviation(alpha: int, expected: float) -> None:
+    """b n/m - c with the constants of SP 1065, table 7; other noise counts as the nearest one there."""
+    assert edf_total(alpha, 1000, 10) == pytest.approx(expected, rel=1e-12)
+
+
 def test_greenhall_degrees_of_freedom() -> None:
     """Published values, white rate noise, 1001 phase points."""
     for order, overlapping, modified, m, expected in (

@@ -28,7 +28,7 @@ from allanite.capture.clock import ClockWatch
 from allanite.capture.listener import Listener
 from allanite.capture.numbering import Gap, Numbered, Numbering
 from allanite.capture.ring import Ring
-from allanite.capture.space import bytes_per_second, space_of
+from allanite.capture.space import Space, bytes_per_second, space_of
 from allanite.delivery import RunWatch
 from allanite.errors import DataQualityError, InputError, InstrumentError
 from allanite.instruments import Block, Flag, Identity, InstrumentTimeout
@@ -689,6 +689,15 @@ def test_a_stop_of_the_caller_counts_once() -> None:
     stop.ask("enough")
     stop.ask("more")
     assert stop.asked and stop.reason == "enough"
+
+
+@pytest.mark.parametrize(
+    "needed, free, enough", [(100.0, 200, True), (100.0, 199, False), (100.0, 99, False)]
+)
+def test_q5_room_is_twice_what_a_run_needs(needed: float, free: int, enough: bool) -> None:
+    room = Space(needed=needed, free=free, seconds=10.0)
+    assert room.enough is enough and bool(room.warning) is not enough
+    assert ("will end early" in room.warning) is (free < needed)
 
 
 def test_q5_room_is_told_before_the_start(tmp_path: Path) -> None:

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -195,6 +196,11 @@ def test_held_values_stand_once_at_their_own_rate(noise: np.ndarray, factor: int
     np.testing.assert_array_equal(fixed.values("signal"), whole[: fixed.n_samples])
     assert fixed.n_samples >= len(whole) - 1
     assert codes(fixed) <= {"repaired"}
+
+
+def test_a_repaired_record_begins_at_its_first_whole_value(noise: np.ndarray) -> None:
+    logged = replace(record(np.repeat(noise[:4000], 5)[3:], rate=500.0), start=10**18)
+    assert clean(logged, "drop_repeats").start == 10**18 + 2 * 2_000_000
 
 
 def test_a_slower_sensor_read_at_an_uneven_ratio_gets_its_rate_back(noise: np.ndarray) -> None:

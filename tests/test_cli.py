@@ -12,12 +12,14 @@ import time
 from pathlib import Path
 from typing import Any
 
+import click
 import numpy as np
 import pytest
 
 import allanite as al
 import sample_study
 from allanite.cli import STATISTICS, ByChannel, Duration, Lags, cli, main
+from allanite.cli.options import Renamed
 from allanite.delivery import RESULTS, curve_of
 from allanite.errors import InputError
 from allanite.model_file import load_models, model_of
@@ -177,6 +179,12 @@ def test_units_by_channel_and_lags() -> None:
         [0.5, 1.0, 2.0],
         [0.5],
     ]
+
+
+def test_a_channel_is_renamed_once() -> None:
+    assert Renamed()("wx=gyro_x, wy = gyro_y") == {"wx": "gyro_x", "wy": "gyro_y"}
+    with pytest.raises(click.BadParameter, match="twice"):
+        Renamed()("wx=gyro_x,wx=gyro_y")
 
 
 # -- characterize -------------------------------------------------------------------------------------------

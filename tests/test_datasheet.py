@@ -270,6 +270,18 @@ def test_verdict_is_where_the_interval_stands(
     assert statement.ratio[2] == pytest.approx(interval[2] / 0.31)
 
 
+def test_a_channel_of_two_families_is_judged_by_the_intervals_of_both() -> None:
+    document = build()
+    models = next(c for c in document["channels"] if c["name"] == "gyro_y")["models"]
+    for model, lower, upper in zip(models, (0.30, 0.31), (0.33, 0.34), strict=True):
+        n = next(e for e in model["estimates"] if e["symbol"] == "N")
+        n |= {"value": 0.32 * ARW, "lower": lower * ARW, "upper": upper * ARW}
+    sheet = Datasheet.of(gyro_y={"angle_random_walk": "0.305 deg/√h"})
+    (statement,) = hold_against(Study.from_json(document), sheet).channels[0].statements
+    assert statement.ratio == pytest.approx((0.32 / 0.305, 0.30 / 0.305, 0.34 / 0.305))
+    assert statement.verdict == "not resolved"
+
+
 def test_curves_stand_beside_one_another() -> None:
     """The measured curve over that of the truth, stated as a sheet, is one within the scatter of the sample study."""
     kind, truth, _ = TRUTHS["gyro_x"]

@@ -86,6 +86,27 @@ def test_drift_leaks_through_ordered_pairs_and_not_through_triples() -> None:
     assert e.reading("north-south-north").rate == pytest.approx(EARTH_RATE, rel=1e-4)
 
 
+def test_triples_of_unequal_dwells_are_free_of_a_linear_drift() -> None:
+    start, stop = np.array([0.0, 100.0, 350.0, 420.0]), np.array([90.0, 300.0, 400.0, 700.0])
+    sign, rate = np.array([1.0, -1.0, 1.0, -1.0]), 7e-5
+    drift = 3e-6 + 2e-8 * (start + stop) / 2
+    dwells = DwellMeans(
+        start=start,
+        stop=stop,
+        whole=stop - start,
+        sign=sign,
+        mean=rate * 0.8 * sign + drift,
+        nuisances=np.zeros((4, 0)),
+        projection=0.8,
+        triple="north-south-north",
+        model=QUIET,
+        dt=1.0,
+        sampling="mean",
+    )
+    members, weights = dwells.triples()
+    np.testing.assert_allclose((weights * dwells.mean[members]).sum(axis=1), rate, rtol=1e-12)
+
+
 def test_covariance_of_dwell_means_is_that_of_the_samples() -> None:
     """The closed form of the phase against the state space, sample by sample."""
     model = NoiseModel.of(White(N=1.0), GaussMarkov(q=0.05, T=20.0), RandomWalk(K=0.1))

@@ -23,7 +23,7 @@ from allanite.environment import (
     warm_ups_to_cut,
 )
 from allanite.environment.climate import Climate, smoothed
-from allanite.environment.correction import LEAST, allan_products, correction_of
+from allanite.environment.correction import LEAST, Correction, allan_products, correction_of
 from allanite.environment.design import DRIFT, QUADRATIC, RATE, TEMPERATURE, Design, play
 from allanite.environment.noise_left_open import Noise
 from allanite.errors import DataQualityError, InputError
@@ -326,6 +326,32 @@ def test_the_residual_is_made_as_it_is_read(found: EnvironmentEstimate) -> None:
     assert freed["temperature"].value == pytest.approx(SLOPE / DEG_H * 8, rel=0.25)
     assert np.isnan(freed.residual.values("gyro")[100:160]).all()
     assert np.isfinite(freed.residual.values("gyro")[160:]).all()
+
+
+def test_a_corrected_curve_has_the_variance_over_what_is_left_of_it() -> None:
+    curve = allan_curve(
+        Recording.from_rate(np.random.default_rng(3).standard_normal(256), rate=1.0, unit="deg/h")
+    )
+    tau, none = np.array([1.0, 64.0]), np.zeros(2)
+    correction = Correction(
+        tau=tau, left=np.array([0.81, 0.81]), share=none, deviation=none, error=none, before=none, after=none,
+        longest=256.0,
+    )  # fmt: skip
+    corrected = correction.applied(curve)
+    inside = curve.tau >= 1.0
+    np.testing.assert_allclose(corrected.variance[inside], curve.variance[inside] / 0.81)
+    np.testing.assert_allclose(corrected.upper / corrected.deviation, curve.upper / curve.deviation)
+
+
+def test_the_reference_is_where_slope_and_curvature_begin() -> None:
+    plain = Design(climate=Climate.of(twin(noise=0.02), "gyro", "temp"))
+    t = plain.climate.middle
+    slope, curvature = (plain.names.index(name) for name in (TEMPERATURE, QUADRATIC))
+    before, after = plain.at(t), replace(plain, reference=1.5).at(t)
+    np.testing.assert_allclose(after[:, slope], before[:, slope] - 1.5, atol=1e-12)
+    np.testing.assert_allclose(after[:, curvature], (before[:, slope] - 1.5) ** 2, atol=1e-12)
+    rest = [i for i in range(before.shape[1]) if i not in (slope, curvature)]
+    np.testing.assert_array_equal(after[:, rest], before[:, rest])
 
 
 def test_u14_what_a_regression_takes_off_a_walk_is_known_and_restored() -> None:

@@ -299,6 +299,8 @@ def test_refusals() -> None:
         al.fit(two["x"], method="guess")
     with pytest.raises(DataQualityError, match="at least 3"):
         al.fit(two["x"], exclude=np.ones(len(two.lags), dtype=bool))
+    with pytest.raises(DataQualityError, match="2 lags can be fitted, at least 3"):
+        al.fit(two["x"], exclude=np.arange(len(two.lags)) > 1)
 
 
 @pytest.mark.filterwarnings("ignore::allanite.errors.DataQualityWarning")

@@ -221,6 +221,9 @@ def test_a_floor_of_no_use_is_refused(rng: np.random.Generator) -> None:
     curve = al.allan_curve(volts(rng.standard_normal(1000)))
     with pytest.raises(DataQualityError, match="at least 3 are needed; record it longer"):
         al.fit(curve, floor=al.allan_curve(volts(rng.standard_normal(6))))
+    slower = al.Recording.from_rate(rng.standard_normal(500), rate=RATE / 2, unit="V")
+    with pytest.raises(InputError, match="record both with the same"):
+        al.fit(curve, floor=al.allan_curve(slower))
 
 
 # -- a study, and the command line --------------------------------------------------------------------------

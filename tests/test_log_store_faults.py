@@ -377,6 +377,28 @@ def test_a_run_that_cannot_begin_leaves_no_lock(tmp_path: Path) -> None:
         LogStore.create(tmp_path / "run", HEADER)
 
 
+def test_a_line_of_the_manifest_is_on_the_medium_before_anything_else_is_done(tmp_path: Path) -> None:
+    class Told(Disk):
+        def __init__(self) -> None:
+            self.calls: list[tuple[str, int]] = []
+
+        def write(self, descriptor: int, data: bytes) -> int:
+            self.calls.append(("write", descriptor))
+            return super().write(descriptor, data)
+
+        def sync(self, descriptor: int) -> None:
+            self.calls.append(("sync", descriptor))
+            super().sync(descriptor)
+
+    disk = Told()
+    with LogStore.create(tmp_path / "run", HEADER, disk=disk) as store:
+        for _ in range(2):
+            before = len(disk.calls)
+            store.note("temperature", celsius=25.0)
+            (wrote, line), (synced, same) = disk.calls[before:]
+            assert (wrote, synced) == ("write", "sync") and line == same
+
+
 def test_the_manifest_survives_a_line_that_failed(tmp_path: Path) -> None:
     disk = Failing()
     with LogStore.create(tmp_path / "run", HEADER, disk=disk) as store:

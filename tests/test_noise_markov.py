@@ -131,3 +131,12 @@ def test_bridge_keeps_its_digits(a: float) -> None:
         x = mpmath.mpf(a)
         weight, rest = mpmath.tanh(x / 2) / x, 2 / x**2 * (x - 2 * mpmath.tanh(x / 2))
     assert markov._bridge(a) == pytest.approx((float(weight), float(rest)), rel=1e-14)
+
+
+@pytest.mark.parametrize("sampling, first", [("mean", 0.25), ("point", 0.0)])
+def test_a_ramp_is_that_of_the_middle_of_its_sample(sampling: str, first: float) -> None:
+    space = Ramp(R=2.0).steady_space(0.5, sampling=sampling)
+    covariance = space.initial
+    for k in range(3):
+        assert space.output @ covariance @ space.output == pytest.approx((2.0 * (first + 0.5 * k)) ** 2)
+        covariance = space.transition @ covariance @ space.transition.T

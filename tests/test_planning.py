@@ -222,6 +222,7 @@ def test_goal_below_the_stated_uncertainties_is_never_reached() -> None:
     found = plan(SEED, latitude=LONDRINA, goal=0.03, stated=Stated(scale=0.04, tilt=0.01))
     assert found.dwell is None and found.duration is None
     assert found.floor == pytest.approx(math.hypot(0.04, 0.01 * math.tan(LONDRINA)), rel=1e-12)
+    np.testing.assert_allclose(found.total, np.hypot(found.sd, found.floor * EARTH_RATE), rtol=1e-9)
     assert "never reached" in found.says and "scale factor (4 %)" in found.says
     assert np.isinf(found.reached).all()
 

@@ -20,6 +20,7 @@ import numpy as np
 import pytest
 
 from allanite.errors import AllaniteError, DataQualityError, FormatError, InputError, LimitError, StorageError
+from allanite.limits import refuse_more
 from allanite.readers import parquet, read, sandbox, spool
 from allanite.recording import Recording
 from hostile_files import mutations
@@ -88,6 +89,15 @@ def test_f1_no_pickle_is_ever_opened(tmp_path: Path) -> None:
         with pytest.raises(FormatError, match="pickle"):
             read(file, rate=1)
     assert not marker.exists()
+
+
+# -- limits ------------------------------------------------------------------------------------------------
+
+
+def test_the_limit_itself_is_read_and_one_more_is_refused() -> None:
+    refuse_more(7, 7, "columns", "a.csv", "Divide it")
+    with pytest.raises(LimitError, match="has 8 columns; at most 7 are read"):
+        refuse_more(8, 7, "columns", "a.csv", "Divide it")
 
 
 # -- bombs -------------------------------------------------------------------------------------------------

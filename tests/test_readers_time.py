@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from allanite.errors import AllaniteError, FormatError, InputError
 from allanite.readers import read
 from allanite.readers.headings import read_heading
+from allanite.readers.stamp_units import Steps, tell
 from allanite.readers.timebase import ArrayStamps, fit_grid
 from allanite.recording import Recording
 
@@ -229,6 +230,14 @@ def test_a_unit_that_is_not_named_is_told_from_the_values_or_asked(tmp_path: Pat
         told += 1
         assert recording.rate == pytest.approx(rate, rel=0.02), (seed, rate, unit)
     assert told > 100
+
+
+def test_a_rate_that_the_file_states_settles_the_unit_of_its_stamps() -> None:
+    steps = Steps(mean=10.0, whole=True)
+    assert tell(steps, 0.0, None, False) is None
+    for nominal, unit in ((100.0, "ms"), (0.1, "s"), (1e5, "us")):
+        told = tell(steps, 0.0, nominal, False)
+        assert told is not None and told.unit == unit
 
 
 @pytest.mark.parametrize(

@@ -16,13 +16,13 @@ import pytest
 
 import allanite as al
 from allanite.earth_rate import Stated, measure_earth_rate
-from allanite.errors import InputError
+from allanite.errors import FormatError, InputError
 from allanite.figures.records import overview
 from allanite.kalman import filter_recording
 from allanite.north import find_north
 from allanite.planning import plan
 from allanite.reference_aided import reference_aided
-from allanite.report import _filled, html_of
+from allanite.report import _filled, html_of, render_file
 from allanite.report.blocks import Section, page_of, table, text
 from allanite.reversals import Position, Reversals
 from allanite.simulation import Motion, seed_paper, simulate
@@ -221,6 +221,13 @@ def test_what_has_no_report_is_named() -> None:
         html_of(3)
     with pytest.raises(InputError, match="allanite-poem"):
         html_of({"format": "allanite-poem"})
+
+
+def test_a_document_of_a_later_version_is_not_drawn(tmp_path: Path) -> None:
+    (tmp_path / "plan.json").write_text('{"format": "allanite-plan", "version": 2}', encoding="utf-8")
+    with pytest.raises(FormatError, match="is version 2 of allanite-plan; this allanite reads version 1"):
+        render_file(tmp_path / "plan.json", tmp_path / "plan.html")
+    assert not (tmp_path / "plan.html").exists()
 
 
 def test_what_stands_in_a_log_cannot_act(measured: dict[str, Any]) -> None:

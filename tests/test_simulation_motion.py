@@ -413,6 +413,13 @@ def test_temperature_is_written_and_moves_the_bias(sampling: str) -> None:
     assert alone.values("gyro")[0] == pytest.approx(-1e-4)
 
 
+def test_temperature_of_a_sample_is_its_mean_over_it() -> None:
+    heat = Temperature(start=20.0, drift=0.01, rise=3.0, time_constant=30.0, swing=5.0, period=80.0)
+    t, nodes = np.array([0.0, 7.0, 33.0]), (np.arange(4000) + 0.5) / 4000
+    plain = np.array([heat.over(x + 12.0 * nodes, 0.0).mean() for x in t])
+    np.testing.assert_allclose(heat.over(t, 12.0), plain, rtol=1e-7)
+
+
 def test_thermometer_has_noise_of_its_own() -> None:
     rec = silent(None, duration=1000.0, temperature=Temperature(start=20.0, coefficient=1e-5, noise=0.1))
     readings = rec.values("temperature")

@@ -366,6 +366,8 @@ def test_spans_may_be_given_in_seconds_or_in_a_file(tmp_path: Path) -> None:
     for wrong in ([(2, 1)], [(0, 3), (2, 4)], [(5, 6), (0, 1)], [(0, 11)], [], [(0, math.nan)], [(1, 2, 3)]):
         with pytest.raises(InputError):
             given_spans(wrong, recording)
+    with pytest.raises(InputError, match="static span 2: 2 s to 4 s overlaps with the one before"):
+        given_spans([(0, 3), (2, 4)], recording)
     path.write_text("start\n1\n", encoding="utf-8")
     with pytest.raises(FormatError, match="stop"):
         read_spans(path, recording)

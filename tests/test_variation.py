@@ -207,6 +207,14 @@ def test_intervals_widen_with_heavy_tails_and_not_with_a_step() -> None:
     assert found[0] > 1.0 and found[1] == 0.0
 
 
+def test_the_cube_root_of_a_variance_has_the_mean_of_wilson_and_hilferty() -> None:
+    edf = np.array([8.0, 20.0, 300.0])
+    scatter = Scatter.of(np.diag(2.0 / edf))
+    exact = [(2 / n) ** (1 / 3) * math.exp(math.lgamma(n / 2 + 1 / 3) - math.lgamma(n / 2)) for n in edf]
+    np.testing.assert_allclose(scatter.centre, exact, atol=5e-4)
+    np.testing.assert_allclose(scatter.edf, edf)
+
+
 def test_scale_of_the_data_does_not_matter_and_missing_samples_do_not_spoil_a_window() -> None:
     y = noise(SLOW, 6000, 13)
     y[4000:] *= 1.5

@@ -12,6 +12,7 @@ import allanite as al
 import sample_study
 from allanite import wording
 from allanite.noise import RandomWalk, White
+from allanite.wording.numbers import probability
 
 
 @pytest.mark.parametrize(
@@ -51,6 +52,15 @@ def test_interval_shows_the_second_digit_of_the_half_width_and_one_exponent(
     value: float, lower: float, upper: float | None, texts: tuple[str, str, str]
 ) -> None:
     assert wording.interval(value, lower, upper) == texts
+
+
+def test_a_probability_is_small_below_a_thousandth() -> None:
+    assert [probability(p) for p in (0.00099, 0.001, 0.005, 0.5)] == [
+        "p < 0.001",
+        "p = 0.0010",
+        "p = 0.0050",
+        "p = 0.50",
+    ]
 
 
 @pytest.mark.parametrize("value", [1e-300, 3.7e-12, 1.0, 5.5e5, 1e300])
