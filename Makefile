@@ -15,7 +15,7 @@ BUILD_INPUTS := pyproject.toml CMakeLists.txt $(wildcard kernels/*.in kernels/*.
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help demo test verify fuzz frozen bench docs lint kernels-test firmware dist dev-build clean prerequisites
+.PHONY: help demo test verify fuzz frozen faults bench docs lint kernels-test firmware dist dev-build clean prerequisites
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-13s %s\n", $$1, $$2}' Makefile
@@ -34,6 +34,9 @@ fuzz: $(VENV)/.dev ## damaged files of every format and damaged runs, FUZZ_SECON
 
 frozen: $(VENV)/.dev ## what the program says, against what was frozen before a refactoring (two minutes)
 	OMP_NUM_THREADS=1 $(BIN)/python -m tests.frozen --check
+
+faults: $(VENV)/.dev ## a hundred seeded faults of the source: does a test catch each? (ten minutes)
+	OMP_NUM_THREADS=1 $(BIN)/python -m tests.faults
 
 bench: $(VENV)/.dev ## speed and memory beside allantools, statsmodels and plain NumPy
 	$(BIN)/python -m benchmarks
