@@ -86,3 +86,94 @@ def test_time_in_samples_is_no_time(tmp_path: Path) -> None:
     assert read(place, rate=50).names == ("wx",)
     with pytest.raises(InputError, match=r"the unit .fortnights., which is not known.*--time 1:s \(1 Hz\)"):
         read(log(tmp_path, range(200), "time [fortnights]"))
+
+
+@pytest.mark.parametrize("name", ["Scan", "loopIteration", "field.header.seq", "Nummer", ""])
+@pytest.mark.parametrize("stride", [1, 2, 7])
+def test_whole_numbers_that_go_on_by_one_step_are_no_channel(name: str, stride: int, tmp_path: Path) -> None:
+    """Whatever the column is called, wherever it stands, and where rows are lost."""
+    rng = np.random.default_rng([47, stride, len(name)])
+    kept = np.flatnonzero(rng.random(400) > 0.005)
+    rows = [(f"{k / 50:.2f}", f"{17 + stride * k}", f"{rng.normal():.5f}") for k in kept.tolist()]
+    order = rng.permutation([1, 2])
+    lines = [",".join((row[0], *(row[i] for i in order))) for row in rows]
+    heads = ["t [s]", name, "wx [deg/s]" if name else ""]
+    head = ",".join(heads[i] for i in (0, *order)) + "\n" if name else ""
+    path = tmp_path / "a.csv"
+    path.write_text(head + "\n".join(lines) + "\n")
+    recording = read(path, **({} if name else {"time": "1:s"}))
+    assert len(recording.names) == 1 and recording.rate == pytest.approx(50.0)
+    said = " ".join(recording.notes["text"]["guesses"])
+    assert "counts rows: it is no channel" in said
+
+
+def test_a_signal_that_grows_is_left_to_be_judged(tmp_path: Path) -> None:
+    """An angle that turns with the Earth, counts that wander, and rows of which nothing else would be left."""
+    rng = np.random.default_rng(48)
+    t = np.arange(400) / 50
+    angle = np.cumsum(1000 + np.round(3 * rng.standard_normal(400))).astype(int)
+    path = tmp_path / "a.csv"
+    np.savetxt(path, np.column_stack([t, angle]), "%.2f,%d", header="t [s],angle", comments="")
+    assert read(path).names == ("angle",)
+    np.savetxt(path, np.column_stack([t, np.arange(400)]), "%.2f,%d", header="t [s],value", comments="")
+    assert read(path).names == ("value",)
+
+
+@pytest.mark.parametrize(("factor", "form"), [(1.0, "%.4f"), (1e3, "%.1f"), (1e6, "%d"), (1e9, "%d")])
+def test_the_same_time_once_more_is_no_channel(factor: float, form: str, tmp_path: Path) -> None:
+    rng = np.random.default_rng(49)
+    t = np.arange(300) / 100 + rng.uniform(0, 2e-3, 300)
+    again = (t + rng.uniform(0, 1e-3, 300) + 12.5) * factor
+    rows = np.column_stack([t, rng.standard_normal(300), again])
+    path = tmp_path / "a.csv"
+    np.savetxt(path, rows, f"%.5f,%.4f,{form}", header="t [s],wx [deg/s],host", comments="")
+    recording = read(path)
+    assert recording.names == ("wx",)
+    assert "left out: host (the same time once more)" in recording.notes["text"]["guesses"]
+
+
+def test_one_unit_for_a_file_is_not_that_of_a_sensor_of_another_kind(tmp_path: Path) -> None:
+    """Gravity read in deg/s would be a rate of 9.8 deg/s, with a density to go with it."""
+    from scipy.io import savemat
+
+    rng = np.random.default_rng(50)
+    gyro, acc = rng.standard_normal((300, 3)), rng.standard_normal((300, 3))
+    for unit, kinds in (
+        ("deg/s", {"rate": "gyro", "unknown": "acc"}),
+        ("g", {"acceleration": "acc", "unknown": "gyro"}),
+    ):
+        savemat(tmp_path / "a.mat", {"gyro": gyro, "acc": acc, "fs": 50.0, "units": unit})
+        head = f"# units: {unit}\nt [s],gyro_x,acc_x\n"
+        rows = "".join(
+            f"{k / 50:.2f},{g:.4f},{a:.4f}\n"
+            for k, (g, a) in enumerate(zip(gyro[:, 0], acc[:, 0], strict=True))
+        )
+        (tmp_path / "a.csv").write_text(head + rows)
+        for place in ("a.mat", "a.csv"):
+            recording = read(tmp_path / place)
+            assert {c.kind.value: c.name[: len(kinds[c.kind.value])] for c in recording.channels} == kinds
+            part = recording.notes["source" if place == "a.mat" else "text"]
+            assert any(f"the unit {unit} of the file is not that of" in words for words in part["guesses"])
+
+
+@pytest.mark.parametrize(
+    "line", ["OutputRate:,60Hz", '"Output Rate:";"60"', "Sample Rate = , 60 Hz", "ODR:\t60"]
+)
+def test_a_rate_stands_behind_several_signs(line: str) -> None:
+    from allanite.readers.text.preamble import rate_in
+
+    assert rate_in([line])[0] == 60.0
+
+
+def test_channels_that_stand_still_are_left_out_by_the_advice(tmp_path: Path) -> None:
+    from allanite.health import check
+
+    rng = np.random.default_rng(51)
+    rows = np.column_stack(
+        [np.arange(300) / 50, np.zeros(300), rng.standard_normal((300, 2)), np.full(300, 7)]
+    )
+    path = tmp_path / "a.csv"
+    np.savetxt(path, rows, "%.4f", delimiter=",", header="t [s],a,b c [deg/s],d [deg/s],e", comments="")
+    found = [f for f in check(read(path)) if f.code == "no_noise_resolved"]
+    assert [f.channel for f in found] == ["a", "e"]
+    assert {f.advice.rpartition(": ")[2] for f in found} == {"--channels b_c,d"}

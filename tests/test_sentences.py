@@ -19,6 +19,10 @@ from allanite.readers.text.sentence_kinds import known_fields
 #: Sentences out of the manuals that `sentence_kinds` cites, with the sums that stand there.
 PUBLISHED = (
     "%RAWIMUSA,2209,491612.254;2209,491612.253588,ea5afe00,329303960,-2512321,4410363,309705,607017,-1009773*1fb76c28",
+    (
+        "%RAWIMUSXA,1692,484620.664;"
+        "00,11,1692,484620.664389000,00801503,43110635,-817242,-202184,-215194,-41188,-9895*a5db8c7b"
+    ),
     "$FP,RAWIMU,2,2368,228734.073983,-0.118514,-0.082600,9.894035,0.014381,0.004794,-0.003196,0,1,*1C",
     "$FP,CORRIMU,1,2197,126191.777855,-0.195224,0.393969,9.869998,0.013342,-0.004620,-0.000728*7D",
     "$VNRRG,17,+1.0647,-0.2498,+3.0628*66",
@@ -49,6 +53,23 @@ def test_sentences_of_manuals(sentence: str, tmp_path: Path) -> None:
     assert got.notes["text"]["sentences_failed"] == 0
     assert got.notes["text"]["checksum"]
     assert all(not name.startswith("ch") for name in got.names)
+
+
+@pytest.mark.parametrize("more", ["", "00,11,"])
+def test_a_long_header_is_no_channel(more: str, tmp_path: Path) -> None:
+    kind = "RAWIMUXA" if more else "RAWIMUA"
+    head = f"{kind},COM1,0,68.0,EXACT,1105,{{:.3f}},00040000,b8ed,0;{more}1105,{{:.9f}},00111607"
+    bodies = [
+        head.format(425384.18 + k / 100, 425384.156 + k / 100)
+        + f",{43088060 + k % 3},4303,-3033,-132,{k % 5},823"
+        for k in range(80)
+    ]
+    lines = [f"#{b}*{zlib.crc32(b.encode(), 0xFFFFFFFF) ^ 0xFFFFFFFF:08x}" for b in bodies]
+    got = read(text_of(tmp_path / "log.txt", lines))
+    assert got.rate == pytest.approx(100.0) and got.n_samples == 80
+    assert [n for n in got.names if n[:4] in ("gyro", "acc_")] == [
+        "acc_z", "acc_minus_y", "acc_x", "gyro_z", "gyro_minus_y", "gyro_x"
+    ]  # fmt: skip
 
 
 def test_units_and_names_of_a_known_unit(tmp_path: Path) -> None:

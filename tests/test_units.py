@@ -296,3 +296,22 @@ def test_units_for_people_of_channels_without_a_unit() -> None:
     assert display_unit("rate", "N")[0] == "deg/√h"
     with pytest.raises(InputError, match="'Z'"):
         display_unit("rate", "Z")
+
+
+@pytest.mark.parametrize(
+    ("text", "bare"),
+    [
+        ("[deg/s]", "deg/s"),
+        ("(V)", "V"),
+        ("m/(s^2)", "m/(s^2)"),
+        ("(rad)/(s)", "(rad)/(s)"),
+        ("[m/(s^2)]", "m/(s^2)"),
+        (" <g> ", "g"),
+        ("", ""),
+    ],
+)
+def test_only_brackets_around_a_unit_are_taken_off(text: str, bare: str) -> None:
+    from allanite.readers.headings import is_unit, unbracketed
+
+    assert unbracketed(text) == bare
+    assert is_unit(text) == bool(bare)

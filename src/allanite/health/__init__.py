@@ -35,6 +35,7 @@ from itertools import groupby
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.channel_names import for_shell
 from allanite.errors import DataQualityError, InputError
 from allanite.health import (
     constancy,
@@ -157,6 +158,13 @@ LOG_DETECTORS: tuple[Callable[[Recording], Iterator[Finding]], ...] = (
 )
 
 
+#: Findings that a channel is no reading of a sensor at all, and what to do where others are.
+NO_READINGS = {
+    "only_grows": "read the log without it",
+    "no_noise_resolved": "check its wiring and range, or read the log without it",
+}
+
+
 def check(recording: Recording, *, progress: Progress | None = None) -> tuple[Finding, ...]:
     """Everything that is wrong with a recording: motion first, then the gravest.
 
@@ -179,12 +187,23 @@ def check(recording: Recording, *, progress: Progress | None = None) -> tuple[Fi
 
     with np.errstate(invalid="ignore", over="ignore"):  # samples of the wrong byte order are anything
         found = _with_quiet_part(recording, _found(recording, advance))
+    found = _without_those(recording, found)
     order, names = list(CATALOGUE), {None: -1} | {name: i for i, name in enumerate(recording.names)}
 
     def place(f: Finding) -> tuple[bool, int, int, int]:
         return f.code not in MOVES, f.severity.rank, order.index(f.code), names.get(f.channel, len(names))
 
     return tuple(sorted(found, key=place))
+
+
+def _without_those(recording: Recording, findings: Sequence[Finding]) -> list[Finding]:
+    """Channels that are no readings of a sensor are left out by reading the others: the advice names these."""
+    aside = {f.channel for f in findings if f.code in NO_READINGS}
+    others = [c.name for c in recording.channels if c.kind.noise_bearing and c.name not in aside]
+    if not others:
+        return [*findings]
+    option = f"--channels {for_shell(','.join(others))}"
+    return [f.advise(f"{NO_READINGS[f.code]}: {option}") if f.code in NO_READINGS else f for f in findings]
 
 
 def _found(recording: Recording, advance: Callable[[int], None]) -> list[Finding]:

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 from allanite.health.finding import Finding, Severity, finding
 from allanite.position_rows import MOST, are_positions
@@ -17,7 +17,8 @@ FASTEST = 0.2
 
 def rows_of_means(recording: Recording) -> Iterator[Finding]:
     """Accelerometers that stand in another attitude in every few rows, and show gravity in each."""
-    own_time = recording.notes.get("timebase", {}).get("source") != "rate argument"
+    base = recording.notes.get("timebase")
+    own_time = not isinstance(base, Mapping) or base.get("source") != "rate argument"
     if recording.n_samples > MOST or (own_time and recording.rate > FASTEST):
         return
     sensors = [c.name for c in recording.channels if c.kind.noise_bearing]

@@ -323,10 +323,4 @@ def only_grows(survey: Survey) -> Iterator[Finding]:
         severity=Severity.FATAL,
         channel=survey.name,
         count=survey.present,
-        advice=_without_it(survey),
     )
-
-
-def _without_it(survey: Survey) -> str | None:
-    others = [c.name for c in survey.recording.channels if c.name != survey.name and c.kind.noise_bearing]
-    return f"read the log without it: --channels {','.join(others)}" if others else None

@@ -180,8 +180,8 @@ class Group:
 
     @property
     def has_si(self) -> bool:
-        """False where results stay in the channel's own unit."""
-        return self.title.lower() in _SI_BASES
+        """False where results stay in the channel's own unit, or are in SI as they are: volts."""
+        return self.title.lower() in ("gyroscope", "accelerometer")
 
     def name_of(self, symbol: str) -> str:
         """What the coefficient is called for this kind of sensor: "angle random walk"."""

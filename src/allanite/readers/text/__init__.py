@@ -338,7 +338,7 @@ def _units(dialect: Dialect, guesses: list[str]) -> tuple[tuple[str, ...], str]:
     if any(dialect.units):
         return dialect.units, "units row"
     none = ("",) * len(dialect.kinds)
-    if any(read_heading(h).unit for h in dialect.headings):
+    if any(h.unit and h.group != "time" for h in map(read_heading, dialect.headings)):
         return none, "none"
     unit = unit_in(dialect.preamble)
     if unit is None or not is_unit(unit):
