@@ -1,13 +1,15 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """What becomes of many hostile files: they are opened in forks that have the limits of a reader's child.
 
-A reader starts a fresh interpreter for every file, which costs a third of a second. Here one interpreter imports all,
-and forks for every few files: in the fork the child's part runs with its limits, then the parent's part. What ends its
-fork, or fails in any other way, is opened once more alone. A signal is what the real reader reports as a FormatError.
+A reader starts a fresh interpreter for every file, which costs a third of a second. Here one interpreter imports all
+once, and forks for every job, and again for every few files: in that fork the child's part runs with its limits, then
+the parent's part. What ends its fork, or fails in any other way, is opened once more alone. A signal is what the real
+reader reports as a FormatError.
 """
 
 from __future__ import annotations
 
+import atexit
 import json
 import os
 import resource
@@ -21,6 +23,7 @@ from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
+from functools import cache
 from importlib import import_module
 from pathlib import Path
 from typing import Any, Final
@@ -60,13 +63,7 @@ _IMPORTED = (
     *(f"allanite.readers.{name}" for name in (*_PATCHED, "text", "run", "parquet", "numpy_file")),
     "allanite.readers.rosbag.table", "allanite.readers.ardupilot.parts",
 )  # fmt: skip
-_HARNESS = """
-import json, sys
-job = json.load(sys.stdin)
-sys.path.insert(0, job["folder"])
-import hostile_files
-print(json.dumps(hostile_files.forked(job)))
-"""
+_HARNESS = "import sys; sys.path.insert(0, sys.argv[1]); import hostile_files; hostile_files.serve()"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -251,13 +248,31 @@ def inline(function: str, arguments: Sequence[str], **limits: Any) -> tuple[Any,
     return json.loads(json.dumps(data)), arrays
 
 
-def forked(job: Mapping[str, Any]) -> list[list[Any]]:
-    """Open the files of a job, one fork each; the fields of `Outcome`."""
+def serve() -> None:
+    """Import all, then answer jobs, a line each, from a fork each: no job sees what another one has changed."""
     for name in _IMPORTED:
         import_module(name)
+    _warm_up()
+    for line in sys.stdin:
+        child = os.fork()
+        if child == 0:
+            answer: dict[str, Any] = {}
+            try:
+                answer = {"outcomes": forked(json.loads(line))}
+            except BaseException:  # noqa: BLE001 - is the report
+                answer = {"failed": traceback.format_exc()}
+            finally:
+                print(json.dumps(answer), flush=True)
+                os._exit(0)
+        _, status = os.waitpid(child, 0)
+        if status:
+            print(json.dumps({"failed": f"the fork of the job ended with status {status}"}), flush=True)
+
+
+def forked(job: Mapping[str, Any]) -> list[list[Any]]:
+    """Open the files of a job, some in each fork; the fields of `Outcome`."""
     for name in () if job["in_children"] else _PATCHED:
         vars(import_module(f"allanite.readers.{name}"))["run"] = inline
-    _warm_up()
     if job["sound"]:
         _log(Path(job["sound"]), job["options"])  # what is imported on use is imported before the first fork
     attempts, found = job["attempts"], list[list[Any]]()
@@ -369,22 +384,32 @@ def measured(
         Parsers run in children of their own, as they do for a user: one that dies is a refusal.
     """
     job = {
-        "folder": str(Path(__file__).parent),
         "sound": "" if sound is None else str(sound),
         "options": dict(options or {}),
         "attempts": [{"path": str(a.path), "role": a.role, "options": dict(a.options)} for a in attempts],
         "seconds": seconds,
         "in_children": in_children,
     }
-    done = subprocess.run(
-        [sys.executable, "-c", _HARNESS],
-        input=json.dumps(job),
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr[-2000:]
-    return [Outcome(*fields) for fields in json.loads(done.stdout)]
+    server = _server()
+    assert server.stdin is not None and server.stdout is not None
+    server.stdin.write(json.dumps(job) + "\n")
+    server.stdin.flush()
+    answer = json.loads(server.stdout.readline() or '{"failed": "the server has ended"}')
+    assert "failed" not in answer, answer["failed"][-2000:]
+    return [Outcome(*fields) for fields in answer["outcomes"]]
+
+
+@cache
+def _server() -> subprocess.Popen[str]:
+    """The interpreter that forks: one for this process, ended with it."""
+    command = [sys.executable, "-c", _HARNESS, str(Path(__file__).parent)]
+    server = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
+
+    def end() -> None:
+        server.communicate()  # closes its stdin
+
+    atexit.register(end)
+    return server
 
 
 def fault_of(found: Outcome) -> str:

@@ -18,6 +18,7 @@ import re
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass
 from enum import StrEnum
+from functools import lru_cache
 
 from allanite.errors import InputError
 from allanite.uncertain_number import parse_leading_number
@@ -389,6 +390,7 @@ def _power(value: _Value, twice: int) -> _Value:
     return result, tuple(x * twice // 2 for x in dimension)
 
 
+@lru_cache(maxsize=1024)  # a reader asks of the same word in every line whether it is a unit
 def _nearest(name: str) -> str:
     from difflib import get_close_matches
 

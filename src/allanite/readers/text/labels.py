@@ -12,6 +12,7 @@ import re
 from collections import Counter
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
+from itertools import accumulate
 from typing import Final
 
 from allanite.errors import FormatError, InputError
@@ -180,7 +181,7 @@ class _Plan:
                 return None
             if column >= 0:
                 places[column], behind[column] = 2 * k + 1, value[len(number) :]
-        if any((place < 0) != (cell == "") for place, cell in zip(places, cells.row, strict=True)):
+        if [place < 0 for place in places] != [cell == "" for cell in cells.row]:
             return None
         return cls(tuple(places), tuple(behind) if any(behind) else (), cells.absent)
 
@@ -207,6 +208,9 @@ class _Form:
         How often.
     others : frozenset of str
         Labels of lines of another kind.
+    starts : dict of Key to int
+        First column of each label.
+    columns : int
     """
 
     groups: frozenset[str]
@@ -214,6 +218,13 @@ class _Form:
     widths: dict[Key, int]
     repeated: dict[str, int]
     others: frozenset[str] = frozenset()
+    starts: dict[Key, int] = field(init=False, repr=False)
+    columns: int = field(init=False)
+
+    def __post_init__(self) -> None:
+        ends = list(accumulate(self.widths.values(), initial=self.places))
+        object.__setattr__(self, "starts", dict(zip(self.widths, ends, strict=False)))
+        object.__setattr__(self, "columns", ends[-1])
 
     def cells(self, read: LabeledLine) -> _Cells | None:
         """The row of a line; None where it has no label of the log."""
@@ -228,22 +239,25 @@ class _Form:
             for label in counts
             if often[label] > 1 or self.repeated[label] > 1
         )
-        found, row, order, absent, start = dict(named), list[str](), dict[Key, int](), [], self.places
         fronted = len(read.before) == self.places
-        row += read.before if fronted else [""] * self.places
-        for key, width in self.widths.items():
-            values = found.get(key, ())
+        row = [*(read.before if fronted else [""] * self.places), *[""] * (self.columns - self.places)]
+        there = set[Key]()
+        for key, values in dict(named).items():  # lines of few labels of a wide log cost what they hold
+            start, width = self.starts.get(key, 0), self.widths.get(key)
+            if width is None:
+                continue
             damaged |= len(values) not in (0, width)
-            order[key] = start
-            start += width
-            if not any(values):
-                absent.append(key[0])
-            row += values if len(values) == width else [""] * width
+            if any(values):
+                there.add(key)
+            if len(values) == width:
+                row[start : start + width] = values
+        absent = tuple(key[0] for key in self.widths if key not in there)
         places = list(range(self.places)) if fronted else [-1] * len(read.before)
         for key, values in named:
-            places += [order[key] + k if key in order else -1 for k, value in enumerate(values) if value]
+            begin = self.starts.get(key)
+            places += [-1 if begin is None else begin + k for k, value in enumerate(values) if value]
         unknown = tuple(key[0] for key, _ in named if key not in self.widths)
-        return _Cells(row, places, tuple(absent), unknown, damaged)
+        return _Cells(row, places, absent, unknown, damaged)
 
     @property
     def headings(self) -> tuple[str, ...]:
