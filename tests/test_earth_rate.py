@@ -166,8 +166,8 @@ def test_blocks_cost_less_than_a_thousandth_of_the_standard_deviation() -> None:
 
 @pytest.mark.parametrize("flicker", [False, True], ids=["gauss-markov", "flicker"])
 def test_interval_covers_and_no_check_cries_wolf(flicker: bool) -> None:
-    """40 takes of 12 min (1000: verification). Bounds: 99.99 % of the binomial and chi-square laws."""
-    model, runs = seed_paper.sensor(flicker=flicker), 40
+    """20 takes of 12 min (1000: verification). Bounds: 99.99 % of the binomial and chi-square laws."""
+    model, runs = seed_paper.sensor(flicker=flicker), 20
     found = [measured(twin(model, seed=100 + k), model) for k in range(runs)]
     inside = sum(e.interval[0] <= EARTH_RATE <= e.interval[1] for e in found)
     assert inside >= stats.binom.ppf(1e-4, runs, 0.95)

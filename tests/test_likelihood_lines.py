@@ -39,8 +39,8 @@ def two_lines() -> Array:
 @pytest.mark.parametrize("gaps", [False, True])
 @pytest.mark.parametrize("periods", [4.5, 6.0, 12.0, 15.5, 23.5, 40.0])
 def test_intervals_hold_the_truth_however_few_periods(periods: float, gaps: bool) -> None:
-    """Variances for white noise of variance one: the number of 95 % intervals that hold the truth is binomial."""
-    n, runs, amplitude = 4000, 60, 0.5
+    """Variances for white noise of variance one: of 30 intervals at 95 % a binomial number holds the truth."""
+    n, runs, amplitude = 4000, 30, 0.5
     k, rng = np.arange(n), np.random.default_rng(round(periods * 10))
     reach, hits = norm.ppf(0.975), np.zeros(2, dtype=int)
     for _ in range(runs):

@@ -50,7 +50,7 @@ def late(seed: int) -> Logged:
     """Delays up to 0.4 of an interval, stalls after which several readings get nearly one stamp, lost samples."""
     rng = np.random.default_rng([20261123, 2, seed])
     interval = 10 ** rng.uniform(-3, -0.5)
-    kept = rng.random(int(10 ** rng.uniform(3, 3.6))) >= 10 ** rng.uniform(-3.5, -1)
+    kept = rng.random(int(10 ** rng.uniform(2.9, 3.2))) >= 10 ** rng.uniform(-3.5, -1)
     for first in rng.integers(10, len(kept) - 400, int(rng.integers(0, 4))):
         kept[first : first + int(10 ** rng.uniform(0, 2.5))] = False
     kept[[0, -1]] = True

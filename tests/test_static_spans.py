@@ -137,10 +137,10 @@ def why(found: StaticSpans) -> set[str]:
 @pytest.mark.parametrize(
     ("case", "logs", "options"),
     [
-        ("both triads", 60, {}),
-        ("gyros alone", 20, {"accelerometer": ()}),
-        ("accelerometers alone", 20, {"gyro": ()}),
-        ("by the model", 20, {"model": MODEL}),
+        ("both triads", 30, {}),
+        ("gyros alone", 12, {"accelerometer": ()}),
+        ("accelerometers alone", 12, {"gyro": ()}),
+        ("by the model", 12, {"model": MODEL}),
     ],
 )
 def test_e_rests_of_hand_moved_logs_are_found_and_hold_no_motion(
@@ -213,8 +213,8 @@ def test_e_other_sample_rates(rate: float) -> None:
     "kind", ["white", "model", "filtered", "drifting", "counts", "below one count", "gaps"]
 )
 def test_e_clean_records_are_not_cut(kind: str) -> None:
-    """One record in a hundred may be cut: of n no more than the binomial law allows at 99.9 %."""
-    n, cut = 40, 0
+    """One record in a hundred may be cut: of 20 no more than the binomial law allows at 99.9 %."""
+    n, cut = 20, 0
     for seed in range(n):
         gyro, accel = clean(seed)
         units = ("rad/s", "m/s²")
