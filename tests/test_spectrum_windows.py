@@ -403,7 +403,7 @@ def test_bridged_bins_share_an_error(pattern: str) -> None:
 
     The variance of 250 values is known to sqrt(2/250) = 9 %.
     """
-    runs, n, length = 250, 4000, 64
+    runs, n, length = 250, 2000, 64
     rng, densities, shared, dof, seen = np.random.default_rng(5), [], 0.0, 0.0, 0.0
     for _ in range(runs):
         record = Recording.from_rate(holed(n, pattern, rng), rate=1.0, unit="rad/s", names="x")
