@@ -36,6 +36,7 @@ __all__ = [
     "CODES",
     "MOST_MEMORY",
     "MOST_SECONDS",
+    "PATCHED",
     "ROLES",
     "Attempt",
     "Outcome",
@@ -52,7 +53,8 @@ CODES = {10: "read", 11: "refused", 12: "another error"}
 MOST_SECONDS: Final = 10
 MOST_MEMORY: Final = 512 << 20
 _TOGETHER = 50  # files that are opened by one process
-_PATCHED = ("ardupilot", "ulog", "tdms", "hdf5", "matlab", "rosbag", "spreadsheet", "mavlink", "r_data")
+#: Readers whose parsers run in a child of their own.
+PATCHED = ("ardupilot", "ulog", "tdms", "hdf5", "matlab", "rosbag", "spreadsheet", "mavlink", "r_data")
 #: Imported before the first fork: what the libraries need for themselves does not count.
 _IMPORTED = (
     "allanite.calibration", "allanite.cli", "allanite.datasheet", "allanite.delivery", "allanite.terminal",
@@ -60,7 +62,7 @@ _IMPORTED = (
     "allanite.readers.raw_layout", "allanite.study_schema", "h5py", "nptdms", "pyarrow.csv", "pyarrow.feather",
     "pyarrow.ipc", "pyarrow.parquet", "pymavlink.dialects.v20.common", "python_calamine", "pyulog", "rdata",
     "rosbags.typesys", "ruamel.yaml", "scipy.io",
-    *(f"allanite.readers.{name}" for name in (*_PATCHED, "text", "run", "parquet", "numpy_file")),
+    *(f"allanite.readers.{name}" for name in (*PATCHED, "text", "run", "parquet", "numpy_file")),
     "allanite.readers.rosbag.table", "allanite.readers.ardupilot.parts",
 )  # fmt: skip
 _HARNESS = "import sys; sys.path.insert(0, sys.argv[1]); import hostile_files; hostile_files.serve()"
@@ -271,7 +273,7 @@ def serve() -> None:
 
 def forked(job: Mapping[str, Any]) -> list[list[Any]]:
     """Open the files of a job, some in each fork; the fields of `Outcome`."""
-    for name in () if job["in_children"] else _PATCHED:
+    for name in () if job["in_children"] else PATCHED:
         vars(import_module(f"allanite.readers.{name}"))["run"] = inline
     if job["sound"]:
         _log(Path(job["sound"]), job["options"])  # what is imported on use is imported before the first fork

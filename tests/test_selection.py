@@ -92,7 +92,7 @@ def test_known_sets_come_first(truth: str, terms: tuple[TermType, ...], n: int) 
 
 def test_the_search_finds_the_best_of_all_sets() -> None:
     """Every set with at most one Gauss-Markov term, and those with two the search itself came by."""
-    search = Search(LikelihoodProblem.of(record(WHITE, Flicker(B=0.3), RandomWalk(K=0.02), n=2048, seed=4)))
+    search = Search(LikelihoodProblem.of(record(WHITE, Flicker(B=0.3), RandomWalk(K=0.02), n=1024, seed=4)))
     best = search.best()
     others = [k for k in all_sets() if k.count("G") < 2]
     assert len(all_sets()) == 94 and len(others) == 62
