@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import gc
 import os
 
 # Before NumPy, and for all commands that tests start: several processes with small matrices, whose threads would only
@@ -19,6 +20,9 @@ from hypothesis import settings
 from shell import Done, Run
 
 ROOT = Path(__file__).resolve().parent.parent
+
+# Looking for cycles after every 700 objects, as is usual, takes a fortieth of the time of all tests.
+gc.set_threshold(50_000, 20, 50)
 
 # How long an example takes says how busy the machine is.
 settings.register_profile("allanite", deadline=None)

@@ -34,7 +34,7 @@ def coarse(seed: int) -> Logged:
     rng = np.random.default_rng([20261123, 1, seed])
     step = float(rng.choice([1.0, 0.1, 0.01, 1 / 64, 0.001]))
     interval = step / 10 ** rng.uniform(-0.4, 2)
-    n = int(10 ** rng.uniform(3, 3.6))
+    n = int(10 ** rng.uniform(2.9, 3.3))
     most = max(2, int(n / max(40, 6 * step / interval)))
     rows = np.sort(rng.choice(np.arange(8, n - 8), int(rng.integers(0, min(most, 60) + 1)), replace=False))
     lengths = np.exp(rng.uniform(math.log(2.5), math.log(10 ** rng.uniform(1, 4)), len(rows)))
