@@ -78,7 +78,7 @@ DATE_FORMATS: dict[str, tuple[re.Pattern[str], ...]] = {
         HALVES: (r"(?P<p>[AaPp])\.?[Mm]\.?",),
     }.items()
 }
-_NUMBER = re.compile(r"[+-]?\d*\.?\d*(?:[eE][+-]?\d+)?")
+_KEPT = 256  # characters of a cell that is remembered
 _MONTHS = {"jan": 1, "feb": 2, "mar": 3, "apr": 4, "may": 5, "jun": 6, "jul": 7, "aug": 8, "sep": 9, "oct": 10,
            "nov": 11, "dec": 12, "mai": 5, "okt": 10, "dez": 12, "mrz": 3, "mär": 3}  # fmt: skip
 _DAY = 86_400_000_000_000
@@ -96,8 +96,11 @@ def date_format(cell: str) -> str | None:
         return HALVES
     if len(cell) < 5 or not (set("-:/. T") & set(cell) or (cell[0].isdigit() and cell[-5].isalpha())):
         return None
-    if _NUMBER.fullmatch(cell):  # most cells are plain numbers, and none of them is a date
-        return None
+    return _name_of(cell) if len(cell) <= _KEPT else _name_of.__wrapped__(cell)
+
+
+@lru_cache(maxsize=4096)  # the first lines of a log are split in a dozen ways, and mostly into the same cells
+def _name_of(cell: str) -> str | None:
     match = _matched(cell)
     return match[0] if match else None
 
