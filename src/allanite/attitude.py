@@ -42,6 +42,7 @@ Array = NDArray[np.float64]
 _LETTERS = {"F": (0, 1.0), "B": (0, -1.0), "R": (1, 1.0), "L": (1, -1.0), "D": (2, 1.0), "U": (2, -1.0)}
 #: Below this angle [rad] sines are replaced by their series, which then has no error in float64.
 _SMALL = 1e-4
+_UNIT = np.eye(3)
 
 
 def skew(vector: ArrayLike) -> Array:
@@ -59,10 +60,12 @@ def rotation(vector: ArrayLike) -> Array:
     angle = np.sqrt(square)
     small = angle < _SMALL
     safe = np.where(small, 1.0, angle)
-    first = np.where(small, 1 - square / 6, np.sin(safe) / safe)
-    second = np.where(small, 0.5 - square / 24, 2 * (np.sin(safe / 2) / safe) ** 2)
+    first, second = np.sin(safe) / safe, 2 * (np.sin(safe / 2) / safe) ** 2
+    if small.any():
+        first = np.where(small, 1 - square / 6, first)
+        second = np.where(small, 0.5 - square / 24, second)
     s = skew(v)
-    return np.asarray(np.eye(3) + first[..., None, None] * s + second[..., None, None] * (s @ s))
+    return np.asarray(_UNIT + first[..., None, None] * s + second[..., None, None] * (s @ s))
 
 
 def rotation_vector(matrix: ArrayLike) -> Array:

@@ -177,9 +177,18 @@ def _pieces(start: int, values: Samples) -> Iterator[tuple[int, Samples]]:
 def _alternates(pieces: Sequence[tuple[int, Samples]], period: int) -> Alternation | None:
     """The alternation with this period, if nine pieces in ten show the same one.
 
-    One wild sample, or a disturbance, is in one piece; a line near half the rate turns over from piece to piece.
+    One wild sample, or a disturbance, is in one piece; a line near half the rate turns over from piece to piece. Once
+    more than one in ten show no more than chance in either, the others are not looked at.
     """
-    phases = [p for start, values in pieces if (p := _phases(values, period, start)) is not None]
+    phases, level_by_chance, noise_by_chance = list[_Phases](), 0, 0
+    for start, values in pieces:
+        if (p := _phases(values, period, start)) is None:
+            continue
+        phases.append(p)
+        level_by_chance += int((np.ptp(p.level, axis=1) <= p.doubt).sum())
+        noise_by_chance += bool(np.ptp(np.log(p.power)) <= p.spread)
+        if level_by_chance > QUARTERS * len(pieces) // 10 and noise_by_chance > len(pieces) // 10:
+            return None
     if len(phases) < max(1, 0.5 * len(pieces)):
         return None
     level = _agreed(np.concatenate([p.level for p in phases]), np.repeat([p.doubt for p in phases], QUARTERS))
