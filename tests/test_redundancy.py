@@ -322,7 +322,7 @@ def test_motion_gives_no_alarm_where_the_sensors_are_exact_or_their_errors_are_s
 # -- faults --------------------------------------------------------------------------------------------------
 
 
-def faulty(kind: str, sensor: int, seed: int = 5, n: int = 5, samples: int = 10_000) -> Array:
+def faulty(kind: str, sensor: int, seed: int = 5, n: int = 5, samples: int = 20_000) -> Array:
     """Five sensors around a cone; the fault lies between 40 % and 70 % of the record where it ends at all."""
     y = noise(n, samples, seed) + (cone(n) @ np.array([0.1, -0.2, 0.3]))
     a, b = int(0.4 * samples), int(0.7 * samples)
@@ -334,7 +334,7 @@ def faulty(kind: str, sensor: int, seed: int = 5, n: int = 5, samples: int = 10_
     elif kind == "drift":
         y[a:, sensor] += 8 * N * np.arange(samples - a) / (samples - a)
     elif kind == "spike":
-        y[a : a + 10, sensor] += 40 * N
+        y[a : a + 20, sensor] += 30 * N
     elif kind == "noise":
         y[a:b, sensor] += 3 * N * math.sqrt(RATE) * rng.standard_normal(b - a)
     else:
@@ -351,8 +351,8 @@ def test_a_fault_is_found_and_its_sensor_named(kind: str, sensor: int) -> None:
     (fault,) = c.faults
     assert fault.kind == ("step" if kind == "spell" else kind)
     if kind != "drift":
-        assert fault.start == pytest.approx(80.0, abs=6.5)
-    stop = {"spell": 140.0, "noise": 140.0, "stuck": 140.0, "step": 200.0, "drift": 200.0, "spike": 80.2}[
+        assert fault.start == pytest.approx(160.0, abs=6.5)
+    stop = {"spell": 280.0, "noise": 280.0, "stuck": 280.0, "step": 400.0, "drift": 400.0, "spike": 160.8}[
         kind
     ]
     assert fault.stop == pytest.approx(stop, abs=8.0)
@@ -360,7 +360,7 @@ def test_a_fault_is_found_and_its_sensor_named(kind: str, sensor: int) -> None:
         assert fault.size == pytest.approx(4 * N, abs=5 * fault.size_sd)
         assert fault.size_sd < 0.5 * N
     if kind == "drift":
-        assert fault.size == pytest.approx(8 * N / 120.0, rel=0.3)
+        assert fault.size == pytest.approx(8 * N / 240.0, rel=0.3)
     if kind == "noise":
         assert fault.size == pytest.approx(math.sqrt(10.0), rel=0.3)
 
@@ -431,14 +431,14 @@ def test_deviation_and_gain_are_those_of_the_recording_that_is_written() -> None
 
 
 def test_the_sensor_at_fault_does_not_take_part_in_its_span() -> None:
-    clean, broken = noise(5, 10_000, 5), faulty("spell", 2) - cone(5) @ np.array([0.1, -0.2, 0.3])
+    clean, broken = noise(5, 20_000, 5), faulty("spell", 2) - cone(5) @ np.array([0.1, -0.2, 0.3])
     c = combined(broken, directions=cone(5))
     z = np.column_stack([c.recording().values(a) for a in c.axes])
     true = combined(clean, directions=cone(5)).recording()
     good = np.column_stack([true.values(a) for a in true.names])
-    inside = slice(4500, 6750)
-    jump = (z - good)[inside].mean(axis=0) - (z - good)[500:3500].mean(axis=0)
-    # a step of 4 N through weights of 3/5 sin(54.7 deg) would move x or y by up to 2 N; noise of the mean is 0.15 N
+    inside = slice(9000, 13_500)
+    jump = (z - good)[inside].mean(axis=0) - (z - good)[1000:7000].mean(axis=0)
+    # a step of 4 N through weights of 3/5 sin(54.7 deg) would move x or y by up to 2 N; noise of the mean is 0.1 N
     assert np.abs(jump).max() < 0.5 * N
 
 
@@ -458,8 +458,8 @@ def test_four_sensors_name_the_one_that_stands_still() -> None:
 
 def test_twins_stay_candidates() -> None:
     h = np.vstack([np.eye(3), np.eye(3)])
-    y = noise(6, 10_000, 1)
-    y[4000:, 4] += 5 * N
+    y = noise(6, 20_000, 1)
+    y[8000:, 4] += 5 * N
     c = combined(y, directions=h)
     assert c.faults[0].sensor is None
     assert set(c.faults[0].candidates) == {"g1", "g4"}
@@ -468,7 +468,7 @@ def test_twins_stay_candidates() -> None:
 
 def test_two_faults_of_two_sensors() -> None:
     y = faulty("step", 0, n=6)
-    y[7000:, 4] -= 5 * N
+    y[14_000:, 4] -= 5 * N
     c = combined(y, directions=cone(6))
     assert [(f.kind, f.sensor) for f in c.faults] == [("step", "g0"), ("step", "g4")]
     assert c.faults[1].size == pytest.approx(-5 * N, abs=5 * c.faults[1].size_sd)
@@ -582,7 +582,7 @@ def test_picture_report_and_command(run: Run, tmp_path: Path) -> None:
     ]
     (alarm,) = panels[0].labels
     longest = panels[0].curves[-1]
-    inside = (longest.x > 80 / 60 + 0.5) & (longest.x < 2)
+    inside = (longest.x > 160 / 60 + 0.5) & (longest.x < 4)
     assert (longest.y[inside] > alarm.y).all()
     moving = run("combine", log, *words, "--moving", "--json")
     assert json.loads(moving.out)["shared"] == []

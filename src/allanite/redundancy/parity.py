@@ -111,18 +111,19 @@ class ParityFilter:
         y = means[:, :, None] if means.ndim == 2 else means
         p = np.einsum("qn,knc->kqc", self.parity, y)
         begin = int(np.argmax(p.any(axis=(1, 2)))) if p.any() else len(p)
-        out = np.where((self.index[: len(p)] >= 0)[:, None, None], np.zeros(p.shape), np.nan)
-        state = np.zeros((self.transition.shape[0], p.shape[2]))
-        for k in range(begin, len(p)):
-            which = self.index[k]
-            if which == -2:
-                state = self.transition @ (self.start @ p[k])
-                continue
+        innovations = np.zeros(p.shape)
+        transition, output, gains = self.transition, self.output, self.gains
+        state = np.zeros((len(transition), p.shape[2]))
+        for k, which in enumerate(self.index[begin : len(p)].tolist(), begin):
             if which >= 0:
-                innovation = p[k] - self.output @ state
-                out[k] = self.roots[which] @ innovation
-                state = state + self.gains[which] @ innovation
-            state = self.transition @ state
+                innovations[k] = innovation = p[k] - output @ state
+                state = state + gains[which] @ innovation
+            elif which == -2:
+                state = self.start @ p[k]
+            state = transition @ state
+        index = self.index[: len(p)]
+        out, there = np.full(p.shape, np.nan), index >= 0
+        out[there] = self.roots[index[there]] @ innovations[there]
         return out[:, :, 0] if means.ndim == 2 else out
 
 
