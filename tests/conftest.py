@@ -5,19 +5,26 @@ from __future__ import annotations
 
 import gc
 import os
+import pickle
 
 # Before NumPy, and for all commands that tests start: several processes with small matrices, whose threads would only
 # wait for one another.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
+from hashlib import sha256
 from pathlib import Path
+from types import SimpleNamespace
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pytest
 from hypothesis import settings
 
 from shell import Done, Run
+
+if TYPE_CHECKING:
+    from allanite.figures.panel import Sheet
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -27,6 +34,28 @@ gc.set_threshold(50_000, 20, 50)
 # How long an example takes says how busy the machine is.
 settings.register_profile("allanite", deadline=None)
 settings.load_profile("allanite")
+
+
+@pytest.fixture(scope="session", autouse=True)
+def stills() -> Iterator[dict[bytes, str]]:
+    """Pictures of reports, each drawn once in a process: many tests write a report of the same result.
+
+    That the same sheet gives the same picture is what `test_figures` and `test_report` look at.
+    """
+    from allanite.figures import matplotlib
+    from allanite.report import pieces
+
+    drawn: dict[bytes, str] = {}
+
+    def svg(sheet: Sheet) -> str:
+        key = sha256(pickle.dumps(sheet)).digest()
+        if key not in drawn:
+            drawn[key] = matplotlib.svg(sheet)
+        return drawn[key]
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(pieces, "matplotlib", SimpleNamespace(svg=svg))
+        yield drawn
 
 
 @pytest.fixture
