@@ -533,7 +533,7 @@ def test_records_of_flicker_noise_are_not_taken_for_gauss_markov_because_they_ar
     """Each record may have a correlation time of its own: what that gains by chance adds up."""
     model = NoiseModel.of(White(N=1e-3), Flicker(B=1e-4), RandomWalk(K=1.2e-5))
     found = []
-    for i in range(40):
+    for i in range(80):
         one = curve(i, model, rate=2.0, duration=18_000.0)
         found.append(record_of(one).series(one.names[0]))
     rng = np.random.default_rng(1)

@@ -55,7 +55,7 @@ def test_a_gyro_that_sees_its_bias_or_the_earth_is_not_called_bias_free(
 def test_false_findings_are_no_more_frequent_than_stated(axes: int, duration: float, noise: float) -> None:
     """The Earth in an orientation evenly spread, and biases of the least size: one record of 100 at the most."""
     rng = np.random.default_rng(20261121)
-    trials, alarms = 100, 0
+    trials, alarms = 200, 0
     spread = meaning.BIAS_OVER_NOISE * math.radians(noise) / 60.0
     for _ in range(trials):
         direction = rng.standard_normal(3)

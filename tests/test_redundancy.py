@@ -189,15 +189,15 @@ def test_missing_samples_are_bridged_by_the_others() -> None:
 
 @pytest.mark.parametrize("shared", [0.0, 0.3])
 def test_interval_of_a_correlation_covers(shared: float) -> None:
-    """200 pairs; at the shortest time and at one with 40 degrees of freedom."""
+    """400 pairs; at the shortest time and at one with 40 degrees of freedom."""
     cover = np.zeros(2)
-    for seed in range(200):
+    for seed in range(400):
         y = noise(2, 800, 1000 + seed, shared)
         allan = allan_covariance(y, 1 / RATE, WHITE)
         for i, tau in enumerate((1 / RATE, 16 / RATE)):
             (pair,) = pairs_of(allan, tau, ["a", "b"], 0.95)
             cover[i] += pair.lower <= shared <= pair.upper
-    low, high = binomial_bounds(0.95, 200)
+    low, high = binomial_bounds(0.95, 400)
     assert ((low <= cover) & (cover <= high)).all(), cover
 
 

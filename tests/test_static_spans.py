@@ -213,8 +213,8 @@ def test_e_other_sample_rates(rate: float) -> None:
     "kind", ["white", "model", "filtered", "drifting", "counts", "below one count", "gaps"]
 )
 def test_e_clean_records_are_not_cut(kind: str) -> None:
-    """One record in a hundred may be cut: of 20 no more than the binomial law allows at 99.9 %."""
-    n, cut = 20, 0
+    """One record in a hundred may be cut: of n no more than the binomial law allows at 99.9 %."""
+    n, cut = 40, 0
     for seed in range(n):
         gyro, accel = clean(seed)
         units = ("rad/s", "m/s²")
