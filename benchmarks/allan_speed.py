@@ -52,7 +52,7 @@ def log_lags(n: int, count: int = N_LAGS) -> Lags:
 
 def decimated_lags(n: int) -> Lags:
     """The same grid on the nearest lags that the decimated engine serves."""
-    from allanite.allan.online import decimable
+    from allanite.noise.allan.online import decimable
 
     return decimable(log_lags(n))
 
@@ -77,7 +77,7 @@ def plain_numpy(y: Array, lags: Lags) -> Array:
 
 def exact(y: Array, lags: Lags, threads: int = 1) -> Array:
     from allanite import Recording
-    from allanite.allan.statistics import STATISTICS, phase_of, sums_of_squares
+    from allanite.noise.allan.statistics import STATISTICS, phase_of, sums_of_squares
 
     recording = Recording.from_rate(y, rate=1.0, unit="V", names="y")
     variance, _ = sums_of_squares(phase_of(recording, "y"), STATISTICS["oadev"], lags, threads)
@@ -86,7 +86,7 @@ def exact(y: Array, lags: Lags, threads: int = 1) -> Array:
 
 def decimated(y: Array, lags: Lags) -> Array:
     from allanite import Recording
-    from allanite.allan.online import decimated_sums
+    from allanite.noise.allan.online import decimated_sums
 
     variance, _, _ = decimated_sums(Recording.from_rate(y, rate=1.0, unit="V", names="y"), "y", lags)
     return np.sqrt(variance)
@@ -137,7 +137,7 @@ def measure(name: str, n: int) -> dict[str, Any]:
 def per_lag_against_length() -> list[tuple[int, float]]:
     """Nanoseconds per term of the exact engine for records of 1e6, 1e7 and 1e8 samples, the phase being there."""
     from allanite import Recording
-    from allanite.allan.statistics import STATISTICS, phase_of, sums_of_squares
+    from allanite.noise.allan.statistics import STATISTICS, phase_of, sums_of_squares
 
     found = []
     for n in (10**6, 10**7, 10**8):

@@ -30,7 +30,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite import _kernels
-from allanite.kalman import Form, log_likelihood
+from allanite.filtering.kalman import Form, log_likelihood
 from allanite.noise import Flicker, NoiseModel, RandomWalk, StateSpace, White
 
 from .machine import describe, save

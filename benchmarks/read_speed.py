@@ -28,7 +28,7 @@ from tests import flight_log_writers as logs
 from tests import ros_writers as ros
 from tests import spreadsheet_writers as sheets
 
-from allanite.recording import Recording
+from allanite.recording.records import Recording
 
 from .machine import describe, save
 
@@ -49,7 +49,7 @@ def _csv(path: Path, y: NDArray[np.float64]) -> None:
 
 
 def _parquet(path: Path, y: NDArray[np.float64]) -> None:
-    from allanite.recording_file import write_recording
+    from allanite.files.recording_file import write_recording
 
     write_recording(Recording.from_rate(y, rate=200.0, unit="deg/s"), path)
 

@@ -24,7 +24,7 @@ from hypothesis import settings
 from shell import Done, Run
 
 if TYPE_CHECKING:
-    from allanite.figures.panel import Sheet
+    from allanite.views.figures.panel import Sheet
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -42,8 +42,8 @@ def stills() -> Iterator[dict[bytes, str]]:
 
     That the same sheet gives the same picture is what `test_figures` and `test_report` look at.
     """
-    from allanite.figures import matplotlib
-    from allanite.report import pieces
+    from allanite.views.figures import matplotlib
+    from allanite.views.report import pieces
 
     drawn: dict[bytes, str] = {}
 
@@ -85,7 +85,7 @@ def real_data() -> Callable[[str], Path]:
 @pytest.fixture
 def run(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Run:
     """Call the program as a shell would that does not say how wide the terminal is."""
-    from allanite.cli import main
+    from allanite.commands.cli import main
 
     monkeypatch.delenv("COLUMNS", raising=False)
 

@@ -7,6 +7,7 @@ does to an angle (or a velocity) and to the bias of the sensor. Nothing here is 
 
 from __future__ import annotations
 
+import io
 import json
 import math
 import re
@@ -19,6 +20,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 from ruamel.yaml import YAML
+from scipy.io import loadmat
 
 Array = NDArray[np.float64]
 
@@ -317,3 +319,14 @@ MARKOVS: dict[str, Reader] = {
 #: Consumers whose step of a Gauss-Markov bias is exact.
 EXACT = ("gazebo", "gazebo_classic")
 OPTIONS: dict[str, dict[str, Any]] = {"ardupilot": {"filter_rate": 80.0}}
+
+
+def mat(content: bytes) -> Any:
+    return _simple(loadmat(io.BytesIO(content))["imu"])
+
+
+def _simple(found: Any) -> Any:
+    """Structures of a MAT file as mappings."""
+    if isinstance(found, np.ndarray) and found.dtype.names:
+        return {name: _simple(found[name].item()) for name in found.dtype.names}
+    return found

@@ -57,13 +57,14 @@ _TOGETHER = 50  # files that are opened by one process
 PATCHED = ("ardupilot", "ulog", "tdms", "hdf5", "matlab", "rosbag", "spreadsheet", "mavlink", "r_data")
 #: Imported before the first fork: what the libraries need for themselves does not count.
 _IMPORTED = (
-    "allanite.calibration", "allanite.cli", "allanite.datasheet", "allanite.delivery", "allanite.terminal",
-    "allanite.instruments.serial_imu.description", "allanite.log_store", "allanite.model_file",
-    "allanite.readers.raw_layout", "allanite.study_schema", "h5py", "nptdms", "pyarrow.csv", "pyarrow.feather",
+    "allanite.recording.calibration", "allanite.commands.cli", "allanite.study.datasheet", "allanite.commands",
+    "allanite.views.terminal",
+    "allanite.acquisition.instruments.serial_imu.description", "allanite.files.store", "allanite.study.model_file",
+    "allanite.files.readers.raw_layout", "allanite.study.schema", "h5py", "nptdms", "pyarrow.csv", "pyarrow.feather",
     "pyarrow.ipc", "pyarrow.parquet", "pymavlink.dialects.v20.common", "python_calamine", "pyulog", "rdata",
     "rosbags.typesys", "ruamel.yaml", "scipy.io",
-    *(f"allanite.readers.{name}" for name in (*PATCHED, "text", "run", "parquet", "numpy_file")),
-    "allanite.readers.rosbag.table", "allanite.readers.ardupilot.parts",
+    *(f"allanite.files.readers.{name}" for name in (*PATCHED, "text", "run", "parquet", "numpy_file")),
+    "allanite.files.readers.rosbag.table", "allanite.files.readers.ardupilot.parts",
 )  # fmt: skip
 _HARNESS = "import sys; sys.path.insert(0, sys.argv[1]); import hostile_files; hostile_files.serve()"
 
@@ -103,7 +104,7 @@ class Outcome:
 
 
 def _log(path: Path, options: Mapping[str, Any]) -> None:
-    from allanite.readers import read
+    from allanite.files.readers import read
 
     recording = read(path, **options)
     for name in recording.names:
@@ -118,7 +119,7 @@ def _raw(path: Path, options: Mapping[str, Any]) -> None:
 
 
 def _run(path: Path, options: Mapping[str, Any]) -> None:
-    from allanite.log_store import open_run, recover
+    from allanite.files.store import open_run, recover
 
     def followed() -> None:
         run = open_run(path)
@@ -133,7 +134,7 @@ def _run(path: Path, options: Mapping[str, Any]) -> None:
 
 def _info(path: Path, options: Mapping[str, Any]) -> None:
     """By the command line, which has the last word on every error."""
-    from allanite.cli import main
+    from allanite.commands.cli import main
 
     given = [f"--{key}={value}" for key, value in options.items() if key != "layout"]
     if "layout" in options:
@@ -164,47 +165,47 @@ def _every(*calls: Callable[[], Any]) -> None:
 
 
 def _layout(path: Path, options: Mapping[str, Any]) -> None:
-    from allanite.readers.raw_layout import read_layout
+    from allanite.files.readers.raw_layout import read_layout
 
     read_layout(path)
 
 
 def _device(path: Path, options: Mapping[str, Any]) -> None:
-    from allanite.instruments.serial_imu.description import read_description
+    from allanite.acquisition.instruments.serial_imu.description import read_description
 
     read_description(path)
 
 
 def _datasheet(path: Path, options: Mapping[str, Any]) -> None:
-    from allanite.datasheet import read_datasheet
+    from allanite.study.datasheet import read_datasheet
 
     read_datasheet(path)
 
 
 def _model(path: Path, options: Mapping[str, Any]) -> None:
-    from allanite.model_file import load_models
+    from allanite.study.model_file import load_models
 
     load_models(path)
 
 
 def _study(path: Path, options: Mapping[str, Any]) -> None:
-    from allanite.study import Study
+    from allanite.study.study import Study
 
     study = Study.load(path)
     study.models, study.findings, study.to_json()
 
 
 def _calibration(path: Path, options: Mapping[str, Any]) -> None:
-    from allanite.calibration import Calibration
+    from allanite.recording.calibration import Calibration
 
     Calibration.load(path)
 
 
 def _curve(path: Path, options: Mapping[str, Any]) -> None:
     """Of allanite or of another program: either reader has its own errors only."""
-    from allanite.allan import AllanCurve
     from allanite.errors import AllaniteError
-    from allanite.foreign_curves import read_curve
+    from allanite.files.foreign_curves import read_curve
+    from allanite.noise.allan import AllanCurve
 
     try:
         AllanCurve.from_csv(path)
@@ -237,7 +238,7 @@ ROLES: Final[dict[str, Callable[[Path, Mapping[str, Any]], None]]] = {
 
 
 def inline(function: str, arguments: Sequence[str], **limits: Any) -> tuple[Any, dict[str, Any]]:
-    """`allanite.readers.sandbox.run` without the process: the same function, its errors classified as there."""
+    """`allanite.files.readers.sandbox.run` without the process: the same function, its errors classified as there."""
     module, _, name = function.partition(":")
     try:
         data, arrays = getattr(import_module(module), name)(*arguments)
@@ -274,7 +275,7 @@ def serve() -> None:
 def forked(job: Mapping[str, Any]) -> list[list[Any]]:
     """Open the files of a job, some in each fork; the fields of `Outcome`."""
     for name in () if job["in_children"] else PATCHED:
-        vars(import_module(f"allanite.readers.{name}"))["run"] = inline
+        vars(import_module(f"allanite.files.readers.{name}"))["run"] = inline
     if job["sound"]:
         _log(Path(job["sound"]), job["options"])  # what is imported on use is imported before the first fork
     attempts, found = job["attempts"], list[list[Any]]()
@@ -293,8 +294,8 @@ def forked(job: Mapping[str, Any]) -> list[list[Any]]:
 
 def _warm_up() -> None:
     """Read and write once: what is imported on use is imported before the first fork."""
-    from allanite.log_store import recover
-    from allanite.yaml_text import read_yaml
+    from allanite.files.store import recover
+    from allanite.plain_files.yaml_text import read_yaml
 
     with tempfile.TemporaryDirectory() as place:
         folder = Path(place)
@@ -333,7 +334,7 @@ def _together(attempts: Sequence[Mapping[str, Any]], seconds: int, *, limited: b
 
 def _attempt_all(attempts: Sequence[Mapping[str, Any]], seconds: int, report: int, *, limited: bool) -> None:
     """Open files in the fork, and write a line for each."""
-    from allanite.readers.sandbox import limit
+    from allanite.files.readers.sandbox import limit
 
     if limited:
         limit(MOST_MEMORY, seconds)

@@ -18,8 +18,8 @@ from typing import Any
 
 import numpy as np
 
-from allanite.log_store import Batch, Header, LogStore, open_run
-from allanite.recording import Channel
+from allanite.files.store import Batch, Header, LogStore, open_run
+from allanite.recording.records import Channel
 
 RATE = 32.0
 SECOND = 10**9

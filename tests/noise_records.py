@@ -8,7 +8,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.recording import Recording
+from allanite.recording.records import Recording
 
 Samples = NDArray[np.float64]
 

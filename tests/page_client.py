@@ -16,12 +16,12 @@ import httpx2 as httpx
 import numpy as np
 from starlette.testclient import TestClient
 
-from allanite.page.application import Application
-from allanite.page.attached import Named
-from allanite.page.server import listening, server_of
-from allanite.page.settings import Limits, Settings
-from allanite.recording import Recording
-from allanite.recording_file import write_recording
+from allanite.commands.page.application import Application
+from allanite.commands.page.attached import Named
+from allanite.commands.page.server import listening, server_of
+from allanite.commands.page.settings import Limits, Settings
+from allanite.files.recording_file import write_recording
+from allanite.recording.records import Recording
 
 __all__ = ["PORT", "Browser", "application", "noise", "served", "small_log"]
 

@@ -14,19 +14,19 @@ from typing import Any
 import numpy as np
 import pytest
 
-from allanite.capture import Patience, device_lock, listener, session, writer
-from allanite.instruments import serial_imu
-from allanite.instruments.hp3458a import conversation, driver, prologix
-from allanite.instruments.hp3458a.simulated_meter import SimulatedMeter
-from allanite.instruments.hp3458a.simulator import Simulator
-from allanite.instruments.hp3458a.transports import Transport
-from allanite.instruments.serial_imu import SerialImu
-from allanite.instruments.serial_imu import driver as imu_driver
-from allanite.instruments.serial_imu.faults import Vanish, Wait, noise
-from allanite.instruments.serial_imu.port import SerialPort
-from allanite.instruments.serial_imu.simulator import SimulatedImu
-from allanite.log_store import Run as StoredRun
-from allanite.log_store import open_run
+from allanite.acquisition.capture import Patience, device_lock, listener, session, writer
+from allanite.acquisition.instruments import serial_imu
+from allanite.acquisition.instruments.hp3458a import conversation, driver, prologix
+from allanite.acquisition.instruments.hp3458a.simulated_meter import SimulatedMeter
+from allanite.acquisition.instruments.hp3458a.simulator import Simulator
+from allanite.acquisition.instruments.hp3458a.transports import Transport
+from allanite.acquisition.instruments.serial_imu import SerialImu
+from allanite.acquisition.instruments.serial_imu import driver as imu_driver
+from allanite.acquisition.instruments.serial_imu.faults import Vanish, Wait, noise
+from allanite.acquisition.instruments.serial_imu.port import SerialPort
+from allanite.acquisition.instruments.serial_imu.simulator import SimulatedImu
+from allanite.files.store import Run as StoredRun
+from allanite.files.store import open_run
 from shell import Done, Run
 from virtual_imu import VirtualPort, follow
 from virtual_meter import VirtualClock

@@ -9,12 +9,19 @@ from typing import Any
 
 import numpy as np
 
-from allanite.attitude import rotation
-from allanite.calibration import Calibration, parameter_names
-from allanite.checks import Check
-from allanite.earth import EARTH_RATE
-from allanite.model_file import model_of
-from allanite.triad.results import CalibrationEstimate, EarthSeen, Parameter, Position, Scatter, Turn
+from allanite.experiments.calibration.results import (
+    CalibrationEstimate,
+    EarthSeen,
+    Parameter,
+    Position,
+    Scatter,
+    Turn,
+)
+from allanite.quantities.attitude import rotation
+from allanite.quantities.earth import EARTH_RATE
+from allanite.quantities.residual_tests import Check
+from allanite.recording.calibration import Calibration, parameter_names
+from allanite.study.model_file import model_of
 
 __all__ = ["DEG_H", "LEFT_OUT", "MG", "OPEN", "OUTLIER", "estimate"]
 

@@ -15,9 +15,9 @@ import numpy as np
 import pytest
 
 import allanite
-from allanite.cleaning import REPAIRS
-from allanite.cli import cli
-from allanite.health import CATALOGUE
+from allanite.commands.cli import cli
+from allanite.recording.cleaning import REPAIRS
+from allanite.recording.health import CATALOGUE
 from shell import Run
 
 PACKAGE = Path(allanite.__file__).parent

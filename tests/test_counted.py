@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from allanite.allan import allan_curve
-from allanite.counted import plural
 from allanite.errors import DataQualityError
-from allanite.recording import Recording
+from allanite.noise.allan import allan_curve
+from allanite.plain_files.counted import plural
+from allanite.recording.records import Recording
 from shell import Run
 
 

@@ -29,7 +29,7 @@ import pytest
 from verification.findings import look_alikes_page
 from verification.proof import proof_page
 
-from allanite.health.catalogue import findings_page
+from allanite.recording.health.catalogue import findings_page
 from shell import Run
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -152,8 +152,8 @@ def command_reference() -> str:
     """docs/reference/cli.md: the help of every command, as it is shown."""
     from click.testing import CliRunner
 
-    from allanite.cli import cli
-    from allanite.cli.program import EXIT_CODES
+    from allanite.commands.cli import cli
+    from allanite.commands.cli.program import EXIT_CODES
 
     def shown_help(*arguments: str) -> str:
         shown = CliRunner().invoke(cli, [*arguments, "--help"], prog_name="allanite", terminal_width=100)
@@ -221,7 +221,7 @@ def exports_reference() -> str:
     """docs/reference/exports.md: what `allanite export --list` shows, with the file and the options of each."""
     from allanite.exporters import exporter, options_of
     from allanite.exporters.imu import NoiseOptions
-    from allanite.terminal.exporting import consumer_rows
+    from allanite.views.terminal.exporting import consumer_rows
 
     shared = list(NoiseOptions.__annotations__)
     lines = [
@@ -264,7 +264,7 @@ def test_generated_page_is_up_to_date(page: str) -> None:
 
 
 def test_units_of_the_reference_are_understood_and_alike() -> None:
-    from allanite.units import parse_unit
+    from allanite.quantities.units import parse_unit
 
     page = (ROOT / "docs" / "reference" / "units.md").read_text(encoding="utf-8")
     rows = [row.split("|")[1:4] for row in re.findall(r"^\| .* \|$", page, re.M) if row.count("|") == 4]
@@ -323,12 +323,12 @@ def test_study_format_names_every_key_of_the_other_documents() -> None:
     import math
 
     import allanite as al
-    from allanite.earth_rate import measure_earth_rate
-    from allanite.kalman import filter_recording
-    from allanite.north import Rotation, find_north
-    from allanite.planning import plan
-    from allanite.reference_aided import reference_aided
-    from allanite.simulation import Motion, seed_paper
+    from allanite.experiments.earth_rate import measure_earth_rate
+    from allanite.experiments.north import Rotation, find_north
+    from allanite.experiments.planning import plan
+    from allanite.experiments.reference_aided import reference_aided
+    from allanite.filtering.kalman import filter_recording
+    from allanite.filtering.simulation import Motion, seed_paper
 
     model, latitude = seed_paper.sensor(), seed_paper.LATITUDE
     take, spin = seed_paper.take(2, seed=1), math.radians(6.0)

@@ -5,7 +5,12 @@ from __future__ import annotations
 
 import pytest
 
-from allanite.laws import chi_square_quantile, chi_square_tail, normal_quantile, student_quantile
+from allanite.quantities.distributions import (
+    chi_square_quantile,
+    chi_square_tail,
+    normal_quantile,
+    student_quantile,
+)
 
 
 @pytest.mark.parametrize("dof, table", [(1, 12.706), (4, 2.776), (10, 2.228), (30, 2.042), (1e9, 1.960)])

@@ -11,10 +11,10 @@ import pytest
 from scipy.io import savemat
 from scipy.spatial.transform import Rotation
 
-from allanite.health import check
-from allanite.health.rows import rows_of_means
-from allanite.position_rows import are_positions
-from allanite.recording import Recording
+from allanite.recording.health import check
+from allanite.recording.health.rows import rows_of_means
+from allanite.recording.position_rows import are_positions
+from allanite.recording.records import Recording
 from shell import Run
 
 Rng = np.random.Generator

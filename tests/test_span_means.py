@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from allanite.noise import NoiseModel, White
-from allanite.span_means import contrast_whitener, span_covariance
+from allanite.noise.span_means import contrast_whitener, span_covariance
 
 
 @pytest.mark.parametrize("whole", [(100, 300), (100, 150), (40, 7)])

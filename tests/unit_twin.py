@@ -8,13 +8,13 @@ from collections.abc import Mapping
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from allanite.attitude import rotation, rotation_vector
-from allanite.calibration import TriadErrors
-from allanite.columns import ArrayColumn
-from allanite.earth import earth_rate_vector
 from allanite.noise import NoiseModel
 from allanite.noise.markov import MarkovForm
-from allanite.recording import Channel, Recording
+from allanite.quantities.attitude import rotation, rotation_vector
+from allanite.quantities.earth import earth_rate_vector
+from allanite.recording.calibration import TriadErrors
+from allanite.recording.records import Channel, Recording
+from allanite.recording.sample_columns import ArrayColumn
 
 __all__ = ["Path", "attitude_up", "noise"]
 

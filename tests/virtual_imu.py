@@ -10,10 +10,10 @@ from dataclasses import dataclass, field
 
 import pytest
 
-from allanite.instruments.serial_imu import Description, driver
-from allanite.instruments.serial_imu.description import PortSettings
-from allanite.instruments.serial_imu.encoding import Encoder
-from allanite.instruments.serial_imu.faults import noise, wire
+from allanite.acquisition.instruments.serial_imu import Description, driver
+from allanite.acquisition.instruments.serial_imu.description import PortSettings
+from allanite.acquisition.instruments.serial_imu.encoding import Encoder
+from allanite.acquisition.instruments.serial_imu.faults import noise, wire
 from virtual_meter import SECOND, VirtualClock
 
 

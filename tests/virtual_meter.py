@@ -18,12 +18,18 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from allanite.acquisition.instruments.hp3458a import (
+    conversation,
+    driver,
+    prologix,
+    simulated_meter,
+    simulator,
+)
+from allanite.acquisition.instruments.hp3458a.prologix import PrologixTransport
+from allanite.acquisition.instruments.hp3458a.simulated_meter import SimulatedMeter
+from allanite.acquisition.instruments.hp3458a.simulator import SimulatedPrologix
+from allanite.acquisition.instruments.hp3458a.transports import Transport
 from allanite.errors import InstrumentError
-from allanite.instruments.hp3458a import conversation, driver, prologix, simulated_meter, simulator
-from allanite.instruments.hp3458a.prologix import PrologixTransport
-from allanite.instruments.hp3458a.simulated_meter import SimulatedMeter
-from allanite.instruments.hp3458a.simulator import SimulatedPrologix
-from allanite.instruments.hp3458a.transports import Transport
 
 SECOND = 10**9
 #: Mean lateness of the host at a read [s].

@@ -11,15 +11,15 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.alignment import AlignmentEstimate, AlignmentPlan, align, predict_alignment
-from allanite.attitude import angles_of
-from allanite.calibration import ACCELEROMETER, AXES, GYRO, Calibration, parameter_names
 from allanite.errors import InputError
+from allanite.experiments.alignment import AlignmentEstimate, AlignmentPlan, align, predict_alignment
+from allanite.experiments.north import mean_direction
+from allanite.filtering.simulation import UnitMotion, simulate_unit, true_attitudes
 from allanite.noise import Flicker, NoiseModel, White
-from allanite.north import mean_direction
-from allanite.recording import ArrayColumn, Recording
-from allanite.simulation import UnitMotion, simulate_unit, true_attitudes
-from allanite.stated import Stated
+from allanite.quantities.attitude import angles_of
+from allanite.quantities.setup_uncertainty import Stated
+from allanite.recording.calibration import ACCELEROMETER, AXES, GYRO, Calibration, parameter_names
+from allanite.recording.records import ArrayColumn, Recording
 from verification.triad import CHANNELS, CONSUMER, DEG, DEG_H, DEG_RT_H
 
 __all__ = ["BATTERY", "run_battery"]

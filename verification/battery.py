@@ -18,15 +18,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 import allanite as al
-from allanite.allan import covariance
-from allanite.allan.degrees import chi_square_factors
 from allanite.fitting.advice import predicted_sd
 from allanite.fitting.design import design_of
 from allanite.fitting.misfit import candidate
 from allanite.fitting.moments import lags_used
 from allanite.fitting.objective import Curve, solve
 from allanite.noise import Flicker, GaussMarkov, NoiseModel, Quantisation, Ramp, RandomWalk, White
-from allanite.recording import Recording
+from allanite.noise.allan import covariance
+from allanite.noise.allan.degrees import chi_square_factors
+from allanite.recording.records import Recording
 from verification.curves import MODELS
 from verification.spread import Say, spread
 

@@ -19,11 +19,11 @@ from typing import Any, Literal
 import numpy as np
 from tests.virtual_meter import virtual_wire
 
-from allanite.instruments.hp3458a import HP3458A, Settings
-from allanite.instruments.hp3458a.commands import LONGEST_COUNT
-from allanite.instruments.hp3458a.simulated_meter import SimulatedMeter
-from allanite.instruments.hp3458a.simulator import Simulator
-from allanite.log_store import open_run
+from allanite.acquisition.instruments.hp3458a import HP3458A, Settings
+from allanite.acquisition.instruments.hp3458a.commands import LONGEST_COUNT
+from allanite.acquisition.instruments.hp3458a.simulated_meter import SimulatedMeter
+from allanite.acquisition.instruments.hp3458a.simulator import Simulator
+from allanite.files.store import open_run
 
 __all__ = ["run_drift", "run_stopped"]
 

@@ -16,11 +16,11 @@ from typing import Any
 import numpy as np
 from scipy.stats import binom
 
-from allanite.allan import AllanCurve, allan_curve
-from allanite.comparison import Comparison, compare
+from allanite.filtering.simulation import simulate
 from allanite.noise import Flicker, NoiseModel, RandomWalk, White
-from allanite.recording import Sampling
-from allanite.simulation import simulate
+from allanite.noise.allan import AllanCurve, allan_curve
+from allanite.recording.records import Sampling
+from allanite.stability.record_comparison import Comparison, compare
 from verification.spread import Say, place_of, spread
 
 __all__ = ["run_coverage", "run_power", "run_size"]

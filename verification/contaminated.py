@@ -18,11 +18,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import binom
 
-from allanite.allan import allan_curve
 from allanite.fitting import fit
 from allanite.fitting.tails import contamination_entry, with_tails
-from allanite.health.tails import ALARM, law_of
-from allanite.recording import Recording
+from allanite.noise.allan import allan_curve
+from allanite.recording.health.tails import ALARM, law_of
+from allanite.recording.records import Recording
 from verification.coverage import gates
 from verification.spread import Say, place_of, spread
 

@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import binom
 
-from allanite.cross_covariance import separate_noise
+from allanite.filtering.simulation import simulate
 from allanite.noise import Flicker, NoiseModel, RandomWalk, White
-from allanite.recording import Recording
-from allanite.simulation import simulate
+from allanite.recording.records import Recording
+from allanite.stability.shared_noise import separate_noise
 from verification.spread import Say, place_of, spread
 
 __all__ = ["run_separation"]

@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 import allanite as al
-from allanite.allan import covariance, degrees
-from allanite.allan.statistics import STATISTICS, phase_of, sums_of_squares
 from allanite.noise import Flicker, GaussMarkov, NoiseModel, RandomWalk, White
-from allanite.recording import Recording
+from allanite.noise.allan import covariance, degrees
+from allanite.noise.allan.statistics import STATISTICS, phase_of, sums_of_squares
+from allanite.recording.records import Recording
 
 __all__ = ["GATE", "LAGS", "MODELS", "run_curves"]
 

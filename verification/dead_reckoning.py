@@ -17,9 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 import allanite as al
-from allanite.dead_reckoning import InitialErrors, dead_reckon
-from allanite.dead_reckoning.dynamics import radii
-from allanite.earth import (
+from allanite.experiments.dead_reckoning import InitialErrors, dead_reckon
+from allanite.experiments.dead_reckoning.dynamics import radii
+from allanite.noise import Flicker, GaussMarkov, NoiseModel, Quantisation, RandomWalk, White
+from allanite.quantities.earth import (
     EARTH_RATE,
     ECCENTRICITY2,
     FLATTENING,
@@ -29,7 +30,6 @@ from allanite.earth import (
     SEMI_MAJOR,
     normal_gravity,
 )
-from allanite.noise import Flicker, GaussMarkov, NoiseModel, Quantisation, RandomWalk, White
 
 __all__ = ["CASES", "GATE", "Case", "run_dead_reckoning", "strapdown_errors"]
 

@@ -17,14 +17,14 @@ from typing import Any
 import numpy as np
 
 import allanite as al
-from allanite.earth import EARTH_RATE
-from allanite.earth_rate import EarthRateEstimate, measure_earth_rate
-from allanite.earth_rate.take import Take
+from allanite.experiments.earth_rate import EarthRateEstimate, measure_earth_rate
+from allanite.experiments.earth_rate.take import Take
+from allanite.experiments.reversals import periodic_reversals
+from allanite.filtering.regression import covariance_of
+from allanite.filtering.simulation import seed_paper, simulate
 from allanite.noise import NoiseModel
-from allanite.recording import Recording
-from allanite.regression import covariance_of
-from allanite.reversals import periodic_reversals
-from allanite.simulation import seed_paper, simulate
+from allanite.quantities.earth import EARTH_RATE
+from allanite.recording.records import Recording
 from verification.spread import Say, place_of, spread
 
 __all__ = ["CONFIDENT", "FAULTS", "INVISIBLE", "LENGTHS", "run_faults", "run_takes", "run_warm_up"]
@@ -54,7 +54,7 @@ def _take(model: NoiseModel, duration: float, seed: int, dwell: Any, **effects: 
         duration=duration,
         seed=seed,
         unit="deg/s",
-        motion=al.simulation.Motion.reversals(dwell, **options),
+        motion=al.filtering.simulation.Motion.reversals(dwell, **options),
         latitude=seed_paper.LATITUDE,
         **effects,
     )

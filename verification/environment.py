@@ -18,10 +18,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.environment import regress_environment
+from allanite.filtering.simulation import Temperature, simulate
 from allanite.noise import Flicker, GaussMarkov, NoiseModel, RandomWalk, White
-from allanite.recording import Recording
-from allanite.simulation import Temperature, simulate
+from allanite.recording.records import Recording
+from allanite.stability.environment import regress_environment
 from verification.spread import Say, place_of, spread
 
 __all__ = ["SCENARIOS", "WARM_UPS", "run_coverage", "run_warm_up", "twin"]

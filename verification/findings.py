@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from allanite.health import check
-from allanite.health.catalogue import CATALOGUE, LOOK_ALIKES
-from allanite.recording import Recording
+from allanite.recording.health import check
+from allanite.recording.health.catalogue import CATALOGUE, LOOK_ALIKES
+from allanite.recording.records import Recording
 
 __all__ = ["look_alikes_page", "run_look_alikes"]
 

@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import allanite as al
-from allanite.kalman.filtering import FilterRun
+from allanite.filtering.kalman.filtering import FilterRun
 from allanite.noise import Flicker, NoiseModel, Quantisation, RandomWalk, StateSpace, White
 
 __all__ = ["CASES", "EVERY", "RATE", "constants", "replayed", "run_firmware", "space_of"]

@@ -17,7 +17,7 @@ import numpy as np
 from scipy.stats import binom
 
 import allanite as al
-from allanite.instrument_floor import over_floor
+from allanite.fitting.instrument_floor import over_floor
 from allanite.noise import Flicker, NoiseModel, RandomWalk, TermType, White
 from verification.spread import Say, place_of, spread
 

@@ -25,10 +25,10 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.attitude import accumulated, rotation, rotation_vector
-from allanite.calibration import ACCELEROMETER, GYRO, errors_of, parameter_names
-from allanite.earth import earth_rate_vector
-from allanite.recording import Recording
+from allanite.quantities.attitude import accumulated, rotation, rotation_vector
+from allanite.quantities.earth import earth_rate_vector
+from allanite.recording.calibration import ACCELEROMETER, GYRO, errors_of, parameter_names
+from allanite.recording.records import Recording
 
 __all__ = ["LATITUDE", "NAMES", "G", "Hand", "HeldRecord", "held_record", "unit_of"]
 

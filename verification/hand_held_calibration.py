@@ -18,7 +18,7 @@ from scipy.special import ndtri, stdtr
 from scipy.stats import binom, chi2
 
 from allanite.errors import AllaniteError
-from allanite.triad import calibrate
+from allanite.experiments.calibration import calibrate
 from verification.hand_held import LATITUDE, G, held_record
 from verification.spread import Say, place_of, spread
 

@@ -14,11 +14,11 @@ from typing import Any
 
 import numpy as np
 
-from allanite.allan import allan_curve
-from allanite.cleaning.rows import at_own_rates
 from allanite.fitting import fit
-from allanite.health import check
-from allanite.recording import Recording
+from allanite.noise.allan import allan_curve
+from allanite.recording.cleaning.rows import at_own_rates
+from allanite.recording.health import check
+from allanite.recording.records import Recording
 from verification.coverage import gates
 from verification.spread import Say, place_of, spread
 

@@ -21,7 +21,7 @@ from allanite.fitting.likelihood.pyramid import BLOCK
 from allanite.fitting.misfit import best_explained
 from allanite.fitting.moments import lags_used
 from allanite.noise import GaussMarkov
-from allanite.recording import Recording
+from allanite.recording.records import Recording
 from verification.scenarios import SCENARIOS, Scenario
 from verification.short_chain import chained, short_chain
 from verification.spread import Say, place_of, spread

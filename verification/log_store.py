@@ -36,16 +36,16 @@ from tests.log_store_runs import (
 )
 
 import allanite as al
-from allanite.capture import Progress, capture
-from allanite.delivery import RunWatch
+from allanite.acquisition.capture import Progress, capture
+from allanite.acquisition.instruments.hp3458a import HP3458A, Settings
+from allanite.acquisition.instruments.hp3458a.commands import LONGEST_COUNT
+from allanite.acquisition.instruments.hp3458a.simulated_meter import SimulatedMeter
+from allanite.acquisition.instruments.hp3458a.simulator import Simulator
+from allanite.commands.monitor import RunWatch
 from allanite.errors import StorageError
-from allanite.instruments.hp3458a import HP3458A, Settings
-from allanite.instruments.hp3458a.commands import LONGEST_COUNT
-from allanite.instruments.hp3458a.simulated_meter import SimulatedMeter
-from allanite.instruments.hp3458a.simulator import Simulator
-from allanite.log_store import Batch, Disk, Header, LogStore, compact, open_run, recover
-from allanite.log_store.segment import Segment
-from allanite.recording import Channel
+from allanite.files.store import Batch, Disk, Header, LogStore, compact, open_run, recover
+from allanite.files.store.segment import Segment
+from allanite.recording.records import Channel
 
 __all__ = [
     "run_cost",
@@ -156,7 +156,7 @@ _WRITER = """
 import sys, time
 from pathlib import Path
 from allanite.errors import StorageError
-from allanite.log_store import LogStore
+from allanite.files.store import LogStore
 from tests.log_store_runs import HEADER, batch_of
 store = LogStore.create(Path(sys.argv[1]), HEADER)
 try:

@@ -14,14 +14,14 @@ from typing import Any
 import numpy as np
 
 import allanite as al
-from allanite.earth import EARTH_RATE
+from allanite.experiments.north import Rotation, find_north
+from allanite.experiments.north.circle import direction_set
+from allanite.experiments.reversals import Position, Reversals
+from allanite.filtering.simulation import Motion, simulate
 from allanite.noise import Flicker, GaussMarkov, NoiseModel, RandomWalk, White
-from allanite.north import Rotation, find_north
-from allanite.north.circle import direction_set
-from allanite.recording import Recording
-from allanite.reversals import Position, Reversals
-from allanite.simulation import Motion, simulate
-from allanite.stated import Stated
+from allanite.quantities.earth import EARTH_RATE
+from allanite.quantities.setup_uncertainty import Stated
+from allanite.recording.records import Recording
 
 __all__ = ["SNR", "WANDERING", "run_budget", "run_circle", "run_indexing"]
 

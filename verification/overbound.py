@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 
 import allanite as al
+from allanite.fitting.overbound import overbound
 from allanite.noise import NoiseModel
-from allanite.overbound import overbound
 from verification.coverage import gates
 from verification.scenarios import SCENARIOS, Scenario
 from verification.spread import Say, spread

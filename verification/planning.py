@@ -14,13 +14,13 @@ from typing import Any
 import numpy as np
 
 import allanite as al
-from allanite.earth import EARTH_RATE
+from allanite.experiments.north import find_north
+from allanite.experiments.planning import plan
+from allanite.experiments.reversals import Position, Reversals
+from allanite.filtering.regression import LEVEL, regress
 from allanite.noise import SIGMA_PER_B, Flicker, GaussMarkov, NoiseModel, RandomWalk, White
-from allanite.north import find_north
-from allanite.planning import plan
-from allanite.recording import Recording
-from allanite.regression import LEVEL, regress
-from allanite.reversals import Position, Reversals
+from allanite.quantities.earth import EARTH_RATE
+from allanite.recording.records import Recording
 
 __all__ = ["CASES", "GATE", "LATITUDE", "run_planning"]
 

@@ -15,11 +15,11 @@ from typing import Any
 
 import numpy as np
 
-from allanite.attitude import attitude_of
+from allanite.experiments.calibration import calibrate
+from allanite.experiments.position_planning import plan_positions
+from allanite.filtering.simulation import UnitMotion, simulate_unit
 from allanite.noise import Flicker, NoiseModel, White
-from allanite.position_planning import plan_positions
-from allanite.simulation import UnitMotion, simulate_unit
-from allanite.triad import calibrate
+from allanite.quantities.attitude import attitude_of
 
 __all__ = ["CASES", "GATE", "run_position_planning"]
 

@@ -16,8 +16,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.noise import GaussMarkov, NoiseModel, RandomWalk, White
-from allanite.rate_table import (
+from allanite.experiments.rate_table import (
     RateTable,
     RateTableEstimate,
     Sampled,
@@ -26,7 +25,8 @@ from allanite.rate_table import (
     measure_rate_table,
     simulate_on_table,
 )
-from allanite.recording import Recording
+from allanite.noise import GaussMarkov, NoiseModel, RandomWalk, White
+from allanite.recording.records import Recording
 
 __all__ = ["DESIGNS", "GATE", "NOISE", "run_rate_table", "table_of", "truth_of", "twin"]
 

@@ -15,11 +15,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.earth import EARTH_RATE
+from allanite.experiments.rate_vector import RateVector, measure_rate_vector
+from allanite.filtering.simulation import simulate
 from allanite.noise import Flicker, NoiseModel, White
-from allanite.rate_vector import RateVector, measure_rate_vector
-from allanite.recording import Recording
-from allanite.simulation import simulate
+from allanite.quantities.earth import EARTH_RATE
+from allanite.recording.records import Recording
 
 __all__ = ["GATE", "KINDS", "run_rate_vector", "vehicle"]
 

@@ -162,7 +162,7 @@ def _rows(channel: dict[str, Any]) -> Iterable[tuple[str, str]]:
 
 
 def _cell(channel: dict[str, Any], e: dict[str, Any]) -> str:
-    from allanite.units import display_unit
+    from allanite.quantities.display_units import display_unit
 
     unit, factor = display_unit(
         channel["kind"], "B" if e["symbol"] == "B_equiv" else e["symbol"], channel["unit"]
@@ -178,8 +178,8 @@ def _others() -> str:
 
 The pose and motion logs of the same collection (Xsens, OpenAXES, MPU-9150, x-io) are refused with the finding
 `not_at_rest`: a noise model of a moving sensor would describe the hand that moved it. The clock data with results of
-Stable32 are compared in `tests/test_allan.py`: deviations agree to the printed digits (1e-4), bounds to 1e-3 with the
-degrees of freedom of its own convention. The Allan curves of six IMUs printed by imu_utils are fitted without their
+Stable32 are compared in `tests/noise/test_allan.py`: deviations agree to the printed digits (1e-4), bounds to 1e-3 with
+the degrees of freedom of its own convention. The Allan curves of six IMUs printed by imu_utils are fitted without their
 samples: our model at 1 s agrees with the printed density within 8 % for five of them; the sixth file holds the
 deviation per sample under the same name, 14 times larger, which the comparison shows.
 """

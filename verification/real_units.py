@@ -16,10 +16,10 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.alignment import AlignmentEstimate, align
-from allanite.earth import DEG_H
-from allanite.recording import ArrayColumn, Channel, Recording
-from allanite.triad import CalibrationEstimate, calibrate
+from allanite.experiments.alignment import AlignmentEstimate, align
+from allanite.experiments.calibration import CalibrationEstimate, calibrate
+from allanite.quantities.earth import DEG_H
+from allanite.recording.records import ArrayColumn, Channel, Recording
 
 Array = NDArray[np.float64]
 PAGE = Path(__file__).parent.parent / "docs" / "real-units.md"

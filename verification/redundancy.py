@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import binom
 
+from allanite.experiments.redundancy import Combination, combine
+from allanite.filtering.simulation import simulate
 from allanite.noise import Flicker, NoiseModel, RandomWalk, White
-from allanite.recording import Recording
-from allanite.redundancy import Combination, combine
-from allanite.simulation import simulate
+from allanite.recording.records import Recording
 
 __all__ = ["run_false_alarms", "run_faults", "run_intervals"]
 

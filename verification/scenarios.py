@@ -22,8 +22,8 @@ from allanite.noise import (
     TermType,
     White,
 )
-from allanite.recording import Recording
-from allanite.spectrum import sampled_psd
+from allanite.noise.spectrum import sampled_psd
+from allanite.recording.records import Recording
 
 __all__ = ["HARDER", "SCENARIOS", "SEED", "Scenario", "bound"]
 

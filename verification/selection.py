@@ -45,7 +45,7 @@ from allanite.noise import (
     TermType,
     White,
 )
-from allanite.recording import Channel, Kind, Recording
+from allanite.recording.records import Channel, Kind, Recording
 from verification.scenarios import SCENARIOS, SEED
 from verification.short_chain import chained, coefficient, component
 from verification.spread import Say, place_of, spread

@@ -16,13 +16,13 @@ from typing import Any
 
 import numpy as np
 
-from allanite.capture import capture
-from allanite.instruments import Flag
-from allanite.instruments.serial_imu import Description, Framer, SerialImu
-from allanite.instruments.serial_imu.encoding import Encoder
-from allanite.instruments.serial_imu.faults import Fault, noise, wire
-from allanite.instruments.serial_imu.simulator import SimulatedImu
-from allanite.log_store import open_run
+from allanite.acquisition.capture import capture
+from allanite.acquisition.instruments import Flag
+from allanite.acquisition.instruments.serial_imu import Description, Framer, SerialImu
+from allanite.acquisition.instruments.serial_imu.encoding import Encoder
+from allanite.acquisition.instruments.serial_imu.faults import Fault, noise, wire
+from allanite.acquisition.instruments.serial_imu.simulator import SimulatedImu
+from allanite.files.store import open_run
 
 __all__ = ["run_held", "run_streams"]
 

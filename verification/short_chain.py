@@ -20,7 +20,7 @@ from allanite.fitting.likelihood.objective import Component, Objective
 from allanite.fitting.likelihood.pool import Pool
 from allanite.fitting.likelihood.pyramid import BLOCK, TOP, Pyramid, build
 from allanite.noise import GaussMarkov, NoiseModel, TermType
-from allanite.recording import Recording
+from allanite.recording.records import Recording
 from verification.scenarios import Scenario
 
 __all__ = ["FROM", "chained", "coefficient", "component", "short_chain"]

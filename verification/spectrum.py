@@ -20,13 +20,13 @@ from numpy.typing import NDArray
 from scipy.signal import butter, sosfilt
 
 import allanite as al
-from allanite.allan import allan_curve
 from allanite.fitting.spectral import fit_spectral
 from allanite.fitting.spectral.agreement import disagreement
 from allanite.fitting.spectral.ordinates import ordinates_of
 from allanite.noise import Flicker, GaussMarkov, NoiseModel, RandomWalk, Sinusoid, White
-from allanite.recording import Recording
-from allanite.spectrum import power_spectrum, sampled_psd, without_stable_lines
+from allanite.noise.allan import allan_curve
+from allanite.noise.spectrum import power_spectrum, sampled_psd, without_stable_lines
+from allanite.recording.records import Recording
 from verification.coverage import evaluate, gates
 from verification.scenarios import SCENARIOS
 from verification.spread import Say, place_of, spread

@@ -14,13 +14,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 import allanite as al
-from allanite.allan import covariance, robust, theo_covariance
-from allanite.allan.degrees import shifted_factors
-from allanite.allan.robust import m_estimates
-from allanite.allan.statistics import STATISTICS, complete_runs, phase_of, sums_of_squares
-from allanite.allan.theo import sums_of_inner_squares
 from allanite.noise import NoiseModel, White
-from allanite.recording import Recording
+from allanite.noise.allan import covariance, robust, theo_covariance
+from allanite.noise.allan.degrees import shifted_factors
+from allanite.noise.allan.robust import m_estimates
+from allanite.noise.allan.statistics import STATISTICS, complete_runs, phase_of, sums_of_squares
+from allanite.noise.allan.theo import sums_of_inner_squares
+from allanite.recording.records import Recording
 from verification.curves import LEVEL, MODELS, N
 
 __all__ = ["run_alone", "run_bias", "run_coverage", "run_gain", "run_gaps", "run_outliers"]

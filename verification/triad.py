@@ -22,12 +22,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.attitude import angles_of, rotation
-from allanite.calibration import ACCELEROMETER, GYRO, Calibration, parameter_names
+from allanite.experiments.calibration import CalibrationEstimate, Prediction
+from allanite.filtering.simulation import UnitMotion, simulate_unit, true_attitudes
 from allanite.noise import Flicker, NoiseModel, White
-from allanite.recording import Recording
-from allanite.simulation import UnitMotion, simulate_unit, true_attitudes
-from allanite.triad import CalibrationEstimate, Prediction
+from allanite.quantities.attitude import angles_of, rotation
+from allanite.recording.calibration import ACCELEROMETER, GYRO, Calibration, parameter_names
+from allanite.recording.records import Recording
 from verification.spread import Say, place_of, spread
 
 __all__ = ["ALIGNMENTS", "CALIBRATIONS", "GATE", "NEAR", "align_twin", "calibrate_twin", "run_triad"]
@@ -188,7 +188,7 @@ def calibration_record(name: str, seed: int, number: int) -> tuple[Recording, Ca
 
 def calibrate_twin(job: tuple[int, str, int]) -> Json:
     """Errors, standard deviations and intervals of one twin."""
-    from allanite.triad import calibrate
+    from allanite.experiments.calibration import calibrate
 
     seed, name, number = job
     record, true = calibration_record(name, seed, number)
@@ -224,7 +224,7 @@ def _planned(
     record: Recording, true: Calibration, found: CalibrationEstimate, models: dict[str, NoiseModel]
 ) -> Prediction | None:
     """The prediction for the true attitudes, with the times at rest that were usable."""
-    from allanite.triad import predict
+    from allanite.experiments.calibration import predict
 
     truth = record.history[-1]
     positions = truth["motion"]["positions"]
@@ -286,7 +286,7 @@ def _two(attitude: Array) -> UnitMotion:
 
 
 def _two_plan(attitude: Array) -> Any:
-    from allanite.alignment import AlignmentPlan
+    from allanite.experiments.alignment import AlignmentPlan
 
     after = _turned(attitude)
     return AlignmentPlan(attitudes=(tuple(attitude.tolist()), after), dwell=297.5, turn=5.0)
@@ -303,7 +303,7 @@ def _still(attitude: Array) -> UnitMotion:
 
 
 def _still_plan(attitude: Array) -> Any:
-    from allanite.alignment import AlignmentPlan
+    from allanite.experiments.alignment import AlignmentPlan
 
     return AlignmentPlan(attitudes=(tuple(attitude.tolist()),), dwell=600.0)
 
@@ -314,7 +314,7 @@ def _rotating(attitude: Array) -> UnitMotion:
 
 
 def _rotating_plan(attitude: Array) -> Any:
-    from allanite.alignment import AlignmentPlan
+    from allanite.experiments.alignment import AlignmentPlan
 
     return AlignmentPlan(attitudes=(tuple(attitude.tolist()),), dwell=600.0, rate=6 * DEG)
 
@@ -404,7 +404,7 @@ def _sd(name: str, grade: Grade) -> float:
 
 def align_twin(job: tuple[int, str, int]) -> Json:
     """Errors, standard deviations and intervals of one twin, and what was predicted of it."""
-    from allanite.alignment import align, predict_alignment
+    from allanite.experiments.alignment import align, predict_alignment
 
     seed, name, number = job
     design = ALIGNMENTS[name]

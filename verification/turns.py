@@ -13,9 +13,9 @@ from typing import Any
 
 import numpy as np
 
-from allanite.recording import Recording
-from allanite.reversals import Reversals, find_reversals
-from allanite.simulation import Motion, seed_paper, simulate
+from allanite.experiments.reversals import Reversals, find_reversals
+from allanite.filtering.simulation import Motion, seed_paper, simulate
+from allanite.recording.records import Recording
 
 __all__ = ["compared", "random_take", "run"]
 

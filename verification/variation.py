@@ -12,10 +12,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import binom
 
+from allanite.filtering.simulation import simulate
 from allanite.noise import Flicker, GaussMarkov, NoiseModel, RandomWalk, White
-from allanite.recording import Recording
-from allanite.simulation import simulate
-from allanite.variation import examine_variation
+from allanite.recording.records import Recording
+from allanite.stability.variation import examine_variation
 from verification.spread import Say, place_of, spread
 
 __all__ = ["run_changes", "run_constant"]

@@ -28,15 +28,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 import allanite as al
-from allanite.earth import EARTH_RATE
-from allanite.earth_rate import EarthRateEstimate, measure_earth_rate
+from allanite.experiments.earth_rate import EarthRateEstimate, measure_earth_rate
+from allanite.experiments.reference_aided import ReferenceAided, reference_aided
+from allanite.experiments.reversals import find_reversals
+from allanite.filtering.regression import covariance_of
+from allanite.filtering.simulation import seed_paper, simulate
 from allanite.fitting.slopes import read_slopes
 from allanite.noise import GaussMarkov, NoiseModel, Ramp, White
-from allanite.recording import Recording
-from allanite.reference_aided import ReferenceAided, reference_aided
-from allanite.regression import covariance_of
-from allanite.reversals import find_reversals
-from allanite.simulation import seed_paper, simulate
+from allanite.quantities.earth import EARTH_RATE
+from allanite.recording.records import Recording
 
 __all__ = ["quotes", "run"]
 
@@ -346,7 +346,7 @@ def at_rest() -> Json:
         duration=LENGTHS["25 min"],
         seed=ONE,
         unit="deg/s",
-        motion=al.simulation.Motion.still(),
+        motion=al.filtering.simulation.Motion.still(),
         latitude=seed_paper.LATITUDE,
         turn_on_bias=0.02 * DEG,
     )

@@ -44,7 +44,7 @@ Axis order
     ``(n_lags, n_channels)``. Arrays held by results are read-only.
 Units
     SI inside, always: rad, rad/s, m/s², m/s, V, s, Hz. Other units exist in names and texts at the edge only
-    (`allanite.units`). Samples are never copied to change their unit: results are scaled.
+    (`allanite.quantities.units`). Samples are never copied to change their unit: results are scaled.
 Missing samples
     NaN, in every function. A gap is never closed up and never filled.
 Spectra
@@ -86,27 +86,27 @@ from typing import TYPE_CHECKING
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
-    from allanite.alignment import align
-    from allanite.allan import AllanCurve, allan_curve
-    from allanite.dead_reckoning import dead_reckon
-    from allanite.earth_rate import measure_earth_rate
     from allanite.errors import AllaniteError
+    from allanite.experiments.alignment import align
+    from allanite.experiments.calibration import calibrate
+    from allanite.experiments.dead_reckoning import dead_reckon
+    from allanite.experiments.earth_rate import measure_earth_rate
+    from allanite.experiments.north import find_north
+    from allanite.experiments.planning import plan
+    from allanite.experiments.position_planning import plan_positions
+    from allanite.experiments.rate_table import measure_rate_table
     from allanite.exporters import export
-    from allanite.figures import plot
+    from allanite.files.readers import read
+    from allanite.filtering.kalman import filter_recording
+    from allanite.filtering.simulation import simulate
     from allanite.fitting import fit
-    from allanite.health import check
-    from allanite.kalman import filter_recording
     from allanite.noise import NoiseModel
-    from allanite.north import find_north
-    from allanite.planning import plan
-    from allanite.position_planning import plan_positions
-    from allanite.rate_table import measure_rate_table
-    from allanite.readers import read
-    from allanite.recording import Channel, Recording
-    from allanite.report import render
-    from allanite.simulation import simulate
-    from allanite.study import Study, characterize
-    from allanite.triad import calibrate
+    from allanite.noise.allan import AllanCurve, allan_curve
+    from allanite.recording.health import check
+    from allanite.recording.records import Channel, Recording
+    from allanite.study.study import Study, characterize
+    from allanite.views.figures import plot
+    from allanite.views.report import render
 
 __all__ = [
     "AllanCurve",
@@ -137,30 +137,30 @@ __all__ = [
 ]
 
 _HOMES = {
-    "AllanCurve": "allan",
+    "AllanCurve": "noise.allan",
     "AllaniteError": "errors",
-    "Channel": "recording",
+    "Channel": "recording.records",
     "NoiseModel": "noise",
-    "Recording": "recording",
-    "Study": "study",
-    "align": "alignment",
-    "allan_curve": "allan",
-    "calibrate": "triad",
-    "characterize": "study",
-    "check": "health",
-    "dead_reckon": "dead_reckoning",
+    "Recording": "recording.records",
+    "Study": "study.study",
+    "align": "experiments.alignment",
+    "allan_curve": "noise.allan",
+    "calibrate": "experiments.calibration",
+    "characterize": "study.study",
+    "check": "recording.health",
+    "dead_reckon": "experiments.dead_reckoning",
     "export": "exporters",
-    "filter_recording": "kalman",
-    "find_north": "north",
+    "filter_recording": "filtering.kalman",
+    "find_north": "experiments.north",
     "fit": "fitting",
-    "measure_earth_rate": "earth_rate",
-    "measure_rate_table": "rate_table",
-    "plan": "planning",
-    "plan_positions": "position_planning",
-    "plot": "figures",
-    "read": "readers",
-    "render": "report",
-    "simulate": "simulation",
+    "measure_earth_rate": "experiments.earth_rate",
+    "measure_rate_table": "experiments.rate_table",
+    "plan": "experiments.planning",
+    "plan_positions": "experiments.position_planning",
+    "plot": "views.figures",
+    "read": "files.readers",
+    "render": "views.report",
+    "simulate": "filtering.simulation",
 }
 """Public name -> the module it lives in."""
 

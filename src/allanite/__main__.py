@@ -8,7 +8,7 @@ __all__ = ["main"]
 
 def main() -> None:
     """Run the command line; exit codes: 0 done, 1 failed, 2 usage, 3 finished with loss, 70 a defect in allanite."""
-    from allanite.cli import main as run
+    from allanite.commands.cli import main as run
 
     run()
 

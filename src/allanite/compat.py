@@ -26,13 +26,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from allanite.allan.curve import AllanCurve, allan_curve
-from allanite.allan.degrees import chi_square_factors
-from allanite.allan.statistics import STATISTICS, longest_lag
-from allanite.allan.theo import SHORTEST
-from allanite.counted import plural
 from allanite.errors import DataQualityError, InputError, LimitError
-from allanite.recording import OVERLOAD, Recording, checked_rate, checked_samples
+from allanite.noise.allan.curve import AllanCurve, allan_curve
+from allanite.noise.allan.degrees import chi_square_factors
+from allanite.noise.allan.statistics import STATISTICS, longest_lag
+from allanite.noise.allan.theo import SHORTEST
+from allanite.plain_files.counted import plural
+from allanite.recording.records import OVERLOAD, Recording, checked_rate, checked_samples
 
 __all__ = ["Deviations", "adev", "hdev", "mdev", "oadev", "ohdev", "tdev", "theo1", "totdev"]
 

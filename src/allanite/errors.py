@@ -34,7 +34,7 @@ class DataQualityError(AllaniteError):
     Attributes
     ----------
     findings : tuple
-        The `allanite.health.Finding` objects behind the refusal; empty when the refusal has another cause.
+        The `allanite.recording.health.Finding` objects behind the refusal; empty when the refusal has another cause.
     """
 
     def __init__(self, message: str, findings: tuple[object, ...] = ()) -> None:

@@ -290,8 +290,8 @@ def _arrow(form: str) -> Callable[[Path], None]:
 
 
 def _ours(path: Path) -> None:
-    from allanite.readers import parquet
-    from allanite.recording import Recording
+    from allanite.files.readers import parquet
+    from allanite.recording.records import Recording
 
     parquet.write(Recording.from_rate(_samples()[0], rate=100.0, unit="deg/s"), path)
 
@@ -301,7 +301,7 @@ def _run(path: Path) -> None:
 
 
 def _compacted(path: Path) -> None:
-    from allanite.log_store import compact
+    from allanite.files.store import compact
 
     folder = path.with_name("run")
     _run(folder)
@@ -381,8 +381,8 @@ def _plain(content: Any) -> Callable[[Path], Any]:
 
 
 def _study(path: Path) -> None:
-    from allanite.recording import Recording
-    from allanite.study import characterize
+    from allanite.recording.records import Recording
+    from allanite.study.study import characterize
 
     samples = np.random.default_rng(7).normal(size=(600, 1))
     recording = Recording.from_rate(samples, rate=10.0, unit="deg/s", names=["gyro_x"])
@@ -390,8 +390,8 @@ def _study(path: Path) -> None:
 
 
 def _saved_curve(path: Path) -> None:
-    from allanite.allan import allan_curve
-    from allanite.recording import Recording
+    from allanite.noise.allan import allan_curve
+    from allanite.recording.records import Recording
 
     samples = np.random.default_rng(7).normal(size=(300, 2))
     allan_curve(Recording.from_rate(samples, rate=10.0, unit="deg/s")).to_csv(path)

@@ -61,7 +61,7 @@ def _many_segments(folder: Path, count: int) -> None:
 
 
 def _tiny_batches(folder: Path) -> None:
-    from allanite.log_store import LogStore
+    from allanite.files.store import LogStore
 
     with LogStore.create(folder, log_store_runs.HEADER) as store:
         for k in range(300):

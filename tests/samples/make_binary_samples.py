@@ -292,8 +292,8 @@ def rosbag() -> None:
 def run() -> None:
     from dataclasses import replace
 
-    from allanite.log_store import Batch, Header, LogStore, compact
-    from allanite.recording import Channel
+    from allanite.files.store import Batch, Header, LogStore, compact
+    from allanite.recording.records import Channel
 
     place = folder("run")
     names = [n for n in TRIADS if n.startswith("gyro")]

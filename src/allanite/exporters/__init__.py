@@ -19,9 +19,9 @@ from importlib import import_module
 from pathlib import Path
 from typing import Any, Final, Literal, Protocol, cast, get_args
 
-from allanite.atomic_file import fresh, make_folder, refuse_existing
 from allanite.errors import InputError
 from allanite.noise import NoiseModel
+from allanite.plain_files.atomic_file import fresh, make_folder, refuse_existing
 
 __all__ = ["EXPORTERS", "Exporter", "document_of", "export", "exporter", "options_of"]
 
@@ -204,7 +204,7 @@ def _document(study: Any, rate: float | None) -> Mapping[str, Any]:
     if hasattr(study, "to_json") and not isinstance(study, NoiseModel):
         study = study.to_json()
     if not isinstance(study, Mapping) or not study:
-        where = "; read a file first: al.Study.load(path), allanite.model_file.load_models(path)"
+        where = "; read a file first: al.Study.load(path), allanite.study.model_file.load_models(path)"
         raise InputError(
             f"export needs a study or a mapping of channel names to noise models, not {study!r}"
             + (where if isinstance(study, (str, os.PathLike)) else "")

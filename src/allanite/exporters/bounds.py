@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What the file of a consumer says of a model that was inflated to lie above the sensor (`allanite.overbound`)."""
+"""What the file of a consumer says of a model that was inflated to lie above the sensor
+(`allanite.fitting.overbound`)."""
 
 from __future__ import annotations
 

@@ -38,6 +38,7 @@ from allanite.exporters.bounds import bound_comments, refuse_terms
 from allanite.exporters.renewed import renewed_lines
 from allanite.exporters.triads import plain_line
 from allanite.noise import NoiseModel, StateSpace
+from allanite.quantities.display_units import si_unit
 
 __all__ = ["FILE_NAME", "NAME", "SUMMARY", "TAKES", "write"]
 
@@ -191,7 +192,7 @@ def _model(axis: Json, family: str | None) -> NoiseModel:
 
 
 def _with_flicker(model: NoiseModel, flicker: Any, time: float | None) -> NoiseModel:
-    from allanite.kalman.channel import with_flicker
+    from allanite.filtering.kalman.channel import with_flicker
 
     if flicker == "single" and model.term("flicker") is None:
         raise InputError("flicker='single' makes one state of flicker, and the model holds none")
@@ -227,7 +228,7 @@ class _Filter:
 
 
 def _discrete(model: NoiseModel, dt: float, sampling: str, span: float) -> _Filter:
-    from allanite.kalman import merged, steady_state
+    from allanite.filtering.kalman import merged, steady_state
 
     noise = merged(model.state_space(dt, sampling=sampling, record=span))
     if not noise.noise > 0:
@@ -347,9 +348,7 @@ def _si(axis: Json, symbol: str) -> str:
     """The SI unit of a coefficient, in ASCII."""
     if symbol in ("amplitude", "frequency"):
         return "Hz" if symbol == "frequency" else _unit(axis)
-    from allanite.wording import si_unit
-
-    text = si_unit(axis["kind"], "B" if symbol == "B_equiv" else symbol, axis.get("unit") or "")
+    text = si_unit(axis["kind"], symbol, axis.get("unit") or "")
     for sign, plain in (("√Hz", "sqrt(Hz)"), ("√s", "sqrt(s)"), ("²", "^2"), ("³", "^3"), ("·", "*")):
         text = text.replace(sign, plain)
     return _plain(text)

@@ -8,7 +8,7 @@ it is that process after some T, and to dt/T.
 from __future__ import annotations
 
 from allanite.exporters.imu import ACCELEROMETER, GYROSCOPE, Consumer, MarkovImu, gauss_markov_imu, writer
-from allanite.units import parse_unit
+from allanite.quantities.units import parse_unit
 
 __all__ = ["FILE_NAME", "NAME", "SUMMARY", "TAKES", "TERMS", "write"]
 

@@ -17,9 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite import __version__
-from allanite.calibration import AXES, Calibration, TriadErrors
 from allanite.exporters.triads import notes_of, plain_line, propagated
-from allanite.plain_data import plain
+from allanite.plain_files.json_values import plain
+from allanite.recording.calibration import AXES, Calibration, TriadErrors
 
 __all__ = ["FILE_NAME", "NAME", "SUMMARY", "TAKES", "write"]
 

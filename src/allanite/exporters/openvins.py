@@ -30,8 +30,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite import __version__
-from allanite.attitude import rotation_vector
-from allanite.calibration import ACCELEROMETER, GYRO, Calibration
 from allanite.errors import InputError
 from allanite.exporters.imu import Consumer, NoiseOptions, white_and_walk
 from allanite.exporters.kalibr import noise_lines, open_lines, topic_line
@@ -42,6 +40,8 @@ from allanite.exporters.triads import (
     propagated,
     upper_and_rotation,
 )
+from allanite.quantities.attitude import rotation_vector
+from allanite.recording.calibration import ACCELEROMETER, GYRO, Calibration
 
 __all__ = ["FILE_NAME", "NAME", "SUMMARY", "TAKES", "Intrinsics", "intrinsics_of", "write"]
 

@@ -16,7 +16,7 @@ from allanite.exporters.imu import (
     gauss_markov_imu,
     writer,
 )
-from allanite.units import parse_unit
+from allanite.quantities.units import parse_unit
 
 __all__ = ["FILE_NAME", "NAME", "SUMMARY", "TAKES", "TERMS", "write"]
 

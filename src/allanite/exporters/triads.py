@@ -8,9 +8,9 @@ from collections.abc import Callable, Mapping
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.calibration import ACCELEROMETER, GYRO, Calibration
 from allanite.errors import InputError
-from allanite.printable import printable
+from allanite.plain_files.printable import printable
+from allanite.recording.calibration import ACCELEROMETER, GYRO, Calibration
 
 __all__ = ["lower_and_rotation", "notes_of", "plain_line", "propagated", "upper_and_rotation"]
 

@@ -11,6 +11,8 @@
 ``rivals``      flicker or Gauss-Markov; ``estimates`` from sets to estimates; ``verdict`` what is supported, in words.
 ``scale``       the uncertainty of the scale factor in the intervals.
 ``advice``      how long to record.
+``instrument_floor``  the noise of an instrument taken off; ``overbound`` a model that lies above the sensor;
+``model_difference``  two models beside each other.
 """
 
 from __future__ import annotations
@@ -22,9 +24,9 @@ from allanite.errors import InputError
 if TYPE_CHECKING:
     from numpy.typing import ArrayLike
 
-    from allanite.allan import AllanCurve
     from allanite.noise import NoiseModel
-    from allanite.recording import Channel, Recording
+    from allanite.noise.allan import AllanCurve
+    from allanite.recording.records import Channel, Recording
 
 __all__ = ["fit"]
 
@@ -57,7 +59,7 @@ def fit(
         Level of the intervals.
     floor : AllanCurve, optional
         For "moments": the curve of the instrument alone, on the interval and in the unit of `measured`
-        (`allanite.instrument_floor.floor_of`). The model is that of the sensor without the instrument.
+        (`allanite.fitting.instrument_floor.floor_of`). The model is that of the sensor without the instrument.
     **options
         Of a recording: `channel`, `terms` (the letters to fit), and what the method takes besides: "likelihood"
         `lines` [Hz], `engine` and `block` (see `allanite.fitting.likelihood.fit_likelihood`), "spectral" see
@@ -80,7 +82,7 @@ def fit(
         No optimum was found.
     """
     from allanite.fitting.scale import with_scale_uncertainty
-    from allanite.recording import Recording
+    from allanite.recording.records import Recording
 
     _check_kind(measured)
     if isinstance(measured, Recording):
@@ -99,8 +101,8 @@ def fit(
 
 
 def _check_kind(measured: object) -> None:
-    from allanite.allan import AllanCurve
-    from allanite.recording import checked_recording
+    from allanite.noise.allan import AllanCurve
+    from allanite.recording.records import checked_recording
 
     if not isinstance(measured, AllanCurve):
         checked_recording(measured, "fit", "an AllanCurve or a Recording")

@@ -8,12 +8,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from allanite.allan.lags import octave_lags
 from allanite.errors import InputError
 from allanite.fitting.design import TIME_POWER, design_of
 from allanite.fitting.objective import Curve, solve
 from allanite.fitting.sets import fisher_sd
 from allanite.noise import Estimate, Flicker, GaussMarkov, NoiseModel, RandomWalk, Sinusoid
+from allanite.noise.allan.lags import octave_lags
 
 __all__ = ["Advice", "advise", "predicted_sd"]
 

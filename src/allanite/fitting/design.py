@@ -20,8 +20,8 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.allan.covariance import LagPairs, lag_pairs
 from allanite.noise import Flicker, GaussMarkov, Quantisation, Ramp, RandomWalk, TermType, White
+from allanite.noise.allan.covariance import LagPairs, lag_pairs
 
 __all__ = ["LINEAR", "TIME_POWER", "Design", "design_of", "nearest_time", "without_shortest"]
 

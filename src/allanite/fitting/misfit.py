@@ -16,12 +16,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.allan.curve import AllanCurve
 from allanite.errors import FitError
 from allanite.fitting.design import Design, design_of, without_shortest
 from allanite.fitting.families import FLICKER, GAUSS_MARKOV, Family
 from allanite.fitting.instrument import FLOOR, two_records
 from allanite.fitting.objective import Curve, Solution
+from allanite.noise.allan.curve import AllanCurve
 
 __all__ = ["Candidate", "Floor", "best_explained", "candidate"]
 

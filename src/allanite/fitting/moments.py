@@ -15,22 +15,22 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from allanite.allan.curve import AllanCurve
-from allanite.allan.degrees import chi_square_factors
-from allanite.counted import plural
 from allanite.errors import DataQualityError, FitError, InputError
 from allanite.fitting.design import TIME_POWER
 from allanite.fitting.estimates import amplitude_estimate, equivalent_flicker, time_estimate
 from allanite.fitting.families import Family, FamilyFit, fit_family
 from allanite.fitting.instrument import of_floor
+from allanite.fitting.instrument_floor import SAME_RATE
 from allanite.fitting.misfit import Candidate, Floor, best_explained
 from allanite.fitting.objective import Solution, advantage, sensitivity
 from allanite.fitting.rivals import supported_families
 from allanite.fitting.sets import fisher_sd
 from allanite.fitting.verdict import supported_words
-from allanite.instrument_floor import SAME_RATE
-from allanite.laws import normal_quantile
 from allanite.noise import Estimate, GaussMarkov, NoiseModel, TermType, term_of
+from allanite.noise.allan.curve import AllanCurve
+from allanite.noise.allan.degrees import chi_square_factors
+from allanite.plain_files.counted import plural
+from allanite.quantities.distributions import normal_quantile
 
 __all__ = ["fit_moments", "lags_used"]
 
@@ -147,7 +147,7 @@ def _floor(curve: AllanCurve, floor: AllanCurve) -> Floor:
     if other.kind is not mine.kind:
         raise InputError(
             f"the floor is of {other.kind.value}, the curve of {mine.kind.value}: bring the floor through the scale "
-            "factor first (allanite.instrument_floor.floor_of)"
+            "factor first (allanite.fitting.instrument_floor.floor_of)"
         )
     used = lags_used(floor)
     if used.sum() < 3:

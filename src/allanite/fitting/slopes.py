@@ -17,11 +17,11 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from allanite.allan.curve import AllanCurve
-from allanite.counted import plural
 from allanite.errors import DataQualityError, InputError
 from allanite.fitting.moments import one_per_lag
 from allanite.noise import FLICKER_FLOOR, Estimate, NoiseModel, term_of
+from allanite.noise.allan.curve import AllanCurve
+from allanite.plain_files.counted import plural
 
 __all__ = ["read_slopes"]
 

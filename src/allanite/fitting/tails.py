@@ -2,8 +2,8 @@
 """Heavy tails of the white noise in the interval of N, and N without contaminated samples.
 
 Independent samples of excess kurtosis g add g/n to the relative variance of N^2 and touch no other parameter
-(`allanite.health.tails`). In the logarithm, with z the quantile of the normal law, an end of the interval of N moves
-from ln l to ln v - sqrt((ln v - ln l)^2 + g z^2/(4 n)), and the upper end likewise.
+(`allanite.recording.health.tails`). In the logarithm, with z the quantile of the normal law, an end of the interval of
+N moves from ln l to ln v - sqrt((ln v - ln l)^2 + g z^2/(4 n)), and the upper end likewise.
 
 N without the contaminated samples is the deviation of the others times the square root of the sample interval, with the
 error that it has in the fit of the mixture.
@@ -17,8 +17,8 @@ from dataclasses import replace
 from statistics import NormalDist
 from typing import Any
 
-from allanite.health.tails import Law, Tails
 from allanite.noise import Estimate, NoiseModel
+from allanite.recording.health.tails import Law, Tails
 
 __all__ = ["contamination_entry", "with_tails"]
 

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Noise terms and their sum.
+"""Noise: terms and their sum, and what a record shows of it.
 
 One term is one class with every view of one process: ``psd(f)``, ``avar(tau)``, ``avar_sampled(m, dt, sampling)``,
 ``phase_covariance(t, dt, sampling)`` and the Markov states of the process. Models add with ``+`` and answer
@@ -8,6 +8,11 @@ One term is one class with every view of one process: ``psd(f)``, ``avar(tau)``,
 Conventions (whole package): rate in rad/s (acceleration in m/s^2, ...), two-sided density S(f) over frequency in Hz,
 
     AVAR(tau) = 4 * integral from 0 to infinity of S(f) sin^4(pi f tau) / (pi f tau)^2 df.
+
+``terms``, ``model``, ``state_space``, ``markov``
+    What a sensor's noise is. ``datasheet`` and ``given_models``: what sheets and words say of it.
+``allan``, ``spectrum``, ``span_means``
+    What a record shows of it: curve, density, and means over spans with their covariance.
 
 Coefficients carry the letters of IEEE Std 952: Q, N, B, K, R. Samples are interval means ("mean") or
 instantaneous values ("point"); the two differ at small m.

@@ -39,7 +39,6 @@ from dataclasses import dataclass
 from typing import TypedDict
 
 from allanite.errors import InputError
-from allanite.noise.model import NoiseModel
 from allanite.noise.terms import (
     FLICKER_FLOOR,
     SIGMA_PER_B,
@@ -51,7 +50,7 @@ from allanite.noise.terms import (
     TermType,
     White,
 )
-from allanite.units import Quantity, parse_unit
+from allanite.quantities.units import Quantity, parse_unit
 
 __all__ = ["ENTRIES", "DatasheetEntries", "SensorSheet", "SheetEntry", "sensor_sheet"]
 
@@ -145,16 +144,22 @@ class SensorSheet:
     Attributes
     ----------
     entries : tuple of SheetEntry
-    model : NoiseModel
-        The sum of terms that this makes; its `verdict` says how it was read.
+    terms : tuple of terms
+        What they make: their sum is the model.
+    kind : str
+        "rate" or "acceleration", by the units.
+    verdict : str
+        How they were read.
     """
 
     entries: tuple[SheetEntry, ...]
-    model: NoiseModel
+    terms: tuple[TermType, ...]
+    kind: str
+    verdict: str
 
 
 def sensor_sheet(entries: Mapping[str, object]) -> SensorSheet:
-    """The statements of a data sheet and the model that they make.
+    """The statements of a data sheet and the terms that they make.
 
     Raises
     ------
@@ -180,7 +185,9 @@ def sensor_sheet(entries: Mapping[str, object]) -> SensorSheet:
     said = "; ".join(f"{e.name} {e.text}{': ' * bool(e.reading)}{e.reading}" for e in stated)
     return SensorSheet(
         entries=stated,
-        model=NoiseModel(terms=terms, kind=read.kind, verdict=f"From a data sheet: {said}."),
+        terms=tuple(terms),
+        kind=read.kind,
+        verdict=f"From a data sheet: {said}.",
     )
 
 

@@ -6,18 +6,16 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field, fields, replace
-from typing import TYPE_CHECKING, Any, Unpack
+from typing import Any, Unpack
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from allanite.errors import InputError
+from allanite.noise.datasheet import DatasheetEntries, SensorSheet, sensor_sheet
 from allanite.noise.markov import MarkovForm
 from allanite.noise.state_space import StateSpace, stateless
 from allanite.noise.terms import TERMS, Ramp, Sinusoid, Term, TermType
-
-if TYPE_CHECKING:
-    from allanite.noise.datasheet import DatasheetEntries
 
 __all__ = ["Estimate", "NoiseModel"]
 
@@ -109,7 +107,7 @@ class NoiseModel:
     kind, unit : str
         Kind of the channel, and its own unit where it has no SI unit.
     overbound : dict
-        What an inflated model is inflated by and what it promises (`allanite.overbound`); empty for any other.
+        What an inflated model is inflated by and what it promises (`allanite.fitting.overbound`); empty for any other.
     scale_uncertainty : float or None
         Standard uncertainty of the scale factor, relative, that the intervals of `estimates` hold besides the
         statistical one; None where none was stated. `covariance` is statistical in any case.
@@ -165,9 +163,12 @@ class NoiseModel:
         >>> str(sheet)
         'NoiseModel(N=6.171e-05; B=1.46e-05)'
         """
-        from allanite.noise.datasheet import sensor_sheet
+        return cls.of_sheet(sensor_sheet(entries))
 
-        return sensor_sheet(entries).model
+    @classmethod
+    def of_sheet(cls, sheet: SensorSheet) -> NoiseModel:
+        """The model that the statements of a data sheet make; its `verdict` says how they were read."""
+        return cls(terms=sheet.terms, kind=sheet.kind, verdict=sheet.verdict)
 
     def __add__(self, other: NoiseModel | TermType) -> NoiseModel:
         terms = other.terms if isinstance(other, NoiseModel) else (other,)

@@ -8,8 +8,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from allanite.channel_names import ways_to_units
 from allanite.errors import InputError
+from allanite.recording.channel_names import ways_to_units
 
 __all__ = [
     "ACCELEROMETER",

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from allanite.exporters.imu.preamble import rate_text
-from allanite.units import parse_unit
+from allanite.quantities.units import parse_unit
 
 __all__ = ["ImuNumbers", "Slot"]
 
@@ -30,7 +30,7 @@ class Slot:
     of : str
         Which number: the name of an attribute of the numbers.
     unit : str
-        That the file has it in, written as `allanite.units.parse_unit` reads it.
+        That the file has it in, written as `allanite.quantities.units.parse_unit` reads it.
     """
 
     key: str

@@ -20,9 +20,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import LimitError
+from allanite.filtering.kalman.contrasts import contrast_likelihood
 from allanite.fitting.likelihood.maximum import Peak, Search
 from allanite.fitting.likelihood.objective import Objective, Point, Value
-from allanite.kalman.contrasts import contrast_likelihood
 from allanite.noise import NoiseModel, TermType
 
 __all__ = ["MOST_SAMPLES", "exact_log_likelihood", "sharpened", "shifted"]

@@ -11,7 +11,6 @@ from typing import Any, NoReturn
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.counted import plural
 from allanite.errors import DataQualityError, InputError
 from allanite.fitting.design import TIME_POWER
 from allanite.fitting.likelihood.bands import Band, ModeBand, bands, explained, first_guess
@@ -21,7 +20,8 @@ from allanite.fitting.likelihood.maximum import Peak, Search, maximise
 from allanite.fitting.likelihood.objective import Component, Objective
 from allanite.fitting.likelihood.pyramid import build
 from allanite.noise import GaussMarkov, Ramp, Sinusoid, TermType, term_of
-from allanite.recording import Channel, Recording
+from allanite.plain_files.counted import plural
+from allanite.recording.records import Channel, Recording
 
 __all__ = ["LETTERS", "LikelihoodProblem", "Maximum", "checked_letters"]
 
@@ -366,7 +366,7 @@ class LikelihoodProblem:
     def _line_variances(self, peak: Peak, line: Line, tag: str) -> list[tuple[str, float]]:
         """Of ln amplitude and ln frequency, by the density of the noise at the line (Rife and Boorstyn 1974)."""
         from allanite.noise import NoiseModel
-        from allanite.spectrum import sampled_psd
+        from allanite.noise.spectrum import sampled_psd
 
         model = NoiseModel(
             terms=tuple(t for t in self.terms(peak, ramp=False) if not isinstance(t, Sinusoid))

@@ -8,7 +8,6 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
-from allanite.allan.degrees import chi_square_factors
 from allanite.errors import FitError, InputError
 from allanite.fitting.estimates import amplitude_estimate, equivalent_flicker, limit_estimate, time_estimate
 from allanite.fitting.likelihood.coarser import EXPLAINED, explained_part
@@ -25,9 +24,10 @@ from allanite.fitting.likelihood.maximum import Peak
 from allanite.fitting.likelihood.problem import LikelihoodProblem, Maximum, checked_letters
 from allanite.fitting.rivals import supported_families
 from allanite.fitting.verdict import supported_words
-from allanite.laws import normal_quantile
 from allanite.noise import Estimate, NoiseModel
-from allanite.recording import Recording
+from allanite.noise.allan.degrees import chi_square_factors
+from allanite.quantities.distributions import normal_quantile
+from allanite.recording.records import Recording
 
 __all__ = ["fit_likelihood", "fit_problem"]
 

@@ -19,8 +19,8 @@ from collections.abc import Sequence
 
 from allanite.fitting.estimates import equivalent_flicker
 from allanite.fitting.likelihood import Maximum
-from allanite.laws import normal_quantile
 from allanite.noise import Estimate
+from allanite.quantities.distributions import normal_quantile
 
 __all__ = ["averaged"]
 

@@ -25,7 +25,7 @@ from allanite.fitting.likelihood.lines import GIVEN_WIDTHS, checked_lines, line_
 from allanite.fitting.selection.lines import gains_of, steady_lines
 from allanite.fitting.selection.results import Candidate, ChosenLine, Selection
 from allanite.fitting.selection.search import Letters, Progress, Search
-from allanite.recording import Recording, checked_recording
+from allanite.recording.records import Recording, checked_recording
 
 __all__ = ["select"]
 

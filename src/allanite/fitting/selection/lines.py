@@ -32,7 +32,7 @@ def gains_of(problem: LikelihoodProblem, letters: Letters, frequencies: Sequence
 
 def steady_lines(problem: LikelihoodProblem) -> tuple[list[float], tuple[str, ...]]:
     """Frequencies [Hz] of the lines of the spectrum whose phase is steady, and what is said of the others."""
-    from allanite.spectrum import power_spectrum
+    from allanite.noise.spectrum import power_spectrum
 
     found = power_spectrum(problem.recording, problem.channel.name).lines
     lowest = FEWEST_PERIODS / (problem.n_samples * problem.dt)

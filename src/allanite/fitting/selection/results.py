@@ -14,8 +14,8 @@ from allanite.fitting.selection.search import MOST_MARKOV, ORDER, Letters, named
 from allanite.noise import NoiseModel
 
 if TYPE_CHECKING:
-    from allanite.allan import AllanCurve
-    from allanite.recording import Recording
+    from allanite.noise.allan import AllanCurve
+    from allanite.recording.records import Recording
 
 __all__ = ["Candidate", "ChosenLine", "Selection", "document_of"]
 
@@ -223,7 +223,7 @@ class Selection:
 
     def curve(self) -> AllanCurve:
         """The Allan deviation of the record."""
-        from allanite.allan import allan_curve
+        from allanite.noise.allan import allan_curve
 
         return allan_curve(self.recording)[self.channel]
 

@@ -21,7 +21,6 @@ from collections.abc import Callable, Sequence
 from dataclasses import replace
 from functools import partial
 
-from allanite.counted import plural
 from allanite.errors import DataQualityError, InputError
 from allanite.fitting.rivals import supported_families
 from allanite.fitting.spectral.misfit import Explained, best_explained
@@ -30,8 +29,9 @@ from allanite.fitting.spectral.profile import Fitted, fitted
 from allanite.fitting.spectral.result import model_of, verdict_of
 from allanite.fitting.spectral.whittle import Problem, Solution
 from allanite.noise import NoiseModel
-from allanite.recording import Recording
-from allanite.spectrum import SpectralLine, Spectrum, power_spectrum, sinusoids, without_stable_lines
+from allanite.noise.spectrum import SpectralLine, Spectrum, power_spectrum, sinusoids, without_stable_lines
+from allanite.plain_files.counted import plural
+from allanite.recording.records import Recording
 
 __all__ = ["fit_spectral", "spectral_ordinates"]
 

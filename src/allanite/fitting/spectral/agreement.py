@@ -25,8 +25,8 @@ from allanite.errors import FitError
 from allanite.fitting.spectral.ordinates import Ordinates
 from allanite.fitting.spectral.profile import deviations
 from allanite.fitting.spectral.whittle import Problem, Solution
-from allanite.laws import chi_square_tail, normal_quantile
 from allanite.noise import Flicker, GaussMarkov, NoiseModel, Quantisation, Ramp, RandomWalk, TermType, White
+from allanite.quantities.distributions import chi_square_tail, normal_quantile
 
 __all__ = ["Disagreement", "Parted", "disagreement"]
 

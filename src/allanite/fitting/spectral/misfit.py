@@ -15,7 +15,7 @@ from dataclasses import replace
 from allanite.errors import FitError
 from allanite.fitting.spectral.ordinates import Ordinates
 from allanite.fitting.spectral.whittle import Problem, Solution
-from allanite.laws import chi_square_tail
+from allanite.quantities.distributions import chi_square_tail
 
 __all__ = ["Explained", "best_explained", "chance"]
 

@@ -15,8 +15,8 @@ from numpy.typing import NDArray
 
 from allanite.fitting.slow_contrasts import autocorrelations, slow_contrasts
 from allanite.noise import TermType, White
-from allanite.recording import Recording
-from allanite.spectrum.periodogram import rate_blocks
+from allanite.noise.spectrum.periodogram import rate_blocks
+from allanite.recording.records import Recording
 
 __all__ = ["SlowModes", "slow_modes"]
 

@@ -16,11 +16,11 @@ from numpy.typing import NDArray
 
 from allanite.fitting.spectral.modes import SlowModes, slow_modes
 from allanite.noise import Flicker, GaussMarkov, Quantisation, RandomWalk, TermType, White
-from allanite.recording import Recording
-from allanite.spectrum import Spectrum, sampled_psd
-from allanite.spectrum.expected import Sight, sight_of
-from allanite.spectrum.periodogram import additive_dof
-from allanite.spectrum.windows import window_of
+from allanite.noise.spectrum import Spectrum, sampled_psd
+from allanite.noise.spectrum.expected import Sight, sight_of
+from allanite.noise.spectrum.periodogram import additive_dof
+from allanite.noise.spectrum.windows import window_of
+from allanite.recording.records import Recording
 
 __all__ = ["Ordinates", "ordinates_of"]
 

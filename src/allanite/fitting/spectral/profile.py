@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from allanite.errors import FitError
 from allanite.fitting.sets import CERTAIN, cone_point
 from allanite.fitting.spectral.whittle import Problem, Solution
-from allanite.laws import chi_square_quantile, student_quantile
+from allanite.quantities.distributions import chi_square_quantile, student_quantile
 
 __all__ = ["Fitted", "covariance", "deviations", "fitted", "ramp_point"]
 

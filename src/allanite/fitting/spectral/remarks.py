@@ -8,10 +8,10 @@ from collections.abc import Sequence
 from allanite.errors import DataQualityError
 from allanite.fitting.spectral.agreement import disagreement
 from allanite.fitting.spectral.ordinates import ordinates_of
-from allanite.health.finding import Finding, Severity, finding, plural
 from allanite.noise import NoiseModel
-from allanite.recording import Recording
-from allanite.spectrum import Spectrum
+from allanite.noise.spectrum import Spectrum
+from allanite.recording.health.finding import Finding, Severity, finding, plural
+from allanite.recording.records import Recording
 
 __all__ = ["agreement_findings", "spectral_findings"]
 

@@ -13,7 +13,7 @@ from allanite.fitting.spectral.misfit import chance
 from allanite.fitting.spectral.profile import Fitted, covariance
 from allanite.fitting.verdict import supported_words
 from allanite.noise import Estimate, GaussMarkov, NoiseModel, TermType, term_of
-from allanite.recording import Channel
+from allanite.recording.records import Channel
 
 __all__ = ["model_of", "verdict_of"]
 

@@ -1,0 +1,78 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""How the place of a meter is written: VISA resources and Prologix-style adapters."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+from allanite.acquisition.instruments.port_names import refusal_of_path
+from allanite.errors import InputError, InstrumentError
+
+__all__ = ["DEFAULT_PORT", "PROLOGIX", "SOCKET", "device_of", "missing_extra", "refuse_unfit"]
+
+PROLOGIX = re.compile(r"prologix://(?P<where>.+)/(?P<address>\d{1,2})", re.IGNORECASE)
+SOCKET = re.compile(r"TCPIP\d*::(?P<host>.+)::(?P<port>\d+)::SOCKET", re.IGNORECASE)
+#: The interfaces of VISA that a meter or a gateway to it may have. Behind others (PXI, VICP, PRLGX-ASRL) there is none.
+_VISA = re.compile(
+    r"(?:GPIB|TCPIP|USB)\d*::[!-~]+|ASRL(?P<port>\d+|/[!-~]+?)(?:::INSTR)?", re.IGNORECASE | re.ASCII
+)
+#: Port of an adapter in the network.
+DEFAULT_PORT = 1234
+
+
+def missing_extra(package: str) -> InstrumentError:
+    """The error that names a package and how to install it."""
+    return InstrumentError(
+        f"{package} is not installed, and this connection needs it: pip install 'allanite[instruments]'"
+    )
+
+
+def refuse_unfit(resource: str) -> None:
+    """Raise if the text is no resource: to be found before anything is opened."""
+    found = PROLOGIX.fullmatch(resource)
+    if resource.lower().startswith("prologix:") and (not found or int(found["address"]) > 30):
+        raise InputError(
+            f"resource {resource!r}: write prologix://host:port/22 or prologix:///dev/ttyUSB0/22, "
+            "where the last number is the GPIB address, 0 to 30"
+        )
+    visa = _VISA.fullmatch(resource)
+    if not found and (not visa or "::" not in resource or "://" in resource):
+        raise InputError(
+            f"resource {resource!r} is neither a VISA resource (GPIB0::22::INSTR, TCPIP::host::port::SOCKET, USB0::…, "
+            "ASRL/dev/ttyS0::INSTR) nor a prologix:// address"
+        )
+    # pyvisa-py hands the port of ASRL to pyserial as it is.
+    path = found["where"] if found else (visa and visa["port"]) or ""
+    if path.startswith("/") and (refusal := refusal_of_path(path)):
+        raise InputError(refusal)
+
+
+def device_of(resource: str) -> str:
+    """What two programs must not use at a time, whatever way the resource is written.
+
+    An adapter is one device, however many instruments are behind it: it talks to one address at a time. Names of a host
+    are not looked up.
+
+    Raises
+    ------
+    InputError
+        The text is no resource.
+
+    Examples
+    --------
+    >>> device_of("prologix://Lab-7/22"), device_of("TCPIP0::lab-7::1234::SOCKET"), device_of("gpib::22::instr")
+    ('tcp://lab-7:1234', 'tcp://lab-7:1234', 'GPIB0::22::INSTR')
+    """
+    refuse_unfit(resource)
+    if found := PROLOGIX.fullmatch(resource):
+        where = found["where"]
+        if where.startswith("/"):
+            return str(Path(where).resolve())
+        host, _, port = where.partition(":")
+        return f"tcp://{host.lower()}:{port or DEFAULT_PORT}"
+    if found := SOCKET.fullmatch(resource):
+        return f"tcp://{found['host'].lower()}:{found['port']}"
+    kind, *rest = resource.upper().split("::")
+    board = kind if kind[-1:].isdigit() else f"{kind}0"
+    return "::".join([board, *rest, *([] if rest and rest[-1] in ("INSTR", "SOCKET") else ["INSTR"])])

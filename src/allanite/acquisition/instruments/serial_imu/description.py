@@ -1,0 +1,340 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What the frames or lines of a device look like: a YAML file, checked as a whole before a port is opened.
+
+    model: X1
+    rate: 200
+    frame:
+      header: "A5 5A"
+      length: 20
+      counter: {at: 2, type: u16}
+      fields:
+        - {name: gyro_z, at: 4, type: i24, unit: deg/s, scale: 1.25e-4}
+      checksum: {kind: crc16-ccitt, from: 2}
+
+Fields and counters are described in the words of `allanite.files.byte_layout`.
+"""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+from pydantic import ConfigDict, Field
+
+from allanite.acquisition.instruments import Flag
+from allanite.acquisition.instruments.serial_imu.checksums import ChecksumKind
+from allanite.acquisition.instruments.serial_imu.consistency import contradictions
+from allanite.errors import FormatError
+from allanite.files.byte_layout import (
+    LONGEST,
+    ByteCounter,
+    ByteField,
+    ByteRecord,
+    Endian,
+    HexBytes,
+    Measured,
+    Offset,
+    UnsignedType,
+)
+from allanite.plain_files.yaml_text import read_yaml_lines
+from allanite.plain_files.yaml_validation import Entry, Place, check_entries
+from allanite.recording.records import Channel
+
+__all__ = [
+    "Answer",
+    "Cell",
+    "CellCounter",
+    "CellStatus",
+    "Description",
+    "Frame",
+    "FrameChecksum",
+    "FrameField",
+    "LengthField",
+    "LineChecksum",
+    "Lines",
+    "PortSettings",
+    "Status",
+    "StatusBit",
+    "WireText",
+    "read_description",
+]
+
+
+#: Bytes that are sent at once, and how many such texts; characters of a regular expression, and of a name.
+_LONGEST_TEXT, _MOST_TEXTS, _LONGEST_PATTERN, _LONGEST_NAME = 1024, 64, 200, 80
+
+
+Finite = Annotated[float, Field(allow_inf_nan=False)]
+
+
+class WireText(Entry):
+    """Bytes for the device: `text` (with the escapes of YAML's double quotes), or `hex`."""
+
+    text: str | None = Field(default=None, max_length=_LONGEST_TEXT)
+    hex: HexBytes | None = Field(default=None, max_length=_LONGEST_TEXT)
+
+    @property
+    def payload(self) -> bytes:
+        """The bytes."""
+        return self.hex if self.hex is not None else (self.text or "").encode("latin-1", "replace")
+
+
+class Answer(Entry):
+    """How to ask for the identity: what to send, and a regular expression with the groups serial and firmware."""
+
+    ask: WireText
+    answer: str = Field(max_length=_LONGEST_PATTERN)
+    seconds: float = Field(default=1.0, gt=0, le=60)
+
+
+class PortSettings(Entry):
+    """The serial line."""
+
+    baud: int = Field(default=115_200, gt=0, le=12_000_000)
+    bits: Literal[7, 8] = 8
+    parity: Literal["none", "even", "odd"] = "none"
+    stop: Literal[1, 2] = 1
+    flow: Literal["none", "rtscts", "xonxoff"] = "none"
+
+
+class StatusBit(Entry):
+    """A bit that says something of a sample: of `fields`, or of all."""
+
+    bit: int = Field(ge=0, le=63)
+    flag: Literal["overload", "missing", "resync", "doubtful"]
+    fields: tuple[str, ...] = ()
+    when: Literal[0, 1] = 1
+
+    @property
+    def mark(self) -> int:
+        """Its bit among the flags of the sample."""
+        return int(getattr(Flag, self.flag.upper()))
+
+
+class Status(Entry):
+    """A status word of a frame."""
+
+    at: Offset
+    type: UnsignedType
+    endian: Endian | None = None
+    bits: tuple[StatusBit, ...] = Field(min_length=1)
+
+
+class FrameChecksum(Entry):
+    """The checksum of a frame. `at`, `from`, `to` count from the start, negative ones from the end.
+
+    `at` is by default the end of the frame, `to` the checksum itself.
+    """
+
+    model_config = ConfigDict(populate_by_name=True)
+
+    kind: ChecksumKind
+    start: int = Field(alias="from")
+    stop: int | None = Field(default=None, alias="to")
+    at: int | None = None
+    endian: Endian | None = None
+    init: int | None = Field(default=None, ge=0)
+    poly: int | None = Field(default=None, ge=0)
+    reflected: bool = False
+    xor_out: int = Field(default=0, ge=0)
+    modulus: Literal[255, 256] = 255
+    negated: bool = False
+
+
+class LengthField(Entry):
+    """Where a frame tells its length: the whole frame has field + `add` bytes, never more than `longest`."""
+
+    at: Offset
+    type: Literal["u8", "u16"]
+    endian: Endian | None = None
+    add: int = 0
+    longest: int = Field(default=256, ge=2, le=LONGEST)
+
+
+class KindField(Entry):
+    """Bytes that frames of samples have at `at`; whole frames with others are passed over."""
+
+    at: Offset
+    bytes: HexBytes
+
+
+class _Limited(Entry):
+    """What a value lies between, in its unit; beyond it no sensor gave it."""
+
+    limits: tuple[Finite, Finite] | None = None
+
+
+class FrameField(ByteField, _Limited):
+    """A field of a frame."""
+
+
+class Frame(ByteRecord):
+    """A binary frame."""
+
+    fields: tuple[FrameField, ...] = Field(min_length=1)
+
+    header: HexBytes = Field(min_length=1, max_length=16)
+    length: Annotated[int, Field(ge=2, le=LONGEST)] | LengthField
+    status: tuple[Status, ...] = ()
+    checksum: FrameChecksum | None = None
+    kind: KindField | None = None
+    confirm: bool | None = None
+    identical: Literal["keep", "drop"] = "keep"
+
+
+class Cell(Measured, _Limited):
+    """A column of a line, counted from 0."""
+
+    column: int = Field(ge=0, le=1000)
+
+
+class CellCounter(Entry):
+    """The counter of a line. Text does not show where it begins anew: say its modulus."""
+
+    column: int = Field(ge=0, le=1000)
+    modulus: int = Field(ge=4)
+    step: int = Field(default=1, ge=1)
+    numbers: Literal["decimal", "hexadecimal"] = "decimal"
+
+    @property
+    def turns_at(self) -> int:
+        """Where it begins anew."""
+        return self.modulus
+
+
+class CellStatus(Entry):
+    """A status word of a line."""
+
+    column: int = Field(ge=0, le=1000)
+    numbers: Literal["decimal", "hexadecimal"] = "decimal"
+    bits: tuple[StatusBit, ...] = Field(min_length=1)
+
+
+class LineChecksum(Entry):
+    """Hexadecimal digits behind a mark; of what stands between `skip` and the mark. NMEA 0183: all the defaults."""
+
+    kind: ChecksumKind = "xor"
+    skip: str = Field(default="$", max_length=8)
+    mark: str = Field(default="*", min_length=1, max_length=8)
+
+
+class Lines(Entry):
+    """Lines of text."""
+
+    separator: str = Field(default=",", min_length=1, max_length=8)
+    decimal: Literal[".", ","] = "."
+    begins: str | None = Field(default=None, min_length=1, max_length=40)
+    cells: int | None = Field(default=None, ge=1, le=1000)
+    columns: tuple[Cell, ...] = Field(min_length=1)
+    counter: CellCounter | None = None
+    status: tuple[CellStatus, ...] = ()
+    checksum: LineChecksum | None = None
+    longest: int = Field(default=512, ge=8, le=LONGEST)
+    identical: Literal["keep", "drop"] = "keep"
+
+    @property
+    def n_cells(self) -> int:
+        """Cells of a line; by default up to the last one that is named."""
+        named = [cell.column for cell in self.columns] + [word.column for word in self.status]
+        named += [self.counter.column] if self.counter is not None else []
+        return self.cells or max(named) + 1
+
+
+class Description(Entry):
+    """A device on a serial port.
+
+    Attributes
+    ----------
+    maker, model, serial : str
+    rate : float [Hz]
+        Samples per second that the device is set to.
+    sampling : "mean" or "point"
+    aperture : float or None [s]
+    port : PortSettings
+    frame : Frame or None
+    lines : Lines or None
+        One of the two.
+    start, stop : tuple of WireText
+        What makes the device begin and end; nothing for one that always sends.
+    identity : Answer or None
+    """
+
+    maker: str = Field(default="", max_length=_LONGEST_NAME)
+    model: str = Field(min_length=1, max_length=_LONGEST_NAME)
+    serial: str = Field(default="", max_length=_LONGEST_NAME)
+    rate: float = Field(gt=0, le=1e6, allow_inf_nan=False)
+    sampling: Literal["mean", "point"] = "mean"
+    aperture: float | None = Field(default=None, gt=0, allow_inf_nan=False)
+    port: PortSettings = PortSettings()
+    frame: Frame | None = None
+    lines: Lines | None = None
+    start: tuple[WireText, ...] = Field(default=(), max_length=_MOST_TEXTS)
+    stop: tuple[WireText, ...] = Field(default=(), max_length=_MOST_TEXTS)
+    identity: Answer | None = None
+
+    @classmethod
+    def of(cls, entries: Mapping[str, Any]) -> Description:
+        """From plain data.
+
+        Raises
+        ------
+        FormatError
+            Everything that is wrong, each with its place.
+
+        Examples
+        --------
+        >>> imu = Description.of({
+        ...     "model": "X1", "rate": 100,
+        ...     "lines": {"columns": [{"name": "gyro_z", "column": 0, "unit": "deg/s"}]},
+        ... })
+        >>> imu.channels[0].unit
+        'deg/s'
+        """
+        return _checked(entries, "the description", {})
+
+    @property
+    def channels(self) -> tuple[Channel, ...]:
+        """Channels in the order of the fields or columns."""
+        return tuple(field.channel(self.sampling, self.aperture) for field in self.measured)
+
+    @property
+    def measured(self) -> tuple[FrameField, ...] | tuple[Cell, ...]:
+        """The fields or columns that are measured."""
+        if self.frame is not None:
+            return self.frame.fields
+        return self.lines.columns if self.lines is not None else ()
+
+    @property
+    def counter(self) -> ByteCounter | CellCounter | None:
+        """The counter of the device."""
+        part = self.frame or self.lines
+        return None if part is None else part.counter
+
+    @property
+    def identical(self) -> str:
+        """Without a counter: are two equal frames in a row two samples ("keep") or a doubled frame ("drop")?"""
+        part = self.frame or self.lines
+        return "keep" if part is None else part.identical
+
+
+def read_description(path: str | os.PathLike[str]) -> Description:
+    """A description out of a YAML file.
+
+    Raises
+    ------
+    InputError
+        No such file.
+    FormatError
+        Not YAML, or something is wrong with the description: the message lists every fault with line and place.
+    """
+    place = Path(path)
+    found, lines = read_yaml_lines(place, "description of a device")
+    if not isinstance(found, Mapping):
+        raise FormatError(f"{place} is no description of a device: it holds no entries like 'rate: 200'")
+    return _checked(found, str(place), lines)
+
+
+def _checked(entries: Mapping[str, Any], source: str, lines: Mapping[Place, int]) -> Description:
+    return check_entries(Description, entries, source, lines, contradictions)

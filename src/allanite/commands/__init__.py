@@ -1,0 +1,44 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What a user can ask for, and the doors at which it is asked.
+
+The modules here do the work of a command each and hand over plain documents, tables and files; they can be called
+without any door, and the page shows the lines that do.
+
+`cli`            the command line
+`page`           the page that `allanite serve` opens
+`demonstration`  the seed paper's experiment on a simulated twin
+
+Names below load on first use, as those of `allanite` do.
+"""
+
+_HOMES = {
+    "comparison_of": "comparison",
+    "describe": "recordings",
+    "earth_rate_of": "earth",
+    "export_of": "exporting",
+    "fit_file": "curves",
+    "joined": "curves",
+    "north_of": "earth",
+    "null_of": "earth",
+    "plan_of": "earth",
+    "read_part": "recordings",
+    "selection_of": "selection",
+    "spectra_of": "spectrum",
+    "variation_of": "variation",
+    "write_measurement": "measurement",
+    "write_results": "study",
+}
+"""Name in the lines that the page shows -> the module that it lives in."""
+
+
+def __getattr__(name: str) -> object:
+    """Import a name from its module on first use (PEP 562)."""
+    if name not in _HOMES:
+        raise AttributeError(f"module 'allanite.commands' has no attribute {name!r}")
+    from importlib import import_module
+
+    return getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
+
+
+def __dir__() -> list[str]:
+    return sorted([*globals(), *_HOMES])

@@ -1,0 +1,96 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Bounds above the noise of a study's channels, and studies whose models are such bounds."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Collection
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from allanite.commands.measurement import Measured, provenance
+from allanite.commands.study import curve_of
+from allanite.errors import InputError
+
+if TYPE_CHECKING:
+    from allanite.fitting.overbound import Bounds
+    from allanite.study.study import Study
+
+__all__ = ["bounds_of", "bounds_of_study", "with_bounds"]
+
+Advance = Callable[[float, str], None]
+
+
+def bounds_of(
+    source: str | os.PathLike[str],
+    *,
+    probability: float = 0.95,
+    horizon: float | None = None,
+    terms: Collection[str] | None = None,
+    command: str | None = None,
+    progress: Advance | None = None,
+) -> Measured:
+    """Bounds above the noise of a study's file; see `allanite.fitting.overbound.overbound`.
+
+    Raises
+    ------
+    InputError
+        The study shows another statistic than oadev or holds no model, or what `overbound` refuses.
+    FormatError
+        Not a study.
+    """
+    from allanite.study.study import Study
+
+    study = Study.load(Path(source))
+    found = bounds_of_study(study, probability=probability, horizon=horizon, terms=terms, progress=progress)
+    origin = study.document["provenance"]
+    made = provenance(origin["source"], origin.get("sha256"), command)
+    rows = [
+        {
+            "channel": name,
+            "term": symbol,
+            "factor": "added" if factor is None else f"{factor:.6g}",
+            "shortest_s": f"{bound.overbound['shortest']:.6g}",
+            "horizon_s": f"{bound.overbound['horizon']:.6g}",
+        }
+        for name, bound in found.models.items()
+        for symbol, factor in bound.overbound["factors"].items()
+    ]
+    return Measured(
+        result=found,
+        document={**found.to_json(), "provenance": made},
+        name="overbound",
+        tables={"inflation.csv": rows},
+        lossy=False,
+    )
+
+
+def bounds_of_study(
+    study: Study,
+    *,
+    probability: float = 0.95,
+    horizon: float | None = None,
+    terms: Collection[str] | None = None,
+    progress: Advance | None = None,
+) -> Bounds:
+    """A bound for each channel of a study that has a model."""
+    from allanite.fitting.overbound import bound_channels
+
+    statistic = study.document["channels"][0]["curve"]["statistic"]
+    if statistic != "oadev":
+        raise InputError(f"the study shows {statistic}: characterise with oadev for a bound")
+    step = None if progress is None else lambda fraction: progress(fraction, "bounding")
+    return bound_channels(
+        curve_of(study), study.models, probability=probability, horizon=horizon, terms=terms, progress=step
+    )
+
+
+def with_bounds(study: Study, bounds: Bounds) -> Study:
+    """The study with the bound as the only model of each channel that has one."""
+    from allanite.study.study import Study
+
+    document: dict[str, Any] = study.to_json()
+    for channel in document["channels"]:
+        if channel["name"] in bounds.models:
+            channel["models"] = [bounds.models[channel["name"]].to_json()]
+    return Study(document)

@@ -1,0 +1,68 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The command line. Each command parses, calls the library, and shows what came of it.
+
+Results go to stdout, everything else to stderr. `program.EXIT_CODES` says how a command ends. Heavy modules load inside
+the commands, so that help is quick. One module for each family of commands; importing it is what registers them.
+"""
+
+# The order of the imports is that of the commands in the reference.
+# isort: off
+from allanite.commands.cli import noise
+from allanite.commands.cli import selection
+from allanite.commands.cli import comparison
+from allanite.commands.cli import spectrum
+from allanite.commands.cli import files
+from allanite.commands.cli import filtering
+from allanite.commands.cli import earth
+from allanite.commands.cli import position_plan
+from allanite.commands.cli import dead_reckoning
+from allanite.commands.cli import rate_table
+from allanite.commands.cli import calibration
+from allanite.commands.cli import alignment
+from allanite.commands.cli import redundancy
+from allanite.commands.cli import separation
+from allanite.commands.cli import variation
+from allanite.commands.cli import environment
+from allanite.commands.cli import datasheet
+from allanite.commands.cli import difference
+from allanite.commands.cli import recording
+from allanite.commands.cli import monitor
+from allanite.commands.cli import recovery
+from allanite.commands.cli import demo
+from allanite.commands.cli import serve
+
+# isort: on
+from allanite.commands.cli.options import STATISTICS, ByChannel, Duration, Lags
+from allanite.commands.cli.program import cli, main
+
+__all__ = [
+    "STATISTICS",
+    "ByChannel",
+    "Duration",
+    "Lags",
+    "alignment",
+    "calibration",
+    "cli",
+    "comparison",
+    "datasheet",
+    "dead_reckoning",
+    "demo",
+    "difference",
+    "earth",
+    "environment",
+    "files",
+    "filtering",
+    "main",
+    "monitor",
+    "noise",
+    "position_plan",
+    "rate_table",
+    "recording",
+    "recovery",
+    "redundancy",
+    "selection",
+    "separation",
+    "serve",
+    "spectrum",
+    "variation",
+]

@@ -1,0 +1,133 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""From a log of a unit that was turned by hand to its calibration: calibrate."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import click
+
+from allanite.commands.cli.options import (
+    MODEL,
+    Latitude,
+    Names,
+    accept_option,
+    log_options,
+    model_channels_option,
+    place_of,
+)
+from allanite.commands.cli.positions import files_of, for_means, means_options, position_options, single_log
+from allanite.commands.cli.program import command
+from allanite.commands.cli.repeated import Listed
+from allanite.commands.cli.results import Destination, result_options
+
+__all__ = ["calibrate"]
+
+
+class Numbers(Listed):
+    """Whole numbers from 1, and pairs of them, with commas between: 7,12-13."""
+
+    name = "numbers"
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> tuple[int | tuple[int, int], ...]:
+        if isinstance(value, tuple):
+            return value
+        found: list[int | tuple[int, int]] = []
+        for word in str(value).split(","):
+            ends = [int(end) if end.strip().isdecimal() else 0 for end in word.split("-")]
+            if len(ends) > 2 or min(ends) < 1:
+                self.fail(
+                    f"{value!r} are no numbers of positions: write 7 or 7,12, and 7-8 for a turn", param, ctx
+                )
+            found.append((ends[0], ends[1]) if len(ends) == 2 else ends[0])
+        return tuple(found)
+
+
+@command("allanite calibrate log.parquet --model study.json --latitude 48.1 --out calibration")
+@click.argument("logs", metavar="LOG...", nargs=-1, required=True)
+@log_options
+@position_options("in the order of recording: zup.csv zdown.csv.")
+@means_options
+@click.option(
+    "--gyro-log",
+    type=click.Path(exists=True, dir_okay=False),
+    help="Of the gyros, where LOG holds the accelerometers alone.",
+)
+@click.option("--model", metavar="MODEL", help=MODEL + "  [default: from the log itself]")
+@model_channels_option
+@click.option("--latitude", type=Latitude(), metavar="DEG", help="For gravity and the Earth's rotation.")
+@click.option("--height", type=float, metavar="M", help="Above the ellipsoid, with --latitude.  [default: 0]")
+@click.option("--gravity", type=float, metavar="M/S2", help="Where it is known better: 9.81744.")
+@click.option(
+    "--gravity-uncertainty",
+    type=float,
+    default=0.0,
+    metavar="M/S2",
+    help="Standard uncertainty of gravity: 0.0003.",
+)
+@click.option("--gyro", type=Names(), metavar="NAMES", help="Channels x, y, z, where the units do not say.")
+@click.option("--accelerometer", type=Names(), metavar="NAMES", help="Likewise.")
+@click.option(
+    "--spans",
+    type=click.Path(exists=True, dir_okay=False),
+    help="CSV of the rests: start,stop in seconds.  [default: found]",
+)
+@click.option("--without", type=Numbers(), default=(), help="Positions to leave out: 7,12; a turn: 7-8.")
+@click.option(
+    "--frame",
+    type=click.Choice(["z", "x"]),
+    default="z",
+    show_default=True,
+    help="Axis of the accelerometers that is one of the body.",
+)
+@click.option("--quadratic", is_flag=True, help="Fit a quadratic term of each accelerometer, too.")
+@click.option("--no-drift", is_flag=True, help="Do not look for drifting biases: positions count alike.")
+@click.option(
+    "--reference-temperature",
+    type=float,
+    metavar="DEGC",
+    help="Fit slopes of the biases, too; give biases there.",
+)
+@click.option("--temperature", metavar="CHANNEL", help="Of temperature, where there are several.")
+@click.option("--confidence", type=float, default=0.95, show_default=True, help="Level of the intervals.")
+@accept_option
+@result_options
+def calibrate(
+    logs: tuple[str, ...], positions: bool, means: bool,
+    frame: str, quadratic: bool, no_drift: bool, temperature: str | None, reference_temperature: float | None,
+    confidence: float, gravity_uncertainty: float, to: Destination, **options: Any,
+) -> int:  # fmt: skip
+    """Calibrate three accelerometers, three gyros or both from a LOG of rests in many positions.
+
+    Turn the unit by hand and let it rest in each position. Gravity gives the accelerometers, the turns between the
+    rests and the Earth's rotation the gyros. What the positions leave open is said, with what to add. Positions may be
+    files of their own (--positions) or rows of means (--means), which leave the turns out. With --out the
+    folder gets report.html, calibration.json, which other commands take, and positions.csv.
+    """
+    from allanite.commands.calibration import calibration_of, calibration_of_means
+    from allanite.views import terminal
+
+    if options["height"] is not None and options["latitude"] is None:
+        raise click.UsageError("--height goes with --latitude: gravity depends on both")
+    log = logs[0] if positions else single_log(logs, "zup.csv zdown.csv")
+    options["positions"] = files_of(logs) if positions else None
+    options["estimate"] = {
+        "frame": frame,
+        "quadratic": quadratic,
+        "drift": not no_drift,
+        "temperature": temperature,
+        "reference_temperature": reference_temperature,
+        "confidence": confidence,
+        "stated": {"gravity": gravity_uncertainty} if gravity_uncertainty else {},
+    }
+    measure = calibration_of_means if means else calibration_of
+    for_means(means, options, positions=positions, gyro_log=options["gyro_log"], spans=options["spans"])
+    return to.deliver(
+        "calibration",
+        lambda **known: measure(place_of(log), **known, **options),
+        terminal.show_calibration,
+        tables=["positions.csv"],
+        log=log,
+    )

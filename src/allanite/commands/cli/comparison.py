@@ -1,0 +1,51 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Several records beside one another: compare."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import click
+
+from allanite.commands.cli.options import accept_option, log_options, place_of
+from allanite.commands.cli.program import command
+from allanite.commands.cli.results import Destination, result_options
+
+__all__ = ["compare"]
+
+
+@command("allanite compare monday.csv tuesday.csv wednesday.csv --unit deg/s --out compared")
+@click.argument("records", nargs=-1, required=True, metavar="RECORD RECORD...")
+@log_options
+@click.option("--names", help="Of the records: SN1,SN2,SN3.  [default: those of the files]")
+@click.option(
+    "--match",
+    multiple=True,
+    metavar="CHANNELS",
+    help="Channels that belong together: x, or one name for each record: x,gyro_x. Several times.",
+)
+@accept_option
+@click.option("--confidence", type=float, default=0.95, show_default=True, help="Level of the intervals.")
+@click.option("--level", type=float, default=0.05, show_default=True, help="Of the tests.")
+@result_options
+def compare(
+    records: tuple[str, ...], names: str | None, match: tuple[str, ...], confidence: float, level: float,
+    to: Destination, **options: Any,
+) -> int:  # fmt: skip
+    """Compare several RECORDs, of one sensor or of several of a kind: are they the same, and how much do they scatter?
+
+    A RECORD is a log, a study.json (or the folder that holds one), or an allan.csv. Options of logs hold for all, or
+    for the RECORD that is named in them.
+    """
+    from allanite.commands.comparison import comparison_of
+    from allanite.views import terminal
+
+    options["names"] = [n.strip() for n in names.split(",")] if names else None
+    options["matches"] = [[n.strip() for n in m.split(",")] if "," in m else m for m in match] or None
+    options["compare"] = {"confidence": confidence, "level": level}
+    return to.deliver(
+        "comparison",
+        lambda **known: comparison_of([place_of(r) for r in records], **known, **options),
+        terminal.show_comparison,
+        tables=["parameters.csv"],
+    )

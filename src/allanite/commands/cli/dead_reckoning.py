@@ -1,0 +1,129 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What the noise costs a navigator: dead-reckon."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from allanite.commands.cli.earth import latitude_option
+from allanite.commands.cli.options import MODEL, Angle, Duration, Durations, in_si, place_of
+from allanite.commands.cli.program import command
+from allanite.commands.cli.repeated import Listed
+from allanite.commands.cli.results import Destination, result_options
+
+if TYPE_CHECKING:
+    from allanite.quantities.units import Quantity
+
+__all__ = ["dead_reckon"]
+
+
+class Initial(Listed):
+    """Standard deviations at the start: tilt=0.1deg,heading=1deg,gyro.bias=10deg/h,accelerometer.bias=1mg."""
+
+    name = "initial"
+    parts = "mapping"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        if not isinstance(value, str):
+            return value
+        from allanite.errors import InputError
+        from allanite.experiments.dead_reckoning import InitialErrors
+
+        sizes = {}
+        for part in value.split(","):
+            name, _, text = (word.strip() for word in part.partition("="))
+            try:
+                sizes[name.replace(".", "_")] = in_si(text, self._quantity(name, param, ctx))
+            except InputError as error:
+                self.fail(f"{name}={text}: {error}", param, ctx)
+        try:
+            return InitialErrors(**sizes)
+        except InputError as error:
+            self.fail(str(error), param, ctx)
+
+    def _quantity(self, name: str, param: click.Parameter | None, ctx: click.Context | None) -> Quantity:
+        from allanite.quantities.units import Quantity
+
+        found = {
+            "position": Quantity.LENGTH,
+            "velocity": Quantity.VELOCITY,
+            "tilt": Quantity.ANGLE,
+            "heading": Quantity.ANGLE,
+            "gyro.bias": Quantity.ANGLE_RATE,
+            "accelerometer.bias": Quantity.ACCELERATION,
+            **{f"{s}.scale": Quantity.RATIO for s in ("gyro", "accelerometer")},
+            **{f"{s}.misalignment": Quantity.ANGLE for s in ("gyro", "accelerometer")},
+        }
+        if name not in found:
+            self.fail(f"{name!r} is no initial error; there are: {', '.join(found)}", param, ctx)
+        return found[name]
+
+
+@command("allanite dead-reckon --model study.json --latitude 48.1 --rest 60s --out budget", "dead-reckon")
+@click.option(
+    "--model",
+    "models",
+    metavar="MODEL",
+    multiple=True,
+    required=True,
+    help=f"{MODEL} Of gyros and accelerometers (repeatable).",
+)
+@latitude_option
+@click.option(
+    "--duration", type=Duration(), default=3600.0, show_default="1h", help="How long without aiding."
+)
+@click.option("--times", type=Durations(), help="Of the tables: 1s,10s,1min,10min.")
+@click.option(
+    "--initial",
+    type=Initial(),
+    metavar="ERRORS",
+    help="Standard deviations at the start: tilt=0.1deg,heading=1deg,velocity=0.1m/s,gyro.bias=10deg/h,"
+    "accelerometer.bias=1mg,gyro.scale=500ppm,gyro.misalignment=1mrad.",
+)
+@click.option(
+    "--rest",
+    type=Duration(),
+    help="At rest so long before: the unit is levelled, the gyros' means are taken off.",
+)
+@click.option(
+    "--remove-vertical",
+    "vertical",
+    is_flag=True,
+    help="With --rest: remove the bias of the vertical accelerometer, too (mean less normal gravity).",
+)
+@click.option(
+    "--heading", type=Angle(), default=0.0, help="Of the x axis, clockwise from north.  [default: 0]"
+)
+@click.option(
+    "--height",
+    type=click.Choice(["free", "held"]),
+    default="free",
+    show_default=True,
+    help="Unaided, or held by a barometer.",
+)
+@click.option("--rate", type=float, help="Samples per second.  [default: that of the study, or 100]")
+@result_options
+def dead_reckon(
+    models: tuple[str, ...], rate: float | None, height: str, to: Destination, **options: Any,
+) -> int:  # fmt: skip
+    """Tell what the noise of a unit costs a navigator: errors of unaided dead reckoning over time, by source.
+
+    One standard deviation of attitude, velocity and position of a level unit at rest, with the interval that those of
+    the models leave. Computed from the covariance alone, for Earth's rotation and Schuler's oscillation exactly.
+    """
+    from allanite.commands.dead_reckoning import dead_reckoning_of
+    from allanite.views import terminal
+
+    if rate is not None:
+        options["rate"] = rate
+    return to.deliver(
+        "dead-reckoning",
+        lambda **known: dead_reckoning_of(
+            [place_of(m) for m in models], held=height == "held", **known, **options
+        ),
+        terminal.show_dead_reckoning,
+        tables=["errors.csv"],
+        quiet=True,
+    )

@@ -1,0 +1,42 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The experiment of the seed paper on a twin: demo."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import click
+
+from allanite.commands.cli.options import Duration, force_option, json_option, print_json
+from allanite.commands.cli.program import command
+
+__all__ = ["demo"]
+
+
+@command("allanite demo --seed-paper --out demo")
+@click.option("--seed-paper", is_flag=True, help="The whole experiment: takes, Earth rate, every figure.")
+@click.option("--out", default="demo", show_default=True, type=click.Path(file_okay=False), help="Folder.")
+@click.option("--seed", type=int, default=1, show_default=True, help="The same seed gives the same samples.")
+@click.option(
+    "--duration", type=Duration(), default="7d", show_default=True, help="At rest, in place of the week."
+)
+@force_option
+@json_option
+def demo(seed_paper: bool, out: str, seed: int, duration: float, force: bool, as_json: bool) -> None:
+    """Simulate a week of the gyro of the seed paper, characterise it, and compare with the truth.
+
+    With --seed-paper the four takes of the Earth rate follow, by each estimator, with the filter that is told the
+    rate, and counterparts of all thirteen figures as PDF and PNG.
+    """
+    from allanite.commands import demonstration
+    from allanite.views import terminal
+
+    run = demonstration.run_seed_paper if seed_paper else demonstration.run_week
+    with terminal.progress(quiet=as_json) as advance:
+        done = run(out, seed=seed, duration=duration, force=force, progress=advance)
+    if as_json:
+        print_json(done.document)
+        return
+    terminal.show_demonstration(done.document, [Path(out) / "report.html"])
+    if not seed_paper:
+        click.echo("the whole experiment: allanite demo --seed-paper")

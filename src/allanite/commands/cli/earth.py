@@ -1,0 +1,294 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""From a turned record to the Earth: earth-rate, north, plan."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import click
+
+from allanite.commands.cli.options import (
+    MODEL,
+    Aim,
+    Angle,
+    Duration,
+    Durations,
+    Goal,
+    GSensitivity,
+    Latitude,
+    Rate,
+    Share,
+    accept_option,
+    log_options,
+    model_channels_option,
+    place_of,
+    turn_options,
+)
+from allanite.commands.cli.positions import (
+    for_means,
+    headed_files_of,
+    means_options,
+    position_options,
+    single_log,
+)
+from allanite.commands.cli.program import command, family
+from allanite.commands.cli.results import Destination, result_options
+
+__all__ = ["earth_rate", "north", "plan"]
+
+
+_HEADED = "north.csv=0 east.csv=90"
+LATITUDE = "Latitude in degrees, south negative: -23.31 or 23.31S."
+
+
+def latitude_option(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Where on Earth."""
+    return click.option("--latitude", type=Latitude(), required=True, metavar="DEG", help=LATITUDE)(command)
+
+
+def stated_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """What only the user knows about the set-up; standard uncertainties, all of them."""
+    options = [
+        click.option("--scale-uncertainty", "scale", type=Share(), default=0.0, help="Of the scale factor: 0.1%."),
+        click.option("--latitude-uncertainty", type=Angle(), default=0.0, help="Of the latitude: 0.01deg."),
+        click.option("--tilt", type=Angle(), default=0.0, help="Lean of the table's or a vertical axis: 0.1deg."),
+        click.option("--heading-uncertainty", "heading", type=Angle(), default=0.0, help="Of the axis: 3deg."),
+    ]  # fmt: skip
+    for option in reversed(options):
+        command = option(command)
+    return command
+
+
+@command("allanite earth-rate take.parquet --model study.json --latitude -23.31 --first north", "earth-rate")
+@click.argument("log")
+@log_options
+@click.option("--model", metavar="MODEL", help=MODEL + "  [default: fitted to the log itself]")
+@latitude_option
+@turn_options
+@click.option("--vector", is_flag=True, help="Three axes at rest: the rate vector and its length.")
+@click.option("--settling", is_flag=True, help="Fit a rotation that settles after each turn, too.")
+@click.option("--warm-up", is_flag=True, help="Fit an exponential warm-up, too.")
+@click.option("--temperature", metavar="CHANNEL", help="Fit this channel, too.")
+@stated_options
+@click.option(
+    "--bias-uncertainty", "bias", type=Rate(), default=0.0, help="Of each of three axes: 0.01deg/h."
+)
+@click.option(
+    "--g-sensitivity",
+    type=GSensitivity(),
+    default=0.0,
+    help="Of an axis turned between up and down: 0.1deg/h/g.",
+)
+@click.option("--confidence", type=float, default=0.95, show_default=True, help="Level of the interval.")
+@accept_option
+@result_options
+def earth_rate(
+    log: str, latitude: float, first: str | None, settling: bool, warm_up: bool, temperature: str | None,
+    confidence: float, scale: float, latitude_uncertainty: float, tilt: float, heading: float, g_sensitivity: float,
+    to: Destination, **options: Any,
+) -> int:  # fmt: skip
+    """Measure the Earth's rotation with a LOG of one axis that was turned between north and south, or up and down.
+
+    The turns are read off the signal, or come from a file or a clock. Of a LOG of three axes at rest the length of the
+    rate vector is measured, with the biases in it. "Not resolved" is a result as well. With --out the folder gets
+    report.html and earth-rate.json with dwells.csv, or of three axes rate-vector.json with stretches.csv.
+    """
+    from allanite.commands.earth import earth_rate_of
+    from allanite.experiments.earth_rate import Stated
+    from allanite.views import terminal
+
+    _one_of(options, "turns", "dwell")
+    if options["vector"] and (
+        first or options["turns"] or options["dwell"] or settling or warm_up or temperature or g_sensitivity
+    ):
+        raise click.UsageError(
+            "--vector is for three axes at rest: leave out what is said of one axis that was turned (--first, "
+            "--turns, --dwell, --settling, --warm-up, --temperature, --g-sensitivity)"
+        )
+    stated = Stated(scale=scale, latitude=latitude_uncertainty, tilt=tilt, heading=heading)
+    chosen: dict[str, Any] = {
+        "settling": settling,
+        "warm_up": warm_up,
+        "temperature": temperature,
+        "stated": stated,
+    }
+    chosen |= {"g_sensitivity": g_sensitivity, "confidence": confidence}
+    options |= {"latitude": latitude, "first": first, "estimate": chosen}
+
+    def show(document: Mapping[str, Any], files: Sequence[Path]) -> None:
+        of_three = document["format"] == "allanite-rate-vector"
+        (terminal.show_rate_vector if of_three else terminal.show_earth_rate)(document, files)
+
+    return to.deliver(
+        "earth-rate",
+        lambda **known: earth_rate_of(place_of(log), **known, **options),
+        show,
+        tables=["dwells.csv"],
+        log=log,
+    )
+
+
+def _one_of(options: Mapping[str, Any], *names: str, needed: bool = False) -> None:
+    """Options that exclude one another, of which one may be needed.
+
+    Raises
+    ------
+    click.UsageError
+        Two of them, or none where one is needed.
+    """
+    given = [f"--{name}" for name in names if options[name] is not None]
+    allowed = " or ".join(f"--{name}" for name in names)
+    if len(given) > 1:
+        raise click.UsageError(f"give either {allowed}, not both")
+    if needed and not given:
+        raise click.UsageError(f"say how the table stood: {allowed}")
+
+
+@command("allanite north log.parquet --model study.json --latitude -23.31 --headings positions.csv")
+@click.argument("logs", metavar="LOG...", nargs=-1, required=True)
+@log_options
+@click.option("--model", metavar="MODEL", required=True, help=MODEL)
+@model_channels_option
+@latitude_option
+@click.option(
+    "--headings", type=click.Path(exists=True, dir_okay=False), help="CSV of positions: start,stop,heading."
+)
+@position_options("with its heading, in the order of recording: north.csv=0 east.csv=90.")
+@means_options
+@click.option(
+    "--rotation", type=Rate(), help="In place of positions, of a table that turned all the time: 6deg/s."
+)
+@click.option("--null", is_flag=True, help="Test east against west: does a bias follow the turns?")
+@click.option("--heading-at-start", type=Angle(), default=0.0, help="Of the first axis, with --rotation.")
+@click.option(
+    "--dead-time", type=Duration(), default=2.0, show_default=True, help="Left out after each turn."
+)
+@stated_options
+@click.option("--misalignment", type=Angle(), default=0.0, help="Of the axes on the table: 0.1deg.")
+@click.option("--confidence", type=float, default=0.95, show_default=True, help="Level of the interval.")
+@accept_option
+@result_options
+def north(
+    logs: tuple[str, ...], positions: bool, between: float, means: bool, latitude: float, null: bool,
+    misalignment: float, confidence: float, scale: float,
+    latitude_uncertainty: float, tilt: float, heading: float, to: Destination, **options: Any,
+) -> int:  # fmt: skip
+    """Find north with a LOG of one or two horizontal axes on a table that was turned.
+
+    Headings are those of the first axis relative to a mark on the table; the azimuth of the mark is the result. One
+    axis needs three positions around, two opposite positions need two axes. "No north" is a result as well.
+
+    With --null, a LOG of one axis turned between east and west, where the Earth adds nothing, tells whether a bias
+    follows the turns. Its headings are from north.
+    """
+    from allanite.commands.earth import north_of, null_of
+    from allanite.experiments.earth_rate import Stated
+    from allanite.views import terminal
+
+    by_file = headed_files_of(logs, _HEADED) if positions else None
+    log = single_log(logs, _HEADED) if by_file is None else next(iter(by_file))
+    if by_file is None and not means:
+        _one_of(options, "headings", "rotation", needed=True)
+    elif null or (means and positions) or options["headings"] is not None or options["rotation"] is not None:
+        raise click.UsageError(
+            f"--{'means' if means else 'positions'} says how the table stood: leave --headings, --rotation and "
+            "--null out"
+        )
+    if not means or null:
+        for_means(False, options)
+    chosen: dict[str, Any] = {
+        "stated": Stated(scale=scale, latitude=latitude_uncertainty, tilt=tilt, heading=heading),
+        "confidence": confidence,
+    }
+    if null:
+        _refuse_with_null(options, to.figure, misalignment)
+        measure, show = null_of, terminal.show_null
+    else:
+        measure, show = north_of, terminal.show_north
+        chosen["misalignment"] = misalignment
+        options |= {"positions": by_file, "between": between, "means": means}
+    options |= {"latitude": latitude, "estimate": chosen}
+    return to.deliver(
+        "east-west-null" if null else "north",
+        lambda **known: measure(place_of(log), **known, **options),
+        show,
+        log=log,
+    )
+
+
+def _refuse_with_null(options: dict[str, Any], figure: str | None, misalignment: float) -> None:
+    """What the null test has no use for; its options are those that are left.
+
+    Raises
+    ------
+    click.UsageError
+        A rotation, a misalignment or a figure.
+    """
+    rotation = options.pop("rotation")
+    at_start = options.pop("heading_at_start")
+    if options.pop("model_channels") is not None:
+        raise click.UsageError("--model-channels is for north: --null has one axis")
+    if rotation is not None or at_start:
+        raise click.UsageError("--null needs positions: --headings, with headings from north")
+    if misalignment:
+        raise click.UsageError("--misalignment is for north: for --null, say --heading-uncertainty")
+    if figure is not None:
+        raise click.UsageError("the null test has no figure: leave --plot out, and see --out for the report")
+
+
+@family("allanite plan --model study.json --latitude -23.31 --goal 3%")
+@click.option("--model", metavar="MODEL", help=f"{MODEL}  [required]")
+@click.option("--channel", help="Whose model, where there are several.")
+@click.option("--latitude", type=Latitude(), metavar="DEG", help=f"{LATITUDE}  [required]")
+@click.option("--north", is_flag=True, help="Plan a search for north instead of the Earth rate.")
+@click.option(
+    "--goal", type=Goal(), help="One standard deviation: 3%, or 1deg with --north.  [default: these]"
+)
+@click.option("--dead-time", type=Duration(), default=2.0, show_default=True, help="Lost at each turn.")
+@click.option("--dwells", type=Durations(), help="Times from turn to turn: 10,30,5min.")
+@click.option("--durations", type=Durations(), help="Lengths of record: 10min,1h,2h.")
+@click.option("--axes", type=int, default=1, show_default=True, help="Horizontal axes, with --north.")
+@click.option("--positions", type=int, help="Around the table, with --north.  [default: 4]")
+@click.option("--misalignment", type=Angle(), default=0.0, help="Of the axes on the table, with --north.")
+@stated_options
+@result_options
+def plan(
+    model: str | None, north: bool, goal: Aim | None, dwells: list[float] | None, durations: list[float] | None,
+    scale: float, latitude_uncertainty: float, tilt: float, heading: float, to: Destination, **options: Any,
+) -> int:  # fmt: skip
+    """Predict how well the Earth rate, or north, will be known: by dwell and length of record.
+
+    Computed from the covariance alone: no sample is needed. Which positions a calibration or an alignment needs is
+    planned by `allanite plan positions`.
+    """
+    from allanite.commands.earth import plan_of
+    from allanite.experiments.earth_rate import Stated
+    from allanite.views import terminal
+
+    context = click.get_current_context()
+    if context.invoked_subcommand is not None:
+        return 0
+    if model is None or options["latitude"] is None:
+        name = "--model" if model is None else "--latitude"
+        raise click.MissingParameter(param_hint=f"'{name}'", param_type="option", ctx=context)
+    if goal is not None and goal.is_angle != north:
+        raise click.UsageError(
+            "--goal is a share of the Earth rate, 3%; an angle needs --north"
+            if goal.is_angle
+            else "--goal is an angle with --north, 1deg"
+        )
+    stated = Stated(scale=scale, latitude=latitude_uncertainty, tilt=tilt, heading=heading)
+    given: dict[str, Any] = {
+        name: value for name, value in (("dwells", dwells), ("durations", durations)) if value
+    }
+    options["goal"] = None if goal is None else goal.value
+    options |= {"what": "north" if north else "rate", "stated": stated, **given}
+    return to.deliver(
+        "plan",
+        lambda progress, **known: plan_of(place_of(model), **known, **options),
+        terminal.show_plan,
+        tables=["plan.csv"],
+        quiet=True,
+    )

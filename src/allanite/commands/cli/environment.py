@@ -1,0 +1,53 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Effects of the environment: temperature and warm-up."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import click
+
+from allanite.commands.cli.options import (
+    MODEL,
+    accept_option,
+    environment_options,
+    log_options,
+    place_of,
+)
+from allanite.commands.cli.program import command
+from allanite.commands.cli.results import Destination, result_options
+
+__all__ = ["environment"]
+
+
+@command("allanite environment gyro.csv --temperature temp --warm-up model --out environment")
+@click.argument("log")
+@log_options
+@environment_options
+@click.option("--model", metavar="MODEL", help=f"{MODEL}  [default: fitted to the log]")
+@click.option("--confidence", type=float, default=0.95, show_default=True, help="Level of the intervals.")
+@click.option(
+    "-o", "--output", type=click.Path(dir_okay=False), help="Residual: .parquet, .npz, .npy, .csv or .mat."
+)
+@accept_option
+@result_options
+def environment(
+    log: str, output: str | None, to: Destination, **options: Any
+) -> int:  # fmt: skip
+    """What temperature and warm-up do to the sensors in a LOG, and the log without it.
+
+    Coefficients of the bias with intervals, lag of the thermometer, hysteresis, warm-up, told from the noise of the
+    sensor. Only what the record resolves is taken off.
+    """
+    from allanite.commands.environment import environment_of, save_residual
+    from allanite.commands.filtering import refuse_corrected
+    from allanite.views import terminal
+
+    refuse_corrected(output, force=to.force)
+    return to.deliver(
+        "environment",
+        lambda **known: environment_of(place_of(log), **known, **options),
+        terminal.show_environment,
+        log=log,
+        save=None if output is None else lambda found: save_residual(found, output, force=to.force),
+    )

@@ -1,0 +1,167 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""From one file to another: simulate, convert, export, report."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import click
+
+from allanite.commands.cli.options import (
+    ByChannel,
+    Duration,
+    Names,
+    Share,
+    force_option,
+    log_options,
+    place_of,
+)
+from allanite.commands.cli.program import LOSS, command
+
+__all__ = ["convert", "export", "report", "simulate"]
+
+
+@command("allanite simulate study.json --duration 7d --seed 1 -o twin.parquet")
+@click.argument("model")
+@click.option(
+    "-o",
+    "--output",
+    required=True,
+    type=click.Path(dir_okay=False),
+    help=".parquet, .npz, .npy, .csv or .mat.",
+)
+@click.option("--rate", type=float, help="Samples per second.  [default: that of the study]")
+@click.option("--duration", type=Duration(), required=True, help="Length: 3600, 12h, 7d.")
+@click.option("--seed", type=int, default=0, show_default=True, help="The same seed gives the same samples.")
+@click.option("--sampling", type=click.Choice(["mean", "point"]), default="mean", show_default=True)
+@click.option("--unit", type=ByChannel(), help="Unit to write the samples in.  [default: SI]")
+@force_option
+def simulate(
+    model: str,
+    output: str,
+    rate: float | None,
+    duration: float,
+    seed: int,
+    sampling: Any,
+    unit: Any,
+    force: bool,
+) -> None:
+    """Make a record of a sensor at rest from a MODEL.
+
+    MODEL is a study, what `fit --json` printed, or words: 'N=0.3 deg/√h, B=5 deg/h, K=5 deg/h/√h'. With T=240s, B is
+    that of a Gauss-Markov term.
+    """
+    from allanite.commands.curves import simulate_to
+    from allanite.views import terminal
+
+    with terminal.progress() as advance:
+        written = simulate_to(
+            place_of(model), output, rate=rate, duration=duration, seed=seed, sampling=sampling, unit=unit,
+            force=force, progress=advance,
+        )  # fmt: skip
+    click.echo(written)
+
+
+@command("allanite convert imu.csv imu.parquet --unit gyro=deg/s,acc=g")
+@click.argument("log")
+@click.argument("output", type=click.Path(dir_okay=False))
+@log_options
+@force_option
+def convert(log: str, output: str, force: bool, **options: Any) -> int:
+    """Write any LOG that can be read as OUTPUT (.parquet, .npz, .npy, .csv or .mat).
+
+    Parquet keeps rate, units, sampling and history; missing samples become nulls.
+    """
+    from allanite.commands.recordings import has_gaps, read_part
+    from allanite.files import recording_file
+    from allanite.views import terminal
+
+    recording = read_part(place_of(log), **options)
+    with terminal.progress() as advance:
+        path = recording_file.write_recording(recording, output, force=force, progress=advance)
+    click.echo(recording_file.summary(recording, path))
+    return LOSS if has_gaps(recording) else 0
+
+
+def _list_consumers(context: click.Context, _: click.Parameter, wanted: bool) -> None:
+    """Say which there are, and leave."""
+    if not wanted or context.resilient_parsing:
+        return
+    from allanite.views import terminal
+
+    terminal.show_consumers()
+    context.exit()
+
+
+@command("allanite export kalibr results/study.json -o imu.yaml")
+@click.option(
+    "--list",
+    is_flag=True,
+    is_eager=True,
+    expose_value=False,
+    callback=_list_consumers,
+    help="Show the consumers, what each takes and what it gets.",
+)
+@click.argument("consumer")
+@click.argument("file", type=click.Path(exists=True, dir_okay=False, allow_dash=True))
+@click.option("-o", "--output", help="File to write, or folder for several.  [default: stdout]")
+@click.option("--walk", help="What becomes of flicker: upper-bound, k-only or horizon=<seconds>.")
+@click.option("--axes", help="Of three axes: worst, rms, or each where the file has room for it.")
+@click.option("--inflate", type=float, help="Factor on all numbers; it is written into the file.")
+@click.option(
+    "--correlation-time", type=Duration(), help="T of the Gauss-Markov term that stands for flicker."
+)
+@click.option("--gyroscope", type=Names(), help="Channels of the gyroscopes: gx,gy,gz.  [default: all]")
+@click.option("--accelerometer", type=Names(), help="Channels of the accelerometers.  [default: all]")
+@click.option("--digits", type=int, help="Digits after the point.  [default: 6]")
+@click.option("--rostopic", help="Topic of the IMU.  [kalibr, openvins; default: that of the log]")
+@click.option("--part", help="Name of the part in the JSON file.  [matlab; default: allanite]")
+@click.option("--channel", help="Of one axis: which.  [cpp; default: the worst]")
+@click.option(
+    "--filter-rate",
+    type=float,
+    help="Steps per second of the filter or simulator.  [cpp, vins, px4, ardupilot, gazebo; default: its own, "
+    "or the log's]",
+)
+@click.option("--scalar", type=click.Choice(["float", "double"]), help="Precision of the filter.  [cpp]")
+@click.option(
+    "--flicker", type=click.Choice(["sum", "single"]), help="States for flicker: several, or one.  [cpp]"
+)
+@click.option("--horizon", type=Duration(), help="Time over which flicker must hold.  [cpp]")
+@click.option(
+    "--model", type=click.Path(exists=True, dir_okay=False), help="Study with the noise.  [openvins]"
+)
+@click.option(
+    "--intrinsics", type=click.Choice(["kalibr", "rpng"]), help="Convention of the matrices.  [openvins]"
+)
+@click.option("--rate", type=float, help="Samples per second of the log, where FILE does not hold them.")
+@click.option("--overbound", type=Share(), help="Write a bound above the sensor with this probability: 95%.")
+@click.option(
+    "--bound-until",
+    type=Duration(),
+    help="Longest averaging time of the bound.  [default: the longest lag fitted]",
+)
+@force_option
+def export(consumer: str, file: str, output: str | None, force: bool, **options: Any) -> None:
+    """Write a FILE of allanite in the format of a CONSUMER.
+
+    FILE is a study, a data sheet, or the noise file of another program (imu.yaml), or a calibration: `allanite export
+    --list` shows what each consumer takes. openvins takes either, or a calibration with --model for the noise. Several
+    files go into the folder -o.
+    """
+    from allanite.commands.exporting import export_of
+
+    target = None if output in (None, "-") else output
+    text = export_of(consumer, place_of(file), target, force=force, **options)
+    click.echo(text if target is None else target, nl=target is not None)
+
+
+@command("allanite report result/earth-rate.json -o report.html")
+@click.argument("file", type=click.Path(exists=True, dir_okay=False, allow_dash=True))
+@click.option("-o", "--output", default="report.html", show_default=True, type=click.Path(dir_okay=False))
+@force_option
+def report(file: str, output: str, force: bool) -> None:
+    """Write the report of a FILE once more: of a study, or of the JSON that any other command left."""
+    from allanite.views.report import render_file
+
+    click.echo(render_file(place_of(file), output, force=force))

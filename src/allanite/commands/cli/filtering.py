@@ -1,0 +1,99 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The filter of a noise model: filter."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import click
+
+from allanite.commands.cli.options import (
+    MODEL,
+    Duration,
+    Rate,
+    accept_option,
+    log_options,
+    place_of,
+    turn_options,
+)
+from allanite.commands.cli.program import command
+from allanite.commands.cli.results import Destination, result_options
+
+__all__ = ["filter_"]
+
+
+@command("allanite filter gyro.parquet --model study.json --smooth -o corrected.parquet", "filter")
+@click.argument("log")
+@log_options
+@click.option("--model", metavar="MODEL", required=True, help=MODEL)
+@click.option(
+    "--smooth", is_flag=True, help="Estimate the drift from the whole record, not from the samples so far."
+)
+@click.option(
+    "--reference", type=Rate(), help="Run the seed paper's filter, told this rate along the axis: 15deg/h."
+)
+@click.option(
+    "--correlation-time", type=Duration(), help="With --reference: T of the state that stands for flicker."
+)
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(dir_okay=False),
+    help="Corrected series: .parquet, .npz, .npy, .csv or .mat.",
+)
+@turn_options
+@accept_option
+@result_options
+def filter_(
+    log: str, smooth: bool, reference: float | None, correlation_time: float | None, output: str | None,
+    first: str | None, turns: str | None, dwell: float | None, dead_time: float, to: Destination, **options: Any,
+) -> int:  # fmt: skip
+    """Take the drift that a noise model knows off a LOG of a sensor at rest, and test whether the model holds.
+
+    With --reference the two-state filter of the seed paper is run instead, against a rate that is known (a rate
+    table). It is no measurement: the filter gives back what it is told. The options of turns are for it alone.
+    """
+    from allanite.commands.filtering import aided_of, filter_of, refuse_corrected, save_corrected
+    from allanite.commands.measurement import Measured
+    from allanite.views import terminal
+
+    turned: dict[str, Any] = {"first": first, "turns": turns, "dwell": dwell}
+    alone = {**turned, "correlation_time": correlation_time}
+    _refuse_mixed(smooth, reference, [name for name, value in alone.items() if value is not None])
+    refuse_corrected(output, force=to.force)
+    measure: Callable[..., Measured] = filter_of
+    show = terminal.show_filtered
+    if reference is None:
+        options["smooth"] = smooth
+    else:
+        measure, show = aided_of, terminal.show_aided
+        options |= {"reference": reference, "dead_time": dead_time, **alone}
+    return to.deliver(
+        "filter",
+        lambda **known: measure(place_of(log), **known, **options),
+        show,
+        log=log,
+        save=None if output is None else lambda found: save_corrected(found, output, force=to.force),
+    )
+
+
+def _refuse_mixed(smooth: bool, reference: float | None, aided: Sequence[str]) -> None:
+    """Options of one filter beside those of the other.
+
+    Raises
+    ------
+    click.UsageError
+        Smoothing with a reference, or what belongs to the reference without one.
+    """
+    if smooth and reference is not None:
+        raise click.UsageError(
+            "--smooth is for the filter of the noise model, the filter that is told the rate has no smoother: leave "
+            "out --smooth or --reference"
+        )
+    if aided and reference is None:
+        names = ", ".join(f"--{name.replace('_', '-')}" for name in aided)
+        raise click.UsageError(
+            f"for the filter that is told the rate only: {names}. Add --reference; a record that was turned is "
+            "measured by allanite earth-rate"
+        )

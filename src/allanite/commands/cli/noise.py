@@ -1,0 +1,237 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""From a log at rest to its noise: characterize, info, allan, fit."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import click
+
+from allanite.commands.cli.options import (
+    ENGINES,
+    Frequencies,
+    Lags,
+    accept_option,
+    environment_options,
+    exclude_option,
+    floor_option,
+    force_option,
+    json_option,
+    log_options,
+    place_of,
+    print_json,
+    statistic_option,
+    typed,
+)
+from allanite.commands.cli.program import LOSS, UNFIT, command
+from allanite.plain_files.printable import printable
+
+__all__ = ["allan", "characterize", "fit", "info"]
+
+
+@command("allanite characterize imu.csv --unit gyro=deg/s,acc=g --from 10min --out results")
+@click.argument("log")
+@log_options
+@click.option(
+    "--out", type=click.Path(file_okay=False), help="Folder for the results.  [default: <log>-allanite]"
+)
+@click.option(
+    "--method",
+    type=click.Choice(["moments", "likelihood"]),
+    default="moments",
+    show_default=True,
+    help="Fit the curve, or the samples: smaller errors, and no unbroken stretches needed.",
+)
+@environment_options
+@exclude_option
+@floor_option
+@accept_option
+@statistic_option("Of the curve that is shown")
+@click.option(
+    "--plot", "figure", type=click.Path(dir_okay=False), help="Write the paper figure: .pdf, .svg or .png."
+)
+@force_option
+@json_option
+def characterize(
+    log: str, out: str | None, accept: tuple[str, ...], statistic: str, figure: str | None, force: bool, as_json: bool,
+    **options: Any,
+) -> int:  # fmt: skip
+    """Read a LOG of a sensor at rest, say what is wrong with it, and fit its noise model.
+
+    Leaves report.html, study.json, allan.csv and imu.yaml in a folder. With --json the study goes to stdout alone,
+    and files are written only where --out or --plot name them.
+    """
+    from allanite.commands.recordings import is_lossy
+    from allanite.commands.study import refuse_results, study_of, write_results
+    from allanite.views import terminal
+
+    folder = out or (None if as_json else f"{'stdin' if log == '-' else Path(log).stem}-allanite")
+    refuse_results(folder, figure, force=force)
+    place = place_of(log)
+    options |= {"command": typed(), "source": "stdin" if log == "-" else None}
+    with terminal.progress(quiet=as_json) as advance:
+        study = study_of(place, accept=accept, statistic=statistic, progress=advance, **options)
+    done = write_results(study, folder, figure, force=force)
+    if as_json:
+        print_json(study.to_json())
+    else:
+        terminal.show_study(study.document, done.files, done.notes)
+    return LOSS if is_lossy(study.document["findings"]) else 0
+
+
+@command("allanite info imu.csv --unit gyro=deg/s,acc=g")
+@click.argument("log")
+@log_options
+@json_option
+def info(log: str, as_json: bool, **options: Any) -> int:
+    """Show what a LOG holds: channels, rate, span, gaps, and what is wrong with it.
+
+    The exit code is that of `characterize`: 1 where a finding is fatal, 3 where samples are missing.
+    """
+    from allanite.commands.recordings import describe, is_lossy, read_part
+    from allanite.recording import health
+    from allanite.views import terminal
+
+    recording = read_part(place_of(log), **options)
+    with terminal.progress(quiet=as_json) as advance:
+        facts = describe(recording, health.check(recording, progress=advance), place_of(log))
+    if as_json:
+        print_json(facts)
+    else:
+        terminal.show_recording(facts)
+    if any(f["severity"] == "fatal" for f in facts["findings"]):
+        return UNFIT
+    lost = facts["run"] and facts["run"]["losses"]
+    return LOSS if lost or is_lossy(facts["findings"]) else 0
+
+
+@command("allanite allan gyro.csv --unit deg/s --taus 10 -o allan.csv")
+@click.argument("log")
+@log_options
+@click.option("--taus", type=Lags(), default="octave", show_default=True, help=Lags.__doc__)
+@statistic_option("Of the curve", "mtie", "tierms")
+@click.option(
+    "--engine",
+    type=click.Choice(ENGINES),
+    metavar="NAME",
+    default="auto",
+    show_default=True,
+    help="exact, decimated (fixed memory), or auto.",
+)
+@click.option("--confidence", type=float, default=0.95, show_default=True, help="Level of the intervals.")
+@floor_option
+@click.option("-o", "--output", help="Write the curve as CSV, from which it can be fitted; - for stdout.")
+@click.option("--plot", "figure", type=click.Path(dir_okay=False), help="Draw it: .pdf, .svg or .png.")
+@force_option
+@json_option
+def allan(
+    log: str, taus: Any, statistic: str, engine: Any, confidence: float, floor: str | None, output: str | None,
+    figure: str | None, force: bool, as_json: bool, **options: Any,
+) -> int:  # fmt: skip
+    """Compute the Allan deviation of a LOG, and nothing else.
+
+    Gaps and overloads are left out; no other fault is looked for: see `allanite info`.
+    """
+    from allanite.commands.curves import interval_errors_of, over_floor_of, plain_curves, save_curve
+    from allanite.commands.pictures import save_figure
+    from allanite.commands.recordings import read_part
+    from allanite.errors import InputError
+    from allanite.noise.allan import allan_curve
+    from allanite.views import terminal
+
+    if statistic in ("mtie", "tierms"):
+        if floor is not None or output is not None or figure is not None:
+            raise InputError(
+                f"{statistic} is printed, as a table or as --json; --floor, -o and --plot take deviations"
+            )
+        errors = interval_errors_of(place_of(log), statistic=statistic, taus=taus, **options)
+        if as_json:
+            print_json({e.name: e.to_json() for e in errors})
+        else:
+            terminal.show_interval_errors(errors)
+        return 0
+    grid = {"taus": taus, "statistic": statistic, "engine": engine, "confidence": confidence}
+    recording = read_part(place_of(log), **options)
+    with terminal.progress(quiet=as_json or output == "-") as advance:
+        curve = allan_curve(recording, progress=advance, **grid)
+    shown = curve if floor is None else over_floor_of(curve, recording, floor, **options)
+    if figure is not None:
+        save_figure(shown, figure, force=force)
+    if output is not None:
+        save_curve(shown, output, force=force)
+    if as_json:
+        print_json(plain_curves(shown))
+    elif output is None and figure is None:
+        terminal.show_curve(shown)
+    return LOSS if any(len(runs) for runs in curve.missing) else 0
+
+
+@command("allanite fit allan.csv --json")
+@click.argument("curve_or_log")
+@log_options
+@click.option("--curve", is_flag=True, help="The file is an Allan curve of another program.")
+@click.option(
+    "--samples", type=int, help="Samples of the record behind such a curve, where it has no counts."
+)
+@click.option(
+    "--statistic",
+    metavar="NAME",
+    help="What such a curve holds, where its headings do not say: oadev, adev, or their squares oavar, avar.",
+)
+@click.option(
+    "--method",
+    type=click.Choice(["moments", "slopes", "likelihood", "spectral"]),
+    default="moments",
+    show_default=True,
+    help="Of the curve: full covariance, or the reading by slopes. Of a log: its samples, or its spectrum.",
+)
+@click.option(
+    "--terms",
+    metavar="LETTERS",
+    help="The sum of terms to fit, for likelihood and spectral: Q N B K R, and G once or twice, as in NGGK.",
+)
+@click.option(
+    "--lines",
+    metavar="FREQUENCIES",
+    type=Frequencies(),
+    help="Spectral lines near these frequencies in Hz, fitted with the noise: 12.3,50. For likelihood.",
+)
+@floor_option
+@accept_option
+@click.option("-o", "--output", type=click.Path(dir_okay=False), help="Write the models as JSON.")
+@force_option
+@json_option
+def fit(
+    curve_or_log: str, method: str, terms: str | None, lines: Any, floor: str | None, accept: tuple[str, ...],
+    output: str | None, force: bool, as_json: bool, **options: Any,
+) -> int:  # fmt: skip
+    """Fit noise models to a saved curve, to one of another program (--curve), or to a log (CURVE_OR_LOG).
+
+    Faults of a log are refused. The moment fit of a log keeps its spectral lines out; that of a curve cannot.
+    """
+    from allanite.commands.curves import fit_file, joined
+    from allanite.study import model_file
+    from allanite.views import terminal
+
+    with terminal.progress(quiet=as_json) as advance:
+        fitted = fit_file(
+            place_of(curve_or_log),
+            method=method,
+            terms=terms,
+            lines=lines or (),
+            floor=floor,
+            accept=accept,
+            progress=advance,
+            **options,
+        )
+    for remark in fitted.remarks:
+        click.echo(f"allanite: note: {printable(remark)}", err=True)
+    models = {c["name"]: joined(c["models"]) for c in fitted.channels if c["models"]}
+    if output is not None:
+        model_file.save_models(models, output, force=force)
+    if as_json:
+        print_json(models)
+    else:
+        terminal.show_models(fitted.channels)
+    return LOSS if fitted.lossy else 0

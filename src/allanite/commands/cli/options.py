@@ -1,0 +1,505 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Kinds of options, and the options that several commands share."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+import shlex
+import shutil
+import sys
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
+
+import click
+
+from allanite.commands.cli.repeated import Listed
+
+if TYPE_CHECKING:
+    from allanite.quantities.units import Quantity
+
+__all__ = [
+    "ENGINES",
+    "MODEL",
+    "STATISTICS",
+    "Acceleration",
+    "Aim",
+    "Angle",
+    "ByChannel",
+    "Duration",
+    "Durations",
+    "FindingCode",
+    "Frequencies",
+    "GSensitivity",
+    "Goal",
+    "Lags",
+    "Latitude",
+    "Names",
+    "Rate",
+    "Share",
+    "accept_option",
+    "environment_options",
+    "exclude_option",
+    "floor_option",
+    "force_option",
+    "in_si",
+    "json_option",
+    "log_options",
+    "model_channels_option",
+    "place_of",
+    "print_json",
+    "statistic_option",
+    "turn_options",
+    "typed",
+]
+
+STATISTICS = (
+    "oadev", "adev", "mdev", "tdev", "hdev", "ohdev", "totdev", "haar", "robust", "theo1", "theobr", "theoh",
+)  # fmt: skip
+ENGINES = ("exact", "decimated", "auto")
+MODEL = "Noise of the sensor at rest: a study, what `fit --json` printed, or words as for `simulate`."
+_MOST_RADIANS = 1.6
+"""A latitude below this in degrees may be one in radians: half of pi is 1.571."""
+_SECONDS = {"": 1.0, "s": 1.0, "ms": 1e-3, "min": 60.0, "h": 3600.0, "d": 86400.0, "w": 604800.0}
+
+
+def in_si(text: str, quantity: Quantity, unit: str = "") -> float:
+    """A number with its unit in SI; with `unit`, if that is given, where it has none.
+
+    Raises
+    ------
+    InputError
+        No number, no unit, or one of another quantity.
+    """
+    from allanite.errors import InputError
+    from allanite.quantities.units import parse_unit
+
+    words = text.strip().replace("−", "-")
+    found = re.fullmatch(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([^\d.].*)?", words, re.S)
+    if found is None or not (found[2] or unit):
+        raise InputError("write a number with its unit, as in 1deg or 10deg/h")
+    return float(found[1]) * parse_unit(found[2] or unit, quantity).factor
+
+
+class Duration(click.ParamType[Any]):
+    """A time span: seconds, or a number with ms, s, min, h, d or w."""
+
+    name = "duration"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        if isinstance(value, (int, float)):
+            return float(value)
+        number, unit = re.fullmatch(r"(.*?)\s*([a-z]*)", str(value).strip(), re.S).groups()  # type: ignore[union-attr]
+        try:
+            return float(number) * _SECONDS[unit]
+        except (KeyError, ValueError):
+            self.fail(f"{value!r} is no time span: write 3600, 90s, 30min, 12h or 7d", param, ctx)
+
+
+class ByChannel(Listed):
+    """One text for all channels, or one for each name or group: gyro=deg/s,acc=g."""
+
+    name = "unit"
+    parts = "mapping"
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> str | dict[str, str]:
+        if isinstance(value, dict) or "=" not in value:
+            return value
+        parts = [part.split("=", 1) for part in value.split(",")]
+        if any(len(part) != 2 or not all(p.strip() for p in part) for part in parts):
+            self.fail(f"{value!r}: write one unit for all channels, or gyro=deg/s,acc=g", param, ctx)
+        return {name.strip(): unit.strip() for name, unit in parts}
+
+
+class PerLog(Listed):
+    """One value for all logs, or one for each: a.csv=100,b.csv=50."""
+
+    parts = "mapping"
+
+    def __init__(self, kind: click.ParamType[Any]) -> None:
+        self.kind = kind
+        self.name = kind.name
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        if not isinstance(value, str) or not Path(value.partition("=")[0]).exists():
+            return value if isinstance(value, dict) else self.kind.convert(value, param, ctx)
+        parts = [part.partition("=") for part in value.split(",")]
+        return {log.strip(): self.kind.convert(said.strip(), param, ctx) for log, _, said in parts}
+
+
+class Renamed(Listed):
+    """Names of the log with those of the model: wx=gyro_x,wy=gyro_y."""
+
+    name = "names"
+    parts = "mapping"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> dict[str, str]:
+        if isinstance(value, dict):
+            return value
+        parts = [[word.strip() for word in part.split("=")] for part in value.split(",")]
+        if any(len(part) != 2 or not all(part) for part in parts):
+            self.fail(
+                f"{value!r}: write the name in the log, =, and that of the model: wx=gyro_x,wy=gyro_y",
+                param,
+                ctx,
+            )
+        found = {part[0]: part[1] for part in parts}
+        if len(found) < len(parts):
+            self.fail(f"{value!r} names a channel of the log twice", param, ctx)
+        return found
+
+
+class Names(Listed):
+    """Names with commas between them."""
+
+    name = "names"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> list[str]:
+        return (
+            value if isinstance(value, list) else [part.strip() for part in value.split(",") if part.strip()]
+        )
+
+
+class Lags(click.ParamType[Any]):
+    """octave, decade, all, a number of lags per decade, or averaging times with commas between them."""
+
+    name = "lags"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        if value in ("octave", "decade", "all") or not isinstance(value, str):
+            return value
+        try:
+            times = [float(part) for part in value.split(",")]
+        except ValueError:
+            self.fail(
+                f"{value!r}: write octave, decade, all, a count per decade, or times like 0.1,1,10",
+                param,
+                ctx,
+            )
+        return int(times[0]) if len(times) == 1 and value.isdigit() else times
+
+
+class Spans(Listed):
+    """Spans of time with commas between them: 0.1:0.5,100:1000."""
+
+    name = "spans"
+
+    def convert(
+        self, value: Any, param: click.Parameter | None, ctx: click.Context | None
+    ) -> list[tuple[float, float]]:
+        if isinstance(value, (list, tuple)):
+            return list(value)
+        found = []
+        for part in value.split(","):
+            ends = [Duration()(end, param, ctx) for end in part.split(":")]
+            if len(ends) > 2:
+                self.fail(f"{part!r}: write from:to, or one time", param, ctx)
+            found.append((ends[0], ends[-1]))
+        return found
+
+
+class Durations(Listed):
+    """Time spans with commas between them."""
+
+    name = "durations"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> list[float]:
+        return (
+            value if isinstance(value, list) else [Duration()(part, param, ctx) for part in value.split(",")]
+        )
+
+
+class Aim(NamedTuple):
+    """A goal: a share, or an angle [rad]."""
+
+    value: float
+    is_angle: bool
+
+
+class Goal(click.ParamType[Any]):
+    """A share (3% or 0.03), or an angle with its unit (1deg)."""
+
+    name = "goal"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Aim:
+        if isinstance(value, Aim):
+            return value
+        text = str(value).strip()
+        if re.search(r"deg|rad|arc|°", text):
+            return Aim(Angle()(text, param, ctx), True)
+        share = Share()(text, param, ctx)
+        if share >= 1.0 and not text.endswith(("%", "ppm")):
+            self.fail(
+                f"{text!r} alone would be {100 * share:g} %: write {text}% or {share / 100:g}; with --north {text}deg",
+                param,
+                ctx,
+            )
+        return Aim(share, False)
+
+
+class Angle(click.ParamType[Any]):
+    """An angle: degrees, or a number with deg, rad, mrad or arcmin; S and W are negative."""
+
+    name = "angle"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        if isinstance(value, (int, float)):
+            return float(value)
+        from allanite.quantities.units import Quantity
+
+        words = str(value).strip()
+        text, side = re.fullmatch(r"(.*?)\s*([NSEW]?)", words, re.S).groups()  # type: ignore[union-attr]
+        try:
+            size = in_si(text, Quantity.ANGLE, "deg")
+        except ValueError:
+            self.fail(f"{value!r} is no angle: write -23.31, 23.31S, 0.1deg or 2mrad", param, ctx)
+        if side in ("S", "W"):
+            return -abs(size)  # the sign and the letter say the same
+        if side and size < 0:
+            self.fail(f"{value!r} has both a minus sign and {side}: which is it?", param, ctx)
+        return size
+
+
+class Latitude(Angle):
+    """An angle from the south pole to the north pole: degrees, south negative or with an S."""
+
+    name = "latitude"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        found = super().convert(value, param, ctx)
+        text = str(value).strip()
+        if text.endswith(("E", "W")):
+            self.fail(f"{value!r} is a longitude: a latitude is north or south, like 23.31S", param, ctx)
+        if not abs(found) <= 0.5 * math.pi * (1 + 1e-12):
+            self.fail(f"{value!r} lies beyond a pole: latitudes go from -90 to 90 degrees", param, ctx)
+        self._note(text, found)
+        return found
+
+    def _note(self, text: str, found: float) -> None:
+        """A bare number that small may have been meant in radians."""
+        bare = re.fullmatch(r"[-+−]?[\d.]+(?:[eE][-+−]?\d+)?", text)
+        if bare and 0 < abs(math.degrees(found)) < _MOST_RADIANS:
+            meant = math.degrees(math.degrees(found))
+            click.echo(
+                f"allanite: note: latitude {text} is taken as degrees, close to the equator; in radians it would be "
+                f"{meant:.2f} deg: write {text}rad for that, or {text}deg to be without this note",
+                err=True,
+            )
+
+
+class _WithUnit(click.ParamType[Any]):
+    """A number with its unit."""
+
+    quantity: ClassVar[str]
+    wanted: ClassVar[str]
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        if isinstance(value, (int, float)):
+            return float(value)
+        from allanite.quantities.units import Quantity
+
+        try:
+            return in_si(str(value), Quantity[self.quantity])
+        except ValueError:
+            self.fail(f"{value!r} is no {self.wanted}", param, ctx)
+
+
+class Rate(_WithUnit):
+    """A rate of rotation with its unit: 15.041deg/h, 6deg/s."""
+
+    name = "rate"
+    quantity = "ANGLE_RATE"
+    wanted = "rate of rotation: write 15.041deg/h or 0.00418deg/s"
+
+
+class GSensitivity(_WithUnit):
+    """What gravity adds to a rate, with its unit: 0.1deg/h/g."""
+
+    name = "rate per g"
+    quantity = "GYRO_G"
+    wanted = "g-sensitivity: write 0.1deg/h/g or 0.01deg/s/g"
+
+
+class Acceleration(_WithUnit):
+    """An acceleration with its unit: 1mg, 50ug, 0.01m/s^2."""
+
+    name = "acceleration"
+    quantity = "ACCELERATION"
+    wanted = "acceleration: write 1mg, 50µg or 0.01m/s^2"
+
+
+class Share(click.ParamType[Any]):
+    """A part of a whole: 3%, 500ppm or 0.03."""
+
+    name = "share"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
+        if isinstance(value, (int, float)):
+            return float(value)
+        number, unit = re.fullmatch(r"(.*?)\s*(%|ppm|)", str(value).strip(), re.S).groups()  # type: ignore[union-attr]
+        try:
+            return float(number) * {"": 1.0, "%": 1e-2, "ppm": 1e-6}[unit]
+        except ValueError:
+            self.fail(f"{value!r} is no share: write 3%, 500ppm or 0.03", param, ctx)
+
+
+class Frequencies(Listed):
+    """Spectral lines: auto (the steady ones of the spectrum), none, or frequencies in Hz like 12.3,50."""
+
+    name = "lines"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        if value == "auto" or not isinstance(value, str):
+            return value
+        try:
+            return [] if value == "none" else [float(part) for part in value.split(",")]
+        except ValueError:
+            self.fail(f"{value!r}: write auto, none, or frequencies in Hz like 12.3,50", param, ctx)
+
+
+class FindingCode(click.ParamType[Any]):
+    """Code of a finding."""
+
+    name = "finding"
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> str:
+        from allanite.recording.health import CATALOGUE
+
+        if value not in CATALOGUE:
+            self.fail(f"no finding is called {value!r}; there are: {', '.join(CATALOGUE)}", param, ctx)
+        return str(value)
+
+
+def log_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """What every command that reads a log understands."""
+    options = [
+        click.option("--unit", type=ByChannel(), help="Unit of the samples: deg/s, or gyro=deg/s,acc=g; of each of "
+                     "several logs: a.csv=g,b.csv=m/s², b.csv:acc=g."),
+        click.option("--time", type=PerLog(click.STRING), metavar="COLUMN[:UNIT]",
+                     help="Time column, by name or number: t:ms, 'cnt:1/1000 s', Date:dmy, none."),
+        click.option("--rate", type=PerLog(click.FLOAT), help="Samples per second, for a log without time."),
+        click.option("--scale-factor", type=ByChannel(), help="Of a sensor read in volts or counts: '24 mV/(deg/s)'."),
+        click.option("--sampling", type=click.Choice(["mean", "point"]), default="mean", show_default=True,
+                     help="Samples are means over their interval, or values at an instant."),
+        click.option("--channels", type=Names(), help="Names or groups to keep: gyro or gyro_x,gyro_y."),
+        click.option("--from", "start", type=Duration(), help="Begin so long after the first stamp."),
+        click.option("--to", "stop", type=Duration(), help="End so long after the first stamp."),
+        click.option("--kind", type=click.Choice(["phase", "frequency"]),
+                     help="Samples of a clock: time error (phase), or fractional frequency."),
+        click.option("--carrier", type=float, help="Of a phase in cycles or a frequency in Hz: the carrier in Hz."),
+        click.option("--topic", help="Topic of a ROS log, message of a flight log: GYR[0]."),
+        click.option("--variable", help="Array, group or table of a file with several."),
+        click.option("--layout", type=click.Path(exists=True, dir_okay=False),
+                     help="YAML file that describes a raw binary log."),
+        click.option("--delimiter", help="Of a text file: , ; tab blank |"),
+        click.option("--decimal", help="Decimal point or comma of a text file."),
+        click.option("--repair", multiple=True, metavar="REPAIR",
+                     help="Repair by name what a finding says, before anything else (repeatable): drop_repeats."),
+    ]  # fmt: skip
+    for option in reversed(options):
+        command = option(command)
+    return command
+
+
+def environment_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Temperature and warm-up."""
+    options = [
+        click.option(
+            "--temperature", type=ByChannel(), metavar="COLUMN",
+            help="Take the effect of this column off: temp, or gyro_x=t1,gyro_y=t2.",
+        ),
+        click.option("--warm-up", type=click.Choice(["model", "cut"]), help="What to do with a warm-up that is found."),
+    ]  # fmt: skip
+    for option in reversed(options):
+        command = option(command)
+    return command
+
+
+def turn_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """When the sensor was turned, and where it pointed."""
+    sides, file = click.Choice(["north", "south", "up", "down"]), click.Path(exists=True, dir_okay=False)
+    options = [
+        click.option("--first", type=sides, help="Where the axis points at first: one axis cannot tell."),
+        click.option("--turns", type=file, help="CSV of turns: start,stop in seconds."),
+        click.option("--dwell", type=Duration(), help="Turned so often, for turns that do not show: 30."),
+        click.option(
+            "--dead-time", type=Duration(), default=2.0, show_default=True, help="Left out after each turn."
+        ),
+    ]
+    for option in reversed(options):
+        command = option(command)
+    return command
+
+
+def exclude_option(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Lags that somebody does not want in the fit."""
+    text = "Averaging times to leave out of the fit: 0.1:0.5,100:1000 in seconds, or with units."
+    return click.option("--exclude", type=Spans(), default=(), metavar="SPANS", help=text)(command)
+
+
+def floor_option(command: Callable[..., Any]) -> Callable[..., Any]:
+    """The instrument's own noise."""
+    text = "Log of the instrument with its input shorted: its own noise is taken off."
+    return click.option("--floor", type=click.Path(exists=True), metavar="LOG", help=text)(command)
+
+
+def force_option(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Files are not replaced without being asked to."""
+    return click.option("--force", is_flag=True, help="Replace files that are there.")(command)
+
+
+def accept_option(command: Callable[..., Any]) -> Callable[..., Any]:
+    """Fatal findings are refused, one by one."""
+    text = "Go on in spite of this finding (repeatable)."
+    return click.option("--accept", type=FindingCode(), multiple=True, metavar="FINDING", help=text)(command)
+
+
+def statistic_option(what: str, *more: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """Which deviation, or which of `more`."""
+    kind, text = click.Choice((*STATISTICS, *more)), f"{what}: {', '.join((*STATISTICS, *more))}."
+    return click.option(
+        "--statistic", type=kind, metavar="NAME", default="oadev", show_default=True, help=text
+    )
+
+
+def json_option(command: Callable[..., Any]) -> Callable[..., Any]:
+    """For programs that read what we print."""
+    return click.option("--json", "as_json", is_flag=True, help="Print JSON, and nothing else, on stdout.")(
+        command
+    )
+
+
+def model_channels_option(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Whose model is whose, where log and model use other names."""
+    return click.option(
+        "--model-channels",
+        type=Renamed(),
+        metavar="NAMES",
+        help="What --model calls the channels of the LOG, where that differs: wx=gyro_x,wy=gyro_y.",
+    )(function)
+
+
+def place_of(name: str) -> Path:
+    """A path; for "-" a file named stdin that holds what came through it, as long as the command runs."""
+    if name != "-":
+        return Path(name)
+    folder = tempfile.TemporaryDirectory(prefix="allanite.")
+    click.get_current_context().call_on_close(folder.cleanup)
+    place = Path(folder.name) / "stdin"
+    with place.open("wb") as file:
+        shutil.copyfileobj(sys.stdin.buffer, file)
+    return place
+
+
+def typed() -> str:
+    """The command as it was typed."""
+    return shlex.join(["allanite", *sys.argv[1:]])
+
+
+def print_json(data: Any) -> None:
+    click.echo(json.dumps(data, ensure_ascii=False, indent=1))

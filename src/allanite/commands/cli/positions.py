@@ -1,0 +1,124 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Positions that were recorded one by one: the options, and the files with their headings."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Any
+
+import click
+
+from allanite.commands.cli.options import Angle, Duration
+
+__all__ = ["files_of", "for_means", "headed_files_of", "means_options", "position_options", "single_log"]
+
+
+def position_options(what: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """One file for each position, and the time between them; `what` is said of the files."""
+    options = [
+        click.option("--positions", is_flag=True, help=f"One LOG for each position, {what}"),
+        click.option(
+            "--between",
+            type=Duration(),
+            default=60.0,
+            show_default=True,
+            help="From one LOG of --positions, or row of --means, to the next, where they do not tell.",
+        ),
+    ]
+
+    def decorated(command: Callable[..., Any]) -> Callable[..., Any]:
+        for option in reversed(options):
+            command = option(command)
+        return command
+
+    return decorated
+
+
+def means_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """A table of means in place of a log."""
+    options = [
+        click.option(
+            "--means",
+            is_flag=True,
+            help="LOG is a table: one row for each position, the means of its readings.",
+        ),
+        click.option(
+            "--averaging", type=Duration(), help="Of each row of --means, where no column says it: 60s."
+        ),
+        click.option(
+            "--sd-of",
+            type=click.Choice(["readings", "means"]),
+            help="What standard deviations in the table of --means are of.",
+        ),
+    ]
+    for option in reversed(options):
+        command = option(command)
+    return command
+
+
+def for_means(means: bool, options: dict[str, Any], **of_logs: Any) -> None:
+    """Options that the measurement of a log, or of a table of means, does not take are taken out of all.
+
+    Raises
+    ------
+    click.UsageError
+        They were given.
+    """
+    unfit = of_logs if means else {name: options[name] for name in ("averaging", "sd_of")}
+    for name, value in unfit.items():
+        if value:
+            said = "is for logs: leave it out with --means" if means else "goes with --means"
+            raise click.UsageError(f"--{name.replace('_', '-')} {said}")
+    for name in (*unfit, *(("positions", "accept") if means else ())):
+        options.pop(name, None)
+
+
+def single_log(logs: Sequence[str], example: str) -> str:
+    """The only one.
+
+    Raises
+    ------
+    click.UsageError
+        There are several.
+    """
+    if len(logs) > 1:
+        raise click.UsageError(f"several LOGs are for --positions, one for each: {example}")
+    return logs[0]
+
+
+def files_of(logs: Sequence[str]) -> list[str]:
+    """The files of --positions.
+
+    Raises
+    ------
+    click.UsageError
+        One is there twice.
+    """
+    for name in logs:
+        if logs.count(name) > 1:
+            raise click.UsageError(f"{name} is there twice: each position is a file of its own")
+    return list(logs)
+
+
+def headed_files_of(logs: Sequence[str], example: str, *, needed: bool = True) -> dict[str, Any]:
+    """The files of --positions with the heading of each [rad]; None of one without, where none is needed.
+
+    Raises
+    ------
+    click.UsageError
+        One without a heading that needs it, or there twice.
+    """
+    found: list[tuple[str, float | None]] = []
+    for text in logs:
+        name, _, heading = text.rpartition("=")
+        if not name or (not needed and Path(text).exists()):
+            if needed:
+                raise click.UsageError(
+                    f"{text!r} has no heading: write {example}, with degrees clockwise from the mark"
+                )
+            found.append((text, None))
+        else:
+            found.append((name, Angle().convert(heading, None, click.get_current_context())))
+    files_of([name for name, _ in found])
+    return dict(found)

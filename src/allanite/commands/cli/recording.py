@@ -1,0 +1,178 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Instruments into runs: record."""
+
+from __future__ import annotations
+
+import os
+import sys
+from collections.abc import Callable
+from datetime import date
+from typing import TYPE_CHECKING, Any
+
+import click
+
+from allanite.commands.cli.options import ByChannel, Duration, json_option, place_of, print_json
+from allanite.commands.cli.program import LOSS, cli, example_of
+from allanite.errors import FormatError, InputError, LimitError
+
+if TYPE_CHECKING:
+    from allanite.acquisition.instruments import Instrument
+
+__all__ = ["record"]
+
+
+@cli.group(
+    epilog=example_of("allanite record simulated --model study.json --rate 32 --duration 1h --out runs/")
+)
+def record() -> None:
+    """Record an instrument: every sample once, with its clock, and nothing that was acknowledged is ever lost.
+
+    The run is a folder under --out. It is a log like any other, finished or still going. Ctrl-C ends it cleanly. Exit
+    codes: 0 all is there, 3 samples are missing, have no value or are doubtful, 2 a wrong option, found before the
+    instrument is touched, 1 no instrument or no disk.
+    """
+
+
+def _positive(context: click.Context, option: click.Parameter, value: float | None) -> float | None:
+    if value is not None and not 0 < value < float("inf"):
+        raise click.BadParameter(
+            "a run lasts longer than nothing, and not for ever; leave it out to end by Ctrl-C"
+        )
+    return value
+
+
+def _day(context: click.Context, option: click.Parameter, value: str | None) -> str | None:
+    try:
+        return None if value is None else date.fromisoformat(value).isoformat()
+    except ValueError:
+        raise click.BadParameter(f"{value!r} is no date: write 2026-09-01") from None
+
+
+def _run_options(function: Callable[..., Any]) -> Callable[..., Any]:
+    """What every run is told."""
+    options = [
+        click.option(
+            "--duration",
+            type=Duration(),
+            callback=_positive,
+            help="Length: 3600, 12h, 7d.  [default: until Ctrl-C]",
+        ),
+        click.option("--out", required=True, type=click.Path(file_okay=False), help="Folder of the runs."),
+        click.option("--name", default="", help="Of the sensor.  [default: the model of the instrument]"),
+        click.option("--scale-date", callback=_day, help="When the scale factor was determined: 2026-09-01."),
+        click.option(
+            "--unit-file",
+            type=click.Path(dir_okay=False),
+            metavar="NAME.service",
+            help="Record nothing: write a unit of systemd that runs this very command.",
+        ),
+    ]
+    function = json_option(function)
+    for option in reversed(options):
+        function = option(function)
+    return function
+
+
+def _record(build: Callable[[], Instrument], as_json: bool, unit_file: str | None, **options: Any) -> int:
+    from allanite.commands.capture import captured_document, record_to
+    from allanite.commands.unit_file import write_unit
+    from allanite.views import terminal
+
+    try:
+        instrument = build()  # a wrong option is found here, and trying again is of no use
+        if unit_file is not None:
+            click.echo(write_unit(unit_file, sys.argv[1:], options["out"]))
+            return 0
+    except (InputError, FormatError, LimitError) as error:
+        raise click.UsageError(str(error)) from None
+    with terminal.progress(quiet=as_json) as advance:
+        found = record_to(instrument, progress=advance, happened=terminal.journal(), **options)
+    document = captured_document(found)
+    _tell(lambda: print_json(document) if as_json else terminal.show_captured(document))
+    return LOSS if found.missing or found.overloads or found.doubtful else 0
+
+
+def _tell(show: Callable[[], None]) -> None:
+    """The run is closed: a stdout that is full, closed or gone changes neither it nor the exit code."""
+    try:
+        show()
+        if sys.stdout is not None:
+            sys.stdout.flush()
+    except OSError:
+        sys.stdout = open(os.devnull, "w", encoding="utf-8")  # noqa: PTH123, SIM115 - nothing is left to be flushed
+
+
+@record.command(
+    "3458a",
+    epilog=example_of(
+        'allanite record 3458a --resource GPIB0::22::INSTR --rate 32 --scale "24.0 mV/(deg/s)" --out runs/'
+    ),
+)
+@click.option(
+    "--resource", required=True, help="GPIB0::22::INSTR, prologix://host:1234/22, TCPIP::host::5025::SOCKET."
+)
+@click.option("--rate", type=float, required=True, help="Readings per second.")
+@click.option("--scale", help='Of the sensor at the input: "24.0(2) mV/(deg/s)".')
+@click.option("--range", "range_volts", type=float, default=10.0, show_default=True, help="Full scale [V].")
+@click.option("--nplc", type=float, help="Aperture in periods of the mains.  [default: 1 where it fits]")
+@click.option("--aperture", type=Duration(), help="In place of --nplc: 31.2ms.")
+@click.option("--autozero", is_flag=True, help="A zero reading before each reading; takes twice the time.")
+@_run_options
+def agilent_3458a(
+    resource: str, rate: float, scale: str | None, range_volts: float, nplc: float | None, aperture: float | None,
+    autozero: bool, as_json: bool, **options: Any,
+) -> int:  # fmt: skip
+    """Record voltage with a 3458A multimeter of HP, Agilent or Keysight.
+
+    Written after its manual and tested against a simulator, on no meter yet: see the first-light checklist.
+    """
+    from allanite.acquisition.instruments.hp3458a import HP3458A, Settings
+
+    def build() -> HP3458A:
+        settings = Settings(
+            rate=rate, range_volts=range_volts, nplc=nplc, aperture=aperture, autozero=autozero
+        )
+        return HP3458A(resource, settings, scale_factor=scale)
+
+    return _record(build, as_json, **options)
+
+
+@record.command(
+    "serial", epilog=example_of("allanite record serial --port /dev/ttyUSB0 --format my_imu.yaml --out runs/")
+)
+@click.option("--port", required=True, help="/dev/ttyUSB0 or COM3.")
+@click.option(
+    "--format",
+    "description",
+    required=True,
+    type=click.Path(exists=True, dir_okay=False),
+    help="Its frames (YAML).",
+)
+@_run_options
+def serial(port: str, description: str, as_json: bool, **options: Any) -> int:
+    """Record an IMU that sends frames or lines over a serial port."""
+    from allanite.acquisition.instruments.serial_imu import SerialImu
+
+    return _record(lambda: SerialImu(port, description), as_json, **options)
+
+
+@record.command(
+    "simulated",
+    epilog=example_of("allanite record simulated --model study.json --rate 32 --duration 1h --out runs/"),
+)
+@click.option("--model", required=True, help="A study, a model file, a data sheet, or words: 'N=0.3 deg/√h'.")
+@click.option("--rate", type=float, help="Samples per second.  [default: that of the study]")
+@click.option("--speed", type=float, default=1.0, show_default=True, help="Times faster than time.")
+@click.option("--seed", type=int, default=0, show_default=True, help="The same seed gives the same samples.")
+@click.option("--unit", type=ByChannel(), help="Unit of the samples.  [default: SI]")
+@_run_options
+def simulated(
+    model: str, rate: float | None, speed: float, seed: int, unit: Any, as_json: bool, **options: Any
+) -> int:
+    """Record a simulated sensor at rest: to try everything out before the week begins."""
+    from allanite.acquisition.instruments.simulated import SimulatedInstrument
+
+    def build() -> SimulatedInstrument:
+        return SimulatedInstrument.from_file(place_of(model), rate=rate, speed=speed, seed=seed, unit=unit)
+
+    return _record(build, as_json, **options)

@@ -1,0 +1,47 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Noise that sensors share, and what each has alone: common."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import click
+
+from allanite.commands.cli.options import (
+    Names,
+    accept_option,
+    log_options,
+    place_of,
+)
+from allanite.commands.cli.program import command
+from allanite.commands.cli.results import Destination, result_options
+
+__all__ = ["separate"]
+
+
+@command("allanite common gyros.parquet --channels a,b,c --out common", name="common")
+@click.argument("log")
+@log_options
+@click.option("--opposite", type=Names(), default="", help="Sensors mounted the other way round: b.")
+@click.option("--confidence", type=float, default=0.95, show_default=True, help="Level of the intervals.")
+@accept_option
+@result_options
+def separate(
+    log: str, opposite: list[str], confidence: float, to: Destination, **options: Any,
+) -> int:  # fmt: skip
+    """Take the noise of two or three sensors in a LOG apart: what each has alone, and what they share.
+
+    Two sensors by the Allan cross-covariance, three by the three-cornered hat. Every number has its interval; where a
+    variance comes out near zero or negative, an upper limit.
+    """
+    from allanite.commands.separation import separation_of
+    from allanite.views import terminal
+
+    options["estimate"] = {"opposite": opposite, "confidence": confidence}
+    return to.deliver(
+        "separation",
+        lambda **known: separation_of(place_of(log), **known, **options),
+        terminal.show_separation,
+        tables=["separation.csv"],
+        log=log,
+    )

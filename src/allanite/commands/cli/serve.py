@@ -1,0 +1,41 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A page to look at: serve."""
+
+from __future__ import annotations
+
+import click
+
+from allanite.commands.cli.program import command
+
+__all__ = ["serve"]
+
+
+@command("allanite serve recordings/")
+@click.argument("folder", default=".", type=click.Path(exists=True, file_okay=False))
+@click.option("--port", type=click.IntRange(0, 65535), default=0, help="Port.  [default: one that is free]")
+@click.option("--host", help="Address to listen on; needs --token.  [default: this machine alone]")
+@click.option("--token", envvar="ALLANITE_TOKEN", show_envvar=True, help="Of your own.  [default: a new one]")
+@click.option(
+    "--instruments",
+    type=click.Path(exists=True, dir_okay=False),
+    metavar="FILE",
+    help="YAML file that names instruments to record from the page, besides those that this machine lists.",
+)
+@click.option("--no-browser", is_flag=True, help="Print the address, and open nothing.")
+def serve(
+    folder: str, port: int, host: str | None, token: str | None, instruments: str | None, no_browser: bool
+) -> None:
+    """Open a page over the recordings, runs and results in FOLDER.
+
+    Only this machine can reach it, and only with the token in the address that is printed. Results go to
+    allanite-results in FOLDER, dropped files to allanite-dropped, runs to allanite-runs. Ctrl-C ends it; recorders
+    that were started from the page go on.
+    """
+    from allanite.commands import page
+
+    def ready(address: str) -> None:
+        click.echo(address)
+        if not no_browser:
+            click.launch(address)
+
+    page.serve(folder, port=port, host=host, token=token, instruments=instruments, ready=ready)

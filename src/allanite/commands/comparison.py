@@ -1,0 +1,163 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Records that are compared: logs, saved studies and curves, read and characterised side by side."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+from threading import Lock
+from typing import Any
+
+from allanite.commands.measurement import Measured, provenance
+from allanite.commands.recordings import is_lossy
+from allanite.commands.study import study_of
+from allanite.errors import FormatError, InputError
+from allanite.plain_files.regular_file import open_regular
+
+__all__ = ["comparison_of"]
+
+Json = Mapping[str, Any]
+Advance = Callable[[float, str], None]
+
+#: Part of the work that reading and characterising take.
+_READING = 0.7
+_STUDY, _CURVE = "study.json", "# format: allanite-curve"
+
+
+def comparison_of(
+    places: Sequence[str | os.PathLike[str]],
+    *,
+    names: Sequence[str] | None = None,
+    matches: Sequence[str | Sequence[str]] | None = None,
+    accept: Sequence[str] = (),
+    compare: Mapping[str, Any] | None = None,
+    command: str | None = None,
+    threads: int | None = None,
+    progress: Advance | None = None,
+    **options: Any,
+) -> Measured:
+    """Logs, studies (study.json, or the folder that holds one) and curves (allan.csv), compared.
+
+    Parameters
+    ----------
+    places : sequence of path
+    names : sequence of str, optional
+        Of the records; by default those of the files.
+    matches : sequence, optional
+        `channels` of `allanite.stability.record_comparison.compare`, whose further options `compare` holds.
+    accept : sequence of str
+        Codes of fatal findings of logs to go on in spite of.
+    **options
+        Those of `read_part`, for the logs.
+
+    Raises
+    ------
+    InputError
+        Fewer than two places, one that is not there, or what `compare` refuses.
+    """
+    from allanite.stability.record_comparison import compare as compared
+
+    if len(places) < 2:
+        raise InputError(f"{len(places)} record; a comparison needs two at least")
+    advance = progress or (lambda fraction, what: None)
+    reading = _Reading(len(places), advance)
+    with ThreadPoolExecutor(threads or min(len(places), os.cpu_count() or 1)) as pool:
+        found = list(
+            pool.map(
+                lambda task: _record(Path(task[1]), accept, options, reading.part(task[0])), enumerate(places)
+            )
+        )
+    result = compared(
+        [record for record, _ in found],
+        names=list(names) if names else _names([Path(p) for p in places]),
+        channels=matches,
+        threads=threads,
+        progress=lambda fraction, what: advance(_READING + (1 - _READING) * fraction, what),
+        **(compare or {}),
+    )
+    document = {**result.to_json(), "provenance": provenance(", ".join(map(str, places)), None, command)}
+    return Measured(
+        result=result,
+        document=document,
+        name="comparison",
+        tables={"parameters.csv": _rows(document)},
+        lossy=any(lossy for _, lossy in found),
+    )
+
+
+class _Reading:
+    """One bar for several logs that are read at a time."""
+
+    def __init__(self, count: int, advance: Advance) -> None:
+        self._parts, self._advance, self._lock = [0.0] * count, advance, Lock()
+
+    def part(self, i: int) -> Advance:
+        def step(fraction: float, what: str) -> None:
+            with self._lock:
+                self._parts[i] = fraction
+                self._advance(_READING * sum(self._parts) / len(self._parts), what)
+
+        return step
+
+
+def _record(
+    place: Path, accept: Sequence[str], options: Mapping[str, Any], advance: Advance
+) -> tuple[Any, bool]:
+    """A study or curve, and whether samples of it did not take part."""
+    if place.is_dir() and (place / _STUDY).is_file():
+        place = place / _STUDY
+    if not place.exists():
+        raise InputError(f"no such file: {place}")
+    if _is_curve(place):
+        from allanite.noise.allan import AllanCurve
+
+        curve = AllanCurve.from_csv(place)
+        return curve, any(len(runs) for runs in curve.missing)
+    if place.suffix == ".json":
+        from allanite.study.study import Study
+
+        try:
+            study = Study.load(place)
+        except FormatError as fault:
+            raise FormatError(f"{place}: {fault}") from None
+    else:
+        study = study_of(place, accept=accept, progress=advance, **options)
+    advance(1.0, place.name)
+    return study, is_lossy(study.document["findings"])
+
+
+def _is_curve(place: Path) -> bool:
+    if place.suffix != ".csv":
+        return False
+    with open_regular(place) as file:
+        return file.read(len(_CURVE)) == _CURVE.encode()
+
+
+def _names(places: Sequence[Path]) -> list[str] | None:
+    """What tells the files apart: their names, or where those are alike the folders they are in."""
+    for made in (
+        [p.name if p.is_dir() else p.stem for p in places],
+        [p.name if p.is_dir() else p.resolve().parent.name for p in places],
+    ):
+        if len(set(made)) == len(made):
+            return made
+    return None
+
+
+def _rows(document: Json) -> list[dict[str, Any]]:
+    """One row for each parameter of each record [SI]."""
+    rows = []
+    for channel in document["channels"]:
+        for parameter in [*channel["parameters"], *([channel["bias"]] if channel["bias"] else [])]:
+            for record, value in zip(document["records"], parameter["records"], strict=True):
+                rows.append(
+                    {
+                        "channel": channel["name"],
+                        "parameter": parameter["symbol"],
+                        "record": record["name"],
+                        **value,
+                    }
+                )
+    return rows

@@ -1,0 +1,415 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Earth rate, north, the null test and plan, from a log and a model to everything that a report needs."""
+
+from __future__ import annotations
+
+import math
+import os
+from collections.abc import Callable, Collection, Iterable, Mapping
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+from allanite.commands.by_file import ByFile, headed, read_files
+from allanite.commands.means import read_means, record_of_means
+from allanite.commands.measurement import Measured, beside, provenance
+from allanite.commands.recordings import is_lossy, read_whole
+from allanite.commands.turned import (
+    LONGEST_TURN,
+    Turned,
+    checked,
+    chosen_model,
+    gyro_of,
+    gyros_of,
+    model_for,
+    models_for,
+    part_of,
+    placed_of,
+    rates_of,
+    turns_of,
+)
+from allanite.commands.vector import AXES, is_vector, vector_of
+from allanite.errors import InputError
+from allanite.plain_files.regular_file import file_sha256
+
+if TYPE_CHECKING:
+    from allanite.experiments.reversals import Reversals
+    from allanite.experiments.static_spans import SdOf
+    from allanite.recording.health import Finding
+    from allanite.recording.records import Recording
+
+__all__ = ["earth_rate_of", "north_of", "null_of", "plan_of"]
+
+Json = Mapping[str, Any]
+Advance = Callable[[float, str], None]
+
+
+def earth_rate_of(
+    log: str | os.PathLike[str],
+    *,
+    latitude: float,
+    model: str | os.PathLike[str] | None = None,
+    start: float | None = None,
+    stop: float | None = None,
+    turns: str | os.PathLike[str] | None = None,
+    dwell: float | None = None,
+    first: str | None = None,
+    dead_time: float = 2.0,
+    vector: bool = False,
+    bias: float = 0.0,
+    accept: Collection[str] = (),
+    estimate: Mapping[str, Any] | None = None,
+    command: str | None = None,
+    source: str | None = None,
+    progress: Advance | None = None,
+    **options: Any,
+) -> Measured:
+    """The Earth rate out of a log of one axis that was turned, or the rate vector out of one of three axes at rest.
+
+    See `measure_earth_rate` and `measure_rate_vector`, whose further options `estimate` holds. Three channels of
+    rates are taken for the axes of one sensor, unless something is said about turns.
+
+    Parameters
+    ----------
+    log, model : path
+        Whatever `read` and `load_models` understand.
+    start, stop : float, optional [s]
+        Part of the log; directions count from the beginning of the part.
+    turns, dwell, first, dead_time
+        See `turns_of`.
+    vector : bool
+        Three axes, even where they were turned by half a turn.
+    bias : float [rad/s]
+        Standard uncertainty of the bias of each of three axes.
+    accept : collection of str
+        Fatal findings to go on in spite of.
+    **options
+        Those of `read`.
+    """
+    from allanite.experiments.earth_rate import measure_earth_rate
+
+    advance = progress or (lambda fraction, what: None)
+    advance(0.0, "reading")
+    whole, start, stop = read_whole(log, start, stop, listed=turns is not None, source=source, **options)
+    if is_vector(whole, forced=vector, turned=_says_turned((turns, dwell, first), estimate)):
+        return vector_of(
+            part_of(whole, start, stop),
+            latitude=latitude,
+            model=None if model is None else str(model),
+            forced=vector,
+            accept=accept,
+            estimate={"bias": bias, **_of_vector(estimate)},
+            sha256=file_sha256(log),
+            command=command,
+            progress=advance,
+        )
+    if bias:
+        raise InputError("--bias-uncertainty is for three axes at rest: one axis has its bias fitted")
+    channel = _one_axis(whole)
+    noise, model_name = model_for(model, whole[channel])
+    advance(0.1, "looking for the turns")
+    part, reversals = turns_of(
+        whole, channel, start=start, stop=stop, turns=turns, dwell=dwell, first=first, dead_time=dead_time
+    )
+    advance(0.4, "looking for faults")
+    ready = checked(part, reversals, [channel], accept=accept)
+    found = measure_earth_rate(
+        ready.recording,
+        latitude=latitude,
+        model=noise,
+        channel=channel,
+        reversals=reversals,
+        progress=lambda fraction, what: advance(0.5 + 0.5 * fraction, what),
+        **(estimate or {}),
+    )
+    document = {
+        **found.to_json(),
+        **beside(part, channel, ready.findings, file_sha256(log), command),
+        "model_name": model_name,
+    }
+    return Measured(
+        result=found,
+        document=document,
+        name="earth-rate",
+        tables={"dwells.csv": _dwell_rows(document)},
+        lossy=ready.lossy,
+    )
+
+
+def _says_turned(said: Iterable[Any], estimate: Mapping[str, Any] | None) -> bool:
+    """Whether anything was said of turns, or of what is fitted beside a rate that turns."""
+    beside_it = [
+        (estimate or {}).get(name) for name in ("settling", "warm_up", "temperature", "g_sensitivity")
+    ]
+    return any(word not in (None, False, 0.0) for word in (*said, *beside_it))
+
+
+def _one_axis(recording: Recording) -> str:
+    """The channel of the axis that was turned."""
+    rates = rates_of(recording)
+    if len(rates) == AXES:
+        raise InputError(
+            f"the log has three axes, {', '.join(rates)}, and turns are of one: choose the one that was turned with "
+            "--channels; three axes at rest need no word of turns"
+        )
+    return gyro_of(recording)
+
+
+def _of_vector(estimate: Mapping[str, Any] | None) -> dict[str, Any]:
+    """The options that both kinds of measurement have."""
+    return {name: value for name, value in (estimate or {}).items() if name in ("stated", "confidence")}
+
+
+def _dwell_rows(document: Json) -> list[Json]:
+    """One row for each dwell, in people's units."""
+    from allanite.experiments.reversals.sides import direction_of
+    from allanite.views.wording import DEG_H
+
+    def in_deg_h(value: float | None) -> str:
+        return "" if value is None else f"{value / DEG_H:.6g}"
+
+    return [
+        {
+            "number": i,
+            "start_s": f"{d['start']:.6f}",
+            "stop_s": f"{d['stop']:.6f}",
+            "direction": direction_of(document["first"], d["sign"]),
+            **{f"{name}_deg_h": in_deg_h(d[name]) for name in ("mean", "sd", "residual")},
+        }
+        for i, d in enumerate(document["dwells"], 1)
+    ]
+
+
+def north_of(
+    log: str | os.PathLike[str],
+    *,
+    latitude: float,
+    model: str | os.PathLike[str],
+    model_channels: Mapping[str, str] | None = None,
+    headings: str | os.PathLike[str] | None = None,
+    positions: Mapping[str | os.PathLike[str], float] | None = None,
+    between: float = 60.0,
+    means: bool = False,
+    averaging: float | None = None,
+    sd_of: SdOf | None = None,
+    rotation: float | None = None,
+    heading_at_start: float = 0.0,
+    start: float | None = None,
+    stop: float | None = None,
+    dead_time: float = 2.0,
+    accept: Collection[str] = (),
+    estimate: Mapping[str, Any] | None = None,
+    command: str | None = None,
+    source: str | None = None,
+    progress: Advance | None = None,
+    **options: Any,
+) -> Measured:
+    """Where north is, out of a log; see `find_north`, whose further options `estimate` holds.
+
+    Parameters
+    ----------
+    model_channels : mapping of str to str, optional
+        What the models call the channels of the log, where that is another name.
+    headings : path, optional
+        Positions with their headings; times count from the first sample of the log.
+    positions : mapping of path to float [rad], optional
+        One file for each position, with its heading, in the order of recording; `log` is the first of them.
+    between : float [s]
+        From one of these files to the next, where they do not tell; see `joined_positions`.
+    means : bool
+        `log` is a table with one row of means for each position, and a column of headings.
+    averaging, sd_of
+        See `means_of`.
+    rotation, heading_at_start : float [rad/s], [rad]
+        Of a table that turned all the time.
+    start, stop : float, optional [s]
+        Part of the log, or of each file.
+    **options
+        Those of `read`.
+
+    Raises
+    ------
+    InputError
+        None or several of positions in one log, in files of their own, and a rotation; more than two channels of rates.
+    """
+    from allanite.experiments.north import Rotation, find_north
+
+    if sum(given is not None for given in (headings, positions, rotation, means or None)) != 1:
+        raise InputError(
+            "say how the table stood: positions in one log (--headings), in files of their own (--positions), in rows "
+            "of means (--means), or a rotation (--rotation)"
+        )
+    advance = progress or (lambda fraction, what: None)
+    advance(0.0, "reading")
+    remarks: tuple[str, ...] = ()
+    by_file: ByFile | None = None
+    if means:
+        whole, joined, of_table, remarks = _table_of(
+            log, averaging, sd_of, between, source, start=start, stop=stop, **options
+        )
+    elif positions is None:
+        whole, start, stop = read_whole(
+            log, start, stop, listed=headings is not None, source=source, **options
+        )
+    else:
+        from allanite.experiments.reversals import joined_positions
+
+        by_file = read_files(list(positions), accept=accept, start=start, stop=stop, **options)
+        whole, joined, remark = joined_positions(
+            by_file.recordings, list(positions.values()), between=between, dead_time=dead_time
+        )
+        remarks = (remark,)
+    channels = gyros_of(whole, most=2)
+    models, where = models_for(model, [whole[name] for name in channels], model_channels)
+    if positions is None and not means:
+        part, placed = placed_of(whole, channels[0], headings, start=start, stop=stop, dead_time=dead_time)
+    else:
+        part, placed = whole, joined
+    of_files = () if by_file is None else by_file.findings
+    advance(0.3, "looking for faults")
+    if means:
+        ready = Turned(recording=part, findings=of_table, lossy=is_lossy(f.to_json() for f in of_table))
+    else:
+        longest = LONGEST_TURN if positions is None else math.inf
+        ready = checked(part, placed, channels, accept=accept, longest=longest)
+    found = find_north(
+        ready.recording,
+        model=models,
+        latitude=latitude,
+        positions=placed if rotation is None else None,
+        rotation=None if rotation is None else Rotation(rate=rotation, start=heading_at_start),
+        channels=channels,
+        progress=lambda fraction, what: advance(0.5 + 0.5 * fraction, what),
+        **(estimate or {}),
+    )
+    found = replace(found, advice=(*found.advice, *remarks))
+    document = {
+        **found.to_json(),
+        **({} if by_file is None else {"files": headed(by_file, (positions or {}).values())}),
+        **beside(part, channels[0], (*of_files, *ready.findings), file_sha256(log), command),
+        "model_name": where[channels[0]],
+    }
+    return Measured(result=found, document=document, name="north", tables={}, lossy=ready.lossy)
+
+
+def _table_of(
+    table: str | os.PathLike[str],
+    averaging: float | None,
+    sd_of: SdOf | None,
+    between: float,
+    source: str | None,
+    **options: Any,
+) -> tuple[Recording, Reversals, tuple[Finding, ...], tuple[str, ...]]:
+    """Rows of means as a record, and where the sensor stood in each.
+
+    Raises
+    ------
+    InputError
+        No column of headings.
+    """
+    from allanite.experiments.reversals import placed
+
+    means, findings = read_means(table, averaging=averaging, sd_of=sd_of, source=source, **options)
+    if means.heading is None:
+        raise InputError(
+            "the table has no column heading: where the axis pointed in each row, in degrees from the mark"
+        )
+    record, spans, remark = record_of_means(means, between)
+    names = [f"row {k}" for k in range(1, means.n + 1)]
+    where = placed(record, spans, means.heading.tolist(), names, dead_time=0.0, guard=0.0)
+    return record, where, findings, remark
+
+
+def null_of(
+    log: str | os.PathLike[str],
+    *,
+    latitude: float,
+    model: str | os.PathLike[str],
+    headings: str | os.PathLike[str],
+    start: float | None = None,
+    stop: float | None = None,
+    dead_time: float = 2.0,
+    accept: Collection[str] = (),
+    estimate: Mapping[str, Any] | None = None,
+    command: str | None = None,
+    source: str | None = None,
+    progress: Advance | None = None,
+    **options: Any,
+) -> Measured:
+    """Does a bias follow the turns? See `east_west_null`, whose further options `estimate` holds.
+
+    Parameters
+    ----------
+    headings : path
+        Positions with their headings from north; times count from the first sample of the log.
+    start, stop : float, optional [s]
+        Part of the log.
+    **options
+        Those of `read`.
+    """
+    from allanite.experiments.north import east_west_null
+
+    advance = progress or (lambda fraction, what: None)
+    advance(0.0, "reading")
+    whole, start, stop = read_whole(log, start, stop, listed=headings is not None, source=source, **options)
+    channel = gyro_of(whole)
+    noise, model_name = model_for(model, whole[channel])
+    if noise is None:
+        raise InputError("the null test needs the noise model of the sensor at rest: --model")
+    part, positions = placed_of(whole, channel, headings, start=start, stop=stop, dead_time=dead_time)
+    advance(0.3, "looking for faults")
+    ready = checked(part, positions, [channel], accept=accept)
+    advance(0.5, "fitting the rates")
+    found = east_west_null(
+        ready.recording,
+        model=noise,
+        latitude=latitude,
+        positions=positions,
+        channel=channel,
+        **(estimate or {}),
+    )
+    document = {
+        **found.to_json(),
+        **beside(part, channel, ready.findings, file_sha256(log), command),
+        "model": noise.to_json(),
+        "model_name": model_name,
+        "reversals": positions.to_json(),
+    }
+    return Measured(result=document, document=document, name="east-west-null", tables={}, lossy=ready.lossy)
+
+
+def plan_of(
+    model: str | os.PathLike[str], *, channel: str | None = None, command: str | None = None, **options: Any
+) -> Measured:
+    """A plan from a model out of a file or words; options are those of `plan`.
+
+    Raises
+    ------
+    InputError
+        Several models of rate sensors, and none chosen.
+    """
+    from allanite.experiments.planning import plan
+    from allanite.study.model_file import load_models
+
+    models, _ = load_models(model)
+    rates = {name: made for name, made in models.items() if made.kind == "rate"} or models
+    if channel is None and len(rates) > 1:
+        raise InputError(f"{model} has several models: {', '.join(rates)}; choose one with --channel")
+    if channel is not None and channel not in rates:
+        raise InputError(f"{model} has no model of channel {channel!r}; there are: {', '.join(rates)}")
+    name = channel or next(iter(rates))
+    made = plan(rates[name], **options)
+    document = {
+        **made.to_json(),
+        "provenance": provenance("", command=command),
+        "model_name": chosen_model(model, name)[1],
+    }
+    rows = [
+        {
+            "dwell_s": f"{row['dwell']:g}",
+            "duration_s": f"{row['duration']:g}",
+            "sd": f"{row['sd'] / made.unit:.6g}",
+            "total": f"{row['total'] / made.unit:.6g}",
+        }
+        for row in made.table()
+    ]
+    return Measured(result=made, document=document, name="plan", tables={"plan.csv": rows}, lossy=False)

@@ -1,0 +1,212 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The filter of a noise model on a log, and the seed paper's filter that is told the rate."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Collection, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from allanite.commands.measurement import Measured, beside
+from allanite.commands.recordings import is_lossy, read_part, read_whole
+from allanite.commands.turned import checked, gyro_of, model_for, turn_spans, turns_of
+from allanite.errors import DataQualityError, InputError
+from allanite.plain_files.regular_file import file_sha256
+
+if TYPE_CHECKING:
+    from allanite.noise import NoiseModel
+    from allanite.recording.records import Recording
+
+__all__ = ["aided_of", "filter_of", "refuse_corrected", "save_corrected"]
+
+Json = Mapping[str, Any]
+Advance = Callable[[float, str], None]
+
+
+def filter_of(
+    log: str | os.PathLike[str],
+    *,
+    model: str | os.PathLike[str],
+    smooth: bool = False,
+    accept: Collection[str] = (),
+    command: str | None = None,
+    source: str | None = None,
+    progress: Advance | None = None,
+    **options: Any,
+) -> Measured:
+    """A log of a sensor at rest without the drift that a model knows; options are those of `read_part`.
+
+    Raises
+    ------
+    InputError
+        Several channels that could be meant, or no model of the one there is.
+    DataQualityError
+        A fatal finding that was not accepted: a filter is for a sensor at rest.
+    """
+    from allanite.filtering.kalman import filter_recording
+    from allanite.recording.health import check, prepare
+
+    advance = progress or (lambda fraction, what: None)
+    advance(0.0, "reading")
+    recording = read_part(log, source=source, **options)
+    channel = _one_of(recording)
+    noise, model_name = model_for(model, recording[channel])
+    advance(0.1, "looking for faults")
+    if noise is None:
+        raise InputError("a filter needs the noise model of the sensor: --model")
+    try:
+        ready, findings = prepare(recording, check(recording), accept=accept)
+    except DataQualityError as error:
+        raise _refused(recording, channel, error) from None
+    found = filter_recording(
+        ready,
+        noise,
+        channel=channel,
+        smooth=smooth,
+        progress=lambda fraction: advance(0.3 + 0.7 * fraction, "smoothing" if smooth else "filtering"),
+    )
+    known = beside(ready, channel, findings, file_sha256(log), command)
+    plain = found.to_json()
+    document = {
+        "format": "allanite-filtered",
+        "version": 1,
+        "source": recording.source,
+        **plain,
+        **known,
+        "overview": {"measured": known["overview"], **plain["overview"]},
+        "model_name": model_name,
+    }
+    lossy = is_lossy(f.to_json() for f in findings)
+    return Measured(result=found, document=document, name="filter", tables={}, lossy=lossy)
+
+
+def _refused(recording: Recording, channel: str, error: DataQualityError) -> DataQualityError:
+    """The refusal; of a record that was turned, it says so first: there is nothing wrong with it but for a filter."""
+    from allanite.experiments.reversals import find_reversals
+    from allanite.experiments.reversals.remarks import times
+    from allanite.recording.health.finding import plural
+    from allanite.recording.records import Kind
+
+    if recording[channel].kind not in (Kind.RATE, Kind.ANGLE):
+        return error
+    turns = find_reversals(recording, channel=channel).turns
+    if not turns:
+        return error
+    return DataQualityError(
+        f"the record seems to have been turned: {plural(len(turns), 'turn')}, at {times(recording.rate, turns)}. A "
+        "filter of the noise is for a sensor at rest; what a turned one saw of the Earth: allanite earth-rate. A part "
+        f"without turns: --from, --to\n{error}",
+        error.findings,
+    )
+
+
+def _one_of(recording: Recording) -> str:
+    """The one channel that can bear a noise model."""
+    names = [c.name for c in recording.channels if c.kind.noise_bearing]
+    if len(names) != 1:
+        raise InputError(f"one channel is filtered at a time; choose one with --channels: {', '.join(names)}")
+    return names[0]
+
+
+def aided_of(
+    log: str | os.PathLike[str],
+    *,
+    model: str | os.PathLike[str],
+    reference: float,
+    correlation_time: float | None = None,
+    first: str | None = None,
+    turns: str | os.PathLike[str] | None = None,
+    dwell: float | None = None,
+    start: float | None = None,
+    stop: float | None = None,
+    dead_time: float = 2.0,
+    accept: Collection[str] = (),
+    command: str | None = None,
+    source: str | None = None,
+    progress: Advance | None = None,
+    **options: Any,
+) -> Measured:
+    """The seed paper's filter on a log, told the rate along the axis [rad/s]: reference-aided, no measurement.
+
+    Turns are left out. With `first` the log is read in the second way, too: the reference with the sign of the
+    heading.
+
+    Parameters
+    ----------
+    correlation_time : float, optional [s]
+        What the filter takes for T_b where the model has flicker.
+
+    Raises
+    ------
+    InputError
+        A model with flicker and no correlation time, or without the terms of the filter.
+    """
+    from allanite.experiments.reference_aided import reference_aided
+
+    advance = progress or (lambda fraction, what: None)
+    advance(0.0, "reading")
+    whole, start, stop = read_whole(log, start, stop, listed=turns is not None, source=source, **options)
+    channel = gyro_of(whole)
+    noise, model_name = model_for(model, whole[channel])
+    if noise is None:
+        raise InputError("the filter needs the noise model of the sensor: --model")
+    _refuse_without_time(noise, correlation_time)
+    part, reversals = turns_of(
+        whole, channel, start=start, stop=stop, turns=turns, dwell=dwell, first=first, dead_time=dead_time
+    )
+    ready = checked(part, reversals, [channel], accept=accept)
+    still = ready.recording.excluding({channel: turn_spans(reversals)}, "turns")
+    advance(0.5, "filtering")
+    told: dict[str, Any] = {"reference": reference, "channel": channel, "T": correlation_time}
+    readings = [reference_aided(still, noise, **told)]
+    if first is not None and reversals.turns:
+        readings.append(reference_aided(ready.recording, noise, signs=reversals.signs(), **told))
+    document = {
+        "format": "allanite-reference-aided",
+        "version": 1,
+        "source": whole.source,
+        "channel": channel,
+        "readings": [r.to_json() for r in readings],
+        "model": noise.to_json(),
+        "reversals": reversals.to_json(),
+        **beside(part, channel, ready.findings, file_sha256(log), command),
+        "model_name": model_name,
+    }
+    return Measured(result=readings[-1], document=document, name="filter", tables={}, lossy=ready.lossy)
+
+
+def _refuse_without_time(model: NoiseModel, time: float | None) -> None:
+    """The seed paper's filter has one Gauss-Markov state for flicker, which needs a correlation time."""
+    from allanite.noise import Flicker, GaussMarkov
+
+    has_own = [t.T for t in model.terms if isinstance(t, GaussMarkov)]
+    if time is None and any(isinstance(t, Flicker) for t in model.terms):
+        raise InputError(
+            "the model has flicker (B without T), and the filter gives it one correlation time: --correlation-time "
+            "240s, or a model with T"
+        )
+    if time is not None and has_own and time not in has_own:
+        raise InputError(
+            f"--correlation-time {time:g} s, but the Gauss-Markov term of the model has {has_own[0]:g} s: leave it out"
+        )
+
+
+def refuse_corrected(path: str | os.PathLike[str] | None, *, force: bool) -> None:
+    """Raise, before the work is done, if the corrected series cannot be written there."""
+    from allanite.files.recording_file import refuse_recording
+
+    if path is not None:
+        refuse_recording(path, force=force)
+
+
+def save_corrected(measured: Measured, path: str | os.PathLike[str], *, force: bool = False) -> Path:
+    """Write the corrected series: of a filter with its drift and the standard deviation of that."""
+    from allanite.files.recording_file import write_recording
+    from allanite.recording.records import Recording
+
+    result = measured.result
+    if hasattr(result, "recording"):
+        return write_recording(result.recording(), path, force=force)
+    series = Recording.from_rate(result.corrected, rate=result.rate, unit="rad/s", names=[result.channel])
+    return write_recording(series, path, force=force)

@@ -1,0 +1,211 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What a measurement hands over: its document with findings and provenance, its files, its picture.
+
+The document of a result is what its `to_json` gives, with four things beside it that only the caller knows:
+"provenance", "recording" with "overview", "findings" and "model_name". Reports are made from it alone.
+"""
+
+from __future__ import annotations
+
+import csv
+import io
+import itertools
+import json
+import os
+import platform
+import re
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from allanite.commands.pictures import Delivered, refuse_figure, save_figure
+from allanite.plain_files.atomic_file import fresh, make_folder, refuse_existing
+from allanite.plain_files.csv_cells import as_label
+
+if TYPE_CHECKING:
+    from allanite.recording.health import Finding
+    from allanite.recording.records import Recording
+
+__all__ = [
+    "Measured",
+    "beside",
+    "file_names",
+    "provenance",
+    "refuse_measurement",
+    "save_json",
+    "write_measurement",
+]
+
+Json = Mapping[str, Any]
+
+#: Names that are devices on Windows, with any suffix.
+_DEVICES = re.compile(r"(con|prn|aux|nul|com\d|lpt\d)(\.|$)", re.IGNORECASE)
+_LONGEST = 100  # bytes of a file name; file systems take 255
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Measured:
+    """A result, and everything that a report of it needs.
+
+    Attributes
+    ----------
+    result : EarthRateEstimate, NorthEstimate, Filtered, ReferenceAided or Plan
+    document : mapping
+        Its plain document with what is known besides.
+    name : str
+        Of its files: ``<name>.json``.
+    tables : mapping of str to list of mapping
+        Further files: rows of a CSV table, by file name.
+    lossy : bool
+        Samples or rows of the log did not take part.
+    """
+
+    result: Any
+    document: Json
+    name: str
+    tables: Mapping[str, Sequence[Json]]
+    lossy: bool
+
+
+# -- what stands beside a result ----------------------------------------------------------------------------
+
+
+def beside(
+    recording: Recording,
+    channel: str | None,
+    findings: Iterable[Finding],
+    sha256: str | None,
+    command: str | None,
+) -> dict[str, Any]:
+    """Provenance, facts of the record, the overview of a channel if one is named, and findings."""
+    from allanite.views.figures.records import overview
+
+    return {
+        "provenance": provenance(recording.source, sha256, command),
+        "recording": {
+            "rate": recording.rate,
+            "samples": recording.n_samples,
+            "duration": recording.duration,
+            "channels": [c.to_json() for c in recording.channels],
+            "history": [dict(step) for step in recording.history],
+        },
+        **({} if channel is None else {"overview": overview(recording, channel)}),
+        "findings": [f.to_json() for f in findings],
+    }
+
+
+def provenance(source: str, sha256: str | None = None, command: str | None = None) -> dict[str, Any]:
+    """What made a result, and when."""
+    import numpy as np
+
+    from allanite import __version__
+
+    return {
+        "allanite": __version__,
+        "created": datetime.now(UTC).replace(microsecond=0).isoformat().replace("+00:00", "Z"),
+        "source": source,
+        "sha256": sha256,
+        "command": command,
+        "python": platform.python_version(),
+        "numpy": np.__version__,
+    }
+
+
+# -- files --------------------------------------------------------------------------------------------------
+
+
+def refuse_measurement(
+    folder: str | os.PathLike[str] | None,
+    figure: str | os.PathLike[str] | None,
+    name: str,
+    tables: Collection[str] = (),
+    *,
+    force: bool,
+) -> None:
+    """Raise, before the work is done, if a file is in the way or the figure is no picture.
+
+    Raises
+    ------
+    InputError
+        A suffix that is no picture.
+    StorageError
+        Names the files that exist.
+    """
+    if folder is not None:
+        names = ("report.html", f"{name}.json", *tables)
+        refuse_existing(*(Path(folder) / each for each in names), force=force)
+    if figure is not None:
+        refuse_figure(figure, force=force)
+
+
+def write_measurement(
+    measured: Measured,
+    folder: str | os.PathLike[str] | None,
+    figure: str | os.PathLike[str] | None = None,
+    *,
+    force: bool = False,
+) -> Delivered:
+    """Leave report.html, the document as JSON and the tables in a folder, and the figure where it is wanted.
+
+    Raises
+    ------
+    StorageError
+        One of the files exists and `force` is not given, or the disk refuses.
+    """
+    from allanite.views.report import render
+
+    refuse_measurement(folder, figure, measured.name, measured.tables, force=force)
+    files = [] if figure is None else [save_figure(measured.result, figure, force=force)]
+    if folder is not None:
+        place = Path(folder)
+        make_folder(place)
+        files.append(render(measured.document, place / "report.html", force=force))
+        files.append(save_json(measured.document, place / f"{measured.name}.json", force=force))
+        files += [_save_table(rows, place / name, force=force) for name, rows in measured.tables.items()]
+    return Delivered(files=tuple(files), notes=())
+
+
+def file_names(labels: Iterable[str], suffix: str) -> list[str]:
+    """A file name for each label out of a file, whatever it holds: of one folder, short, and no two alike.
+
+    Examples
+    --------
+    >>> file_names(["gyro_x", "../../gyro_x", "a/b", "con"], ".csv")
+    ['gyro_x.csv', 'gyro_x_2.csv', 'a_b.csv', '_con.csv']
+    """
+    taken: set[str] = set()
+    names = []
+    for label in labels:
+        plain = re.sub(r"[^\w.+-]+", "_", label).strip("._") or "channel"
+        plain = plain.encode("utf-8", "replace")[:_LONGEST].decode("utf-8", "ignore")
+        plain = f"_{plain}" if _DEVICES.match(plain) else plain
+        name = next(
+            n
+            for n in itertools.chain([plain], (f"{plain}_{k}" for k in itertools.count(2)))
+            if n.lower() not in taken
+        )
+        taken.add(name.lower())
+        names.append(name + suffix)
+    return names
+
+
+def save_json(document: Json, path: Path, *, force: bool) -> Path:
+    """Write a document."""
+    text = json.dumps(document, ensure_ascii=False, indent=1, allow_nan=False)
+    with fresh(path, force=force) as place:
+        place.write_text(text + "\n", encoding="utf-8")
+    return path
+
+
+def _save_table(rows: Sequence[Json], path: Path, *, force: bool) -> Path:
+    text = io.StringIO()
+    writer = csv.DictWriter(text, fieldnames=list(rows[0]) if rows else ["number"], lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(
+        {key: as_label(v) if isinstance(v, str) else v for key, v in row.items()} for row in rows
+    )
+    with fresh(path, force=force) as place:
+        place.write_text(text.getvalue(), encoding="utf-8")
+    return path

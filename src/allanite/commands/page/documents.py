@@ -1,0 +1,250 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Results as the page shows them: what their report says, figures with terms switched off, the table of a study."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import asdict
+from typing import Any
+
+from allanite.errors import FormatError, InputError
+
+__all__ = ["figure_of", "parameters_of", "said_of"]
+
+Json = Mapping[str, Any]
+
+#: Units beside that of the table, by the family of the sensor and the coefficient; the page offers those that fit.
+_UNITS: Mapping[str, Mapping[str, tuple[str, ...]]] = {
+    "rate": {
+        "N": ("deg/√h", "deg/s/√Hz", "mdeg/s/√Hz", "deg/h/√Hz", "rad/s/√Hz"),
+        "B": ("deg/h", "deg/s", "rad/s"),
+        "K": ("deg/h/√h", "deg/s/√s", "rad/s/√s"),
+        "R": ("deg/h/h", "deg/h/s", "rad/s/s"),
+        "Q": ("arcsec", "deg", "µrad", "rad"),
+        "T": ("s", "min", "h"),
+    },
+    "acceleration": {
+        "N": ("m/s/√h", "µg/√Hz", "mg/√Hz", "m/s^2/√Hz"),
+        "B": ("µg", "mg", "m/s^2"),
+        "K": ("m/s/h/√h", "µg/√s", "m/s^2/√s"),
+        "R": ("µg/h", "m/s^2/s"),
+        "Q": ("m/s", "mm/s"),
+        "T": ("s", "min", "h"),
+    },
+}
+#: What the page leaves to the report.
+_LEFT_OUT = frozenset({"method", "provenance"})
+_POWER = re.compile(r"(?<=[\d\]])e([+-]?\d+)")
+_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+_ALIKE = {"angle": "rate", "velocity": "acceleration"}
+
+
+def figure_of(
+    document: Json,
+    *,
+    models: Json | None = None,
+    without: Collection[str] = (),
+    dark: bool = False,
+    **options: Any,
+) -> dict[str, Any]:
+    """Traces and layout for Plotly of any result.
+
+    Parameters
+    ----------
+    document : mapping
+        Of a result, or noise models by channel as `allanite fit --output` leaves them.
+    models : mapping, optional
+        Noise models by channel, to be drawn over the curves of a study in place of its own.
+    without : collection of str
+        Letters of noise terms (Q, N, B, G, K, R, S for spectral lines) that are switched off, of a study.
+    **options
+        Those of `allanite.plot`.
+
+    Raises
+    ------
+    InputError
+        Nothing that has a figure, an unknown option or letter.
+    FormatError
+        A document that is damaged.
+    """
+    from allanite.noise import NoiseModel
+    from allanite.views.figures import sheet_of
+    from allanite.views.figures.plotly import spec
+
+    if models is not None or without:
+        if document.get("format") != "allanite-study":
+            raise InputError("terms are switched off, and models are drawn, over the curves of a study")
+        document = _with_models(document, models, without)
+    shown: Any = document
+    if "format" not in document:
+        found = [m for m in document.values() if isinstance(m, Mapping) and "terms" in m]
+        if not found:
+            raise InputError("nothing in this document has a figure")
+        shown = NoiseModel.from_json(found[0])
+    try:
+        return spec(sheet_of(shown, **options), dark=dark)
+    except (ArithmeticError, AttributeError, LookupError, TypeError) as error:
+        raise FormatError(f"the document is damaged: {type(error).__name__}: {error}") from error
+
+
+def _with_models(study: Json, models: Json | None, without: Collection[str]) -> Json:
+    """A study with other models, and without some terms of them."""
+    letters = set(without)
+    unknown = letters - set("QNBGKRS")
+    if unknown:
+        raise InputError(
+            f"no noise term has the letter {sorted(unknown)[0]!r}; there are Q, N, B, G, K, R, S"
+        )
+    channels = []
+    for channel in study["channels"]:
+        given = channel["models"] if models is None else _split(models.get(channel["name"]))
+        kept = [{**m, "terms": [t for t in m["terms"] if _letter(t) not in letters]} for m in given]
+        channels.append({**channel, "models": [m for m in kept if m["terms"]]})
+    return {**study, "channels": channels}
+
+
+def _split(model: Json | None) -> list[Json]:
+    """A model and its alternative as a study holds them."""
+    if model is None:
+        return []
+    other = model.get("alternative")
+    alone = {k: v for k, v in model.items() if k != "alternative"}
+    return [alone] if other is None else [alone, other]
+
+
+def _letter(term: Json) -> str:
+    return {
+        "quantisation": "Q", "white": "N", "flicker": "B", "gauss-markov": "G", "random-walk": "K", "ramp": "R",
+    }.get(str(term.get("type")).replace("_", "-"), "S")  # fmt: skip
+
+
+def parameters_of(study: Json) -> dict[str, Any]:
+    """The parameter table of a study: in SI, in the unit that people use, and the factors to others.
+
+    Raises
+    ------
+    InputError
+        No study.
+    """
+    from allanite.views.wording.study import groups, readings
+
+    if study.get("format") != "allanite-study":
+        raise InputError("only a study has a table of parameters")
+    found = []
+    for group in groups(study["channels"]):
+        for channel in group.channels:
+            models = []
+            for model in channel["models"]:
+                read = readings(channel, model)
+                estimates = {e["symbol"]: e for e in model["estimates"]}
+                rows = [_row(group, channel, symbol, r, estimates) for symbol, r in read.items()]
+                models.append(
+                    {"family": model.get("family", ""), "verdict": model.get("verdict", ""), "rows": rows}
+                )
+            found.append({"name": channel["name"], "kind": channel["kind"], "models": models})
+    return {"channels": found}
+
+
+def _row(group: Any, channel: Json, symbol: str, reading: Any, estimates: Json) -> dict[str, Any]:
+    estimate = estimates[reading.symbol]
+    bounded = estimate["upper"] is not None
+    return {
+        "symbol": reading.symbol,
+        "name": group.name_of(symbol),
+        "value": estimate["value"],
+        "lower": estimate["lower"],
+        "upper": estimate["upper"],
+        "supported": reading.supported,
+        "status": "resolved" if reading.supported else "upper limit" if bounded else "not resolved",
+        "says": reading.text,
+        "note": reading.note,
+        "unit": reading.si_unit,
+        "units": _units(channel["kind"], symbol, channel.get("unit") or ""),
+    }
+
+
+def said_of(document: Json, *, dark: bool = False) -> dict[str, Any]:
+    """What the report of a result says, without its method and provenance, as plain data.
+
+    Returns
+    -------
+    dict
+        "title", "kicker", "facts", and "sections", each with an "id", a "title" and "blocks" as
+        `allanite.views.report.blocks` makes them; numbers as people write them.
+
+    Raises
+    ------
+    InputError
+        Nothing that has a report of sections.
+    FormatError
+        A document that is damaged.
+    """
+    from allanite.views.report import page_of
+
+    try:
+        page = page_of(document)
+        sections = [
+            {"id": s.id, "title": s.title, "blocks": [*_plain_blocks(s.blocks, dark)]}
+            for s in page["sections"] if s.id not in _LEFT_OUT
+        ]  # fmt: skip
+    except (ArithmeticError, AttributeError, LookupError, TypeError) as error:
+        raise FormatError(f"the document is damaged: {type(error).__name__}: {error}") from error
+    facts = [[name, _with_powers(value)] for name, value in page["facts"]]
+    return {"title": page["title"], "kicker": page["kicker"], "facts": facts, "sections": sections}
+
+
+def _plain_blocks(blocks: Iterable[Json], dark: bool) -> Iterable[Json]:
+    from allanite.views.figures.plotly import spec
+
+    for block in blocks:
+        kind = block["kind"]
+        if kind == "figure":
+            f = block["figure"]
+            drawing = spec(f.sheet, dark=dark)
+            yield {"kind": kind, "id": f.id, "caption": f.caption, "words": f.words, "spec": drawing}
+        elif kind == "table":
+            rows = [[[*map(_cell, cells)], kept] for cells, kept in block["rows"]]
+            yield {**block, "heads": [*map(_with_powers, block["heads"])], "rows": rows}
+        elif kind == "cards":
+            items = [[title, [*_plain_blocks(inner, dark)]] for title, inner in block["items"]]
+            yield {**block, "items": items}
+        elif kind == "details":
+            yield {**block, "blocks": [*_plain_blocks(block["blocks"], dark)]}
+        elif kind == "findings":
+            yield {"kind": kind, "rows": [f for group in block["rows"] for f in group]}
+        elif kind not in ("equation", "references"):
+            yield {key: _with_powers(value) for key, value in block.items()}
+
+
+def _cell(cell: Any) -> dict[str, str]:
+    return {k: _with_powers(v) for k, v in asdict(cell).items()}
+
+
+def _with_powers(value: Any) -> Any:
+    """1.2e-05 as 1.2 × 10⁻⁵, in texts and lists of them."""
+    if isinstance(value, str):
+        return _POWER.sub(lambda m: f"\u202f×\u202f10{str(int(m[1])).translate(_RAISED)}", value)
+    if isinstance(value, Sequence):
+        return [_with_powers(part) for part in value]
+    return value
+
+
+def _units(kind: str, symbol: str, own: str) -> list[dict[str, Any]]:
+    """Units of a coefficient, that of people first: value in SI times factor is the value in the unit."""
+    from allanite.quantities.display_units import display_unit
+    from allanite.quantities.units import parse_unit
+
+    first, size = display_unit(kind, symbol, own)
+    found = {first: 1.0 / size}
+    same: Sequence[str] = _UNITS.get(_ALIKE.get(kind, kind), {}).get(symbol, ())
+    quantity = None
+    for text in (first, *same):
+        try:
+            parsed = parse_unit(text)
+        except InputError:
+            continue
+        quantity = quantity or parsed.quantity
+        if parsed.quantity == quantity:
+            found.setdefault(text, 1.0 / parsed.factor)
+    return [{"unit": text, "factor": factor} for text, factor in found.items()]

@@ -1,0 +1,452 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Kinds of work that a page can ask for: each is a command of allanite, and lines of Python that do the same.
+
+A job runs the command itself, so that the page, the command line and Python cannot come to different numbers. To add
+a kind: one entry here.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, Literal
+
+from allanite.commands.page.options import Code, Option, Spelt, code_of, described
+
+__all__ = ["KINDS", "Kind", "described_kinds", "lines_of", "plan_lines"]
+
+Takes = Literal["recording", "recordings", "document", "model"]
+Lines = Callable[["Kind", Sequence[str], Spelt, Spelt, str], str]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Kind:
+    """One kind of work.
+
+    Attributes
+    ----------
+    title : str
+        What the page calls it.
+    command : str
+        Of allanite.
+    takes : str
+        What it works on.
+    options, required : mapping, tuple of str
+    out : str
+        Option that names the folder or the file of the result; "" where the result is what is printed.
+    results : tuple of str
+        Files of the result that hold its document; the first that is there is it.
+    lines : callable
+        Makes the Python.
+    function : str
+        Of `allanite.commands`.
+    reads : bool
+        The options of reading a log apply.
+    """
+
+    title: str
+    command: str
+    takes: Takes
+    options: Mapping[str, Option]
+    lines: Lines
+    results: tuple[str, ...]
+    required: tuple[str, ...] = ()
+    out: str = "--out"
+    function: str = ""
+    reads: bool = True
+
+
+def described_kinds() -> dict[str, Any]:
+    """For the page."""
+    return {
+        name: {
+            "title": k.title,
+            "takes": k.takes,
+            "reads": k.reads,
+            "options": described(k.options),
+            "required": list(k.required),
+        }
+        for name, k in KINDS.items()
+    }
+
+
+# -- Python -----------------------------------------------------------------------------------------------
+
+
+def lines_of(kind: Kind, subjects: Sequence[str], reading: Spelt, own: Spelt, out: str) -> str:
+    """Lines of Python that do what the job does."""
+    return _with_imports(kind.lines(kind, subjects, reading, own, out))
+
+
+def plan_lines(model: str, own: Spelt) -> str:
+    """Lines of Python that plan, without files."""
+    call = _call("commands.plan_of", [model], own, None)
+    return _with_imports(f"from allanite import commands\n\ndocument = {call}.document")
+
+
+def _with_imports(text: str) -> str:
+    """The lines with what they use imported."""
+    before = "import math\n\n" if "math." in text else ""
+    after = [
+        f"from allanite.{module} import {name}\n"
+        for name, module in (("parse_unit", "quantities.units"), ("Stated", "quantities.setup_uncertainty"))
+        if re.search(rf"\b{name}\(", text)
+    ]
+    head, _, rest = text.partition("\n\n")
+    return f"{before}{head}\n{''.join(after)}\n{rest}\n"
+
+
+def _read(subject: str, reading: Spelt) -> str:
+    """Lines that read a log as the commands do."""
+    given = dict(reading.arguments)
+    repair = given.pop("repair", None)
+    text = f"recording = al.read({_arguments([subject], given)})"
+    if repair:
+        text = f"from allanite.recording.cleaning import clean\n\n{text}\n"
+        text += f"recording = clean(recording, {code_of(repair)})"
+    return text if repair else f"\n{text}"
+
+
+def _arguments(positional: Sequence[Any], named: Mapping[str, Any]) -> str:
+    return ", ".join([*map(code_of, positional), *(f"{k}={code_of(v)}" for k, v in named.items())])
+
+
+def _call(function: str, positional: Sequence[Any], own: Spelt, reading: Spelt | None) -> str:
+    """A call of a function of `allanite.commands`, with the options where it has them."""
+    inside = {name: dict(values) for name, values in own.inside.items()}
+    named = {**({} if reading is None else reading.arguments), **own.arguments}
+    if own.stated:
+        stated = Code(f"Stated({_arguments([], own.stated)})")
+        if function == "commands.plan_of":
+            named["stated"] = stated
+        else:
+            inside.setdefault("estimate", {})["stated"] = stated
+    return f"{function}({_arguments(positional, {**named, **inside})})"
+
+
+def _study_lines(kind: Kind, subjects: Sequence[str], reading: Spelt, own: Spelt, out: str) -> str:
+    named = dict(own.arguments)
+    if "floor" in named:
+        kept = ("unit", "time", "rate", "scale_factor", "sampling", "delimiter", "decimal")
+        floor = {k: v for k, v in reading.arguments.items() if k in kept}
+        named["floor"] = Code(f"al.read({_arguments([named['floor']], floor)})")
+    after = f", {_arguments([], named)}" if named else ""
+    return (
+        f"import allanite as al\nfrom allanite.commands import write_results\n{_read(subjects[0], reading)}\n"
+        f"study = al.characterize(recording{after})\nwrite_results(study, {out!r})"
+    )
+
+
+def _check_lines(kind: Kind, subjects: Sequence[str], reading: Spelt, own: Spelt, out: str) -> str:
+    return (
+        f"import allanite as al\nfrom allanite.commands import describe\n{_read(subjects[0], reading)}\n"
+        "facts = describe(recording, al.check(recording))"
+    )
+
+
+def _measured_lines(kind: Kind, subjects: Sequence[str], reading: Spelt, own: Spelt, out: str) -> str:
+    subject = [list(subjects)] if kind.takes == "recordings" else list(subjects)
+    function = f"commands.{kind.function}"
+    if own.arguments.get("null"):
+        own = Spelt(
+            words=(), arguments={k: v for k, v in own.arguments.items() if k != "null"}, inside=own.inside,
+            stated=own.stated,
+        )  # fmt: skip
+        function = "commands.null_of"
+    call = _call(function, subject, own, reading if kind.reads else None)
+    return (
+        f"from allanite import commands\n\nmeasured = {call}\ncommands.write_measurement(measured, {out!r})"
+    )
+
+
+def _fit_lines(kind: Kind, subjects: Sequence[str], reading: Spelt, own: Spelt, out: str) -> str:
+    call = _call("commands.fit_file", subjects, own, reading)
+    models = '{c["name"]: commands.joined(c["models"]) for c in fitted.channels if c["models"]}'
+    return (
+        "from allanite import commands\nfrom allanite.study.model_file import save_models\n\n"
+        f"fitted = {call}\nmodels = {models}\nsave_models(models, {out!r})"
+    )
+
+
+def _export_lines(kind: Kind, subjects: Sequence[str], reading: Spelt, own: Spelt, out: str) -> str:
+    named = dict(own.arguments)
+    consumer = named.pop("consumer")
+    return f"from allanite import commands\n\ncommands.export_of({_arguments([consumer, *subjects, out], named)})"
+
+
+def _report_lines(kind: Kind, subjects: Sequence[str], reading: Spelt, own: Spelt, out: str) -> str:
+    return f"from allanite.views.report import render_file\n\nrender_file({_arguments([*subjects, out], {})})"
+
+
+# -- options ----------------------------------------------------------------------------------------------
+
+_ACCEPT = Option(
+    type="texts", flag="--accept", python="accept", help="Go on in spite of this finding (its code)."
+)
+_MODEL = Option(type="model", flag="--model", python="model", help="Noise of the sensor at rest.")
+_CONFIDENCE = Option(
+    type="number", flag="--confidence", python="confidence", inside="estimate", default=0.95,
+    help="Level of the intervals.",
+)  # fmt: skip
+_LATITUDE = Option(
+    type="degrees", flag="--latitude", python="latitude", help="Latitude in degrees, south negative."
+)
+_DEAD_TIME = Option(
+    type="seconds", flag="--dead-time", python="dead_time", default=2.0, help="Left out after each turn."
+)
+_STATED = {
+    "scale_uncertainty": Option(
+        type="number", flag="--scale-uncertainty", python="scale", stated=True,
+        help="Of the scale factor: 0.001 is 0.1 %.",
+    ),
+    "latitude_uncertainty": Option(
+        type="degrees", flag="--latitude-uncertainty", python="latitude", stated=True, help="Of the latitude."
+    ),
+    "tilt": Option(
+        type="degrees", flag="--tilt", python="tilt", stated=True, help="Lean of the table's or a vertical axis."
+    ),
+    "heading_uncertainty": Option(
+        type="degrees", flag="--heading-uncertainty", python="heading", stated=True, help="Of the axis."
+    ),
+}  # fmt: skip
+_STATISTICS = (
+    "oadev", "adev", "mdev", "tdev", "hdev", "ohdev", "totdev", "haar", "robust", "theo1", "theobr", "theoh",
+)  # fmt: skip
+
+
+def _own(type_: Any, flag: str, help_: str, **more: Any) -> Option:
+    """An option whose argument has its name."""
+    return Option(type=type_, flag=flag, python=flag.strip("-").replace("-", "_"), help=help_, **more)
+
+
+KINDS: Mapping[str, Kind] = {
+    "check": Kind(
+        title="Health of a recording",
+        command="info",
+        takes="recording",
+        options={},
+        lines=_check_lines,
+        out="",
+        results=("check.json",),
+    ),
+    "characterize": Kind(
+        title="Noise model",
+        command="characterize",
+        takes="recording",
+        options={
+            "method": _own(
+                "choice", "--method", "Fit the curve, or the samples: smaller errors, no unbroken stretches needed.",
+                choices=("moments", "likelihood"), default="moments",
+            ),
+            "exclude": _own("spans", "--exclude", "Averaging times to leave out of the fit: [[from, to], …]."),
+            "accept": _ACCEPT,
+            "statistic": _own(
+                "choice", "--statistic", "Of the curve that is shown.", choices=_STATISTICS, default="oadev"
+            ),
+            "temperature": _own("by-channel", "--temperature", "Take the effect of this column off."),
+            "warm_up": _own("choice", "--warm-up", "What to do with a warm-up.", choices=("model", "cut")),
+            "floor": _own("recording", "--floor", "Log of the instrument with its input shorted."),
+        },
+        lines=_study_lines,
+        results=("study.json",),
+    ),
+    "fit": Kind(
+        title="Fit other terms",
+        command="fit",
+        takes="recording",
+        options={
+            "method": _own(
+                "choice", "--method", "How to fit.", choices=("moments", "slopes", "likelihood", "spectral"),
+                default="moments",
+            ),
+            "terms": _own("text", "--terms", "The sum of terms, for likelihood and spectral: NBK, NGGK."),
+            "accept": _ACCEPT,
+        },
+        lines=_fit_lines,
+        out="--output",
+        results=("models.json",),
+    ),
+    "spectrum": Kind(
+        title="Power spectral density",
+        command="spectrum",
+        takes="recording",
+        options={
+            "model": _MODEL,
+            "method": _own("choice", "--method", "Bins.", choices=("log", "welch"), inside="estimate", default="log"),
+            "segment": _own("seconds", "--segment", "Length of Welch's segments.", inside="estimate"),
+            "window": _own(
+                "choice", "--window", "Of Welch's segments.", choices=("hann", "blackman", "blackman-harris"),
+                inside="estimate", default="hann",
+            ),
+            "overlap": _own("number", "--overlap", "Of Welch's segments: 0.5.", inside="estimate", default=0.5),
+            "confidence": _CONFIDENCE,
+        },
+        lines=_measured_lines,
+        function="spectra_of",
+        results=("spectrum.json",),
+    ),
+    "variation": Kind(
+        title="Does the noise change?",
+        command="variation",
+        takes="recording",
+        options={
+            "model": _MODEL,
+            "windows": _own("integer", "--windows", "Of the short averaging times.", inside="estimate", default=64),
+            "false_alarm": _own(
+                "number", "--false-alarm", "Per channel that is constant.", inside="estimate", default=0.05
+            ),
+            "confidence": _CONFIDENCE,
+            "accept": _ACCEPT,
+        },
+        lines=_measured_lines,
+        function="variation_of",
+        results=("variation.json",),
+    ),
+    "select": Kind(
+        title="Which terms?",
+        command="select",
+        takes="recording",
+        options={
+            "confidence": _own("number", "--confidence", "Level of the intervals.", default=0.95),
+            "accept": _ACCEPT,
+        },
+        lines=_measured_lines,
+        function="selection_of",
+        results=("selection.json",),
+    ),
+    "earth-rate": Kind(
+        title="Earth rate",
+        command="earth-rate",
+        takes="recording",
+        options={
+            "latitude": _LATITUDE,
+            "model": _MODEL,
+            "first": _own(
+                "choice", "--first", "Where the axis points at first.", choices=("north", "south", "up", "down")
+            ),
+            "turns": _own("spans", "--turns", "Turns by hand: [[start, stop], …]."),
+            "dwell": _own("seconds", "--dwell", "Turned so often, for turns that do not show."),
+            "dead_time": _DEAD_TIME,
+            "vector": _own("flag", "--vector", "Three axes at rest: the rate vector and its length."),
+            "settling": _own("flag", "--settling", "Fit a rotation that settles after each turn.", inside="estimate"),
+            "warm_up": _own("flag", "--warm-up", "Fit an exponential warm-up.", inside="estimate"),
+            "temperature": _own("text", "--temperature", "Fit this channel, too.", inside="estimate"),
+            **_STATED,
+            "bias_uncertainty": Option(
+                type="deg/h", flag="--bias-uncertainty", python="bias", help="Of each of three axes [deg/h]."
+            ),
+            "g_sensitivity": _own(
+                "deg/h/g", "--g-sensitivity", "Of an axis turned between up and down [deg/h/g].", inside="estimate"
+            ),
+            "confidence": _CONFIDENCE,
+            "accept": _ACCEPT,
+        },
+        required=("latitude",),
+        lines=_measured_lines,
+        function="earth_rate_of",
+        results=("earth-rate.json", "rate-vector.json"),
+    ),
+    "north": Kind(
+        title="North",
+        command="north",
+        takes="recording",
+        options={
+            "latitude": _LATITUDE,
+            "model": _MODEL,
+            "headings": _own("headings", "--headings", "Positions by hand: [[start, stop, heading], …]."),
+            "rotation": _own("deg/s", "--rotation", "Of a table that turned all the time [deg/s]."),
+            "heading_at_start": _own("degrees", "--heading-at-start", "Of the first axis, with a rotation."),
+            "null": _own("flag", "--null", "Test east against west: does a bias follow the turns?"),
+            "dead_time": _DEAD_TIME,
+            **_STATED,
+            "misalignment": _own("degrees", "--misalignment", "Of the axes on the table.", inside="estimate"),
+            "confidence": _CONFIDENCE,
+            "accept": _ACCEPT,
+        },
+        required=("latitude", "model"),
+        lines=_measured_lines,
+        function="north_of",
+        results=("north.json", "east-west-null.json"),
+    ),
+    "plan": Kind(
+        title="Plan",
+        command="plan",
+        takes="model",
+        options={
+            "latitude": _LATITUDE,
+            "channel": _own("text", "--channel", "Whose model, where there are several."),
+            "north": Option(type="flag", flag="--north", python="what", help="Plan a search for north."),
+            "goal": _own("number", "--goal", "One standard deviation: a share (0.03), or degrees with north."),
+            "dead_time": _own("seconds", "--dead-time", "Lost at each turn.", default=2.0),
+            "dwells": _own("seconds-list", "--dwells", "Times from turn to turn."),
+            "durations": _own("seconds-list", "--durations", "Lengths of record."),
+            "axes": _own("integer", "--axes", "Horizontal axes, with north.", default=1),
+            "positions": _own("integer", "--positions", "Around the table, with north."),
+            "misalignment": _own("degrees", "--misalignment", "Of the axes on the table, with north."),
+            **_STATED,
+        },
+        required=("latitude",),
+        lines=_measured_lines,
+        function="plan_of",
+        results=("plan.json",),
+        reads=False,
+    ),
+    "compare": Kind(
+        title="Compare recordings",
+        command="compare",
+        takes="recordings",
+        options={
+            "names": _own("names", "--names", "Of the records."),
+            "confidence": _own("number", "--confidence", "Level of the intervals.", inside="compare", default=0.95),
+            "level": _own("number", "--level", "Of the tests.", inside="compare", default=0.05),
+            "accept": _ACCEPT,
+        },
+        lines=_measured_lines,
+        function="comparison_of",
+        results=("comparison.json",),
+    ),
+    "export": Kind(
+        title="Export",
+        command="export",
+        takes="document",
+        options={
+            "consumer": Option(type="text", flag="", python="consumer", help="Whose format."),
+            "walk": _own("text", "--walk", "What becomes of flicker: upper-bound, k-only or horizon=<seconds>."),
+            "axes": _own("choice", "--axes", "Of three axes.", choices=("worst", "rms", "each")),
+            "inflate": _own("number", "--inflate", "Factor on all numbers."),
+            "correlation_time": _own("seconds", "--correlation-time", "T of the term that stands for flicker."),
+            "gyroscope": _own("names", "--gyroscope", "Channels of the gyroscopes."),
+            "accelerometer": _own("names", "--accelerometer", "Channels of the accelerometers."),
+            "digits": _own("integer", "--digits", "Digits after the point."),
+            "rostopic": _own("text", "--rostopic", "Topic of the IMU."),
+            "part": _own("text", "--part", "Name of the part in the JSON file."),
+            "channel": _own("text", "--channel", "Of one axis: which."),
+            "filter_rate": _own("number", "--filter-rate", "Steps per second of the filter or simulator."),
+            "scalar": _own("choice", "--scalar", "Precision of the filter.", choices=("float", "double")),
+            "flicker": _own("choice", "--flicker", "States for flicker.", choices=("sum", "single")),
+            "horizon": _own("seconds", "--horizon", "Time over which flicker must hold."),
+            "model": _own("document", "--model", "Study with the noise."),
+            "intrinsics": _own("choice", "--intrinsics", "Convention of the matrices.", choices=("kalibr", "rpng")),
+            "rate": _own("number", "--rate", "Samples per second of the log."),
+            "overbound": _own("number", "--overbound", "A bound above the sensor with this probability: 0.95."),
+            "bound_until": _own("seconds", "--bound-until", "Longest averaging time of the bound."),
+        },
+        required=("consumer",),
+        lines=_export_lines,
+        out="--output",
+        results=(),
+        reads=False,
+    ),
+    "report": Kind(
+        title="Report",
+        command="report",
+        takes="document",
+        options={},
+        lines=_report_lines,
+        out="--output",
+        results=(),
+        reads=False,
+    ),
+}  # fmt: skip
+"""By name."""

@@ -1,0 +1,298 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Options that a page may give: their kind, how the command line spells them, and how Python does.
+
+What is not in a table does not exist. Values are checked here, and become one word of a command each,
+``--name=value``: nothing that somebody types can become another option, a path or a line of a shell.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+from allanite.commands.page.replies import Refused
+
+__all__ = ["READING", "Code", "Option", "Spelt", "checked", "code_of", "described", "given_in", "number_text"]
+
+Type = Literal[
+    "number", "integer", "text", "flag", "choice", "names", "texts", "by-channel", "seconds", "seconds-list", "degrees",
+    "deg/s", "deg/h", "deg/h/g", "spans", "headings", "model", "recording", "document", "attached", "description",
+]  # fmt: skip
+
+_LONGEST = 2000  # characters of a text
+_MOST = 1000  # members of a list
+
+
+@dataclass(frozen=True, slots=True)
+class Code:
+    """A piece of Python, as it stands in a line."""
+
+    text: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Option:
+    """One option.
+
+    Attributes
+    ----------
+    type : str
+        What its value is; times are seconds, angles degrees.
+    flag : str
+        As the command line has it; "" for one that is no word of the command.
+    python : str
+        As the function has it.
+    inside : str
+        Name of the mapping of the function that holds it; "" where it is an argument itself.
+    stated : bool
+        A standard uncertainty of what the user states.
+    """
+
+    type: Type
+    flag: str
+    python: str
+    help: str
+    choices: tuple[str, ...] = ()
+    inside: str = ""
+    stated: bool = False
+    default: Any = None
+
+
+def given_in(request: Mapping[str, Any], name: str) -> dict[str, Any]:
+    """The options that a request holds under a name.
+
+    Raises
+    ------
+    Refused
+        They are no object.
+    """
+    found = request.get(name)
+    if found is not None and not isinstance(found, Mapping):
+        raise Refused(400, f"{name} must be an object of names and values")
+    return dict(found or {})
+
+
+def described(options: Mapping[str, Option]) -> dict[str, Any]:
+    """For the page: what each is called and takes."""
+    return {
+        name: {
+            "type": o.type,
+            "help": o.help,
+            **({"choices": list(o.choices)} if o.choices else {}),
+            **({} if o.default is None else {"default": o.default}),
+        }
+        for name, o in options.items()
+    }
+
+
+# -- values -----------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Spelt:
+    """Options that were given: words of a command, and arguments in Python."""
+
+    words: tuple[str, ...]
+    arguments: Mapping[str, Any]
+    inside: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)
+    stated: Mapping[str, Any] = field(default_factory=dict)
+
+
+Place = Callable[[Option, str, Any], str]
+"""Turns an id, turns or a model into a word that names it."""
+
+
+def checked(options: Mapping[str, Option], given: Mapping[str, Any], place: Place) -> Spelt:
+    """The options of a request, each checked.
+
+    Raises
+    ------
+    Refused
+        Names the option and what it takes.
+    """
+    words: list[str] = []
+    arguments: dict[str, Any] = {}
+    inside: dict[str, dict[str, Any]] = {}
+    stated: dict[str, Any] = {}
+    for name, value in given.items():
+        option = options.get(name)
+        if option is None:
+            raise Refused(400, f"no option {str(name)[:60]!r}; there are: {', '.join(options) or 'none'}")
+        if value is None or value is False or value == "" or value == []:
+            continue
+        text, python = _spelt(option, name, value, place)
+        words += [f"{option.flag}={t}" if t is not None else option.flag for t in text]
+        target = (
+            stated if option.stated else inside.setdefault(option.inside, {}) if option.inside else arguments
+        )
+        target[option.python] = python
+    return Spelt(words=tuple(words), arguments=arguments, inside=inside, stated=stated)
+
+
+def _spelt(option: Option, name: str, value: Any, place: Place) -> tuple[list[str | None], Any]:
+    """Words of a command (None: the flag alone), and the value in Python."""
+    match option.type:
+        case "flag":
+            if value is not True:
+                raise Refused(400, f"{name} is yes or no (true, false)")
+            return [None], True
+        case "number" | "seconds" | "degrees" | "deg/s" | "deg/h" | "deg/h/g":
+            return _number(option.type, _real(name, value))
+        case "integer":
+            whole = _real(name, value)
+            if whole != int(whole):
+                raise Refused(400, f"{name} must be a whole number")
+            return [str(int(whole))], int(whole)
+        case "choice":
+            if value not in option.choices:
+                raise Refused(400, f"{name} must be one of {', '.join(option.choices)}")
+            return [str(value)], value
+        case "text":
+            return [_text(name, value)], value
+        case "texts":
+            found = [_text(name, v) for v in _list(name, value)]
+            return list(found), found
+        case "names":
+            found = [_name(name, v) for v in _list(name, value)]
+            return [",".join(found)], found
+        case "by-channel":
+            return _by_channel(name, value)
+        case "seconds-list":
+            numbers = [_real(name, v) for v in _list(name, value)]
+            return [",".join(map(number_text, numbers))], numbers
+        case "spans" if option.flag == "--exclude":
+            spans = _rows(name, value, 2)
+            return [",".join(f"{number_text(a)}:{number_text(b)}" for a, b in spans)], [
+                tuple(s) for s in spans
+            ]
+        case "spans" | "headings":
+            _rows(name, value, 2 if option.type == "spans" else 3)
+            word = place(option, name, value)
+            return [word], word
+        case _:
+            word = place(option, name, value)
+            return [word], word
+
+
+def _number(kind: str, value: float) -> tuple[list[str | None], Any]:
+    text = number_text(value)
+    if kind == "degrees":
+        return [f"{text}deg"], Code(f"math.radians({text})")
+    if kind in ("deg/s", "deg/h", "deg/h/g"):
+        return [f"{text}{kind}"], Code(f"{text} * parse_unit({kind!r}).factor")
+    return [text], value
+
+
+def number_text(value: float) -> str:
+    """The shortest text from which the same number is read."""
+    return str(int(value)) if value == int(value) and abs(value) < 1e15 else repr(float(value))
+
+
+def _real(name: str, value: Any) -> float:
+    if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
+        raise Refused(400, f"{name} must be a number")
+    return float(value)
+
+
+def _text(name: str, value: Any) -> str:
+    if (
+        not isinstance(value, str)
+        or len(value) > _LONGEST
+        or any(ord(c) < 32 or ord(c) == 127 for c in value)
+    ):
+        raise Refused(400, f"{name} must be a line of text")
+    return value
+
+
+def _name(name: str, value: Any) -> str:
+    text = _text(name, value)
+    if "," in text:
+        raise Refused(400, f"{name}: a name with a comma cannot be given: {text[:60]}")
+    return text
+
+
+def _list(name: str, value: Any) -> Sequence[Any]:
+    if not isinstance(value, list) or len(value) > _MOST:
+        raise Refused(400, f"{name} must be a list of at most {_MOST}")
+    return value
+
+
+def _by_channel(name: str, value: Any) -> tuple[list[str | None], Any]:
+    if isinstance(value, str):
+        text = _text(name, value)
+        if "=" in text:
+            raise Refused(400, f"{name}: write one for all, or an object of channels")
+        return [text], text
+    if not isinstance(value, Mapping) or not 0 < len(value) <= _MOST:
+        raise Refused(400, f"{name} must be a text, or an object of channels and texts")
+    parts = {_text(name, k): _text(name, v) for k, v in value.items()}
+    if any(re.search("[,=]", word) for pair in parts.items() for word in pair):
+        raise Refused(400, f"{name}: neither a channel nor what is said of it may hold a comma or =")
+    return [",".join(f"{k}={v}" for k, v in parts.items())], parts
+
+
+def _rows(name: str, value: Any, width: int) -> list[list[float]]:
+    rows = [[_real(name, v) for v in _list(name, row)] for row in _list(name, value)]
+    if any(len(row) != width or row[0] > row[1] for row in rows):
+        columns = "start, stop" + (", heading" if width == 3 else "")
+        raise Refused(400, f"{name} must be a list of [{columns}] with start before stop")
+    return rows
+
+
+def code_of(value: Any) -> str:
+    """A value as it stands in Python."""
+    if isinstance(value, Code):
+        return value.text
+    if isinstance(value, Mapping):
+        return "{" + ", ".join(f"{k!r}: {code_of(v)}" for k, v in value.items()) + "}"
+    if isinstance(value, tuple):
+        return "(" + ", ".join(map(code_of, value)) + ("," if len(value) == 1 else "") + ")"
+    if isinstance(value, list):
+        return "[" + ", ".join(map(code_of, value)) + "]"
+    return number_text(value) if isinstance(value, float) else repr(value)
+
+
+READING: Mapping[str, Option] = {
+    "unit": Option(type="by-channel", flag="--unit", python="unit", help="Unit of the samples: deg/s, or by channel."),
+    "time": Option(
+        type="text", flag="--time", python="time", help="Time column and its unit: t:ms, cnt:1/1000 s, Date:dmy, none."
+    ),
+    "rate": Option(type="number", flag="--rate", python="rate", help="Samples per second, for a log without time."),
+    "scale_factor": Option(
+        type="by-channel", flag="--scale-factor", python="scale_factor",
+        help="Of a sensor read in volts or counts: 24 mV/(deg/s).",
+    ),
+    "sampling": Option(
+        type="choice", flag="--sampling", python="sampling", choices=("mean", "point"), default="mean",
+        help="Samples are means over their interval, or values at an instant.",
+    ),
+    "channels": Option(type="names", flag="--channels", python="channels", help="Names or groups to keep."),
+    "start": Option(type="seconds", flag="--from", python="start", help="Begin so long after the first stamp."),
+    "stop": Option(type="seconds", flag="--to", python="stop", help="End so long after the first stamp."),
+    "kind": Option(
+        type="choice", flag="--kind", python="kind", choices=("phase", "frequency"),
+        help="Samples of a clock: time error (phase), or fractional frequency.",
+    ),
+    "carrier": Option(
+        type="number", flag="--carrier", python="carrier",
+        help="Of a phase in cycles or a frequency in Hz: the carrier in Hz.",
+    ),
+    "topic": Option(type="text", flag="--topic", python="topic", help="Topic of a ROS log, message of a flight log."),
+    "variable": Option(
+        type="text", flag="--variable", python="variable", help="Array, group or table of a file with several."
+    ),
+    "delimiter": Option(
+        type="choice", flag="--delimiter", python="delimiter", choices=(",", ";", "tab", "blank", "|"),
+        help="Of a text file.",
+    ),
+    "decimal": Option(
+        type="choice", flag="--decimal", python="decimal", choices=(".", ","), help="Of a text file."
+    ),
+    "repair": Option(
+        type="texts", flag="--repair", python="repair", help="Repair by name what a finding says: drop_repeats."
+    ),
+}  # fmt: skip
+"""What every kind of work that reads a log understands."""

@@ -1,0 +1,203 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The files of a study."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Collection, Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal
+
+from allanite.commands.pictures import Delivered, refuse_figure, save_figure
+from allanite.commands.recordings import read_floor, read_part
+from allanite.errors import DataQualityError, InputError
+from allanite.plain_files.atomic_file import make_folder, refuse_existing
+from allanite.plain_files.regular_file import file_sha256
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from allanite.noise.allan import AllanCurve
+    from allanite.study.study import Study
+
+__all__ = ["RESULTS", "curve_of", "refuse_results", "study_of", "write_results"]
+
+Json = Mapping[str, Any]
+
+RESULTS = ("report.html", "study.json", "allan.csv", "imu.yaml")
+"""Files that a study leaves in its folder."""
+
+
+def refuse_results(
+    folder: str | os.PathLike[str] | None, figure: str | os.PathLike[str] | None = None, *, force: bool
+) -> None:
+    """Raise, before hours are spent, if a result is in the way or the figure is no picture.
+
+    Raises
+    ------
+    InputError
+        A suffix that is no picture.
+    StorageError
+        Names the files that exist.
+    """
+    if folder is not None:
+        refuse_existing(*(Path(folder) / name for name in RESULTS), force=force)
+    if figure is not None:
+        refuse_figure(figure, force=force)
+
+
+def study_of(
+    log: str | os.PathLike[str],
+    *,
+    accept: Collection[str] = (),
+    method: str = "moments",
+    statistic: str = "oadev",
+    temperature: str | Mapping[str, str] | None = None,
+    warm_up: Literal["model", "cut"] | None = None,
+    floor: str | os.PathLike[str] | None = None,
+    exclude: Sequence[tuple[float, float]] = (),
+    progress: Callable[[float, str], None] | None = None,
+    command: str | None = None,
+    source: str | None = None,
+    **options: Any,
+) -> Study:
+    """Read a log and characterise it; the study names the file, its SHA-256 and the command.
+
+    Options are those of `read_part`; `source` replaces the name of the file. `floor` is the log of the shorted input,
+    `exclude` are averaging times [s] left out of the fit.
+    """
+    from allanite.study.study import characterize
+
+    recording = read_part(log, source=source, **options)
+    origin = {"sha256": file_sha256(log), "command": command}
+    below = None if floor is None else read_floor(floor, **options)
+    return characterize(
+        recording,
+        accept=accept,
+        method=method,
+        statistic=statistic,
+        temperature=temperature,
+        warm_up=warm_up,
+        floor=below,
+        exclude=exclude,
+        progress=progress,
+        provenance=origin,
+    )
+
+
+def write_results(
+    study: Study,
+    folder: str | os.PathLike[str] | None,
+    figure: str | os.PathLike[str] | None = None,
+    *,
+    force: bool = False,
+) -> Delivered:
+    """Leave report.html, study.json, allan.csv and imu.yaml in a folder, and the paper figure where it is wanted.
+
+    Channels of other sample intervals than the first have their curves in allan-2.csv and so on.
+
+    The folder is made if it is not there. A record from which no imu.yaml can be made (unknown units, no model)
+    still gets the other files, and a note that says why.
+
+    Raises
+    ------
+    StorageError
+        One of the files exists and `force` is not given, or the disk refuses.
+    """
+    refuse_results(folder, figure, force=force)
+    drawn = () if figure is None else (save_figure(study, figure, force=force),)
+    if folder is None:
+        return Delivered(files=drawn, notes=())
+    from allanite.exporters import export
+    from allanite.views.report import render
+
+    place = Path(folder)
+    make_folder(place)
+    report, document, curve, yaml = (place / name for name in RESULTS)
+    study.save(document, force=force)
+    curves = [curve, *(place / f"allan-{k}.csv" for k in range(2, len(_by_interval(study)) + 1))]
+    for path, part in zip(curves, _by_interval(study), strict=True):
+        _curve(study, part).to_csv(path, force=force)
+    render(study, report, force=force)
+    files = (report, document, *curves)
+    try:
+        export("kalibr", study, yaml, force=force)
+    except (InputError, DataQualityError) as refusal:
+        return Delivered(files=files + drawn, notes=(f"no {yaml.name}: {refusal}",))
+    return Delivered(files=(*files, yaml, *drawn), notes=())
+
+
+def curve_of(study: Study) -> AllanCurve:
+    """The curves of all channels of a study as one `AllanCurve`, NaN at lags that a channel does not have.
+
+    Raises
+    ------
+    InputError
+        Channels of different sample intervals: sensors slower than the log, each at its own rate.
+    """
+    parts = _by_interval(study)
+    if len(parts) > 1:
+        groups = "; ".join(
+            f"{', '.join(c['name'] for c in p)} at {1 / p[0]['curve']['dt']:.6g} Hz" for p in parts
+        )
+        raise InputError(
+            f"the channels have different rates ({groups}): take those of one rate at a time (--channels)"
+        )
+    return _curve(study, parts[0])
+
+
+def _by_interval(study: Study) -> list[list[Json]]:
+    """The channels of a study in groups of one sample interval, in their order."""
+    groups: dict[tuple[float, int], list[Json]] = {}
+    for channel in study.document["channels"]:
+        groups.setdefault((channel["curve"]["dt"], channel["curve"]["n_samples"]), []).append(channel)
+    return list(groups.values())
+
+
+def _curve(study: Study, channels: Sequence[Json]) -> AllanCurve:
+    """The curves of channels of one sample interval."""
+    import numpy as np
+
+    from allanite.noise.allan import AllanCurve
+    from allanite.noise.allan.statistics import STATISTICS
+    from allanite.recording.records import Channel
+
+    document = study.document
+    parts = [c["curve"] for c in channels]
+    known = {c["name"]: c for c in document["recording"]["channels"]}
+    lags = np.unique(np.concatenate([p["lags"] for p in parts])).astype(np.int64)
+    table = {
+        k: np.full((lags.size, len(parts)), np.nan) for k in ("deviation", "lower", "upper", "edf", "count")
+    }
+    for i, part in enumerate(parts):
+        rows = np.searchsorted(lags, part["lags"])
+        for key, values in table.items():
+            values[rows, i] = np.array(part[key], dtype=np.float64)
+    count = np.nan_to_num(table.pop("count")).astype(np.int64)
+    bases = {p["interval_basis"] for p in parts}
+    first = parts[0]
+    return AllanCurve(
+        statistic=first["statistic"],
+        lags=lags,
+        tau=STATISTICS[first["statistic"]].averaging(lags, first["n_samples"]) * first["dt"],
+        count=count,
+        confidence=first["confidence"],
+        channels=tuple(Channel.from_json(known[c["name"]]) for c in channels),
+        dt=first["dt"],
+        n_samples=first["n_samples"],
+        missing=tuple(np.array(p.get("missing") or [], dtype=np.int64).reshape(-1, 2) for p in parts),
+        engine=first["engine"],
+        excluded=np.stack([_bent(lags, part) for part in parts], axis=1),
+        interval_basis=bases.pop() if len(bases) == 1 else "exact under the model of each channel",
+        **table,
+    )
+
+
+def _bent(lags: NDArray[np.int64], part: Json) -> NDArray[np.bool_]:
+    """Lags of a channel's curve that a line or the filter bends."""
+    import numpy as np
+
+    return np.isin(
+        lags, [m for m, reason in zip(part["lags"], part.get("excluded") or [], strict=False) if reason]
+    )

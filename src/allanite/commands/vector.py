@@ -1,0 +1,178 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The rate vector out of a log of three gyros: which logs are of that kind, and everything that its report needs."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Collection, Mapping
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from allanite.commands.measurement import Measured, beside
+from allanite.commands.turned import judged, models_for, rates_of
+from allanite.errors import InputError
+
+if TYPE_CHECKING:
+    import numpy as np
+    from numpy.typing import NDArray
+
+    from allanite.experiments.rate_vector import RateVector
+    from allanite.recording.records import Recording
+
+__all__ = ["AXES", "STRETCHES", "is_vector", "vector_of"]
+
+Json = Mapping[str, Any]
+Advance = Callable[[float, str], None]
+
+STRETCHES = "stretches.csv"
+"""Name of the table of stretches."""
+
+AXES = 3
+"""Axes of a rate vector."""
+
+#: A turn so close to half a turn is one of a measurement with turns [rad].
+_REVERSAL = math.radians(30.0)
+_MOVED = "where the sensor moved, which was left out"
+
+
+def is_vector(recording: Recording, *, forced: bool, turned: bool) -> bool:
+    """Whether a log is one of three axes at rest, rather than of one axis that was turned.
+
+    Parameters
+    ----------
+    recording : Recording
+    forced : bool
+        The user says so.
+    turned : bool
+        The user says when it was turned, or where it pointed.
+
+    Raises
+    ------
+    InputError
+        Forced, and not three channels of rates; or forced, with turns.
+    """
+    rates = rates_of(recording)
+    if not forced:
+        return len(rates) == AXES and not turned
+    if turned:
+        raise InputError(
+            "--vector is for three axes at rest: --first, --turns, --dwell, --settling, --warm-up, --temperature and "
+            "--g-sensitivity belong to one axis that was turned"
+        )
+    if len(rates) != AXES:
+        raise InputError(
+            f"--vector needs three channels of rates, the log has {len(rates)}: {', '.join(rates)}; name the three "
+            "axes with --channels, the accelerometers as well to have the latitude checked: --channels gyro,acc"
+        )
+    return True
+
+
+def vector_of(
+    recording: Recording,
+    *,
+    latitude: float,
+    model: str | None = None,
+    forced: bool = False,
+    accept: Collection[str] = (),
+    estimate: Mapping[str, Any] | None = None,
+    sha256: str | None = None,
+    command: str | None = None,
+    progress: Advance | None = None,
+) -> Measured:
+    """The rate vector of a recording of three gyros; see `measure_rate_vector`, whose options `estimate` holds.
+
+    Parameters
+    ----------
+    forced : bool
+        Go on where the sensor was turned by half a turn, too.
+
+    Raises
+    ------
+    InputError
+        A sensor that was turned by half a turn, which measures the Earth better by one axis.
+    DataQualityError
+        A fatal finding in the quiet stretches that was not accepted.
+    """
+    from allanite.experiments.rate_vector import measure_rate_vector
+    from allanite.views.figures.records import overview
+    from allanite.views.figures.vector import quiet_means
+
+    advance = progress or (lambda fraction, what: None)
+    part, axes = _inertial(recording), rates_of(recording)
+    models, where = models_for(model, [part[name] for name in axes])
+    options = {
+        "channels": axes,
+        "latitude": latitude,
+        "model": models or None,
+        **(estimate or {}),
+    }
+    found = measure_rate_vector(part, progress=lambda done, what: advance(0.5 * done, what), **options)
+    if not forced:
+        _refuse_turned(found)
+    advance(0.5, "looking for faults")
+    ready = judged(part, _moving(found, part.rate), part.names, where=_MOVED, longest=math.inf, accept=accept)
+    if any(f.excludes for f in ready.findings):
+        found = measure_rate_vector(ready.recording, **options)
+    document: dict[str, Any] = {
+        **found.to_json(),
+        **beside(part, None, ready.findings, sha256, command),
+        "model_name": _model_name(list(where.values())),
+        "overviews": [overview(part, name) for name in axes],
+    }
+    document["quiet_means"] = quiet_means(ready.recording, document)
+    return Measured(
+        result=document,
+        document=document,
+        name="rate-vector",
+        tables={STRETCHES: _rows(document)},
+        lossy=ready.lossy,
+    )
+
+
+def _inertial(recording: Recording) -> Recording:
+    """Gyros, and accelerometers where there are three: nothing else matters here, nor what is wrong with it."""
+    from allanite.recording.records import Kind
+
+    force = [c.name for c in recording.channels if c.kind is Kind.ACCELERATION]
+    return recording.select(*rates_of(recording), *(force if len(force) == AXES else ()))
+
+
+def _refuse_turned(found: RateVector) -> None:
+    reversals = [turn for turn in found.turns.tolist() if abs(turn - math.pi) < _REVERSAL]
+    if reversals:
+        times = "once" if len(reversals) == 1 else f"{len(reversals)} times"
+        raise InputError(
+            f"the three axes were turned by about half a turn {times}, and turning is what separates the biases from "
+            "the Earth: choose the axis that was turned with --channels, and say where it pointed with --first north. "
+            "For the length of the rate vector, with the biases in it, say --vector"
+        )
+
+
+def _moving(found: RateVector, rate: float) -> NDArray[np.int64]:
+    """Samples of the stretches that were left out because the sensor moved."""
+    import numpy as np
+
+    spans = [(s.start, s.stop) for s in found.left_out if s.why != "samples missing"]
+    return np.round(np.array(spans, dtype=np.float64).reshape(-1, 2) * rate).astype(np.int64)
+
+
+def _model_name(names: list[str]) -> str:
+    """Where the noise comes from; the file alone where each axis has a model of its own in it."""
+    if len(set(names)) == 1:
+        return names[0]
+    return f"{Path(names[0].split(', channel')[0]).name}, for each axis its own"
+
+
+def _rows(document: Json) -> list[Json]:
+    """One row for each stretch, in the order of time."""
+    both = [*document["used"], *document["left_out"]]
+    return [
+        {
+            "start_s": f"{s['start']:.6f}",
+            "stop_s": f"{s['stop']:.6f}",
+            "used": "no" if s["why"] else "yes",
+            "why": s["why"],
+            "pose": s["pose"] if s["pose"] >= 0 else "",
+        }
+        for s in sorted(both, key=lambda s: float(s["start"]))
+    ]

@@ -1,0 +1,552 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""From a recording of three gyros and three accelerometers to roll, pitch and heading."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from allanite.errors import DataQualityError, InputError
+from allanite.experiments.alignment.case import TURNED, Case
+from allanite.experiments.alignment.coarse import coarse_of, naive_of
+from allanite.experiments.alignment.directions import (
+    Answer,
+    Direction,
+    answers_of,
+    excludes,
+    length_of,
+    running_of,
+)
+from allanite.experiments.alignment.frame import Frame, Setting, frame_of, unit_of
+from allanite.experiments.alignment.geometry import angles_of_down
+from allanite.experiments.alignment.known import Sensors, bias_sds, knowledge_of, uncertain
+from allanite.experiments.alignment.questions import (
+    gravity_of_stands,
+    questions,
+    scatter_of_stands,
+    tilt_of_turns,
+)
+from allanite.experiments.alignment.results import AlignmentEstimate, Bias, Mode, Stand, fixed
+from allanite.experiments.alignment.solution import Knowledge, Solution, solve
+from allanite.experiments.alignment.turns import calibrated
+from allanite.experiments.alignment.verdict import CERTAIN, SMALL_BIAS, Outlook, judge
+from allanite.experiments.north.circle import half_width, seen_from
+from allanite.experiments.static_spans import StaticSpans
+from allanite.noise import NoiseModel
+from allanite.quantities.distributions import student_quantile
+from allanite.quantities.earth import EARTH_RATE, checked_latitude, normal_gravity
+from allanite.quantities.residual_tests import Check, grave, inflation_of
+from allanite.quantities.setup_uncertainty import Stated
+from allanite.recording.calibration import ACCELEROMETER, GYRO, Calibration
+from allanite.recording.records import BLOCK, Kind, Recording
+
+__all__ = ["align"]
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+Progress = Callable[[float, str], None]
+
+#: Rate that is beyond the bias of any gyro [rad/s].
+BEYOND_BIAS = math.radians(5.0)
+#: Attitudes that differ by more are told apart by accelerometers of any kind [rad].
+TOLD_APART = math.radians(10.0)
+#: The biases turn what the record tells of them by this part of what was known, or less: it determines them.
+SEPARABLE = 0.5
+
+
+def align(
+    recording: Recording,
+    *,
+    latitude: float,
+    model: NoiseModel | Mapping[str, NoiseModel] | None = None,
+    calibration: Calibration | None = None,
+    height: float = 0.0,
+    axes: str = "FLU",
+    spans: StaticSpans | ArrayLike | None = None,
+    headings: ArrayLike | None = None,
+    rotation: bool | None = None,
+    bias_repeatability: tuple[float | None, float | None] | None = None,
+    stated: Stated | None = None,
+    gyro: Sequence[str] | None = None,
+    accelerometer: Sequence[str] | None = None,
+    confidence: float = 0.95,
+    checkpoints: int = 100,
+    progress: Progress | None = None,
+) -> AlignmentEstimate:
+    """Roll, pitch and heading of a unit from gravity and the Earth's rotation, with intervals.
+
+    Parameters
+    ----------
+    recording : Recording
+        Of three gyros and three accelerometers.
+    latitude : float [rad]
+        Short of the poles, where heading is undefined.
+    model : NoiseModel or mapping of str to NoiseModel, optional
+        Of the gyros at rest; or by channel, or by role: "gyro", "accelerometer". Where none is given for a triad its
+        noise is taken from the record, averaged over all that it allows.
+    calibration : Calibration, optional
+        With its covariance. Without it scale factors and misalignments are nominal, the biases of the accelerometers
+        zero, and nothing is known of those of the gyros.
+    height : float [m]
+        Above the ellipsoid.
+    axes : str
+        Where x, y and z of the sensor point: "FLU", "FRD", "RFU", ...
+    spans : StaticSpans or array_like, shape (n, 2) [samples], optional
+        Stretches at rest; found in the record by default.
+    headings : array_like, shape (n,), optional [rad]
+        Of the unit in each of these spans, clockwise from a common mark, where it was turned unseen by the gyros: in
+        positions that were recorded one by one. Their standard uncertainty is `stated.heading`. NaN where nobody knows:
+        no azimuth connects such a span to those before and after it.
+    rotation : bool, optional
+        The unit turned about one axis all the time. Found by default: so where it was nowhere at rest, or where what
+        looks like rest is an even rate of more than 5 deg/s.
+    bias_repeatability : (float or None, float or None), optional [rad/s], [m/s^2]
+        Standard deviations of the biases of gyros and accelerometers from one switching-on to the next, added to those
+        of the calibration. Without either, nothing is known of the biases of the gyros.
+    stated : Stated, optional
+        Of the scale factors of the gyros, the latitude, the levelling (tilt) and the mounting (heading).
+    gyro, accelerometer : sequence of str, optional
+        Channels x, y, z, where they do not follow from their kind.
+    confidence : float
+        Of the intervals.
+    checkpoints : int
+        Of the running estimate.
+    progress : callable, optional
+        Called with the fraction done and what is being done.
+
+    Returns
+    -------
+    AlignmentEstimate
+
+    Raises
+    ------
+    InputError
+        A latitude at a pole, channels that are missing, spans that are not in the record, headings without spans.
+    DataQualityError
+        The unit was never at rest, and did not turn about one axis either.
+
+    Notes
+    -----
+    What nobody knows of the gyros comes out with the heading: their biases are constants of the fit, known beforehand
+    by the calibration or not at all. Turning tells them from the Earth. The interval of the heading holds the truth
+    with the stated probability at every signal to noise (`allanite.experiments.north.circle`), if noise and calibration
+    are what was said; excess scatter of the stands widens it.
+    """
+    checked_latitude(latitude)
+    seen_from(confidence)  # refuses a confidence that makes no sense
+    advance = progress or (lambda fraction, what: None)
+    stated = stated or Stated()
+    unit, remarks = unit_of(recording, calibration, gyro, accelerometer)
+    frame = frame_of(recording, unit, model, axes, latitude)
+    setting = Setting(
+        frame=frame,
+        sensors=Sensors.of(calibration, bias_repeatability, stated),
+        stated=stated,
+        height=height,
+        confidence=confidence,
+        remarks=remarks,
+    )
+    advance(0.0, "looking for rest")
+    found, why = _spans(recording, spans, frame)
+    placed = _checked_headings(headings, spans, len(found))
+    if spans is None or (isinstance(spans, StaticSpans) and spans.source == "detected"):
+        still = _still(recording, found, frame, setting.sensors)
+        found, placed = found[still], None if placed is None else placed[still]
+    if rotation or (rotation is None and not len(found)):
+        return _rotating(recording, setting, checkpoints, advance, why)
+    if not len(found):
+        raise DataQualityError(
+            "the unit is nowhere at rest: give the stretches at rest (spans), or say that it turned all the time "
+            f"(rotation){_because(why)}"
+        )
+    advance(0.3, "averaging")
+    times = np.linspace(0, float(found[-1, 1]) / recording.rate, checkpoints + 1)[1:]
+    known = None if placed is None else (placed, stated.heading)
+    case = Case.of(recording, found, frame, setting.sensors, times, known)
+    advance(0.7, "fitting the Earth's rotation")
+    return _aligned(recording, case, setting, times)
+
+
+def _checked_headings(headings: ArrayLike | None, spans: object, count: int) -> Array | None:
+    """One heading for each span.
+
+    Raises
+    ------
+    InputError
+        More or fewer than spans, spans that were not given, or no numbers.
+    """
+    if headings is None:
+        return None
+    given = np.asarray(headings, dtype=np.float64)
+    if spans is None or given.shape != (count,) or np.isinf(given).any():
+        raise InputError(
+            f"headings are one number for each of the spans at rest that are given, not {headings!r}"
+        )
+    return given
+
+
+def _rotating(
+    recording: Recording, setting: Setting, checkpoints: int, advance: Progress, why: Sequence[str] = ()
+) -> AlignmentEstimate:
+    """A unit that turned all the time, or so it seems where no rest was found, and why not."""
+    from allanite.experiments.alignment.rotation import align_rotating
+
+    try:
+        return align_rotating(recording, setting, checkpoints, advance)
+    except DataQualityError as error:
+        raise DataQualityError(f"{error}{_because(why)}") from None
+
+
+def _because(why: Sequence[str]) -> str:
+    return "".join(f"; {words}" for words in why)
+
+
+def _still(recording: Recording, spans: Index, frame: Frame, sensors: Sensors) -> NDArray[np.bool_]:
+    """Stretches whose mean rate may be a bias: an even rotation has no spread, and looks like rest.
+
+    What gyros show in several attitudes alike is their bias, however large.
+    """
+    if not len(spans):
+        return np.zeros(0, dtype=np.bool_)
+    means = []
+    for sensor, channels in ((GYRO, frame.gyro), (ACCELEROMETER, frame.accelerometer)):
+        errors = replace(
+            sensors.calibration.errors(sensor), bias=np.zeros(3), gravity_sensitivity=np.zeros((3, 3))
+        )
+        parts = (calibrated(recording, channels, errors, a, min(b, a + BLOCK)) for a, b in spans.tolist())
+        means.append(np.stack([np.nanmean(part, axis=0) for part in parts]))
+    rate, force = means
+    up = force / np.linalg.norm(force, axis=1, keepdims=True)
+    turned = float(np.linalg.norm(up - up[0], axis=1).max()) > TOLD_APART
+    common = np.median(rate, axis=0) if turned and len(rate) > 2 else np.zeros(3)
+    return np.asarray(np.linalg.norm(rate - common, axis=1) <= BEYOND_BIAS)
+
+
+def _spans(
+    recording: Recording, spans: StaticSpans | ArrayLike | None, frame: Frame
+) -> tuple[Index, tuple[str, ...]]:
+    """Stretches at rest [samples], sorted, and what there is to say of them.
+
+    Raises
+    ------
+    InputError
+        Not in the record, not in order.
+    """
+    if spans is None:
+        from allanite.experiments.static_spans import find_static_spans
+
+        models = frame.given_models
+        spans = find_static_spans(
+            recording,
+            gyro=frame.gyro,
+            accelerometer=frame.accelerometer,
+            model=models if len(models) == 6 else None,
+        )
+    if isinstance(spans, StaticSpans):
+        return spans.array, spans.findings
+    edges = np.asarray(spans, dtype=np.int64).reshape(-1, 2)
+    flat = edges.ravel()
+    if len(flat) and (flat[0] < 0 or flat[-1] > recording.n_samples or (np.diff(flat) < 0).any()):
+        raise InputError("spans must be pairs of samples (start, stop) in order, inside of the record")
+    return edges[edges[:, 1] > edges[:, 0]], ()
+
+
+# -- from a case to the estimate ---------------------------------------------------------------------------
+
+
+def _aligned(recording: Recording, case: Case, setting: Setting, times: Array) -> AlignmentEstimate:
+    one = case.geometry.n_stands == 1
+    fit = _fitted(case, setting)
+    solution, confidence, inflation = fit.solution, setting.confidence, fit.inflation
+    (first, last), found = fit.ends, fit.found
+    bare = AlignmentEstimate(
+        last=last.attitude,
+        first=first.attitude,
+        mode=_mode(one),
+        confidence=confidence,
+        inflation=inflation,
+        horizontal=fixed(found.vector),
+        horizontal_covariance=fixed(found.covariance),
+        horizontal_rate=found.length,
+        horizontal_interval=length_of(found, _reference(setting), confidence),
+        expected_rate=EARTH_RATE * math.cos(setting.frame.latitude),
+        signal_to_noise=found.signal_to_noise,
+        running=running_of(case, solution, last, times, confidence, inflation, setting.stated.heading),
+        biases=_biases(case, solution, fit.sensors),
+        budget=last.budget,
+        checks=fit.checks,
+        stands=_stands(case, solution, case.extents()),
+        spans=tuple((float(a), float(b)) for a, b in case.spans / recording.rate),
+        **_latitude(case, setting, fit.sensors, solution, inflation),
+        **_facts(recording, case, setting),
+    )
+    bare = _beside(bare, recording, case, solution, setting)
+    outlook = Outlook(
+        one_attitude=one,
+        apparent=float(np.linalg.norm(_true_rate(case, solution, 0, bias=False))),
+        excluded=fit.excluded,
+        bias=fit.bias,
+        assumed=fit.assumed,
+        lost=case.lost,
+        remarks=setting.remarks,
+    )
+    return judge(bare, outlook)
+
+
+def _mode(one: bool) -> Mode:
+    return "static" if one else "positions"
+
+
+def _middle(extent: tuple[float, float, float]) -> float:
+    return 0.5 * (extent[0] + extent[1])
+
+
+def _reference(setting: Setting) -> float:
+    """Standard deviation of the Earth's horizontal rate by the latitude [rad/s]."""
+    return EARTH_RATE * abs(math.sin(setting.frame.latitude)) * setting.stated.latitude
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Fitted:
+    """A fit with what was asked of it.
+
+    Attributes
+    ----------
+    solution : Solution
+    sensors : Sensors
+        As they were known, or taken to be known, in the fit.
+    ends : pair of Answer
+        First stand and last.
+    found : Direction
+        At the last, by what was said of the biases even where that is refuted.
+    checks : tuple of Check
+    inflation : float
+    excluded : bool
+        The horizontal rate is not that of the Earth, at `CERTAIN`.
+    bias : float [rad/s]
+        Of one attitude: root mean square of what length and vertical part differ from the Earth's by; NaN of several.
+    assumed : bool
+        The biases were taken to be as large as that.
+    """
+
+    solution: Solution
+    sensors: Sensors
+    ends: tuple[Answer, Answer]
+    found: Direction
+    checks: tuple[Check, ...]
+    inflation: float
+    excluded: bool
+    bias: float = math.nan
+    assumed: bool = False
+
+
+def _fitted(case: Case, setting: Setting) -> _Fitted:
+    """The fit. Of one attitude small biases are taken to be as large as they show, if nothing else is known of them."""
+    if case.geometry.n_stands > 1:
+        return _fitted_with(case, setting, setting.sensors)
+    bias = _apparent_bias(case, setting)
+    # two numbers tell the size of the third: Student's law with two degrees of freedom
+    p = (1 + setting.confidence) / 2
+    wide = student_quantile(p, 2) / half_width(setting.confidence)
+    shown = setting.sensors.with_bias(wide * bias * setting.sensors.unit(GYRO))
+    small = SMALL_BIAS * bias < EARTH_RATE * math.cos(setting.frame.latitude)
+    if small and not setting.sensors.bias_known:
+        return replace(_fitted_with(case, setting, shown), bias=bias, assumed=True)
+    fit = _fitted_with(case, setting, setting.sensors)
+    if small and (fit.excluded or grave(fit.checks)):
+        # what was said of the biases is refuted, and so is an interval that rests on it
+        told = _fitted_with(case, setting, shown)
+        fit = replace(fit, solution=told.solution, sensors=shown, ends=told.ends)
+    return replace(fit, bias=bias)
+
+
+def _fitted_with(case: Case, setting: Setting, sensors: Sensors) -> _Fitted:
+    """Where gravity finds fault with the turns, these are known that much less."""
+    turns, one = case.geometry.turns, case.geometry.n_stands == 1
+    solution = _solve(case, setting, sensors, uncertain(turns, case.turn_noise))
+    tilted, excess = tilt_of_turns(case, solution)
+    if excess > 0:
+        solution = _solve(case, setting, sensors, uncertain(turns, case.turn_noise, excess))
+    asked = [
+        *questions(case),
+        *scatter_of_stands(case, solution, one),
+        *gravity_of_stands(case, solution, setting),
+    ]
+    inflation = inflation_of(asked)
+    extents = case.extents()
+    ends = answers_of(
+        solution,
+        (_middle(extents[0]), _middle(extents[-1])),
+        setting.confidence,
+        inflation,
+        setting.stated.heading,
+    )
+    expected = EARTH_RATE * math.cos(setting.frame.latitude)
+    return _Fitted(
+        solution=solution,
+        sensors=sensors,
+        ends=ends,
+        found=ends[1].direction,
+        checks=(*asked, *([tilted] if tilted else [])),
+        inflation=inflation,
+        excluded=excludes(ends[1].direction, _reference(setting), expected, CERTAIN),
+    )
+
+
+def _solve(
+    case: Case, setting: Setting, sensors: Sensors, turns: Array, *free: str, near: Array | None = None
+) -> Solution:
+    start, known = knowledge_of(
+        case.geometry.layout, sensors, setting.frame.latitude, setting.stated, case.accelerometer.covariance, turns,
+        *free,
+    )  # fmt: skip
+    return solve(case.geometry, known, case.gyro.level, case.gyro.covariance, start, near)
+
+
+def _apparent_bias(case: Case, setting: Setting) -> float:
+    """Root mean square of what length and vertical part differ from the Earth's by [rad/s]."""
+    held = setting.sensors.with_bias(0.0)
+    turns = uncertain(case.geometry.turns, case.turn_noise)
+    p = _solve(case, setting, held, turns, "vertical").parameters
+    latitude = setting.frame.latitude
+    apart = np.hypot(p[0], p[1]) - EARTH_RATE * math.cos(latitude), p[2] + EARTH_RATE * math.sin(latitude)
+    return float(np.sqrt(np.mean(np.square(apart))))
+
+
+def _latitude(
+    case: Case, setting: Setting, sensors: Sensors, near: Solution, inflation: float
+) -> dict[str, Any]:
+    """The latitude that the angle between the vertical and the rotation means."""
+    turns = uncertain(case.geometry.turns, case.turn_noise)
+    solution = _solve(case, setting, sensors, turns, "vertical", near=near.parameters)
+
+    def angle(p: Array) -> Array:
+        return np.array([math.atan2(-p[2], math.hypot(p[0], p[1]))])
+
+    gradient = solution.gradient(angle)
+    variance = float(solution.covariance(gradient)[0, 0])
+    if not math.isfinite(variance):
+        return {
+            "latitude_found": math.nan,
+            "latitude_sd": math.inf,
+            "latitude_interval": (-math.pi / 2, math.pi / 2),
+        }
+    found, sd = float(angle(solution.parameters)[0]), inflation * math.sqrt(variance)
+    half = half_width(setting.confidence) * sd
+    return {
+        "latitude_found": found,
+        "latitude_sd": sd,
+        "latitude_interval": (max(found - half, -math.pi / 2), min(found + half, math.pi / 2)),
+    }
+
+
+def _true_rate(case: Case, solution: Solution, stand: int, *, bias: bool = True) -> Array:
+    """Mean rate of a stand in the axes of the sensor, its bias taken off, shape (3,)."""
+    errors = case.geometry.errors(solution.parameters, GYRO)
+    if not bias:
+        errors = replace(errors, bias=np.zeros(3))
+    force = case.geometry.chain(solution.parameters).force
+    return errors.true(case.gyro.level[stand], force=force[stand])
+
+
+def _biases(case: Case, solution: Solution, sensors: Sensors) -> dict[str, Bias]:
+    layout, p = case.geometry.layout, solution.parameters
+    at = layout.index("gyro.bias_")
+    gradient = solution.gradient(lambda q: q[at])
+    sds = np.sqrt(np.diag(solution.covariance(gradient)))
+    before = bias_sds(sensors) if solution.knowledge.free.size == 2 else np.full(3, np.inf)
+    across = _per_unit(case, solution)
+    return {
+        name: Bias(
+            value=float(p[at[i]]) if math.isfinite(sds[i]) else math.nan,
+            sd=float(sds[i]),
+            before=float(before[i]),
+            separable=bool(sds[i] < SEPARABLE * before[i]) if before[i] > 0 else False,
+            per_unit=float(across[i]),
+        )
+        for i, name in enumerate(case.frame.gyro)
+    }
+
+
+def _per_unit(case: Case, solution: Solution) -> Array:
+    """Heading at the end per unit of a bias of each axis, if the biases were held, shape (3,) [rad per unit]."""
+    geometry, p = case.geometry, solution.parameters
+    held = Knowledge(
+        free=geometry.layout.index("north."), known=np.zeros(0, np.int64), factor=np.zeros((0, 0))
+    )
+    alone = solve(geometry, held, case.gyro.level, case.gyro.covariance, p, p)
+    n = geometry.n_stands
+    ones = np.zeros((3 * n, 3))
+    for i in range(3):
+        factor = np.linalg.cholesky(case.gyro.covariance[i])
+        ones[i * n : (i + 1) * n, i] = np.linalg.solve(factor, np.ones(n))
+    shift = -alone.inverse @ alone.rows.T @ ones
+    (h1, h2), gradient = alone.answers[0][4:6], alone.answers[1][4:6]
+    size = h1**2 + h2**2
+    return np.asarray(np.array([h2, -h1]) @ gradient @ shift / size) if size > 0 else np.full(3, math.nan)
+
+
+def _stands(
+    case: Case, solution: Solution, extents: Sequence[tuple[float, float, float]]
+) -> tuple[Stand, ...]:
+    geometry, p = case.geometry, solution.parameters
+    unit = np.abs(np.diag(geometry.errors(p, GYRO).matrix))
+    residual = (case.gyro.level - geometry.gyros(p)) / unit
+    sds = np.sqrt(np.einsum("ikk->ki", case.gyro.covariance)) / unit
+    chain = geometry.chain(p)
+    out = []
+    for k, (start, stop, rest) in enumerate(extents):
+        roll, pitch = angles_of_down(chain.down[k])
+        out.append(
+            Stand(
+                start=start, stop=stop, rest=rest, roll=float(roll), pitch=float(pitch),
+                turned=float(chain.azimuth[k]), residual=fixed(residual[k]), sd=fixed(sds[k]),
+            )
+        )  # fmt: skip
+    return tuple(out)
+
+
+def _facts(recording: Recording, case: Case, setting: Setting) -> dict[str, Any]:
+    frame = setting.frame
+    force = case.geometry.errors(case.geometry.begin, ACCELEROMETER).true(case.geometry.reading[0])
+    in_si = setting.sensors.given or recording[frame.accelerometer[0]].kind is Kind.ACCELERATION
+    calibration = setting.sensors.calibration
+    return {
+        "gravity": float(np.linalg.norm(force)) if in_si else math.nan,
+        "expected_gravity": normal_gravity(frame.latitude, setting.height),
+        "latitude": frame.latitude,
+        "height": setting.height,
+        "axes": frame.axes,
+        "channels": {"gyro": frame.gyro, "accelerometer": frame.accelerometer},
+        "models": frame.given_models,
+        "calibrated": setting.sensors.given,
+        "calibration_source": calibration.source,
+        "duration": recording.duration,
+        "source": recording.source,
+    }
+
+
+def _beside(
+    bare: AlignmentEstimate, recording: Recording, case: Case, solution: Solution, setting: Setting
+) -> AlignmentEstimate:
+    """With the coarse answers, and the naive mean of a unit that was not turned."""
+    geometry, p, frame = case.geometry, solution.parameters, setting.frame
+    force = geometry.errors(p, ACCELEROMETER).true(geometry.reading[0])
+    rate = _true_rate(case, solution, 0)
+    noise = float(np.sqrt(case.gyro.covariance[:, 0, 0].mean())) / setting.sensors.unit(GYRO)
+    size = max(float(np.linalg.norm(rate)), noise)
+    sds = max(bare.first.pitch_sd, 1e-6), noise / size
+    bare = replace(bare, coarse=coarse_of(force, rate, sds, frame.latitude, frame.axes))
+    if max((abs(s.turned) for s in bare.stands), default=0.0) > TURNED or len(bare.stands) > 1 or case.lost:
+        return bare
+    errors = geometry.errors(p, GYRO), geometry.errors(p, ACCELEROMETER)
+    naive = naive_of(
+        recording, (frame.gyro, frame.accelerometer), errors, case.spans, heading=bare.heading,
+        interval=bare.interval, latitude=frame.latitude, axes=frame.axes,
+    )  # fmt: skip
+    return replace(bare, naive=naive)

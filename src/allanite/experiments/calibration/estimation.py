@@ -1,0 +1,385 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""From a recording that was put into several positions to the calibration of its triads."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Collection, Mapping, Sequence
+from dataclasses import replace
+from datetime import UTC, datetime
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from allanite.errors import DataQualityError, InputError
+from allanite.experiments.calibration.adjustment import adjust
+from allanite.experiments.calibration.gathering import Gathered, gather
+from allanite.experiments.calibration.outcome import Circumstances, outcome
+from allanite.experiments.calibration.problem import problem_of
+from allanite.experiments.calibration.results import CalibrationEstimate
+from allanite.experiments.calibration.rows import BETWEEN, SOURCES, gather_rows, noise_source, row_edges
+from allanite.experiments.static_spans import (
+    PositionMeans,
+    StaticSpans,
+    UnitAxes,
+    find_rests,
+    held_by_hand,
+    unit_axes,
+)
+from allanite.noise import NoiseModel
+from allanite.noise.given_models import models_of
+from allanite.quantities.earth import normal_gravity
+from allanite.recording.calibration import ACCELEROMETER, GYRO, Frame
+from allanite.recording.records import Kind, Recording
+
+__all__ = ["STANDARD_GRAVITY", "calibrate", "calibrate_means"]
+
+_UNSETTLED = (
+    "the fit does not settle, so there are no parameters: look at the axes, the units and the rests (--spans), or "
+    "record more positions"
+)
+
+Progress = Callable[[float, str], None]
+
+#: Conventional value [m/s^2] (3rd CGPM, 1901), where neither gravity nor the latitude is given.
+STANDARD_GRAVITY = 9.80665
+
+
+def calibrate(
+    recording: Recording,
+    *,
+    spans: StaticSpans | ArrayLike | None = None,
+    model: NoiseModel | Mapping[str, NoiseModel] | None = None,
+    latitude: float | None = None,
+    height: float = 0.0,
+    gravity: float | None = None,
+    gyro: Sequence[str] | None = None,
+    accelerometer: Sequence[str] | None = None,
+    frame: Frame = "z",
+    quadratic: bool = False,
+    drift: bool = True,
+    reference_temperature: float | None = None,
+    temperature: str | None = None,
+    without: Collection[int | tuple[int, int]] = (),
+    stated: Mapping[str, float] | None = None,
+    confidence: float = 0.95,
+    progress: Progress | None = None,
+) -> CalibrationEstimate:
+    """Biases, scale factors and misalignments of a unit that rested in several positions.
+
+    Parameters
+    ----------
+    recording : Recording
+        Of three accelerometers, three gyros or both, at rest in two positions or more and turned between them.
+    spans : StaticSpans or array_like, shape (n, 2) [samples], optional
+        When it was at rest; found in the recording by default.
+    model : NoiseModel or mapping of str to NoiseModel, optional
+        By name of the channel, or by role: "gyro", "accelerometer"; a single one is that of a single triad. In the
+        unit of the channels after their scale. Without it the noise is that within the spans.
+    latitude : float, optional [rad]
+        Gives gravity and the vertical part of the Earth's rotation.
+    height : float [m]
+        Above the ellipsoid.
+    gravity : float, optional [m/s^2]
+        In place of that of the latitude. Scale factors of accelerometers are proportional to its inverse.
+    gyro, accelerometer : sequence of str, optional
+        Channels x, y, z; needed where the recording does not tell. An empty sequence: do without.
+    frame : "z" or "x"
+        Which axes define the body, see `allanite.recording.calibration`.
+    quadratic : bool
+        Estimate quadratic terms of the accelerometers too.
+    drift : bool
+        Look for a random walk of the biases where the positions scatter more than the noise. Without it every position
+        counts alike, as in the programs that most published coefficients come from.
+    reference_temperature : float, optional
+        Estimate the slopes of the biases with temperature, and give the biases at this one.
+    temperature : str, optional
+        Channel of it; the only one of its kind by default.
+    without : collection of int or (int, int)
+        Numbers of spans, from 1, to leave out; pairs of them: the turn from the one to the next.
+    stated : mapping of str to float, optional
+        Standard uncertainties that no record shows: "gravity" [m/s^2], or parameters as in
+        `Calibration.with_repeatability`.
+    confidence : float
+        Of the intervals.
+    progress : callable, optional
+        Called with the fraction done and what is being done.
+
+    Returns
+    -------
+    CalibrationEstimate
+
+    Raises
+    ------
+    InputError
+        Channels, spans, a latitude or a confidence that make no sense.
+    DataQualityError
+        No span at rest; accelerometers that do not show gravity; counts and too few positions; a fit that does not
+        settle.
+
+    Notes
+    -----
+    All unknowns are fitted together, see `allanite.experiments.calibration.adjustment.design`. Biases are those during
+    the recording: add what another switching-on changes by `stated` or `Calibration.with_repeatability`.
+    """
+    advance = progress or (lambda fraction, what: None)
+    stated = dict(stated or {})
+    _refuse(latitude, gravity, frame, confidence, stated)
+    axes = unit_axes(recording, gyro, accelerometer).triads
+    heat = _temperature(recording, temperature, reference_temperature)
+    advance(0.0, "looking for static spans")
+    kinds = {
+        name: Kind.UNKNOWN for three in axes.values() for name in three
+    }  # in counts a model may be of any
+    models = models_of(model, kinds, roles=axes) or None
+    found = _spans(recording, spans, models, axes)
+    advance(0.2, "reading the spans")
+    in_hand = found.held or (spans is not None and _held(recording, axes, found))
+    data = gather(
+        recording, axes, found.array, model=models, temperature=heat, without=without, in_hand=in_hand
+    )
+    return _fitted(
+        data,
+        recording,
+        {"sure": models is not None, "drift": drift, "in_hand": in_hand},
+        advance,
+        _gravity(gravity, latitude, height),
+        quadratic=quadratic,
+        spans=found.array,
+        remarks=found.findings,
+        frame=frame,
+        latitude=latitude,
+        reference_temperature=reference_temperature,
+        stated=stated,
+        spans_source="found" if spans is None else "given",
+        model_source="this record" if models is None else "given",
+        confidence=confidence,
+        date=_date(recording),
+        duration=recording.duration,
+        source=recording.source,
+    )
+
+
+def calibrate_means(
+    means: PositionMeans,
+    *,
+    between: float = BETWEEN,
+    model: NoiseModel | Mapping[str, NoiseModel] | None = None,
+    latitude: float | None = None,
+    height: float = 0.0,
+    gravity: float | None = None,
+    gyro: Sequence[str] | None = None,
+    accelerometer: Sequence[str] | None = None,
+    frame: Frame = "z",
+    quadratic: bool = False,
+    reference_temperature: float | None = None,
+    temperature: str | None = None,
+    without: Collection[int | tuple[int, int]] = (),
+    stated: Mapping[str, float] | None = None,
+    confidence: float = 0.95,
+    progress: Progress | None = None,
+) -> CalibrationEstimate:
+    """The same out of the means of the readings in each position, without the log.
+
+    Parameters
+    ----------
+    means : PositionMeans
+    between : float [s]
+        From one position to the next, where the table does not tell: slow noise of a model goes on in it.
+    model : NoiseModel or mapping of str to NoiseModel, optional
+        Needs the averaging times of the means. Without it the noise is that of the standard deviations in the table, or
+        what the positions scatter by.
+    without : collection of int
+        Numbers of rows, from 1, to leave out.
+    latitude, height, gravity, gyro, accelerometer, frame, quadratic, reference_temperature, temperature, stated, \
+confidence, progress
+        See `calibrate`.
+
+    Raises
+    ------
+    InputError
+        Channels, rows, a latitude or a confidence that make no sense; a model without averaging times.
+    DataQualityError
+        Accelerometers that do not show gravity; too few positions to tell the noise by, where nothing else does; a
+        fit that does not settle.
+
+    Notes
+    -----
+    No turn is seen: scale factors and misalignments of gyros stay open, unless the Earth's rotation shows them.
+    """
+    advance = progress or (lambda fraction, what: None)
+    stated, rows = dict(stated or {}), means.rows
+    _refuse(latitude, gravity, frame, confidence, stated)
+    axes = unit_axes(rows, gyro, accelerometer).triads
+    heat = _temperature(rows, temperature, reference_temperature)
+    kinds = {name: Kind.UNKNOWN for three in axes.values() for name in three}
+    models = models_of(model, kinds, roles=axes) or None
+    told = noise_source(means, axes, models)
+    data = gather_rows(
+        means, axes, models=models, source=told, temperature=heat, without=without, between=between
+    )
+    found = _fitted(
+        data,
+        rows,
+        {"sure": True, "drift": False, "told": told != "scatter"},
+        advance,
+        _gravity(gravity, latitude, height),
+        quadratic=quadratic,
+        spans=row_edges(means, between),
+        remarks=means.said_of_sd(used=told == "sd"),
+        frame=frame,
+        latitude=latitude,
+        reference_temperature=reference_temperature,
+        stated=stated,
+        spans_source="rows of means",
+        model_source=SOURCES[told],
+        confidence=confidence,
+        date="",
+        duration=math.nan,
+        source=rows.source,
+    )
+    return _as_the_table_tells(found, means, between)
+
+
+def _fitted(
+    data: Gathered,
+    recording: Recording,
+    how: Mapping[str, bool],
+    advance: Progress,
+    gravity: tuple[float, str],
+    *,
+    quadratic: bool,
+    **about: Any,
+) -> CalibrationEstimate:
+    """The fit of what was gathered, and the result; `how` it is adjusted, and what `Circumstances` take besides."""
+    g, source = gravity
+    advance(0.4, "fitting")
+    problem = problem_of(data, recording, g, about["frame"], quadratic, about["reference_temperature"])
+    fit = adjust(problem.observed, problem.weights, problem.start, about["latitude"], **how)
+    if not fit.solution.converged:
+        raise DataQualityError(problem.astray or _UNSETTLED)
+    advance(0.9, "judging")
+    units = {s: _unit(recording, three) for s, three in data.axes.items()}
+    return outcome(
+        Circumstances(data=data, problem=problem, units=units, gravity=g, gravity_source=source, **about), fit
+    )
+
+
+def _as_the_table_tells(
+    found: CalibrationEstimate, means: PositionMeans, between: float
+) -> CalibrationEstimate:
+    """Without the times that a table does not hold, and the models that nobody gave."""
+    if found.model_source == SOURCES["scatter"]:
+        of = (f"{s.what}: {s.sd_dof:.3g} degrees of freedom" for s in found.scatter if s.sd > 0)
+        said = (
+            f"nothing but the scatter of the positions tells their noise ({', '.join(of)}); intervals are by Student's "
+            "law"
+        )
+        scatter = tuple(replace(s, ratio=math.nan) for s in found.scatter)
+        found = replace(found, remarks=(*found.remarks, said), scatter=scatter)
+    if found.model_source == "given" and means.start is None:
+        said = f"the rows do not say when they were taken: {between:g} s are assumed between them (--between)"
+        found = replace(found, remarks=(*found.remarks, said))
+    bare = replace(found, rate=math.nan, models=found.models if found.model_source == "given" else {})
+    if means.start is not None and means.duration is not None:
+        return bare
+    return replace(
+        bare,
+        positions=tuple(replace(p, start=math.nan, stop=math.nan) for p in found.positions),
+        turns=tuple(replace(t, start=math.nan, stop=math.nan) for t in found.turns),
+    )
+
+
+# -- what was asked for -----------------------------------------------------------------------------------
+
+
+def _refuse(
+    latitude: float | None, gravity: float | None, frame: str, confidence: float, stated: Mapping[str, float]
+) -> None:
+    if latitude is not None and not abs(latitude) <= math.pi / 2:
+        raise InputError(f"latitude {latitude!r}: give it in radians, from -pi/2 to pi/2")
+    if gravity is not None and not 9.7 <= gravity <= 9.9:
+        raise InputError(f"gravity {gravity!r}: on the ground it lies from 9.7 to 9.9 m/s²")
+    if frame not in ("z", "x"):
+        raise InputError(f"frame {frame!r}: it is 'z' or 'x'")
+    if not 0.5 <= confidence < 1:
+        raise InputError(f"confidence must be from 0.5 to below 1, not {confidence!r}")
+    for name, value in stated.items():
+        if not (math.isfinite(value) and value >= 0):
+            raise InputError(
+                f"the stated uncertainty of {name} must be finite and not negative, not {value!r}"
+            )
+
+
+def _temperature(recording: Recording, name: str | None, reference: float | None) -> str | None:
+    found = [c.name for c in recording.channels if c.kind is Kind.TEMPERATURE]
+    if name is not None:
+        return recording[name].name
+    if reference is not None and len(found) != 1:
+        raise InputError(
+            f"a reference temperature needs one channel of temperature; the recording has {len(found)}: say which with "
+            "temperature="
+        )
+    return found[0] if len(found) == 1 else None
+
+
+def _gravity(gravity: float | None, latitude: float | None, height: float) -> tuple[float, str]:
+    if gravity is not None:
+        return gravity, "given"
+    if latitude is not None:
+        return normal_gravity(latitude, height), "latitude"
+    return STANDARD_GRAVITY, "standard"
+
+
+def _spans(
+    recording: Recording,
+    spans: StaticSpans | ArrayLike | None,
+    models: Mapping[str, NoiseModel] | None,
+    axes: Mapping[str, tuple[str, ...]],
+) -> StaticSpans:
+    if isinstance(spans, StaticSpans):
+        return spans
+    if spans is None:
+        found = find_rests(
+            recording,
+            gyro=axes.get(GYRO, ()),
+            accelerometer=axes.get(ACCELEROMETER, ()),
+            model=models,
+        )
+        if not len(found):
+            raise DataQualityError(
+                "the unit is nowhere at rest long enough; give the spans, or record positions of 5 s at least"
+            )
+        return found
+    from allanite.experiments.static_spans import StaticSpan
+
+    edges = np.asarray(spans)
+    if edges.ndim != 2 or edges.shape[1] != 2 or not len(edges):
+        raise InputError("spans must be rows of two sample numbers: where each begins and ends")
+    return StaticSpans(
+        rate=recording.rate,
+        n_samples=recording.n_samples,
+        spans=tuple(StaticSpan(start=int(a), stop=int(b)) for a, b in edges),
+        source="given",
+    )
+
+
+def _held(recording: Recording, axes: Mapping[str, tuple[str, ...]], found: StaticSpans) -> bool:
+    """Whether spans that were given were held in the hand."""
+    return held_by_hand(
+        recording,
+        UnitAxes(gyro=axes.get(GYRO, ()), accelerometer=axes.get(ACCELEROMETER, ())),
+        found.array,
+    )
+
+
+def _unit(recording: Recording, names: tuple[str, ...]) -> str:
+    channel = recording[names[0]]
+    return {Kind.ACCELERATION: "m/s²", Kind.RATE: "rad/s"}.get(channel.kind, channel.unit or "counts")
+
+
+def _date(recording: Recording) -> str:
+    if recording.start is None:
+        return ""
+    return datetime.fromtimestamp(recording.start / 1e9, tz=UTC).isoformat(timespec="seconds")

@@ -1,0 +1,447 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""From the last fit to the result: units of the channels, intervals, positions, turns, and what may be said."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.experiments.calibration.adjustment import OPEN, Adjustment, left_out
+from allanite.experiments.calibration.adjustment.design import SENSITIVITY
+from allanite.experiments.calibration.adjustment.scatter import Deletion, deletion, shift
+from allanite.experiments.calibration.adjustment.weights import DRIFT, TURNS
+from allanite.experiments.calibration.agreement import alone_and_together
+from allanite.experiments.calibration.completion import Completion, complete
+from allanite.experiments.calibration.gathering import Gathered
+from allanite.experiments.calibration.orientations import ORIENTATIONS, words_of
+from allanite.experiments.calibration.problem import Problem
+from allanite.experiments.calibration.results import CalibrationEstimate, Parameter, Position, Scatter, Turn
+from allanite.experiments.calibration.rows import SOURCES
+from allanite.experiments.calibration.verdict import WHAT, checks_of, judge
+from allanite.quantities.attitude import rotation_vector
+from allanite.quantities.distributions import normal_quantile, student_quantile
+from allanite.recording.calibration import ACCELEROMETER, AXES, GYRO, Calibration, Frame
+
+__all__ = ["Circumstances", "outcome"]
+
+Array = NDArray[np.float64]
+Index = NDArray[np.int64]
+
+#: Probability with which nothing at all is called an outlier in a sound record.
+SOUND = 0.999
+
+#: A position covers half an axis within 60 deg of it: cosine.
+NEAR = 0.5
+_WAYS = (("up", 1.0), ("down", -1.0))
+_UNITS = {ACCELEROMETER: "m/s²", GYRO: "rad/s", TURNS: "rad"}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Circumstances:
+    """Everything but the fit; attributes as of `CalibrationEstimate`, `spans` all of them [samples]."""
+
+    data: Gathered = field(repr=False)
+    problem: Problem = field(repr=False)
+    units: Mapping[str, str]
+    spans: Index
+    remarks: tuple[str, ...]
+    frame: Frame
+    gravity: float
+    gravity_source: str
+    latitude: float | None
+    reference_temperature: float | None
+    stated: Mapping[str, float]
+    spans_source: str
+    model_source: str
+    confidence: float
+    date: str
+    duration: float
+    source: str
+
+
+def outcome(about: Circumstances, fit: Adjustment) -> CalibrationEstimate:
+    """The result."""
+    calibration = _calibration(about, fit)
+    opened = (fit.solution.open**2).sum(axis=1)
+    lacks = (opened > OPEN).any() and not about.problem.astray
+    completion = complete(fit) if lacks else Completion()
+    limit = (1 - SOUND) / (fit.observed.n + fit.observed.m)
+    positions = _positions(about, fit, limit)
+    turns = _turns(about, fit, limit)
+    missing = _uncovered(positions)
+    checks = checks_of(fit, expected=about.data.in_hand or about.model_source == SOURCES["scatter"])
+    agreement = None if about.problem.astray else alone_and_together(fit)
+    if agreement is not None:
+        checks = (*checks, agreement)
+    result = CalibrationEstimate(
+        calibration=calibration,
+        parameters=_not_resolved(_parameters(about, fit, calibration, opened, completion), missing),
+        verdict="",
+        reason="",
+        add=(*completion.add, *_beside(missing, completion.add)),
+        remarks=_remarks(about, fit),
+        checks=checks,
+        scatter=_scatter(fit),
+        positions=positions,
+        turns=turns,
+        earth=fit.earth,
+        gravity=about.gravity,
+        gravity_source=about.gravity_source,
+        latitude=about.latitude,
+        stated=about.stated,
+        temperature_span=_range(about.data.temperature),
+        models=about.data.models,
+        model_source=about.model_source,
+        spans_source=about.spans_source,
+        confidence=about.confidence,
+        rate=about.data.rate,
+        duration=about.duration,
+        source=about.source,
+    )
+    return judge(result, astray=about.problem.astray, missing=missing)
+
+
+# -- parameters -------------------------------------------------------------------------------------------
+
+
+def _calibration(about: Circumstances, fit: Adjustment) -> Calibration:
+    names = fit.observed.names
+    values, sizes = fit.solution.state.values.copy(), np.ones(len(names))
+    for k, name in enumerate(names):
+        sensor, _, rest = name.partition(".")
+        if not rest.startswith(("misalignment", "quadratic")):
+            sizes[k] = about.problem.gains[sensor]
+    values *= sizes
+    for k, name in enumerate(names):
+        sensor, _, rest = name.partition(".")
+        if rest.startswith("bias_") and not rest.startswith("bias_temperature"):
+            values[k] += about.problem.offsets[sensor]["xyz".index(rest[-1])]
+    covariance = fit.solution.covariance * np.outer(sizes, sizes)
+    stated = dict(about.stated)
+    relative = stated.pop("gravity", 0.0) / about.gravity
+    scales = np.array(
+        [v if n.startswith("accelerometer.scale") else 0.0 for n, v in zip(names, values, strict=True)]
+    )
+    opened = (fit.solution.open**2).sum(axis=1)
+    found = Calibration(
+        names=names,
+        values=values,
+        covariance=covariance + relative**2 * np.outer(scales, scales),
+        status=tuple("assumed" if o > OPEN else "estimated" for o in opened),
+        frame=about.frame,
+        channels=dict(about.data.axes),
+        units=dict(about.units),
+        temperature=about.reference_temperature,
+        gravity=about.gravity if ACCELEROMETER in about.data.axes else None,
+        date=about.date,
+        source=about.source,
+    )
+    return found.with_repeatability(stated) if stated else found
+
+
+def _parameters(
+    about: Circumstances, fit: Adjustment, calibration: Calibration, opened: Array, completion: Completion
+) -> tuple[Parameter, ...]:
+    out = []
+    for k, name in enumerate(calibration.names):
+        value, sd = calibration[name]
+        dof = float(fit.dof[k])
+        tail = 0.5 + about.confidence / 2
+        half = sd * (student_quantile(tail, dof) if math.isfinite(dof) else normal_quantile(tail))
+        out.append(
+            Parameter(
+                name=name,
+                unit=_unit_of(name, about.units),
+                value=value,
+                sd=sd,
+                interval=(value - half, value + half),
+                status=calibration.status[k],
+                open=float(min(opened[k], 1.0)),
+                dof=dof,
+                advice=completion.of(name) if calibration.status[k] == "assumed" else (),
+            )
+        )
+    return tuple(out)
+
+
+def _uncovered(positions: tuple[Position, ...]) -> tuple[str, ...]:
+    """Half axes of the body that no used position comes near with gravity, in words; none without accelerometers."""
+    ups = np.array([p.up for p in positions if p.used and p.words])
+    if not len(ups):
+        return ()
+    words = [(f"{axis} {way}", sign * ups[:, k]) for k, axis in enumerate(AXES) for way, sign in _WAYS]
+    return tuple(said for said, along in words if not (along >= NEAR).any())
+
+
+def _beside(missing: tuple[str, ...], added: tuple[str, ...]) -> tuple[str, ...]:
+    """Half axes that no added position covers either."""
+    ups = np.array([ORIENTATIONS[words] for words in added], dtype=np.float64).reshape(-1, 3)
+    ups /= np.linalg.norm(ups, axis=1, keepdims=True)
+    return tuple(words for words in missing if not (ups @ np.array(ORIENTATIONS[words]) >= NEAR).any())
+
+
+def _not_resolved(parameters: tuple[Parameter, ...], missing: tuple[str, ...]) -> tuple[Parameter, ...]:
+    """Bias and scale factor of an accelerometer rest on readings with its axis up and down; one alone extrapolates."""
+    asked: dict[str, tuple[str, ...]] = {}
+    for words in missing:
+        for kind in ("bias", "scale"):
+            name = f"{ACCELEROMETER}.{kind}_{words[0]}"
+            asked[name] = (*asked.get(name, ()), words)
+    return tuple(
+        replace(p, status="not resolved", advice=asked[p.name])
+        if p.name in asked and p.status == "estimated"
+        else p
+        for p in parameters
+    )
+
+
+def _unit_of(name: str, units: Mapping[str, str]) -> str:
+    sensor, _, rest = name.partition(".")
+    own, si = units[sensor], _UNITS[sensor]
+    if rest.startswith("misalignment"):
+        return "rad"
+    if rest.startswith("quadratic"):
+        return f"1/({si})"
+    if rest.startswith("scale"):
+        return "1" if own == si else f"{own}/({si})"
+    if rest.startswith("gravity_sensitivity"):
+        return f"{own}/({_UNITS[ACCELEROMETER]})"
+    return f"{own}/K" if rest.startswith("bias_temperature") else own
+
+
+# -- positions and turns ------------------------------------------------------------------------------------
+
+
+def _positions(about: Circumstances, fit: Adjustment, limit: float) -> tuple[Position, ...]:
+    used = {number: k for k, number in enumerate(about.data.numbers)}
+    known = _linked(fit)
+    suspects = _suspects(fit)
+    return tuple(
+        _position(about, fit, number, used[number], known, limit, suspects)
+        if number in used
+        else _left_out(about, number)
+        for number in range(1, len(about.spans) + 1)
+    )
+
+
+def _suspects(fit: Adjustment) -> set[int]:
+    """The spans that lie farthest from what the others predict, where a scatter hides them: of each triad one."""
+    found = set()
+    for triad in fit.observed.triads:
+        if triad.sensor in fit.beyond:
+            seen = [shift(fit.solution, _rows(fit, triad.sensor, k)) for k in range(fit.observed.n)]
+            found.add(int(np.argmax([chi2 / max(dof, 1) for chi2, dof in seen])))
+    return found
+
+
+def _linked(fit: Adjustment) -> set[int]:
+    """Spans whose heading the turns give."""
+    known = {0}
+    for i, j in zip(fit.observed.before.tolist(), fit.observed.after.tolist(), strict=True):
+        if i in known:
+            known.add(j)
+    return known
+
+
+def _position(
+    about: Circumstances,
+    fit: Adjustment,
+    number: int,
+    k: int,
+    known: set[int],
+    limit: float,
+    suspects: Collection[int],
+) -> Position:
+    observed, state = fit.observed, fit.solution.state
+    attitude = state.attitudes[k]
+    up = -attitude[2]
+    excess = excess_sd = rate = rate_sd = None
+    noise = fit.solution.noise
+    for triad in observed.triads:
+        place = fit.rows[triad.sensor][3 * k : 3 * k + 3]
+        spread = noise[np.ix_(place, place)]
+        values = state.values[observed.place(triad.sensor)]
+        seen = observed.means[triad.sensor][k]
+        true = triad.errors(values).true(seen, observed.warmer[k], up * observed.gravity)
+        if triad.sensor == ACCELEROMETER:
+            excess = float(np.linalg.norm(true)) - observed.gravity
+            excess_sd = math.sqrt(float(up @ spread @ up))
+        else:
+            rate, rate_sd = _fixed(true - attitude.T @ state.earth), _fixed(np.sqrt(np.diag(spread)))
+    p, misfit = _worst([_deleted(fit, t.sensor, k) for t in observed.triads])
+    if k in suspects:
+        p, misfit = min(
+            (p, misfit),
+            _worst([left_out(fit, _rows(fit, t.sensor, k), fit.rows[t.sensor]) for t in observed.triads]),
+        )
+    start, stop = (about.data.edges[k] / about.data.rate).tolist()
+    return Position(
+        number=number,
+        start=start,
+        stop=stop,
+        up=_fixed(up),
+        words=words_of(up) if ACCELEROMETER in fit.rows else "",
+        attitude=_fixed(attitude),
+        heading_known=k in known,
+        temperature=None if about.data.temperature is None else float(about.data.temperature[k]),
+        excess=excess,
+        excess_sd=excess_sd,
+        rate=rate,
+        rate_sd=rate_sd,
+        misfit=misfit,
+        p=p,
+        outlier=p < limit,
+        used=True,
+    )
+
+
+def _left_out(about: Circumstances, number: int) -> Position:
+    start, stop = (about.spans[number - 1] / about.data.rate).tolist()
+    nothing = np.full(3, math.nan)
+    return Position(
+        number=number,
+        start=start,
+        stop=stop,
+        up=_fixed(nothing),
+        words="",
+        attitude=_fixed(np.full((3, 3), math.nan)),
+        heading_known=False,
+        temperature=None,
+        excess=None,
+        excess_sd=None,
+        rate=None,
+        rate_sd=None,
+        misfit=math.nan,
+        p=1.0,
+        outlier=False,
+        used=False,
+        why=about.data.unused[number],
+    )
+
+
+def _deleted(fit: Adjustment, what: str, k: int) -> Deletion:
+    return deletion(fit.solution, _rows(fit, what, k), fit.kinds[what], fit.scatter_dof(what))
+
+
+def _rows(fit: Adjustment, what: str, k: int) -> Index:
+    """Rows of one span or turn."""
+    return fit.rows[what][3 * k : 3 * k + 3]
+
+
+def _worst(deletions: list[Deletion]) -> tuple[float, float]:
+    """Probability and misfit of the triad that says more, charged for the choice."""
+    seen = [d for d in deletions if d.dof]
+    if not seen:
+        return 1.0, math.nan
+    worst = min(seen, key=lambda d: (d.p, -d.chi2))
+    return min(worst.p * len(seen), 1.0), worst.misfit
+
+
+def _turns(about: Circumstances, fit: Adjustment, limit: float) -> tuple[Turn, ...]:
+    observed, data = fit.observed, about.data
+    out = []
+    if GYRO not in fit.rows:
+        return ()
+    links = {int(i): k for k, i in enumerate(observed.before)}
+    for i in range(observed.n - 1):
+        attitudes = fit.solution.state.attitudes
+        vector = rotation_vector(attitudes[i].T @ attitudes[i + 1])
+        angle = float(np.linalg.norm(vector))
+        found, residual = Deletion(chi2=0.0, dof=0, p=1.0), np.full(3, math.nan)
+        if i in links and TURNS in fit.rows:
+            rows = fit.rows[TURNS][3 * links[i] : 3 * links[i] + 3]
+            residual, found = fit.solution.residual[rows], _deleted(fit, TURNS, links[i])
+        out.append(
+            Turn(
+                before=data.numbers[i],
+                after=data.numbers[i + 1],
+                start=float(data.edges[i, 1] / data.rate),
+                stop=float(data.edges[i + 1, 0] / data.rate),
+                angle=angle,
+                axis=_fixed(vector / angle if angle > 0 else vector),
+                residual=_fixed(residual),
+                misfit=found.misfit,
+                p=found.p,
+                outlier=found.p < limit,
+                used=i in links,
+                why=data.dropped.get((i, i + 1), ""),
+            )
+        )
+    return tuple(out)
+
+
+# -- the rest -----------------------------------------------------------------------------------------------
+
+
+def _scatter(fit: Adjustment) -> tuple[Scatter, ...]:
+    return tuple(
+        Scatter(
+            what=WHAT[name],
+            unit=_UNITS[name],
+            ratio=group.ratio,
+            chi2=group.chi2,
+            dof=group.dof,
+            sd=fit.beyond.get(name, 0.0),
+            sd_dof=fit.sizes.dof.get(name, 0.0),
+            walk=fit.beyond.get(DRIFT.get(name, ""), 0.0),
+            walk_dof=fit.sizes.dof.get(DRIFT.get(name, ""), 0.0),
+        )
+        for name, group in fit.pure.items()
+    )
+
+
+def _remarks(about: Circumstances, fit: Adjustment) -> tuple[str, ...]:
+    out = list(about.remarks)
+    if about.data.in_hand:
+        out.append(
+            "the unit was held in the hand: turns go from the mean attitude of one rest to the next, and what the "
+            "hand does to the means is in the intervals"
+        )
+    if ACCELEROMETER in fit.rows and about.gravity_source == "standard":
+        out.append(
+            f"gravity was taken as {about.gravity:g} m/s²: on the ground it differs by up to 0.3 % from place to "
+            "place, and the scale factors of the accelerometers with it; give the latitude and the height, or gravity "
+            "itself"
+        )
+    if GYRO in fit.rows and about.latitude is None and ACCELEROMETER in fit.rows:
+        out.append(
+            "without a latitude the direction of the Earth's rotation is open, and the biases of the gyros contain it "
+            "as an uncertainty of up to 15 deg/h"
+        )
+    if GYRO in fit.rows and fit.earth is None and fit.observed.m == 0 and fit.observed.n > 1:
+        out.append(
+            "no turn tells how the positions were headed, and the gyros do not see the Earth's rotation well enough to "
+            "tell it: what is not known of that rotation is in the intervals of their biases"
+        )
+    if fit.observed.triads[-1].follows_gravity:
+        first = fit.observed.names.index(SENSITIVITY[0])
+        largest = float(np.abs(fit.solution.state.values[first:]).max()) * about.gravity
+        out.append(
+            f"the biases of the gyros follow gravity, by up to {math.degrees(largest):.3g} deg/s for 1 g; this was "
+            "fitted too, and is part of the calibration"
+        )
+    numbers = about.data.numbers
+    for why in dict.fromkeys(about.data.dropped.values()):
+        turns = [f"{numbers[i]} to {numbers[j]}" for (i, j), own in about.data.dropped.items() if own == why]
+        which = (
+            f"turn {', '.join(turns)}" if len(turns) < len(numbers) - 1 or len(turns) == 1 else "all turns"
+        )
+        out.append(f"{which}: not used, {why}")
+    for why in dict.fromkeys(about.data.unused.values()):
+        positions = [str(n) for n, own in about.data.unused.items() if own == why]
+        out.append(f"position {', '.join(positions)}: not used, {why}")
+    return tuple(out)
+
+
+def _range(values: Array | None) -> tuple[float, float] | None:
+    return None if values is None else (float(values.min()), float(values.max()))
+
+
+def _fixed(values: Array) -> Array:
+    copy = np.array(values, dtype=np.float64)
+    copy.flags.writeable = False
+    return copy

@@ -1,0 +1,377 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""dead_reckon(models, latitude): attitude, velocity and position errors over time, by source, with intervals."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.errors import InputError
+from allanite.experiments.dead_reckoning.intervals import Part, interval
+from allanite.experiments.dead_reckoning.results import QUANTITIES, DeadReckoning, InitialErrors, Source
+from allanite.experiments.dead_reckoning.sources import Place, Process, initial_processes
+from allanite.experiments.dead_reckoning.terms import SENSORS, Entry, Setting, entries, told
+from allanite.noise import NoiseModel
+from allanite.quantities.earth import checked_latitude
+
+__all__ = ["LONGEST", "TIMES", "dead_reckon"]
+
+Array = NDArray[np.float64]
+
+#: Of the tables, as far as they fit in [s].
+TIMES = (1.0, 3.0, 10.0, 30.0, 60.0, 180.0, 600.0, 1800.0, 3600.0, 7200.0, 21600.0, 86400.0)
+#: Beyond a day a budget of unaided dead reckoning says nothing that anybody uses [s].
+LONGEST = 7 * 86400.0
+#: Times between those of the tables, for curves: six to a doubling, twelve doublings.
+_PER_OCTAVE, _OCTAVES = 6, 12
+#: An attitude that is wrong by more is beyond the linear model: cos x is off by 1.5 % [rad].
+_LINEAR = math.radians(10.0)
+#: So much of the height's standard deviation may come besides from the second order of the tilt.
+_SECOND_ORDER = 0.1
+#: What the rest does along the vertical, by whether its mean is taken off there.
+_VERTICAL = {
+    False: "the bias of the vertical accelerometer stays in the height; a rest removes it only with --remove-vertical "
+    "(vertical=True)",
+    True: "the bias of the vertical accelerometer is removed by the mean at rest, against normal gravity: a local "
+    "gravity anomaly of 10 mGal adds 1e-4 m/s² t²/2 to the height, which is not in the sums",
+}
+
+
+def dead_reckon(
+    models: Mapping[str, NoiseModel] | NoiseModel,
+    *,
+    latitude: float,
+    duration: float = 3600.0,
+    times: Sequence[float] | None = None,
+    initial: InitialErrors | None = None,
+    rest: float | None = None,
+    vertical: bool = False,
+    heading: float = 0.0,
+    held: bool = False,
+    rate: float = 100.0,
+) -> DeadReckoning:
+    """What the noise of a unit costs a navigator: one-sigma errors of unaided dead reckoning, by source, over time.
+
+    The unit is level, its axes forward, right and down, and stands still on the Earth; a navigator that does not know
+    that integrates its gyros and accelerometers.
+
+    Parameters
+    ----------
+    models : NoiseModel, or mapping of str to NoiseModel
+        "gyro" and "accelerometer", for three independent axes alike; or three channels of a kind, x, y, z in this
+        order. Where one kind is missing its part is not in the sums, and the result says so.
+    latitude : float [rad]
+    duration : float [s]
+    times : sequence of float, optional [s]
+        Of the tables; by default 1 s, 3 s, 10 s, ... and the duration.
+    initial : InitialErrors, optional
+        Standard deviations of what is wrong at the start; nothing by default.
+    rest : float, optional [s]
+        So long at rest before the start the accelerometers level the unit and the means of the gyros are taken off,
+        less the rotation of the Earth. None: the unit starts with its turn-on biases as `initial` has them.
+    vertical : bool
+        At rest the mean of the vertical accelerometer, less normal gravity, is taken off as its bias. Otherwise that
+        bias stays in the height: b t^2/2.
+    heading : float [rad]
+        Of the x axis, clockwise from north; it matters where the axes differ.
+    held : bool
+        Something else holds the height, as a barometer does: unaided it runs away after some minutes.
+    rate : float [Hz]
+        Samples per second, from which on flicker is held.
+
+    Returns
+    -------
+    DeadReckoning
+
+    Raises
+    ------
+    InputError
+        No model of gyros or accelerometers, two of one kind, times that are not positive, a pole.
+
+    Notes
+    -----
+    The covariance of the exact linear error model (`allanite.experiments.dead_reckoning.dynamics`), driven by the exact
+    processes of the terms (`allanite.experiments.dead_reckoning.sources`). For t far below the period of Schuler (84
+    min) the position by N, by a constant b and by K is N sqrt(t^3/3), b t^2/2 and K sqrt(t^5/20) of an accelerometer,
+    and g N sqrt(t^5/20), g b t^3/6 and g K sqrt(t^7/252) of a gyro.
+
+    Examples
+    --------
+    >>> from allanite.noise import NoiseModel, White
+    >>> gyro = NoiseModel.of(White(N=1e-4))
+    >>> found = dead_reckon(gyro, latitude=0.8, duration=60.0, times=[60.0])
+    >>> round(float(found["position_north"][-1]), 3), round(9.81 * 1e-4 * (60**5 / 20) ** 0.5, 3)
+    (6.113, 6.117)
+    """
+    given = {"": models} if isinstance(models, NoiseModel) else dict(models)
+    checked_latitude(latitude)
+    begun = InitialErrors() if initial is None else initial
+    _check(duration, rest, vertical, heading, rate)
+    shown = _shown(times, duration)
+
+    def found(own: Mapping[str, NoiseModel]) -> DeadReckoning:
+        setting = Setting(
+            place=Place(latitude=float(latitude), rest=rest, held=held, vertical=vertical),
+            times=_grid(shown, duration),
+            axes=_axes(heading),
+            dt=1 / rate,
+            span=duration + (rest or 0.0),
+        )
+        by_sensor = _by_sensor(own)
+        terms = [
+            entry for sensor, names in by_sensor.items() for entry in entries(sensor, names, own, setting)
+        ]
+        at_start = list(initial_processes(begun, setting.axes, setting.place, list(by_sensor)))
+        return _result(terms, at_start, setting, own, begun, heading, shown, duration)
+
+    first = found({name: replace(model, alternative=None) for name, model in given.items()})
+    undecided = any(model.alternative is not None for model in given.values())
+    others = {name: model.alternative or model for name, model in given.items()} if undecided else None
+    return replace(first, notes=tuple(_notes(first, others, found)), models=given)
+
+
+# -- what is asked for ------------------------------------------------------------------------------------------
+
+
+def _check(duration: float, rest: float | None, vertical: bool, heading: float, rate: float) -> None:
+    for name, value in (("duration", duration), ("rest", rest), ("rate", rate)):
+        if value is not None and not (math.isfinite(value) and value > 0):
+            raise InputError(f"{name} must be positive, not {value!r}")
+    if vertical and rest is None:
+        raise InputError(
+            "only a rest shows the bias of the vertical accelerometer: give rest (--rest) as well"
+        )
+    if duration > LONGEST:
+        raise InputError(
+            f"duration {duration:g} s: errors are told for up to 7 days; a fix ends dead reckoning"
+        )
+    if not math.isfinite(heading):
+        raise InputError(f"heading must be a finite angle [rad], not {heading!r}")
+
+
+def _shown(times: Sequence[float] | None, duration: float) -> tuple[float, ...]:
+    if times is None:
+        return (*(t for t in TIMES if t < 0.99 * duration), float(duration))
+    found = np.unique(np.atleast_1d(np.asarray(times, dtype=np.float64)))
+    if not len(found) or not (np.isfinite(found) & (found > 0) & (found <= duration)).all():
+        raise InputError(f"times must lie between 0 and the duration, {duration:g} s; not {times!r}")
+    return tuple(float(t) for t in found)
+
+
+def _grid(shown: tuple[float, ...], duration: float) -> Array:
+    """Those of the tables, and those of smooth curves."""
+    heads = duration * 2.0 ** (-np.arange(_PER_OCTAVE) / _PER_OCTAVE)
+    dense = np.ldexp(heads[:, None], -np.arange(_OCTAVES)[None, :]).ravel()
+    return np.unique(np.concatenate([shown, dense]))
+
+
+def _axes(heading: float) -> Array:
+    c, s = math.cos(heading), math.sin(heading)
+    return np.array([[c, s, 0.0], [-s, c, 0.0], [0.0, 0.0, 1.0]])
+
+
+def _by_sensor(given: Mapping[str, NoiseModel]) -> dict[str, list[str]]:
+    """Names of the models of each kind of sensor: one for three axes alike, or one for each."""
+    found = {}
+    for sensor, kinds in SENSORS.items():
+        names = [name for name, model in given.items() if model.kind in kinds]
+        if len(names) not in (0, 1, 3):
+            raise InputError(
+                f"{len(names)} noise models of a {sensor}: {', '.join(names)}. Give one for three axes alike, or "
+                "three: x, y, z"
+            )
+        if names:
+            found[sensor] = names
+    if not found:
+        there = ", ".join(sorted({m.kind for m in given.values()})) or "nothing"
+        raise InputError(f"dead reckoning needs noise models of gyros or accelerometers, not of {there}")
+    return found
+
+
+# -- the result ---------------------------------------------------------------------------------------------------
+
+
+def _result(
+    terms: Sequence[Entry],
+    initial: Sequence[tuple[str, str, list[Process]]],
+    setting: Setting,
+    given: Mapping[str, NoiseModel],
+    begun: InitialErrors,
+    heading: float,
+    shown: tuple[float, ...],
+    duration: float,
+) -> DeadReckoning:
+    held = [told(entry, setting) for entry in terms]
+    own = setting.variances([made for _, _, made in initial])
+    rows: dict[str, _Row] = {}
+    for entry, (value, parts) in zip(terms, held, strict=True):
+        row = rows.setdefault(entry.name, _Row(sensor=entry.sensor, symbol=entry.symbol))
+        row.add(value, parts, limit=entry.term is None)
+    for (name, sensor, _), value in zip(initial, own, strict=True):
+        rows.setdefault(name, _Row(sensor=sensor, symbol="")).add(value, [], limit=False)
+    if not rows:
+        raise InputError(
+            "the noise models have no terms, and nothing is wrong at the start: there is no error to tell"
+        )
+    sources = [_source(name, row, given) for name, row in rows.items()]
+    total, parts, stated = _all(list(rows.values()))
+    lower, upper = interval(total, parts, given) if stated else (np.full_like(total, np.nan),) * 2
+    sources.sort(key=lambda s: -float(s.sd[-1, 0] or 1e-9 * np.nan_to_num(s.upper[-1, 0], posinf=1.0)))
+    sd = np.sqrt(total)
+    return DeadReckoning(
+        times=setting.times,
+        shown=shown,
+        quantities=tuple(QUANTITIES),
+        sources=tuple(sources),
+        sd=sd,
+        lower=np.sqrt(lower),
+        upper=np.sqrt(upper),
+        confidence=min((m.confidence for m in given.values() if m.estimates), default=0.95),
+        duration=float(duration),
+        latitude=setting.place.latitude,
+        heading=float(heading),
+        rest=setting.place.rest,
+        held=setting.place.held,
+        vertical=setting.place.vertical,
+        rate=1 / setting.dt,
+        initial=begun,
+        sinking=_sinking(setting, sd),
+        linear_until=_linear_until(setting.times, sd),
+        says=_sentence(sd, sources, duration),
+        notes=(),
+        models=given,
+    )
+
+
+@dataclass(slots=True, kw_only=True)
+class _Row:
+    """A source while it is put together from its axes."""
+
+    sensor: str
+    symbol: str
+    value: Array | None = None
+    parts: list[Part] = field(default_factory=list)
+    stated: bool = True
+    limits: list[bool] = field(default_factory=list)
+
+    def add(self, value: Array, parts: list[Part] | None, *, limit: bool) -> None:
+        self.value = value if self.value is None else self.value + value
+        self.stated = self.stated and parts is not None
+        self.parts += parts or []
+        self.limits.append(limit)
+
+
+def _all(rows: Sequence[_Row]) -> tuple[Array, list[Part], bool]:
+    total = sum((row.value for row in rows if row.value is not None), start=np.zeros(1))
+    return total, [part for row in rows for part in row.parts], all(row.stated for row in rows)
+
+
+def _source(name: str, row: _Row, given: Mapping[str, NoiseModel]) -> Source:
+    total, parts, stated = _all([row])
+    lower, upper = interval(total, parts, given) if stated else (np.full_like(total, np.nan),) * 2
+    return Source(
+        name=name,
+        sensor=row.sensor,
+        symbol=row.symbol,
+        is_limit=all(row.limits),
+        sd=np.sqrt(total),
+        lower=np.sqrt(lower),
+        upper=np.sqrt(upper),
+    )
+
+
+def _sinking(setting: Setting, sd: Array) -> Array:
+    """Twice the integral of g tilt^2/2 over time."""
+    if setting.place.held:
+        return np.zeros(len(setting.times))
+    t = np.concatenate([[0.0], setting.times])
+    column = list(QUANTITIES).index("tilt")
+    found = setting.place.gravity / 2 * np.concatenate([sd[:1, column], sd[:, column]]) ** 2
+    for _ in range(2):
+        found = np.concatenate([[0.0], np.cumsum(0.5 * (found[1:] + found[:-1]) * np.diff(t))])
+    return np.asarray(found[1:])
+
+
+def _linear_until(times: Array, sd: Array) -> float | None:
+    names = list(QUANTITIES)
+    far = sd[:, [names.index("tilt"), names.index("heading")]].max(axis=1) > _LINEAR
+    return float(times[np.argmax(far)]) if far.any() else None
+
+
+# -- words --------------------------------------------------------------------------------------------------------
+
+
+def _sentence(sd: Array, sources: Sequence[Source], duration: float) -> str:
+    names = list(QUANTITIES)
+    at = {name: float(sd[-1, names.index(name)]) for name in names}
+    first = sources[0]
+    share = first.sd[-1, 0] / at["position_horizontal"] if at["position_horizontal"] > 0 else 0.0
+    most = f", {100 * share**2:.0f} % of its variance by {first.name}" if share > 0 else ""
+    return (
+        f"after {_time(duration)} without aiding the horizontal position is wrong by "
+        f"{_metres(at['position_horizontal'])}{most}; velocity by {at['velocity_horizontal']:.3g} m/s, tilt by "
+        f"{math.degrees(at['tilt']):.3g} deg, heading by {math.degrees(at['heading']):.3g} deg (one standard deviation)"
+    )
+
+
+def _metres(value: float) -> str:
+    return f"{value / 1000:.3g} km" if value >= 2000 else f"{value:.3g} m"
+
+
+def _time(seconds: float) -> str:
+    for unit, size in (("d", 86400.0), ("h", 3600.0), ("min", 60.0)):
+        if seconds >= 2 * size or seconds == size:
+            return f"{seconds / size:.3g} {unit}"
+    return f"{seconds:.3g} s"
+
+
+def _notes(
+    found: DeadReckoning, others: Mapping[str, NoiseModel] | None, again: Callable[..., DeadReckoning]
+) -> list[str]:
+    notes, kinds = [], {s.sensor for s in found.sources}
+    notes += [
+        f"no noise model of the {sensor}s: their part is not in the sums"
+        for sensor in SENSORS
+        if sensor not in kinds
+    ]
+    if found.initial == InitialErrors():
+        notes.append(
+            "nothing is stated to be wrong at the start: turn-on biases and alignment are not in the sums"
+        )
+    if found.rest is not None and not found.held and "accelerometer" in kinds:
+        notes.append(_VERTICAL[found.vertical])
+    down = found.sd[-1, found.quantities.index("position_down")]
+    if found.sinking[-1] > _SECOND_ORDER * down:
+        notes.append(
+            f"the second order of the tilt alone makes the height wrong by {_metres(float(found.sinking[-1]))} at the "
+            "end, on average: the linear model, and with it the standard deviation of the height, leaves it out"
+        )
+    if limits := [s.name for s in found.sources if s.is_limit]:
+        notes.append(
+            f"not resolved by the record: {', '.join(limits)}; they are not in the standard deviations, but their "
+            "upper limits are in the upper ends"
+        )
+    if not np.isfinite(found.lower).any():
+        notes.append("a model states no intervals (a data sheet, words): there are none of the sums")
+    if found.linear_until is not None:
+        notes.append(
+            f"from {_time(found.linear_until)} on an attitude is wrong by more than 10 deg: beyond that the linear "
+            "error model is an extrapolation"
+        )
+    notes += [
+        f"{name}: the model is inflated to lie above the sensor"
+        for name, m in found.models.items()
+        if m.overbound
+    ]
+    if others is not None:
+        with_other = again(others)
+        column = found.quantities.index("position_horizontal")
+        notes.append(
+            "the record cannot decide between flicker and a Gauss-Markov term; with the other family the horizontal "
+            f"position is wrong by {_metres(float(with_other.sd[-1, column]))} at the end"
+        )
+    return notes

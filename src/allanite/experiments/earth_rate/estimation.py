@@ -1,0 +1,361 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""From a turned recording to the Earth rate: the regression, its checks, its interval and its verdict."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.errors import InputError
+from allanite.experiments.earth_rate.dwell_means import DwellMeans
+from allanite.experiments.earth_rate.noise_of_record import fit_noise
+from allanite.experiments.earth_rate.residuals import residual_checks
+from allanite.experiments.earth_rate.results import (
+    G_SENSITIVITY,
+    DwellMean,
+    EarthRateEstimate,
+    Reading,
+    Running,
+)
+from allanite.experiments.earth_rate.take import RATE, TIME_CONSTANT, Decay, Take
+from allanite.experiments.earth_rate.verdict import (
+    CONTRADICTS,
+    direction_to_state,
+    judge,
+    settling_that_explains,
+)
+from allanite.experiments.reversals import Reversals, find_reversals
+from allanite.experiments.reversals.sides import is_vertical, sign_at_first
+from allanite.experiments.reversals.turned_over import turned_over
+from allanite.experiments.reversals.turns import DEAD_TIME
+from allanite.filtering.regression import LEVEL, Regression
+from allanite.noise import NoiseModel, White
+from allanite.quantities.distributions import normal_quantile, student_quantile
+from allanite.quantities.earth import EARTH_RATE, checked_latitude
+from allanite.quantities.residual_tests import inflation_of
+from allanite.quantities.setup_uncertainty import Stated
+from allanite.quantities.units import STANDARD_GRAVITY
+from allanite.recording.records import Kind, Recording
+
+__all__ = ["measure_earth_rate"]
+
+Array = NDArray[np.float64]
+Progress = Callable[[float, str], None]
+
+
+#: Probability of being less than three standard deviations above, in the normal law.
+THREE_SD = 0.99865
+#: Other dead times that are tried [s].
+DEAD_TIMES = (0.0, 0.5, 1.0, 2.0, 3.0, 5.0, 8.0, 12.0)
+
+
+def measure_earth_rate(
+    recording: Recording,
+    *,
+    latitude: float,
+    model: NoiseModel | None = None,
+    channel: str | None = None,
+    reversals: Reversals | None = None,
+    first: str | None = None,
+    dead_time: float | None = None,
+    settling: bool = False,
+    warm_up: bool = False,
+    temperature: str | None = None,
+    stated: Stated | None = None,
+    g_sensitivity: float = 0.0,
+    confidence: float = 0.95,
+    progress: Progress | None = None,
+) -> EarthRateEstimate:
+    """The Earth's rotation rate from one axis that was turned between north and south, or between up and down.
+
+    Parameters
+    ----------
+    recording : Recording
+        Of rates with a unit: the turns may be in it.
+    latitude : float [rad]
+        Short of the poles, where the horizontal axis sees nothing of the Earth; off the equator for a vertical one.
+    model : NoiseModel, optional
+        Of the sensor at rest. Without it white noise and flicker are fitted to this very record, and the interval
+        is widened for that.
+    channel : str, optional
+        Needed where the recording has several rates.
+    reversals : Reversals, optional
+        When the sensor was turned, with their own `first` and `dead_time`; by default found from the signal.
+    first : "north", "south", "up", "down" or None
+        Direction of the first dwell, which one axis cannot tell: with None the sign of the rate is a choice, and the
+        axis is taken for horizontal.
+    dead_time : float, optional [s]
+        Left out after each turn; 2 s by default.
+    settling, warm_up : bool
+        Fit a rotation that settles after each turn, or an exponential warm-up, beside the rate.
+    temperature : str, optional
+        Name of a temperature channel to fit beside the rate.
+    stated : Stated, optional
+        Uncertainties of scale factor, latitude, tilt and heading.
+    g_sensitivity : float [rad/s/(m/s^2)]
+        Standard uncertainty of the rate that gravity along an axis adds to it, for an axis turned between up and down;
+        0 where nothing is stated.
+    confidence : float
+        Of the interval.
+    progress : callable, optional
+        Called with the fraction done and what is being done.
+
+    Returns
+    -------
+    EarthRateEstimate
+
+    Raises
+    ------
+    InputError
+        A latitude at which the axis sees nothing, an uncertainty that such an axis does not have, a channel that is no
+        rate, no usable samples, `first` or `dead_time` beside `reversals`.
+
+    Notes
+    -----
+    y(t) = Omega cos(latitude) s(t) + level + X(t) c + noise, with the sine for a vertical axis, by
+    `allanite.filtering.regression.regress`. Excess scatter of the dwells (p < 0.01) or of the noise (p < 0.001)
+    multiplies the standard deviation by the root of chi-square over its expectation (R. T. Birge, Phys. Rev. 40 (1932)
+    207). A record without reversals gives no rate: bias and Earth are one constant there.
+    """
+    own = stated or Stated()
+    vertical = is_vertical(first if reversals is None else reversals.first)
+    _refuse(latitude, confidence, own, g_sensitivity, vertical=vertical)
+    advance = progress or (lambda fraction, what: None)
+    name = rate_channel(recording, channel)
+    if reversals is None:
+        advance(0.0, "looking for the turns")
+        dead = DEAD_TIME if dead_time is None else dead_time
+        reversals = find_reversals(recording, channel=name, first=first, dead_time=dead)
+    elif first is not None or dead_time is not None:
+        raise InputError("the reversals that are given have their own first direction and dead time")
+    advance(0.3, "averaging")
+    take = Take.of(recording, name, reversals, latitude, temperature, model=model)
+    source, open_question = "given", ""
+    if model is None:
+        advance(0.4, "fitting the noise of this record")
+        model, source = fit_noise(take), "this record"
+    else:
+        model, open_question = _cautious(take, model)
+    advance(0.7, "fitting the rate")
+    decays = (take.best(model, "settling") if settling else []) + (
+        take.best(model, "warm-up") if warm_up else []
+    )
+    found = _estimate(take, model, source, decays, (own, g_sensitivity), confidence)
+    return replace(found, advice=(*found.advice, open_question)) if open_question else found
+
+
+def rate_channel(recording: Recording, channel: str | None) -> str:
+    """The channel of rates that is meant.
+
+    Raises
+    ------
+    InputError
+        None, several and no choice, or one whose unit is not that of a rate.
+    """
+    rates = [c.name for c in recording.channels if c.kind is Kind.RATE]
+    if channel is None:
+        if len(rates) == 1:
+            return rates[0]
+        has = ", ".join(f"{c.name} ({c.kind.value})" for c in recording.channels)
+        raise InputError(
+            f"{'no channel' if not rates else 'more than one channel'} of rates: {has}. "
+            + ("Say which with channel=" if rates else "Give the unit, e.g. deg/s, or the scale factor")
+        )
+    if recording[channel].kind is not Kind.RATE:
+        raise InputError(
+            f"channel {channel!r} is one of {recording[channel].kind.value}, not of rates: give its unit, e.g. deg/s, "
+            "or its scale factor"
+        )
+    return channel
+
+
+def _refuse(
+    latitude: float, confidence: float, stated: Stated, g_sensitivity: float, *, vertical: bool
+) -> None:
+    checked_latitude(latitude, vertical=vertical)
+    if not (isinstance(g_sensitivity, (int, float)) and math.isfinite(g_sensitivity) and g_sensitivity >= 0):
+        raise InputError(
+            f"the stated g-sensitivity must be finite and not negative [rad/s/(m/s^2)], not {g_sensitivity!r}"
+        )
+    if vertical and stated.heading:
+        raise InputError(
+            "a vertical axis has no heading: state how far it leans (--tilt), leave --heading-uncertainty out"
+        )
+    if g_sensitivity and not vertical:
+        raise InputError(
+            "--g-sensitivity is for an axis that is turned between up and down (--first up): gravity does not change "
+            "along a level one"
+        )
+    if not 0.5 <= confidence < 1:
+        raise InputError(f"confidence must be from 0.5 to below 1, not {confidence!r}")
+
+
+def _cautious(take: Take, model: NoiseModel) -> tuple[NoiseModel, str]:
+    """Of the families that the record at rest leaves open, the one with the wider interval; and what that means.
+
+    Raises
+    ------
+    InputError
+        A noise model of something else than a rate.
+    """
+    if model.kind != Kind.RATE:
+        raise InputError(f"the noise model is one of {model.kind}, channel {take.channel!r} holds rates")
+    families = sorted((take.fit(m)[RATE][1], k, m) for k, m in enumerate(model.families))
+    if len(families) == 1 or not math.isfinite(families[-1][0]):
+        return model, ""
+    (small, _, narrow), (large, _, wide) = families
+    return wide, (
+        f"the record at rest does not decide between {wide.family} and {narrow.family}; the interval is that of "
+        f"{wide.family}, the wider one: with {narrow.family} it would be {100 * (1 - small / large):.0f} % narrower"
+    )
+
+
+def _estimate(
+    take: Take,
+    model: NoiseModel,
+    source: str,
+    decays: list[Decay],
+    stated: tuple[Stated, float],
+    confidence: float,
+) -> EarthRateEstimate:
+    fit = take.fit(model, decays, running=True)
+    dwells = DwellMeans.of(take, model, decays)
+    separable = RATE not in fit.unbounded
+    checks = (*residual_checks(fit, take, model, decays), *(dwells.checks() if separable else ()))
+    rate, sd = fit[RATE]
+    flip = -1.0 if take.reversals.first == "unknown" and rate < 0 else 1.0
+    readings = dwells.readings()
+    inflation = inflation_of(checks)
+    if source != "given":
+        inflation = max(inflation, _own_scatter(readings, sd))
+    budget = {"noise": sd * inflation, **_stated(take, *stated)}
+    total = math.sqrt(sum(v**2 for v in budget.values()))
+    half = _quantile((1 + confidence) / 2, source, readings) * total
+    sure = _quantile(THREE_SD, source, readings) * total
+    estimate = EarthRateEstimate(
+        rate=flip * rate,
+        sd=sd * inflation,
+        total_sd=total,
+        interval=(flip * rate - half, flip * rate + half),
+        confidence=confidence,
+        verdict="",
+        reason="",
+        inflation=inflation,
+        bias=_bias(take, model, decays, fit),
+        nuisances={n: fit[n] for n in fit.names if n not in (RATE, LEVEL) and not n.endswith(TIME_CONSTANT)},
+        budget=budget,
+        readings=tuple(replace(r, rate=flip * r.rate, sd=r.sd * inflation) for r in readings),
+        running=_running(take, fit, dwells, flip, inflation),
+        dwells=_dwell_table(take, model, fit, decays),
+        checks=checks,
+        dead_times=_dead_times(take, model, decays, flip, inflation) if separable else np.zeros((0, 3)),
+        latitude=take.latitude,
+        first=take.reversals.first,
+        model=model,
+        model_source=source,
+        reversals=take.reversals,
+        duration=take.recording.duration,
+        block=take.blocks.dt,
+        channel=take.channel,
+        source=take.recording.source,
+    )
+    verdict, reason, advice = judge(estimate, separable=separable, sure=sure)
+    estimate = replace(estimate, verdict=verdict, reason=reason, advice=advice)
+    over = turned_over(take.recording, take.channel, take.reversals.positions)
+    along_first = rate * take.projection * sign_at_first(take.reversals.first)
+    stated_first = direction_to_state(estimate, over, along_first=along_first)
+    return replace(estimate, advice=(*advice, *stated_first, *_settling(estimate, take, decays)))
+
+
+def _stated(take: Take, stated: Stated, g_sensitivity: float) -> dict[str, float]:
+    """Stated uncertainties of the rate [rad/s]; what follows gravity is reversed with an axis that is turned over."""
+    vertical = is_vertical(take.reversals.first)
+    relative = (stated.budget_of_vertical if vertical else stated.budget)(take.latitude)
+    follows = g_sensitivity * STANDARD_GRAVITY / abs(take.projection)
+    return {
+        **{source: share * EARTH_RATE for source, share in relative.items()},
+        **({G_SENSITIVITY: follows} if vertical else {}),
+    }
+
+
+def _settling(estimate: EarthRateEstimate, take: Take, decays: list[Decay]) -> tuple[str, ...]:
+    """A rate that contradicts the known one: would a settling explain it?"""
+    if estimate.verdict != CONTRADICTS or any(d.kind == "settling" for d in decays):
+        return ()
+    best = take.best(estimate.model, "settling")
+    if not best:
+        return ()
+    rate, sd = take.fit(estimate.model, [*decays, *best])[RATE]
+    flip = -1.0 if estimate.first == "unknown" and rate < 0 else 1.0
+    return settling_that_explains(estimate, flip * rate, sd * estimate.inflation, best[0].T)
+
+
+def _own_scatter(readings: tuple[Reading, ...], sd: float) -> float:
+    """Where the noise comes from this record, the scatter of its pairs is asked too."""
+    found = [r.scatter / sd for r in readings if r.name == "pairs" and r.scatter is not None]
+    return max([1.0, *found])
+
+
+def _quantile(p: float, source: str, readings: tuple[Reading, ...]) -> float:
+    """Of the normal law; of Student's, by the number of pairs, where the noise comes from this record."""
+    if source == "given":
+        return normal_quantile(p)
+    count = next((r.count for r in readings if r.name == "pairs"), 0)
+    return student_quantile(p, max(count - 1, 1))
+
+
+def _bias(take: Take, model: NoiseModel, decays: list[Decay], fit: Regression) -> tuple[float, float]:
+    """The level; where it cannot be told from the rate, that of a fit without the rate."""
+    if LEVEL not in fit.unbounded:
+        return fit[LEVEL]
+    table, names = take.design(decays)
+    return take.regress(table[:, 1:], names[1:], model)[LEVEL]
+
+
+def _running(take: Take, fit: Regression, dwells: DwellMeans, flip: float, inflation: float) -> Running:
+    time = np.asarray(take.checkpoints() * take.blocks.dt, dtype=np.float64)
+    rate, sd = fit.running[:, 0, 0], fit.running[:, 1, 0]
+    members, weights = dwells.pairs()
+    values, ends = (weights * dwells.mean[members]).sum(axis=1), dwells.middle[members[:, 1]]
+    so_far = np.searchsorted(ends, time, side="right")
+    sums = np.concatenate([[np.nan], np.cumsum(values) / np.arange(1, len(values) + 1)])
+    return Running(time=time, rate=flip * rate, sd=sd * inflation, pairs=flip * sums[so_far])
+
+
+def _dwell_table(
+    take: Take, model: NoiseModel, fit: Regression, decays: list[Decay]
+) -> tuple[DwellMean, ...]:
+    """Means of all dwells, and what the fit leaves of them."""
+    n = len(take.reversals.dwells)
+    mean, whole = take.blocks.of_spans(n)
+    explained = np.nan_to_num(take.design(decays)[0]) @ np.nan_to_num(fit.coefficients)
+    left, _ = replace(take.blocks, mean=take.blocks.mean - explained).of_spans(n)
+    white = math.sqrt(sum(t.N**2 for t in model.terms if isinstance(t, White)))
+    rate = take.recording.rate
+    return tuple(
+        DwellMean(
+            start=d.start / rate,
+            stop=d.stop / rate,
+            sign=d.sign,
+            mean=float(mean[i]),
+            sd=white / math.sqrt(whole[i] * take.blocks.dt) if whole[i] > 0 else math.inf,
+            residual=float(left[i]),
+        )
+        for i, d in enumerate(take.reversals.dwells)
+    )
+
+
+def _dead_times(take: Take, model: NoiseModel, decays: list[Decay], flip: float, inflation: float) -> Array:
+    """The estimate for other dead times, as long as half of a short dwell remains."""
+    turns = np.array([t.stop for t in take.reversals.turns]) / take.reversals.rate
+    room = float(np.quantile(np.diff(turns), 0.2)) / 2 if len(turns) > 1 else 0.0
+    rows = []
+    for dead in [d for d in DEAD_TIMES if d <= room]:
+        again = take.with_dead_time(dead)
+        value, sd = again.fit(model, decays)[RATE]
+        rows.append((dead, flip * value, sd * inflation))
+    return np.array(rows).reshape(-1, 3)

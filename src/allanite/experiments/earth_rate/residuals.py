@@ -1,0 +1,66 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What the residuals of the regression say: the size of the noise, and what the noise model does not know."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from allanite.experiments.earth_rate.take import Decay, Take
+from allanite.filtering.regression import Regression
+from allanite.noise import NoiseModel, White
+from allanite.quantities.residual_tests import Check, alarm, size_check
+from allanite.recording.records import Kind
+
+__all__ = ["residual_checks"]
+
+_SAYS = {
+    "warm-up": "the level drifts as after power-on, beyond what the noise model allows: wait longer before the record "
+    "begins, or fit the warm-up beside the rate (--warm-up)",
+    "settling": "a rotation in the direction of the turn goes on after it and adds to the rate: leave out more time "
+    "after each turn (--dead-time), or fit it beside the rate (--settling)",
+}
+
+
+def residual_checks(
+    fit: Regression, take: Take, model: NoiseModel, decays: Sequence[Decay]
+) -> tuple[Check, ...]:
+    """Size of the noise; a warm-up, a rotation that settles after each turn, a temperature, unless fitted already."""
+    checks = [_size(take, model)]
+    for kind, says in _SAYS.items():
+        offered = take.offered(kind)  # type: ignore[arg-type]
+        if offered and not any(d.kind == kind for d in decays):
+            gains = [fit.chi2 - take.fit(model, [*decays, d]).chi2 for d in offered]
+            checks.append(_gain(kind, gains, says))
+    for channel in take.recording.channels:
+        if channel.kind is Kind.TEMPERATURE and channel.name != take.temperature:
+            table, names = take.design(decays)
+            more = take.regress(
+                np.column_stack([table, take.warmth(channel.name)]), (*names, channel.name), model
+            )
+            says = f"the level follows the temperature: fit it beside the rate (--temperature {channel.name})"
+            checks.append(_gain(channel.name, [fit.chi2 - more.chi2], says))
+    return tuple(checks)
+
+
+def _size(take: Take, model: NoiseModel) -> Check:
+    """The Allan variance of the record at the length of a block against the model's: blind to drift and to turns.
+
+    Differences of neighbouring blocks, each block in one difference only, have twice that variance; blocks that were
+    measured in part have more white noise.
+    """
+    blocks = take.blocks
+    early, late = slice(0, blocks.size - 1, 2), slice(1, blocks.size, 2)
+    together = (blocks.span[early] == blocks.span[late]) & (blocks.span[early] >= 0)
+    part = np.minimum(blocks.part[early], blocks.part[late])[together]
+    step = (blocks.mean[late] - blocks.mean[early])[together]
+    white = sum(t.N**2 for t in model.terms if isinstance(t, White)) / blocks.dt
+    partly = white * (1 / blocks.part[early][together] + 1 / blocks.part[late][together] - 2)
+    variance = 2 * float(model.avar_sampled(1, blocks.dt, take.sampling)) + partly
+    return size_check(float((step**2 / variance)[part > 0].sum()), int(np.count_nonzero(part > 0)))
+
+
+def _gain(name: str, gains: list[float], says: str) -> Check:
+    """The candidate column that takes most off the residuals, at the price of having looked at all of them."""
+    return alarm(name, max([*gains, 0.0]), 1, says, looks=len(gains))

@@ -1,0 +1,163 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""East and west: there the Earth adds nothing, and what still follows the turns is an error."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import replace
+
+import numpy as np
+
+from allanite.experiments.north.circle import half_width, seen_from
+from allanite.experiments.north.estimation import check_latitude
+from allanite.experiments.north.results import EastWestNull
+from allanite.experiments.north.scatter import Means
+from allanite.experiments.north.tracks import Track, axes_of, tracks_of
+from allanite.experiments.north.verdict import REASONS, advice_of
+from allanite.experiments.reversals import Reversals
+from allanite.filtering.regression import LEVEL, Regression, regress
+from allanite.noise import NoiseModel
+from allanite.noise.given_models import models_of
+from allanite.quantities.earth import DEG_H, EARTH_RATE
+from allanite.quantities.residual_tests import grave, inflation_of, scatter_check, size_check
+from allanite.quantities.setup_uncertainty import Stated
+from allanite.recording.records import Recording
+
+__all__ = ["east_west_null"]
+
+#: Dwells within so much of east or west count [rad].
+NEAR = math.radians(45.0)
+
+
+def east_west_null(
+    recording: Recording,
+    *,
+    model: NoiseModel,
+    latitude: float,
+    positions: Reversals,
+    channel: str | None = None,
+    stated: Stated | None = None,
+    confidence: float = 0.95,
+) -> EastWestNull:
+    """Does a bias follow the turns?
+
+    A magnetic field, gravity on a leaning table or the hand that turns can add a bias that changes sign with the
+    direction, and no estimator tells it from the Earth's rotation. Turned between east and west instead of north and
+    south, the axis sees no Earth, and the bias alone remains.
+
+    Parameters
+    ----------
+    recording : Recording
+    model : NoiseModel
+        Of the sensor at rest.
+    latitude : float [rad]
+    positions : Reversals
+        Dwells with the heading of the sensitive axis from north over east; those within 45 deg of east or west are
+        used, and the little of the Earth that a known heading lets in is taken off.
+    channel : str, optional
+        Needed where the recording has several rates.
+    stated : Stated, optional
+        Uncertainty of the heading, taken as common to all dwells, and of the tilt towards the east: both let in some
+        of the Earth, to first order.
+    confidence : float
+
+    Raises
+    ------
+    InputError
+        A latitude at a pole, a channel that is no rate, no dwell near east or west.
+
+    Notes
+    -----
+    y(t) - Omega cos(latitude) cos(heading) = b sin(heading) + level + noise. The test sees the part of a bias that
+    changes between east and west: one that points along north and south on the ground (a field) shows in the Earth
+    rate and not here, one that the act of turning makes shows in both.
+    """
+    check_latitude(latitude)
+    seen_from(confidence)  # refuses a confidence that makes no sense
+    axes = axes_of(recording, channel)
+    near = tuple(
+        d for d in positions.dwells if math.isfinite(d.heading) and abs(math.sin(d.heading)) >= math.cos(NEAR)
+    )
+    models = models_of(model, {name: recording[name].kind for name in axes})
+    (track,) = tracks_of(recording, axes, models, replace(positions, dwells=near), None)
+    horizontal = EARTH_RATE * math.cos(latitude)
+    fit = regress(
+        track.blocks.mean - horizontal * track.cosine,
+        np.column_stack([track.sine, np.ones(track.blocks.size)]),
+        model,
+        dt=track.blocks.dt,
+        names=("bias", LEVEL),
+        counts=np.where(track.used, track.blocks.part, 0.0),
+        sampling=track.sampling,
+    )
+    own = stated or Stated()
+    # a heading off by h lets in Omega cos(latitude) h, a lean b to the east Omega sin(latitude) b
+    letting_in = {
+        "heading": horizontal * own.heading,
+        "tilt": EARTH_RATE * abs(math.sin(latitude)) * own.tilt,
+    }
+    return _result(track, fit, letting_in, latitude, confidence, recording)
+
+
+def _result(
+    track: Track,
+    fit: Regression,
+    letting_in: dict[str, float],
+    latitude: float,
+    confidence: float,
+    recording: Recording,
+) -> EastWestNull:
+    checks = [size_check(fit.chi2, fit.dof)]
+    means = Means.of(track)
+    if means is not None and len(means.mean) > 2:
+        seen = means.whitener @ np.sin(means.heading)
+        left = means.whitener @ (means.mean - EARTH_RATE * math.cos(latitude) * np.cos(means.heading))
+        left -= seen * (seen @ left) / (seen @ seen)
+        checks.append(scatter_check("positions", float(left @ left), len(left) - 1, REASONS))
+    inflation = inflation_of(checks)
+    value, sd = fit["bias"]
+    budget = {"noise": sd * inflation, **letting_in}
+    total = math.sqrt(sum(v**2 for v in budget.values()))
+    half = half_width(confidence) * total
+    result = EastWestNull(
+        value=value,
+        sd=sd * inflation,
+        total_sd=total,
+        interval=(value - half, value + half),
+        confidence=confidence,
+        limit=abs(value) + half,
+        verdict="",
+        reason="",
+        inflation=inflation,
+        bias=fit[LEVEL],
+        budget=budget,
+        checks=tuple(checks),
+        advice=advice_of(checks),
+        latitude=latitude,
+        channel=track.name,
+        source=recording.source,
+    )
+    verdict, reason = _verdict(result, separable="bias" not in fit.unbounded)
+    return replace(result, verdict=verdict, reason=reason)
+
+
+def _verdict(result: EastWestNull, *, separable: bool) -> tuple[str, str]:
+    if not separable:
+        return "not separable", "without turns between east and west the bias and its change are one constant"
+    bad = grave(result.checks)
+    if bad:
+        names = ", ".join(c.name for c in bad)
+        return "inconsistent", f"the residuals contradict the noise model ({names}): {bad[0].says}"
+    value, total, limit = (x / DEG_H for x in (result.value, result.total_sd, result.limit))
+    digits = max(0, 1 - math.floor(math.log10(total))) if 0 < total < math.inf else 2
+    found = f"{value:.{digits}f} +- {total:.2g} deg/h (1 sd)"
+    if result.interval[0] <= 0 <= result.interval[1]:
+        return (
+            "no bias that follows the turns",
+            f"none above {limit:.3g} deg/h; the turns give {found}",
+        )
+    reason = (
+        f"{found} change sign between east and west, where the Earth adds nothing: an Earth rate measured with these "
+        f"turns may be wrong by {limit / math.cos(result.latitude):.3g} deg/h"
+    )
+    return "a bias follows the turns", reason

@@ -1,0 +1,240 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What dark stretches hide: samples missing, an overload, a frozen reading, a surge clipped both ways.
+
+Settled, in this order, by
+
+1. itself: an overload as long as a turn is one;
+2. the sense of the turns beside it: where turns go back and forth, as a cable forces them to, two of the same sense
+   have one between them;
+3. the beat: where intervals are even, turns that are due and not seen were made in the dark;
+4. its length: a surge clipped both ways is a turn if it is as long as turns are, and a gap no longer than a turn hides
+   none, for in such a gap a whole turn would rarely fit by chance.
+
+What remains is not settled: the direction after it is not known, unless the sense of the next turn tells it.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.experiments.reversals.surges import Dark, Scene
+from allanite.experiments.reversals.turns import Disturbance, Turn
+
+__all__ = ["LONGEST", "Beat", "beat_of", "goes_back_and_forth", "in_time", "senses", "settle"]
+
+#: A turn by hand is no longer than this [s].
+LONGEST = 10.0
+#: A gap no longer than this in a record whose turns are in sight hides none [s].
+TURN_LIKE = 4.0
+#: Relative scatter up to which intervals are even.
+EVEN = 0.15
+#: Over more than so many intervals the beat is not trusted to count hidden turns.
+COUNTABLE = 4
+#: So many pairs of turns tell that they go back and forth: by chance in one record of 128.
+PAIRS = 7
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Beat:
+    """Typical interval between turns and its robust deviation [samples], and whether the intervals are even."""
+
+    interval: float
+    scatter: float
+    even: bool
+
+    @property
+    def margin(self) -> float:
+        """How far from its time a turn may come [samples]."""
+        return min(max(0.1 * self.interval, 3.0 * self.scatter), 0.4 * self.interval)
+
+
+def beat_of(turns: Sequence[Turn]) -> Beat | None:
+    """The interval between turns; None with fewer than three of them."""
+    return _beat(np.array([t.centre for t in turns])) if len(turns) >= 3 else None
+
+
+def _beat(centres: NDArray[np.float64]) -> Beat:
+    gaps = np.diff(centres)
+    interval = float(np.median(gaps))
+    scatter = 1.4826 * float(np.median(np.abs(gaps - interval)))
+    return Beat(interval=interval, scatter=scatter, even=len(gaps) >= 3 and scatter <= EVEN * interval)
+
+
+def in_time(centres: Sequence[float]) -> bool:
+    """At least six events a whole number of intervals apart, nearly all of them: knocks at random are not.
+
+    Within 0.15 of a whole number lie 30 % of random intervals: five of them in a row happen in 0.2 % of records.
+    """
+    if len(centres) < 6:
+        return False
+    beat = _beat(np.sort(np.array(centres, dtype=np.float64)))
+    beats = np.diff(np.sort(centres)) / beat.interval
+    near = np.abs(beats - np.maximum(np.round(beats), 1.0)) <= EVEN
+    return beat.even and float(near.mean()) >= 0.9
+
+
+def senses(
+    turns: Sequence[Turn], disturbed: Sequence[Disturbance], darks: Sequence[Dark]
+) -> list[list[float]]:
+    """Senses (+1, -1) of the half turns that follow each other with nothing dark in between."""
+    breaks = sorted([d.start for d in darks] + [d.start for d in disturbed if d.hides])
+    runs: list[list[float]] = [[]]
+    last = 0
+    for t in turns:
+        dark = int(np.searchsorted(breaks, t.start)) != int(np.searchsorted(breaks, last))
+        half = t.change == math.pi and not math.isnan(t.angle)
+        if dark or not half:
+            runs.append([])
+        if half:
+            runs[-1].append(math.copysign(1.0, t.angle))
+        last = t.start
+    return runs
+
+
+def goes_back_and_forth(runs: Sequence[Sequence[float]]) -> bool:
+    """The turns go back and forth, all of them, in at least seven pairs.
+
+    An operator who turns either way at random does that in one record of 128 or fewer; one who always turns the
+    same way is told apart by the first pair.
+    """
+    pairs = [a * b for run in runs for a, b in zip(run, run[1:], strict=False)]
+    return len(pairs) >= PAIRS and max(pairs) < 0.0
+
+
+def settle(
+    scene: Scene, seen: Sequence[Turn], disturbed: Sequence[Disturbance], darks: Sequence[Dark]
+) -> tuple[tuple[Turn, ...], tuple[Dark, ...], tuple[Dark, ...]]:
+    """Turns hidden in dark stretches; stretches that hide none; stretches that nothing settles."""
+    overloads = [d for d in darks if d.kind == "overload" and d.stop - d.start <= LONGEST * scene.rate]
+    if not seen and len(overloads) < 2:
+        overloads = []  # a single one is as well a fault of the meter
+    hidden = [_hidden(d, 1, "out of range for as long as a turn") for d in overloads]
+    rest = [d for d in darks if d not in overloads]
+    if not seen and not hidden:
+        in_beat = _in_beat(scene, rest)
+        hidden = [_hidden(d, 1, "out of sight at even intervals") for d in in_beat]
+        rest = [d for d in rest if d not in in_beat]
+    if not seen and not hidden:  # a sensor at rest: nothing is hidden
+        return (), tuple(rest), ()
+    turns = sorted([*seen, *hidden], key=lambda t: t.start)
+    night = _Night(
+        scene=scene,
+        turns=turns,
+        rest=rest,
+        beat=beat_of(turns),
+        returning=goes_back_and_forth(senses(turns, disturbed, darks)),
+    )
+    counts = [night.count(d) for d in rest]
+    hidden += [_hidden(d, n, _why(d, n)) for d, n in zip(rest, counts, strict=True) if n]
+    none = tuple(d for d, n in zip(rest, counts, strict=True) if n == 0)
+    return tuple(hidden), none, tuple(d for d, n in zip(rest, counts, strict=True) if n is None)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Night:
+    """The dark stretches of a record among its turns."""
+
+    scene: Scene
+    turns: Sequence[Turn]
+    rest: Sequence[Dark]
+    beat: Beat | None
+    returning: bool
+
+    def count(self, dark: Dark) -> int | None:
+        """Turns hidden in a dark stretch, or None where nothing tells."""
+        before, after = self._beside(dark)
+        clipped = dark.kind == "clipped"
+        if self.returning and before and after and not math.isnan(before.angle + after.angle):
+            opposite = before.angle * after.angle < 0.0
+            if self._short(dark) and (self._alone(before, after) or (opposite and not clipped)):
+                return int(not opposite)
+            if not clipped:
+                return None  # the sense of the next turn tells the direction after it
+        if self.beat and self.beat.even:
+            due = self._due(before, after, self.beat.interval)
+            if due and not after and dark.stop > self.scene.n_samples - 0.3 * self.beat.interval:
+                return None  # the last dwell is often cut short: what little follows has no direction
+            if due is not None:
+                return self._made(dark, due, self.beat.margin)
+        if clipped:
+            usual = float(np.median([t.stop - t.start for t in self.turns]))
+            return int(dark.stop - dark.start >= 0.5 * usual)
+        return 0 if self._short(dark) and not self._often() else None
+
+    def _beside(self, dark: Dark) -> tuple[Turn | None, Turn | None]:
+        at = int(np.searchsorted([t.start for t in self.turns], dark.start))
+        return (self.turns[at - 1] if at else None), (self.turns[at] if at < len(self.turns) else None)
+
+    def _short(self, dark: Dark) -> bool:
+        return dark.stop - dark.start <= TURN_LIKE * self.scene.rate
+
+    def _alone(self, before: Turn, after: Turn) -> bool:
+        return sum(before.stop <= d.start < after.start for d in self.rest) == 1
+
+    def _often(self) -> bool:
+        """Gaps as long as turns are about as frequent as turns: some of them may be turns."""
+        gaps = sum(d.kind != "clipped" and self._short(d) for d in self.rest)
+        return gaps >= max(3, len(self.turns) // 4)
+
+    def _due(self, before: Turn | None, after: Turn | None, interval: float) -> list[float] | None:
+        """Times [samples] between two turns in sight at which turns are due; None where the beat does not tell.
+
+        The first dwell of a record is rarely cut short: none is due within 0.3 intervals of the beginning.
+        """
+        if before and after:
+            span = after.centre - before.centre
+            steps = round(span / interval)
+            if not 1 <= steps <= COUNTABLE or abs(span / interval - steps) > 0.3:
+                return None
+            return [before.centre + span * j / steps for j in range(1, steps)]
+        room = self.scene.n_samples - before.centre if before else after.centre if after else math.inf
+        if room > (COUNTABLE + 0.5) * interval:
+            return None
+        steps = math.ceil(room / interval)
+        if before:
+            return [before.centre + interval * j for j in range(1, steps)]
+        times = [room - interval * j for j in range(1, steps)]
+        return [t for t in times if t > 0.3 * interval]
+
+    def _made(self, dark: Dark, due: Sequence[float], margin: float) -> int | None:
+        """How many of the turns that are due were made in this dark stretch; None if it may as well be another."""
+        rivals = [d for d in self.rest if d is not dark]
+        count = 0
+        for time in due:
+            if not _covers(dark, time, margin):
+                continue
+            near = [d for d in rivals if _covers(d, time, margin)]
+            if near and dark.kind != "clipped":  # of a gap and a surge, the surge is the turn
+                if any(d.kind == "clipped" for d in near):
+                    continue
+                return None
+            count += 1
+        return count
+
+
+def _covers(dark: Dark, time: float, margin: float) -> bool:
+    return dark.start - margin <= time <= dark.stop + margin
+
+
+def _in_beat(scene: Scene, darks: Sequence[Dark]) -> list[Dark]:
+    """Dark stretches as long as turns, at even intervals: all turns were out of range."""
+    like = [
+        d for d in darks if d.kind in ("missing", "clipped") and d.stop - d.start <= TURN_LIKE * scene.rate
+    ]
+    return like if in_time([0.5 * (d.start + d.stop) for d in like]) else []
+
+
+def _hidden(dark: Dark, count: int, why: str) -> Turn:
+    return Turn(start=dark.start, stop=dark.stop, change=math.pi * (count % 2), clipped=True, evidence=why)
+
+
+def _why(dark: Dark, count: int) -> str:
+    what = {"stuck": "the reading is frozen", "clipped": "the signal is clipped both ways"}.get(
+        dark.kind, "samples are missing"
+    )
+    return f"{what} where {'a turn' if count == 1 else f'{count} turns'} must have been"

@@ -1,0 +1,319 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Which surges are turns, and what the dark stretches hide.
+
+How the turns of a record show is decided once, for the record as a whole (`Scale`):
+
+* *angle*: surges integrate to half turns, 180 deg. Each is then weighed by its own angle; a clipped one, whose angle
+  is a lower bound, by the time it spends at the limit.
+* *size*: the unit is unknown, or the axis sees only a part of the turn (an axis that is reversed is at right angles
+  to the turn: what it senses is cross-coupling and the tilt of the hand). Surges of one direction whose areas
+  agree are half turns of that area.
+* *rhythm*: neither, but surges as long as turns come at even intervals.
+
+Without any of the three there are no turns, only disturbances: a knock is short, or goes back and forth and leaves
+no angle.
+
+What the dark stretches hide is settled from the turns in sight (`allanite.experiments.reversals.darkness`).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+
+from allanite.experiments.reversals.darkness import (
+    LONGEST,
+    Beat,
+    beat_of,
+    goes_back_and_forth,
+    in_time,
+    senses,
+    settle,
+)
+from allanite.experiments.reversals.surges import Dark, Scene, Surge
+from allanite.experiments.reversals.turns import Disturbance, Position, Turn, sign_of
+
+__all__ = ["Judgement", "Scale", "judge", "positions_of"]
+
+#: A turn by hand is no narrower than this [s].
+NARROWEST = 0.25
+#: A dark stretch shorter than this hides no turn [s].
+HIDING = 0.6
+#: Time at the limit from which a surge counts as clipped, and the share of its length [s, 1].
+FLAT, FLAT_SHARE = 0.2, 0.12
+#: Net over gross angle from which a motion went one way.
+ONE_WAY = 0.7
+#: Relative scatter up to which areas agree.
+AGREE = 0.3
+
+Mode = Literal["angle", "size", "rhythm", "none"]
+Event = Turn | Disturbance
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Scale:
+    """How turns show in this record; `half` is the area of a half turn (NaN for rhythm and none)."""
+
+    mode: Mode
+    half: float = math.nan
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Judgement:
+    """Verdict on a scene.
+
+    Attributes
+    ----------
+    scale : Scale
+    turns : tuple of Turn
+    disturbed : tuple of Disturbance
+    beat : Beat or None
+        None with fewer than three turns.
+    hidden : tuple of Turn
+        Those of `turns` that no signal shows.
+    settled : tuple of Dark
+        Dark stretches as long as a turn or longer that were found to hide none.
+    returning : bool
+        The turns go back and forth, so that the sense of each tells the direction.
+    """
+
+    scale: Scale
+    turns: tuple[Turn, ...]
+    disturbed: tuple[Disturbance, ...]
+    beat: Beat | None
+    hidden: tuple[Turn, ...] = ()
+    settled: tuple[Dark, ...] = ()
+    returning: bool = False
+
+
+def judge(scene: Scene) -> Judgement:
+    """Turns, disturbances and unsettled stretches of a scene."""
+    limits = _limits(scene)
+    scale = _scale(scene, limits)
+    doubtful = [_doubted(s) for s in scene.surges if _is_doubtful(scene, s, scale, limits)]
+    sure = [s for s in scene.surges if not _is_doubtful(scene, s, scale, limits)]
+    events = [_weighed(scene, s, scale, limits) for s in sure]
+    seen = tuple(e for e in events if isinstance(e, Turn))
+    disturbed = [e for e in events if isinstance(e, Disturbance)]
+    long = [d for d in scene.darks if d.stop - d.start >= HIDING * scene.rate]
+    darks = sorted([*long, *doubtful], key=lambda d: d.start)
+    hidden, empty, unsettled = settle(scene, seen, disturbed, darks)
+    disturbed += [Disturbance(start=d.start, stop=d.stop, kind="knock") for d in empty if d in doubtful]
+    disturbed += [Disturbance(start=d.start, stop=d.stop, kind=_name(d), hides=True) for d in unsettled]
+    disturbed += [
+        Disturbance(start=d.start, stop=d.stop, kind="stuck")
+        for d in scene.darks
+        if d.kind == "stuck" and d not in unsettled
+    ]
+    turns = tuple(sorted((*seen, *hidden), key=lambda t: t.start))
+    return Judgement(
+        scale=scale,
+        turns=turns,
+        disturbed=tuple(sorted(disturbed, key=lambda d: d.start)),
+        beat=beat_of(turns),
+        hidden=hidden,
+        settled=tuple(d for d in empty if d not in doubtful),
+        returning=goes_back_and_forth(senses(seen, disturbed, darks)),
+    )
+
+
+def positions_of(
+    turns: Sequence[Turn], disturbed: Sequence[Disturbance], n_samples: int, *, first: float, returning: bool
+) -> tuple[Position, ...]:
+    """Positions between turns, with their headings.
+
+    Parameters
+    ----------
+    first : float [rad]
+        Heading of the first position.
+    returning : bool
+        Turns go back and forth: segments of unknown direction are settled by the sense of their turns.
+    """
+    events: list[Event] = [*turns, *(d for d in disturbed if d.hides)]
+    events.sort(key=lambda e: e.start)
+    out: list[Position] = []
+    start, relative, segment = 0, 0.0, 0
+    for e in [*events, None]:
+        stop = n_samples if e is None else e.start
+        out.append(
+            Position(
+                start=start, stop=max(stop, start), heading=0.0, sign=0, segment=segment, relative=relative
+            )
+        )
+        if e is None:
+            break
+        start = max(e.stop, start)
+        if isinstance(e, Turn) and not math.isnan(e.change):
+            relative = _wrapped(relative + e.change)
+        else:
+            relative, segment = 0.0, segment + 1
+    offsets = _offsets(out, turns, first, returning)
+    return tuple(_pointed(p, offsets.get(p.segment, math.nan)) for p in out if p.stop > p.start)
+
+
+def _name(dark: Dark) -> str:
+    return "stuck" if dark.kind == "stuck" else "missing"
+
+
+# -- surges -----------------------------------------------------------------------------------------------
+
+
+def _length(scene: Scene, surge: Surge) -> float:
+    return (surge.stop - surge.start) / scene.rate
+
+
+def _width(surge: Surge) -> float:
+    """Length of the movement itself [s]: a rectangle of its peak and path. A knock that rings on stays narrow."""
+    return surge.missing + (surge.path / surge.peak if surge.peak > 0.0 else 0.0)
+
+
+def _limits(scene: Scene) -> tuple[float, float]:
+    """Upper and lower limit of the converter, where several surges end at the very same value; else infinite."""
+    high = [s.high for s in scene.surges]
+    low = [s.low for s in scene.surges]
+    top, bottom = max(high, default=math.inf), min(low, default=-math.inf)
+    return (top if high.count(top) > 1 else math.inf, bottom if low.count(bottom) > 1 else -math.inf)
+
+
+def _is_clipped(scene: Scene, surge: Surge, limits: tuple[float, float]) -> bool:
+    """At the limit for a while, or for as long as it is shown to be one by other surges."""
+    enough = max(FLAT, FLAT_SHARE * _length(scene, surge))
+    flat = (surge.flat_high if surge.flat_high >= enough else 0.0) + (
+        surge.flat_low if surge.flat_low >= enough else 0.0
+    )
+    shared = surge.high >= limits[0] or surge.low <= limits[1]
+    return flat > 0.0 or shared or surge.missing >= FLAT
+
+
+def _one_way(surge: Surge) -> bool:
+    return abs(surge.area) >= ONE_WAY * surge.path
+
+
+def _scale(scene: Scene, limits: tuple[float, float]) -> Scale:
+    """How turns show in this record."""
+    long = [s for s in scene.surges if _width(s) >= NARROWEST and _length(scene, s) <= LONGEST]
+    if scene.physical:
+        whole = [s for s in long if abs(s.area) >= 0.75 * math.pi or _clipped_turn(scene, s, limits, math.pi)]
+        if whole and 4 * len(whole) >= len(long):
+            return Scale(mode="angle", half=math.pi)
+    steady = [s for s in long if _one_way(s)]
+    free = [s for s in steady if not _is_clipped(scene, s, limits)]
+    chosen = free if len(free) >= 3 else steady
+    if chosen and (len(chosen) >= 3 or not scene.physical):
+        areas = np.abs([s.area for s in chosen])
+        half = float(np.median(areas))
+        if len(chosen) < 3 or 1.4826 * float(np.median(np.abs(areas - half))) <= AGREE * half:
+            return Scale(mode="size", half=half)
+    return _by_rhythm(long)
+
+
+def _by_rhythm(long: Sequence[Surge]) -> Scale:
+    """Surges that leave no angle, but are as long as turns and come at even intervals."""
+    even = in_time([0.5 * (s.start + s.stop) for s in long])
+    return Scale(mode="rhythm" if even else "none")
+
+
+def _clipped_turn(scene: Scene, surge: Surge, limits: tuple[float, float], half: float) -> bool:
+    """As long as a turn and going one way to the limit, or fast and then without samples.
+
+    A knock does not stay at the limit. Of a turn without its middle nothing may be seen but the flanks, which an
+    unsteady hand moves both ways; they are faster than the mean of the slowest turn, which a knock beside a gap
+    need not be.
+    """
+    if _width(surge) < NARROWEST or not _is_clipped(scene, surge, limits):
+        return False
+    at_limit = surge.flat_high + surge.flat_low + surge.missing >= FLAT and _one_way(surge)
+    fast = surge.missing >= FLAT and (surge.overload or surge.peak >= half / LONGEST)
+    return fast or (at_limit and surge.missing < FLAT)
+
+
+def _is_doubtful(scene: Scene, surge: Surge, scale: Scale, limits: tuple[float, float]) -> bool:
+    """Long enough for a turn, and clipped, but both ways or beside a gap: what is seen of the angle bounds nothing."""
+    return (
+        _width(surge) >= NARROWEST
+        and _length(scene, surge) <= LONGEST
+        and _is_clipped(scene, surge, limits)
+        and not _clipped_turn(scene, surge, limits, scale.half)
+        and (scale.mode == "none" or abs(surge.area) < 0.75 * scale.half)
+    )
+
+
+def _doubted(surge: Surge) -> Dark:
+    return Dark(start=surge.start, stop=surge.stop, kind="missing" if surge.missing >= FLAT else "clipped")
+
+
+def _weighed(scene: Scene, surge: Surge, scale: Scale, limits: tuple[float, float]) -> Event:
+    """A surge as a turn or as a disturbance."""
+    length = _length(scene, surge)
+    if length > LONGEST:  # handled, not turned: nobody knows how it stood afterwards
+        return Disturbance(start=surge.start, stop=surge.stop, kind="handling", hides=scale.mode != "none")
+    knock = Disturbance(start=surge.start, stop=surge.stop, kind="knock")
+    if scale.mode == "none" or _width(surge) < NARROWEST:
+        return knock
+    clipped = _is_clipped(scene, surge, limits)
+    angle = surge.area if scene.physical else math.nan
+    if scale.mode == "rhythm":
+        return _turn(surge, math.nan, math.pi, clipped, "as long as a turn, at the record's even intervals")
+    quarters = round(abs(surge.area) / (0.5 * scale.half))
+    if clipped and quarters < 2 and _clipped_turn(scene, surge, limits, scale.half):
+        why = (
+            "samples missing in mid-turn" if surge.missing >= FLAT else "clipped; the angle is a lower bound"
+        )
+        return _turn(surge, angle, math.pi, True, why)
+    if clipped and quarters % 2:  # a lower bound: the next whole number of half turns that it allows
+        quarters += 1
+    if quarters == 0:
+        return knock
+    change = _wrapped(0.5 * math.pi * quarters * math.copysign(1.0, surge.area))
+    if scale.mode == "angle":
+        return _turn(surge, angle, change, clipped, f"{math.degrees(surge.area):+.0f} deg")
+    return _turn(surge, angle, change, clipped, f"{abs(surge.area) / scale.half:.2f} of the usual size")
+
+
+def _turn(surge: Surge, angle: float, change: float, clipped: bool, why: str) -> Turn:
+    return Turn(start=surge.start, stop=surge.stop, angle=angle, change=change, clipped=clipped, evidence=why)
+
+
+def _wrapped(angle: float) -> float:
+    """Into (-pi, pi], and exactly 0 or pi where it is meant: sums of quarter turns."""
+    quarters = round(angle / (0.5 * math.pi)) % 4
+    return (0.0, 0.5 * math.pi, math.pi, -0.5 * math.pi)[quarters]
+
+
+# -- headings -------------------------------------------------------------------------------------------
+
+
+def _offsets(
+    positions: Sequence[Position], turns: Sequence[Turn], first: float, returning: bool
+) -> dict[int, float]:
+    """Heading of the beginning of each segment, where it is known."""
+    known = {0: first}
+    if not returning:
+        return known
+    starts = {t.stop: t for t in turns if t.change == math.pi and not math.isnan(t.angle)}
+    after: dict[float, float] = {}  # sense of a turn -> heading after it, learnt in segment 0
+    for p in positions:
+        t = starts.get(p.start)
+        if t is None:
+            continue
+        sense = math.copysign(1.0, t.angle)
+        if p.segment == 0:
+            heading = _wrapped(first + p.relative)
+            after.setdefault(sense, heading)
+            after.setdefault(-sense, _wrapped(heading + math.pi))
+        elif p.segment not in known and sense in after:
+            known[p.segment] = _wrapped(after[sense] - p.relative)
+    return known
+
+
+def _pointed(position: Position, offset: float) -> Position:
+    if math.isnan(offset):
+        return replace(position, heading=math.nan)
+    heading = _wrapped(offset + position.relative)
+    if abs(heading) == 0.5 * math.pi:  # east or west: which of them, the sense of the axis would have to tell
+        return replace(position, heading=math.nan)
+    return replace(position, heading=heading, sign=sign_of(heading))

@@ -1,0 +1,312 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What is worth knowing about the turns that were found: findings, with the times at which to look."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.experiments.reversals.judgement import Judgement
+from allanite.experiments.reversals.surges import Scene
+from allanite.experiments.reversals.turned_over import TurnedOver
+from allanite.experiments.reversals.turns import Disturbance, Position, Turn
+from allanite.recording.health.finding import PLACES, Finding, Severity, plural
+from allanite.recording.records import merge_spans
+
+__all__ = ["off_schedule", "remarks", "times"]
+
+Part = Turn | Disturbance | Position
+
+#: Positions so many times longer or shorter than the usual one are named, where the intervals are even.
+MISSED, DOUBLED = 1.6, 0.5
+#: A turn so far from a whole number of half turns is named.
+UNLIKE = math.radians(30.0)
+
+_GIVE_TURNS = "give the turns: --turns FILE, or --dwell SECONDS"
+
+
+def remarks(
+    scene: Scene, judgement: Judgement, positions: Sequence[Position], over: TurnedOver | None = None
+) -> tuple[Finding, ...]:
+    """All findings about turns read off the signal; `over` is what accelerometers say of them."""
+    made = (
+        *_of_mode(scene, judgement, over),
+        *_of_angle(scene, judgement),
+        *_of_rhythm(scene, judgement, positions),
+        *_of_darkness(scene, judgement, positions),
+        *_of_disturbances(scene, judgement),
+    )
+    return tuple(sorted(made, key=lambda f: f.severity.rank))
+
+
+def _of_mode(scene: Scene, judgement: Judgement, over: TurnedOver | None) -> Iterator[Finding]:
+    turns = judgement.turns
+    if judgement.scale.mode == "size":
+        why = "without a physical unit their angle is not known"
+        if scene.physical:
+            half = math.degrees(judgement.scale.half)
+            why = f"they agree with each other at {half:.3g} deg, not with half turns of 180 deg"
+        advice = (
+            "none needed if the gyro was turned across its axis, over or about the vertical: it hardly sees that. Else "
+            "check unit, scale factor and channel, or " + _give_turns(scene, judgement)
+        )
+        if over is not None:
+            why += f"; {over.says}: the sensor was turned over, which a gyro across that turn hardly sees"
+            upright = "" if over.along else "if the gyro's own axis stood upright, "
+            ways = f"--first {over.first}" if over.along else "--first up or --first down"
+            advice = f"none needed for the turns; {upright}say where it pointed first: {ways}"
+        yield _finding(
+            scene,
+            "turns_by_size",
+            f"{plural(len(turns), 'turn')} told by size: {why}",
+            Severity.WARNING if scene.physical and over is None else Severity.INFO,
+            turns[:1],
+            len(turns),
+            advice,
+            "surges of equal size that are not half turns would alternate the direction wrongly",
+        )
+    elif judgement.scale.mode == "rhythm":
+        yield _finding(
+            scene,
+            "turns_by_rhythm",
+            f"{plural(len(turns), 'turn')} told by their even intervals alone: the surges leave no angle",
+            Severity.WARNING,
+            turns[:1],
+            len(turns),
+            _give_turns(scene, judgement),
+            "a knock in time with the turns would alternate the direction wrongly",
+        )
+
+
+def _give_turns(scene: Scene, judgement: Judgement) -> str:
+    """Where the turns are even, their interval is that of the signal."""
+    beat = judgement.beat
+    if beat is None or not beat.even:
+        return _GIVE_TURNS
+    return f"give the turns: --turns FILE, or --dwell {beat.interval / scene.rate:.3g} for even ones"
+
+
+def _of_angle(scene: Scene, judgement: Judgement) -> Iterator[Finding]:
+    odd = [
+        t
+        for t in judgement.turns
+        if not math.isnan(t.angle)
+        and not t.clipped
+        and judgement.scale.mode == "angle"
+        and (t.change != math.pi or abs(abs(t.angle) - math.pi) > UNLIKE)
+    ]
+    if odd:
+        named = ", ".join(f"{math.degrees(t.angle):+.0f} deg at {_second(scene, t)}" for t in odd[:PLACES])
+        yield _finding(
+            scene,
+            "turn_unlike",
+            f"{plural(len(odd), 'turn')} not of half a turn: {named}{_and_more(odd)}",
+            Severity.WARNING,
+            odd,
+            len(odd),
+            "after a quarter turn the direction counts as unknown until it is undone or completed",
+            "a turn cut short leaves the axis off the line of the others: the rate reads too small",
+        )
+    clipped = [t for t in judgement.turns if t.clipped and t not in judgement.hidden]
+    if clipped:
+        yield _finding(
+            scene,
+            "turns_clipped",
+            f"{len(clipped)} of {plural(len(judgement.turns), 'turn')} beyond the range of the converter: "
+            "their angle is a lower bound",
+            Severity.INFO,
+            clipped,
+            len(clipped),
+            "none needed; turn more slowly or choose a wider range to have the angles checked",
+            "",
+        )
+
+
+def _of_rhythm(scene: Scene, judgement: Judgement, positions: Sequence[Position]) -> Iterator[Finding]:
+    beat = judgement.beat
+    if beat is None or not beat.even or len(positions) < 4:
+        return
+    turned = judgement.turns[0].stop - judgement.turns[0].start
+    inner = [p for p in positions[1:-1] if p.segment == positions[0].segment]
+    long = [p for p in inner if p.stop - p.start + turned > MISSED * beat.interval]
+    short = [p for p in inner if p.stop - p.start + turned < DOUBLED * beat.interval]
+    usual = f"{beat.interval / scene.rate:.3g} s"
+    if long:
+        yield _finding(
+            scene,
+            "turn_missed",
+            f"{plural(len(long), 'dwell')} much longer than the usual {usual}, at {times(scene.rate, long)}: the "
+            "operator may have missed a turn",
+            Severity.INFO,
+            long,
+            len(long),
+            "none needed: the direction is counted by the turns that were made",
+            "a turn that left no trace in the signal would reverse the direction of all that follows",
+        )
+    if short:
+        yield _finding(
+            scene,
+            "turn_doubled",
+            f"{plural(len(short), 'dwell')} much shorter than the usual {usual}, at {times(scene.rate, short)}: turned "
+            "twice, or one of the turns is none",
+            Severity.WARNING,
+            short,
+            len(short),
+            "compare with the notes taken; " + _give_turns(scene, judgement),
+            "if one of the two was no half turn, the direction of all that follows is reversed",
+        )
+
+
+def _of_darkness(scene: Scene, judgement: Judgement, positions: Sequence[Position]) -> Iterator[Finding]:
+    hidden = judgement.hidden
+    if hidden:
+        yield _finding(
+            scene,
+            "turn_hidden",
+            f"{plural(len(hidden), 'turn')} not seen but told by the others, at {times(scene.rate, hidden)}: "
+            f"{hidden[0].evidence}",
+            Severity.WARNING,
+            hidden,
+            len(hidden),
+            "compare with the notes taken; " + _give_turns(scene, judgement),
+            "if it was no turn, the direction of all that follows is reversed",
+        )
+    hiding = [d for d in judgement.disturbed if d.hides]
+    lost = [p for p in positions if p.sign == 0 and p.segment > 0]
+    if hiding:
+        span = sum(p.stop - p.start for p in lost) / scene.rate
+        after = (
+            f"{span:.0f} s after it have no direction"
+            if lost
+            else "the sense of later turns tells the direction"
+        )
+        yield _finding(
+            scene,
+            "direction_unknown",
+            f"{plural(len(hiding), 'stretch')} may hide a turn, at {times(scene.rate, hiding)} "
+            f"({hiding[0].kind}, {(hiding[0].stop - hiding[0].start) / scene.rate:.3g} s): {after}",
+            Severity.WARNING if lost else Severity.INFO,
+            hiding,
+            len(hiding),
+            _give_turns(scene, judgement),
+            "with a direction that is guessed, half of the record would count against the other half",
+        )
+    if judgement.settled and judgement.turns:
+        yield _finding(
+            scene,
+            "gap_without_turn",
+            f"{plural(len(judgement.settled), 'stretch')} without readings taken to hide no turn, at "
+            f"{', '.join(f'{d.start / scene.rate:.1f} s' for d in judgement.settled[:PLACES])}"
+            f"{_and_more(judgement.settled)}",
+            Severity.INFO,
+            [Disturbance(start=d.start, stop=d.stop, kind=d.kind) for d in judgement.settled],
+            len(judgement.settled),
+            "compare with the notes taken",
+            "if a turn was made there, the direction of all that follows is reversed",
+        )
+
+
+def _of_disturbances(scene: Scene, judgement: Judgement) -> Iterator[Finding]:
+    knocks = [d for d in judgement.disturbed if d.kind in ("knock", "handling") and not d.hides]
+    if knocks:
+        longest = max((d.stop - d.start) / scene.rate for d in knocks)
+        yield _finding(
+            scene,
+            "dwell_disturbed",
+            f"{plural(len(knocks), 'disturbance')}, no turn, at {times(scene.rate, knocks)}, the longest "
+            f"{longest:.2g} s: cut out of the dwells",
+            Severity.INFO,
+            knocks,
+            len(knocks),
+            "none needed; with --turns they count as what the file says",
+            "",
+        )
+    stuck = [d for d in judgement.disturbed if d.kind == "stuck"]
+    if stuck:
+        yield _finding(
+            scene,
+            "dwell_stuck",
+            f"{plural(len(stuck), 'stretch')} of one repeated value, at {times(scene.rate, stuck)}: left out of "
+            "the dwells",
+            Severity.WARNING,
+            stuck,
+            len(stuck),
+            "find why the reading froze",
+            "a frozen reading pulls the mean of its dwell towards one sample",
+        )
+
+
+def off_schedule(scene: Scene, turns: Sequence[Turn], seen: Sequence[Turn]) -> Iterator[Finding]:
+    """Turns that a file or a period gives and the signal contradicts, and the other way round."""
+    given = merge_spans(np.array([(t.start, t.stop) for t in turns], dtype=np.int64).reshape(-1, 2))
+    found = merge_spans(np.array([(t.start, t.stop) for t in seen], dtype=np.int64).reshape(-1, 2))
+    extra = [t for t in seen if not _touches(t, given)]
+    if extra:
+        yield _finding(
+            scene,
+            "turn_not_listed",
+            f"{plural(len(extra), 'turn')} in the signal that the list does not hold, at {times(scene.rate, extra)}: "
+            "cut out, without a change of direction",
+            Severity.WARNING,
+            extra,
+            len(extra),
+            "compare list and signal: is a turn missing, is the period right, does the time start with the record?",
+            "if these were turns, the direction of all that follows is reversed",
+        )
+    unseen = [t for t in turns if not _touches(t, found)]
+    if unseen and len(seen) > 0:
+        yield _finding(
+            scene,
+            "turn_not_seen",
+            f"{len(unseen)} of {plural(len(turns), 'turn')} listed, but not in the signal, at "
+            f"{times(scene.rate, unseen)}",
+            Severity.WARNING,
+            unseen,
+            len(unseen),
+            "compare list and signal; without the list the turns are read off the signal",
+            "if the sensor was not turned there, the direction of all that follows is reversed",
+        )
+
+
+def times(rate: float, parts: Sequence[Part]) -> str:
+    """When the first few of them were: "12.5 s, 44.0 s and 3 more"."""
+    return ", ".join(f"{p.start / rate:.1f} s" for p in parts[:PLACES]) + _and_more(parts)
+
+
+def _touches(turn: Turn, spans: NDArray[np.int64]) -> bool:
+    near = int(np.searchsorted(spans[:, 1], turn.start, side="right"))
+    return near < len(spans) and bool(spans[near, 0] < turn.stop)
+
+
+def _second(scene: Scene, part: Part) -> str:
+    return f"{part.start / scene.rate:.1f} s"
+
+
+def _and_more(parts: Sequence[object]) -> str:
+    return f" and {len(parts) - PLACES} more" if len(parts) > PLACES else ""
+
+
+def _finding(
+    scene: Scene,
+    code: str,
+    message: str,
+    severity: Severity,
+    parts: Sequence[Part],
+    count: int,
+    advice: str,
+    risk: str,
+) -> Finding:
+    return Finding(
+        code=code,
+        severity=severity,
+        channel=scene.channel,
+        message=message,
+        advice=advice,
+        risk=risk,
+        count=count,
+        places=tuple((p.start, p.stop) for p in parts[:PLACES]),
+        spans=merge_spans(np.array([(p.start, p.stop) for p in parts], dtype=np.int64).reshape(-1, 2)),
+    )

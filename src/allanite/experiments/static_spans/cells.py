@@ -1,0 +1,143 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A record of several axes as cells of a twentieth of a second: what rest is judged by, read block by block."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.recording.records import BLOCK, Recording
+
+__all__ = ["Cells", "cut", "runs"]
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+#: A cell lasts so long [s], but no less than one sample; a record has no more cells than this.
+CELL, MOST = 0.05, 4_000_000
+#: Differences between samples below this share of their size are rounding.
+ROUNDING = 1e-12
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Cells:
+    """Cells of some channels, in SI (counts where a channel has none), less the level of each channel.
+
+    Attributes
+    ----------
+    size : int
+        Samples in a cell.
+    dt : float [s]
+        Sample interval.
+    total, count : ndarray, shape (n, axes)
+        Sum and number of the samples that are there.
+    square : ndarray, shape (n, axes)
+        Sum of the squared differences of neighbouring samples, that from the cell before included.
+    steps, equal : ndarray, shape (n, axes)
+        Differences of neighbouring samples, and those that are zero.
+    step : ndarray, shape (axes,)
+        Smallest difference that is not rounding: of counted samples, one count.
+    largest : ndarray, shape (axes,)
+        Largest absolute sample, the level included.
+    """
+
+    size: int
+    dt: float
+    total: Array
+    count: Array
+    square: Array
+    steps: Array
+    equal: Array
+    step: Array
+    largest: Array
+
+    @property
+    def n(self) -> int:
+        """Number of cells."""
+        return len(self.total)
+
+    @property
+    def length(self) -> float:
+        """Length of a cell [s]."""
+        return self.size * self.dt
+
+    @property
+    def whole(self) -> Mask:
+        """Cells with a sample in every axis, shape (n,): nothing turns in the time of a cell."""
+        return np.asarray((self.count > 0).all(axis=1))
+
+    @property
+    def mean(self) -> Array:
+        """Mean of each cell, shape (n, axes); NaN without samples."""
+        with np.errstate(invalid="ignore"):
+            return np.asarray(self.total / self.count)
+
+
+def cut(recording: Recording, channels: Sequence[str], advance: Callable[[float], None]) -> Cells:
+    """The cells of some channels; samples that do not fill a cell at the end are left out."""
+    size = max(round(CELL * recording.rate), -(-recording.n_samples // MOST), 1)
+    axes = []
+    for i, name in enumerate(channels):
+        axes.append(_axis(recording, name, size))
+        advance((i + 1) / len(channels))
+    total, count, square, steps, equal, step, largest = (
+        np.stack(p, axis=-1) for p in zip(*axes, strict=True)
+    )
+    return Cells(
+        size=size,
+        dt=recording.dt,
+        total=total,
+        count=count,
+        square=square,
+        steps=steps,
+        equal=equal,
+        step=step,
+        largest=largest,
+    )
+
+
+def _axis(recording: Recording, name: str, size: int) -> tuple[Array, ...]:
+    """Sums, counts, squared differences, differences, zero ones of them; smallest difference and largest sample."""
+    scale, origin = abs(recording[name].scale), recording.origin(name)
+    sign = np.sign(recording[name].scale)
+    level = last = np.nan
+    smallest, largest = np.inf, 0.0
+    parts: list[tuple[Array, ...]] = [(np.zeros(0),) * 5]
+    for _, block in recording.blocks(name, size * max(BLOCK // size, 1)):
+        there = ~np.isnan(block)
+        if np.isnan(level) and there.any():
+            level = float(block[there][0])
+        largest = max(largest, float(np.abs(block[there] + origin).max(initial=0.0)))
+        difference = np.diff(block, prepend=last)
+        last = float(block[-1])
+        apart = np.abs(difference[np.abs(difference) > ROUNDING * largest])
+        smallest = min(smallest, float(apart.min(initial=np.inf)))
+        rows = len(block) // size
+        parts.append(_chunk(block[: rows * size], difference[: rows * size], level, rows))
+    total, count, square, steps, equal = (np.concatenate(column) for column in zip(*parts, strict=True))
+    ends = np.array(smallest * scale), np.array(largest * scale)
+    return sign * total * scale, count, square * scale**2, steps, equal, *ends
+
+
+def _chunk(block: Array, difference: Array, level: float, rows: int) -> tuple[Array, ...]:
+    def summed(values: Array | Mask) -> Array:
+        return np.asarray(values.reshape(rows, -1).sum(axis=1), dtype=np.float64)
+
+    there, known = ~np.isnan(block), ~np.isnan(difference)
+    total = np.where(there, block - level, 0.0)
+    return (
+        summed(total),
+        summed(there),
+        summed(np.where(known, difference, 0.0) ** 2),
+        summed(known),
+        summed(difference == 0.0),
+    )
+
+
+def runs(mask: Mask) -> list[tuple[int, int]]:
+    """Runs [start, stop) of true cells."""
+    edges = np.flatnonzero(np.diff(np.concatenate(([False], mask, [False])).astype(np.int8))).reshape(-1, 2)
+    return [(int(a), int(b)) for a, b in edges]

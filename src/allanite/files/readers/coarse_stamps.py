@@ -1,0 +1,274 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Stamps written in steps that are not short against the sample interval, with pauses between them.
+
+Such a stamp bounds the time of its sample on both sides: the stamps of a run without a pause, less the interval times
+their number, lie within one step of each other. Where they do not, a pause is between them; the bounds of all samples
+of a run tell its place far better than a step.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.files.readers.filled_stamps import Filled
+
+__all__ = ["Coarse", "coarse_interval", "pauses_between", "shared_step", "without_place"]
+
+_Floats = NDArray[np.float64]
+_Ints = NDArray[np.int64]
+
+#: Stamps finer than this share of the interval are not coarse.
+_COARSE = 0.3
+#: A run may be wider than one step by so many intervals: the interval is not exactly known.
+_SLACK = 0.3
+#: Samples on either side that tell the place of one, and steps of the stamp that they cover.
+_SAMPLES, _STEPS = 256, 16
+#: Share of the differences over a lag that no pause has made longer, at least.
+_CLEAN = 0.5
+_ROUNDS = 8
+_BURST = 16
+_HALVINGS = 11
+#: Share of the samples that may come before their place.
+_EARLY = 0.001
+#: Differences that are equal but for the numbers in which they are held, relative to the step.
+_NOISE = 2e-3
+_ENDLESS = 1e12
+_LONGEST = 1e9  # a step of stamps [s]
+#: Steps that are told from a step of the stamp, for each one that is not.
+_EVEN = 4
+#: Share of the samples whose difference is not the usual one, below which rows may have been written twice, or lost.
+_FEWEST = 0.015
+
+
+@dataclass(frozen=True, slots=True)
+class Coarse:
+    """Samples finer than their stamps, or nearly so.
+
+    Attributes
+    ----------
+    interval, step : float [s]
+        From sample to sample; from stamp to stamp.
+    """
+
+    interval: float
+    step: float
+
+    @property
+    def window(self) -> int:
+        """Samples on either side that tell the place of one."""
+        return max(_SAMPLES, int(_STEPS * self.step / self.interval))
+
+
+def shared_step(stretches: list[_Floats]) -> float | None:
+    """The step of which all differences are multiples [s]; None if there is none."""
+    rising = np.concatenate([np.diff(stretch) for stretch in stretches])
+    rising = np.unique(rising[rising > 0])
+    if not (len(rising) and rising[-1] < _ENDLESS * rising[0]):
+        return None
+    apart = np.diff(rising)
+    apart = apart[apart > _NOISE * rising[0]]
+    step = float(min(rising[0], apart.min(initial=np.inf)))
+    for most in (4, 64, 1024):  # noise of the floating-point numbers grows with the multiple
+        some = rising[rising < (most + 0.5) * step]
+        if len(some):
+            step = float(some.sum() / np.round(some / step).sum())
+    multiples = rising[rising < 1024 * step] / step
+    if not step < _LONGEST:
+        return None
+    return step if np.abs(multiples - np.round(multiples)).max(initial=0.0) < 10 * _NOISE else None
+
+
+def coarse_interval(stretches: list[_Floats], step: float) -> Coarse | None:
+    """The sample interval behind coarse stamps; None if no interval explains them.
+
+    Over any number of samples two stamps of a run differ by one of two multiples of the step; pauses only add to it.
+    """
+    interval = _by_lags(stretches, step)
+    if interval is None or not _COARSE * interval < step or _in_bursts(stretches, interval, step):
+        return None
+    seen = [np.flatnonzero(np.diff(s) > 1.5 * max(step, interval)) + 1 for s in stretches]
+    guesses = (_slope(stretches, seen, interval), _longest(stretches, Coarse(interval, step)))
+    found = [_settled(stretches, Coarse(guess, step)) for guess in guesses if guess is not None]
+    best = min(found, key=lambda each: each[1])[0]
+    return best if _explains(stretches, best) else None
+
+
+def _settled(stretches: list[_Floats], coarse: Coarse) -> tuple[Coarse, float]:
+    """Least squares over the runs, as long as these grow no shorter; and how many pauses there are then."""
+    best, fewest = coarse, np.inf
+    for _ in range(_ROUNDS):
+        runs = [_Runs.of(stretch, coarse) for stretch in stretches]
+        pauses = sum(len(run.starts) for run in runs)
+        if pauses > fewest:
+            break
+        best, fewest = coarse, pauses
+        finer = _slope(stretches, [run.starts[1:] for run in runs], coarse.interval)
+        if finer is None or abs(finer / coarse.interval - 1.0) < 1e-12:
+            break
+        coarse = Coarse(finer, coarse.step)
+    return best, fewest
+
+
+def _explains(stretches: list[_Floats], coarse: Coarse) -> bool:
+    """True if the step explains far more differences that are not the usual one than pauses must: it is no chance."""
+    usual = 0.5 + np.median(np.round(np.concatenate([np.diff(s) for s in stretches]) / coarse.step))
+    told = untold = early = size = 0
+    for stretch in stretches:
+        runs = _Runs.of(stretch, coarse)
+        odd = np.abs(np.diff(stretch) / coarse.step - usual + 0.5) > 0.5
+        odd[runs.starts[1:] - 1] = False
+        told += int(np.count_nonzero(odd))
+        untold += int(np.count_nonzero(runs.steps < 3.0 * max(coarse.interval, coarse.step)))
+        early += int(np.count_nonzero(runs.steps < 0.0))
+        size += len(stretch)
+    if usual < 1.0:  # a tick holds samples: its stamps rise but once
+        return told > untold and early <= _EARLY * size
+    rare = coarse.interval < coarse.step and told < _FEWEST * size
+    return told >= _EVEN * (untold + 1) and early <= _EARLY * size and not rare
+
+
+def _longest(stretches: list[_Floats], coarse: Coarse) -> float:
+    """The longest interval, up to the one given, at which hardly a sample comes too early.
+
+    Pauses only make samples late.
+    """
+    low, high = 0.7 * coarse.interval, coarse.interval
+    allowed = _EARLY * sum(map(len, stretches))
+    trial = high
+    for _ in range(_HALVINGS):
+        tried = Coarse(trial, coarse.step)
+        early = sum(int(np.count_nonzero(_Runs.of(s, tried).steps < 0)) for s in stretches)
+        low, high = (trial, high) if early <= allowed else (low, trial)
+        if low == coarse.interval:
+            break
+        trial = (low + high) / 2
+    return low
+
+
+def _by_lags(stretches: list[_Floats], step: float) -> float | None:
+    """The interval by the mean difference over 1, 2, 4... samples, as long as most of these hold no pause."""
+    interval, lag = None, 1
+    while True:
+        apart = [s[lag:] - s[:-lag] for s in stretches if len(s) > 2 * lag]
+        differences = np.concatenate(apart) if apart else np.empty(0)
+        clean = differences < differences.min(initial=np.inf) + 1.5 * step
+        if not len(clean) or clean.mean() < _CLEAN:
+            return interval
+        mean = float(differences[clean].mean()) / lag
+        interval = mean if mean > 0 else interval
+        lag *= 2
+
+
+def _in_bursts(stretches: list[_Floats], interval: float, step: float) -> bool:
+    """True if hardly a stretch of a few samples is as short as the interval says."""
+    apart = [s[_BURST:] - s[:-_BURST] for s in stretches if len(s) > _BURST]
+    return bool(apart) and bool(
+        np.quantile(np.concatenate(apart), 0.2) > _BURST * 1.5 * interval + 1.5 * step
+    )
+
+
+def _slope(stretches: list[_Floats], starts: list[_Ints], guess: float) -> float | None:
+    """Least squares over the samples that a step of the stamp lets know to one interval, each run by itself."""
+    rise = square = 0.0
+    for stretch, inner in zip(stretches, starts, strict=True):
+        edges = np.concatenate(([0], inner, [len(stretch)]))
+        for first, last in zip(edges[:-1], edges[1:], strict=True):
+            part = stretch[first:last]
+            k = np.flatnonzero(np.diff(part) > 0) + 1
+            if len(k) < 3:
+                continue
+            x = k - k.mean()
+            rise += float(x @ (part[k] - guess * k))
+            square += float(x @ x)
+    return guess + rise / square if square > 0 and guess + rise / square > 0 else None
+
+
+@dataclass(frozen=True, slots=True)
+class _Runs:
+    """Samples between pauses: where each run begins, and between what bounds its place lies."""
+
+    starts: _Ints
+    low: _Floats  # of the place of its first samples, less interval times number [s]
+    high: _Floats
+    low_end: _Floats  # of its last ones
+    high_end: _Floats
+    unplaced: int  # samples that may as well lie on the other side of a pause, or in runs without a place
+
+    @property
+    def steps(self) -> _Floats:
+        """How much longer each pause is than an interval [s]."""
+        return (self.low + self.high)[1:] / 2 - (self.low_end + self.high_end)[:-1] / 2
+
+    @classmethod
+    def of(cls, stamps: _Floats, coarse: Coarse) -> _Runs:
+        level = stamps - coarse.interval * np.arange(len(stamps))
+        width = coarse.step + _SLACK * coarse.interval
+        w = coarse.window
+        starts = [0]
+        lows, highs, low_ends, high_ends = [], [], [], []
+        first = unplaced = 0
+        while True:
+            last = _end(level, first, w, width)
+            if last < len(level):
+                last, doubtful = _split(level, stamps, first, last, w, width)
+                unplaced += doubtful if stamps[last] - stamps[last - 1] < 1.5 * coarse.step else 0
+            head, tail = level[first : min(first + w, last)], level[max(last - w, first) : last]
+            lows.append(head.max() - coarse.step)
+            highs.append(head.min())
+            low_ends.append(tail.max() - coarse.step)
+            high_ends.append(tail.min())
+            if min(highs[-1] - lows[-1], high_ends[-1] - low_ends[-1]) > 2.0 * coarse.interval:
+                unplaced += last - first
+            if last >= len(level):
+                break
+            starts.append(last)
+            first = last
+        return cls(
+            starts=np.array(starts),
+            low=np.array(lows),
+            high=np.array(highs),
+            low_end=np.array(low_ends),
+            high_end=np.array(high_ends),
+            unplaced=unplaced,
+        )
+
+
+def _end(level: _Floats, first: int, window: int, width: float) -> int:
+    """The first sample that no place of those before it in the window allows."""
+    at = first
+    while at < len(level):
+        part = level[max(at - window, first) : at + window]
+        range_ = np.maximum.accumulate(part) - np.minimum.accumulate(part)
+        wide = int(np.searchsorted(range_, width))
+        if wide < len(part):
+            return max(at - window, first) + wide
+        at += window
+    return len(level)
+
+
+def _split(
+    level: _Floats, stamps: _Floats, first: int, last: int, window: int, width: float
+) -> tuple[int, int]:
+    """Where the pause is that must be before `last`: the longest difference at which both sides fit; among how many."""
+    end = _end(level, last, window, width)
+    head = level[last : min(last + window, end)]
+    before = level[max(last - window, first + 1) : last][::-1]
+    high = np.maximum(np.maximum.accumulate(before), head.max())
+    low = np.minimum(np.minimum.accumulate(before), head.min())
+    back = int(np.searchsorted(high - low, width))
+    part = np.diff(stamps[last - back - 1 : last + 1])
+    return last - back + int(len(part) - 1 - np.argmax(part[::-1])), back
+
+
+def pauses_between(stamps: _Floats, coarse: Coarse) -> tuple[_Ints, _Floats]:
+    """Differences that hold a pause: which, and how much longer than an interval [s]."""
+    runs = _Runs.of(stamps, coarse)
+    return runs.starts[1:] - 1, runs.steps
+
+
+def without_place(stamps: Filled, coarse: Coarse) -> int:
+    """Samples whose place such stamps do not tell to an interval: of a pause within a step, or of a run within one."""
+    return sum(_Runs.of(block, coarse).unplaced for _, _, block in stamps.blocks(0, 0))

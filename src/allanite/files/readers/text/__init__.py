@@ -1,0 +1,412 @@
+# Specification: RFC 4180 for comma-separated values, and what loggers in the wild make of it.
+# SPDX-License-Identifier: BSD-3-Clause
+"""Text tables of any dialect, also packed with gzip, xz or bzip2.
+
+The content decides, not the suffix: a text table called .mat or .imu is read here. What was understood stands in
+the recording's notes: delimiter, decimal sign, encoding, header, and how many rows and cells were not numbers.
+"""
+
+from __future__ import annotations
+
+import re
+import shlex
+from collections.abc import Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, Final
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.errors import InputError
+from allanite.files.readers.assembly import Options, Table
+from allanite.files.readers.headings import is_unit, read_heading, shared_unit
+from allanite.files.readers.stated_time import date_order, option_text
+from allanite.files.readers.text.cells import Cells
+from allanite.files.readers.text.dates import HALVES, in_halves, moments_column, unwrap_midnight
+from allanite.files.readers.text.dialect import Dialect, detect, split
+from allanite.files.readers.text.labels import Labels, find_labels
+from allanite.files.readers.text.labview import Lvm, find_lvm
+from allanite.files.readers.text.preamble import facts_in, rate_in, unit_in
+from allanite.files.readers.text.row_kinds import ChosenKind, choose_kind, find_kinds
+from allanite.files.readers.text.sentences import Sentences, find_sentences
+from allanite.files.readers.text.streams import TextStream, head_lines, is_text, opened, other_lines, pieces
+from allanite.files.readers.text.suffixes import unit_behind
+from allanite.quantities.units import Quantity, parse_unit
+from allanite.recording.records import ArrayColumn, Column
+
+__all__ = ["NAME", "OPTIONS", "TextStream", "read", "read_stream", "sniff"]
+
+NAME: Final = "text"
+OPTIONS: Final = frozenset({"delimiter", "decimal", "variable"})
+
+
+def sniff(head: bytes, path: Path) -> bool:
+    """True for text, whatever the name, and for packed files."""
+    return is_text(head)
+
+
+def read(path: Path, options: Options) -> Table:
+    """Read a text table.
+
+    Raises
+    ------
+    FormatError
+        No table of numbers, or a cell that is neither a number nor a known word; line and column are named.
+    InputError
+        Several kinds of records, or a whole number beyond 64 bits.
+    LimitError
+        A line of more than a megabyte, more than 4096 columns, or a decompression bomb.
+    """
+    return read_stream(opened(path), path, options)
+
+
+def read_stream(stream: TextStream, path: Path, options: Options) -> Table:
+    """Read a text that was opened, and close it; `path` is the file it comes from."""
+    with stream.file:
+        lines, others = head_lines(stream, path.name), other_lines(stream)
+        lvm = find_lvm(lines, options.variable, stream.codec, path.name)
+        if lvm is not None:
+            return _of_labview(lvm, stream, path, lines)
+        sentences = find_sentences([*lines, *others], options.variable, path.name)
+        if sentences is not None:
+            others, lines = sentences.head(others), sentences.head(lines)
+        elif options.delimiter is None:
+            labels = find_labels(
+                lines,
+                others,
+                decimal=options.decimal,
+                variable=options.variable,
+                codec=stream.codec,
+                name=path.name,
+            )
+            if labels is not None:
+                return _labeled(labels, stream, path, options, lines)
+        kinds = None if sentences is not None else find_kinds(lines, others)
+        chosen = None
+        if kinds is not None:
+            chosen = choose_kind(stream, kinds, options.variable, options.channel_names, path.name)
+        dialect = detect(
+            lines,
+            others,
+            delimiter="," if sentences else options.delimiter,
+            decimal="." if sentences else options.decimal,
+            variable=chosen.name if chosen else None if sentences else options.variable,
+            kinds_of_rows=kinds,
+            name=path.name,
+        )
+        keep = None
+        if sentences is not None:
+            dialect = _of_sentences(dialect, sentences)
+        elif chosen is None:
+            keep = _kept_rows([*lines[dialect.skip :], *others], dialect, options.variable, path.name)
+        cells = Cells(dialect, path.name, stream.codec, keep, date_order(options.time))
+        for piece, line in pieces(stream, dialect.skip, path.name):
+            cells.feed(sentences.piece(piece) if sentences else piece, line)
+        columns = cells.finish()
+    table = _table(path, stream, lines, dialect, cells, columns)
+    if sentences is not None:
+        return _with_sums(table, sentences, cells)
+    return table if chosen is None else _of_kind(table, chosen)
+
+
+def _of_labview(lvm: Lvm, stream: TextStream, path: Path, lines: list[str]) -> Table:
+    """The table of a LabVIEW measurement file: names, units and clock are those of its header."""
+    cells = Cells(lvm.dialect, path.name)
+    for piece, line in pieces(stream, 0, path.name):
+        cells.feed(lvm.piece(piece), line)
+    table = _table(path, stream, lines, lvm.dialect, cells, cells.finish())
+    facts = {"delimiter": lvm.sign, "decimal": lvm.decimal, "segments": lvm.segments}
+    return replace(table, text={**(table.text or {}), **facts}, units_from="metadata", start=lvm.start)
+
+
+def _labeled(labels: Labels, stream: TextStream, path: Path, options: Options, lines: list[str]) -> Table:
+    """The table of a text whose cells are labeled, with what became of its lines in the notes."""
+    dialect = labels.dialect
+    keep = None
+    if not labels.of_kinds:
+        keep = _kept_rows(labels.sample, dialect, options.variable, path.name)
+    cells = Cells(dialect, path.name, keep=keep, order=date_order(options.time))
+    for piece, line in pieces(stream, dialect.skip, path.name):
+        cells.feed(labels.piece(piece), line)
+    columns = cells.finish()
+    table = _table(path, stream, lines, dialect, cells, columns)
+    facts = {
+        "labels_damaged": labels.damaged,
+        "failed_rows": cells.damaged_rows,
+        "labels_stray": labels.stray,
+        "labels_lacking": labels.lacking,
+        "labels_absent": dict(labels.absent),
+        "labels_unknown": dict(labels.unknown),
+    }
+    return replace(table, text={**(table.text or {}), **facts})
+
+
+def _of_sentences(dialect: Dialect, sentences: Sentences) -> Dialect:
+    """The dialect with the names of the maker's manual; damaged sentences at the beginning are rows, too."""
+    told = any(dialect.headings) or len(sentences.headings) != len(dialect.kinds)
+    headings = dialect.headings if told else sentences.headings
+    return replace(
+        dialect,
+        skip=min(dialect.skip, sentences.begins),
+        kinds=tuple("e" if h == "-" else k for h, k in zip(headings, dialect.kinds, strict=True)),
+        headings=headings,
+        guesses=(*dialect.guesses, *sentences.guesses),
+    )
+
+
+def _with_sums(table: Table, sentences: Sentences, cells: Cells) -> Table:
+    """The table with what became of the checksums in its notes."""
+    facts = {
+        "sentence": sentences.kind,
+        "checksum": sentences.checksum,
+        "sentences_failed": sentences.failed,
+        "failed_rows": cells.damaged_rows,
+        "stray_lines": sentences.stray if sentences.others else 0,
+    }
+    guesses = list(table.guesses)
+    increments = [h for h in table.headings if h.startswith("delta_")]
+    if sentences.named and increments:
+        guesses.append(
+            f"{', '.join(increments)} are increments over the interval in each row: divide them by it to get rates and "
+            "accelerations"
+        )
+    return replace(table, text={**(table.text or {}), **facts}, guesses=tuple(guesses))
+
+
+def _of_kind(table: Table, chosen: ChosenKind) -> Table:
+    """The rows of one kind: named by it, with the unit of the clock that all kinds have."""
+    number, _, unit = (chosen.time or "").partition(":")
+    said, units = list(chosen.said), list(table.units)
+    if number and int(number) in table.numbers:
+        at = table.numbers.index(int(number))
+        if not table.headings[at] and not units[at]:
+            units[at] = unit
+            said.append(f"column {number} is read as time in {unit}, by the rates of all kinds")
+    return replace(
+        table,
+        units=tuple(units),
+        guesses=(*said, *table.guesses),
+        source={**table.source, "contents": chosen.contents},
+        prefix=chosen.name,
+    )
+
+
+def _kept_rows(lines: list[str], dialect: Dialect, variable: str | None, name: str) -> tuple[int, str] | None:
+    """Which rows are read, where a column names several sensors."""
+    keep = _identity(lines, dialect, variable, name)
+    if variable is not None and keep is None:
+        raise InputError(f"{name} is one table: variable={variable!r} has no meaning for it")
+    return keep
+
+
+def _identity(lines: list[str], dialect: Dialect, variable: str | None, name: str) -> tuple[int, str] | None:
+    """A column of the first two that names the sensor and holds several values: one of them is read."""
+    rows = [split(line, dialect.delimiter, dialect.quoted) for line in lines]
+    rows = [r for r in rows if len(r) == len(dialect.kinds)]
+    for column in range(min(2, len(dialect.kinds))):
+        kind = dialect.kinds[column]
+        named = read_heading(dialect.headings[column]).group == "identity"
+        values = list(dict.fromkeys(r[column] for r in rows if r[column]))
+        if (
+            column in dialect.unit_columns.values()
+            or not (kind == "x" or (kind == "i" and named))
+            or not 2 <= len(values) <= 16
+            or len(rows) < 3 * len(values)
+        ):
+            continue
+        if variable is None:
+            raise InputError(
+                f"{name}: column {column + 1} ({dialect.headings[column] or 'no name'}) tells several sensors or "
+                f"records apart: {', '.join(values)}; choose one, as in --variable {shlex.quote(values[0])} "
+                "(variable= in Python)"
+            )
+        if variable not in values:
+            raise InputError(
+                f"{name}: no {variable!r} in column {column + 1}; there are: {', '.join(values)}"
+            )
+        return column, variable
+    return None
+
+
+# -- the table ---------------------------------------------------------------------------------------------
+
+
+def _table(
+    path: Path,
+    stream: TextStream,
+    lines: list[str],
+    dialect: Dialect,
+    cells: Cells,
+    columns: list[Column],
+) -> Table:
+    rate, rate_from, doubts = rate_in(dialect.preamble)
+    guesses = [*dialect.guesses, *doubts]
+    headings = dialect.headings if any(dialect.headings) else _words_beside(lines, dialect)
+    units, units_from = _units(dialect, guesses)
+    units, units_from, marks = _with_suffixes(cells, headings, units, units_from)
+    used = list(cells.used)
+    time_units: dict[int, str] = {}
+    kinds = [cells.dates[i].format if i in cells.dates else dialect.kinds[i] for i in used]
+    _join_halves(kinds, used, columns, [read_heading(headings[i]).name for i in used])
+    _join_dates(
+        kinds,
+        used,
+        columns,
+        time_units,
+    )
+    questions = {
+        used.index(i): said for i, said in _questions(path.name, headings, cells).items() if i in used
+    }
+    if cells.keep is not None and cells.keep[0] in used:
+        at = used.index(cells.keep[0])
+        used.pop(at), columns.pop(at)
+        time_units = {k - (k > at): v for k, v in time_units.items()}
+        questions = {k - (k > at): v for k, v in questions.items()}
+    of_kind = -1 if dialect.record is None else dialect.record[0] % len(dialect.kinds)
+    told = (of_kind, *dialect.unit_columns.values())
+    words = [
+        headings[i] or f"column {i + 1}" for i, k in enumerate(dialect.kinds) if k == "x" and i not in told
+    ]
+    if words:
+        guesses.append(f"columns of words left out: {', '.join(words)}")
+    source: dict[str, Any] = {"size_bytes": path.stat().st_size}
+    source |= {"packed": stream.packed} if stream.packed else {}
+    source |= facts_in(dialect.preamble)
+    return Table(
+        format=NAME,
+        headings=tuple(headings[i] for i in used),
+        columns=tuple(columns),
+        numbers=tuple(i + 1 for i in used),
+        units=tuple(units[i] for i in used),
+        units_from=units_from,
+        time_units=time_units,
+        questions=questions,
+        rate=rate,
+        rate_from=rate_from,
+        text=_facts(stream, dialect, cells) | ({"suffixes": marks} if marks else {}),
+        source=source,
+        guesses=tuple(guesses),
+    )
+
+
+def _with_suffixes(
+    cells: Cells, headings: tuple[str, ...], units: tuple[str, ...], units_from: str
+) -> tuple[tuple[str, ...], str, dict[str, dict[str, int]]]:
+    """Units of the columns where those behind the numbers count, too; and all that stands there, by column."""
+    found, told = list(units), dict[str, dict[str, int]]()
+    for i, suffixes in cells.suffixes.items():
+        name = headings[i] or f"column {i + 1}"
+        stated = units[i] or read_heading(headings[i]).unit
+        found[i] = unit_behind(suffixes, stated, f"{cells.name}, {name}") or units[i]
+        told[name] = {suffix: count for suffix, (count, _) in suffixes.items()}
+    return tuple(found), "cells" if units_from == "none" and any(found) else units_from, told
+
+
+def _facts(stream: TextStream, dialect: Dialect, cells: Cells) -> dict[str, Any]:
+    return {
+        "delimiter": dialect.delimiter,
+        "decimal": dialect.decimal,
+        "encoding": stream.encoding,
+        "header_rows": len(dialect.header_lines),
+        "preamble_lines": len(dialect.preamble),
+        "ragged": cells.ragged,
+        "ragged_rows": cells.ragged_rows,
+        "missing_cells": cells.missing,
+        "overload_words": cells.overload,
+        "unterminated_last_line": stream.unterminated,
+        "bom": stream.bom,
+        "nul_bytes": stream.nul_bytes,
+    }
+
+
+def _words_beside(lines: list[str], dialect: Dialect) -> tuple[str, ...]:
+    """Without a header, words that stand beside their numbers in every row name them: gx,0.1,gy,0.2."""
+    rows = [
+        split(line, dialect.delimiter, dialect.quoted) for line in lines[dialect.skip : dialect.skip + 100]
+    ]
+    rows = [r for r in rows if len(r) == len(dialect.kinds)]
+    names = [""] * len(dialect.kinds)
+    for i, kind in enumerate(dialect.kinds[:-1]):
+        beside = i not in dialect.unit_columns.values()
+        if kind == "x" and beside and dialect.kinds[i + 1] in ("i", "f") and len({r[i] for r in rows}) == 1:
+            names[i + 1] = rows[0][i]
+    return tuple(names) if sum(map(bool, names)) > 1 else dialect.headings
+
+
+def _units(dialect: Dialect, guesses: list[str]) -> tuple[tuple[str, ...], str]:
+    if any(dialect.units):
+        return dialect.units, "units row"
+    none = ("",) * len(dialect.kinds)
+    if any(h.unit and h.group != "time" for h in map(read_heading, dialect.headings)):
+        return none, "none"
+    unit = unit_in(dialect.preamble)
+    if unit is None or not is_unit(unit):
+        return none, "none"
+    if parse_unit(unit, tuple(Quantity)).quantity is Quantity.TIME:
+        guesses.append(
+            f"the preamble says unit {unit}, a time: read as unknown (of a clock: --kind phase --unit {unit})"
+        )
+        return none, "none"
+    return shared_unit(unit, dialect.headings, guesses), "preamble"
+
+
+def _questions(name: str, headings: Sequence[str], cells: Cells) -> dict[int, str]:
+    """By column of the file, what is asked where dates do not tell their order."""
+    questions: dict[int, str] = {}
+    for i, dates in cells.dates.items():
+        if dates.orders:
+            option = option_text(headings[i], i + 1)
+            ways = " or ".join(
+                f"--time {option}:{order} ({dates.sample(order)[1]})" for order in dates.orders
+            )
+            written = dates.sample(dates.orders[0])[0]
+            questions[i] = (
+                f"{name}: the dates of column {i + 1} ({headings[i] or 'no name'}), such as {written}, do not tell "
+                f"the day from the month. Say which: {ways}; in Python time='{option}:{dates.orders[0]}'"
+            )
+    return questions
+
+
+def _join_halves(kinds: list[str], used: list[int], columns: list[Column], names: Sequence[str]) -> None:
+    """AM and PM in a column of their own belong to the clock before them, or to a column of hours."""
+    if HALVES not in kinds:
+        return
+    at = kinds.index(HALVES)
+    dates = [k for k, kind in enumerate(kinds) if kind not in ("i", "f", HALVES)]
+    clocks = sorted(dates, key=lambda k: (kinds[k] != "hh:mm:ss", abs(k - at)))
+    hours = [k for k, name in enumerate(names) if re.fullmatch(r"(?i)(?:\w+_)?(?:hours?|hrs?|hh?)", name)]
+    halves = _all(columns[at])
+    if clocks:
+        joined = in_halves(_all(columns[clocks[0]]), halves)
+        columns[clocks[0]] = columns[clocks[0]] if joined is None else moments_column(joined)
+    elif (
+        hours
+        and float(np.nanmax(hour := columns[hours[0]].read(0, len(halves)) + columns[hours[0]].origin)) <= 12
+    ):
+        columns[hours[0]] = ArrayColumn(hour % 12 + halves / 3.6e12)
+    del kinds[at], used[at], columns[at]
+
+
+def _join_dates(kinds: list[str], used: list[int], columns: list[Column], time_units: dict[int, str]) -> None:
+    """Columns of dates are time; a date and a time of day beside each other are one column."""
+    dates = [k for k, kind in enumerate(kinds) if kind not in ("i", "f")]
+    for k in dates:
+        time_units[k] = kinds[k]
+    for k in dates:
+        if time_units.get(k) != "hh:mm:ss":
+            continue
+        clock = _all(columns[k])
+        if k - 1 in time_units and time_units[k - 1] != "hh:mm:ss":
+            columns[k - 1] = moments_column(_all(columns[k - 1]) + clock)
+            del time_units[k], used[k], columns[k]
+            return
+        columns[k] = moments_column(unwrap_midnight(clock))
+
+
+def _all(column: Column) -> NDArray[Any]:
+    """A whole column of nanoseconds; float64 with NaN if some are missing."""
+    values = column.read(0, len(column))
+    if np.isnan(values).any():
+        return values + column.origin
+    return values.astype(np.int64) + int(column.origin)

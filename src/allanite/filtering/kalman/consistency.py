@@ -1,0 +1,248 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Do the innovations of a filter have the size and the whiteness that its model says?
+
+Notes
+-----
+Of a model that is right, the innovations e_k are independent with the variances S_k that the filter states. Two tests
+follow, and both leave out missing samples:
+
+    n NIS = sum of e_k^2/S_k is chi-square with n degrees of freedom [1, section 5.4]                          (1)
+    Q = (n + 2)/n  sum over lags j of n_j r_j^2,  r_j = (sum of z_i z_{i+j})/n_j / (sum of z_i^2/n),
+        z = e/sqrt(S), is chi-square with as many degrees of freedom as there are lags                         (2)
+
+n_j is the number of pairs at lag j of which both samples are present. Without gaps (2) is the statistic of Ljung and
+Box [2] about a mean of zero.
+
+References
+----------
+.. [1] Y. Bar-Shalom, X. R. Li, T. Kirubarajan, "Estimation with Applications to Tracking and Navigation", 2001.
+.. [2] G. M. Ljung, G. E. P. Box, "On a measure of lack of fit in time series models", Biometrika 65 (1978) 297.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import asdict, dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from allanite.errors import InputError
+from allanite.quantities.distributions import chi_square_quantile, chi_square_tail
+
+__all__ = ["LAGS", "Consistency", "ConsistencySums", "consistency"]
+
+Array = NDArray[np.float64]
+
+#: Lags of the test of whiteness.
+LAGS = 20
+#: A test speaks below this probability: one right model in a thousand is called wrong.
+SMALL = 1e-3
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Consistency:
+    """What the innovations say of the model.
+
+    Attributes
+    ----------
+    count : int
+        Innovations tested.
+    nis : float
+        Time average of e^2/S; 1 for a model that is right.
+    nis_lower, nis_upper : float
+        Where `nis` lies with probability `confidence` if the model is right: chi-square with `count` degrees of
+        freedom.
+    nis_p : float
+        Two-sided probability of a `nis` at least as far out.
+    correlations : tuple of float
+        Of the standardised innovations at lags 1, 2, ... samples; NaN where no pair is present.
+    whiteness, whiteness_p : float
+        Ljung-Box statistic over these lags and its probability; NaN below two innovations for each lag.
+    confidence : float
+        Of the interval of `nis`. The verdict speaks at probabilities below 0.001.
+    consistent : bool
+    verdict : str
+        "consistent", or what is wrong and by how much.
+    """
+
+    count: int
+    nis: float
+    nis_lower: float
+    nis_upper: float
+    nis_p: float
+    correlations: tuple[float, ...]
+    whiteness: float
+    whiteness_p: float
+    confidence: float
+    consistent: bool
+    verdict: str
+
+    def __repr__(self) -> str:
+        return f"<Consistency of {self.count} innovations: {self.verdict}>"
+
+    def to_json(self) -> dict[str, Any]:
+        """Plain data; numbers that do not exist are None."""
+        plain = asdict(self)
+        plain["correlations"] = list(self.correlations)
+        return {k: _null(v) for k, v in plain.items()}
+
+
+def _null(value: Any) -> Any:
+    if isinstance(value, list):
+        return [_null(v) for v in value]
+    return None if isinstance(value, float) and not math.isfinite(value) else value
+
+
+def consistency(innovations: ArrayLike, variances: ArrayLike, *, confidence: float = 0.95) -> Consistency:
+    """Test innovations against the variances that the filter stated for them.
+
+    Parameters
+    ----------
+    innovations, variances : array_like, shape (rows,)
+        As `run_filter` gives them; rows without an innovation are NaN in either.
+    confidence : float
+        Of the interval of the time-average NIS.
+
+    Raises
+    ------
+    InputError
+        Arrays of different shapes, or a confidence that is not between 0 and 1.
+
+    Examples
+    --------
+    >>> rng = np.random.default_rng(1)
+    >>> consistency(2 * rng.standard_normal(10_000), np.ones(10_000)).verdict
+    'the noise is larger than the model says by a factor 2 (standard deviation)'
+    """
+    e, s = (np.asarray(x, dtype=np.float64) for x in (innovations, variances))
+    if e.ndim != 1 or e.shape != s.shape:
+        raise InputError(
+            f"innovations and variances must be rows of equal length, not {e.shape} and {s.shape}"
+        )
+    sums = ConsistencySums()
+    sums.feed(e, s)
+    return sums.result(confidence)
+
+
+class ConsistencySums:
+    """The sums of both tests, block by block: any chunking of a record gives the same result."""
+
+    def __init__(self, lags: int = LAGS) -> None:
+        self._last = np.zeros(0)
+        self._products, self._pairs = np.zeros(lags), np.zeros(lags, dtype=np.int64)
+        self._squares, self._count = 0.0, 0
+
+    def feed(self, innovations: Array, variances: Array) -> None:
+        """Take in the next rows; NaN where there is no innovation."""
+        lags = len(self._products)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            z = innovations / np.sqrt(variances)
+        joined = np.concatenate([self._last, z])
+        present = np.isfinite(joined)
+        values, new = np.where(present, joined, 0.0), len(self._last)
+        whole = bool(present.all())
+        self._squares += _dot(values[new:], values[new:])
+        self._count += int(np.count_nonzero(present[new:]))
+        for j in range(1, lags + 1):
+            first = max(new, j)  # the later sample of a pair is new
+            later, earlier = slice(first, None), slice(first - j, max(len(joined) - j, 0))
+            self._products[j - 1] += _dot(values[later], values[earlier])
+            pairs = len(joined) - first if whole else np.count_nonzero(present[later] & present[earlier])
+            self._pairs[j - 1] += max(pairs, 0)
+        self._last = joined[-lags:]
+
+    def result(self, confidence: float = 0.95) -> Consistency:
+        """What the rows so far say.
+
+        Raises
+        ------
+        InputError
+            A confidence that is not between 0 and 1.
+        """
+        if not 0 < confidence < 1:
+            raise InputError(f"confidence must lie between 0 and 1, not {confidence!r}")
+        n = self._count
+        if n == 0:
+            return _untested(confidence, len(self._products))
+        nis = self._squares / n
+        lower, upper = (chi_square_quantile((1 + sign * confidence) / 2, n) / n for sign in (-1, 1))
+        above = chi_square_tail(self._squares, n)
+        tail = min(1 - above, above)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            r = self._products / self._pairs / nis
+        statistic, p = math.nan, math.nan
+        if n >= 2 * len(r) and np.isfinite(r).all():
+            statistic = (n + 2) / n * float((self._pairs * r**2).sum())
+            p = chi_square_tail(statistic, len(r))
+        verdict = _verdict(nis, min(2 * tail, 1.0), r, self._pairs, p)
+        return Consistency(
+            count=n,
+            nis=nis,
+            nis_lower=lower,
+            nis_upper=upper,
+            nis_p=min(2 * tail, 1.0),
+            correlations=tuple(float(x) for x in r),
+            whiteness=statistic,
+            whiteness_p=p,
+            confidence=confidence,
+            consistent=not verdict,
+            verdict=verdict
+            or ("consistent" if p == p else "consistent in size; too few samples for a test of whiteness"),
+        )
+
+
+def _dot(a: Array, b: Array) -> float:
+    """Inner product of one thread: a library that shares so short a sum among threads waits for them instead."""
+    return float(np.einsum("i,i->", a, b))
+
+
+def _untested(confidence: float, lags: int) -> Consistency:
+    none = math.nan
+    return Consistency(
+        count=0,
+        nis=none,
+        nis_lower=none,
+        nis_upper=none,
+        nis_p=none,
+        correlations=(none,) * lags,
+        whiteness=none,
+        whiteness_p=none,
+        confidence=confidence,
+        consistent=False,
+        verdict="not tested: there is no innovation",
+    )
+
+
+def _verdict(nis: float, nis_p: float, r: Array, pairs: NDArray[np.int64], p: float) -> str:
+    """What is wrong, "" for nothing."""
+    said = []
+    if nis_p < SMALL:
+        larger = "larger" if nis > 1 else "smaller"
+        said.append(f"the noise is {larger} than the model says by {_ratio(math.sqrt(nis))}")
+    if p < SMALL:
+        worst = int(np.argmax(np.abs(r) * np.sqrt(pairs)))
+        chance = f"p = {p:.1g}" if p > 0 else "p below 1e-300"
+        largest = f"correlation {r[worst]:+.2g} at lag {worst + 1} ({chance})"
+        said.append(f"the innovations are not white: {largest}; {_cause(r, pairs, worst)}")
+    return "; ".join(said)
+
+
+def _cause(r: Array, pairs: NDArray[np.int64], worst: int) -> str:
+    """What such correlations come from: drift that is missing leaves them at all lags, a filter at a few."""
+    far = slice(len(r) // 4, None)
+    if float((r * pairs)[far].sum()) > 3 * math.sqrt(float(pairs[far].sum())):
+        return "the sensor drifts more than the model"
+    if r[worst] > 0:
+        return "samples share noise: the sensor's own filter, or a spectral line"
+    return "samples compensate one another: quantisation, a spectral line, or too much drift in the model"
+
+
+def _ratio(factor: float) -> str:
+    if factor == 0:
+        return "everything: all innovations are zero"
+    ratio = max(factor, 1 / factor)
+    if ratio >= 1.5:
+        return f"a factor {ratio:.2g} (standard deviation)"
+    return f"{100 * abs(factor - 1):.2g} % (standard deviation)"

@@ -1,0 +1,436 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A recording through the filter of its noise model: corrected samples, drift, level, and whether the model holds."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.errors import InputError
+from allanite.filtering.kalman.channel import (
+    LEVEL,
+    ChannelSpace,
+    FlickerForm,
+    SampleSource,
+    channel_space,
+    chosen,
+    with_flicker,
+)
+from allanite.filtering.kalman.consistency import Consistency, ConsistencySums
+from allanite.filtering.kalman.filtering import FilterRun, Form
+from allanite.filtering.kalman.series import Series, envelope, instants
+from allanite.filtering.kalman.smoothing import block_rows, smoothed_blocks
+from allanite.noise import NoiseModel
+from allanite.recording.records import ArrayColumn, Channel, Kind, Recording, Sampling
+
+__all__ = ["Filtered", "TermSeries", "filter_recording"]
+
+Array = NDArray[np.float64]
+Progress = Callable[[float], None]
+
+#: Rows filtered at once.
+_ROWS = 1 << 16
+_SI = {Kind.RATE: "rad/s", Kind.ACCELERATION: "m/s²", Kind.VOLTAGE: "V"}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class TermSeries:
+    """One part of the noise through the record, at no more instants than a picture needs.
+
+    Attributes
+    ----------
+    t : ndarray, shape (n_instants,) [s]
+        Since the beginning of the record.
+    value, sd : ndarray, shape (n_instants,) [SI]
+        Estimate and its standard deviation; NaN and infinity before anything is known.
+    """
+
+    t: Array
+    value: Array
+    sd: Array
+
+    def to_json(self) -> dict[str, Any]:
+        """Plain data; numbers that do not exist are None."""
+        return {"t": _plain(self.t), "value": _plain(self.value), "sd": _plain(self.sd)}
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Filtered:
+    """A channel without its drift.
+
+    Attributes
+    ----------
+    channel : str
+    kind : Kind
+        Of the samples in SI; angles come back as rates.
+    unit : str
+        Unit of every number here: SI, or the channel's own unit where that is unknown.
+    rate : float [Hz]
+    sampling : "mean" or "point"
+    smoothed : bool
+        The drift at each sample is estimated from the whole record, not from the samples up to it.
+    form : "covariance" or "square root"
+    model : NoiseModel
+        The model that was used.
+    n_states : int
+        The level included.
+    corrected : ndarray, shape (n_samples,)
+        Samples less `drift`; NaN where missing. A series longer than some 8 million samples is a memory map.
+    drift, drift_sd : ndarray, shape (n_samples,)
+        Sum of all slow noise in each sample, and its standard deviation.
+    level, level_sd : float
+        The constant under the drift. It is the true mean rate plus the bias of the sensor: one axis at rest cannot
+        separate the two. A random walk is counted from the beginning of the record.
+    terms : dict of str to TermSeries
+        Each slow term by its type, at the end of a sample, and the level as it becomes known.
+    mean_measured, mean_corrected : float
+        Plain means of the samples, before and after.
+    consistency : Consistency
+        Size and whiteness of the innovations.
+    log_likelihood : float
+    verdict : str
+        Of `consistency`.
+    notes : tuple of str
+        What a reader must know besides.
+    """
+
+    channel: str
+    kind: Kind
+    unit: str
+    rate: float
+    sampling: Sampling
+    smoothed: bool
+    form: Form
+    model: NoiseModel
+    n_states: int
+    corrected: Array = field(repr=False)
+    drift: Array = field(repr=False)
+    drift_sd: Array = field(repr=False)
+    level: float
+    level_sd: float
+    terms: Mapping[str, TermSeries] = field(repr=False)
+    mean_measured: float
+    mean_corrected: float
+    consistency: Consistency
+    log_likelihood: float
+    notes: tuple[str, ...]
+    source: Recording = field(repr=False)
+
+    @property
+    def verdict(self) -> str:
+        """What the innovations say of the model."""
+        return self.consistency.verdict
+
+    @property
+    def n_samples(self) -> int:
+        """Samples, missing ones included."""
+        return len(self.corrected)
+
+    def __repr__(self) -> str:
+        return f"<Filtered {self.channel}: {self.n_samples} samples, {self.n_states} states, {self.verdict}>"
+
+    def recording(self) -> Recording:
+        """Corrected samples, drift and its standard deviation as a recording: to be characterised, plotted or written.
+
+        The channels are the name, and the name with ``_drift`` and ``_drift_sd``.
+        """
+        step = {
+            "step": "filter",
+            "channel": self.channel,
+            "smoothed": self.smoothed,
+            "model": self.model.to_json(),
+        }
+        channels = tuple(
+            Channel(
+                name=self.channel + suffix,
+                kind=self.kind,
+                unit=self.unit,
+                scale=1.0,
+                sampling=self.sampling,
+            )
+            for suffix in ("", "_drift", "_drift_sd")
+        )
+        return Recording(
+            channels=channels,
+            columns=tuple(ArrayColumn(x) for x in (self.corrected, self.drift, self.drift_sd)),
+            rate=self.rate,
+            start=self.source.start,
+            history=(*self.source.history, step),
+            source=self.source.source,
+        )
+
+    def to_json(self) -> dict[str, Any]:
+        """Plain data; of the long series no more than a picture needs."""
+        overview = {}
+        for name in ("corrected", "drift", "drift_sd"):
+            rows, low, high = envelope(getattr(self, name))
+            overview[name] = {"t": _plain(rows / self.rate), "low": _plain(low), "high": _plain(high)}
+        return {
+            "format": "allanite-filtered",
+            "version": 1,
+            "channel": self.channel,
+            "kind": self.kind.value,
+            "unit": self.unit,
+            "rate": self.rate,
+            "samples": self.n_samples,
+            "smoothed": self.smoothed,
+            "form": self.form,
+            "states": self.n_states,
+            "model": self.model.to_json(),
+            "level": _number(self.level),
+            "level_sd": _number(self.level_sd),
+            "mean_measured": _number(self.mean_measured),
+            "mean_corrected": _number(self.mean_corrected),
+            "log_likelihood": _number(self.log_likelihood),
+            "consistency": self.consistency.to_json(),
+            "verdict": self.verdict,
+            "notes": list(self.notes),
+            "terms": {name: series.to_json() for name, series in self.terms.items()},
+            "overview": overview,
+        }
+
+
+def filter_recording(
+    recording: Recording,
+    model: NoiseModel | Mapping[str, NoiseModel],
+    *,
+    channel: str | None = None,
+    smooth: bool = False,
+    form: Form = "covariance",
+    flicker: FlickerForm = "sum",
+    T: float | None = None,
+    ratio: float = 10.0,
+    progress: Progress | None = None,
+) -> Filtered:
+    """Take the drift that a noise model knows off one channel.
+
+    Parameters
+    ----------
+    recording : Recording
+        Missing samples are predicted over.
+    model : NoiseModel or mapping of channel name to NoiseModel
+        In SI, as a fit gives it; `Study.models` is such a mapping.
+    channel : str, optional
+        Needed where more than one could be meant.
+    smooth : bool
+        Estimate the drift at each sample from the whole record. The mean of the corrected samples is then the level.
+    form : "covariance" or "square root"
+        The second is used by itself, and said, where rounding breaks the first.
+    flicker : "sum" or "single"
+        A sum of Gauss-Markov terms, flat over the band of the record; or one term, of correlation time `T`, as the
+        seed paper has it. One term needs a time that records hardly determine, and its standard deviation is 11-18 %
+        too small for T of 100-1000 s if the noise is 1/f.
+    T : float, optional [s]
+    ratio : float
+        Of the correlation times of the sum (see `NoiseModel.state_space`).
+    progress : callable, optional
+        Called with the fraction done.
+
+    Returns
+    -------
+    Filtered
+
+    Raises
+    ------
+    InputError
+        No channel or model, or more than one, that could be meant; a model of another kind of sensor; a model
+        without any noise in a sample.
+    StorageError
+        The record is long and the disk for temporary files is full.
+
+    Notes
+    -----
+    Memory is bounded: a week at 32 Hz takes some tens of megabytes, and a temporary file.
+    """
+    facts, given = chosen(recording, model, channel)
+    used = with_flicker(given, flicker, T)
+    source = SampleSource(recording, facts)
+    dt = 1 / recording.rate
+    states = channel_space(used, dt, sampling=source.sampling, record=max(source.rows, 1) * dt, ratio=ratio)
+    if not (states.space.noise > 0 or np.trace(states.space.initial) > 0):
+        raise InputError("the noise model has no noise in a sample: give it at least N, or a stationary term")
+    work = _Pass(source, states, smooth, form, progress)
+    work.run()
+    notes = _notes(given, used, states.space.labels)
+    if work.skipped and form == "covariance":
+        notes = (
+            *notes,
+            f"{work.skipped} rows broke the covariance by rounding: the square-root form was used instead",
+        )
+        work = _Pass(source, states, smooth, "square root", progress)
+        work.run()
+    if work.skipped:
+        notes = (
+            *notes,
+            f"{work.skipped} rows were left out: the model says that they hold no noise, yet they differ",
+        )
+    return _result(source, used, states, work, notes)
+
+
+class _Pass:
+    """One pass of the filter over a channel, and the way back of the smoother."""
+
+    def __init__(
+        self,
+        source: SampleSource,
+        states: ChannelSpace,
+        smooth: bool,
+        form: Form,
+        progress: Progress | None,
+    ) -> None:
+        self.filter = FilterRun(states.space, readout=states.readout, form=form)
+        self.tests = ConsistencySums()
+        self.smooth = smooth
+        self._source, self._progress = source, progress or (lambda _: None)
+        self._size = block_rows(states.space.size) if smooth else _ROWS
+        self._first, self._step = instants(source.rows)
+        points = len(range(self._first, source.rows, self._step))
+        self.values, self.sds = (np.empty((points, len(states.terms))) for _ in range(2))
+        self._series = {name: Series(source.rows) for name in ("corrected", "drift", "drift_sd")}
+        self.series: dict[str, Array] = {}
+        self._sums = np.zeros(
+            3
+        )  # of the measured and of the corrected samples less `_origin`, and their number
+        self._first_value = math.nan
+
+    def run(self) -> None:
+        """Filter, and smooth if that is wanted."""
+        rows, size, checkpoints = self._source.rows, self._size, []
+        for start in range(0, rows, size):
+            block = self._source.read(start, min(start + size, rows))
+            if self.smooth:
+                checkpoints.append(self.filter.checkpoint())
+            errors, variances, means, sds = self.filter.feed(block, readout=not self.smooth)
+            self.tests.feed(errors, np.where(np.isinf(variances), np.nan, variances))
+            if not self.smooth:
+                self._take(start, block, means, sds)
+            self._progress((start + len(block)) / rows * (0.4 if self.smooth else 1.0))
+        if self.smooth:
+            self._back(checkpoints)
+        self.series = {name: one.finish() for name, one in self._series.items()}
+
+    def _back(self, checkpoints: list[Any]) -> None:
+        rows, size = self._source.rows, self._size
+
+        def again(index: int) -> tuple[Array, dict[str, Array | None]]:
+            return self._source.read(index * size, min((index + 1) * size, rows)), {}
+
+        for index, means, sds in smoothed_blocks(self.filter, checkpoints, again):
+            self._take(index * size, again(index)[0], means, sds)
+            self._progress(1 - 0.6 * index * size / rows)
+
+    def _take(self, start: int, block: Array, means: Array, sds: Array) -> None:
+        """Keep what is wanted of a block: column 0 of the readout is the drift, the others are the terms."""
+        corrected = block - means[:, 0]
+        for name, values in (
+            ("corrected", corrected + self._source.origin),
+            ("drift", means[:, 0]),
+            ("drift_sd", sds[:, 0]),
+        ):
+            self._series[name].put(start, values)
+        behind = max(-(-(start - self._first) // self._step), 0)  # instants before this block
+        rows = slice(self._first + behind * self._step - start, None, self._step)
+        chosen_rows = means[rows, 1:]
+        self.values[behind : behind + len(chosen_rows)] = chosen_rows
+        self.sds[behind : behind + len(chosen_rows)] = sds[rows, 1:]
+        present = np.isfinite(corrected)
+        if present.any():
+            if math.isnan(self._first_value):
+                self._first_value = float(block[present][0])
+            both = np.stack([block[present], corrected[present]]) - self._first_value
+            self._sums += [*both.sum(axis=1), np.count_nonzero(present)]
+
+    @property
+    def skipped(self) -> int:
+        """Rows whose innovation had no positive variance."""
+        return self.filter.skipped
+
+    @property
+    def t(self) -> Array:
+        """Instants of `values` and `sds` [s]: middles of samples."""
+        rows = np.arange(self._first, self._source.rows, self._step)
+        return np.asarray((rows + 0.5) / self._source.recording.rate, dtype=np.float64)
+
+    @property
+    def level(self) -> tuple[float, float]:
+        """The level given all rows, and its standard deviation."""
+        if self.filter.unresolved:
+            return math.nan, math.inf
+        return float(self.filter.state[-1]) + self._source.origin, math.sqrt(
+            max(float(self.filter.covariance[-1, -1]), 0.0)
+        )
+
+    @property
+    def means(self) -> tuple[float, float]:
+        """Plain means of the measured and of the corrected samples."""
+        if not self._sums[2]:
+            return math.nan, math.nan
+        measured, corrected = self._source.origin + self._first_value + self._sums[:2] / self._sums[2]
+        return float(measured), float(corrected)
+
+
+def _result(
+    source: SampleSource, model: NoiseModel, states: ChannelSpace, work: _Pass, notes: tuple[str, ...]
+) -> Filtered:
+    level, level_sd = work.level
+    measured, corrected = work.means
+    terms = {
+        name: TermSeries(t=work.t, value=work.values[:, i], sd=work.sds[:, i])
+        for i, name in enumerate(states.terms)
+    }
+    unresolved = work.filter.unresolved > 0
+    return Filtered(
+        channel=source.channel.name,
+        kind=source.kind,
+        unit=_SI.get(source.kind, source.channel.unit),
+        rate=source.recording.rate,
+        sampling=source.sampling,
+        smoothed=work.smooth,
+        form=work.filter.form,
+        model=model,
+        n_states=states.space.size,
+        corrected=work.series["corrected"],
+        drift=work.series["drift"],
+        drift_sd=work.series["drift_sd"],
+        level=level,
+        level_sd=level_sd,
+        terms=terms,
+        mean_measured=measured,
+        mean_corrected=corrected,
+        consistency=work.tests.result(),
+        log_likelihood=math.nan if unresolved else work.filter.log_likelihood,
+        notes=notes,
+        source=source.recording,
+    )
+
+
+def _notes(given: NoiseModel, used: NoiseModel, labels: tuple[str, ...]) -> tuple[str, ...]:
+    notes = [
+        "the level is the true mean rate plus the bias: one axis at rest cannot separate them",
+    ]
+    drifting = [label for label in labels if label not in (LEVEL, "mean", "quantisation")]
+    if not drifting:
+        notes.append("the model holds no drift, so nothing is taken off the samples")
+    if given.term("flicker") is not None:
+        count = sum(label == "flicker" for label in labels)
+        form = f"a sum of {count} states" if used.term("flicker") is not None else "one Gauss-Markov state"
+        notes.append(f"flicker is filtered as {form}")
+    if given.alternative is not None:
+        notes.append(
+            f"the record of the fit could not decide between {given.family} and {given.alternative.family}; "
+            f"this is the filter of {given.family}"
+        )
+    return tuple(notes)
+
+
+def _plain(array: Array) -> list[float | None]:
+    return [_number(x) for x in np.asarray(array).tolist()]
+
+
+def _number(value: float) -> float | None:
+    return value if math.isfinite(value) else None

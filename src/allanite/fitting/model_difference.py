@@ -1,0 +1,330 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Two noise models side by side: their parameters, and what each does to a navigator that nobody helps.
+
+The drift after t seconds is the standard deviation of the angle (of the velocity) that the noise adds up to in t
+seconds, the bias being known as the mean over r seconds of rest just before,
+
+    e = x(t) - x(0) - (t/r) (x(0) - x(-r)),      x the running integral of the noise,
+
+which exists for every term, flicker and random walk included: weights 1, -(1 + t/r), t/r annihilate a constant bias,
+and the variance is the sum of w_i w_j S(t_i - t_j) over the generalised autocovariance S of the phase [1]. With r = t
+it is sqrt(2) t times the Allan deviation at t.
+
+The interval of the ratio comes from what is known of each fitted model. Its parameters scatter as their covariance
+says, to first order in their logarithms. Below, the drift may be that of the terms that the record shows, alone;
+above, that of all terms, those that it does not show at their upper limits, and of the other model where the record
+cannot decide between two. Both sides join those of the other model in quadrature of the logarithms [2]. Where a record
+is short for the time that is asked about, the interval is wide: what the noise does then is extrapolated. A model that
+was stated, not fitted, has none.
+
+References
+----------
+.. [1] C. Greenhall, W. Riley, "Uncertainty of stability variances based on finite differences", PTTI 2003.
+.. [2] A. Donner, G. Zou, "Closed-form confidence intervals for functions of the normal mean and standard deviation",
+   Stat. Methods Med. Res. 21 (2012) 347: limits of a difference from the limits of its parts.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from allanite.errors import InputError
+from allanite.noise import BY_LETTER, NoiseModel, Ramp, TermType
+from allanite.plain_files.json_values import plain
+
+__all__ = ["ChannelDifference", "Difference", "DriftPair", "drift", "model_difference"]
+
+FORMAT = "allanite-difference"
+VERSION = 1
+
+#: After how long drifts are told [s].
+SECONDS = (1.0, 100.0, 1000.0)
+_NORMAL_95 = 1.959963984540054
+_STEP = 1e-4
+
+
+def drift(model: NoiseModel, seconds: float, rest: float | None = None) -> float:
+    """Standard deviation of the angle after a time of dead reckoning.
+
+    Parameters
+    ----------
+    model : NoiseModel
+    seconds : float [s]
+    rest : float, optional [s]
+        Over which the bias was averaged before; as long as `seconds` by default.
+
+    Returns
+    -------
+    float [rad, or m/s of an accelerometer]
+
+    Raises
+    ------
+    InputError
+        A time that is not positive.
+
+    Examples
+    --------
+    >>> from allanite.noise import White
+    >>> round(drift(NoiseModel.of(White(N=1e-4)), 100.0, rest=1e9), 6)  # N sqrt(t) where the bias is known
+    0.001
+    """
+    for name, value in (("seconds", seconds), ("rest", seconds if rest is None else rest)):
+        if not (math.isfinite(value) and value > 0):
+            raise InputError(f"{name} must be a positive time, not {value!r}")
+    return math.sqrt(sum(_variance(t, seconds, seconds if rest is None else rest) for t in model.terms))
+
+
+def _variance(term: TermType, t: float, r: float) -> float:
+    if r == t:
+        return 2 * t**2 * float(term.avar(t))
+    if isinstance(term, Ramp):
+        return (term.R * t * (t + r) / 2) ** 2
+    places = np.array([-r, 0.0, t])
+    weights = np.array([t / r, -1.0 - t / r, 1.0])
+    distances = np.abs(places[:, None] - places[None, :])
+    return float(weights @ np.asarray(term.phase_covariance(distances, 1.0, "mean")) @ weights)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DriftPair:
+    """The drift of both models after a time.
+
+    Attributes
+    ----------
+    seconds : float [s]
+    first, second : float [rad or m/s]
+    ratio : float
+        Second over first.
+    lower, upper : float or None
+        95 % interval of the ratio; None where neither model has intervals, or one of them shows no term at all.
+    """
+
+    seconds: float
+    first: float
+    second: float
+    ratio: float
+    lower: float | None
+    upper: float | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ChannelDifference:
+    """One sensor of both sources.
+
+    Attributes
+    ----------
+    name, kind, unit : str
+    names : tuple of str
+        What it is called in each.
+    first, second : NoiseModel
+    drifts : tuple of DriftPair
+    intervals : tuple of bool
+        Which of the two has intervals.
+    """
+
+    name: str
+    kind: str
+    unit: str
+    names: tuple[str, str]
+    first: NoiseModel
+    second: NoiseModel
+    drifts: tuple[DriftPair, ...]
+    intervals: tuple[bool, bool]
+
+    def to_json(self) -> dict[str, Any]:
+        """Plain data."""
+        return {
+            "name": self.name,
+            "kind": self.kind,
+            "unit": self.unit,
+            "names": list(self.names),
+            "first": self.first.to_json(),
+            "second": self.second.to_json(),
+            "drifts": [plain(d) for d in self.drifts],
+            "intervals": list(self.intervals),
+        }
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Difference:
+    """Two sources of noise models, sensor by sensor.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Of the sources.
+    rest : float or None [s]
+        Over which the bias was averaged before; None: as long as each time.
+    channels : tuple of ChannelDifference
+    unpaired : tuple of str
+        Sensors that only one of them holds.
+    """
+
+    names: tuple[str, str]
+    rest: float | None
+    channels: tuple[ChannelDifference, ...]
+    unpaired: tuple[str, ...] = ()
+
+    def to_json(self) -> dict[str, Any]:
+        """Plain data, from which figures and reports are made."""
+        return {
+            "format": FORMAT,
+            "version": VERSION,
+            "names": list(self.names),
+            "rest": self.rest,
+            "channels": [c.to_json() for c in self.channels],
+            "unpaired": list(self.unpaired),
+        }
+
+
+def model_difference(
+    first: Mapping[str, NoiseModel],
+    second: Mapping[str, NoiseModel],
+    *,
+    names: tuple[str, str] = ("first", "second"),
+    seconds: Sequence[float] = SECONDS,
+    rest: float | None = None,
+) -> Difference:
+    """Put two sources of noise models side by side.
+
+    Parameters
+    ----------
+    first, second : mapping of str to NoiseModel
+        As `load_models` gives them. Sensors of one name go together; one alone of its kind goes with all of that kind
+        in the other, as one data sheet is that of three axes; as many of a kind in both go together in their order.
+    names : tuple of str
+        Of the sources.
+    seconds : sequence of float [s]
+    rest : float, optional [s]
+        As for `drift`.
+
+    Returns
+    -------
+    Difference
+
+    Raises
+    ------
+    InputError
+        No sensor in common, or several of a kind that do not go together.
+    """
+    pairs, left = _paired(first, second, names)
+    channels = tuple(_channel(a, b, first[a], second[b], seconds, rest) for a, b in pairs)
+    return Difference(names=names, rest=rest, channels=channels, unpaired=left)
+
+
+def _paired(
+    first: Mapping[str, NoiseModel], second: Mapping[str, NoiseModel], names: tuple[str, str]
+) -> tuple[list[tuple[str, str]], tuple[str, ...]]:
+    pairs = [(n, n) for n in first if n in second and first[n].kind == second[n].kind]
+    for kind in dict.fromkeys(m.kind for m in first.values()):
+        a = [n for n, m in first.items() if m.kind == kind and (n, n) not in pairs]
+        b = [n for n, m in second.items() if m.kind == kind and (n, n) not in pairs]
+        if not a or not b:
+            continue
+        if len(a) == 1:
+            pairs += [(a[0], n) for n in b]
+        elif len(b) == 1:
+            pairs += [(n, b[0]) for n in a]
+        elif len(a) == len(b):
+            pairs += zip(a, b, strict=True)
+        else:
+            raise InputError(
+                f"{len(a)} sensors of {kind} in {names[0]} ({', '.join(a)}) and {len(b)} in {names[1]} "
+                f"({', '.join(b)}): which go together? Name them alike"
+            )
+    if not pairs:
+        kinds = [", ".join(f"{n} ({m.kind})" for n, m in s.items()) for s in (first, second)]
+        raise InputError(
+            f"{names[0]} holds {kinds[0]}, and {names[1]} {kinds[1]}: no sensor of a kind in both"
+        )
+    taken = ({a for a, _ in pairs}, {b for _, b in pairs})
+    left = [
+        f"{n} in {name}"
+        for source, used, name in zip((first, second), taken, names, strict=True)
+        for n in source
+        if n not in used
+    ]
+    return pairs, tuple(left)
+
+
+def _channel(
+    a: str, b: str, first: NoiseModel, second: NoiseModel, seconds: Sequence[float], rest: float | None
+) -> ChannelDifference:
+    known = tuple(bool(_fitted(m)) for m in (first, second))
+    return ChannelDifference(
+        name=a if a == b else f"{a} / {b}",
+        kind=first.kind,
+        unit=first.unit,
+        names=(a, b),
+        first=first,
+        second=second,
+        drifts=tuple(_pair(first, second, t, rest) for t in seconds),
+        intervals=(known[0], known[1]),
+    )
+
+
+def _pair(first: NoiseModel, second: NoiseModel, t: float, rest: float | None) -> DriftPair:
+    a, b = drift(first, t, rest), drift(second, t, rest)
+    ratio = b / a if a > 0 else math.inf
+    lower = upper = None
+    if a > 0 and b > 0 and (_fitted(first) or _fitted(second)):
+        (less_a, more_a), (less_b, more_b) = (_margins(m, t, rest) for m in (first, second))
+        down, up = math.hypot(less_b, more_a), math.hypot(more_b, less_a)
+        if math.isfinite(down + up):
+            lower, upper = ratio * math.exp(-down), ratio * math.exp(up)
+    return DriftPair(seconds=t, first=a, second=b, ratio=ratio, lower=lower, upper=upper)
+
+
+def _margins(model: NoiseModel, t: float, rest: float | None) -> tuple[float, float]:
+    """How far the logarithm of the drift may lie below and above that of the model, at 95 %; zeros where stated."""
+    if not _fitted(model):
+        return 0.0, 0.0
+    scatter = _NORMAL_95 * _log_sd(model, t, rest)
+    best = drift(model, t, rest)
+    ends = [_extremes(family, t, rest) for family in model.families]
+    low, high = min(a for a, _ in ends), max(b for _, b in ends)
+    less = math.inf if low <= 0 else math.log(best / low)
+    return math.hypot(scatter, max(less, 0.0)), math.hypot(scatter, max(math.log(high / best), 0.0))
+
+
+def _extremes(model: NoiseModel, t: float, rest: float | None) -> tuple[float, float]:
+    """The drift of the terms that are shown alone, and that of all with the others at their limits."""
+    limits = {e.symbol: e.upper for e in model.estimates if e.value is None and math.isfinite(e.upper)}
+    shown = tuple(term for term in model.terms if not set(term.symbols) & set(limits))
+    letters = {symbol.replace("B_equiv", "B"): upper for symbol, upper in limits.items() if upper > 0}
+    others = tuple(BY_LETTER[s](**{s: upper}) for s, upper in letters.items() if s in BY_LETTER)
+    low, high = (drift(replace(model, terms=terms), t, rest) for terms in (shown, shown + others))
+    return low, high
+
+
+def _fitted(model: NoiseModel) -> Sequence[str]:
+    """Symbols whose uncertainty is known."""
+    return list(model.covariance.get("symbols", ()))
+
+
+def _log_sd(model: NoiseModel, t: float, rest: float | None) -> float:
+    """Standard deviation of the logarithm of the drift; zero of a model that was stated."""
+    symbols = _fitted(model)
+    if not symbols:
+        return 0.0
+    slopes = np.array([_slope(model, symbol, t, rest) for symbol in symbols])
+    matrix = np.array(model.covariance["matrix"], dtype=np.float64)
+    return math.sqrt(max(float(slopes @ matrix @ slopes), 0.0))
+
+
+def _slope(model: NoiseModel, symbol: str, t: float, rest: float | None) -> float:
+    """Of the logarithm of the drift over that of a parameter; zero where no term has it."""
+    logs = []
+    for sign in (1, -1):
+        factor = math.exp(sign * _STEP)
+        terms = tuple(
+            replace(term, **{symbol: getattr(term, symbol) * factor}) if symbol in term.symbols else term
+            for term in model.terms
+        )
+        logs.append(math.log(max(drift(replace(model, terms=terms), t, rest), 1e-300)))
+    return (logs[0] - logs[1]) / (2 * _STEP)

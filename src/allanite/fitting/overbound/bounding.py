@@ -1,0 +1,283 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A noise model above the truth: see `overbound`."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from allanite.errors import InputError
+from allanite.fitting.moments import lags_used
+from allanite.fitting.overbound.envelope import band_above, least_above, reach
+from allanite.fitting.overbound.plausible import plausible_variances
+from allanite.noise import GaussMarkov, NoiseModel, Sinusoid, TermType, term_of
+from allanite.noise.allan.curve import AllanCurve
+from allanite.plain_files.counted import plural
+
+__all__ = ["LETTERS", "overbound"]
+
+Array = NDArray[np.float64]
+
+#: Terms that a bound may be made of; quantisation and a ramp only where the fit holds them.
+LETTERS = ("Q", "N", "B", "K", "R")
+_ALWAYS = ("N", "B", "K")
+#: Places of the curve at which the bound is held up, per octave.
+_PLACES = 6
+_SEED = 952
+#: A term that adds less than this share of the variance anywhere is left out.
+_NOTHING = 1e-6
+#: The way to the sum above the band may be gone this many times over, where the band is a little too low.
+_FURTHEST = 1.5
+
+
+def overbound(
+    curve: AllanCurve,
+    model: NoiseModel,
+    *,
+    probability: float = 0.95,
+    horizon: float | None = None,
+    terms: Collection[str] | None = None,
+    above_measured: bool = True,
+    exclude: ArrayLike | None = None,
+) -> NoiseModel:
+    """The least sum of noise terms whose Allan deviation lies above that of the sensor everywhere, so probably.
+
+    Everywhere is from the shortest averaging time that the fit explains to `horizon`, at all of them together: the
+    true curve is below the bound at every one with the stated probability. What the record does not show (a random
+    walk beyond its length, say) enters with all that it cannot exclude.
+
+    Parameters
+    ----------
+    curve : AllanCurve
+        The oadev curve of one channel that the model was fitted to.
+    model : NoiseModel
+        What was fitted to it. Where the record could not decide between two families, the bound holds under each.
+    probability : float
+        Between 0.5 and 1.
+    horizon : float, optional [s]
+        Longest averaging time; the longest lag that the fit used by default. Beyond the record a bound is an
+        extrapolation of what the record does not exclude, and grows fast.
+    terms : collection of str, optional
+        Letters of the terms that the bound may consist of: ("N", "K") for a consumer that knows no other. By default
+        those of the fitted model with N, B and K. Spectral lines of the model stay as they are.
+    above_measured : bool
+        Keep the bound above the measured deviations too, also of lags that the fit left out at the short end; not of
+        those that a spectral line or the sensor's filter bends.
+    exclude : array_like of bool, shape (n_lags,), optional
+        Lags that were kept out of the fit besides `curve.excluded`.
+
+    Returns
+    -------
+    NoiseModel
+        No term is smaller than in the fit, if it may be there at all. `overbound` holds probability, "shortest" and
+        "horizon" [s], "factors" of the amplitudes by symbol (null for a term that the fit does not hold), "mean" and
+        "greatest" factor of the deviation over the logarithm of the averaging time, and "fitted", the model below.
+
+    Raises
+    ------
+    InputError
+        Another statistic, several channels, a model without terms or of another kind, a probability or horizon that
+        makes no sense, unknown letters, or letters that cannot hold the curve up.
+    FitError
+        No sum of these terms lies above.
+    """
+    _refuse(curve, model, probability, horizon)
+    letters = _allowed(terms)
+    used = lags_used(curve, exclude)
+    used &= curve.tau >= float(model.goodness.get("shortest_tau", 0.0)) * (1 - 1e-9)
+    if used.sum() < 3:
+        raise InputError(f"{plural(int(used.sum()), 'lag')} of the curve can be used, at least 3 are needed")
+    shortest, end = float(curve.tau[used][0]), horizon or float(curve.tau[used][-1])
+    if end < shortest:
+        raise InputError(f"the horizon of {end:g} s is shorter than the shortest lag, {shortest:g} s")
+    places = _places(shortest, end, curve.dt)
+    rng = np.random.default_rng(_SEED)
+    drawn = [
+        plausible_variances(
+            curve,
+            used,
+            family,
+            places,
+            fitted_terms_only=only,
+            discrepancy=float(model.goodness.get("discrepancy", 0.0)),
+            rng=rng,
+        )
+        for family in model.families
+        if family.terms
+        for only in (False, True)
+    ]
+    shown = _shown(curve, end) if above_measured else np.zeros(len(curve.lags), dtype=bool)
+    ground = _Ground(
+        m=np.concatenate([places, curve.lags[shown].astype(np.float64)]),
+        dt=curve.dt,
+        sampling=curve.channels[0].sampling,
+        measured=curve.variance[shown, 0],
+        drawn=drawn,
+        probability=probability,
+    )
+    return _bound(ground, model, letters, shortest, end)
+
+
+def _refuse(curve: AllanCurve, model: NoiseModel, probability: float, horizon: float | None) -> None:
+    if len(curve.channels) != 1 or curve.statistic != "oadev":
+        raise InputError("a bound takes the oadev curve of one channel: overbound(curve['x'], model)")
+    if not model.terms:
+        raise InputError("the model has no terms: nothing to put a bound above")
+    kind = curve.channels[0].kind.value
+    if model.kind not in (kind, {"angle": "rate", "velocity": "acceleration"}.get(kind, kind)):
+        raise InputError(f"the model is of {model.kind}, the curve of {kind}")
+    if isinstance(probability, bool) or not (
+        isinstance(probability, (int, float)) and 0.5 <= probability <= 0.999
+    ):
+        raise InputError(f"probability must lie between 0.5 and 0.999 (0.95 for 95 %), not {probability!r}")
+    if horizon is not None and not (
+        isinstance(horizon, (int, float)) and math.isfinite(horizon) and horizon > 0
+    ):
+        raise InputError(f"horizon must be a positive number of seconds, not {horizon!r}")
+
+
+def _places(shortest: float, end: float, dt: float) -> Array:
+    """Averaging times [samples] at which the bound is held up."""
+    octaves = math.log2(end / shortest)
+    return np.asarray(np.geomspace(shortest, end, max(math.ceil(octaves * _PLACES), 1) + 1) / dt)
+
+
+def _shown(curve: AllanCurve, end: float) -> NDArray[np.bool_]:
+    """Lags whose measured deviation the bound has to be above."""
+    shown = np.isfinite(curve.deviation[:, 0]) & (curve.deviation[:, 0] > 0) & ~curve.excluded[:, 0]
+    return np.asarray(shown & (curve.count[:, 0] >= curve.lags) & (curve.tau <= end * (1 + 1e-9)))
+
+
+def _allowed(terms: Collection[str] | None) -> tuple[str, ...] | None:
+    """Letters; None for those of the model with N, B and K."""
+    if terms is None:
+        return None
+    wanted = tuple(terms)
+    unknown = [letter for letter in wanted if letter not in LETTERS]
+    if unknown or not wanted:
+        named = repr(unknown[0]) if unknown else "none"
+        raise InputError(f"a bound is made of terms out of {', '.join(LETTERS)}, not of {named}")
+    if "N" not in wanted or not {"K", "B", "R"} & set(wanted):
+        raise InputError("a bound needs N for short and K or B for long averaging times")
+    return wanted
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Ground:
+    """What a bound has to lie above: averaging times m [samples], the last of them those of `measured`."""
+
+    m: Array
+    dt: float
+    sampling: str
+    measured: Array
+    drawn: list[Array]
+    probability: float
+
+    def avar(self, term: NoiseModel | TermType) -> Array:
+        return term.avar_sampled(self.m, self.dt, self.sampling)
+
+    @property
+    def n_places(self) -> int:
+        return len(self.m) - len(self.measured)
+
+    def floor(self) -> Array:
+        """The bands of all families together, and what was measured."""
+        bands = np.max([band_above(curves, self.probability) for curves in self.drawn], axis=0)
+        return np.concatenate([bands, self.measured])
+
+    def needed(self, start: Array, end: Array) -> float:
+        """How far to go from `start` to `end`."""
+        n = self.n_places
+        shares = [
+            float(np.quantile(reach(curves, start[:n], end[:n]), self.probability)) for curves in self.drawn
+        ]
+        if len(self.measured):
+            shares.append(float(reach(self.measured[None], start[n:], end[n:])[0]))
+        return max(shares)
+
+
+def _bound(
+    ground: _Ground, model: NoiseModel, letters: tuple[str, ...] | None, shortest: float, end: float
+) -> NoiseModel:
+    noise = [t for t in model.terms if not isinstance(t, Sinusoid)]
+    fitted = [t for t in noise if letters is None or t.symbols[0] in letters]
+    added = [
+        term_of(letter, 1.0, dt=ground.dt)
+        for letter in letters or _ALWAYS
+        if not any(t.symbols[0] == letter for t in fitted)
+    ]
+    columns = np.stack([ground.avar(t) for t in (*fitted, *added)], axis=1)
+    least = np.array([1.0] * len(fitted) + [0.0] * len(added))
+    found = _least(ground, columns, least)
+    share = (columns * found / (columns @ found)[:, None]).max(axis=0)
+    amplitudes = np.where(share > _NOTHING, np.sqrt(found), 0.0)
+    made = [_scaled(t, a) for t, a in zip((*fitted, *added), amplitudes, strict=True) if a > 0]
+    below = sum(ground.avar(t) for t in noise)
+    ratio = np.sqrt(columns @ found / below)[: ground.n_places]
+    facts = {
+        "probability": ground.probability,
+        "shortest": shortest,
+        "horizon": end,
+        "factors": _factors(fitted, amplitudes) | {_name(t): None for t in made[len(fitted) :]},
+        "mean": float(np.exp(np.log(ratio).mean())),
+        "greatest": float(ratio.max()),
+        "fitted": NoiseModel(terms=tuple(noise), kind=model.kind).to_json()["terms"],
+    }
+    lines = tuple(t for t in model.terms if isinstance(t, Sinusoid))
+    return NoiseModel(
+        terms=(*made, *lines),
+        family=model.family,
+        kind=model.kind,
+        unit=model.unit,
+        overbound=facts,
+        verdict=_verdict(facts),
+    )
+
+
+def _least(ground: _Ground, columns: Array, least: Array) -> Array:
+    """Coefficients of the bound, none smaller than `least`.
+
+    The floor is held up by a sum of few shapes, which lies above it almost everywhere: the whole way is too far.
+    """
+    start = columns @ least
+    target = least_above(columns, least, np.maximum(ground.floor(), start))
+    share = ground.needed(start, columns @ (target * (1 + 1e-9)))
+    return np.asarray(least + min(share, _FURTHEST) * (target - least))
+
+
+def _scaled(term: TermType, factor: float) -> TermType:
+    """The same term with so many times the amplitude."""
+    if isinstance(term, GaussMarkov):
+        return replace(term, q=term.q * factor)
+    symbol = term.symbols[0]
+    return replace(term, **{symbol: getattr(term, symbol) * factor})
+
+
+def _name(term: TermType) -> str:
+    return "sigma" if isinstance(term, GaussMarkov) else term.symbols[0]
+
+
+def _factors(fitted: Sequence[TermType], amplitudes: Array) -> dict[str, float | None]:
+    """By symbol; a second term of a kind is called like the first with a 2."""
+    found: dict[str, float | None] = {}
+    for term, factor in zip(fitted, amplitudes, strict=False):
+        name, count = _name(term), 1
+        while name in found:
+            count += 1
+            name = f"{_name(term)}_{count}"
+        found[name] = float(factor)
+    return found
+
+
+def _verdict(facts: Mapping[str, Any]) -> str:
+    return (
+        f"Inflated: with probability {100 * facts['probability']:g} % its Allan deviation lies above that of the "
+        f"sensor at every averaging time from {facts['shortest']:.3g} to {facts['horizon']:.3g} s; it is "
+        f"{facts['mean']:.3g} times the fitted one on average over the logarithm of time, "
+        f"{facts['greatest']:.3g} times at most."
+    )

@@ -1,0 +1,82 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Allan covariance of several channels, overlapping, from the kernel of the variance by polarisation.
+
+With D_i the difference of adjacent means over tau in channel i, at positions where every channel is complete,
+
+    C_ij(tau) = <D_i D_j>/2 = (AVAR_i + AVAR_j - AVAR_{i-j})/2,                                                     (1)
+
+exactly, also in a record with gaps, because all three are sums over the same positions. The variances of differences
+are computed themselves: what two channels do not share is there without cancellation, however much they do share.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite import _kernels
+from allanite.noise.allan.covariance import complete_starts
+
+__all__ = ["AllanMatrix", "allan_matrix"]
+
+Array = NDArray[np.float64]
+Spans = NDArray[np.int64]
+
+_BLOCK = 1 << 15  # starts summed as one partial sum, as for one channel
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class AllanMatrix:
+    """Allan covariance of n channels at several lags.
+
+    Attributes
+    ----------
+    lags : ndarray of int64, shape (n_lags,)
+    covariance : ndarray, shape (n_lags, n, n)
+        Square of the channels' unit; the diagonal holds the Allan variances.
+    difference : ndarray, shape (n_lags, n, n)
+        Allan variances of the differences of channels; zero on the diagonal.
+    count : ndarray of int64, shape (n_lags,)
+        Terms in the sums.
+    """
+
+    lags: NDArray[np.int64]
+    covariance: Array
+    difference: Array
+    count: NDArray[np.int64]
+
+
+def allan_matrix(phases: Array, missing: Spans, lags: NDArray[np.int64]) -> AllanMatrix:
+    """Allan covariance matrix of channels that were recorded together.
+
+    Parameters
+    ----------
+    phases : ndarray, shape (n, n_samples + 1)
+        Running sums of the samples of each channel, in one unit, less a constant rate; finite everywhere.
+    missing : ndarray of int64, shape (n_runs, 2) [samples]
+        Where any of the channels is missing.
+    lags : ndarray of int64, shape (n_lags,)
+        NaN where no position is complete.
+    """
+    n, points = phases.shape
+    runs = [complete_starts(missing, points - 1, 2 * int(m)) for m in lags]
+    count = np.array([int((r[:, 1] - r[:, 0]).sum()) for r in runs], dtype=np.int64)
+    offsets = np.concatenate(([0], np.cumsum([len(r) for r in runs]))).astype(np.int64)
+    flat = np.ascontiguousarray(np.concatenate(runs))
+    with np.errstate(divide="ignore", invalid="ignore"):
+        norm = 2.0 * lags.astype(np.float64) ** 2 * np.where(count > 0, count, np.nan)
+
+    def variance(x: Array) -> Array:
+        x = np.ascontiguousarray(x)
+        sums = _kernels.difference_squares(x, 2, lags, flat, offsets, 0, -(-(points - 1) // _BLOCK), _BLOCK)
+        return np.asarray(sums.sum(axis=0) / norm)
+
+    own = np.stack([variance(x) for x in phases], axis=1)
+    difference = np.zeros((len(lags), n, n))
+    for i in range(n):
+        for j in range(i):
+            difference[:, i, j] = difference[:, j, i] = variance(phases[i] - phases[j])
+    covariance = 0.5 * (own[:, :, None] + own[:, None, :] - difference)
+    return AllanMatrix(lags=lags, covariance=covariance, difference=difference, count=count)

@@ -1,0 +1,185 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A spectrum: densities with their intervals, its lines, and what a model would show in its place."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.noise import NoiseModel
+from allanite.noise.spectrum.band_limit import BandLimit
+from allanite.noise.spectrum.bend import shortest_trusted_tau
+from allanite.noise.spectrum.expected import Sight, sight_of
+from allanite.noise.spectrum.holes import Bridged
+from allanite.noise.spectrum.lines import SpectralLine
+from allanite.noise.spectrum.sampled import sampled_psd
+from allanite.noise.spectrum.windows import window_of
+from allanite.recording.records import Sampling
+
+__all__ = ["METHODS", "Method", "Spectrum"]
+
+Array = NDArray[np.float64]
+Method = Literal["log", "welch"]
+METHODS: tuple[Method, ...] = ("log", "welch")
+_ARRAYS = ("frequency", "density", "lower", "upper", "edf", "background", "resolution")
+
+
+def _no_bins() -> NDArray[np.int64]:
+    return np.zeros((0, 2), dtype=np.int64)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Spectrum:
+    """Power spectral density of one channel.
+
+    Attributes
+    ----------
+    channel : str
+    frequency : ndarray, shape (n,) [Hz]
+    density : ndarray, shape (n,) [SI^2/Hz]
+        Two-sided, lines included.
+    lower, upper : ndarray, shape (n,)
+        Interval of the density: chi-square with `edf` degrees of freedom, about what is put back for bridged samples.
+    edf : ndarray, shape (n,)
+        Of the density less `bridged.put_back`.
+    background : ndarray, shape (n,)
+        The density with its lines taken out.
+    lines : tuple of SpectralLine
+        By frequency.
+    band_limit : BandLimit or None
+        The low-pass of a filtered sensor.
+    dt : float [s]
+    n_samples : int
+    sampling : "mean" or "point"
+    segments, skipped : int
+        Segments averaged and skipped (for missing samples), over all rates of the cascade.
+    method : "log" or "welch"
+        Bins of equal width in the logarithm, or every bin of segments of one length.
+    window : str
+    overlap : float
+        Part of a segment that it shares with the next.
+    confidence : float
+        Level of the intervals.
+    resolution : ndarray, shape (n,) [Hz]
+        Distance of the periodogram bins behind each point.
+    bins : ndarray of int64, shape (n, 2)
+        Each point is the mean of periodogram bins [first, last).
+    bridged : Bridged
+        What the density holds for isolated missing samples.
+    """
+
+    channel: str
+    frequency: Array
+    density: Array
+    lower: Array
+    upper: Array
+    edf: Array
+    background: Array
+    lines: tuple[SpectralLine, ...] = ()
+    band_limit: BandLimit | None = None
+    dt: float
+    n_samples: int
+    sampling: Sampling
+    segments: int = 0
+    skipped: int = 0
+    method: Method = "log"
+    window: str = "hann"
+    overlap: float = 0.5
+    confidence: float = 0.95
+    resolution: Array = field(default_factory=lambda: np.zeros(0), repr=False)
+    bins: NDArray[np.int64] = field(default_factory=_no_bins, repr=False)
+    bridged: Bridged = field(default_factory=Bridged, repr=False)
+
+    def __post_init__(self) -> None:
+        for name in _ARRAYS:
+            array = np.array(getattr(self, name), dtype=np.float64)
+            array.flags.writeable = False
+            object.__setattr__(self, name, array)
+        bins = np.array(self.bins, dtype=np.int64).reshape(-1, 2)
+        bins.flags.writeable = False
+        object.__setattr__(self, "bins", bins)
+
+    @property
+    def corner(self) -> float | None:
+        """Frequency [Hz] where the filter halves the density; None for a sensor without one."""
+        return None if self.band_limit is None else self.band_limit.corner
+
+    @property
+    def shortest_trusted_tau(self) -> float:
+        """Averaging time [s] from which on the filter leaves the Allan variance alone; 0 without a filter."""
+        return shortest_trusted_tau(self)
+
+    @property
+    def sight(self) -> Sight:
+        """The map from a folded density to what the points of this spectrum hold on average."""
+        return sight_of(self.bins, self.resolution, 0.5 / self.dt, window_of(self.window))
+
+    def expected(self, model: NoiseModel) -> Array:
+        """What a model would show here, shape (n,) [SI^2/Hz]: folded by sampling, seen through the window.
+
+        Sinusoids and ramps add nothing: they have lines, and no density.
+        """
+        if len(self.bins) != len(self.frequency):  # a document of an earlier version
+            return sampled_psd(model, self.frequency, self.dt, self.sampling)
+        return self.sight(lambda f: sampled_psd(model, f, self.dt, self.sampling))
+
+    def __repr__(self) -> str:
+        span = f"{self.frequency[0]:.3g} to {self.frequency[-1]:.3g} Hz" if len(self.frequency) else "empty"
+        corner = "" if self.corner is None else f", corner {self.corner:.3g} Hz"
+        return f"<Spectrum {self.channel}: {span}, {len(self.lines)} lines{corner}>"
+
+    def to_json(self) -> dict[str, Any]:
+        """Plain data; `from_json` gives back an equal spectrum."""
+        return {
+            "channel": self.channel,
+            **{name: getattr(self, name).tolist() for name in _ARRAYS},
+            "bins": self.bins.tolist(),
+            "lines": [_plain(line) for line in self.lines],
+            "corner": self.corner,
+            "band_limit": None if self.band_limit is None else asdict(self.band_limit),
+            "shortest_trusted_tau": self.shortest_trusted_tau,
+            "dt": self.dt,
+            "n_samples": self.n_samples,
+            "sampling": self.sampling,
+            "segments": self.segments,
+            "skipped": self.skipped,
+            "method": self.method,
+            "window": self.window,
+            "overlap": self.overlap,
+            "confidence": self.confidence,
+            "bridged": asdict(self.bridged),
+        }
+
+    @classmethod
+    def from_json(cls, data: Mapping[str, Any]) -> Spectrum:
+        """Inverse of `to_json`."""
+        given = {key: value for key, value in data.items() if key not in ("corner", "shortest_trusted_tau")}
+        limit = data.get("band_limit")
+        given["lines"] = tuple(_line(line) for line in data["lines"])
+        given["band_limit"] = None if limit is None else BandLimit(**limit)
+        given["bridged"] = _bridged(data.get("bridged", {}))  # none in a document of an earlier version
+        return cls(**given)
+
+
+def _bridged(data: Mapping[str, Any]) -> Bridged:
+    lacking = data.get("lacking", ())
+    white = (lacking,) if isinstance(lacking, (int, float)) else lacking  # a number in an earlier version
+    return Bridged(**{**data, "lacking": tuple(white), "errors": tuple(map(tuple, data.get("errors", ())))})
+
+
+def _plain(line: SpectralLine) -> dict[str, Any]:
+    """Inverse of `_line`."""
+    return {
+        key: None if value != value else value for key, value in asdict(line).items()
+    }  # NaN alone is not itself
+
+
+def _line(data: Mapping[str, Any]) -> SpectralLine:
+    """A line out of plain data, where null stands for a number that does not exist."""
+    given: dict[str, Any] = {key: math.nan if value is None else value for key, value in data.items()}
+    return SpectralLine(**given)

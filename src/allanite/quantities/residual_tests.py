@@ -1,0 +1,123 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Questions put to residuals: does the noise model describe this record, and is there something that it does not know?
+
+A check that fails either widens the interval, by Birge's ratio, or takes the result away (`grave`). Widening is for
+errors that come out anew each time, like the pointing of each dwell: their size shows in the scatter.
+
+References
+----------
+.. [1] R. T. Birge, "The calculation of errors by the method of least squares", Phys. Rev. 40 (1932) 207.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from allanite.quantities.distributions import chi_square_tail
+
+__all__ = ["SEEN", "Check", "alarm", "grave", "inflation_of", "scatter_check", "size_check"]
+
+#: Something is seen from so many standard deviations on.
+SEEN = 3.0
+#: Below this probability a check did not pass. Eight checks: a good record is blamed in less than one of a hundred.
+ALARM = 1e-3
+#: Below this one the scatter widens the interval.
+SCATTER_ALARM = 1e-2
+#: Scatter or noise beyond so many times the model's: the model is not that of this record. Too little noise takes
+#: nothing away from a result, whose interval is too wide then; but it is said.
+FOREIGN = 2.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Check:
+    """One question put to the residuals.
+
+    Attributes
+    ----------
+    name : str
+    statistic, dof : float
+        Chi-square and its expectation if the model holds.
+    p : float
+        Probability of one at least as unlikely if the model holds.
+    tries : int
+        The statistic is the largest of so many; p is its own probability times that number [Bonferroni].
+    two_sided : bool
+        p is twice that of the nearer tail: too small is as telling as too large.
+    passed : bool
+    says : str
+        What it means and what to do, when it did not pass.
+    widens : bool
+        Where it fails by no more than a factor of two, it widens the interval and leaves the result standing.
+    """
+
+    name: str
+    statistic: float
+    dof: float
+    p: float
+    passed: bool
+    says: str
+    widens: bool = False
+    tries: int = 1
+    two_sided: bool = False
+
+    @property
+    def ratio(self) -> float:
+        """Size of what was found over what the model says."""
+        return math.sqrt(self.statistic / self.dof) if self.dof > 0 else 1.0
+
+
+def alarm(name: str, statistic: float, dof: float, says: str, *, looks: int = 1) -> Check:
+    """A check that takes the result away; the best of several `looks` is charged for all of them."""
+    tries = max(looks, 1)
+    p = min(chi_square_tail(statistic, dof) * tries, 1.0)
+    return Check(name=name, statistic=statistic, dof=dof, p=p, passed=p >= ALARM, says=says, tries=tries)
+
+
+def size_check(chi2: float, dof: int) -> Check:
+    """Is the noise of the record that of the model? Too little of it is as telling as too much."""
+    above = chi_square_tail(chi2, dof) if dof > 0 else 0.5
+    p = min(2 * min(above, 1 - above), 1.0)
+    ratio = math.sqrt(chi2 / dof) if dof > 0 else 1.0
+    says = f"the noise of this record is {ratio:.3g} times that of the model"
+    if ratio < 1:
+        says += ", and the interval wider than need be"
+    if not 1 / FOREIGN <= ratio <= FOREIGN:
+        says += ": is it the model of this sensor, in this unit?"
+    return Check(
+        name="size of the noise",
+        statistic=chi2,
+        dof=dof,
+        p=p,
+        passed=p >= ALARM,
+        says=says,
+        widens=True,
+        two_sided=True,
+    )
+
+
+def scatter_check(what: str, chi2: float, dof: int, reasons: str) -> Check:
+    """Do the means of the `what` scatter as the model says?"""
+    p = chi_square_tail(chi2, dof) if dof > 0 else 1.0
+    ratio = math.sqrt(chi2 / max(dof, 1))
+    return Check(
+        name=f"scatter of the {what}",
+        statistic=chi2,
+        dof=dof,
+        p=p,
+        passed=p >= SCATTER_ALARM,
+        says=f"the {what} scatter {ratio:.2f} times as much as the noise model says: {reasons}",
+        widens=True,
+    )
+
+
+def inflation_of(checks: Sequence[Check]) -> float:
+    """Birge's ratio [1], of the check that asks for more; 1 where none does."""
+    return max([1.0, *(c.ratio for c in checks if c.widens and not c.passed)])
+
+
+def grave(checks: Sequence[Check]) -> list[Check]:
+    """Checks that take the result away, not just its precision."""
+    failed = [c for c in checks if not c.passed]
+    return [c for c in failed if not c.widens or c.ratio > FOREIGN]

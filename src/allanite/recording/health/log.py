@@ -1,0 +1,373 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Findings that the readers made possible: what stood in the time stamps and in the text of a log.
+
+The readers count and judge nothing; their notes are in `Recording.notes`. Rows are counted from 0 at the first
+row of samples.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from allanite.errors import InputError
+from allanite.quantities.units import Quantity, parse_unit
+from allanite.recording.health.finding import PLACES, Finding, Severity, finding, percent, plural
+from allanite.recording.health.survey import Survey
+from allanite.recording.health.values import TOLERATED
+from allanite.recording.records import Kind, Recording
+
+__all__ = ["clock", "drift", "jitter", "repairs", "stamps", "text", "words"]
+
+Notes = Mapping[str, Any]
+
+#: Clock error worth a warning [ppm]: that of a poor crystal.
+POOR_CLOCK = 100.0
+#: Standard errors by which a drift of the clock must stand out: less than one record in a million by chance.
+CERTAIN = 5.0
+
+
+def _notes(recording: Recording, part: str) -> Notes:
+    notes = recording.notes.get(part)
+    return notes if isinstance(notes, Mapping) else {}
+
+
+def _number(notes: Notes, key: str) -> float:
+    value = notes.get(key)
+    return float(value) if isinstance(value, (int, float)) and math.isfinite(value) else 0.0
+
+
+def _rows(notes: Notes, *keys: str) -> list[int]:
+    rows = [int(row) for key in keys for row in notes.get(key) or ()]
+    return sorted(set(rows))[:PLACES]
+
+
+def _spans(rows: Sequence[int]) -> list[tuple[int, int]]:
+    return [(row, row + 1) for row in rows]
+
+
+# -- time -------------------------------------------------------------------------------------------------
+
+
+_SET_BACK = (
+    "was the clock set back (to winter time, say), or are rows out of order? Take the part before or after it (--to, "
+    "--from), put the rows in order, or give --rate, which sets the stamps aside"
+)
+
+
+def stamps(recording: Recording) -> Iterator[Finding]:
+    """Stamps that contradict each other (battery B12)."""
+    notes = _notes(recording, "timebase")
+    backward, duplicates = int(_number(notes, "backward")), int(_number(notes, "duplicates"))
+    share = duplicates / max(recording.n_samples - int(_number(notes, "missing")), 1)
+    rows = _rows(notes, "backward_rows", "duplicate_rows")
+    parts = [plural(backward, "step") + " back"] if backward else []
+    if duplicates:
+        parts.append(f"{plural(duplicates, 'stamp')} equal to the one before ({percent(share)})")
+    if not parts:
+        return
+    fatal = backward > 0 or share > TOLERATED
+    yield finding(
+        "time_stamps" if fatal else "duplicate_stamps",
+        f"time stamps: {' and '.join(parts)}; first rows: {', '.join(map(str, rows))}",
+        severity=Severity.FATAL if fatal else Severity.WARNING,
+        spans=_spans(rows),
+        count=backward + duplicates,
+        advice=_SET_BACK if backward else None,
+        repaired=not backward,
+    )
+
+
+def jitter(recording: Recording) -> Iterator[Finding]:
+    """Stamps that scatter, or are coarse, or whose median tells another rate (battery B13; class 1)."""
+    notes = _notes(recording, "timebase")
+    rate, dt = recording.rate, recording.dt
+    resolution, rms = _number(notes, "resolution_s"), _number(notes, "jitter_rms_s")
+    if resolution > 1.5 * dt:
+        message = f"time stamps come in steps of {resolution:.3g} s, samples every {dt:.3g} s"
+        lost = int(_number(notes, "unplaced"))
+        if lost:
+            message += (
+                f"; {plural(lost, 'sample')} next to pauses may lie up to a step from their place. Log finer stamps, "
+                "or name another time column (--time)"
+            )
+        yield finding(
+            "coarse_stamps",
+            message,
+            severity=Severity.WARNING if lost > TOLERATED * recording.n_samples else Severity.INFO,
+            count=lost or recording.n_samples,
+        )
+    elif rms > 0.01 * dt:
+        yield _scatter(recording, rms)
+    median = _number(notes, "median_rate")
+    if median > 0.0 and abs(median / rate - 1.0) > 0.01:
+        yield finding(
+            "rate_not_median",
+            f"the median interval says {median:.5g} Hz, {_by_count(recording)}",
+            severity=Severity.INFO,
+            count=recording.n_samples,
+        )
+
+
+def _by_count(recording: Recording) -> str:
+    """The rate that is used, and the samples in the file over their span, which gaps make another one."""
+    notes = _notes(recording, "timebase")
+    span, missing = _number(notes, "span_s"), int(_number(notes, "missing"))
+    there = recording.n_samples - missing
+    if missing == 0 or span <= 0.0:
+        return f"the samples over the span say {recording.rate:.6g} Hz, which is used"
+    return (
+        f"the stamps between gaps say {recording.rate:.6g} Hz, which is used ({there} samples over {span:.6g} s, gaps "
+        f"among them, are {(there - 1) / span:.6g} Hz)"
+    )
+
+
+#: What the samples of an integral show of it.
+_SHOWS_JITTER = {
+    Kind.ANGLE: "an angle that moves on at a rate w shows it as noise of w times that",
+    Kind.VELOCITY: "a velocity that grows at an acceleration a shows it as noise of a times that",
+    Kind.PHASE: "the phase of a clock that is off by a fractional frequency y shows it as noise of y times that",
+}
+
+
+def _scatter(recording: Recording, rms: float) -> Finding:
+    """Jitter of the stamps. A steady rate does not see it; a moving angle does, as noise of rate times jitter."""
+    share = rms / recording.dt
+    kinds = {c.kind for c in recording.channels}
+    shows = next((text for kind, text in _SHOWS_JITTER.items() if kind in kinds), "")
+    moving = bool(shows)
+    message = (
+        f"time stamps scatter by {rms:.3g} s rms, {percent(share)} of the interval; they are taken as even"
+    )
+    if moving:
+        message += f"; {shows}"
+    of_clock = bool(kinds & {Kind.PHASE, Kind.FREQUENCY})
+    return finding(
+        "rate_jitter",
+        message,
+        advice="use the time of the counter itself, or trigger each reading by a clock" if of_clock else None,
+        severity=Severity.WARNING if share > 0.5 or (moving and share > 0.05) else Severity.INFO,
+        count=recording.n_samples,
+    )
+
+
+def clock(recording: Recording) -> Iterator[Finding]:
+    """The rate against what the file claims; and no clock at all (battery B14; class 2)."""
+    notes = _notes(recording, "timebase")
+    if not notes:
+        return
+    if _notes(recording, "source").get("format") == "run":
+        yield from _of_run(recording)
+        return
+    stamped = bool(notes.get("unit"))
+    if not stamped:
+        yield finding(
+            "no_time_stamps",
+            f"no time stamps are used: {recording.rate:.6g} Hz is the {notes.get('source') or 'rate given'}",
+            severity=Severity.INFO,
+            count=recording.n_samples,
+        )
+    nominal = _number(notes, "rate_nominal")
+    if nominal > 0.0:
+        yield from _against(recording, nominal, "the stamps say" if stamped else "the rate given is")
+
+
+def _of_run(recording: Recording) -> Iterator[Finding]:
+    """The clock of the instrument, by which samples were counted, against that of the host."""
+    notes = _notes(recording, "source")
+    host, error = _number(notes, "rate_measured"), _number(notes, "rate_uncertainty")
+    ppm = (recording.rate / host - 1.0) * 1e6 if host > 0 else 0.0
+    if abs(ppm) > max(POOR_CLOCK, 5e6 * error / recording.rate):
+        yield finding(
+            "clock_rate",
+            f"by the clock of the instrument {recording.rate:.8g} Hz, by that of the host {host:.8g} Hz: {ppm:+.4g} ppm"
+            "; the former is used",
+            severity=Severity.WARNING,
+            count=recording.n_samples,
+        )
+
+
+def _against(recording: Recording, nominal: float, says: str) -> Iterator[Finding]:
+    """The rate against the one that the header claims."""
+    notes = _notes(recording, "timebase")
+    ratio = nominal / recording.rate
+    every = round(ratio)
+    if every >= 2 and abs(ratio / every - 1.0) < 0.01:
+        yield finding(
+            "decimated",
+            f"the header says {nominal:.6g} Hz, {says} {recording.rate:.6g} Hz: one sample in {every} was logged",
+            severity=Severity.WARNING,
+            count=recording.n_samples,
+        )
+        return
+    ppm = (recording.rate / nominal - 1.0) * 1e6
+    error = _number(notes, "jitter_rms_s") * math.sqrt(12.0 / recording.n_samples) / recording.duration
+    if abs(ppm) > max(POOR_CLOCK, 5e6 * error):
+        yield finding(
+            "clock_rate",
+            f"the header says {nominal:.8g} Hz, {says} {recording.rate:.8g} Hz: {ppm:+.4g} ppm; the latter is used",
+            severity=Severity.WARNING,
+            count=recording.n_samples,
+        )
+
+
+def drift(recording: Recording) -> Iterator[Finding]:
+    """A clock that gains or loses more at one end of the record than at the other (battery B14)."""
+    notes = _notes(recording, "timebase")
+    change, error = _number(notes, "rate_change_ppm"), _number(notes, "rate_change_error_ppm")
+    if abs(change) > max(POOR_CLOCK, CERTAIN * error):
+        yield finding(
+            "clock_drift",
+            f"the stamps say that the rate changes by {change:+.4g} ppm from the beginning to the end (standard error "
+            f"{error:.2g} ppm); the mean rate, {recording.rate:.8g} Hz, is used",
+            severity=Severity.WARNING,
+            count=recording.n_samples,
+        )
+
+
+# -- what was done ----------------------------------------------------------------------------------------
+
+
+def repairs(recording: Recording) -> Iterator[Finding]:
+    """The repairs in the history: what went, of which channel, and why."""
+    for step in recording.history:
+        if step.get("step") != "repair":
+            continue
+        samples = {str(name): int(count) for name, count in (step.get("samples") or {}).items()}
+        went = ", ".join(f"{plural(count, 'sample')} of {name}" for name, count in samples.items() if count)
+        yield finding(
+            "repaired",
+            f"{step.get('repair')}: {went or 'no sample'} taken out: {step.get('why')}",
+            severity=Severity.INFO,
+            count=max(samples.values(), default=0),
+        )
+
+
+# -- text -------------------------------------------------------------------------------------------------
+
+
+def text(recording: Recording) -> Iterator[Finding]:
+    """What was odd in the text of a log, and what a reader of any format had to guess (battery F6; class 5)."""
+    notes = _notes(recording, "text")
+    ragged = int(_number(notes, "ragged"))
+    if ragged:
+        rows = _rows(notes, "ragged_rows")
+        yield finding(
+            "ragged_rows",
+            f"{plural(ragged, 'row')} with too few or too many cells; first: {', '.join(map(str, rows))}",
+            severity=Severity.WARNING,
+            spans=_spans(rows),
+            count=ragged,
+        )
+    yield from _sentences(notes)
+    yield from _labels(notes)
+    yield from _suffixes(notes)
+    empty = int(_number(notes, "missing_cells"))
+    if empty:
+        what = f"{plural(empty, 'cell')} without a number"
+        yield finding("cells_missing", what, severity=Severity.INFO, count=empty)
+    if notes.get("unterminated_last_line"):
+        yield finding(
+            "unterminated_last_line",
+            "the last line has no end and was dropped: its last number may be cut",
+            severity=Severity.WARNING,
+            count=1,
+        )
+    nul = int(_number(notes, "nul_bytes"))
+    if nul:
+        what = f"{plural(nul, 'NUL byte')} in the text"
+        yield finding("nul_bytes", what, severity=Severity.WARNING, count=nul)
+    kept = [*(notes.get("guesses") or ()), *(_notes(recording, "source").get("guesses") or ())]
+    guesses = [str(guess) for guess in kept]
+    if guesses:
+        yield finding("dialect_guessed", "; ".join(guesses), severity=Severity.INFO, count=len(guesses))
+
+
+def _suffixes(notes: Notes) -> Iterator[Finding]:
+    """Units and marks behind the numbers, by column."""
+    by_column = notes.get("suffixes")
+    for name, suffixes in (by_column if isinstance(by_column, Mapping) else {}).items():
+        for suffix, count in suffixes.items():
+            unit = _is_unit(suffix)
+            meaning = "it is the unit" if unit else "left out; what it means is not known"
+            yield finding(
+                "cell_suffix",
+                f"{name}: {suffix!r} follows the number in {plural(count, 'cell')}: {meaning}",
+                severity=Severity.INFO if unit else Severity.WARNING,
+                count=count,
+            )
+
+
+def _is_unit(text: str) -> bool:
+    try:
+        parse_unit(text, tuple(Quantity))
+    except InputError:
+        return False
+    return True
+
+
+def _sentences(notes: Notes) -> Iterator[Finding]:
+    """Sentences that failed their checksum, and lines that may have been one."""
+    failed, stray = int(_number(notes, "sentences_failed")), int(_number(notes, "stray_lines"))
+    if failed + stray == 0:
+        return
+    said, rows = [], _rows(notes, "failed_rows")
+    if failed:
+        said.append(
+            f"{plural(failed, 'sentence')} {notes.get('sentence')} failed the checksum: read as missing samples; "
+            f"first rows: {', '.join(map(str, rows))}"
+        )
+    if stray:
+        said.append(f"{plural(stray, 'line')} of unknown kind left out")
+    yield finding(
+        "checksum_failed",
+        "; ".join(said),
+        severity=Severity.WARNING,
+        spans=_spans(rows),
+        count=failed + stray,
+    )
+
+
+def _labels(notes: Notes) -> Iterator[Finding]:
+    """Lines of labeled values that break with the others."""
+    damaged, stray = int(_number(notes, "labels_damaged")), int(_number(notes, "labels_stray"))
+    lacking, absent = int(_number(notes, "labels_lacking")), notes.get("labels_absent") or {}
+    unknown, rows = notes.get("labels_unknown") or {}, _rows(notes, "failed_rows")
+    said = []
+    if damaged:
+        first = ", ".join(map(str, rows))
+        said.append(f"{plural(damaged, 'damaged line')} read as missing samples; first rows: {first}")
+    if stray:
+        said.append(f"{plural(stray, 'line')} without a label of the log left out")
+    if lacking:
+        said.append(f"{plural(lacking, 'line')} without a value of {_counted(absent)}: missing there")
+    if unknown:
+        said.append(f"labels left out, as they are rare: {_counted(unknown)}")
+    if said:
+        yield finding(
+            "labeled_lines",
+            "; ".join(said),
+            severity=Severity.WARNING if damaged or stray else Severity.INFO,
+            spans=_spans(rows) if damaged else [],
+            count=damaged + stray + lacking + sum(unknown.values()),
+        )
+
+
+def _counted(names: Mapping[str, int]) -> str:
+    shown = [f"{name} ({count})" for name, count in list(names.items())[:PLACES]]
+    return ", ".join(shown) + (f" and {len(names) - PLACES} more" if len(names) > PLACES else "")
+
+
+def words(recording: Recording, surveys: Sequence[Survey]) -> Iterator[Finding]:
+    """Overload words of a text log that came in as missing samples (battery B2)."""
+    count = int(_number(_notes(recording, "text"), "overload_words"))
+    seen = sum(s.overload for s in surveys)
+    if count > seen:
+        share = (count - seen) / max(recording.n_samples * max(len(surveys), 1), 1)
+        yield finding(
+            "overload",
+            f"{plural(count - seen, 'overload word')} in the text ({percent(share)} of the cells), read as missing",
+            severity=Severity.FATAL if share > TOLERATED else Severity.WARNING,
+            count=count - seen,
+        )

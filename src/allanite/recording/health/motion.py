@@ -1,0 +1,90 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Was a unit that is said to be at rest turned? Gravity tells, however slowly it happened.
+
+The test of rest (`disturbance`) compares windows of a record with one another, axis by axis. It does not see what
+moves evenly, and it cannot say by how much the unit turned. The direction of the mean specific force can.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.recording.health.finding import Finding, Severity, finding
+from allanite.recording.health.meaning import triads
+from allanite.recording.health.survey import Survey
+from allanite.recording.records import Kind
+
+__all__ = ["motion"]
+
+Samples = NDArray[np.float64]
+
+#: Length of the means whose directions are compared [s], and the fewest samples in one.
+LENGTH, LEAST = 1.0, 8
+#: Angle that no drift of the bias explains: 2 deg are 34 mg.
+TURNED = math.radians(2.0)
+#: Attitudes that are tried as the usual one.
+CANDIDATES = 256
+#: Angles below so many standard deviations of a mean are noise: of 64 probes of 4096 samples, never one.
+NOISE = 7.0
+
+
+def motion(surveys: Sequence[Survey]) -> Iterator[Finding]:
+    """The direction of gravity changes: the unit was turned."""
+    for triad in triads([s for s in surveys if s.channel.kind is Kind.ACCELERATION and s.present]):
+        starts, means, size = _means(triad)
+        if len(means) < 2:
+            continue
+        angle, bar = _angles(means), _bar(triad, means, size)
+        out = angle > max(bar, TURNED)
+        if not out.any():
+            continue
+        names, first = ", ".join(s.name for s in triad), int(np.argmax(out))
+        spans = np.stack([starts[out], starts[out] + size], axis=1)
+        yield finding(
+            "motion",
+            f"the direction of gravity in {names} is up to {math.degrees(float(angle.max())):.3g} deg off that of most "
+            f"of the time, first at {triad[0].seconds(int(starts[first]))}: the unit was turned",
+            severity=Severity.WARNING,
+            spans=spans,
+            weight=angle[out],
+        )
+
+
+def _means(triad: Sequence[Survey]) -> tuple[NDArray[np.int64], Samples, int]:
+    """First samples and mean vectors [m/s^2] of blocks of a second in the probes of the three channels."""
+    size = max(round(LENGTH / triad[0].dt), LEAST)
+    starts, means = [], []
+    for probes in zip(*(s.probes for s in triad), strict=True):
+        rows = min(len(values) for _, values in probes) // size
+        if rows == 0:
+            continue
+        cut = np.stack([values[: rows * size].reshape(rows, size) for _, values in probes], axis=-1)
+        starts.append(probes[0][0] + size * np.arange(rows))
+        means.append(cut.mean(axis=1))  # a block with a missing sample is no block
+    if not means:
+        return np.zeros(0, dtype=np.int64), np.zeros((0, 3)), size
+    scale = np.array([s.channel.scale for s in triad])
+    vectors = (np.concatenate(means) + [s.origin for s in triad]) * scale
+    known = np.isfinite(vectors).all(axis=1) & (np.abs(vectors).max(axis=1) > 0)
+    return np.concatenate(starts)[known].astype(np.int64), vectors[known], size
+
+
+def _angles(means: Samples) -> Samples:
+    """Angle of each vector to the attitude in which the unit spends most of the time [rad]."""
+    unit = means / np.maximum(np.linalg.norm(means, axis=1, keepdims=True), 1e-300)
+    candidates = unit[:: -(-len(unit) // CANDIDATES)]
+    # a chord tells small angles apart, a cosine does not
+    near = [np.count_nonzero(np.linalg.norm(unit - one, axis=1) < TURNED / 2) for one in candidates]
+    usual = candidates[int(np.argmax(near))]
+    return np.asarray(2 * np.arcsin(np.minimum(0.5 * np.linalg.norm(unit - usual, axis=1), 1.0)))
+
+
+def _bar(triad: Sequence[Survey], means: Samples, size: int) -> float:
+    """Angle that noise makes of a mean [rad]."""
+    noise = max(abs(s.channel.scale) * s.sigma for s in triad) / math.sqrt(size)
+    length = float(np.median(np.linalg.norm(means, axis=1)))
+    return NOISE * noise / length

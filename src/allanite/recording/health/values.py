@@ -1,0 +1,326 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Findings about single values: missing ones, overload words, ends of the range, nonsense."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterator
+from statistics import NormalDist
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.recording.health.finding import Finding, Severity, finding, percent, plural
+from allanite.recording.health.survey import Survey
+from allanite.recording.health.tallies import Extreme, Runs
+from allanite.recording.records import BLOCK, OVERLOAD
+
+__all__ = [
+    "MINIMUM",
+    "clipping",
+    "every",
+    "implausible_exponents",
+    "missing",
+    "no_samples",
+    "only_grows",
+    "overload",
+    "saturated",
+    "spans_equal",
+    "too_short",
+]
+
+Spans = NDArray[np.int64]
+
+#: Samples below which no noise model makes sense: five octaves of lags.
+MINIMUM = 32
+#: Share of unusable samples beyond which the rest is not trusted either.
+TOLERATED = 1e-3
+#: Share of the steps that have one sign, or are one and the same, in what only grows; and of those that are not 0.
+ONE_WAY, COUNTS_ON, MOVES = 0.98, 0.9, 0.5
+#: Distinct values from which on the end of a range can be told from the step of the values.
+LEVELS = 8
+#: Largest and smallest codes of 16-, 24- and 32-bit words.
+_TOPS = frozenset({32767.0, 65535.0, 8388607.0, 16777215.0, 2147483647.0, 4294967295.0})
+_BOTTOMS = frozenset({-32768.0, -8388608.0, -2147483648.0})
+
+
+# -- missing ----------------------------------------------------------------------------------------------
+
+
+def no_samples(survey: Survey) -> Iterator[Finding]:
+    """Nothing but gaps (battery B3)."""
+    if survey.present == 0:
+        yield finding(
+            "no_samples",
+            f"none of the {survey.n_samples} positions holds a sample (at least {MINIMUM} are needed)",
+            severity=Severity.FATAL,
+            channel=survey.name,
+            count=survey.n_samples,
+        )
+
+
+def too_short(survey: Survey) -> Iterator[Finding]:
+    """Fewer samples than a noise model needs (battery B3)."""
+    if 0 < survey.present < MINIMUM:
+        yield finding(
+            "too_short",
+            f"{plural(survey.present, 'sample')}; at least {MINIMUM} are needed",
+            severity=Severity.FATAL,
+            channel=survey.name,
+            count=survey.present,
+        )
+
+
+def missing(survey: Survey) -> Iterator[Finding]:
+    """Gaps, and whether anything unbroken is left between them (battery B1, B15; classes 3 and 14)."""
+    if survey.present == 0:
+        return
+    if survey.unbroken < MINIMUM <= survey.present:
+        yield _broken_up(survey)
+        return
+    if survey.missing:
+        share = survey.missing / survey.n_samples
+        yield finding(
+            "missing",
+            f"{survey.missing} of {plural(survey.n_samples, 'sample')} missing ({percent(share)}) "
+            f"in {plural(survey.missing_runs, 'stretch')}; "
+            f"the longest unbroken stretch is {survey.unbroken * survey.dt:.6g} s",
+            severity=Severity.INFO if share <= TOLERATED else Severity.WARNING,
+            channel=survey.name,
+            spans=survey.missing_spans,
+            count=survey.missing,
+        )
+
+
+def _broken_up(survey: Survey) -> Finding:
+    spacing = every(survey)
+    pattern = f": values come every {spacing} rows" if spacing else ""
+    advice = None
+    if spacing:
+        advice = (
+            f"keep the rows that hold a value and give their rate, {survey.recording.rate / spacing:.6g} Hz"
+        )
+    return finding(
+        "broken_up",
+        f"the longest unbroken stretch is {plural(survey.unbroken, 'sample')} of {survey.present}{pattern}",
+        severity=Severity.FATAL,
+        channel=survey.name,
+        spans=survey.missing_spans,
+        count=survey.missing,
+        advice=advice,
+    )
+
+
+def every(survey: Survey) -> int | None:
+    """Spacing of the values, if they come every k-th row."""
+    for _, values in survey.probes:
+        place = np.flatnonzero(~np.isnan(values))
+        if len(place) > 8 and np.ptp(np.diff(place)) == 0:
+            return int(place[1] - place[0]) if place[1] - place[0] > 1 else None
+    return None
+
+
+# -- ends of the range ------------------------------------------------------------------------------------
+
+
+def overload(survey: Survey) -> Iterator[Finding]:
+    """Overload words and infinities (battery B2, Q8): never numbers."""
+    if survey.overload:
+        share = survey.overload / survey.n_samples
+        yield finding(
+            "overload",
+            f"{plural(survey.overload, 'overload word')} among {survey.n_samples} samples ({percent(share)}) "
+            f"in {plural(survey.overload_runs, 'stretch')}",
+            severity=Severity.FATAL if share > TOLERATED else Severity.WARNING,
+            channel=survey.name,
+            spans=survey.overload_spans,
+            count=survey.overload,
+            excludes=True,
+        )
+
+
+def saturated(survey: Survey) -> Iterator[Finding]:
+    """The extreme code of an integer word, repeated or far from the rest (battery B2)."""
+    codes = [code for code in _rails(survey) if _is_rail(survey, *code)]
+    if codes:
+        values = [float(extreme.values[0]) for extreme, _ in codes]
+        count = sum(int(extreme.samples[0]) for extreme, _ in codes)
+        share = count / survey.n_samples
+        yield finding(
+            "saturated",
+            f"{plural(count, 'sample')} at the end of the integer range ("
+            + ", ".join(f"{v + survey.origin:.0f}" for v in values)
+            + f"; {percent(share)})",
+            severity=Severity.FATAL if share > TOLERATED else Severity.WARNING,
+            channel=survey.name,
+            spans=spans_equal(survey, values, within=max(float(e.spread[0]) for e, _ in codes)),
+            excludes=True,
+        )
+
+
+def _rails(survey: Survey) -> list[tuple[Extreme, frozenset[float]]]:
+    tops, bottoms = _TOPS, _BOTTOMS
+    if survey.dtype.kind in "iu":
+        limits = np.iinfo(survey.dtype)
+        tops, bottoms = tops | {float(limits.max)}, bottoms | {float(limits.min)} - {0.0}
+    return [(survey.high, tops), (survey.low, bottoms)]
+
+
+def _is_rail(survey: Survey, extreme: Extreme, rails: frozenset[float]) -> bool:
+    if len(extreme.values) == 0 or float(extreme.values[0]) + survey.origin not in rails:
+        return False
+    repeats = bool(extreme.runs[0] < extreme.samples[0])
+    far = abs(float(extreme.values[0]) + survey.origin - survey.mean) > 6.0 * survey.sigma
+    return (repeats or far) and not survey.constant
+
+
+def clipping(survey: Survey) -> Iterator[Finding]:
+    """The range ends inside the noise (battery B6).
+
+    In the tail of a noise the density falls outwards, so of the samples at and near the outermost value at most
+    a part ``step/(step + width)`` stands at the outermost value itself (2.5 times that for a strong vibration,
+    whose density rises towards its ends). Where the counts fall outwards, as of noise, none at the end may exceed the
+    next one. Runs of equal samples count once, so that a frozen reading is no clip.
+    False alarms: below 1e-6 per side (Chernoff bound), Gaussian or sinusoidal.
+    """
+    if survey.channel.kind.integrated or survey.constant:
+        return
+    if 0 < survey.lattice.codes <= LEVELS:  # a log of few levels has all of them often: see quantisation
+        return
+    ends = (("largest", survey.high), ("smallest", survey.low))
+    sides = [(end, e) for end, e in ends if _is_clipped(survey, e) and not _explained(survey, e)]
+    if not sides:
+        return
+    share = max(int(e.samples[0]) for _, e in sides) / survey.present
+    level = -NormalDist().inv_cdf(min(share, 0.5))
+    fatal = level <= 3.25
+    text = " and ".join(
+        f"the {end} value {e.values[0] + survey.origin:.6g}{survey.unit} {e.samples[0]} times"
+        for end, e in sides
+    )
+    yield finding(
+        "clipping",
+        f"{text}, as often as in Gaussian noise whose range ends at {level:.1f} standard deviations",
+        severity=Severity.FATAL if fatal else Severity.WARNING,
+        channel=survey.name,
+        spans=spans_equal(
+            survey,
+            [float(e.values[0]) for _, e in sides],
+            within=max(float(e.spread[0]) for _, e in sides),
+        ),
+        count=sum(int(e.samples[0]) for _, e in sides),
+    )
+
+
+def _explained(survey: Survey, extreme: Extreme) -> bool:
+    """Another finding speaks of that value: an integer's end, or exact zeros."""
+    value = float(extreme.values[0]) + survey.origin
+    if value == 0.0 and abs(survey.mean) > 6.0 * survey.sigma:
+        return True
+    return any(_is_rail(survey, e, r) and e is extreme for e, r in _rails(survey))
+
+
+def _is_clipped(survey: Survey, extreme: Extreme) -> bool:
+    values, runs = extreme.values, extreme.runs
+    if len(values) < 2 or runs[0] < 2:
+        return False
+    if _jumps(runs):
+        return True
+    step = max(survey.lattice.step or _float_spacing(survey, float(values[0])), float(extreme.spread[0]))
+    for k in range(1, len(values)):
+        width = abs(float(values[0] - values[k]))
+        inside = 2.5 * step / (2.5 * step + width)
+        if _tail(int(runs[0]) - 1, int(runs[: k + 1].sum()) - 1, inside) < 1e-6 / 7.0:
+            return True
+    return False
+
+
+def _jumps(runs: NDArray[np.int64]) -> bool:
+    """The counts fall outwards and jump at the end, by six standard errors: of a vibration they rise all along."""
+    if len(runs) < 3 or not runs[1] <= runs[2]:
+        return False
+    return bool(runs[0] - runs[1] > 6.0 * math.sqrt(float(runs[0] + runs[1])))
+
+
+def _float_spacing(survey: Survey, value: float) -> float:
+    kind = survey.dtype if survey.dtype.kind == "f" else np.dtype(np.float64)
+    return float(np.spacing(np.abs(kind.type(value))))
+
+
+def _tail(hits: int, trials: int, p: float) -> float:
+    """Chernoff's bound on the chance of so many hits or more in so many trials."""
+    share = hits / trials
+    if share <= p:
+        return 1.0
+    if p == 0.0:
+        return 0.0
+    divergence = share * math.log(share / p)
+    if share < 1.0:
+        divergence += (1.0 - share) * math.log((1.0 - share) / (1.0 - p))
+    return math.exp(-trials * divergence)
+
+
+def spans_equal(survey: Survey, values: list[float], *, within: float = 0.0) -> Spans:
+    """All runs of samples that have one of these values, or lie so close to it: one more pass over the channel."""
+    runs = Runs()
+    found: list[tuple[NDArray[np.int64], NDArray[np.int64]]] = []
+    for start in range(0, survey.n_samples, BLOCK):
+        block = survey.recording.raw(survey.name, start, start + BLOCK)
+        mask = np.zeros(len(block), dtype=np.bool_)
+        for value in values:
+            mask |= np.abs(block - value) <= within if within > 0.0 else block == value
+        found.append(runs.add(mask if mask.any() else None, start))
+    found.append(runs.close(survey.n_samples))
+    return np.concatenate([np.stack(pair, axis=1) for pair in found])
+
+
+# -- nonsense ---------------------------------------------------------------------------------------------
+
+
+def implausible_exponents(survey: Survey) -> Iterator[Finding]:
+    """Powers of two from one end to the other: the bytes are in the wrong order (battery B19).
+
+    The middle 90 % of a Gaussian's magnitudes span 5 powers of two; 60 is far beyond any sensor.
+    """
+    values = np.abs(np.concatenate([values for _, values in survey.probes])) if survey.probes else np.zeros(0)
+    values = values[(values > 0.0) & np.isfinite(values)]
+    if len(values) < MINIMUM:
+        return
+    low, high = np.quantile(np.frexp(values)[1], [0.05, 0.95])
+    if high - low > 60:
+        wild = int(np.count_nonzero((values < 2.0**-100) | (values > OVERLOAD)))
+        yield finding(
+            "implausible_exponents",
+            f"magnitudes from 2^{low:.0f} to 2^{high:.0f}; {wild} of {len(values)} samples looked at are no sensor's",
+            severity=Severity.FATAL,
+            channel=survey.name,
+            count=survey.present,
+        )
+
+
+def only_grows(survey: Survey) -> Iterator[Finding]:
+    """Values that only grow, or fall: a time, a counter, an accumulated angle; no noise does that (class 1).
+
+    Of noise one difference in two is negative; 2 % are where it drifts by three standard deviations from each sample to
+    the next. A counter that wraps moves on by one and the same step.
+    """
+    if survey.channel.kind.integrated or survey.constant:
+        return
+    steps = np.concatenate([np.diff(values) for _, values in survey.probes]) if survey.probes else np.zeros(0)
+    steps = steps[np.isfinite(steps)]
+    if len(steps) < MINIMUM - 1 or np.count_nonzero(steps) < MOVES * len(steps):
+        return
+    sign = float(np.sign(np.median(steps)))
+    usual = float(np.median(steps))
+    alike = float(np.mean(np.abs(steps - usual) <= 1e-6 * abs(usual))) if usual else 0.0
+    if float(np.mean(steps * sign > 0.0)) < ONE_WAY and alike < COUNTS_ON:
+        return
+    how = "grow" if sign > 0 else "fall"
+    yield finding(
+        "only_grows",
+        f"the values only {how}, by {abs(usual):.4g}{survey.unit} from row to row: this is a time, a counter or an "
+        "accumulated quantity, not the reading of a sensor at rest",
+        severity=Severity.FATAL,
+        channel=survey.name,
+        count=survey.present,
+    )

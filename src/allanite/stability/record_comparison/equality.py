@@ -1,0 +1,206 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Are parameters the same in all records? One parameter after the other, and all of a channel at once.
+
+For one parameter every record keeps its other parameters, and
+
+    Q = min over x of  sum_r D_r(x),                                                                       (1)
+
+D_r being the profiles: for normal estimates this is Cochran's chi-square with k - 1 degrees of freedom [1]; a record
+with an upper limit adds what its limit contradicts. For all parameters at once the model is one for all records,
+
+    Q = sum_r [L_r(pooled) - min L_r],                                                                     (2)
+
+with the weights of the pooled model. The laws are those of `null_law`.
+
+References
+----------
+.. [1] W. Cochran, "The combination of estimates from different experiments", Biometrics 10 (1954) 101.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.fitting.design import TIME_POWER
+from allanite.fitting.objective import Solution, distance
+from allanite.stability.record_comparison.evidence import Evidence
+from allanite.stability.record_comparison.null_law import Directions, Law, law_of_equality
+from allanite.stability.record_comparison.pooled import JointDesign, seen_by
+from allanite.stability.record_comparison.profiles import Profile
+
+__all__ = ["detectable", "joint_law", "joint_loss", "least", "level_set", "parameter_law", "without_each"]
+
+Array = NDArray[np.float64]
+
+_GRID = 201
+_ROUNDS = 4
+#: First step to the edge of a set, and where none is looked for, in standard deviations: x may have any unit.
+_START, _FARTHEST = 1e-6, 1e4
+#: Probability with which a difference is seen that is called detectable.
+_POWER = 0.8
+_TEST = 0.05
+
+
+def least(profiles: Sequence[Profile], tau: float = 0.0) -> tuple[float, float]:
+    """Where the sum of the profiles is least, and how large it is there."""
+    if all(p.normal for p in profiles):
+        return _weighted(profiles, tau)
+    low, high = _range(profiles, tau)
+    x = np.unique(np.concatenate([np.linspace(low, high, _GRID), _known(profiles, low, high)]))
+    for _ in range(_ROUNDS):
+        total = _total(profiles, x, tau)
+        i = int(np.argmin(total))
+        if x[-1] - x[0] < 1e-12 * max(abs(x[i]), 1.0):
+            break
+        x = np.linspace(x[max(i - 1, 0)], x[min(i + 1, len(x) - 1)], 61)
+    total = _total(profiles, x, tau)
+    i = int(np.argmin(total))
+    return float(x[i]), float(total[i])
+
+
+def _weighted(profiles: Sequence[Profile], tau: float) -> tuple[float, float]:
+    """The same for normal estimates: their weighted mean and chi-square."""
+    x = np.array([p.best for p in profiles])
+    weight = 1 / (np.array([p.sd for p in profiles]) ** 2 + tau**2)
+    middle = float(np.average(x, weights=weight))
+    return middle, float(weight @ (x - middle) ** 2)
+
+
+def _total(profiles: Sequence[Profile], x: Array, tau: float) -> Array:
+    return np.asarray(sum((p.loss(x, tau) for p in profiles), np.zeros_like(x)))
+
+
+def _known(profiles: Sequence[Profile], low: float, high: float) -> Array:
+    """Places near which the least may be, however narrow the profiles are."""
+    best = [p.best for p in profiles if math.isfinite(p.best)]
+    sharp = [p.best for p in profiles if math.isfinite(p.best) and p.supported]
+    weights = [1 / max(p.sd, 1e-300) ** 2 for p in profiles if math.isfinite(p.best) and p.supported]
+    middle = [float(np.average(sharp, weights=weights))] if sharp else []
+    return np.asarray(np.clip(np.array([*best, *middle]), low, high))
+
+
+def _range(profiles: Sequence[Profile], tau: float) -> tuple[float, float]:
+    low = min(float(p.knots[0]) for p in profiles)
+    high = max(float(p.knots[-1]) for p in profiles)
+    return low - 3 * tau, high + 3 * tau
+
+
+def level_set(profiles: Sequence[Profile], level: float, tau: float = 0.0) -> tuple[float, float]:
+    """Ends of the set of x whose summed loss is within `level` of the least; infinite where there is no end."""
+    centre, value = least(profiles, tau)
+
+    def excess(x: float) -> float:
+        return float(_total(profiles, np.array([x]), tau)[0]) - value - level
+
+    widths = [w for w in (math.hypot(p.sd, tau) for p in profiles) if 0 < w < math.inf] or [1.0]
+    start = max(_START * min(widths), math.ulp(centre))
+    farthest = _FARTHEST * max(widths)
+    return _edge(excess, centre, -1.0, start, farthest), _edge(excess, centre, 1.0, start, farthest)
+
+
+def _edge(
+    excess: Callable[[float], float], centre: float, direction: float, step: float, farthest: float
+) -> float:
+    """Where the excess becomes positive, by steps that double; infinite where it does not within `farthest`."""
+    inside = 0.0
+    while excess(centre + direction * (inside + step)) < 0:
+        inside += step
+        step *= 2
+        if inside > farthest:
+            return direction * math.inf
+    outside = inside + step
+    for _ in range(50):
+        middle = 0.5 * (inside + outside)
+        inside, outside = (middle, outside) if excess(centre + direction * middle) < 0 else (inside, middle)
+    return centre + direction * 0.5 * (inside + outside)
+
+
+def without_each(profiles: Sequence[Profile]) -> Array:
+    """By how much Q falls when one record is left out, shape (n_records,)."""
+    whole = least(profiles)[1]
+    rest = [least([p for j, p in enumerate(profiles) if j != i])[1] for i in range(len(profiles))]
+    return np.maximum(whole - np.array(rest), 0.0)
+
+
+def detectable(profiles: Sequence[Profile]) -> float | None:
+    """Shift of ln(parameter) of one record of middling precision that the test would see in four of five cases."""
+    from scipy.special import chndtrinc
+
+    sd = np.sort([p.sd for p in profiles if p.supported])
+    if len(sd) < 2:
+        return None
+    law = Law(dof=float(len(sd) - 1))
+    noncentral = float(chndtrinc(law.quantile(1 - _TEST), law.dof, 1 - _POWER))
+    i = len(sd) // 2
+    others = np.delete(sd, i)
+    return math.sqrt(noncentral * (float(sd[i]) ** 2 + 1 / float((1 / others**2).sum())))
+
+
+# -- laws and the joint test ---------------------------------------------------------------------------------------
+
+
+def parameter_law(found: Sequence[Evidence], symbol: str) -> Law:
+    """The law of Q of one parameter (SI name).
+
+    Other coefficients that a record does not show are taken to stand at zero, the least favourable case, as in the sets
+    of one record. The tested one may move either way: with few degrees of freedom a curve that holds a term never
+    looks as if it were not there, however wide its interval is, and a border would make the law too small.
+    """
+    inner = {"B_equiv": "G", "q": "G"}.get(symbol, symbol)
+    records = []
+    for e in found:
+        if inner not in e.columns:
+            continue
+        own = {s: c for s, c in e.columns.items() if s != inner}
+        n = len(e.columns[inner])
+        records.append(
+            Directions(
+                shared=(e.columns[inner] * _unit_of(e, inner, found[0]))[:, None],
+                own=_table(list(own.values()), n),
+                floor=np.array([math.inf if s in e.present or s == "T" else 0.0 for s in own]),
+            )
+        )
+    if len(records) < 2:
+        return Law(dof=0.0)
+    law = law_of_equality(records, [math.inf])
+    plain = Law(dof=len(records) - 1.0)
+    return Law(dof=plain.dof, scale=max(law.quantile(1 - _TEST) / plain.quantile(1 - _TEST), 1.0))
+
+
+def _unit_of(e: Evidence, inner: str, first: Evidence) -> float:
+    """Coefficient of this record over that of the first for the same noise."""
+    if inner == "T":
+        return 1.0
+    a, b = first.series, e.series
+    return float(a.fit.scale / b.fit.scale * (a.curve.dt / b.curve.dt) ** (2 * TIME_POWER[inner]))
+
+
+def _table(columns: Sequence[Array], n: int) -> Array:
+    return np.stack(columns, axis=1) if columns else np.zeros((n, 0))
+
+
+def joint_loss(design: JointDesign, pooled: Solution, found: Sequence[Evidence]) -> Array:
+    """Loss of each record under the pooled model (eq. 2), shape (n_records,)."""
+    losses = []
+    for i, e in enumerate(found):
+        null = seen_by(design, i, pooled)
+        losses.append(max(distance(e.series.fit.data, null, e.best.T), 0.0))
+    return np.array(losses)
+
+
+def joint_law(design: JointDesign, pooled: Solution, found: Sequence[Evidence]) -> Law:
+    """The law of the sum of `joint_loss`."""
+    names = [s for s in pooled.symbols if all(s in e.columns for e in found)]
+    timed = "T" in found[0].columns and all("T" in e.columns for e in found)
+    records = []
+    for i, e in enumerate(found):
+        columns = [e.columns[s] * design.factor(i, s) for s in names]
+        columns += [e.columns["T"]] if timed else []
+        n = len(e.series.fit.data.variance)
+        records.append(Directions(shared=_table(columns, n), own=np.zeros((n, 0)), floor=np.zeros(0)))
+    floor = [pooled.coefficient(s) for s in names] + ([math.inf] if timed else [])
+    return law_of_equality(records, floor)

@@ -1,0 +1,188 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""How large a test statistic becomes by chance where coefficients may not be negative.
+
+Near the truth the curve of record r, whitened, is z_r = U_r theta_r + e, e standard normal, and no coefficient is
+negative. The loss of making parameters equal is then the difference of two distances from a cone, which is
+chi-square only where all coefficients are well away from zero. Elsewhere its law is a mixture [1]; it is drawn
+here, and kept as a chi-square law with the mean of the draws as degrees of freedom, scaled to their 95 % point.
+
+References
+----------
+.. [1] S. Self, K.-Y. Liang, "Asymptotic properties of maximum likelihood estimators and likelihood ratio tests under
+   nonstandard conditions", JASA 82 (1987) 605.
+"""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.quantities.distributions import chi_square_quantile, chi_square_tail
+
+__all__ = ["Directions", "Law", "law_of_equality"]
+
+Array = NDArray[np.float64]
+
+_DRAWS = 1000
+_LEVEL = 0.95
+_FEW = 5  # columns of a cone whose faces are tried one after the other
+_CERTAIN = 4.0  # standard deviations from zero beyond which the border is out of reach
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Law:
+    """A scaled chi-square law."""
+
+    dof: float
+    scale: float = 1.0
+
+    def tail(self, value: float) -> float:
+        """Probability of more than `value`."""
+        return chi_square_tail(max(value, 0.0) / self.scale, self.dof) if self.dof > 0 else 1.0
+
+    def quantile(self, p: float) -> float:
+        """Value that is exceeded with probability 1 - p."""
+        return self.scale * chi_square_quantile(p, self.dof) if self.dof > 0 else 0.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Directions:
+    """How the whitened curve of one record changes with its parameters.
+
+    Attributes
+    ----------
+    shared : ndarray, shape (n_lags, n_shared)
+        With the parameters that are to be equal, in units common to all records.
+    own : ndarray, shape (n_lags, n_own)
+        With parameters of this record alone.
+    floor : ndarray, shape (n_own,)
+        How far below its true value each of them may go (to zero); infinite: as far as it likes.
+    """
+
+    shared: Array
+    own: Array
+    floor: Array
+
+
+def law_of_equality(records: Sequence[Directions], floor: Sequence[float]) -> Law:
+    """The law of the loss of making the shared parameters equal.
+
+    Parameters
+    ----------
+    records : sequence of Directions
+    floor : sequence of float, length n_shared
+        How far below its true value each shared parameter may go (to zero); infinite: as far as it likes.
+    """
+    reduced = [_reduced(r) for r in records]
+    shared = [s for s, _, _ in reduced]
+    bounded = _bounded(shared, np.asarray(floor, dtype=np.float64))
+    rank = sum(_rank(s) for s in shared) - _rank(np.concatenate(shared))
+    if not bounded.any() and all(own.shape[1] == 0 for _, own, _ in reduced):
+        return Law(dof=float(rank))
+    rng = np.random.default_rng(952)
+    offset = np.where(bounded, floor, 0.0)
+    n = shared[0].shape[1]
+    y = [rng.standard_normal((_DRAWS, len(s))) + s @ offset + own @ away for s, own, away in reduced]
+    apart = [
+        _Cone(np.concatenate([s, own], axis=1), n, bounded)(point)
+        for (s, own, _), point in zip(reduced, y, strict=True)
+    ]
+    together = _Cone(_stacked(shared, [own for _, own, _ in reduced]), n, bounded)
+    draws = together(np.concatenate(y, axis=1)) - np.sum(apart, axis=0)
+    mean = float(draws.mean())
+    if mean < 1e-9:
+        return Law(dof=0.0)
+    return Law(dof=mean, scale=float(np.quantile(draws, _LEVEL)) / chi_square_quantile(_LEVEL, mean))
+
+
+def _reduced(record: Directions) -> tuple[Array, Array, Array]:
+    """Shared and bounded own directions and their floors, without what the free ones explain, in few coordinates."""
+    n = record.shared.shape[1]
+    near = _near(record)
+    columns = np.concatenate([record.shared, record.own[:, near]], axis=1)
+    if not near.all():
+        q = np.linalg.qr(_unit(record.own[:, ~near]))[0]
+        columns = columns - q @ (q.T @ columns)
+    r: Array = np.asarray(np.linalg.qr(columns, mode="r"), dtype=np.float64)
+    own, floor = r[:, n:], record.floor[near]
+    norms = np.linalg.norm(own, axis=0)
+    kept = norms > 1e-9 * np.linalg.norm(record.own[:, near], axis=0)
+    return r[:, :n], own[:, kept] / norms[kept], floor[kept] * norms[kept]
+
+
+def _near(record: Directions) -> NDArray[np.bool_]:
+    """Own parameters whose border is within reach, judged by what all other directions leave of theirs."""
+    every = np.concatenate([record.shared, record.own], axis=1)
+    n = record.shared.shape[1]
+    near = np.isfinite(record.floor)
+    for j in np.flatnonzero(near):
+        others = _unit(np.delete(every, n + j, axis=1))
+        left = record.own[:, j] - others @ np.linalg.lstsq(others, record.own[:, j], rcond=1e-10)[0]
+        near[j] = record.floor[j] * float(np.linalg.norm(left)) < _CERTAIN
+    return near
+
+
+def _unit(columns: Array) -> Array:
+    norms = np.linalg.norm(columns, axis=0)
+    return np.asarray(columns / np.where(norms > 0, norms, 1.0))
+
+
+def _rank(columns: Array) -> int:
+    return int(np.linalg.matrix_rank(_unit(columns), tol=1e-9))
+
+
+def _bounded(shared: Sequence[Array], floor: Array) -> NDArray[np.bool_]:
+    """Shared parameters for which zero is within reach of the weakest record."""
+    reach = np.zeros(len(floor))
+    for s in shared:
+        norms = np.linalg.norm(s, axis=0)
+        with np.errstate(divide="ignore"):
+            reach = np.maximum(reach, np.where(norms > 0, 1 / norms, 0.0))
+    return np.asarray(np.isfinite(floor) & (floor < _CERTAIN * reach))
+
+
+def _stacked(shared: Sequence[Array], sided: Sequence[Array]) -> Array:
+    """All records below one another: shared columns first, then the own ones of each."""
+    n = shared[0].shape[1]
+    out = np.zeros((sum(map(len, shared)), n + sum(s.shape[1] for s in sided)))
+    row, column = 0, n
+    for a, b in zip(shared, sided, strict=True):
+        out[row : row + len(a), :n] = a
+        out[row : row + len(a), column : column + b.shape[1]] = b
+        row, column = row + len(a), column + b.shape[1]
+    return out
+
+
+class _Cone:
+    """Squared distance of a point from the cone of some columns; the first ones may be free of sign."""
+
+    def __init__(self, columns: Array, n_shared: int, bounded: NDArray[np.bool_]) -> None:
+        free = np.zeros(columns.shape[1], dtype=bool)
+        free[:n_shared] = ~bounded
+        self._q = np.linalg.qr(_unit(columns[:, free]))[0] if free.any() else np.zeros((len(columns), 0))
+        rest = columns[:, ~free]
+        self._rest = _unit(rest - self._q @ (self._q.T @ rest))
+
+    def __call__(self, y: Array) -> Array:
+        """For points of shape (n_points, n_coordinates)."""
+        y = y - (y @ self._q) @ self._q.T
+        if self._rest.shape[1] <= _FEW:
+            return np.asarray((y**2).sum(axis=1) - self._explained(y))
+        from scipy.optimize import nnls
+
+        return np.array([nnls(self._rest, point)[1] ** 2 for point in y])
+
+    def _explained(self, y: Array) -> Array:
+        """Squared length of the projection: the longest of those on a face whose coefficients are not negative."""
+        best = np.zeros(len(y))
+        for size in range(1, self._rest.shape[1] + 1):
+            for face in itertools.combinations(range(self._rest.shape[1]), size):
+                columns = self._rest[:, face]
+                x = y @ np.linalg.pinv(columns, rcond=1e-10).T
+                length = ((x @ columns.T) ** 2).sum(axis=1)
+                best = np.maximum(best, np.where(np.all(x >= 0, axis=1), length, 0.0))
+        return best

@@ -1,0 +1,393 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""examine_variation(recording): the Allan deviation window by window, and whether the noise changes.
+
+Windows are contiguous and share no term of the sum; at lags that are long for them, two, four, ... are joined, until
+a window holds at least four lags. Lags for which fewer than four windows are left say nothing about change, and are
+left out: a deviation over half a day cannot be known to change within a day.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.errors import DataQualityError, FitError, InputError
+from allanite.noise import NoiseModel, term_of
+from allanite.noise.allan import AllanCurve, allan_curve
+from allanite.noise.allan.cells import Cells, cell_covariance, cells_of
+from allanite.noise.allan.degrees import chi_square_factors
+from allanite.noise.allan.statistics import Phase, phase_of, rounding_variance
+from allanite.noise.given_models import models_of
+from allanite.plain_files.counted import plural
+from allanite.quantities.distributions import chi_square_tail, normal_quantile
+from allanite.recording.clock_channels import without_noise
+from allanite.recording.records import Channel, Recording
+from allanite.stability.variation.changes import Scan, find_changes, undivided
+from allanite.stability.variation.constancy import Scatter, excess_kurtosis, together, window_scores
+from allanite.stability.variation.results import (
+    CHANGES,
+    CONSTANT,
+    FLUCTUATES,
+    Change,
+    ChannelVariation,
+    LagTest,
+    Variation,
+)
+from allanite.stability.variation.shapes import EVERYTHING, doubts_of, shares_of
+from allanite.stability.variation.sizes import FoundChange, ratio_of
+
+__all__ = ["examine_variation"]
+
+Array = NDArray[np.float64]
+Progress = Callable[[float, str], None]
+
+#: Lags that a window holds at least, windows of a lag at least, and samples of a window at least.
+LAGS, FEWEST, LEAST = 4, 4, 16
+#: Degrees of freedom that a window needs for its cube root to be normal.
+_FREE = 1.5
+
+
+def examine_variation(
+    recording: Recording,
+    *,
+    channels: Sequence[str] | None = None,
+    models: Mapping[str, NoiseModel] | NoiseModel | None = None,
+    windows: int = 64,
+    confidence: float = 0.95,
+    false_alarm: float = 0.05,
+    progress: Progress | None = None,
+) -> Variation:
+    """Does the noise change during the record?
+
+    Parameters
+    ----------
+    recording : Recording
+        Of sensors at rest.
+    channels : sequence of str, optional
+        By default every channel that bears noise.
+    models : NoiseModel, or mapping of channel name to NoiseModel, optional
+        Whose covariance says how much windows scatter by chance, and whose terms may change; by default the fit to
+        the whole record.
+    windows : int
+        Of the short lags, at most.
+    confidence : float
+        Of the intervals.
+    false_alarm : float
+        Probability that a channel whose noise is constant is said to change.
+    progress : callable, optional
+        Called with a fraction and words.
+
+    Returns
+    -------
+    Variation
+
+    Raises
+    ------
+    InputError
+        Unknown channels, fewer than four windows, or a probability outside (0, 1).
+    DataQualityError
+        A record too short for four windows, or without a sample.
+
+    Notes
+    -----
+    The phase of one channel is held in memory (8 bytes a sample).
+    """
+    for word, value in (("confidence", confidence), ("false_alarm", false_alarm)):
+        if not (isinstance(value, (int, float)) and 0 < value < 1):
+            raise InputError(f"{word} must lie between 0 and 1, not {value!r}")
+    if windows < FEWEST:
+        raise InputError(f"change needs at least {FEWEST} windows, not {windows!r}")
+    bearing = [c.name for c in recording.channels if c.kind.noise_bearing]
+    names = bearing if channels is None else [recording[name].name for name in channels]
+    if not names:
+        raise without_noise(recording)
+    given = models_of(models, {name: recording[name].kind for name in names})
+    advance = progress or (lambda fraction, what: None)
+    found = []
+    for i, name in enumerate(names):
+        advance(i / len(names), f"windows of {name}")
+        found.append(_channel(recording, name, given.get(name), windows, confidence, false_alarm))
+    return Variation(
+        channels=tuple(found),
+        rate=recording.rate,
+        duration=recording.duration,
+        confidence=confidence,
+        false_alarm=false_alarm,
+        source=recording.source,
+    )
+
+
+def _channel(
+    recording: Recording,
+    name: str,
+    given: NoiseModel | None,
+    windows: int,
+    confidence: float,
+    false_alarm: float,
+) -> ChannelVariation:
+    channel, dt = recording[name], recording.dt
+    phase = phase_of(recording, name)
+    cells, silent = _cells(phase, windows, channel)
+    model, remarks = (given, []) if given is not None else _fitted(recording, name)
+    level = false_alarm / 2
+    tails = excess_kurtosis(phase.x, cells)
+    cells, scatter = _scatter(cells, model, phase.n_samples, dt, channel.sampling, tails)
+    scan = _scan(cells, scatter, model, dt, channel.sampling, level, confidence)
+    # a window that a step divides looks like one with tails
+    calm = excess_kurtosis(phase.x, cells.where(undivided(scan.changes, cells))) if tails else 0.0
+    if calm < tails:
+        tails = calm
+        cells, scatter = _scatter(cells, model, phase.n_samples, dt, channel.sampling, tails)
+        scan = _scan(cells, scatter, model, dt, channel.sampling, level, confidence)
+    if tails:
+        remarks.append(f"the white noise has excess kurtosis {tails:.2g}: the intervals allow for it")
+    chi2, dof = together(cells.variance, cells.row, scatter)
+    p = chi_square_tail(chi2, dof)
+    lags = _lag_tests(cells, scatter, dt, abs(channel.scale), confidence, false_alarm)
+    changes = () if len(silent[0]) else tuple(_change(c, dt, confidence) for c in scan.changes)
+    verdict = CHANGES if changes else FLUCTUATES if p < level or len(silent[0]) else CONSTANT
+    p_left = chi_square_tail(*scan.left) if scan.left[1] > 0 else 1.0
+    if any(not math.isfinite(c.upper) for c in changes):
+        remarks.append("the search ended at a change whose size the windows do not tell: there may be others")
+    if changes and p_left < level:
+        remarks.append("steps and drifts do not explain all of it: look at the picture")
+    reason = _silence(*silent, dt) if len(silent[0]) else _reason(verdict, changes, lags, p, scan)
+    return ChannelVariation(
+        name=name,
+        kind=channel.kind.value,
+        unit=channel.unit,
+        verdict=verdict,
+        reason=reason,
+        lags=lags,
+        changes=changes,
+        chi2=chi2,
+        dof=dof,
+        p=p,
+        p_change=scan.p,
+        p_left=p_left,
+        visible=scan.visible,
+        kurtosis=tails,
+        model=model,
+        remarks=tuple(remarks),
+    )
+
+
+def _scan(
+    cells: Cells,
+    scatter: Scatter,
+    model: NoiseModel,
+    dt: float,
+    sampling: str,
+    level: float,
+    confidence: float,
+) -> Scan:
+    shares, doubts = (of(model, cells.lags, dt, sampling) for of in (shares_of, doubts_of))
+    return find_changes(cells, scatter, shares, doubts, level=level, confidence=confidence)
+
+
+# -- windows and how they scatter ----------------------------------------------------------------------------------
+
+
+def _cells(phase: Phase, windows: int, channel: Channel) -> tuple[Cells, tuple[Array, Array]]:
+    """Windows that hold noise, and start and stop of those of the shortest lag that hold none."""
+    n = phase.n_samples
+    while windows >= FEWEST and n // windows < LEAST:
+        windows //= 2
+    if windows < FEWEST:
+        raise DataQualityError(
+            f"channel {channel.name!r}: {plural(n, 'sample')}; change needs {FEWEST} windows of {LEAST} samples"
+        )
+    shortest = -(-n // windows)
+    lags, lengths, m, length = [], [], 1, shortest
+    while True:
+        while length < LAGS * m:
+            length *= 2
+        if -(-n // length) < FEWEST:
+            break
+        lags.append(m)
+        lengths.append(length)
+        m *= 2
+    found = cells_of(phase, lags, lengths)
+    noisy = found.variance > rounding_variance(phase.x, found.lag)
+    if np.count_nonzero(noisy & (found.row == 0)) < FEWEST:
+        noisy = np.zeros(len(found), dtype=np.bool_)  # longer lags only spread those few
+    return _enough(found.where(noisy), channel.name), _silent(found, noisy)
+
+
+def _silent(cells: Cells, noisy: NDArray[np.bool_]) -> tuple[Array, Array]:
+    """Start and stop of the windows of the shortest lag that hold one and the same value [samples]."""
+    here = (cells.row == 0) & ~noisy
+    return cells.start[here].astype(np.float64), cells.stop[here].astype(np.float64)
+
+
+def _enough(cells: Cells, name: str) -> Cells:
+    """Lags of which at least four windows are there."""
+    there = np.bincount(cells.row, minlength=len(cells.lags))
+    keep = there[cells.row] >= FEWEST if len(cells) else np.zeros(0, dtype=np.bool_)
+    if not keep.any():
+        raise DataQualityError(f"channel {name!r}: fewer than {FEWEST} windows hold samples and noise")
+    return cells.where(keep)
+
+
+def _fitted(recording: Recording, name: str) -> tuple[NoiseModel, list[str]]:
+    """The fit to the whole record; a rough sum of terms where no fit explains the curve."""
+    from allanite.fitting import fit
+
+    curve = allan_curve(recording.select(name))
+    try:
+        model = fit(curve)
+        if model.terms:
+            return model, []
+    except (FitError, DataQualityError):
+        pass
+    return _rough(curve, recording[name]), [
+        "no sum of noise terms explains the whole record: the scatter of the windows rests on a rough one"
+    ]
+
+
+def _rough(curve: AllanCurve, channel: Channel) -> NoiseModel:
+    """Terms by relative least squares, none of them negative."""
+    from scipy.optimize import nnls
+
+    ok = np.isfinite(curve.variance[:, 0]) & (curve.variance[:, 0] > 0)
+    m, v = curve.lags[ok].astype(np.float64), curve.variance[ok, 0]
+    units = [term_of(symbol, 1.0, dt=curve.dt) for symbol in ("Q", "N", "B", "K")]
+    columns = np.stack([t.avar_sampled(m, curve.dt, channel.sampling) / v for t in units], axis=1)
+    norm = np.linalg.norm(columns, axis=0)
+    amount = np.sqrt(nnls(columns / norm, np.ones(len(v)))[0] / norm)
+    terms = tuple(
+        term_of(s, float(a), dt=curve.dt) for s, a in zip(("Q", "N", "B", "K"), amount, strict=True) if a > 0
+    )
+    return NoiseModel(terms=terms, kind=channel.kind.value, unit="" if channel.kind.has_si else channel.unit)
+
+
+def _scatter(
+    cells: Cells, model: NoiseModel, n_samples: int, dt: float, sampling: str, tails: float
+) -> tuple[Cells, Scatter]:
+    mean = model.avar_sampled(cells.lag.astype(np.float64), dt, sampling)
+    relative = cell_covariance(cells, model, n_samples, dt, sampling) / np.outer(mean, mean)
+    if tails:
+        white = sum(
+            (
+                t.avar_sampled(cells.lag.astype(np.float64), dt, sampling)
+                for t in model.terms
+                if t.type == "white"
+            ),
+            np.zeros(len(cells)),
+        )
+        share = white / mean / (cells.stop - cells.start)
+        shared = np.minimum.outer(cells.stop, cells.stop) - np.maximum.outer(cells.start, cells.start)
+        relative += tails * np.outer(share, share) * np.maximum(shared, 0)
+    known = (np.diag(relative) > 0) & (np.diag(relative) < 2.0 / _FREE)
+    there = np.bincount(cells.row[known], minlength=len(cells.lags))
+    keep = known & (there[cells.row] >= FEWEST)
+    if not keep.any():
+        raise DataQualityError("too few samples in the windows: use fewer windows, or record longer")
+    return cells.where(keep), Scatter.of(relative[np.ix_(keep, keep)])
+
+
+# -- what is told ---------------------------------------------------------------------------------------------------
+
+
+def _lag_tests(
+    cells: Cells, scatter: Scatter, dt: float, scale: float, confidence: float, false_alarm: float
+) -> tuple[LagTest, ...]:
+    bar = normal_quantile(1 - false_alarm / (2 * len(cells)))
+    whole = cells.whole
+    found = []
+    for row, m in enumerate(cells.lags):
+        here = np.flatnonzero(cells.row == row)
+        own = scatter.of_cells(here)
+        chi2, scores = window_scores(cells.variance[here], own)
+        deviation = np.sqrt(cells.variance[here]) * scale
+        low, high = chi_square_factors(own.edf, confidence)
+        found.append(
+            LagTest(
+                tau=float(m) * dt,
+                window=float((cells.stop[here] - cells.start[here]).max()) * dt,
+                start=cells.start[here].astype(np.float64) * dt,
+                stop=cells.stop[here].astype(np.float64) * dt,
+                deviation=deviation,
+                lower=deviation * low,
+                upper=deviation * high,
+                edf=own.edf,
+                ratio=np.sqrt(cells.variance[here] / whole[row]),
+                significant=np.abs(scores) > bar,
+                whole=float(np.sqrt(whole[row]) * scale),
+                chi2=chi2,
+                dof=len(here) - 1,
+                p=chi_square_tail(chi2, len(here) - 1),
+            )
+        )
+    return tuple(found)
+
+
+def _change(found: FoundChange, dt: float, confidence: float) -> Change:
+    ratio, lower, upper = ratio_of(found, confidence)
+    time = found.shape.time
+    return Change(
+        symbol=found.shape.symbol,
+        kind="drift" if time is None else "step",
+        time=None if time is None else time * dt,
+        time_lower=None if found.lower is None else found.lower * dt,
+        time_upper=None if found.upper is None else found.upper * dt,
+        ratio=ratio,
+        lower=lower,
+        upper=upper,
+        p=found.p,
+        says=_says(found.shape.symbol, ratio, lower, upper, None if time is None else time * dt),
+    )
+
+
+def _says(symbol: str, ratio: float, lower: float, upper: float, time: float | None) -> str:
+    """ "N grew by 30 % (20 to 41) at 5.2 h"."""
+    who = {EVERYTHING: "the noise as a whole", "sigma": "the Gauss-Markov term"}.get(symbol, symbol)
+    when = "steadily from the first to the last sample" if time is None else f"at {_when(time)}"
+    if not math.isfinite(upper):
+        return f"{who} {'grew' if ratio >= 1 else 'fell'} {when}, by how much the windows do not tell"
+    if ratio >= 3:
+        return f"{who} grew {_short(ratio)} times ({_short(lower)} to {_short(upper)}) {when}"
+    verb, ends = ("grew", (lower - 1, upper - 1)) if ratio >= 1 else ("fell", (1 - upper, 1 - lower))
+    size = abs(ratio - 1)
+    digits = max(0, 1 - math.floor(math.log10(max(100 * (ends[1] - ends[0]) / 2, 1e-9))))
+    first, *others = (f"{100 * v:.{min(digits, 4)}f}" for v in (size, *ends))
+    return f"{who} {verb} by {first} % ({others[0]} to {others[1]}) {when}"
+
+
+def _short(value: float) -> str:
+    return f"{value:.3g}" if value < 1000 else f"{value:.0f}"
+
+
+def _when(seconds: float) -> str:
+    for unit, size, least in (("d", 86400.0, 2.0), ("h", 3600.0, 1.0), ("min", 60.0, 2.0)):
+        if seconds >= least * size:
+            return f"{seconds / size:.3g} {unit}"
+    return f"{seconds:.3g} s"
+
+
+def _silence(start: Array, stop: Array, dt: float) -> str:
+    return (
+        f"{plural(len(start), 'window', 'hold')} one and the same value throughout, the first from "
+        f"{_when(start[0] * dt)} to {_when(stop[0] * dt)}: steps of the noise cannot be told beside them; take them "
+        "out (gaps), or record with a finer resolution"
+    )
+
+
+def _reason(verdict: str, changes: Sequence[Change], lags: Sequence[LagTest], p: float, scan: Scan) -> str:
+    if verdict == CHANGES:
+        return "; ".join(c.says for c in changes)
+    if verdict == FLUCTUATES:
+        worst = min(lags, key=lambda one: one.p)
+        at = int(np.argmax(np.abs(np.log(worst.ratio)) * np.sqrt(worst.edf)))
+        return (
+            f"no step or drift of a term explains the windows (p = {p:.1g}); the clearest is at {worst.tau:.3g} s from "
+            f"{_when(float(worst.start[at]))} to {_when(float(worst.stop[at]))}: {worst.ratio[at]:.3g} times the "
+            "deviation of the whole record"
+        )
+    able = [f"{s} by {100 * (f - 1):.2g} %" for s, f in scan.visible.items() if s != EVERYTHING and f < 3]
+    seen = f"; a step in the middle would show of {', '.join(able)}" if able else ""
+    chance = min(2 * min(p, scan.p), 1.0)
+    return f"no window differs from the others by more than chance (p = {chance:.2g}, doubled for two tests){seen}"

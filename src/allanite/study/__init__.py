@@ -1,0 +1,8 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Everything that one recording says, as one document.
+
+``study``        `characterize` makes a Study; it is all that crosses from the science to the presentation
+``schema``       the shape of the document, checked when one is read
+``model_file``   models out of studies, fits, sheets and words, and into files
+``datasheet``    what a data sheet promises, beside what was measured
+"""

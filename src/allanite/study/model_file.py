@@ -1,0 +1,176 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Noise models out of files and words, and into files."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from allanite.errors import AllaniteError, FormatError, InputError
+from allanite.files.foreign_models import models_of_matlab, models_of_yaml
+from allanite.noise import (
+    BY_LETTER,
+    SIGMA_PER_B,
+    GaussMarkov,
+    NoiseModel,
+)
+from allanite.plain_files.atomic_file import fresh
+from allanite.plain_files.json_values import load_plain
+from allanite.plain_files.regular_file import open_regular
+from allanite.quantities.units import Quantity, parse_unit
+
+__all__ = ["load_models", "model_of", "save_models"]
+
+_CLASSES = {  # what the unit of a coefficient may be: that of a gyro, or that of an accelerometer
+    "Q": (Quantity.ANGLE, Quantity.VELOCITY),
+    "N": (Quantity.GYRO_N, Quantity.ACCEL_N),
+    "B": (Quantity.ANGLE_RATE, Quantity.ACCELERATION),
+    "K": (Quantity.GYRO_K, Quantity.ACCEL_K),
+    "R": (Quantity.GYRO_R, Quantity.ACCEL_R),
+    "T": (Quantity.TIME,),
+}
+_WANTED = (
+    "a study (study.json of 'allanite characterize LOG'), models (-o of 'allanite fit LOG'), a data sheet or a file of "
+    "another program (.yaml), or words such as 'N=0.3 deg/√h, B=5 deg/h'"
+)
+#: A line such as ``update_rate: 200.0``, and how far down it is looked for.
+_ENTRY, _HEAD = re.compile(rb"^[ \t]*[\w.]+[ \t]*:([ \t\r]|$)", re.MULTILINE), 1 << 16
+_WORDS = re.compile(r"\s*([QNBKRT])(?:_b)?\s*=\s*((?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*([^\s\d.].*?)\s*")
+
+
+def load_models(path: str | os.PathLike[str]) -> tuple[dict[str, NoiseModel], float | None]:
+    """Noise models by channel name: of a study, of what ``allanite fit --json`` prints, of one model, of a data sheet
+    (YAML, see `allanite.study.datasheet`), of another program (Kalibr, OpenVINS, ORB-SLAM3, OKVIS, MATLAB; see
+    `allanite.files.foreign_models`), or in words. The content decides, whatever the file is called.
+
+    Returns
+    -------
+    models : dict of str to NoiseModel
+    rate : float or None [Hz]
+        Of the recording that was studied, or as the other program's file has it.
+
+    Raises
+    ------
+    FormatError
+        Not JSON, or nothing that holds a model.
+    InputError
+        No such file, or one whose numbers do not say what they are.
+    """
+    if Path(path).suffix.lower() in (".yaml", ".yml"):
+        return models_of_yaml(Path(path)) or _of_sheet(Path(path))
+    if "=" in str(path) and not Path(path).exists():
+        model = model_of(str(path))
+        return {"gyro" if model.kind == "rate" else "accelerometer": model}, None
+    try:
+        found = load_plain(path, _WANTED)
+    except FormatError:
+        other = _of_yaml(Path(path))  # whatever the file is called
+        if other is None:
+            raise
+        return other
+    if isinstance(found, Mapping) and found.get("format") == "allanite-study":
+        from allanite.study.study import Study
+
+        study = Study.from_json(found)
+        return study.models, study.document["recording"]["rate"]
+    if isinstance(found, Mapping) and "terms" in found:
+        return {str(found.get("name") or "sensor"): NoiseModel.from_json(found)}, None
+    if (
+        isinstance(found, Mapping)
+        and found
+        and all(isinstance(m, Mapping) and "terms" in m for m in found.values())
+    ):
+        return {str(name): NoiseModel.from_json(model) for name, model in found.items()}, None
+    other = models_of_matlab(found, Path(path)) if isinstance(found, Mapping) else None
+    if other is not None:
+        return other
+    raise FormatError(
+        f"{path} holds no noise model: expected a study, a model {{'terms': [{{'type': 'white', 'N': 1e-4}}]}}, "
+        "an object of models by channel name, or the parameters of MATLAB's imuSensor"
+    )
+
+
+def _of_yaml(path: Path) -> tuple[dict[str, NoiseModel], float | None] | None:
+    """Models of a file that is no JSON; None where it is no configuration of a program and no data sheet."""
+    try:
+        with open_regular(path) as file:
+            head = file.read(_HEAD)
+    except OSError:
+        return None
+    if not _ENTRY.search(head):  # a log, say, which the reader of YAML would take minutes for
+        return None
+    found = models_of_yaml(path)
+    if found is not None:
+        return found
+    try:
+        return _of_sheet(path)
+    except AllaniteError:
+        return None
+
+
+def _of_sheet(path: Path) -> tuple[dict[str, NoiseModel], None]:
+    from allanite.study.datasheet import read_datasheet
+
+    return read_datasheet(path).models, None
+
+
+def save_models(
+    models: Mapping[str, Mapping[str, Any]], path: str | os.PathLike[str], *, force: bool = False
+) -> Path:
+    """Write the plain data of models by channel name; `load_models` and ``allanite simulate`` read them."""
+    with fresh(path, force=force) as place:
+        place.write_text(json.dumps(models, ensure_ascii=False, indent=1) + "\n", encoding="utf-8")
+    return Path(path)
+
+
+def model_of(text: str) -> NoiseModel:
+    """A noise model in words: ``"N=0.3 deg/√h, B=5 deg/h, K=5 deg/h/√h"``.
+
+    Symbols are Q, N, B, K and R, each with its unit. With ``T=240 s`` the B is that of a Gauss-Markov term.
+
+    Raises
+    ------
+    InputError
+        A term without a unit or given twice, a unit of another quantity, or terms of different sensors.
+
+    Examples
+    --------
+    >>> str(model_of("N=1e-4 rad/s/√Hz, K=1e-6 rad/s/√s"))
+    'NoiseModel(N=0.0001; K=1e-06)'
+    """
+    values: dict[str, float] = {}
+    kinds: set[str] = set()
+    for part in text.split(","):
+        symbol, value, kind = _coefficient(part)
+        if symbol in values:
+            raise InputError(f"{text!r}: {symbol} is given twice")
+        values[symbol] = value
+        kinds |= {kind} - {""}
+    if len(kinds) != 1:
+        raise InputError(f"{text!r}: the terms must be of one sensor, a gyro or an accelerometer")
+    time, bias = values.pop("T", None), values.get("B")
+    if time is not None and bias is None:
+        raise InputError(f"{text!r}: T is the correlation time of a Gauss-Markov term, which needs a B")
+    terms = [
+        BY_LETTER[symbol](**{symbol: value})
+        for symbol, value in values.items()
+        if symbol != "B" or time is None
+    ]
+    if time is not None and bias is not None:
+        terms.append(GaussMarkov.from_sigma(SIGMA_PER_B * bias, time))
+    return NoiseModel.of(*terms, kind=kinds.pop())
+
+
+def _coefficient(text: str) -> tuple[str, float, str]:
+    """Symbol, SI value and kind of sensor of one coefficient in words; no kind for a time."""
+    found = _WORDS.fullmatch(text)
+    if found is None:
+        raise InputError(f"{text.strip()!r} is no noise term: write for example 'N=0.3 deg/√h, B=5 deg/h'")
+    symbol, number, unit = found.groups()
+    parsed = parse_unit(unit, _CLASSES[symbol])
+    kind = "" if symbol == "T" else ("rate", "acceleration")[_CLASSES[symbol].index(parsed.quantity)]
+    return symbol, float(number) * parsed.factor, kind

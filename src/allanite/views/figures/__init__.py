@@ -1,0 +1,608 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Figures of every result: `plot` says what is shown, two thin renderers draw it, on paper and on screen alike."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any, Literal, overload
+
+from allanite.errors import InputError
+from allanite.views.figures.panel import Panel, Sheet
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure as PaperFigure
+    from plotly.graph_objects import Figure as ScreenFigure
+
+__all__ = ["plot", "sheet_of"]
+
+Json = Mapping[str, Any]
+Parts = dict[str, Callable[[], Sequence[Panel]]]
+
+
+@overload
+def plot(
+    obj: object, *, interactive: Literal[False] = False, dark: bool = False, **options: Any
+) -> PaperFigure: ...
+@overload
+def plot(obj: object, *, interactive: Literal[True], dark: bool = False, **options: Any) -> ScreenFigure: ...
+def plot(
+    obj: object, *, interactive: bool = False, dark: bool = False, **options: Any
+) -> PaperFigure | ScreenFigure:
+    """Draw any result.
+
+    Parameters
+    ----------
+    obj : object
+        Study, AllanCurve, NoiseModel, Recording, Spectrum, one entry of a study's "channels", Reversals,
+        EarthRateEstimate, RateVector, NorthEstimate, AlignmentEstimate, CalibrationEstimate, Filtered,
+        ReferenceAided, Plan (or a list of plans), or a `PaperFigure` of `allanite.views.figures.seed_paper`. The
+        document of a result (`to_json`) does as well.
+    interactive : bool
+        False: a Matplotlib figure, for ``savefig("curve.pdf")``. True: a Plotly figure, which needs no network.
+    dark : bool
+        Light ink on a dark ground.
+    **options
+        Study: `view` ("channels": each channel with its terms; "groups": all axes of a kind together; "spectrum";
+        "record") and `channels`, names of those wanted. Channel entry: `view`. AllanCurve: `model`, a NoiseModel to
+        draw over it. NoiseModel: `tau`, the two ends [s]. Spectrum: `kind` of its channel,
+        `model` to draw over it, and `view` ("whole", "density", "ratio").
+        Recording: `channels`; `turns`, a result that holds turns, to mark them. Reversals: `recording`, and `zoom`,
+        the number of a turn to look at closely. EarthRateEstimate: `view` ("whole", "record", "running", "dwells",
+        "residuals", "dead-time", "estimators", "bias") and `recording`, which its record needs. RateVector: `view`
+        ("whole", "length", "means", "record") and `recording`, which all but the length need. Filtered: `view`
+        ("whole", "series", "drift", "terms", "whiteness"). NorthEstimate: `view` ("whole", "compass", "running").
+        AlignmentEstimate: `view` ("whole", "compass", "convergence", "residuals").
+        CalibrationEstimate: `view` ("whole", "sphere", "residuals", "parameters", "correlation").
+        DatasheetVerdict: `view` ("whole", "curves", "ratio"). Bounds: `view` ("whole", "curves", "inflation").
+        Difference: `view` ("whole", "curves", "drift").
+        Selection: `view` ("whole", "weights", "curves") and `channels`.
+        Separation: `view` ("whole", "parts", "correlation"). Variation: `view` ("whole", "map", "lines") and
+        `channels`. Combination: `view` ("whole", "parity", "deviation", "gain"). Comparison: `view` ("whole", "curves",
+        "parameters").
+        EnvironmentEstimate: `view` ("whole", "temperature", "deviation", "time").
+        DeadReckoning: `view` ("whole", "position", "height", "velocity", "tilt", "heading").
+        PositionPlan: `view` ("whole", "sphere", "length",
+        "schemes"). StaticSpans: `view` ("whole", "level", "record") and `recording`, which the record needs.
+
+    Returns
+    -------
+    matplotlib.figure.Figure or plotly.graph_objects.Figure
+
+    Raises
+    ------
+    InputError
+        Nothing that has a figure, an unknown option, or an unknown channel.
+
+    Examples
+    --------
+    >>> import allanite as al
+    >>> from allanite.noise import RandomWalk, White
+    >>> figure = al.plot(al.NoiseModel.of(White(N=1e-4), RandomWalk(K=1e-6)))
+    >>> figure.savefig("model.pdf")  # doctest: +SKIP
+    """
+    sheet = sheet_of(obj, **options)
+    if interactive:
+        from allanite.views.figures.plotly import figure as screen
+
+        return screen(sheet, dark=dark)
+    from allanite.views.figures.matplotlib import figure as paper
+
+    return paper(sheet, dark=dark)
+
+
+def sheet_of(obj: object, **options: Any) -> Sheet:
+    """What `plot` would draw, without a plotting library."""
+    for matches, describe in _DESCRIPTIONS:
+        if matches(obj):
+            try:
+                return describe(obj, **options)
+            except TypeError as error:
+                if "unexpected keyword" not in str(error):
+                    raise
+                raise InputError(f"{error}: not an option of the figure of a {type(obj).__name__}") from None
+    raise InputError(
+        f"no figure for a {type(obj).__name__}: give a recording, a curve, a model, a study or another result of "
+        "allanite, or its document"
+    )
+
+
+# -- one function per thing that has a figure --------------------------------------------------------------
+
+
+def _study(study: Any, *, view: str = "channels", channels: Sequence[str] | None = None) -> Sheet:
+    from allanite.views.wording import groups
+
+    document = study if isinstance(study, Mapping) else study.to_json()
+    found = groups(_chosen(document["channels"], channels))
+    return Sheet(rows=tuple(row for group in found for row in _view(view)(group, document)))
+
+
+def _channel(channel: Json, *, view: str = "channels") -> Sheet:
+    from allanite.views.wording import groups
+
+    recording: Json = {"rate": 1.0, "gaps": [], "duration": max(channel["overview"]["t"], default=1.0)}
+    document = {"recording": recording, "findings": [], "channels": [channel]}
+    return Sheet(rows=tuple(_view(view)(groups([channel])[0], document)))
+
+
+def _view(name: str) -> Callable[[Any, Json], list[tuple[Panel, ...]]]:
+    from allanite.views.figures import curves, records, spectra
+
+    views: dict[str, Callable[[Any, Json], list[tuple[Panel, ...]]]] = {
+        "channels": lambda group, _: _rows_of(curves.channel_panels(group)),
+        "groups": lambda group, _: [(curves.group_panel(group),)],
+        "spectrum": lambda group, _: [(spectra.group_spectrum_panel(group),)],
+        "record": lambda group, document: [(p,) for p in records.group_record_panels(group, document)],
+    }
+    if name not in views:
+        raise InputError(f"no view {name!r} of a study; there are: {', '.join(views)}")
+    return views[name]
+
+
+def _rows_of(panels: Sequence[Panel], most: int = 3) -> list[tuple[Panel, ...]]:
+    return [tuple(panels[i : i + most]) for i in range(0, len(panels), most)]
+
+
+def _chosen(channels: Sequence[Json], names: Sequence[str] | None) -> list[Json]:
+    if names is None:
+        return list(channels)
+    wanted = [names] if isinstance(names, str) else list(names)
+    known = {c["name"]: c for c in channels}
+    for name in wanted:
+        if name not in known:
+            raise InputError(f"no channel {name!r}; there are: {', '.join(known)}")
+    return [known[name] for name in wanted]
+
+
+def _curve(curve: Any, *, model: Any = None) -> Sheet:
+    from allanite.views.figures.curves import curve_panels
+
+    return _column(curve_panels(curve, model))
+
+
+def _over_floor(curve: Any) -> Sheet:
+    from allanite.views.figures.curves import over_floor_panels
+
+    return _column(over_floor_panels(curve))
+
+
+def _model(model: Any, *, tau: tuple[float, float] = (1e-2, 1e5)) -> Sheet:
+    from allanite.views.figures.curves import model_panel
+
+    return Sheet(rows=((model_panel(model, tau),),))
+
+
+def _recording(recording: Any, *, channels: Sequence[str] | None = None, turns: Any = None) -> Sheet:
+    if turns is None:
+        from allanite.views.figures.records import recording_panels
+
+        return _column(recording_panels(recording, channels))
+    from allanite.views.figures.turned import only_rate, turned_panel
+
+    names = (only_rate(recording, None),) if channels is None else channels
+    panels = [turned_panel(recording, turns, channel=name) for name in names]
+    return _column([replace(p, title=f"{n}: {p.title}") for n, p in zip(names, panels, strict=True)])
+
+
+def _spectrum(
+    spectrum: Any, *, kind: str = "unknown", unit: str = "SI unit", model: Any = None, view: str = "whole"
+) -> Sheet:
+    channel = {
+        "name": spectrum.channel,
+        "kind": kind if model is None else model.kind,
+        "unit": unit,
+        "spectrum": spectrum.to_json(),
+        "model": None if model is None else model.to_json(),
+    }
+    return _spectra({"channels": [channel]}, view=view)
+
+
+def _spectra(document: Json, *, channel: str | None = None, view: str = "whole") -> Sheet:
+    from allanite.views.figures import spectra
+
+    _known_view(view, spectra.VIEWS, "a spectrum")
+    chosen = _chosen(document["channels"], None if channel is None else [channel])
+    panels: list[Panel] = []
+    for one in chosen:
+        if view in ("whole", "density"):
+            panels.append(spectra.spectrum_panel(one))
+        if view in ("whole", "ratio") and one.get("model"):
+            panels.append(spectra.ratio_panel(one))
+    if not panels:
+        raise InputError("the ratio to a model needs a model")
+    return _column(panels)
+
+
+def _reversals(
+    reversals: Any, *, recording: Any = None, channel: str | None = None, zoom: int | None = None
+) -> Sheet:
+    from allanite.views.figures.turned import turned_panels
+
+    if recording is None:
+        raise InputError("turns are drawn over their record: give recording=, a Recording or its overview")
+    return _column(turned_panels(recording, reversals, channel=channel, zoom=zoom))
+
+
+def _earth_rate(estimate: Any, *, view: str = "whole", recording: Any = None) -> Sheet:
+    from allanite.views.figures import earth
+    from allanite.views.figures.turned import turned_panel
+
+    _known_view(view, earth.VIEWS, "an Earth rate")
+    document = estimate if isinstance(estimate, Mapping) else estimate.to_json()
+    seen = document.get("overview") if recording is None else recording
+    if view == "record":
+        return _reversals(document, recording=seen, channel=document["channel"])
+    parts: Parts = {
+        "record": lambda: [] if seen is None else [turned_panel(seen, document, channel=document["channel"])],
+        "bias": lambda: [earth.open_panel(document)],
+    }
+    if document["verdict"] != "not separable":
+        parts = {
+            **parts,
+            "running": lambda: [earth.running_panel(document)],
+            "dwells": lambda: earth.dwell_panels(document)[:1],
+            "residuals": lambda: earth.dwell_panels(document)[1:],
+            "dead-time": lambda: [earth.dead_time_panel(document)] if document["dead_times"] else [],
+            "estimators": lambda: [earth.estimator_panel(document)],
+        }
+        del parts["bias"]
+    return _in_view(
+        parts, view, f"this record has no figure {view!r}; there are: {', '.join(('whole', *parts))}"
+    )
+
+
+def _filtered(filtered: Any, *, view: str = "whole") -> Sheet:
+    from allanite.views.figures import filters
+
+    _known_view(view, filters.VIEWS, "a filtered record")
+    document = filters.document_of(filtered)
+    parts: Parts = {
+        "series": lambda: filters.series_panels(document),
+        "drift": lambda: [filters.drift_panel(document)],
+        "terms": lambda: [filters.terms_panel(document)],
+        "whiteness": lambda: [filters.whiteness_panel(document)],
+    }
+    alone = [name for name in document["terms"] if name != "level"]
+    if view == "whole" and len(alone) < 2:  # the drift is that one term
+        del parts["terms"]
+    return _in_view(parts, view, f"this filtered record has no figure {view!r}")
+
+
+def _aided(aided: Any) -> Sheet:
+    from allanite.views.figures import aided as panels
+
+    document = panels.document_of(aided)
+    readings = document.get("readings", [document])  # a document may hold both readings of one record
+    drawn = [panels.raw_panel(readings[0]), panels.corrected_panel(readings[0])]
+    drawn += [panels.means_panel([reading]) for reading in readings]
+    return _column([*drawn, panels.states_panel(document)] if "states" in document else drawn)
+
+
+def _north(north: Any, *, view: str = "whole") -> Sheet:
+    from allanite.views.figures import compass
+
+    _known_view(view, compass.VIEWS, "a search for north")
+    document = north if isinstance(north, Mapping) else north.to_json()
+    parts: Parts = {
+        "compass": lambda: [compass.compass_panel(document)],
+        "running": lambda: compass.running_panels(document),
+    }
+    return _in_view(parts, view, f"this search for north has no figure {view!r}")
+
+
+def _rate_vector(found: Any, *, view: str = "whole", recording: Any = None) -> Sheet:
+    from allanite.views.figures import vector
+
+    _known_view(view, vector.VIEWS, "a rate vector")
+    document = vector.document_of(found, recording)
+    parts: Parts = {
+        "length": lambda: vector.length_panels(document),
+        "means": lambda: vector.mean_panels(document),
+        "record": lambda: vector.record_panels(document),
+    }
+    return _in_view(parts, view, "nothing to draw of this rate vector: give the record of it with recording=")
+
+
+def _static(found: Any, *, view: str = "whole", recording: Any = None) -> Sheet:
+    from allanite.views.figures import static
+
+    _known_view(view, static.VIEWS, "static spans")
+    document = static.document_of(found, recording)
+    parts: Parts = {
+        "level": lambda: static.level_panels(document),
+        "record": lambda: static.record_panels(document),
+    }
+    return _in_view(
+        parts, view, "nothing to draw of these static spans: give the record of them with recording="
+    )
+
+
+def _calibration(estimate: Any, *, view: str = "whole") -> Sheet:
+    from allanite.views.figures import calibration
+
+    _known_view(view, calibration.VIEWS, "a calibration")
+    document = estimate if isinstance(estimate, Mapping) else estimate.to_json()
+    parts: dict[str, Callable[[], list[tuple[Panel, ...]]]] = {
+        "sphere": lambda: _rows_of(calibration.sphere_panels(document), 1),
+        "residuals": lambda: _rows_of(calibration.residual_panels(document), 1),
+        "parameters": lambda: calibration.parameter_panels(document),
+        "correlation": lambda: _rows_of(calibration.correlation_panels(document), 1),
+    }
+    # All panels of a sheet are of one width: those that stand side by side are a sheet of their own.
+    wanted = ("sphere", "residuals") if view == "whole" else (view,)
+    rows = [row for name in wanted for row in parts[name]()]
+    if not rows:
+        raise InputError(f"this calibration has no figure {view!r}")
+    return Sheet(rows=tuple(rows))
+
+
+def _alignment(found: Any, *, view: str = "whole") -> Sheet:
+    from allanite.views.figures import alignment
+
+    _known_view(view, alignment.VIEWS, "an alignment")
+    document = found if isinstance(found, Mapping) else found.to_json()
+    parts: Parts = {
+        "compass": lambda: [alignment.compass_panel(document)],
+        "convergence": lambda: alignment.convergence_panels(document),
+        "residuals": lambda: alignment.residual_panels(document),
+    }
+    return _in_view(parts, view, f"this alignment has no figure {view!r}")
+
+
+def _combination(combination: Any, *, view: str = "whole") -> Sheet:
+    from allanite.views.figures import redundancy
+
+    _known_view(view, redundancy.VIEWS, "combined sensors")
+    document = combination if isinstance(combination, Mapping) else combination.to_json()
+    parts = {
+        "parity": redundancy.parity_panel,
+        "deviation": redundancy.deviation_panel,
+        "gain": redundancy.gain_panel,
+    }
+    return _column([make(document) for name, make in parts.items() if view in ("whole", name)])
+
+
+def _datasheet(found: Any, *, view: str = "whole") -> Sheet:
+    from allanite.views.figures import datasheet
+
+    _known_view(view, datasheet.VIEWS, "a data sheet")
+    document = found if isinstance(found, Mapping) else found.to_json()
+    parts: Parts = {"curves": lambda: datasheet.sheet_panels(document)}
+    if document["channels"]:
+        parts["ratio"] = lambda: [datasheet.ratio_panel(document)]
+    return _in_view(parts, view, f"this data sheet alone has no figure {view!r}: nothing was measured")
+
+
+def _bounds(found: Any, *, view: str = "whole") -> Sheet:
+    from allanite.views.figures import datasheet
+
+    _known_view(view, ("whole", "curves", "inflation"), "bounds")
+    document = found if isinstance(found, Mapping) else found.to_json()
+    parts: Parts = {
+        "curves": lambda: datasheet.bound_panels(document),
+        "inflation": lambda: [datasheet.inflation_panel(document)],
+    }
+    return _in_view(parts, view, f"these bounds have no figure {view!r}")
+
+
+def _difference(found: Any, *, view: str = "whole") -> Sheet:
+    from allanite.views.figures import difference
+
+    _known_view(view, difference.VIEWS, "two noise models")
+    document = found if isinstance(found, Mapping) else found.to_json()
+    parts: Parts = {
+        "curves": lambda: difference.curve_panels(document),
+        "drift": lambda: difference.drift_panels(document),
+    }
+    made = [make() for name, make in parts.items() if view in ("whole", name)]
+    if view == "whole":  # each sensor in a row: its curves, and what they add up to
+        return Sheet(rows=tuple(zip(*made, strict=True)))
+    return Sheet(rows=tuple(_rows_of(made[0], 2)))
+
+
+def _environment(found: Any, *, view: str = "whole") -> Sheet:
+    from allanite.views.figures import environment
+
+    _known_view(view, environment.VIEWS, "the environment of a sensor")
+    document = found if isinstance(found, Mapping) else found.to_json()
+    every = document.get("channels", [document])
+    parts: Parts = {
+        "temperature": lambda: [panel for one in every for panel in environment.branch_panels(one)],
+        "deviation": lambda: [panel for one in every for panel in environment.deviation_panels(one)],
+        "time": lambda: [panel for one in every for panel in environment.time_panels(one)],
+    }
+    return _in_view(parts, view, f"nothing was found that a figure {view!r} could show")
+
+
+def _separation(found: Any, *, view: str = "whole") -> Sheet:
+    from allanite.views.figures import separation
+
+    _known_view(view, separation.VIEWS, "sensors taken apart")
+    document = found if isinstance(found, Mapping) else found.to_json()
+    parts = {"parts": separation.part_panel, "correlation": separation.correlation_panel}
+    return _column([make(document) for name, make in parts.items() if view in ("whole", name)])
+
+
+def _selection(found: Any, *, view: str = "whole", channels: Sequence[str] | None = None) -> Sheet:
+    from allanite.views.figures import selection
+
+    _known_view(view, selection.VIEWS, "a selection of terms")
+    document = found if isinstance(found, Mapping) else found.to_json()
+    parts = {"weights": selection.weights_panel, "curves": selection.curves_panel}
+    chosen = _chosen(document["channels"], channels)
+    return _column([make(c) for c in chosen for name, make in parts.items() if view in ("whole", name)])
+
+
+def _variation(found: Any, *, view: str = "whole", channels: Sequence[str] | None = None) -> Sheet:
+    from allanite.views.figures import variation
+
+    _known_view(view, variation.VIEWS, "a variation")
+    document = found if isinstance(found, Mapping) else found.to_json()
+    panels: list[Panel] = []
+    for channel in _chosen(document["channels"], channels):
+        if view in ("whole", "map"):
+            panels.append(variation.map_panel(channel, document["duration"]))
+        if view in ("whole", "lines"):
+            panels += variation.line_panels(channel, document["duration"])
+    return _column(panels)
+
+
+def _rate_table(found: Any, *, view: str = "whole") -> Sheet:
+    from allanite.views.figures import response
+
+    _known_view(view, response.VIEWS, "a run on a rate table")
+    document = found if isinstance(found, Mapping) else found.to_json()
+    parts: Parts = {
+        "response": lambda: response.response_panels(document),
+        "steps": lambda: response.step_panels(document),
+        "drift": lambda: response.drift_panels(document),
+        "noise": lambda: response.noise_panels(document),
+        "frequency": lambda: response.frequency_panels(document),
+    }
+    return _in_view(parts, view, f"this run on a rate table has no figure {view!r}")
+
+
+def _position_plan(plan: Any, *, view: str = "whole") -> Sheet:
+    from allanite.views.figures import position_plan
+
+    _known_view(view, position_plan.VIEWS, "a plan of positions")
+    document = plan if isinstance(plan, Mapping) else plan.to_json()
+    parts: Parts = {
+        "sphere": lambda: position_plan.sphere_panels(document),
+        "length": lambda: [position_plan.length_panel(document)],
+        "schemes": lambda: [position_plan.scheme_panel(document)],
+    }
+    return _in_view(parts, view, f"this plan of positions has no figure {view!r}")
+
+
+def _dead_reckoning(found: Any, *, view: str = "whole") -> Sheet:
+    from allanite.views.figures import dead_reckoning
+
+    _known_view(view, ("whole", *dead_reckoning.VIEWS), "a budget of dead reckoning")
+    document = found if isinstance(found, Mapping) else found.to_json()
+    views = [v for v in dead_reckoning.VIEWS if not (v == "height" and document["held"])]
+    parts: Parts = {v: lambda v=v: [dead_reckoning.growth_panel(document, v)] for v in views}  # type: ignore[misc]
+    return _in_view(parts, view, f"this budget of dead reckoning has no figure {view!r}: the height is held")
+
+
+def _comparison(comparison: Any, *, view: str = "whole") -> Sheet:
+    from allanite.views.figures import comparison as panels
+
+    _known_view(view, panels.VIEWS, "compared records")
+    document = comparison if isinstance(comparison, Mapping) else comparison.to_json()
+    if view == "whole":
+        return Sheet(rows=tuple(panels.columns(document)))
+    rows: list[tuple[Panel, ...]] = []
+    for channel in document["channels"]:
+        alone = view == "curves"
+        drawn = (
+            [panels.curves_panel(document, channel)] if alone else panels.parameter_panels(document, channel)
+        )
+        rows += _rows_of(drawn, 2)
+    return Sheet(rows=tuple(rows))
+
+
+def _plan(plan: Any) -> Sheet:
+    from allanite.views.figures import plans
+
+    many = list(plan) if isinstance(plan, (list, tuple)) else [plan]
+    documents = [one if isinstance(one, Mapping) else one.to_json() for one in many]
+    panels = [plans.dwell_panel(documents)]
+    return _column([*panels, plans.length_panel(documents[0])] if len(documents) == 1 else panels)
+
+
+def _known_view(view: str, views: Sequence[str], what: str) -> None:
+    if view not in views:
+        raise InputError(f"no view {view!r} of {what}; there are: {', '.join(views)}")
+
+
+def _in_view(parts: Parts, view: str, nothing: str) -> Sheet:
+    """The panels of a view, or of all that there is, one below the other; `nothing` says that there are none."""
+    panels = [panel for name, make in parts.items() if view in ("whole", name) for panel in make()]
+    if not panels:
+        raise InputError(nothing)
+    return _column(panels)
+
+
+def _column(panels: Sequence[Panel]) -> Sheet:
+    return Sheet(rows=tuple((panel,) for panel in panels))
+
+
+def _document(name: str) -> Callable[[object], bool]:
+    return lambda obj: isinstance(obj, Mapping) and obj.get("format") == name
+
+
+def _all(matches: Callable[[object], bool]) -> Callable[[object], bool]:
+    return lambda obj: isinstance(obj, (list, tuple)) and len(obj) > 0 and all(map(matches, obj))
+
+
+def _holds(*names: str) -> Callable[[object], bool]:
+    return lambda obj: isinstance(obj, Mapping) and all(name in obj for name in names)
+
+
+def _named(name: str) -> Callable[[object], bool]:
+    """By name, so that drawing one kind of result does not import all the others."""
+    return lambda obj: any(kind.__name__ == name for kind in type(obj).__mro__)
+
+
+_DESCRIPTIONS: tuple[tuple[Callable[[object], bool], Callable[..., Sheet]], ...] = (
+    (_named("Study"), _study),
+    (_document("allanite-study"), _study),
+    (_document("allanite-earth-rate"), _earth_rate),
+    (_document("allanite-filtered"), _filtered),
+    (_document("allanite-rate-vector"), _rate_vector),
+    (_document("allanite-plan"), _plan),
+    (_document("allanite-spectrum"), _spectra),
+    (_document("allanite-rate-table"), _rate_table),
+    (_document("allanite-combination"), _combination),
+    (_document("allanite-separation"), _separation),
+    (_document("allanite-selection"), _selection),
+    (_document("allanite-variation"), _variation),
+    (_document("allanite-comparison"), _comparison),
+    (_document("allanite-environment"), _environment),
+    (_document("allanite-position-plan"), _position_plan),
+    (_document("allanite-dead-reckoning"), _dead_reckoning),
+    (_document("allanite-datasheet"), _datasheet),
+    (_document("allanite-overbound"), _bounds),
+    (_document("allanite-difference"), _difference),
+    (_document("allanite-static-spans"), _static),
+    (_document("allanite-north"), _north),
+    (_document("allanite-calibration-estimate"), _calibration),
+    (_document("allanite-alignment"), _alignment),
+    (_document("allanite-reference-aided"), _aided),
+    (_holds("curve"), _channel),
+    (_holds("turns", "dwells", "positions"), _reversals),
+    (_named("AllanCurve"), _curve),
+    (_named("NoiseModel"), _model),
+    (_named("OverFloor"), _over_floor),
+    (_named("Recording"), _recording),
+    (_named("Spectrum"), _spectrum),
+    (_named("Reversals"), _reversals),
+    (_named("EarthRateEstimate"), _earth_rate),
+    (_named("RateVector"), _rate_vector),
+    (_named("Filtered"), _filtered),
+    (_named("Plan"), _plan),
+    (_named("RateTableEstimate"), _rate_table),
+    (_named("Combination"), _combination),
+    (_named("Separation"), _separation),
+    (_named("Selection"), _selection),
+    (_named("Variation"), _variation),
+    (_named("Comparison"), _comparison),
+    (_named("EnvironmentEstimate"), _environment),
+    (_named("Environment"), _environment),
+    (_named("PositionPlan"), _position_plan),
+    (_named("DeadReckoning"), _dead_reckoning),
+    (_named("DatasheetVerdict"), _datasheet),
+    (_named("Bounds"), _bounds),
+    (_named("Difference"), _difference),
+    (_named("StaticSpans"), _static),
+    (_named("NorthEstimate"), _north),
+    (_named("CalibrationEstimate"), _calibration),
+    (_named("AlignmentEstimate"), _alignment),
+    (_named("ReferenceAided"), _aided),
+    (_all(_named("Plan")), _plan),
+    (_all(_document("allanite-plan")), _plan),
+    (_named("Sheet"), lambda sheet: sheet),
+    (_named("PaperFigure"), lambda figure: figure.sheet),
+)

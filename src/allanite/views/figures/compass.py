@@ -1,0 +1,235 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A search for north: the compass with its arc, the horizontal rate beside the known one, and both as they grew."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from allanite.views.figures.drawing import Drawing, Point, Shape, Words, arc, arrow, box, circle, line, wedge
+from allanite.views.figures.earth import DEG_H, level, quantile
+from allanite.views.figures.panel import Array, Axis, Curve, Panel, around, array
+from allanite.views.figures.records import clock
+from allanite.views.wording import interval, number
+
+__all__ = ["VIEWS", "card", "compass", "compass_panel", "point_on", "rate_gauge", "running_panels"]
+
+Json = Mapping[str, Any]
+_Parts = list[Shape | Words]
+
+VIEWS = ("whole", "compass", "running")
+_CENTRE: Point = (22.0, 21.0)
+_RADIUS = 15.0
+_WORDS = 47.0  # where the words begin
+_SETTLED = 0.2  # part of the record after which the bands must lie inside the frame
+
+
+def compass_panel(north: Json) -> Panel:
+    """The compass, north upwards, with what was found in words beside it."""
+    return Panel(title="Where the mark of the table points", drawing=compass(north))
+
+
+def compass(north: Json) -> Drawing:
+    """Directions of the table's mark that the record allows, on a sheet of 100 by 42."""
+    parts = [*card(), *_arcs(north), *_needles(north), *_said(north), *rate_gauge(north)]
+    return Drawing(width=100.0, height=42.0, parts=tuple(parts))
+
+
+def card() -> _Parts:
+    """The card: a circle with its marks."""
+    parts: _Parts = [circle(_CENTRE, _RADIUS, fill="gap", opacity=0.1, colour="guide", name="card")]
+    for degrees in range(0, 360, 10):
+        long = 1.6 if degrees % 90 == 0 else 1.0 if degrees % 30 == 0 else 0.5
+        parts.append(line(point_on(degrees, _RADIUS - long), point_on(degrees, _RADIUS), colour="guide"))
+    for degrees, name in ((0, "N"), (90, "E"), (180, "S"), (270, "W")):
+        x, y = point_on(degrees, _RADIUS + 2.4)
+        parts.append(Words(x=x, y=y, text=name, bold=True, size=1.1))
+    for degrees in (30, 60, 120, 150, 210, 240, 300, 330):
+        x, y = point_on(degrees, _RADIUS + 2.4)
+        parts.append(Words(x=x, y=y, text=f"{degrees}", colour="guide", size=0.85))
+    return parts
+
+
+def _arcs(north: Json) -> _Parts:
+    """The directions that are allowed: a sector each, with a bold line along the card."""
+    parts: _Parts = []
+    for found in north["interval"]:
+        start = _turned(found["start"])
+        stop = start - found["width"]
+        parts.append(wedge(_CENTRE, _RADIUS, start, stop, fill="z", opacity=0.22, name="arc"))
+        parts.append(line(*arc(_CENTRE, _RADIUS, start, stop), colour="z", width=3.0, name="rim"))
+    return parts
+
+
+def _needles(north: Json) -> _Parts:
+    """The mark's direction; dashed where there are two that the record cannot tell apart."""
+    if _anywhere(north):
+        return [circle(_CENTRE, 0.8, fill="guide", colour=None)]
+    if north["azimuth"] is not None:
+        tip = point_on(math.degrees(north["azimuth"]), _RADIUS - 0.4)
+        colour = "ink" if north["verdict"] == "north found" else "guide"
+        return [
+            *arrow(_CENTRE, tip, colour=colour, width=1.8, name="mark"),
+            circle(_CENTRE, 0.8, fill=colour, colour=None),
+        ]
+    return [
+        line(_CENTRE, point_on(math.degrees(azimuth), _RADIUS - 0.4), dashed=True, name="candidate")
+        for azimuth in north["candidates"]
+    ]
+
+
+def _said(north: Json) -> _Parts:
+    """The direction and its interval in words."""
+    rows = [(north["verdict"], True), *((text, False) for text in _direction(north))]
+    rows.append((f"signal to noise {number(north['signal_to_noise'], 2)}", False))
+    return [
+        Words(x=_WORDS, y=37.5 - 3.1 * i, text=text, bold=bold, across="left", size=1.15 if bold else 1.0)
+        for i, (text, bold) in enumerate(rows)
+    ]
+
+
+def _direction(north: Json) -> list[str]:
+    percent = f"{100 * north['confidence']:g} %"
+    arcs = north["interval"]
+    if _anywhere(north):
+        return [f"{percent} interval: every direction", "the record says nothing about north"]
+    digits = min((_digits(found["width"]) for found in arcs), default=1)
+    found = [
+        f"{math.degrees(a['start']):.{digits}f} to {math.degrees(a['stop']):.{digits}f} deg" for a in arcs
+    ]
+    if not found:
+        return ["no direction explains the record"]
+    if north["azimuth"] is None:
+        return ["one component alone is seen", *(f"{percent} interval {text}" for text in found)]
+    return [
+        f"azimuth of the mark {math.degrees(north['azimuth']):.{digits}f} deg",
+        f"{percent} interval {found[0]}",
+    ]
+
+
+def _anywhere(north: Json) -> bool:
+    """The record does not exclude a single direction."""
+    return any(found["width"] >= 2 * math.pi for found in north["interval"])
+
+
+def _digits(width: float) -> int:
+    """Decimals of a degree that tell the ends of an arc apart."""
+    return min(max(1 - math.floor(math.log10(math.degrees(width))), 0), 5) if width > 0 else 3
+
+
+def rate_gauge(north: Json) -> _Parts:
+    """The horizontal rate on a scale from zero, beside the one that the Earth has at this latitude."""
+    low, high = (v / DEG_H if v is not None else math.nan for v in north["horizontal_interval"])
+    known = north["expected_rate"] / DEG_H
+    measured = math.nan if north["horizontal_rate"] is None else north["horizontal_rate"] / DEG_H
+    ends = [v for v in (1.25 * known, 1.1 * high, 1.1 * measured) if math.isfinite(v)]
+    most, left, right, y = max(ends), _WORDS, 95.0, 11.0
+
+    def place(rate: float) -> float:
+        return left + (right - left) * min(max(rate / most, 0.0), 1.0)
+
+    parts: _Parts = [
+        Words(x=left, y=19.5, text="Horizontal rate [deg/h]", bold=True, across="left"),
+        line((left, y), (right, y), colour="guide", name="scale"),
+        line((left, y - 0.8), (left, y + 0.8), colour="guide"),
+        Words(x=left, y=y - 2.4, text="0", colour="guide", size=0.9),
+        line((place(known), y - 2.2), (place(known), y + 2.2), colour="x", width=1.6, name="known rate"),
+        Words(x=place(known), y=y - 4.0, text=f"the Earth here {number(known, 4)}", colour="x", size=0.95),
+    ]
+    if math.isfinite(low) and math.isfinite(high):
+        bar = box(
+            place(low), y - 0.7, max(place(high) - place(low), 0.3), 1.4, fill="z", opacity=0.3, colour="z"
+        )
+        parts.append(bar)
+    if math.isfinite(measured):
+        text = interval(measured, low, high)
+        parts.append(circle((place(measured), y), 0.9, fill="z", colour=None, name="measured"))
+        words = f"{text[0]} [{text[1]}, {text[2]}]"
+        parts.append(Words(x=(left + right) / 2, y=y + 4.2, text=words, colour="z", size=0.95))
+    return parts
+
+
+def _turned(azimuth: float) -> float:
+    """Angle from the right and upwards, for one from north over east."""
+    return math.pi / 2 - azimuth
+
+
+def point_on(degrees: float, radius: float) -> Point:
+    """Where a direction from north over east lies on the sheet, so far from the centre."""
+    angle = _turned(math.radians(degrees))
+    return _CENTRE[0] + radius * math.cos(angle), _CENTRE[1] + radius * math.sin(angle)
+
+
+# -- as the record grows ----------------------------------------------------------------------------------
+
+
+def running_panels(north: Json) -> list[Panel]:
+    """Azimuth, as its distance from the result, and horizontal rate as the record grows."""
+    running, wide = north["running"], quantile(north["confidence"])
+    unit, second = clock(north["duration"])
+    time = array(running["time"]) / second
+    frame = 0.0, 1.02 * north["duration"] / second
+    axis = Axis(label=f"Time since the first sample [{unit}]", limits=frame)
+    panels = [_rate_panel(north, time, axis, frame)] if _any(running["horizontal_rate"]) else []
+    if north["azimuth"] is not None and _any(running["azimuth"]):
+        away = np.degrees(_difference(array(running["azimuth"]), north["azimuth"]))
+        half = wide * np.degrees(array(running["sd"]))
+        panels.insert(0, _azimuth_panel(north, time, away, half, axis))
+    return panels
+
+
+def _any(values: Any) -> bool:
+    return bool(np.isfinite(array(values)).any())
+
+
+def _azimuth_panel(north: Json, time: Array, away: Array, half: Array, axis: Axis) -> Panel:
+    late = time >= _SETTLED * time[-1] if time.size else np.zeros(0, dtype=np.bool_)
+    percent = f"{100 * north['confidence']:g} %"
+    curve = Curve(
+        x=time,
+        y=away,
+        lower=away - half,
+        upper=away + half,
+        label="azimuth so far",
+        colour="z",
+        band_label=f"{percent} band by the noise, linear",
+    )
+    low, high = around([0.0], away[late], (away - half)[late], (away + half)[late])
+    result = f"{math.degrees(north['azimuth']):.2f} deg"
+    return Panel(
+        title="Azimuth as the record grows",
+        x=axis,
+        y=Axis(label=f"Azimuth − {result} [deg]", limits=(max(low, -180.0), min(high, 180.0))),
+        curves=(curve,),
+        height=0.34,
+        key="above",
+    )
+
+
+def _rate_panel(north: Json, time: Array, axis: Axis, frame: tuple[float, float]) -> Panel:
+    rate = array(north["running"]["horizontal_rate"]) / DEG_H
+    known = north["expected_rate"] / DEG_H
+    curves = [Curve(x=time, y=rate, label="horizontal rate so far", colour="z")]
+    ends = array(north["horizontal_interval"]) / DEG_H
+    if north["horizontal_rate"] is not None:
+        look: dict[str, Any] = {"colour": "ink", "style": "none", "marker": "diamond"}
+        at, y = array([frame[1] / 1.02]), array([north["horizontal_rate"]]) / DEG_H
+        label = f"result, {100 * north['confidence']:g} % interval"
+        curves.append(Curve(x=at, y=y, lower=ends[:1], upper=ends[1:], bars=True, label=label, **look))
+    late = time >= _SETTLED * time[-1] if time.size else np.zeros(0, dtype=np.bool_)
+    return Panel(
+        title="Horizontal rate as the record grows",
+        x=axis,
+        y=Axis(label="Horizontal rate [deg/h]", limits=around([known], ends, rate[late])),
+        curves=(*curves, level(known, frame, f"the Earth here {known:.3f} deg/h")),
+        height=0.34,
+        key="above",
+    )
+
+
+def _difference(angle: Array, other: float) -> Array:
+    """Of two directions, -pi to pi."""
+    return np.asarray((angle - other + math.pi) % (2 * math.pi) - math.pi)

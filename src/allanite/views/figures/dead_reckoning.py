@@ -1,0 +1,69 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Errors of dead reckoning over time: all sources together with their interval, and those that matter most."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from allanite.views.figures.panel import SERIES, Axis, Curve, Panel, array, positive_range
+from allanite.views.wording import BUDGET_QUANTITIES, largest_sources, quantity_words
+
+__all__ = ["VIEWS", "growth_panel"]
+
+Json = Mapping[str, Any]
+
+VIEWS = {
+    "position": "position_horizontal",
+    "height": "position_down",
+    "velocity": "velocity_horizontal",
+    "tilt": "tilt",
+    "heading": "heading",
+}
+_MOST = 6
+_DECADES = 1e7
+_LANDMARKS = ((60.0, "1 min"), (600.0, "10 min"), (3600.0, "1 h"), (21600.0, "6 h"), (86400.0, "1 d"))
+
+
+def growth_panel(document: Json, view: str) -> Panel:
+    """One quantity over time."""
+    quantity = VIEWS[view]
+    column, factor = document["quantities"].index(quantity), BUDGET_QUANTITIES[quantity][2]
+    times = array(document["times"])
+
+    def values(part: Json, end: str) -> Any:
+        return array([row[column] for row in part[end]]) / factor
+
+    whole = values(document, "sd")
+    low, high = values(document, "lower"), values(document, "upper")
+    banded = bool(np.isfinite(low).any() and np.isfinite(high).any())
+    curves = [
+        Curve(
+            x=times, y=whole, label="together, 1 σ", colour="ink", lower=low if banded else None,
+            upper=high if banded else None, band_label=f"{100 * document['confidence']:g} % interval" if banded else "",
+        )
+    ]  # fmt: skip
+    for i, source in enumerate(largest_sources(document, quantity, _MOST)):
+        own = values(source, "sd")
+        curves.append(
+            Curve(
+                x=times, y=np.where(own > 0, own, np.nan), label=source["name"], colour=SERIES[i % len(SERIES)],
+                style="dashed" if i < len(SERIES) // 2 else "dashdot",
+            )
+        )  # fmt: skip
+    ends = max(float(times.min()), 0.5 * min(document["shown"])), float(times.max())
+    bottom, top = positive_range(whole, *([high] if banded else []))
+    lowest = positive_range(*(c.y for c in curves))[0]
+    return Panel(
+        title=f"{BUDGET_QUANTITIES[quantity][0]}, unaided",
+        x=Axis(
+            label="Time since the start [s]", log=True, limits=ends,
+            landmarks=tuple((t, words) for t, words in _LANDMARKS if ends[0] < t < ends[1]),
+        ),
+        y=Axis(label=quantity_words(quantity), log=True, limits=(max(lowest, bottom / 30, top / _DECADES), 1.6 * top)),
+        curves=tuple(curves),
+        height=0.5,
+        key="above",
+    )  # fmt: skip

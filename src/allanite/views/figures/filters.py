@@ -1,0 +1,204 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A filtered record: measured and corrected samples, the drift that was taken off, and whether the model holds."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from allanite.quantities.display_units import display_unit
+from allanite.views.figures.panel import (
+    MARKERS,
+    SERIES,
+    Array,
+    Axis,
+    Curve,
+    Envelope,
+    Label,
+    Panel,
+    around,
+    array,
+)
+from allanite.views.figures.records import clock, overview
+from allanite.views.wording import number
+
+__all__ = ["VIEWS", "document_of", "drift_panel", "series_panels", "terms_panel", "whiteness_panel"]
+
+Json = Mapping[str, Any]
+
+VIEWS = ("whole", "series", "drift", "terms", "whiteness")
+_BAND = 2.0  # standard deviations
+_NAMES = {
+    "gauss_markov": "Gauss-Markov",
+    "random_walk": "random walk",
+    "flicker": "flicker",
+    "ramp": "ramp",
+    "level": "level",
+}
+
+
+def document_of(filtered: Any) -> Json:
+    """The plain document of a `Filtered`, with the overview of the measured samples where they are at hand."""
+    if isinstance(filtered, Mapping):
+        return filtered
+    document: Json = filtered.to_json()
+    source, name = filtered.source, filtered.channel
+    if "measured" in document["overview"] or source[name].kind.value != document["kind"]:
+        return document  # an angle that comes back as a rate has no picture of the same kind
+    seen = overview(source, name)
+    measured = {key: seen[key] for key in ("t", "low", "high")}
+    return {**document, "overview": {"measured": measured, **document["overview"]}}
+
+
+def series_panels(document: Json) -> list[Panel]:
+    """Measured and corrected samples, one above the other and equally scaled."""
+    unit, factor = display_unit(document["kind"], "sd", document["unit"])
+    how = "smoothed" if document["smoothed"] else "filtered"
+    found = [(key, document["overview"].get(key)) for key in ("measured", "corrected")]
+    titles = {"measured": "Measured", "corrected": f"Corrected: the drift taken off ({how})"}
+    colours = {"measured": "guide", "corrected": "z"}
+    panels = []
+    for key, seen in found:
+        if seen is None:
+            continue
+        t, low, high = (array(seen[part]) for part in ("t", "low", "high"))
+        x, second = _axis(document)
+        words = "lowest and highest sample of each block"
+        envelope = Envelope(
+            x=t / second, low=low / factor, high=high / factor, label=words, colour=colours[key]
+        )
+        panels.append(Panel(title=titles[key], x=x, y=Axis(label=f"Samples [{unit}]"), envelopes=(envelope,)))
+    return panels
+
+
+def drift_panel(document: Json) -> Panel:
+    """The drift with its band."""
+    unit, factor = display_unit(document["kind"], "mean", document["unit"])
+    x, second = _axis(document)
+    t, drift = _centre(document["overview"]["drift"])
+    _, sd = _centre(document["overview"]["drift_sd"])
+    half = _BAND * sd / factor
+    y = drift / factor
+    curve = Curve(
+        x=t / second,
+        y=y,
+        lower=y - half,
+        upper=y + half,
+        label="drift",
+        colour="z",
+        band_label=f"± {_BAND:g} sd",
+    )
+    return Panel(
+        title="Drift: the sum of all slow noise",
+        x=x,
+        y=Axis(label=f"Drift [{unit}]", limits=_limits([(t, y, half)])),
+        curves=(curve,),
+        labels=(Label(x=0.0, y=0.0, text="", colour="guide", place="level"),),
+        height=0.3,
+        key="above",
+    )
+
+
+def terms_panel(document: Json) -> Panel:
+    """Each slow term by itself, with its band; the level has none of its own here."""
+    unit, factor = display_unit(document["kind"], "mean", document["unit"])
+    x, second = _axis(document)
+    curves, parts = [], []
+    names = [name for name in document["terms"] if name != "level"]
+    for i, name in enumerate(names):
+        t, value, sd = (array(document["terms"][name][part]) for part in ("t", "value", "sd"))
+        y, half = value / factor, _BAND * sd / factor
+        parts.append((t, y, half))
+        curves.append(
+            Curve(
+                x=t / second,
+                y=y,
+                lower=y - half,
+                upper=y + half,
+                label=_NAMES.get(name, name),
+                colour=SERIES[(2 + i) % len(SERIES)],
+                marker=MARKERS[i % len(MARKERS)],
+                band_label="" if i else f"± {_BAND:g} sd",
+            )
+        )
+    return Panel(
+        title="What the drift consists of",
+        x=x,
+        y=Axis(label=f"At the end of a sample [{unit}]", limits=_limits(parts)),
+        curves=tuple(curves),
+        height=0.3,
+        key="above",
+    )
+
+
+def whiteness_panel(document: Json) -> Panel:
+    """Correlation of the innovations at each lag, with the band in which it lies if they are white."""
+    tests = document["consistency"]
+    r = array(tests["correlations"])
+    lags = np.arange(1.0, r.size + 1)
+    bound = 1.96 / math.sqrt(tests["count"]) if tests["count"] else math.nan
+    reach = max(1.6 * bound if bound == bound else 0.0, 1.15 * float(np.nanmax(np.abs(r), initial=0.0)), 1e-6)
+    ticks = tuple((float(lag), f"{lag}") for lag in range(1, r.size + 1) if lag == 1 or lag % 5 == 0)
+    edge = array([0.4, r.size + 0.6])
+    band = Curve(
+        x=edge,
+        y=np.zeros(2),
+        lower=np.full(2, -bound),
+        upper=np.full(2, bound),
+        label="",
+        colour="guide",
+        style="thin",
+        band_label="19 of 20 lie here if the model holds",
+    )
+    stems = Curve(
+        x=lags,
+        y=r,
+        lower=np.minimum(r, 0.0),
+        upper=np.maximum(r, 0.0),
+        bars=True,
+        label="correlation of the innovations",
+        colour="z",
+        style="none",
+        marker="circle",
+    )
+    return Panel(
+        title=_nis(tests),
+        x=Axis(label="Lag [samples]", limits=(0.4, r.size + 0.6), names=ticks),
+        y=Axis(label="Correlation [1]", limits=(-reach, reach)),
+        curves=(band, stems),
+        height=0.26,
+        key="above",
+    )
+
+
+def _nis(tests: Json) -> str:
+    if tests["nis"] is None:
+        return "Innovations: not tested"
+    said = "consistent" if tests["consistent"] else "not consistent"
+    ends = f"{number(tests['nis_lower'], 4)} to {number(tests['nis_upper'], 4)}"
+    return f"Innovations {said}: NIS {number(tests['nis'], 4)}, {ends} if the model holds"
+
+
+def _axis(document: Json) -> tuple[Axis, float]:
+    duration = document["samples"] / document["rate"]
+    unit, second = clock(duration)
+    axis = Axis(label=f"Time since the first sample [{unit}]", limits=(0.0, duration / second))
+    return axis, second
+
+
+def _centre(seen: Json) -> tuple[Array, Array]:
+    """Middle of an envelope so narrow that it is a line."""
+    t, low, high = (array(seen[part]) for part in ("t", "low", "high"))
+    return t, (low + high) / 2
+
+
+def _limits(parts: list[tuple[Array, Array, Array]]) -> tuple[float, float] | None:
+    """Limits that hold every line, and the bands once the first tenth of the record is over."""
+    ends = [np.zeros(1)]
+    for t, y, half in parts:
+        late = t > t[0] + 0.1 * (t[-1] - t[0]) if t.size else np.zeros(0, dtype=np.bool_)
+        ends += [y, (y - half)[late], (y + half)[late]]
+    return around(*ends)

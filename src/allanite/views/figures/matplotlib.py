@@ -1,0 +1,519 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Panels on paper, white or dark: Matplotlib figures for PDF, SVG and PNG. Decides nothing but where ink goes."""
+
+from __future__ import annotations
+
+import io
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.plain_files.printable import printable
+from allanite.views.figures.drawing import Drawing, Shape, Words
+from allanite.views.figures.panel import (
+    DARK,
+    LIGHT,
+    SPAN_LOOKS,
+    Axis,
+    Curve,
+    Envelope,
+    Guide,
+    Label,
+    Limit,
+    Panel,
+    Rug,
+    Sheet,
+    Span,
+    decades,
+    thinned,
+)
+from allanite.views.figures.slim_svg import slim
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+__all__ = ["figure", "svg"]
+
+# Sizes in inches. The layout is computed here rather than found by drawing twice: figures take half the time, and
+# equal decades are square because the axes are made so.
+_WIDTH = 6.9  # the text width of A4 and letter paper
+_LEAST = 4.9  # a panel in a row of several
+_LEFT, _RIGHT, _BOTTOM = 0.74, 0.14, 0.46
+_LANDMARKS, _TITLE, _TIGHT = 0.2, 0.2, 0.1
+_FOOT = 0.36  # a legend for all panels
+_KEY = 0.19  # a row of a legend above a panel
+_CHARACTERS = 17.0  # of a legend in an inch
+
+_STYLES = {
+    "solid": "-",
+    "dashed": (0, (5, 2.2)),
+    "dotted": (0, (1, 2)),
+    "dashdot": (0, (6, 2, 1.2, 2)),
+    "thin": "-",
+    "none": "none",
+}
+_WIDTHS = {"solid": 1.1, "thin": 0.8}
+_MARKERS = {"circle": "o", "square": "s", "triangle": "^", "diamond": "D", "down": "v", "cross": "X"}
+_LAST = ("95 % interval", "not in the fit")
+_BETWEEN, _CROWDED = tuple(range(2, 10)), 1e20  # ticks of a decade; range from which on they would touch
+_OFFSETS = {"above": (0, 7), "below": (0, -7), "right": (7, 0), "left": (-7, 0)}
+_RC: dict[Any, Any] = {
+    "font.family": ["sans-serif"],
+    "font.sans-serif": ["DejaVu Sans", "Verdana", "Arial", "sans-serif"],
+    "font.size": 8.5,
+    "axes.labelsize": 9,
+    "axes.titlesize": 9.5,
+    "legend.fontsize": 8,
+    "svg.fonttype": "none",  # words stay words: smaller, and they can be searched
+    "svg.hashsalt": "allanite",  # the same study gives the same file
+    "pdf.fonttype": 42,
+    "axes.unicode_minus": True,
+}
+
+
+@dataclass(frozen=True, slots=True)
+class _Look:
+    """What holds for all of a panel: the values of the colours, and whether there is room for words."""
+
+    colours: Mapping[str, str]
+    crowded: bool = False
+
+    def __getitem__(self, colour: str) -> str:
+        return self.colours[colour]
+
+
+def figure(sheet: Sheet, *, dark: bool = False) -> Figure:
+    """A Matplotlib figure of a sheet; it belongs to no window and no global state."""
+    import matplotlib as mpl
+    from matplotlib.figure import Figure
+
+    with mpl.rc_context(_RC):
+        size, boxes = _layout(sheet)
+        crowded = sheet.columns > 1
+        look = _Look(DARK if dark else LIGHT, crowded)
+        made = Figure(figsize=size, facecolor=look["paper"])
+        common: dict[str, Any] = {}
+        labelled = [sheet.labelled(i) for i, row in enumerate(sheet.rows) for _ in row]
+        for panel, box, said in zip(sheet.panels, boxes, labelled, strict=True):
+            left, bottom, width, height = box
+            axes = made.add_axes((left / size[0], bottom / size[1], width / size[0], height / size[1]))
+            axes.set_facecolor(look["paper"])
+            _draw(axes, panel, look, titled=len(sheet.panels) > 1, room=round(width * _CHARACTERS))
+            axes.yaxis.set_label_coords(-(_LEFT - 0.16) / width, 0.5)
+            if not said:
+                axes.set_xlabel("")
+                axes.tick_params(labelbottom=False)
+            common |= {name: handle for name, handle in _entries(axes).items() if name != _plain(panel.title)}
+        if crowded:  # small panels have no room for a legend each: one below says it for all
+            _legend(made, common, look, loc="lower center", ncols=4)
+    return made
+
+
+def svg(sheet: Sheet, *, dark: bool = False) -> str:
+    """A sheet as SVG text, without a date, so that equal studies give equal files."""
+    import matplotlib as mpl
+
+    made = figure(sheet, dark=dark)
+    target = io.StringIO()
+    with mpl.rc_context(_RC):
+        made.savefig(target, format="svg", metadata={"Date": None, "Creator": "allanite"})
+    return slim(printable(target.getvalue(), lines=True))  # XML holds no control character
+
+
+def _layout(sheet: Sheet) -> tuple[tuple[float, float], list[tuple[float, float, float, float]]]:
+    """Size of the figure, and left, bottom, width and height of each panel's axes."""
+    width = max(_WIDTH, _LEAST * sheet.columns) if sheet.columns > 1 else _WIDTH
+    share = width / sheet.columns
+    boxes = []
+    y = _FOOT if sheet.columns > 1 else 0.0
+    for number, row in reversed(list(enumerate(sheet.rows))):
+        drawn = all(panel.drawing is not None for panel in row)
+        left, right = (_TIGHT, _TIGHT) if drawn else (_LEFT, _RIGHT)
+        each = share - left - right
+        y += _TIGHT if drawn or not sheet.labelled(number) else _BOTTOM
+        height = max(panel.aspect for panel in row) * each
+        boxes.append([(left + i * share, y, each, height) for i in range(len(row))])
+        y += height + _above(row, each, titled=len(sheet.panels) > 1)
+    return (width, y), [box for row_boxes in reversed(boxes) for box in row_boxes]
+
+
+def _above(row: tuple[Panel, ...], width: float, *, titled: bool) -> float:
+    """Room over a row: for landmarks, a legend, a title."""
+    landmarks = any(p.x.landmarks for p in row)
+    keys = max(p.key_grid(round(width * _CHARACTERS))[1] if p.key == "above" else 0 for p in row)
+    return (_TITLE if titled else 0.0) + (_LANDMARKS if landmarks else _TIGHT) + _KEY * keys
+
+
+def _draw(axes: Axes, panel: Panel, look: _Look, *, titled: bool, room: int) -> None:
+    columns, rows = panel.key_grid(room) if panel.key == "above" else (1, 0)
+    landmarks = 12 if panel.x.landmarks else 0  # points
+    if titled:
+        pad = landmarks + (5 if rows or not landmarks else 0) + 72 * _KEY * rows
+        axes.set_title(_plain(panel.title), loc="left", fontweight="bold", color=look["ink"], pad=pad)
+    if panel.drawing is not None:
+        _drawing(axes, panel.drawing, look)
+        return
+    _frame(axes, panel, look)
+    for span in panel.spans:
+        _span(axes, span, look)
+    for rug in panel.rugs:
+        _rug(axes, rug, look)
+    for guide in panel.guides:
+        _guide(axes, guide, look)
+    for limit in panel.limits:
+        _limit(axes, limit, look)
+    for envelope in panel.envelopes:
+        _envelope(axes, envelope, look, named=panel.key == "above")
+    for curve in panel.curves:
+        _curve(axes, curve, look)
+    for label in panel.labels:
+        _label(axes, label, look)
+    _minor_ticks(axes, panel, look)
+    if panel.key == "above":
+        place: dict[str, Any] = {"loc": "lower left", "bbox_to_anchor": (0.0, 1.0), "borderpad": 0.1}
+        place |= {"borderaxespad": 0.15 + landmarks / 8, "columnspacing": 1.4, "labelspacing": 0.3}
+        _legend(axes, _entries(axes), look, ncols=columns, least=1, **place)
+    elif panel.curves and not look.crowded:
+        _legend(axes, _entries(axes), look, loc="best", borderaxespad=0.5)
+
+
+def _frame(axes: Axes, panel: Panel, look: _Look) -> None:
+    for direction, axis in (("x", panel.x), ("y", panel.y)):
+        if axis.log:
+            getattr(axes, f"set_{direction}scale")("log")
+        if axis.limits:
+            getattr(axes, f"set_{direction}lim")(*axis.limits)
+        getattr(axes, f"set_{direction}label")(_plain(axis.label), color=look["ink"])
+        _ticks(getattr(axes, f"{direction}axis"), axis)
+    if panel.square:
+        axes.set_aspect("equal")
+    axes.grid(visible=True, color=look["grid"], linewidth=0.6)
+    axes.set_axisbelow(True)
+    axes.tick_params(which="both", direction="out", color=look["guide"], labelcolor=look["ink"])
+    for side in axes.spines.values():
+        side.set(color=look["guide"], linewidth=0.7)
+    _landmarks(axes, panel.x, look)
+
+
+def _ticks(target: Any, axis: Axis) -> None:
+    from matplotlib.ticker import FuncFormatter, LogLocator, NullLocator, ScalarFormatter
+
+    if axis.names:
+        target.set_ticks([at for at, _ in axis.names], labels=[_plain(name) for _, name in axis.names])
+        return
+    if axis.log:
+        target.set_major_locator(LogLocator(10, numticks=20))
+        target.set_major_formatter(FuncFormatter(_power_of_ten))
+        target.set_minor_locator(NullLocator())
+        if _names_between(axis):
+            target.set_minor_locator(LogLocator(10, subs=_BETWEEN, numticks=20))
+            target.set_minor_formatter(FuncFormatter(_two_and_five))
+        return
+    plain = ScalarFormatter(useOffset=False)
+    plain.set_powerlimits((-4, 5))
+    target.set_major_formatter(plain)
+
+
+def _names_between(axis: Axis) -> bool:
+    """Whether ticks between the powers of ten are named, too."""
+    return axis.limits is not None and decades(axis.limits) < 2
+
+
+def _minor_ticks(axes: Axes, panel: Panel, look: _Look) -> None:
+    """Ticks between the powers of ten as one line of markers: Matplotlib's own take half the time of a figure."""
+    from matplotlib.markers import TICKDOWN, TICKLEFT
+
+    mark: dict[str, Any] = {
+        "linestyle": "none",
+        "markersize": 2,
+        "markeredgewidth": 0.6,
+        "color": look["guide"],
+    }
+    mark |= {"clip_on": False, "scalex": False, "scaley": False, "zorder": 2.01}
+    if panel.x.log and not _names_between(panel.x):
+        at = _between(axes.get_xlim())
+        axes.plot(at, np.zeros(len(at)), marker=TICKDOWN, transform=axes.get_xaxis_transform(), **mark)
+    if panel.y.log and not _names_between(panel.y):
+        at = _between(axes.get_ylim())
+        axes.plot(np.zeros(len(at)), at, marker=TICKLEFT, transform=axes.get_yaxis_transform(), **mark)
+
+
+def _between(limits: tuple[float, float]) -> NDArray[np.float64]:
+    """2 to 9 times each power of ten within limits; none where they would be a bar."""
+    low, high = min(limits), max(limits)
+    if not 0 < low < high < math.inf or high / low > _CROWDED:
+        return np.zeros(0)
+    powers = 10.0 ** np.arange(math.floor(math.log10(low)), math.ceil(math.log10(high)))
+    at = np.outer(powers, _BETWEEN).ravel()
+    return np.asarray(at[(at >= low) & (at <= high)])
+
+
+def _power_of_ten(value: float, _position: int | None = None) -> str:
+    power = round(math.log10(value)) if value > 0 else 0
+    return f"{value:g}" if -3 <= power <= 3 else f"$10^{{{power}}}$"
+
+
+def _two_and_five(value: float, _position: int | None = None) -> str:
+    first = round(value / 10 ** math.floor(math.log10(value) + 1e-9))
+    return f"{value:g}" if first in (2, 5) else ""
+
+
+def _landmarks(axes: Axes, axis: Axis, look: _Look) -> None:
+    for at, name in axis.landmarks:
+        axes.annotate(
+            name,
+            xy=(at, 1.0),
+            xycoords=axes.get_xaxis_transform(),
+            xytext=(0, 3.5),
+            textcoords="offset points",
+            ha="center",
+            va="bottom",
+            fontsize=7.5,
+            color=look["guide"],
+        )
+        axes.plot(
+            [at, at], [0.985, 1.0], transform=axes.get_xaxis_transform(), color=look["guide"], linewidth=0.8
+        )
+
+
+def _curve(axes: Axes, curve: Curve, look: _Look) -> None:
+    colour = look[curve.colour]
+    data = curve.marker is not None
+    (line,) = axes.plot(
+        curve.x,
+        curve.y,
+        color=colour,
+        linestyle=_STYLES[curve.style],
+        linewidth=_WIDTHS.get(curve.style, 1.3),
+        label=_plain(curve.label) or "_nolegend_",
+        zorder=3 if data else 3.5,
+    )
+    if curve.marker is not None:
+        alone = curve.style == "none"  # then each point counts
+        size = 3.2 if look.crowded or (alone and curve.x.size > 60) else 4.0
+        line.set(
+            marker=_MARKERS[curve.marker],
+            markersize=size,
+            markevery=1 if alone else thinned(curve.x.size),
+            markeredgewidth=0.8,
+        )
+        _hollow(axes, curve, colour, size, look)
+    if curve.lower is not None and curve.upper is not None:
+        if curve.bars:
+            axes.vlines(curve.x, curve.lower, curve.upper, color=colour, linewidth=1.0, zorder=2.9)
+            return
+        band: dict[str, Any] = {"color": colour, "alpha": 0.16, "linewidth": 0}
+        axes.fill_between(curve.x, curve.lower, curve.upper, label=curve.band_label or "_nolegend_", **band)
+
+
+def _hollow(axes: Axes, curve: Curve, colour: str, size: float, look: _Look) -> None:
+    if curve.hollow is None or not curve.hollow.any() or curve.marker is None:
+        return
+    axes.plot(
+        curve.x[curve.hollow],
+        curve.y[curve.hollow],
+        linestyle="none",
+        marker=_MARKERS[curve.marker],
+        markersize=size,
+        markerfacecolor=look["paper"],
+        markeredgecolor=colour,
+        markeredgewidth=0.9,
+        zorder=3.2,
+        label=curve.hollow_label or "_nolegend_",
+    )
+
+
+def _envelope(axes: Axes, envelope: Envelope, look: _Look, *, named: bool) -> None:
+    colour = look[envelope.colour]
+    area: dict[str, Any] = {"color": colour, "alpha": 0.55, "linewidth": 0.3}
+    name = _plain(envelope.label) if named else "_nolegend_"
+    axes.fill_between(envelope.x, envelope.low, envelope.high, label=name, **area)
+
+
+def _guide(axes: Axes, guide: Guide, look: _Look) -> None:
+    axes.plot(guide.x, guide.y, color=look["guide"], linewidth=0.7, zorder=2)
+    axes.text(
+        guide.name_x,
+        guide.name_y,
+        guide.name,
+        rotation=math.degrees(math.atan(guide.slope)),
+        rotation_mode="anchor",
+        ha="center",
+        va="center",
+        fontsize=7,
+        color=look["guide"],
+        zorder=2.1,
+        bbox={"facecolor": look["paper"], "edgecolor": "none", "pad": 0.6},
+    )
+
+
+def _limit(axes: Axes, limit: Limit, look: _Look) -> None:
+    colour = look["limit"]
+    axes.plot(limit.x, limit.y, color=colour, linestyle=_STYLES["dotted"], linewidth=1.1, zorder=2.2)
+    axes.annotate(  # the head is the text's end, so the arrow is drawn backwards: from its foot, with "<|-"
+        "",
+        xy=limit.at,
+        xytext=(0, -17),
+        textcoords="offset points",
+        arrowprops={"arrowstyle": "<|-", "color": colour, "linewidth": 1.2, "shrinkA": 0, "shrinkB": 0},
+        zorder=4,
+    )
+    _words(axes, limit.at, limit.text, colour, limit.side, look, lower=9)
+
+
+def _label(axes: Axes, label: Label, look: _Look) -> None:
+    colour = look[label.colour]
+    if label.place == "line":
+        axes.axvline(label.x, color=colour, linewidth=0.8, linestyle=_STYLES["dashed"], zorder=1.5)
+        axes.annotate(
+            _plain(label.text),
+            xy=(label.x, 0.02),
+            xycoords=axes.get_xaxis_transform(),
+            xytext=(-4, 0),
+            textcoords="offset points",
+            rotation=90,
+            ha="right",
+            va="bottom",
+            fontsize=7.5,
+            color=colour,
+        )
+        return
+    if label.place == "level":
+        axes.axhline(label.y, color=colour, linewidth=0.9, linestyle=_STYLES["dashed"], zorder=2.6)
+        axes.annotate(
+            _plain(label.text),
+            xy=(1.0, label.y),
+            xycoords=axes.get_yaxis_transform(),
+            xytext=(-4, -2 if "below" in label.side else 2),
+            textcoords="offset points",
+            ha="right",
+            va="top" if "below" in label.side else "bottom",
+            fontsize=7.5,
+            color=colour,
+            zorder=5,
+            bbox={"facecolor": look["paper"], "edgecolor": "none", "alpha": 0.75, "pad": 0.4},
+        )
+        return
+    axes.plot(
+        [label.x], [label.y], marker="o", markersize=4.2, color=look["paper"], mec=colour, mew=1.0, zorder=4
+    )
+    _words(axes, (label.x, label.y), label.text, colour, label.side, look)
+
+
+def _words(
+    axes: Axes, point: tuple[float, float], text: str, colour: str, side: str, look: _Look, lower: float = 0
+) -> None:
+    dx, dy = np.sum([_OFFSETS[word] for word in side.split()], axis=0)
+    axes.annotate(
+        _plain(text),
+        xy=point,
+        xytext=(dx, dy - lower * (dy < 0)),
+        textcoords="offset points",
+        ha="left" if dx > 0 else "right" if dx < 0 else "center",
+        va="bottom" if dy > 0 else "top" if dy < 0 else "center",
+        fontsize=7 if look.crowded else 8,
+        color=colour,
+        zorder=5,
+        bbox={"facecolor": look["paper"], "edgecolor": "none", "alpha": 0.75, "pad": 0.8},
+    )
+
+
+def _span(axes: Axes, span: Span, look: _Look) -> None:
+    kind = SPAN_LOOKS[span.kind]
+    colour = look[kind.colour]
+    paint: dict[str, Any] = {
+        "color": colour,
+        "alpha": kind.opacity,
+        "lw": 0.8,
+        "zorder": 4 if kind.top < 1 else 1,
+    }
+    if kind.hatched:
+        paint = {"facecolor": "none", "edgecolor": colour, "hatch": "////", "lw": 0.0}
+    axes.axvspan(span.start, span.stop, ymax=kind.top, label=kind.words or "_nolegend_", **paint)
+
+
+def _rug(axes: Axes, rug: Rug, look: _Look) -> None:
+    place: dict[str, Any] = {"transform": axes.get_xaxis_transform(), "zorder": 4}
+    axes.vlines(rug.x, 0.0, 0.06, color=look[rug.colour], linewidth=0.6, label=_plain(rug.label), **place)
+
+
+# -- drawings ---------------------------------------------------------------------------------------------
+
+
+def _drawing(axes: Axes, drawing: Drawing, look: _Look) -> None:
+    axes.set_axis_off()
+    axes.set_xlim(0, drawing.width)
+    axes.set_ylim(0, drawing.height)
+    for order, part in enumerate(drawing.parts, start=2):
+        if isinstance(part, Words):
+            _written(axes, part, look, order)
+        else:
+            _shape(axes, part, look, order)
+
+
+def _shape(axes: Axes, shape: Shape, look: _Look, order: int) -> None:
+    from matplotlib.colors import to_rgba
+    from matplotlib.patches import Polygon
+
+    axes.add_patch(
+        Polygon(
+            shape.points,
+            closed=shape.closed,
+            facecolor=to_rgba(look[shape.fill], shape.opacity) if shape.fill else "none",
+            edgecolor=look[shape.colour] if shape.colour else "none",
+            linewidth=1.0 * shape.width if shape.colour else 0.0,
+            linestyle=_STYLES["dashed"] if shape.dashed else "-",
+            joinstyle="round",
+            capstyle="round" if not shape.dashed else "butt",
+            zorder=order,
+        )
+    )
+
+
+def _written(axes: Axes, words: Words, look: _Look, order: int) -> None:
+    axes.text(
+        words.x,
+        words.y,
+        _plain(words.text),
+        color=look[words.colour],
+        fontsize=8.5 * words.size,
+        fontweight="bold" if words.bold else "normal",
+        ha=words.across,
+        va={"middle": "center"}.get(words.up, words.up),
+        zorder=order,
+        linespacing=1.25,
+    )
+
+
+# -- legends ----------------------------------------------------------------------------------------------
+
+
+def _entries(axes: Axes) -> dict[str, Any]:
+    """Entries of a legend: the curves, their models, and last what holds for all of them."""
+    handles, names = axes.get_legend_handles_labels()
+    unique = dict(zip(names, handles, strict=True))
+    return dict(sorted(unique.items(), key=lambda entry: _LAST.index(entry[0]) if entry[0] in _LAST else -1))
+
+
+def _legend(
+    target: Axes | Figure, entries: dict[str, Any], look: _Look, *, least: int = 2, **place: Any
+) -> None:
+    if len(entries) >= least:
+        frame: dict[str, Any] = {
+            "facecolor": look["paper"],
+            "framealpha": 0.9,
+            "edgecolor": "none",
+            "labelcolor": look["ink"],
+            "handlelength": 2.4,
+        }
+        target.legend(list(entries.values()), list(entries), **frame, **place)
+
+
+def _plain(text: str) -> str:
+    """Text that Matplotlib must not read as mathematics."""
+    return text.replace("$", r"\$")

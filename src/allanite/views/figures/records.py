@@ -1,0 +1,173 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The record itself: lowest and highest value of each of some 1500 blocks, gaps shaded, findings marked."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.quantities.display_units import display_unit
+from allanite.recording.records import Recording
+from allanite.views.figures.curves import series_colours
+from allanite.views.figures.panel import Array, Axis, Envelope, Panel, Span, array
+from allanite.views.wording import Group
+
+__all__ = ["channel_record_panel", "clock", "group_record_panels", "overview", "recording_panels"]
+
+Json = Mapping[str, Any]
+Spans = NDArray[np.int64]
+_BLOCKS = 1500
+_THINNED = 800  # blocks of an overview out of a study: no screen and no paper shows more
+_MOST_SPANS = 60
+
+
+def group_record_panels(group: Group, study: Json) -> list[Panel]:
+    """One panel per channel of a group, on a common time axis."""
+    looks = series_colours([c["name"] for c in group.channels])
+    most = min(_THINNED, 6 * _THINNED // len(study["channels"]))
+    return [
+        channel_record_panel(channel, study["recording"], study["findings"], look[0], most)
+        for channel, look in zip(group.channels, looks, strict=True)
+    ]
+
+
+def channel_record_panel(
+    channel: Json, recording: Json, findings: Iterable[Json], colour: str = "z", most: int = _THINNED
+) -> Panel:
+    """The overview of one channel of a study."""
+    overview = channel["overview"]
+    t, low, high = _thinned(array(overview["t"]), array(overview["low"]), array(overview["high"]), most)
+    dt = 1.0 / recording["rate"]
+    gaps = [(a * dt, b * dt) for a, b in recording["gaps"]]
+    places = [
+        (a * dt, b * dt, f["message"])
+        for f in findings
+        if f["channel"] in (None, channel["name"]) and f["severity"] != "info"
+        for a, b in f["places"]
+        if [a, b] not in [list(g) for g in recording["gaps"]]
+    ]
+    facts = channel["name"], channel["kind"], channel.get("unit") or ""
+    return _panel(facts, t, low, high, recording["duration"], gaps, places, colour)
+
+
+def _thinned(t: Array, low: Array, high: Array, most: int) -> tuple[Array, Array, Array]:
+    """Neighbouring blocks joined until there are at most so many."""
+    join = -(-t.size // most)
+    if join < 2:
+        return t, low, high
+    rows = (np.pad(part, (0, -part.size % join), mode="edge").reshape(-1, join) for part in (t, low, high))
+    middle, lows, highs = rows
+    return middle.mean(axis=1), np.fmin.reduce(lows, axis=1), np.fmax.reduce(highs, axis=1)
+
+
+def recording_panels(recording: Recording, names: Sequence[str] | None = None) -> list[Panel]:
+    """The overview of each channel of a `Recording`, read block by block."""
+    chosen = recording.names if names is None else tuple(names)
+    looks = series_colours(chosen)
+    panels = []
+    for name, (colour, _) in zip(chosen, looks, strict=True):
+        seen = overview(recording, name)
+        facts = name, seen["kind"], seen["unit"]
+        t, low, high = (array(seen[part]) for part in ("t", "low", "high"))
+        panels.append(_panel(facts, t, low, high, recording.duration, seen["gaps"], [], colour))
+    return panels
+
+
+def overview(recording: Recording, name: str) -> dict[str, Any]:
+    """What a picture of one channel of a long record needs, as plain data, in SI.
+
+    Returns
+    -------
+    dict
+        "t" [s], "low", "high": lowest and highest sample of each block, None where a block has none; "gaps", the
+        longest runs of missing samples [s]; "name", "kind", "unit", "duration" [s].
+    """
+    channel = recording[name]
+    t, low, high, gaps = _extremes(recording, name)
+    ends = channel.scale * (np.stack([low, high]) + recording.origin(name))
+    low, high = ends.min(axis=0), ends.max(axis=0)  # a negative scale turns them round
+    return {
+        "name": name,
+        "kind": channel.kind.value,
+        "unit": channel.unit,
+        "duration": recording.duration,
+        "t": t.tolist(),
+        "low": [v if v == v else None for v in low.tolist()],
+        "high": [v if v == v else None for v in high.tolist()],
+        "gaps": [list(gap) for gap in gaps],
+    }
+
+
+def _extremes(recording: Recording, name: str) -> tuple[Array, Array, Array, list[tuple[float, float]]]:
+    """Block centres [s], lowest and highest sample of each block, and the longest runs of missing samples [s]."""
+    size = max(1, -(-recording.n_samples // _BLOCKS))
+    low: list[Array] = []
+    high: list[Array] = []
+    edges: list[Spans] = []
+    for start, block in recording.blocks(name, size * max(1, (1 << 18) // size)):
+        missing = np.isnan(block)
+        edges.append(_changes(start, missing))
+        rows = np.full((-(-block.size // size), size), np.nan)
+        rows.flat[: block.size] = block
+        empty = np.isnan(rows).all(axis=1)
+        low.append(np.where(empty, np.nan, np.min(np.where(np.isnan(rows), np.inf, rows), axis=1)))
+        high.append(np.where(empty, np.nan, np.max(np.where(np.isnan(rows), -np.inf, rows), axis=1)))
+    lows, highs = np.concatenate(low), np.concatenate(high)
+    centres = array((np.arange(lows.size) + 0.5) * size * recording.dt)
+    runs = _joined(np.concatenate(edges))
+    longest = runs[np.argsort(runs[:, 0] - runs[:, 1], kind="stable")[:_MOST_SPANS]]
+    return centres, lows, highs, [(a * recording.dt, b * recording.dt) for a, b in longest]
+
+
+def _changes(start: int, missing: NDArray[np.bool_]) -> Spans:
+    """Runs [first, last) of missing samples of one block, as positions on the grid."""
+    flags = np.concatenate(([False], missing, [False]))
+    return start + np.flatnonzero(flags[1:] != flags[:-1]).reshape(-1, 2)
+
+
+def _joined(runs: Spans) -> Spans:
+    """Runs that touch at a block's edge made one."""
+    if len(runs) == 0:
+        return runs
+    new = np.concatenate(([True], runs[1:, 0] > runs[:-1, 1]))
+    return np.stack([runs[new, 0], runs[np.append(np.flatnonzero(new)[1:] - 1, len(runs) - 1), 1]], axis=1)
+
+
+def _panel(
+    facts: tuple[str, str, str],
+    t: Array,
+    low: Array,
+    high: Array,
+    duration: float,
+    gaps: Sequence[tuple[float, float]],
+    places: Sequence[tuple[float, float, str]],
+    colour: str,
+) -> Panel:
+    name, kind, own = facts
+    unit, factor = display_unit(kind, "sd", own)
+    name_of_unit, second = clock(duration)
+    spans = [
+        Span(start=a / second, stop=b / second, kind="gap", text="no samples") for a, b in gaps[:_MOST_SPANS]
+    ]
+    spans += [
+        Span(start=a / second, stop=b / second, kind="finding", text=text)
+        for a, b, text in places[:_MOST_SPANS]
+    ]
+    return Panel(
+        title=name,
+        x=Axis(label=f"Time since the first sample [{name_of_unit}]", limits=(0.0, duration / second)),
+        y=Axis(label=unit),
+        envelopes=(Envelope(x=t / second, low=low / factor, high=high / factor, label=name, colour=colour),),
+        spans=tuple(spans),
+    )
+
+
+def clock(duration: float) -> tuple[str, float]:
+    """Unit of a time axis and its length in seconds."""
+    for text, second in (("d", 86400.0), ("h", 3600.0), ("min", 60.0)):
+        if duration >= 3 * second:
+            return text, second
+    return "s", 1.0

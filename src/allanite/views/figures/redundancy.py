@@ -1,0 +1,149 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Redundant sensors: their parity over time with its threshold, and the deviation of the combined axes beside one."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from allanite.quantities.display_units import display_unit
+from allanite.views.figures.panel import (
+    MARKERS,
+    SERIES,
+    Axis,
+    Curve,
+    Label,
+    Panel,
+    Span,
+    array,
+    positive_range,
+)
+from allanite.views.figures.records import clock
+from allanite.views.wording import duration
+
+__all__ = ["VIEWS", "deviation_panel", "gain_panel", "parity_panel"]
+
+Json = Mapping[str, Any]
+
+VIEWS = ("whole", "parity", "deviation", "gain")
+#: Least chi-square that is drawn: the smallest say nothing.
+_FLOOR = 1e-2
+#: Of windows of one length, eight times it and 64 times it: the longer the darker.
+_COLOURS = (5, 2, 0)
+
+
+def parity_panel(document: Json) -> Panel:
+    """Chi-square of each window, its threshold, and the spans of the faults."""
+    parity = document["parity"]
+    unit, second = clock(document["duration"])
+    curves = [
+        Curve(
+            x=array(windows["time"]) / second,
+            y=np.maximum(array(windows["statistic"]), _FLOOR),
+            label=f"windows of {duration(windows['length'])}",
+            colour=SERIES[_COLOURS[i]],
+            style="none",
+            marker=MARKERS[i],
+        )
+        for i, windows in enumerate(parity["windows"])
+    ]
+    spans = tuple(
+        Span(
+            start=f["start"] / second,
+            stop=f["stop"] / second,
+            kind="finding" if f["sensor"] is None else "disturbed",
+            text=_name(f),
+        )
+        for f in document["faults"]
+    )
+    high = positive_range(*(c.y for c in curves), [parity["threshold"]])[1]
+    words = f"alarm: {100 * document['false_alarm']:g} % of records without a fault"
+    return Panel(
+        title=f"Parity of the sensors; {parity['dof']} expected",
+        x=Axis(label=f"Time since the first sample [{unit}]", limits=(0.0, document["duration"] / second)),
+        y=Axis(label="Chi-square of the window", log=True, limits=(_FLOOR, 4 * high)),
+        curves=tuple(curves),
+        labels=(
+            Label(x=0.0, y=parity["threshold"], text=words, colour="x", side="above right", place="level"),
+        ),
+        spans=spans,
+        height=0.36,
+        key="above",
+    )
+
+
+def _name(fault: Json) -> str:
+    who = fault["sensor"] or "one of " + ", ".join(fault["candidates"])
+    return f"{who}: {fault['kind']}"
+
+
+def deviation_panel(document: Json) -> Panel:
+    """Allan deviation of the combined axes, measured and predicted, beside the best sensor."""
+    unit, factor = display_unit(document["kind"], "adev")
+    tau = array(document["tau"])
+    curves = [
+        Curve(
+            x=tau, y=array(document["single"]) / factor, label="best sensor, by models", colour="guide", style="dashed"
+        )
+    ]  # fmt: skip
+    for m, axis in enumerate(document["axes"]):
+        colour = SERIES[m]
+        predicted, measured, low, high = (
+            array(document[k])[:, m] / factor for k in ("predicted", "measured", "lower", "upper")
+        )
+        curves.append(Curve(x=tau, y=predicted, label=f"{axis}, by the models", colour=colour))
+        if np.isfinite(measured).any():
+            curves.append(
+                Curve(
+                    x=tau, y=measured, lower=low, upper=high, bars=True, style="none", marker=MARKERS[m],
+                    label=f"{axis}, measured", colour=colour,
+                )
+            )  # fmt: skip
+    y = positive_range(*(c.y for c in curves))
+    return Panel(
+        title="Allan deviation of the combined axes",
+        x=Axis(label="Averaging time [s]", log=True),
+        y=Axis(label=f"Allan deviation [{unit}]", log=True, limits=(y[0] / 2, 2 * y[1])),
+        curves=tuple(curves),
+        height=0.5,
+        key="above",
+    )
+
+
+def gain_panel(document: Json) -> Panel:
+    """How many times better than the best sensor, with its interval, and what constant weights cost."""
+    tau = array(document["tau"])
+    curves = []
+    for m, axis in enumerate(document["axes"]):
+        gain, low, high = (array(document[k])[:, m] for k in ("gain", "gain_lower", "gain_upper"))
+        look: dict[str, Any] = {"colour": SERIES[m]}
+        expected = array(document["gain_predicted"])[:, m]
+        curves.append(Curve(x=tau, y=expected, label=f"{axis}, by the models", **look))
+        best = expected * array(document["loss"])[:, m]
+        if (best > 1.005 * expected).any():
+            words = f"{axis}, weights made for each time"
+            curves.append(Curve(x=tau, y=best, label=words, style="dashed", **look))
+        if np.isfinite(gain).any():
+            curves.append(
+                Curve(
+                    x=tau, y=gain, lower=low, upper=high, bars=True, style="none", marker=MARKERS[m],
+                    label=f"{axis}, measured", **look,
+                )
+            )  # fmt: skip
+    words = f"weights made for {document['averaging']:.3g} s"
+    top = float(np.nanmax(np.concatenate([c.y for c in curves])))
+    return Panel(
+        title="Gain over the best sensor",
+        x=Axis(label="Averaging time [s]", log=True),
+        y=Axis(label="Deviation of one over combined", limits=(0.0, 1.5 * top)),
+        curves=tuple(curves),
+        labels=(
+            Label(
+                x=document["averaging"], y=0.0, text=words, colour="guide", side="above right", place="line"
+            ),
+        ),
+        height=0.36,
+        key="above",
+    )

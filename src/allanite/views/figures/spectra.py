@@ -1,0 +1,196 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Power spectral densities with the model over them: the second look at a fit, which the curve alone cannot give.
+
+Drawn is the root of the two-sided density, in the unit of N, so that the flat part of the spectrum is N itself. A
+model is drawn as the segments behind the points would show it: folded by sampling, seen through their window.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.noise import BY_LETTER, NoiseModel, TermType
+from allanite.noise.spectrum import sampled_psd
+from allanite.noise.spectrum.expected import sight_of
+from allanite.noise.spectrum.windows import window_of
+from allanite.quantities.display_units import display_unit
+from allanite.views.figures.curves import series_colours
+from allanite.views.figures.panel import Axis, Curve, Label, Panel, array, positive_range
+from allanite.views.wording import Group, density_unit
+
+__all__ = ["VIEWS", "group_spectrum_panel", "ratio_panel", "spectrum_panel"]
+
+Json = Mapping[str, Any]
+Array = NDArray[np.float64]
+
+VIEWS = ("whole", "density", "ratio")
+_MOST_LINES = 5
+_NAMES = {
+    "gauss_markov": "Gauss-Markov",
+    "random_walk": "K",
+    "quantisation": "Q",
+    "white": "N",
+    "flicker": "B",
+}
+
+
+def group_spectrum_panel(group: Group) -> Panel:
+    """The spectra of all channels of one kind."""
+    unit, factor = display_unit(group.kind, "N", group.unit)
+    looks = series_colours([c["name"] for c in group.channels])
+    curves: list[Curve] = []
+    lines: list[Curve] = []
+    labels: list[Label] = []
+    for channel, (colour, _) in zip(group.channels, looks, strict=True):
+        curve = _density(channel["spectrum"], channel["name"], factor, colour, band=not curves)
+        curves.append(curve)
+        if channel["models"]:
+            model = NoiseModel.from_json(channel["models"][0])
+            named = "" if lines else "model"
+            lines.append(_model_line(channel["spectrum"], model, factor, named))
+        labels += _labels(channel["spectrum"], curve, colour)
+    return _panel(group.title, unit, (*curves, *lines), tuple(_merged(labels)))
+
+
+def spectrum_panel(channel: Json) -> Panel:
+    """One channel with "name", "kind", "unit", "spectrum" and "model" (or null): the model with its terms over it."""
+    unit, factor = density_unit(channel["kind"], channel.get("unit") or "")
+    facts = channel["spectrum"]
+    curve = _density(facts, channel["name"], factor, series_colours([channel["name"]])[0][0], band=True)
+    lines: list[Curve] = []
+    if channel.get("model"):
+        model = NoiseModel.from_json(channel["model"])
+        lines = [_model_line(facts, model, factor, "model")]
+        lines += [_term_line(facts, term, factor) for term in _dense(model.terms)]
+    return _panel(channel["name"], unit, (curve, *lines), tuple(_labels(facts, curve, curve.colour)))
+
+
+def ratio_panel(channel: Json) -> Panel:
+    """Density over that of the model, with its interval: 1 within the band where they agree."""
+    facts = channel["spectrum"]
+    expected = _expected(facts, NoiseModel.from_json(channel["model"]))
+    good = expected > 0
+    f = array(facts["frequency"])[good]
+    ratio = {k: array(facts[k])[good] / expected[good] for k in ("density", "lower", "upper")}
+    colour = series_colours([channel["name"]])[0][0]
+    measured = Curve(
+        x=f,
+        y=ratio["density"],
+        lower=ratio["lower"],
+        upper=ratio["upper"],
+        label=channel["name"],
+        colour=colour,
+        band_label=_level(facts),
+    )
+    one = Curve(x=f, y=np.ones(len(f)), label="model", colour="model", style="dashed")
+    low, high = positive_range(ratio["lower"], ratio["upper"])
+    return Panel(
+        title=f"{channel['name']}: density over the model's",
+        x=_frequency_axis(f),
+        y=Axis(
+            label="Density over the model's", log=True, limits=(max(low, 0.05) / 1.1, min(high, 20.0) * 1.1)
+        ),
+        curves=(measured, one),
+        height=0.3,
+    )
+
+
+def _dense(terms: Sequence[TermType]) -> list[TermType]:
+    """Terms that have a density."""
+    return [t for t in terms if t.symbols[0] in {*BY_LETTER, "q"} - {"R"}]
+
+
+def _density(spectrum: Json, label: str, factor: float, colour: str, band: bool) -> Curve:
+    f = array(spectrum["frequency"])
+    keep = f > 0
+    root = {k: np.sqrt(array(spectrum[k])[keep]) / factor for k in ("density", "lower", "upper")}
+    return Curve(
+        x=f[keep],
+        y=root["density"],
+        lower=root["lower"],
+        upper=root["upper"],
+        label=label,
+        colour=colour,
+        band_label=_level(spectrum) if band else "",
+    )
+
+
+def _level(spectrum: Json) -> str:
+    return f"{100 * spectrum.get('confidence', 0.95):g} % interval"
+
+
+def _expected(spectrum: Json, model: NoiseModel) -> Array:
+    """What a model would show at each point; its plain density where a document does not say how it was made."""
+    f = array(spectrum["frequency"])
+    if not len(f) or len(spectrum.get("bins") or ()) != len(f):
+        return model.psd(f)
+    dt, sampling = spectrum["dt"], spectrum["sampling"]
+    sight = sight_of(spectrum["bins"], spectrum["resolution"], 0.5 / dt, window_of(spectrum["window"]))
+    return sight(lambda at: sampled_psd(model, at, dt, sampling))
+
+
+def _model_line(spectrum: Json, model: NoiseModel, factor: float, label: str) -> Curve:
+    root = np.sqrt(_expected(spectrum, model)) / factor
+    return Curve(x=array(spectrum["frequency"]), y=root, label=label, colour="model", style="dashed")
+
+
+def _term_line(spectrum: Json, term: TermType, factor: float) -> Curve:
+    root = np.sqrt(_expected(spectrum, NoiseModel.of(term))) / factor
+    name, style = _NAMES.get(term.type, term.type), _STYLES[term.type]
+    return Curve(x=array(spectrum["frequency"]), y=root, label=name, colour="guide", style=style)
+
+
+_STYLES: Mapping[str, Any] = {
+    "white": "thin",
+    "quantisation": "dotted",
+    "flicker": "dashdot",
+    "gauss_markov": "dashdot",
+    "random_walk": "dotted",
+}
+
+
+def _labels(spectrum: Json, curve: Curve, colour: str) -> list[Label]:
+    labels = []
+    for line in sorted(spectrum["lines"], key=lambda line: -line["amplitude"])[:_MOST_LINES]:
+        nearest = int(np.argmin(np.abs(np.log(curve.x / line["frequency"]))))
+        text = f"line {line['frequency']:.3g} Hz" + (", steady" if line.get("stable") else "")
+        labels.append(
+            Label(x=line["frequency"], y=float(curve.y[nearest]), text=text, colour=colour, side="above")
+        )
+    if spectrum.get("corner"):
+        text = f"filter corner {spectrum['corner']:.3g} Hz"
+        labels.append(Label(x=spectrum["corner"], y=0.0, text=text, colour="guide", place="line"))
+    return labels
+
+
+def _merged(labels: list[Label]) -> list[Label]:
+    """Axes of one sensor share their lines and their filter: what lies within a few percent is said once."""
+    kept: list[Label] = []
+    for label in sorted(labels, key=lambda label: -label.y):
+        apart = 1.3 if label.place == "line" else 1.12
+        if all(o.place != label.place or not 1 / apart < label.x / o.x < apart for o in kept):
+            kept.append(label)
+    points = [label for label in kept if label.place == "point"]
+    return points[:_MOST_LINES] + [label for label in kept if label.place == "line"]
+
+
+def _frequency_axis(*parts: Any) -> Axis:
+    x = positive_range(*parts)
+    return Axis(label="Frequency f [Hz]", log=True, limits=(x[0] / 1.2, x[1] * 1.2))
+
+
+def _panel(title: str, unit: str, curves: tuple[Curve, ...], labels: tuple[Label, ...]) -> Panel:
+    y = positive_range(
+        *(c.y for c in curves if c.lower is not None)
+    )  # what was measured, not where models go
+    return Panel(
+        title=title,
+        x=_frequency_axis(*(c.x for c in curves)),
+        y=Axis(label=f"Root density √S(f), two-sided [{unit}]", log=True, limits=(y[0] / 1.6, y[1] * 1.8)),
+        curves=curves,
+        labels=labels,
+    )

@@ -1,0 +1,216 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A result as one self-contained HTML file: opens offline, prints, and reads without JavaScript.
+
+``study``, ``earth_rate``, ``rate_vector``, ``filtered``, ``north``, ``calibration``, ``alignment``, ``plan``, ...
+    What the page of each result says, as plain data, from the plain document of the result.
+``blocks``, ``pieces``
+    What pages are made of.
+``frame.html``
+    How every page is laid out; ``study.html`` and ``sections.html`` fill it, ``page.css`` and ``page.js`` are put
+    into it.
+"""
+
+from __future__ import annotations
+
+import functools
+import os
+from collections.abc import Mapping
+from importlib import import_module
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from allanite.errors import AllaniteError, FormatError, InputError
+from allanite.plain_files.atomic_file import fresh
+from allanite.plain_files.json_values import load_plain
+from allanite.plain_files.printable import printable
+
+if TYPE_CHECKING:
+    from jinja2 import Environment
+
+__all__ = ["html_of", "page_of", "render", "render_file"]
+
+_HERE = Path(__file__).parent
+
+#: Format of a document -> the module that makes its page, and the template.
+_PAGES = {
+    "allanite-study": ("study", "study.html"),
+    "allanite-earth-rate": ("earth_rate", "sections.html"),
+    "allanite-rate-vector": ("rate_vector", "sections.html"),
+    "allanite-east-west-null": ("null_test", "sections.html"),
+    "allanite-filtered": ("filtered", "sections.html"),
+    "allanite-reference-aided": ("filtered", "sections.html"),
+    "allanite-north": ("north", "sections.html"),
+    "allanite-rate-table": ("rate_table", "sections.html"),
+    "allanite-alignment": ("alignment", "sections.html"),
+    "allanite-calibration-estimate": ("calibration", "sections.html"),
+    "allanite-plan": ("plan", "sections.html"),
+    "allanite-position-plan": ("position_plan", "sections.html"),
+    "allanite-dead-reckoning": ("dead_reckoning", "sections.html"),
+    "allanite-environment": ("environment", "sections.html"),
+    "allanite-combination": ("combination", "sections.html"),
+    "allanite-selection": ("selection", "sections.html"),
+    "allanite-separation": ("separation", "sections.html"),
+    "allanite-variation": ("variation", "sections.html"),
+    "allanite-comparison": ("comparison", "sections.html"),
+    "allanite-datasheet": ("datasheet", "sections.html"),
+    "allanite-difference": ("difference", "sections.html"),
+    "allanite-overbound": ("datasheet", "sections.html"),
+    "allanite-spectrum": ("spectrum", "sections.html"),
+    "allanite-demonstration": ("demonstration", "sections.html"),
+}
+#: Results whose plain document does not name its format.
+_FORMATS = {"Filtered": "allanite-filtered", "ReferenceAided": "allanite-reference-aided"}
+
+
+def render(result: Any, path: str | os.PathLike[str], *, force: bool = False) -> Path:
+    """Write the report of a result.
+
+    Parameters
+    ----------
+    result : Study, EarthRateEstimate, RateVector, NorthEstimate, CalibrationEstimate, Filtered, Plan, ...
+        Or its document, as `to_json` gives it.
+    path : path
+        Of the HTML file.
+    force : bool
+        Replace a file that is there.
+
+    Returns
+    -------
+    Path
+        Where the report is.
+
+    Raises
+    ------
+    InputError
+        Nothing that has a report.
+    StorageError
+        The file exists and `force` is not given, or the disk refuses.
+    """
+    with fresh(path, force=force) as place:
+        place.write_text(html_of(result), encoding="utf-8")
+    return Path(path)
+
+
+def html_of(result: Any) -> str:
+    """The page as text."""
+    document = result if isinstance(result, Mapping) else _document(result)
+    return _filled(_named(document)[1], page_of(document))
+
+
+def page_of(document: Mapping[str, Any]) -> dict[str, Any]:
+    """What the report of a document says, as its template takes it.
+
+    Raises
+    ------
+    InputError
+        Nothing that has a report.
+    """
+    made: dict[str, Any] = import_module(f"{__name__}.{_named(document)[0]}").page(document)
+    return made
+
+
+def _named(document: Mapping[str, Any]) -> tuple[str, str]:
+    """Its module and its template."""
+    if document.get("format") not in _PAGES:
+        raise InputError(f"no report of {document.get('format')!r}; there are those of {', '.join(_PAGES)}")
+    return _PAGES[document["format"]]
+
+
+def render_file(source: str | os.PathLike[str], path: str | os.PathLike[str], *, force: bool = False) -> Path:
+    """Write the report of a document that allanite wrote: a study, or the JSON of any other result.
+
+    Raises
+    ------
+    InputError
+        No such file.
+    FormatError
+        Not JSON, no document of a result, a later version, or parts that are missing.
+    StorageError
+        As for `render`.
+    """
+    document = _loaded(Path(source))
+    try:
+        page = html_of(document)
+    except AllaniteError:
+        raise
+    except (ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as error:
+        what = f"{error} is missing" if isinstance(error, KeyError) else str(error)
+        raise FormatError(f"{source}: this {document['format']} is damaged: {what}") from error
+    with fresh(path, force=force) as place:
+        place.write_text(page, encoding="utf-8")
+    return Path(path)
+
+
+def _loaded(path: Path) -> Mapping[str, Any]:
+    document = load_plain(
+        path, "a result of allanite, study.json of 'allanite characterize LOG' or what another --out holds"
+    )
+    found = document.get("format") if isinstance(document, Mapping) else None
+    if found not in _PAGES:
+        names = ", ".join(name.removeprefix("allanite-") for name in _PAGES)
+        said = "it names no format" if found is None else f"its format is {found!r}"
+        raise FormatError(f"{path} is no result of allanite: {said}; there are reports of {names}")
+    if found == "allanite-study":
+        from allanite.study.study import Study
+
+        return Study.from_json(document).document
+    if document.get("version") != 1:
+        version = document.get("version")
+        raise FormatError(f"{path} is version {version!r} of {found}; this allanite reads version 1")
+    return dict(document)
+
+
+def _document(result: Any) -> Mapping[str, Any]:
+    if not hasattr(result, "to_json"):
+        raise InputError(f"no report of a {type(result).__name__}: give a result, or its document")
+    plain = result.to_json()
+    if "format" in plain:
+        return dict(plain)
+    return {"format": _FORMATS.get(type(result).__name__), "version": 1, **plain}
+
+
+def _filled(template: str, content: Mapping[str, Any]) -> str:
+    from markupsafe import Markup
+
+    return (
+        _templates()
+        .get_template(template)
+        .render(
+            **content,
+            style=Markup((_HERE / "page.css").read_text(encoding="utf-8")),  # nosec B704  # noqa: S704 - our own files
+            script=Markup((_HERE / "page.js").read_text(encoding="utf-8")),  # nosec B704  # noqa: S704 - as above
+            plotly=Markup(_plotly_script()),  # nosec B704  # noqa: S704 - of the installed package
+        )
+    )
+
+
+@functools.cache
+def _templates() -> Environment:
+    """Our templates, each compiled once in a process."""
+    from jinja2 import Environment, FileSystemLoader, StrictUndefined
+
+    from allanite.views.report.pieces import with_powers
+
+    environment = Environment(
+        loader=FileSystemLoader(_HERE),
+        autoescape=True,
+        finalize=_shown,
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    environment.filters["power"] = with_powers
+    return environment
+
+
+def _shown(value: Any) -> Any:
+    """Text out of a record, which may hold what turns a line around; markup is ours."""
+    return printable(value, lines=True) if type(value) is str else value
+
+
+def _plotly_script() -> str:
+    """Plotly's script out of the installed package; text that would close its element is broken up."""
+    import plotly
+
+    script = (Path(plotly.__file__).parent / "package_data" / "plotly.min.js").read_text(encoding="utf-8")
+    return script.replace("</script", "<\\/script")

@@ -1,0 +1,80 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What the pages of all measurements share: their order, the verdict, the budget, pictures of several views."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from allanite.views.report.blocks import (
+    Block,
+    Section,
+    banner,
+    bullets,
+    drawn,
+    page_of,
+    pairs,
+    provenance,
+    table,
+)
+from allanite.views.wording import channel_names, sentence, tone
+
+__all__ = ["judgement", "known_facts", "measurement_page", "rate_budget", "views"]
+
+Json = Mapping[str, Any]
+
+
+def measurement_page(
+    document: Json,
+    *,
+    title: str,
+    kicker: str,
+    facts: Sequence[tuple[str, str]],
+    parts: Mapping[str, Callable[[Json], Sequence[Block]]],
+    titles: Mapping[str, str] | None = None,
+) -> dict[str, Any]:
+    """The page of a result: its parts in their order, and where it comes from.
+
+    Parameters
+    ----------
+    parts : mapping of str to callable
+        Blocks of a section out of the document, by the section's id.
+    titles : mapping of str to str, optional
+        Of sections that are not called like their id.
+    """
+    named = {part: part.capitalize() for part in parts} | dict(titles or {})
+    sections = [Section(id=part, title=named[part], blocks=made(document)) for part, made in parts.items()]
+    return page_of(title=title, kicker=kicker, facts=facts, sections=[*sections, provenance(document)])
+
+
+def judgement(document: Json, advice: Sequence[str] | None = None) -> list[Block]:
+    """The verdict with its reason, and what to do or to know; `advice` in place of that of the document."""
+    verdict, names = document["verdict"], channel_names(document)
+    return [
+        banner(tone(verdict), sentence(verdict), sentence(document["reason"], names)),
+        *bullets([sentence(words, names) for words in (document["advice"] if advice is None else advice)]),
+    ]
+
+
+def rate_budget(rows: Sequence[tuple[str, str, str]], note: str = "") -> list[Block]:
+    """Where the interval of a rate comes from; the sum stands out."""
+    return table(
+        ("Source", "Standard uncertainty, deg/h", "Of the Earth rate"),
+        rows,
+        caption=f"Where the interval comes from.{note}",
+        kept=[name == "together" for name, _, _ in rows],
+    )
+
+
+def known_facts(facts: Sequence[tuple[str, str]]) -> Block:
+    """Facts as their wording names them."""
+    return pairs([(name.capitalize(), words) for name, words in facts])
+
+
+def views(document: Json, pictures: Sequence[tuple[str, ...]]) -> list[Block]:
+    """Figures of a result, each a view with its caption, and words in its place where they are not the caption."""
+    return [
+        block
+        for view, caption, *words in pictures
+        for block in drawn(view, document, caption, words[0] if words else caption, view=view)
+    ]

@@ -1,0 +1,81 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Results as text in a terminal: findings and tables on stdout, a progress bar on stderr."""
+
+from allanite.views.terminal.alignment import show_alignment
+from allanite.views.terminal.calibration import show_calibration
+from allanite.views.terminal.capture import journal, show_captured
+from allanite.views.terminal.comparison import show_comparison
+from allanite.views.terminal.console import listen, progress
+from allanite.views.terminal.datasheet import show_bounds, show_datasheet
+from allanite.views.terminal.dead_reckoning import show_dead_reckoning
+from allanite.views.terminal.difference import show_difference
+from allanite.views.terminal.environment import show_environment
+from allanite.views.terminal.exporting import show_consumers
+from allanite.views.terminal.measurements import (
+    show_aided,
+    show_demonstration,
+    show_earth_rate,
+    show_filtered,
+    show_north,
+    show_null,
+    show_plan,
+    show_rate_vector,
+)
+from allanite.views.terminal.monitor import monitoring, show_monitor
+from allanite.views.terminal.position_plan import show_position_plan
+from allanite.views.terminal.rate_table import show_rate_table
+from allanite.views.terminal.recovery import show_compaction, show_recovery
+from allanite.views.terminal.redundancy import show_combination
+from allanite.views.terminal.selection import show_selection
+from allanite.views.terminal.separation import show_separation
+from allanite.views.terminal.spectrum import show_spectrum
+from allanite.views.terminal.study import (
+    show_curve,
+    show_findings,
+    show_interval_errors,
+    show_models,
+    show_recording,
+    show_study,
+)
+from allanite.views.terminal.variation import show_variation
+
+__all__ = [
+    "journal",
+    "listen",
+    "monitoring",
+    "progress",
+    "show_aided",
+    "show_alignment",
+    "show_bounds",
+    "show_calibration",
+    "show_captured",
+    "show_combination",
+    "show_compaction",
+    "show_comparison",
+    "show_consumers",
+    "show_curve",
+    "show_datasheet",
+    "show_dead_reckoning",
+    "show_demonstration",
+    "show_difference",
+    "show_earth_rate",
+    "show_environment",
+    "show_filtered",
+    "show_findings",
+    "show_interval_errors",
+    "show_models",
+    "show_monitor",
+    "show_north",
+    "show_null",
+    "show_plan",
+    "show_position_plan",
+    "show_rate_table",
+    "show_rate_vector",
+    "show_recording",
+    "show_recovery",
+    "show_selection",
+    "show_separation",
+    "show_spectrum",
+    "show_study",
+    "show_variation",
+]

@@ -1,0 +1,375 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Measurements as text: the verdict first, then the number, then what speaks for and against it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from allanite.views.terminal.console import console, table_of
+from allanite.views.terminal.parts import (
+    TONES,
+    say_advice,
+    say_checks,
+    say_end,
+    say_facts,
+    say_files,
+    say_indented,
+    say_rows,
+    say_verdict,
+)
+from allanite.views.wording import (
+    DEG_H,
+    angle,
+    axis_facts,
+    budget_lines,
+    contradictions,
+    duration,
+    earth_rate_lines,
+    filter_verdict,
+    model_words,
+    sentence,
+    tone,
+    turn_words,
+    unstated_words,
+    with_sd,
+)
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from allanite.views.wording.rates import Estimate
+
+__all__ = [
+    "show_aided",
+    "show_demonstration",
+    "show_earth_rate",
+    "show_filtered",
+    "show_north",
+    "show_null",
+    "show_plan",
+    "show_rate_vector",
+]
+
+Json = Mapping[str, Any]
+
+_NOISE_ALONE = (
+    "The interval holds the noise alone: no uncertainty of scale factor, latitude, tilt or heading is stated."
+)
+
+
+def show_earth_rate(document: Json, files: Sequence[object] = ()) -> None:
+    """Verdict, rate with the readings beside it, budget, checks and advice of an `EarthRateEstimate`'s document."""
+    out = console()
+    _contradictions(out, document)
+    say_verdict(out, document["verdict"], document["reason"])
+    if document["rate"] is not None:
+        _estimates(out, document)
+        _budget(out, document)
+    _nuisances(out, document)
+    say_checks(out, document["checks"])
+    say_advice(out, document["advice"])
+    say_facts(
+        out,
+        ("turns", turn_words(document["reversals"], document["dwells"])),
+        ("direction", _direction(document)),
+        *axis_facts(document),
+        ("latitude", angle(document["latitude"])),
+        ("length", f"{duration(document['duration'])}, in means over {duration(document['block'])}"),
+        (
+            "noise",
+            f"{document.get('model_name', document['model_source'])}: {model_words(document['model'])}",
+        ),
+    )
+    say_end(out, document, files)
+
+
+def show_rate_vector(document: Json, files: Sequence[object] = ()) -> None:
+    """Verdict, length, vector, what was used and left out, checks, budget and advice of a `RateVector`'s document."""
+    from allanite.views.wording import latitude_words, pose_words, used_words
+
+    out = console()
+    say_verdict(out, document["verdict"], document["reason"])
+    if document["length"] is not None:
+        _vector(out, document)
+    _left_out(out, document)
+    say_checks(out, document["checks"])
+    say_advice(out, document["advice"])
+    say_facts(
+        out,
+        ("used", used_words(document)),
+        *(("poses", words) for words in [pose_words(document)] if words),
+        ("latitude", latitude_words(document)),
+        ("noise", document.get("model_name") or document["model_source"]),
+    )
+    out.print(sentence(document["statement"]))
+    out.print()
+    say_end(out, document, files)
+
+
+def _vector(out: Console, document: Json) -> None:
+    """The length beside the known rate, the axes, and what the interval is made of."""
+    from allanite.views.wording import EMPTY_BUDGET, axis_lines, length_lines, vector_budget
+
+    _rates(out, "Rate vector", document, length_lines(document))
+    say_rows(out, ("Axis", "deg/h", "± sd", "angle to the vector"), axis_lines(document))
+    _uncertainties(out, vector_budget(document), EMPTY_BUDGET)
+    out.print()
+
+
+def _left_out(out: Console, document: Json) -> None:
+    from allanite.views.wording import left_out_lines
+
+    table = table_of(("Left out because", "stretches", "together", "the longest"))
+    table.columns[0].no_wrap = False
+    for row in left_out_lines(document):
+        table.add_row(*row)
+    if document["left_out"]:
+        out.print(table)
+        out.print()
+
+
+def show_null(document: Json, files: Sequence[object] = ()) -> None:
+    """Verdict, the bias that follows the turns, what it would do to an Earth rate, budget, checks and advice."""
+    from rich.text import Text
+
+    from allanite.views.wording import DEG_H, null_budget, null_words, number
+
+    out = console()
+    _contradictions(out, document)
+    say_verdict(out, document["verdict"], document["reason"])
+    value, ends, limit = null_words(document)
+    if value != "–":
+        table = table_of(("East and west", "deg/h", f"{100 * document['confidence']:g} % interval"))
+        table.add_row("bias that follows the turns", Text(value, "bold"), ends)
+        table.add_row("excluded beyond", limit, "")
+        table.add_row("of an Earth rate, at most", number(document["error_of_rate"] / DEG_H, 3), "")
+        out.print(table)
+        out.print()
+        _uncertainties(out, null_budget(document))
+        out.print()
+    say_checks(out, document["checks"])
+    say_advice(out, document["advice"])
+    level, sd = document["bias"]
+    say_facts(
+        out,
+        ("bias that stays", with_sd(level, sd, "deg/h", DEG_H)),
+        ("latitude", angle(document["latitude"])),
+        ("noise", f"{document['model_name']}: {model_words(document['model'])}"),
+    )
+    say_end(out, document, files)
+
+
+def show_north(document: Json, files: Sequence[object] = ()) -> None:
+    """Verdict, azimuth with its interval, the length of the vector, budget, checks and advice."""
+    from allanite.views.wording import (
+        angle_budget_lines,
+        arcs_words,
+        azimuth_words,
+        heading_words,
+        horizontal_words,
+        number,
+    )
+
+    out = console()
+    _contradictions(out, document)
+    say_verdict(out, document["verdict"], document["reason"])
+    percent = f"{100 * document['confidence']:g} % interval"
+    mark = ("azimuth of the mark", azimuth_words(document), arcs_words(document["interval"]), "")
+    rate = ("horizontal rate [deg/h]", *horizontal_words(document))
+    say_rows(out, ("", "Estimate", percent, "Expected"), [mark, rate])
+    say_rows(out, ("Standard uncertainty of the azimuth", "deg"), angle_budget_lines(document))
+    say_checks(out, document["checks"])
+    say_advice(out, document["advice"])
+    say_facts(
+        out,
+        ("axes", ", ".join(f"{name} at {angle(heading)}" for name, heading in document["axes"].items())),
+        *(("direction", words) for words in [heading_words(document)] if words),
+        ("signal to noise", number(document["signal_to_noise"], 3)),
+        ("latitude", angle(document["latitude"])),
+        ("length", f"{duration(document['duration'])}, in means over {duration(document['block'])}"),
+        *(("noise", f"{name}: {model_words(model)}") for name, model in document["models"].items()),
+    )
+    say_end(out, document, files)
+
+
+def show_plan(document: Json, files: Sequence[object] = ()) -> None:
+    """The plan in a sentence, the table of standard deviations, and what it assumes."""
+    from rich.text import Text
+
+    from allanite.views.wording import goal_words, plan_table
+
+    out = console()
+    out.print(sentence(document["says"]))
+    for note in document.get("notes", ()):
+        out.print(Text(f"Warning: {sentence(note)}", TONES["warning"]))
+    out.print()
+    made = plan_table(document)
+    table = table_of(("Dwell", *made.durations, f"{goal_words(document)} after"))
+    for i, (dwell, cells, reached) in enumerate(made.rows):
+        marked = [Text(c, "bold" if made.best[j] == i else "") for j, c in enumerate(cells)]
+        table.add_row(dwell, *marked, reached)
+    out.print(table)
+    out.print(
+        f"Standard deviation in {made.unit}, by length of record; bold: the best dwell for that length."
+    )
+    out.print()
+    say_facts(
+        out,
+        ("lost at each turn", f"{document['dead_time']:g} s"),
+        ("latitude", angle(document["latitude"])),
+        ("noise", f"{document.get('model_name', 'given')}: {model_words(document['model'])}"),
+    )
+    say_files(out, files)
+
+
+def show_filtered(document: Json, files: Sequence[object] = ()) -> None:
+    """Whether the model holds, what was taken off, and what is left."""
+    from allanite.views.wording import consistency_lines, filter_lines
+
+    out = console()
+    say_verdict(out, *filter_verdict(document))
+    say_facts(out, *filter_lines(document))
+    say_rows(out, ("Innovations", "found", "if the model holds"), consistency_lines(document))
+    say_advice(out, document["notes"])
+    say_facts(out, ("noise", f"{document.get('model_name', 'given')}: {model_words(document['model'])}"))
+    say_end(out, document, files)
+
+
+def show_aided(document: Json, files: Sequence[object] = ()) -> None:
+    """What the reference-aided filter was told, what came out, and that it is no measurement."""
+    from rich.text import Text
+
+    from allanite.views.wording import AIDED, aided_lines
+
+    out = console()
+    text = Text(f"Reference-aided. {AIDED}")
+    text.stylize(TONES["warning"], 0, len("Reference-aided"))
+    out.print(text)
+    out.print()
+    say_rows(
+        out,
+        ("Reading", "told [deg/h]", "raw mean", "corrected mean", "follows what it was told"),
+        aided_lines(document["readings"]),
+    )
+    for reading in document["readings"]:
+        for note in reading["notes"]:
+            say_indented(out, f"→ {sentence(note)}")
+    out.print("The Earth rate is measured by `allanite earth-rate`, which is not told it.")
+    out.print()
+    say_files(out, files)
+
+
+def show_demonstration(document: Json, files: Sequence[object] = ()) -> None:
+    """The week beside the truth; of the whole experiment the takes as well."""
+    out = console()
+    _week(out, document["week"])
+    if "takes" in document:
+        _takes(out, [*document["takes"], *document["faulty"]])
+    for file in files:
+        out.print(f"wrote {file}", soft_wrap=True)
+
+
+def _week(out: Console, week: Json) -> None:
+    from rich.text import Text
+
+    from allanite.views.wording import week_lines
+
+    table = table_of(("", "Unit", "Estimate", "95 % interval", "Published, true here", "By slope"))
+    for line in week_lines(week):
+        answer = Text(line.published.removesuffix(f" {line.unit}"))
+        answer.append("" if line.inside else "  outside", "bold red")
+        table.add_row(line.symbol, line.unit, Text(line.value, "bold"), line.range, answer, line.slope)
+    out.print(table)
+    out.print()
+    low = week["minimum_of_model"]
+    out.print(
+        f"T_b is not read off the minimum of the curve: white noise and random walk shift that minimum, here to "
+        f"{low:.0f} s, so minimum/1.89 would say {low / 1.89:.0f} s. The fit uses the whole curve with its covariance."
+    )
+    out.print()
+
+
+def _takes(out: Console, rows: Sequence[Json]) -> None:
+    from rich.text import Text
+
+    from allanite.views.wording import DEG_H, capitalised, estimate_of, number, take_name
+
+    table = table_of(("Earth rate [deg/h]", "published", "pairs", "regression", "95 % interval", "verdict"))
+    for row in rows:
+        line = estimate_of(row["rate"], *row["interval"])
+        pair = next((r["rate"] for r in row["readings"] if r["name"] == "pairs"), None)
+        table.add_row(
+            capitalised(take_name(row)),
+            number(row["published"] / DEG_H, 3),
+            number(None if pair is None else pair / DEG_H, 3),
+            Text(line.value, "bold"),
+            line.range,
+            Text(row["verdict"], TONES[tone(row["verdict"])]),
+        )
+    out.print(table)
+    out.print("Known: 15.041 deg/h. The published takes were other records; these are simulated.")
+    out.print()
+
+
+# -- parts ------------------------------------------------------------------------------------------------
+
+
+def _contradictions(out: Console, document: Json) -> None:
+    """Before everything: a list of turns that is not that of the record makes nonsense of what follows."""
+    from rich.text import Text
+
+    for words in contradictions(document):
+        text = Text(f"Signal and list contradict each other: {words}")
+        text.stylize(TONES["fatal"], 0, len("Signal and list contradict each other"))
+        out.print(text)
+
+
+def _estimates(out: Console, document: Json) -> None:
+    _rates(out, "Earth rate", document, earth_rate_lines(document))
+
+
+def _rates(out: Console, what: str, document: Json, lines: Iterable[Estimate]) -> None:
+    """Rates in two units, each with its interval; the one that is kept in bold."""
+    from rich.text import Text
+
+    percent = f"{100 * document['confidence']:g} % interval"
+    table = table_of((what, "deg/h", percent, "deg/s", percent))
+    for line in lines:
+        style = "bold" if line.kept else ""
+        table.add_row(
+            line.name, Text(line.value, style), line.range, Text(line.seconds, style), line.seconds_range
+        )
+    out.print(table)
+    out.print()
+
+
+def _budget(out: Console, document: Json) -> None:
+    _uncertainties(out, budget_lines(document), unstated_words(document, "is"))
+    if document["inflation"] > 1:
+        out.print(f"The noise is widened {document['inflation']:.2f} times: see the checks.")
+    out.print()
+
+
+def _uncertainties(out: Console, lines: Sequence[tuple[str, str, str]], empty: str = _NOISE_ALONE) -> None:
+    """The budget, or that there is none."""
+    from rich.text import Text
+
+    table = table_of(("Standard uncertainty", "deg/h", "of the Earth rate"))
+    for name, value, share in lines:
+        table.add_row(name, Text(value, "dim" if not share else ""), share)
+    out.print(table if lines else empty)
+
+
+def _nuisances(out: Console, document: Json) -> None:
+    for name, (value, sd) in document["nuisances"].items():
+        if value is not None and sd is not None:
+            out.print(f"fitted beside it: {name}, {with_sd(value, sd, 'deg/h', DEG_H)}")
+    if document["nuisances"]:
+        out.print()
+
+
+def _direction(document: Json) -> str:
+    if document["first"] == "unknown":
+        return "not known: the sign of the rate is a choice (--first north, south, up or down)"
+    return f"{document['first']} first"

@@ -1,0 +1,332 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Studies, recordings and curves as text: findings and parameter tables."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from allanite.plain_files.printable import printable
+from allanite.quantities.display_units import display_unit, si_unit
+from allanite.views.terminal.console import WIDE, console, table_of
+from allanite.views.terminal.floor import show_over_floor
+from allanite.views.wording import (
+    EQUIVALENT,
+    GUARANTEE,
+    ONE_RECORD,
+    Group,
+    Reading,
+    duration,
+    environment_sentences,
+    finding_kinds,
+    groups,
+    headings,
+    missing_lines,
+    movement,
+    number,
+    probability,
+    provisos,
+    readings,
+    record_facts,
+    said_of,
+    shown_symbol,
+)
+
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.table import Table
+
+    from allanite.fitting.instrument_floor import OverFloor
+    from allanite.noise.allan import AllanCurve
+    from allanite.noise.allan.interval_error import IntervalError
+
+__all__ = [
+    "curve_table",
+    "show_curve",
+    "show_findings",
+    "show_interval_errors",
+    "show_models",
+    "show_recording",
+    "show_study",
+]
+
+Json = Mapping[str, Any]
+
+#: Sets of channels whose gaps are listed, and gaps of each.
+_SETS, _SPANS = 12, 12
+_COLOURS = {"fatal": "bold red", "warning": "yellow", "info": "cyan"}
+
+
+def show_study(study: Json, files: Sequence[object] = (), notes: Sequence[str] = ()) -> None:
+    """Findings, the parameters in people's units and in SI, files, and what to do next."""
+    out = console()
+    show_movement(study["findings"])
+    show_findings(study["findings"])
+    for words in environment_sentences(study["channels"]):
+        out.print(words, soft_wrap=True)
+        out.print()
+    _parameters(out, study["channels"])
+    for note in notes:
+        out.print(note, soft_wrap=True)
+    for file in files:
+        out.print(f"wrote {file}", soft_wrap=True)
+    _next(out, study["channels"])
+
+
+def show_models(channels: Sequence[Json]) -> None:
+    """The parameters of models; entries are like those of a study's "channels"."""
+    _parameters(console(), channels)
+
+
+def show_movement(findings: Sequence[Json]) -> None:
+    """That a log moves, before anything else is said of it."""
+    from rich.text import Text
+
+    words = movement(findings)
+    if words is not None:
+        console().print(Text(words, style=_COLOURS["fatal"]), soft_wrap=True)
+        console().print()
+
+
+def show_findings(findings: Sequence[Json]) -> None:
+    """What was found, the worst first; findings of one kind together, with their advice once."""
+    from rich.padding import Padding
+    from rich.text import Text
+
+    out = console()
+    for members in finding_kinds(findings):
+        severity, code = members[0]["severity"], members[0]["code"]
+        head = severity + (" (accepted)" if members[0].get("accepted") else "")
+        out.print(Text.assemble((head, _COLOURS.get(severity, "")), f" {code}"))
+        for words in said_of(members):
+            out.print(Padding(Text(words), (0, 0, 0, 2), expand=False))
+        if severity != "info":
+            for advice in dict.fromkeys(f["advice"] for f in members if f["advice"]):
+                out.print(Padding(Text(f"→ {advice}", style="dim"), (0, 0, 0, 2), expand=False))
+    if findings:
+        out.print()
+
+
+def show_recording(facts: Json) -> None:
+    """What a log holds: `facts` are those of `allanite.commands.recordings.describe`."""
+    out = console()
+    show_movement(facts["findings"])
+    table = table_of(("Channel", "Kind", "Unit", "SI value of one", "Samples are"))
+    for c in facts["channels"]:
+        scale = "–" if c["kind"] in ("counts", "unknown", "other") else f"{c['scale']:.7g}"
+        kind = {"mean": "means", "point": "points"}[c["sampling"]]
+        table.add_row(c["name"], c["kind"], c["unit"] or "unknown", scale, kind)
+    missing = f", {facts['missing']} missing" if facts["missing"] else ""
+    source = printable(facts["source"] or "recording")
+    out.print(f"{source}: {duration(facts['duration'])} at {facts['rate']:.9g} Hz, ", end="")
+    out.print(f"{facts['samples']} samples{missing}\n")
+    out.print(table)
+    _recorded(out, facts)
+    _listed(out, "In this file", facts["contents"])
+    _listed(out, "How it was read", facts["remarks"])
+    _gaps(out, facts)
+    _missing(out, facts)
+    out.print()
+    show_findings(facts["findings"])
+    if not facts["findings"]:
+        out.print("Nothing is wrong with it that allanite looks for.")
+
+
+def _listed(out: Console, title: str, lines: Sequence[str]) -> None:
+    from rich.padding import Padding
+    from rich.text import Text
+
+    if lines:
+        out.print(f"\n{title}:")
+        for line in lines:
+            out.print(Padding(Text(line), (0, 0, 0, 2), expand=False))
+
+
+def _recorded(out: Console, facts: Json) -> None:
+    """Instrument and settings of a run."""
+    from rich.table import Table
+
+    found = record_facts(facts["history"])
+    if found:
+        grid = Table.grid(padding=(0, 2))
+        grid.add_column()
+        grid.add_column(overflow="fold")
+        for fact in found:
+            grid.add_row(*fact)
+        out.print()
+        out.print(grid)
+
+
+def _gaps(out: Console, facts: Json) -> None:
+    """Where samples are missing: the first gaps of each set of channels that share theirs."""
+    bearing = [c["name"] for c in facts["channels"] if c["kind"] not in ("temperature", "other")]
+    shared: dict[tuple[str, ...], list[str]] = {}
+    for gap in facts["gaps"]:
+        shared.setdefault(tuple(gap["channels"]), []).append(_span(gap["start"], gap["stop"], facts["rate"]))
+    shown = 0
+    for names, spans in list(shared.items())[:_SETS]:
+        which = (
+            ""
+            if len(bearing) == 1
+            else f" in {', '.join(names)}"
+            if len(names) < len(bearing)
+            else " in all channels"
+        )
+        more = f"; … {len(spans) - _SPANS} more" if len(spans) > _SPANS else ""
+        out.print(f"Gaps{which}: {'; '.join(spans[:_SPANS])}{more}")
+        shown += len(spans)
+    if shown < facts["gap_count"]:
+        least = "at least " if facts["gaps_cut"] else ""
+        out.print(f"Gaps, {least}{facts['gap_count'] - shown} more: see --json")
+
+
+def _span(start: int, stop: int, rate: float) -> str:
+    """From when to when [s], to a hundredth of the span."""
+    digits = max(0, 2 - math.floor(math.log10((stop - start) / rate)))
+    begin, end = (f"{sample / rate:.{digits}f}" for sample in (start, stop))
+    if digits:
+        begin, end = (text.rstrip("0").rstrip(".") for text in (begin, end))
+    return f"{begin} s to {end} s"
+
+
+def _missing(out: Console, facts: Json) -> None:
+    """What is missing in a run, and why."""
+    lines = missing_lines(facts["missing_because"], facts["rate"])
+    if lines:
+        table = table_of(("Missing because", "Gaps", "Samples", "Longest", "First at"))
+        table.columns[0].no_wrap, table.columns[0].overflow = False, "fold"
+        for line in lines:
+            table.add_row(*line)
+        out.print()
+        out.print(table)
+
+
+def show_curve(curve: AllanCurve | OverFloor) -> None:
+    """The deviations of a curve with their intervals, in people's units; as many channels abreast as there is room."""
+    from allanite.fitting.instrument_floor import OverFloor
+
+    if isinstance(curve, OverFloor):
+        show_over_floor(curve)
+        return
+    out = console()
+    room = max(1, (out.width - 20) // 30)
+    for first in range(0, len(curve.channels), room):
+        out.print(curve_table(curve, range(first, min(first + room, len(curve.channels)))))
+    out.print(f"{curve.statistic}, {100 * curve.confidence:g} % intervals ({curve.interval_basis})")
+
+
+def show_interval_errors(errors: Sequence[IntervalError]) -> None:
+    """Time interval errors of clocks [s], one table a channel."""
+    out = console()
+    for one in errors:
+        table = table_of(("m", "τ [s]", f"{one.name}, {one.statistic} [s]", "windows"))
+        for m, tau, error, count in zip(one.lags, one.tau, one.error, one.count, strict=True):
+            table.add_row(str(m), f"{tau:.6g}", number(float(error), 5), str(count))
+        out.print(table)
+    out.print("Facts about this record, without intervals; an offset of frequency is in them.")
+
+
+def curve_table(curve: AllanCurve, which: range) -> Table:
+    symbol = "Q" if curve.statistic == "tdev" else "adev"
+    units = [display_unit(curve.channels[i].kind.value, symbol, curve.channels[i].unit) for i in which]
+    table: Table = table_of(
+        ("m", "τ [s]", *(f"{curve.names[i]} [{u}]" for i, (u, _) in zip(which, units, strict=True)))
+    )
+    for j, (m, tau) in enumerate(zip(curve.lags.tolist(), curve.tau.tolist(), strict=True)):
+        cells = []
+        for i, (_, factor) in zip(which, units, strict=True):
+            middle, low, high = (
+                float(getattr(curve, k)[j, i]) / factor for k in ("deviation", "lower", "upper")
+            )
+            cells.append(f"{number(middle, 4)}  [{number(low, 4)}, {number(high, 4)}]")
+        table.add_row(str(m), f"{tau:.6g}", *cells)
+    return table
+
+
+# -- parts ------------------------------------------------------------------------------------------------
+
+
+def _parameters(out: Console, channels: Sequence[Json]) -> None:
+    found = [group for group in groups(channels) if headings(group)]
+    for group in found:
+        for si in (False, True)[: 1 + group.has_si]:
+            table = _group_table(group, si=si)
+            fits = out.measure(table, options=out.options.update(max_width=WIDE)).maximum <= out.width
+            out.print(table if fits else _list_table(group, si=si))
+            out.print()
+    if not found:  # no table, and nothing to be said below it
+        return
+    for channel in channels:
+        for other in channel["models"][1:]:
+            out.print(_alternative(channel, other))
+        p = (channel["models"][0].get("goodness") or {}).get("p") if channel["models"] else None
+        if p is not None and p < 0.01:
+            out.print(f"{channel['name']}: the model does not explain the curve ({probability(p)})")
+    read_off = {m["verdict"] for c in channels for m in c["models"] if m["family"] == "slopes"}
+    out.print("\n".join(read_off) or f"{GUARANTEE}\n{ONE_RECORD}")
+    for words in provisos(channels):
+        out.print(words)
+    if any(r.equivalent for c in channels for r in readings(c).values()):
+        out.print(EQUIVALENT)
+    out.print()
+
+
+def _group_table(group: Group, *, si: bool) -> Table:
+    heads = headings(group)
+    units = {s: si_unit(group.kind, s, group.unit) if si else unit for s, (_, unit) in heads.items()}
+    table = table_of(
+        (f"{group.title}{', SI' if si else ''}", *(f"{heads[s][0]} [{units[s]}]" for s in heads))
+    )
+    for channel in group.channels:
+        found = readings(channel)
+        table.add_row(channel["name"], *(_cell(found.get(s), si=si) for s in heads))
+    return table
+
+
+def _list_table(group: Group, *, si: bool) -> Table:
+    """One coefficient per line, for a terminal that is too narrow for one channel per line."""
+    from rich.text import Text
+
+    table = table_of((f"{group.title}{', SI' if si else ''}", "", "Estimate", "95 % interval", "Unit"))
+    for channel in group.channels:
+        for i, (symbol, found) in enumerate(readings(channel).items()):
+            value, ends = (found.si, found.si_range) if si else (found.value, found.range)
+            style = "bold" if found.supported else ""
+            name = channel["name"] if i == 0 else ""
+            mark = " *" if found.equivalent else ""
+            unit = found.si_unit if si else found.unit
+            table.add_row(name, shown_symbol(symbol), Text(value + mark, style), ends, unit)
+    return table
+
+
+def _cell(found: Reading | None, *, si: bool) -> Any:
+    from rich.text import Text
+
+    if found is None:
+        return Text("–", style="dim")
+    value, ends = (found.si, found.si_range) if si else (found.value, found.range)
+    mark = " *" if found.equivalent else ""
+    return Text.assemble(
+        (value + mark, "bold" if found.supported else ""), (f"\n{ends}" if ends else "", "dim")
+    )
+
+
+def _alternative(channel: Json, model: Json) -> str:
+    family = "Gauss-Markov" if model["family"] == "gauss-markov" else model["family"]
+    found = readings(channel, model)
+    words = "; ".join(f"{shown_symbol(s)} {r.text}" for s, r in found.items())
+    return f"{channel['name']}: the record cannot decide. The {family} family gives {words}"
+
+
+def _next(out: Console, channels: Sequence[Json]) -> None:
+    """The advice that asks for the longest record which somebody might still make."""
+    open_ = [
+        (a["duration"], c["name"], a["text"])
+        for c in channels
+        for a in c.get("advice") or ()
+        if not a.get("reached") and a.get("duration") is not None
+    ]
+    if open_:
+        _, name, text = min(open_)
+        out.print(f"next: {name}: {text}")

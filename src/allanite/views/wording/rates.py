@@ -1,0 +1,561 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Earth rate, filter and plan in people's words: deg/h and deg/s, degrees, percent.
+
+Everything here reads the plain documents of the results (`to_json`). Numbers that do not exist are null in them, and
+an en dash here.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from allanite.noise import GaussMarkov, NoiseModel, Sinusoid
+from allanite.quantities.display_units import display_unit
+from allanite.quantities.earth import EARTH_RATE
+from allanite.views.wording.numbers import duration, interval, number, probability, with_sd
+from allanite.views.wording.study import COLUMNS
+from allanite.views.wording.turned_axis import reading_words
+
+__all__ = [
+    "AIDED",
+    "DEG",
+    "DEG_H",
+    "Check",
+    "Estimate",
+    "PlanTable",
+    "WeekLine",
+    "aided_lines",
+    "angle",
+    "budget_lines",
+    "capitalised",
+    "channel_names",
+    "check_lines",
+    "consistency_lines",
+    "contradictions",
+    "earth_rate_lines",
+    "estimate_of",
+    "filter_lines",
+    "filter_verdict",
+    "goal_words",
+    "headline",
+    "known_rate",
+    "model_words",
+    "plan_table",
+    "sentence",
+    "share",
+    "signed",
+    "take_name",
+    "tone",
+    "turn_words",
+    "week_lines",
+    "week_words",
+]
+
+Json = Mapping[str, Any]
+
+DEG = math.pi / 180
+DEG_H = DEG / 3600
+
+_TONES = {
+    "resolved": "good",
+    "north found": "good",
+    "bias not known": "warning",
+    "consistent": "good",
+    "no bias that follows the turns": "good",
+    "calibrated": "good",
+    "sensors agree": "good",
+    "constant within its intervals": "good",
+    "no shared noise is seen": "good",
+    "noise is shared": "good",
+    "no difference seen": "good",
+    "the terms are clear": "good",
+    "the records differ": "warning",
+    "meets the data sheet": "good",
+    "a sensor is at fault": "warning",
+    "sensors contradict each other": "fatal",
+    "not resolved": "warning",
+    "not separable": "warning",
+    "not separable from g-sensitivity": "warning",
+    "no north": "warning",
+    "partly calibrated": "warning",
+    "the model does not hold": "fatal",
+    "inconsistent": "fatal",
+    "inconsistent with Earth": "fatal",
+    "not calibrated": "fatal",
+    "does not meet the data sheet": "fatal",
+    "a bias follows the turns": "fatal",
+}
+_SOURCES = {
+    "detected": "found in the signal",
+    "file": "from a file",
+    "period": "by the clock",
+    "none": "none found",
+}
+_CONTRADICTIONS = ("turn_not_listed", "turn_not_seen")
+
+
+# -- small things -----------------------------------------------------------------------------------------
+
+
+def angle(radians: float | None, digits: int = 6) -> str:
+    """An angle in degrees.
+
+    >>> angle(-0.40683625), angle(None)
+    ('-23.31°', '–')
+    """
+    return "–" if radians is None else f"{radians / DEG:.{digits}g}°"
+
+
+def signed(value: float | None, factor: float, decimals: int) -> str:
+    """A value over a factor with so many decimals; an en dash where there is none."""
+    return "–" if value is None or not math.isfinite(value) else f"{value / factor:.{decimals}f}"
+
+
+def sentence(text: str, names: Iterable[str] = ()) -> str:
+    """Words as a sentence: a capital letter before, unless one of `names` stands there, and a full stop after.
+
+    >>> sentence("not resolved"), sentence("Done."), sentence("x: not resolved", ["x"])
+    ('Not resolved.', 'Done.', 'x: not resolved.')
+    """
+    text = text.replace("+-", "±")
+    named = any(text.startswith(name) and not text[len(name) :][:1].isalnum() for name in names)
+    begun = text if named else capitalised(text)
+    return begun + ("" if text.endswith((".", "!", "?", ":")) else ".")
+
+
+def channel_names(document: Json) -> list[str]:
+    """Names of the channels that a document lists; they stay as they are written."""
+    channels = document.get("channels")
+    listed = channels if isinstance(channels, Sequence) else ()
+    return [c["name"] if isinstance(c, Mapping) else c for c in listed]
+
+
+def capitalised(text: str) -> str:
+    """The first letter large, the others as they are."""
+    return text[:1].upper() + text[1:]
+
+
+def tone(verdict: str) -> str:
+    """Colour of a verdict: "good", "warning" or "fatal"."""
+    return _TONES.get(verdict, "warning")
+
+
+def headline(verdict: str, reason: str) -> str:
+    """Verdict and reason in one sentence."""
+    return sentence(f"{verdict}: {reason}" if reason else verdict)
+
+
+def contradictions(document: Json) -> list[str]:
+    """Where the signal contradicts the turns that were given: nothing below it counts until that is settled."""
+    return [
+        sentence(f["message"].removeprefix(f"{f['channel']}: "))
+        for f in document.get("findings", ())
+        if f["code"] in _CONTRADICTIONS
+    ]
+
+
+def model_words(model: Json) -> str:
+    """The terms of a noise model with their values in people's units.
+
+    >>> model_words({"kind": "rate", "terms": [{"type": "white", "N": 2.1e-4}]})
+    'N 0.722 deg/√h'
+    """
+    made = NoiseModel.from_json(model)
+    values: dict[str, float] = {}
+    lines: list[str] = []
+    for term in made.terms:
+        if isinstance(term, Sinusoid):
+            name, factor = display_unit(made.kind, "mean", made.unit)
+            lines.append(f"line {number(term.frequency, 4)} Hz of {number(term.amplitude / factor)} {name}")
+        elif isinstance(term, GaussMarkov):
+            values |= {"B": term.B_equiv, "T": term.T}
+        else:
+            values |= {s: getattr(term, s) for s in COLUMNS if hasattr(term, s)}
+    noise = [_coefficient(made.kind, made.unit, s, values[s]) for s in COLUMNS if s in values]
+    return ", ".join([*noise, *lines]) or "no noise"
+
+
+def _coefficient(kind: str, unit: str, symbol: str, value: float) -> str:
+    name, factor = display_unit(kind, symbol, unit)
+    return f"{'T_b' if symbol == 'T' else symbol} {number(value / factor)} {name}"
+
+
+# -- estimates --------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Estimate:
+    """One estimate of the Earth rate as people read it.
+
+    Attributes
+    ----------
+    name, note : str
+    value, range : str
+        In deg/h.
+    seconds, seconds_range : str
+        The same in deg/s.
+    kept : bool
+        The estimate of this report, not one beside it.
+    """
+
+    name: str
+    note: str
+    value: str
+    range: str
+    seconds: str
+    seconds_range: str
+    kept: bool = False
+
+
+def estimate_of(
+    rate: float | None,
+    low: float | None,
+    high: float | None,
+    *,
+    name: str = "",
+    note: str = "",
+    kept: bool = False,
+) -> Estimate:
+    """A rate [rad/s] and the ends of its interval in both units."""
+    shown = [_scaled(rate, low, high, factor) for factor in (DEG_H, DEG)]
+    return Estimate(
+        name=name,
+        note=note,
+        value=shown[0][0],
+        range=shown[0][1],
+        seconds=shown[1][0],
+        seconds_range=shown[1][1],
+        kept=kept,
+    )
+
+
+def _scaled(rate: float | None, low: float | None, high: float | None, factor: float) -> tuple[str, str]:
+    if rate is None:
+        return "–", ""
+    if low is None or high is None:
+        return number(rate / factor, 5), ""
+    middle, lower, upper = interval(rate / factor, low / factor, high / factor)
+    return middle, f"[{lower}, {upper}]"
+
+
+def earth_rate_lines(document: Json) -> list[Estimate]:
+    """The regression, the simple estimators beside it with the same confidence, and the known rate."""
+    percent = f"{100 * document['confidence']:g} %"
+    low, high = document["interval"]
+    lines = [
+        estimate_of(
+            document["rate"],
+            low,
+            high,
+            name="regression",
+            note=f"{percent} interval, everything in the budget included",
+            kept=True,
+        )
+    ]
+    quantile = _quantile(document["confidence"])
+    for reading in document["readings"]:
+        name, note = reading_words(document, reading["name"])
+        half = quantile * reading["sd"]
+        scatter = reading.get("scatter")
+        if scatter is not None:
+            alone = f"±{number(quantile * scatter / DEG_H, 2)} ({percent})"
+            note += f"; by the scatter of its {reading['count']} values alone {alone}"
+        value = reading["rate"]
+        lines.append(estimate_of(value, value - half, value + half, name=name, note=note))
+    lines.append(known_rate(document["earth_rate"]))
+    return lines
+
+
+def known_rate(value: float) -> Estimate:
+    """The rotation of the Earth as it is known."""
+    return Estimate(
+        name="known",
+        note="rotation of the Earth to the stars",
+        value=f"{value / DEG_H:.3f}",
+        range="",
+        seconds=f"{value / DEG:.6f}",
+        seconds_range="",
+    )
+
+
+def _quantile(confidence: float) -> float:
+    from statistics import NormalDist
+
+    return NormalDist().inv_cdf((1 + confidence) / 2)
+
+
+def budget_lines(document: Json) -> list[tuple[str, str, str]]:
+    """Source, standard uncertainty in deg/h, and its share of the Earth's rotation; the sum last.
+
+    Empty where nothing but the noise is in it.
+    """
+    budget = {k: v for k, v in document["budget"].items() if v is not None}
+    if not any(value for name, value in budget.items() if name != "noise"):
+        return []
+    rows = [*budget.items(), ("together", math.sqrt(sum(v**2 for v in budget.values())))]
+    earth = document.get("earth_rate") or 1.0
+    return [
+        (
+            name,
+            number(value / DEG_H, 3) if value else "not stated",
+            f"{100 * value / earth:.2g} %" if value else "",
+        )
+        for name, value in rows
+    ]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Check:
+    """One question put to the residuals, and the answer."""
+
+    name: str
+    passed: bool
+    measure: str
+    chance: str
+    says: str
+
+
+def check_lines(checks: Iterable[Json]) -> list[Check]:
+    """Checks, those that did not pass first."""
+    rows = [
+        Check(
+            name=c["name"],
+            passed=bool(c["passed"]),
+            measure=f"{number(c['statistic'], 3)} ({round(c['dof'], 1):g})",
+            chance=_chance(c),
+            says="" if c["passed"] else sentence(c["says"]),
+        )
+        for c in checks
+    ]
+    return sorted(rows, key=lambda row: row.passed)
+
+
+def _chance(check: Json) -> str:
+    """p, and what was done to the probability that belongs to the chi-square beside it."""
+    p, tries = probability(check["p"]), check.get("tries", 1)
+    if tries > 1:
+        return f"{p}, multiplied by {tries} tries"
+    return f"{p}, two-sided" if check.get("two_sided", False) else p
+
+
+def turn_words(reversals: Json, dwells: Sequence[Json] | None = None) -> str:
+    """How many turns and dwells, where they come from, and what is left out.
+
+    >>> turn_words({"turns": [{}], "dwells": [{"sign": 1}, {"sign": -1}], "source": "file", "dead_time": 2.0})
+    '1 turn from a file, 2 dwells, 2 s left out after each turn'
+    """
+    turns, rows = len(reversals["turns"]), reversals["dwells"] if dwells is None else dwells
+    unknown = sum(d["sign"] == 0 for d in rows)
+    if not turns:
+        return "no turns"
+    text = f"{turns} turn{'s' * (turns != 1)} {_SOURCES.get(reversals['source'], reversals['source'])}, "
+    text += f"{len(rows)} dwell{'s' * (len(rows) != 1)}"
+    if unknown:
+        text += f" ({unknown} of unknown direction, not used)"
+    return f"{text}, {reversals['dead_time']:g} s left out after each turn"
+
+
+# -- plan -------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class PlanTable:
+    """Expected standard deviations as people read them: rows are dwells, columns lengths of record.
+
+    Attributes
+    ----------
+    unit : str
+    durations : list of str
+    rows : list of (dwell, list of texts, time to the goal)
+    best : list of int or None
+        Number of the best row in each column.
+    """
+
+    unit: str
+    durations: list[str]
+    rows: list[tuple[str, list[str], str]]
+    best: list[int | None]
+
+
+def plan_table(document: Json) -> PlanTable:
+    """The table of a plan."""
+    rate = document["what"] == "rate"
+    factor = EARTH_RATE / 100 if rate else DEG
+    totals = document["total"]
+    rows = [
+        (
+            duration(dwell),
+            ["–" if v is None else number(v / factor, 2) for v in line],
+            "not reached" if reached is None else duration(reached),
+        )
+        for dwell, line, reached in zip(document["dwells"], totals, document["reached"], strict=True)
+    ]
+    best: list[int | None] = []
+    for column in zip(*totals, strict=True):
+        known = [(v, i) for i, v in enumerate(column) if v is not None]
+        best.append(min(known)[1] if known else None)
+    return PlanTable(
+        unit="% of the Earth rate" if rate else "deg",
+        durations=[duration(t) for t in document["durations"]],
+        rows=rows,
+        best=best,
+    )
+
+
+def goal_words(document: Json) -> str:
+    """The goal of a plan: 3 %, or 1 deg."""
+    goal = document["goal"]
+    return f"{100 * goal:.3g} %" if document["what"] == "rate" else f"{goal / DEG:.3g} deg"
+
+
+# -- filter -----------------------------------------------------------------------------------------------
+
+AIDED = (
+    "This is no measurement. The filter was told the rate: where the samples are read as they come, every unit that is "
+    "typed in moves the mean of the corrected samples by the share in the last column, whatever the sensor saw."
+)
+"""What must stand beside every result of the reference-aided filter."""
+
+_MEANS = ("mean_measured", "mean_corrected")
+_TERMS = {"gauss_markov": "Gauss-Markov term"}
+
+
+def filter_lines(document: Json) -> list[tuple[str, str]]:
+    """What a filter says in numbers: name, value."""
+    unit, factor = display_unit(document["kind"], "mean", document["unit"])
+    rows = [("level under the drift", with_sd(document["level"], document["level_sd"], unit, factor))]
+    for name, series in document["terms"].items():
+        if name != "level" and series["value"]:
+            words = _TERMS.get(name, name.replace("_", " "))
+            rows.append((f"{words} at the end", with_sd(series["value"][-1], series["sd"][-1], unit, factor)))
+    means = [number(None if document[k] is None else document[k] / factor, 6) for k in _MEANS]
+    rows.append(("mean, measured and corrected", f"{means[0]} and {means[1]} {unit}"))
+    how = "smoothed, from the whole record" if document["smoothed"] else "filtered, from the samples so far"
+    rows.append(("drift", f"{how}; {document['states']} states, {document['form']} form"))
+    return rows
+
+
+def filter_verdict(document: Json) -> tuple[str, str]:
+    """Verdict and reason of a filter."""
+    if document["consistency"]["consistent"]:
+        words = document["verdict"].removeprefix("consistent").lstrip("; ")
+        return (
+            "consistent",
+            words or "the innovations have the size and the whiteness that the noise model says",
+        )
+    return "the model does not hold", document["verdict"]
+
+
+def consistency_lines(document: Json) -> list[tuple[str, str, str]]:
+    """The tests of the innovations: name, what was found, what the model allows."""
+    c = document["consistency"]
+    allowed = f"{number(c['nis_lower'], 4)} to {number(c['nis_upper'], 4)}"
+    rows = [("size of the innovations (NIS)", number(c["nis"], 4), f"{allowed}, {probability(c['nis_p'])}")]
+    if c["whiteness"] is not None:
+        lags = len(c["correlations"])
+        rows.append(
+            ("whiteness, χ²", number(c["whiteness"], 3), f"about {lags}, {probability(c['whiteness_p'])}")
+        )
+    return rows
+
+
+def aided_lines(readings: Sequence[Json]) -> list[tuple[str, str, str, str, str]]:
+    """One row for each reading of the reference-aided filter: reading, told, raw, corrected [deg/h], follows."""
+    rows = []
+    for r in readings:
+        told, raw, corrected = (
+            number(None if r[k] is None else r[k] / DEG_H, 4)
+            for k in ("mean_reference", "mean_raw", "mean_corrected")
+        )
+        follows = "–" if r["follows"] is None else f"{100 * r['follows']:.0f} %"
+        rows.append((r["reading"], told, raw, corrected, follows))
+    return rows
+
+
+# -- the demonstration ------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class WeekLine:
+    """A noise coefficient of the simulated week beside the published one, in the units of the paper."""
+
+    symbol: str
+    unit: str
+    published: str
+    value: str
+    range: str
+    slope: str
+    inside: bool
+
+
+_WEEK_UNITS = {"N": ("deg/√s", DEG), "B": ("deg/s", DEG), "T": ("s", 1.0), "K": ("deg/s/√s", DEG)}
+
+
+def week_lines(week: Json) -> list[WeekLine]:
+    """N, B, T_b and K: published, fitted, and read off the curve by slope."""
+    return [_week_line(row) for row in week["parameters"]]
+
+
+def _week_line(row: Json) -> WeekLine:
+    unit, factor = _WEEK_UNITS[row["symbol"]]
+    value, low, high = (None if row[k] is None else row[k] / factor for k in ("value", "lower", "upper"))
+    published = row["published"] / factor
+    if row["supported"] and value is not None:
+        middle, lower, upper = interval(value, low, high)
+        shown, ends = middle, f"[{lower}, {upper}]"
+    else:
+        shown, ends = "not bounded" if high is None else f"below {number(high)}", ""
+    return WeekLine(
+        symbol="T_b" if row["symbol"] == "T" else row["symbol"],
+        unit=unit,
+        published=f"{published:.5g} {unit}",
+        value=shown,
+        range=ends,
+        slope="–" if row["slope"] is None else number(row["slope"] / factor),
+        inside=(low or 0.0) <= published <= (math.inf if high is None else high),
+    )
+
+
+def week_words(week: Json) -> str:
+    """How many of the published values the sets hold: intervals and upper limits apart."""
+    lines = week_lines(week)
+    two_sided = [line for line in lines if line.range]
+    limits = [line for line in lines if line.value.startswith("below")]
+    held = sum(line.inside for line in two_sided)
+    words = [f"{held} of {len(two_sided)} published parameters with a 95 % interval lie inside it"]
+    if limits:
+        above = sum(line.inside for line in limits)
+        words.append(f"{above} of {len(limits)} with an upper limit alone lie below it")
+    if len(two_sided) + len(limits) < len(lines):
+        words.append(f"{len(lines) - len(two_sided) - len(limits)} is not bounded")
+    return "; ".join(words)
+
+
+_FAULTS = {
+    "coherent": "a bias that turns with the sensor",
+    "settling": "a rotation that settles after each turn",
+    "drift": "a drift",
+}
+_TAKES = {1: "2 h", 2: "12 min", 3: "25 min", 4: "60 min"}
+
+
+def take_name(row: Json) -> str:
+    """A take with its length, and what is special about this evaluation of it.
+
+    >>> take_name({"take": 4, "remark": "last 13 min"})
+    'take 4, last 13 min'
+    """
+    special = row.get("remark") or _FAULTS.get(row.get("fault", "")) or _TAKES[row["take"]]
+    return f"take {row['take']}, {special}"
+
+
+def share(rate: float | None) -> str:
+    """A rate [rad/s] as a part of the Earth's.
+
+    >>> share(3.2e-5)
+    '44 %'
+    """
+    return "–" if rate is None else f"{100 * rate / EARTH_RATE:.2g} %"

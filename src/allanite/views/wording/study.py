@@ -1,0 +1,454 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A study in people's words: coefficients in the units people use, and sentences about them."""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from allanite.quantities.display_units import display_unit, si_unit
+from allanite.recording.health.catalogue import MOVES
+from allanite.views.wording.numbers import interval, number, probability
+
+__all__ = [
+    "COLUMNS",
+    "EQUIVALENT",
+    "GUARANTEE",
+    "ONE_RECORD",
+    "Group",
+    "Reading",
+    "column_of",
+    "finding_kinds",
+    "groups",
+    "headings",
+    "movement",
+    "reading",
+    "readings",
+    "said_of",
+    "severity_order",
+    "shown_symbol",
+    "slope_reading",
+    "verdict",
+    "worst",
+]
+
+Json = Mapping[str, Any]
+
+COLUMNS = ("N", "B", "T", "K", "R", "Q")
+"""Columns of every parameter table, in the order in which a curve shows them. B stands for B_equiv too."""
+
+GUARANTEE = "95 % intervals; '<' is a 95 % upper limit: the record does not show the term by itself."
+ONE_RECORD = (
+    "The intervals are those of one record. They do not hold the spread between sessions, units and temperatures, "
+    "which is often larger (allanite compare)."
+)
+EQUIVALENT = "* the B whose floor is the peak of the Gauss-Markov term with this T_b."
+
+_FAMILIES = {
+    "rate": "gyroscope",
+    "angle": "gyroscope",
+    "acceleration": "accelerometer",
+    "velocity": "accelerometer",
+    "voltage": "voltage",
+    "counts": "counts",
+    "phase": "clock",
+    "frequency": "clock",
+}
+_IN_SI = {"gyroscope", "accelerometer", "voltage"}
+_NAMES = {
+    "gyroscope": {
+        "N": "angle random walk",
+        "K": "rate random walk",
+        "R": "rate ramp",
+        "Q": "angle quantisation",
+    },
+    "accelerometer": {
+        "N": "velocity random walk",
+        "K": "acceleration random walk",
+        "R": "acceleration ramp",
+        "Q": "velocity quantisation",
+    },
+    "clock": {
+        "N": "white frequency noise",
+        "K": "random walk of frequency",
+        "R": "frequency drift",
+        "Q": "white phase noise",
+    },
+}
+_PLAIN_NAMES = {"N": "white noise", "K": "random walk", "R": "ramp", "Q": "quantisation"}
+_SHARED_NAMES = {
+    "B": "bias instability",
+    "T": "correlation time",
+    "amplitude": "spectral line",
+    "frequency": "of the line",
+}
+#: What time and frequency metrology calls the terms (IEEE Std 1139).
+_CLOCK_NAMES = {"N": "WFM", "B": "FFM", "K": "RWFM", "R": "drift", "Q": "WPM"}
+_SHOWN = {"T": "T_b", "amplitude": "line", "frequency": "f"}
+#: Columns that belong together, in the order of a table; a second term of a kind follows the first one.
+_KINDS = (("N",), ("B", "T"), ("K",), ("R",), ("Q",), ("amplitude", "frequency"))
+_TABULATED = tuple(symbol for kind in _KINDS for symbol in kind)
+_ONLY_RESOLVED = ("T", "frequency")
+_COUNTS = {3: "three", 4: "four", 5: "five", 6: "six"}
+_SEVERITIES = ("fatal", "warning", "info")
+_NUMBER = re.compile(r"[+-]?\d+(?:\.\d+)?(?:[eE][+-]?\d+)?(?: \S+)?")  # with its unit
+
+
+# -- units and names --------------------------------------------------------------------------------------
+
+
+def _split(column: str) -> tuple[str, int]:
+    """The symbol of a column, and which of several terms of its kind it is."""
+    found = re.fullmatch(r"(.*)_(\d+)", column)
+    return (found[1], int(found[2])) if found else (column, 1)
+
+
+def column_of(symbol: str) -> str:
+    """The column in which an estimate stands: B_equiv of a Gauss-Markov term is a B."""
+    return symbol.replace("B_equiv", "B")
+
+
+def shown_symbol(column: str) -> str:
+    """A column's heading: T_b, of a second term T_b2."""
+    symbol, which = _split(column)
+    shown = _SHOWN.get(symbol, symbol)
+    return shown if which == 1 else f"{shown}{'' if '_' in shown else '_'}{which}"
+
+
+def _place(column: str) -> tuple[int, int, int]:
+    """Sort key of columns: a second Gauss-Markov term follows the first one, a second line the first line."""
+    symbol, which = _split(column)
+    kind = next(i for i, kind in enumerate(_KINDS) if symbol in kind)
+    return kind, which, _KINDS[kind].index(symbol)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Group:
+    """Channels of a study that share their units: the axes of one triad.
+
+    Attributes
+    ----------
+    title : str
+        "Gyroscope", "Accelerometer", ...
+    kind, unit : str
+        What `display_unit` needs.
+    channels : tuple of dict
+        Entries of the study's "channels".
+    """
+
+    title: str
+    kind: str
+    unit: str
+    channels: tuple[Json, ...]
+
+    @property
+    def has_si(self) -> bool:
+        """False where results stay in the channel's own unit, or are in SI as they are: volts."""
+        return self.title.lower() in ("gyroscope", "accelerometer")
+
+    def name_of(self, symbol: str) -> str:
+        """What the coefficient is called for this kind of sensor: "angle random walk"."""
+        symbol, which = _split(symbol)
+        if which > 1:
+            return f"{self.name_of(symbol)}, number {which}"
+        names = _NAMES.get(self.title.lower(), _PLAIN_NAMES)
+        return _SHARED_NAMES.get(symbol) or names.get(symbol, symbol)
+
+
+def groups(channels: Iterable[Json]) -> tuple[Group, ...]:
+    """Channels sorted into groups of equal units, in the order of their first appearance.
+
+    Channels without a known unit are grouped by their names: gx, gy, gz apart from ax, ay, az.
+    """
+    found: dict[tuple[str, str, str], list[Json]] = {}
+    for channel in channels:
+        family = _FAMILIES.get(channel["kind"], "unknown")
+        known = family in _IN_SI or family == "clock"
+        key = (family, "", "") if known else (family, channel.get("unit") or "", _stem(channel["name"]))
+        found.setdefault(key, []).append(channel)
+    return tuple(
+        Group(title=_title(family, own, members), kind=members[0]["kind"], unit=own, channels=tuple(members))
+        for (family, own, _), members in found.items()
+    )
+
+
+def _stem(name: str) -> str:
+    """A channel's name without its axis: gx and gyro_x are axes, temperature is not."""
+    return re.sub(r"[ _.\[]*(?:[xyzXYZ]|\d+)\]?$", "", name)
+
+
+def _title(family: str, unit: str, members: Sequence[Json]) -> str:
+    if family in _IN_SI or family == "clock":
+        return family.capitalize()
+    names = ", ".join(c["name"] for c in members[:6])
+    return f"{names} ({unit or 'unknown unit'})"
+
+
+def headings(group: Group) -> dict[str, tuple[str, str]]:
+    """Columns that at least one channel of the group has something to say about: symbol -> (head, people's unit)."""
+    present = {symbol for channel in group.channels for symbol in readings(channel)}
+    heads = {s: shown_symbol(s) for s in sorted(present, key=_place)}
+    if group.title == "Clock":
+        heads = {s: f"{head}, {_CLOCK_NAMES[s]}" if s in _CLOCK_NAMES else head for s, head in heads.items()}
+    return {s: (head, display_unit(group.kind, s, group.unit)[0]) for s, head in heads.items()}
+
+
+# -- coefficients -----------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Reading:
+    """One coefficient as people read it.
+
+    Attributes
+    ----------
+    symbol, unit, si_unit : str
+    supported : bool
+        False: `value` is the text of an upper limit, or "not bounded".
+    value, range : str
+        In people's unit; `range` is empty for a limit.
+    si, si_range : str
+        The same in SI.
+    note : str
+    amount : float or None
+        Value, or upper limit, in people's unit.
+    """
+
+    symbol: str
+    unit: str
+    si_unit: str
+    supported: bool
+    value: str
+    range: str
+    si: str
+    si_range: str
+    note: str
+    amount: float | None
+
+    @property
+    def equivalent(self) -> bool:
+        """True for the B that stands for a Gauss-Markov term."""
+        return self.symbol.startswith("B_equiv")
+
+    @property
+    def text(self) -> str:
+        """Value, interval and unit in one line."""
+        return " ".join(part for part in (self.value, self.range, self.unit) if part)
+
+
+def reading(kind: str, unit: str, estimate: Json, *, read_off: bool = False) -> Reading:
+    """An entry of a model's "estimates" as people read it; `read_off`: by slopes, a value without an interval."""
+    symbol = estimate["symbol"]
+    text, factor = display_unit(kind, symbol, unit)
+    shown, si = (_scaled(estimate, f, read_off) for f in (factor, 1.0))
+    amount = estimate["value"] if estimate["supported"] or read_off else estimate["upper"]
+    return Reading(
+        symbol=symbol,
+        unit=text,
+        si_unit=si_unit(kind, column_of(symbol), unit),
+        supported=bool(estimate["supported"]),
+        value=shown[0],
+        range=shown[1],
+        si=si[0],
+        si_range=si[1],
+        note="; ".join(part for part in (_note(symbol, estimate), _statistical(estimate, factor)) if part),
+        amount=None if amount is None else amount / factor,
+    )
+
+
+def _statistical(estimate: Json, factor: float) -> str:
+    """The interval without the error of the scale factor, where it holds that."""
+    ends = estimate.get("statistical")
+    if ends is None or ends[1] is None:
+        return ""
+    value = estimate["value"]
+    if not estimate["supported"] or value is None:
+        return f"by statistics alone < {number(ends[1] / factor)}"
+    _, low, high = interval(value / factor, ends[0] / factor, ends[1] / factor)
+    return f"by statistics alone [{low}, {high}]"
+
+
+def _note(symbol: str, estimate: Json) -> str:
+    own = estimate.get("note") or ""
+    if own == "upper limit":  # the "<" says so
+        return ""
+    if symbol.startswith("B_equiv") and not own:
+        return "from the Gauss-Markov term: the B with the same peak"
+    return own
+
+
+def _scaled(estimate: Json, factor: float, read_off: bool) -> tuple[str, str]:
+    value, lower, upper = (
+        None if v is None else v / factor for v in (estimate[k] for k in ("value", "lower", "upper"))
+    )
+    if estimate["supported"] and value is not None:
+        middle, low, high = interval(value, lower, upper)
+        return middle, f"[{low}, {high}]"
+    if read_off:
+        return number(value), ""
+    if upper is None or math.isinf(upper):
+        return "not bounded", ""
+    return f"< {number(upper)}", ""
+
+
+def readings(channel: Json, model: Json | None = None) -> dict[str, Reading]:
+    """Coefficients of a channel's first model (or of the one given), keyed by their columns.
+
+    Columns are those of `COLUMNS`, numbered from the second term of a kind on (B_2, T_2), and amplitude and frequency
+    of lines. B_equiv of a Gauss-Markov model stands in column B. T appears where it is supported, or read off, only:
+    elsewhere it is not a limit that anybody can use.
+    """
+    if model is None:
+        model = channel["models"][0] if channel["models"] else {"estimates": ()}
+    read_off = model.get("family") == "slopes"
+    found: dict[str, Reading] = {}
+    for estimate in model["estimates"]:
+        column = column_of(estimate["symbol"])
+        symbol = _split(column)[0]
+        if symbol in _TABULATED and (symbol not in _ONLY_RESOLVED or estimate["supported"] or read_off):
+            found[column] = reading(channel["kind"], channel.get("unit") or "", estimate, read_off=read_off)
+    return {column: found[column] for column in sorted(found, key=_place)}
+
+
+def slope_reading(channel: Json, symbol: str) -> str:
+    """The seed's reading of a coefficient off the curve, as text; its note where the curve has no such slope."""
+    found = channel["slopes"][symbol]
+    note = found.get("note") or ""
+    if found.get("value") is None:
+        return "the curve has no such slope"
+    unit, factor = display_unit(channel["kind"], symbol, channel.get("unit") or "")
+    return f"{number(found['value'] / factor)} {unit}" + (f", {note}" if note else "")
+
+
+# -- sentences --------------------------------------------------------------------------------------------
+
+
+def severity_order(finding: Json) -> int:
+    """Sort key: motion, then the worst first, and an accepted one after those that are open."""
+    if finding["code"] in MOVES:  # above everything: nothing else means what it says
+        return -1
+    place = _SEVERITIES.index(finding["severity"]) if finding["severity"] in _SEVERITIES else len(_SEVERITIES)
+    return 2 * place + bool(finding.get("accepted"))
+
+
+def finding_kinds(findings: Iterable[Json]) -> list[list[Json]]:
+    """Findings of one code, severity and acceptance together, the worst first."""
+    kinds: dict[tuple[str, str, bool], list[Json]] = {}
+    for finding in sorted(findings, key=severity_order):
+        kinds.setdefault((finding["severity"], finding["code"], bool(finding.get("accepted"))), []).append(
+            finding
+        )
+    return list(kinds.values())
+
+
+def movement(findings: Iterable[Json]) -> str | None:
+    """The sentence about a log that moves, which comes before all others; None for one at rest."""
+    if not any(f["code"] in MOVES for f in findings):
+        return None
+    return "This log moves: the unit was not at rest. Only its quiet parts show the noise of the sensor."
+
+
+def said_of(findings: Sequence[Json]) -> list[str]:
+    """What findings of one kind say, once: the channels of which it is said alike together, with the numbers of one."""
+    alike: dict[str, list[Json]] = {}
+    for f in findings:
+        alike.setdefault(_NUMBER.sub("#", _own_words(f)), []).append(f)
+    return [_said(members) for members in alike.values()]
+
+
+def _said(members: Sequence[Json]) -> str:
+    names = [str(f["channel"]) for f in members if f["channel"] is not None]
+    worst_one = max(members, key=lambda f: int(f["count"] or 0))
+    words = _own_words(worst_one)
+    if not names or (len(members) == 1 and names[0] in worst_one["message"]):
+        return words
+    if len({_own_words(f) for f in members}) == 1:
+        return f"{_listed(names)}: {words}"
+    return f"{_listed(names)}. {worst_one['channel']}: {words}"
+
+
+def _own_words(finding: Json) -> str:
+    return str(finding["message"]).removeprefix(f"{finding['channel']}: ")
+
+
+def worst(findings: Sequence[Json]) -> Json | None:
+    """The worst finding, or None; mere information is not a worst finding."""
+    serious = [f for f in findings if f["severity"] != "info"]
+    return min(serious, key=severity_order, default=None)
+
+
+def verdict(group: Group) -> list[str]:
+    """What the record says about a group of channels: one plain sentence per statement."""
+    sentences = [s for symbol in COLUMNS if (s := _statement(group, symbol))]
+    absent = [a for symbol in COLUMNS if (a := _absent(group, symbol))]
+    if absent:
+        sentences.append(f"The record does not show by itself, but bounds: {', '.join(absent)}.")
+    undecided = [c["name"] for c in group.channels if len(c["models"]) > 1]
+    if undecided:
+        sentences.append(
+            f"On {_listed(undecided)} the record cannot decide between flicker and Gauss-Markov; both are given below."
+        )
+    poor = [c for c in group.channels if _is_poor(c)]
+    if poor:
+        values = _listed([f"{c['name']} ({probability(c['models'][0]['goodness']['p'])})" for c in poor])
+        sentences.append(
+            f"The model does not explain the curve of {values}: take these numbers with caution."
+        )
+    bare = [c["name"] for c in group.channels if not c["models"]]
+    if bare:
+        sentences.append(f"No model was fitted to {_listed(bare)}; the findings say why.")
+    return sentences
+
+
+def _is_poor(channel: Json) -> bool:
+    p = (channel["models"][0].get("goodness") or {}).get("p") if channel["models"] else None
+    return p is not None and p < 0.01
+
+
+def _statement(group: Group, symbol: str) -> str:
+    """Where a term is resolved, and where it is only bounded; "" where no channel resolves it."""
+    seen, limits = _seen_and_limits(group, symbol)
+    if not seen:
+        return ""
+    head = f"{group.name_of(symbol).capitalize()} {_SHOWN.get(symbol, symbol)}"
+    text = f"{head} is resolved{_where(seen, group)}: {_spread(seen.values())}"
+    return text + (
+        f"; it is only bounded{_where(limits, group)}: {_spread(limits.values())}." if limits else "."
+    )
+
+
+def _absent(group: Group, symbol: str) -> str:
+    """A term that no channel resolves, with the largest of its limits."""
+    seen, limits = _seen_and_limits(group, symbol)
+    return "" if seen or not limits else f"{_SHOWN.get(symbol, symbol)} {_spread(limits.values())}"
+
+
+def _seen_and_limits(group: Group, symbol: str) -> tuple[dict[str, Reading], dict[str, Reading]]:
+    found = {c["name"]: r for c in group.channels if (r := readings(c).get(symbol)) and r.amount is not None}
+    seen = {name: r for name, r in found.items() if r.supported}
+    return seen, {name: r for name, r in found.items() if not r.supported}
+
+
+def _where(some: Mapping[str, Reading], group: Group) -> str:
+    count = len(group.channels)
+    if count == 1:
+        return ""
+    if len(some) == count:
+        return " on both channels" if count == 2 else f" on all {_COUNTS.get(count, count)} channels"
+    return f" on {_listed(list(some))}"
+
+
+def _spread(found: Iterable[Reading]) -> str:
+    """Smallest to largest value; of limits the largest, which holds for all."""
+    some = sorted((r for r in found if r.amount is not None), key=lambda r: r.amount or 0.0)
+    low, high = (r.value.removeprefix("< ") for r in (some[0], some[-1]))
+    if not some[-1].supported:
+        return f"below {high} {some[-1].unit}"
+    return f"{low} {some[0].unit}" if low == high else f"{low} to {high} {some[0].unit}"
+
+
+def _listed(names: Sequence[str]) -> str:
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"

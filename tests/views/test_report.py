@@ -1,0 +1,258 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The report: complete, self-contained, safe against what stands in a file, and right in a real browser."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import allanite as al
+import sample_study
+from allanite.errors import StorageError
+from allanite.views.report import html_of, pieces
+from pages import Balance, document_of, text_of
+
+NASTY = "</script><img src=x onerror=alert(1)>{{ 7*7 }}\"'&"
+
+
+@pytest.fixture(scope="module")
+def study() -> dict[str, Any]:
+    return sample_study.build()
+
+
+@pytest.fixture(scope="module")
+def page(study: dict[str, Any]) -> str:
+    return html_of(study)
+
+
+def small() -> dict[str, Any]:
+    """A study of one channel: a report of it takes a quarter of the time."""
+    whole = sample_study.build()
+    return {**whole, "channels": whole["channels"][:1]}
+
+
+# -- what it says -------------------------------------------------------------------------------------------
+
+
+def test_every_estimate_stands_in_it_with_its_interval_and_in_si(study: dict[str, Any], page: str) -> None:
+    from allanite.views.wording import readings
+
+    text = document_of(page)
+    for channel in study["channels"]:
+        for model in channel["models"]:
+            for found in readings(channel, model).values():
+                for part in (found.value, found.range, found.si):
+                    assert str(pieces.with_powers(part)) in text, f"{channel['name']} {found.symbol}: {part}"
+
+
+def test_verdict_findings_advice_and_provenance_stand_in_it(study: dict[str, Any], page: str) -> None:
+    text = text_of(page)
+    assert text.index("Angle random walk N is resolved") < text.index("Allan deviation of all channels")
+    for finding in study["findings"]:
+        for part in ("code", "message", "advice", "risk"):
+            assert finding[part] in text
+    assert "Accepted in spite of “clipping” (gyro_z)" in text
+    assert "Worst finding: gap" in text
+    assert "record 29 h for K to 10 %" in text
+    assert "The model does not explain the curve" in text
+    assert study["provenance"]["sha256"] in text
+    assert study["provenance"]["command"] in text
+    assert "exclude reason: stuck value samples: acc_x 900" in text
+    for word in ("IEEE Std 952", "Metrologia 45", "slope readings are biased"):
+        assert word in text
+
+
+def test_a_place_of_a_finding_can_be_found_again(page: str) -> None:
+    assert "at 2:46:40 to 2:56:40; 9:10:00 to 9:10:12" in text_of(page)
+
+
+def test_a_record_without_faults_says_so() -> None:
+    clean = small()
+    clean["findings"] = []
+    clean["recording"] |= {"missing": 0, "gaps": []}
+    text = text_of(html_of(clean))
+    assert "Nothing is wrong with the record" in text
+    assert "No sample is missing." in text
+
+
+def test_exponents_are_written_as_powers_and_shared_by_the_ends_of_an_interval() -> None:
+    assert pieces.with_powers("1.2e-05") == "1.2\u202f×\u202f10<sup>−5</sup>"
+    assert pieces.with_powers("[1.1e-05, 1.3e-05]") == "[1.1, 1.3]\u202f×\u202f10<sup>−5</sup>"
+    assert pieces.with_powers("[9.1e-06, 1.3e-05]").count("<sup>") == 2
+    assert pieces.with_powers("<b>T_b -3") == "&lt;b&gt;<i>T</i><sub>b</sub> −3"
+
+
+# -- the file -----------------------------------------------------------------------------------------------
+
+
+def test_it_is_one_file_under_six_megabytes_that_asks_for_nothing(page: str) -> None:
+    assert len(page.encode()) < 6e6
+    outside = document_of(page)
+    assert not re.search(r"""<link|<script[^>]+src|@import|(?:src|href)=["']?(?:https?:)?//""", outside)
+    policy = re.search(r'Content-Security-Policy" content="([^"]*)"', page)
+    assert policy is not None
+    assert policy[1].startswith("default-src 'none'")
+
+
+def test_tags_are_balanced_and_identities_unique(page: str) -> None:
+    parser = Balance()
+    parser.feed(document_of(page))
+    assert not parser.wrong
+    assert not parser.open
+    assert len(set(parser.ids)) == len(parser.ids)
+
+
+def test_the_data_survive_the_way_into_the_page(study: dict[str, Any], page: str) -> None:
+    found = re.search(r'<script type="application/json" id="figure-data">(.*?)</script>', page, re.S)
+    assert found is not None
+    figures = json.loads(found[1])["figures"]
+    assert set(figures) == set(re.findall(r'class="live" id="([^"]+)"', page))
+    trace = next(t for t in figures["channel-0-0"]["data"] if t.get("name") == "gyro_x")
+    assert trace["x"] == pytest.approx(study["channels"][0]["curve"]["tau"], rel=1e-5)
+    assert page.count('class="still"') == len(figures)
+
+
+def test_what_stands_in_a_log_cannot_act() -> None:
+    nasty = small()
+    nasty["channels"][0]["name"] = NASTY
+    nasty["provenance"] |= {"source": NASTY, "command": NASTY}
+    nasty["recording"]["history"] = [{"step": NASTY, NASTY: [NASTY]}]
+    for finding in nasty["findings"]:
+        finding |= {"code": NASTY, "message": NASTY, "advice": NASTY, "risk": NASTY, "channel": NASTY}
+    nasty["channels"][0]["advice"][0]["text"] = NASTY
+    nasty["channels"][0]["models"][0] |= {"verdict": NASTY, "family": NASTY}
+    nasty["channels"][0]["models"][0]["estimates"][0]["note"] = NASTY
+    page = html_of(nasty)
+    assert "<img src=x" not in page
+    assert page.count("</script>") == 3
+    assert "49" not in re.findall(r"onerror=alert\(1\)&gt;(.{4})", page)
+    parser = Balance()
+    parser.feed(document_of(page))
+    assert not parser.wrong
+
+
+def test_poor_studies_still_give_a_report() -> None:
+    poor = sample_study.build()
+    first, second, third, *rest = poor["channels"]
+    first |= {"models": [], "slopes": {"note": "too short"}, "advice": [], "mean": None, "sd": None}
+    second["curve"] |= {
+        k: [None] * len(second["curve"]["lags"]) for k in ("deviation", "lower", "upper", "edf")
+    }
+    third |= {"spectrum": {}, "overview": {"t": [], "low": [], "high": []}}
+    rest[0] |= {"kind": "unknown", "unit": ""}
+    rest[0]["spectrum"] |= {"frequency": [], "density": [], "lower": [], "upper": [], "corner": None}
+    rest[1] |= {"kind": "counts", "unit": "LSB"}
+    rest[2] |= {"kind": "voltage", "unit": "V"}
+    poor["provenance"] |= {"sha256": None, "command": None, "source": ""}
+    text = text_of(html_of(poor))
+    assert "No model was fitted to gyro_x" in text
+    assert "too short" in text
+    assert "units/√Hz" in text
+
+
+def test_the_same_study_gives_the_same_page(stills: dict[bytes, str]) -> None:
+    page = html_of(small())
+    stills.clear()  # drawn anew
+    assert html_of(al.Study.from_json(small())) == page
+
+
+def test_a_report_is_never_replaced_by_accident(tmp_path: Path) -> None:
+    study, target = small(), tmp_path / "report.html"
+    target.write_text("mine")
+    with pytest.raises(StorageError, match="--force"):
+        al.render(study, target)
+    assert target.read_text() == "mine"
+    assert al.render(study, target, force=True) == target
+    assert target.read_text(encoding="utf-8").startswith("<!doctype html>")
+    assert [p.name for p in tmp_path.iterdir()] == ["report.html"]
+
+
+def test_a_folder_that_is_not_there_is_named(tmp_path: Path) -> None:
+    with pytest.raises(StorageError, match="nowhere"):
+        al.render(small(), tmp_path / "nowhere" / "report.html")
+
+
+# -- in a browser -------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def browser() -> Iterator[Any]:
+    api = pytest.importorskip(
+        "playwright.sync_api", reason="playwright is not installed: pip install playwright"
+    )
+    program = shutil.which("chromium") or shutil.which("chromium-browser") or shutil.which("google-chrome")
+    if program is None:
+        pytest.skip("no chromium: sudo apt-get install chromium")
+    with api.sync_playwright() as play:
+        opened = play.chromium.launch(
+            executable_path=program,
+            args=[
+                "--no-sandbox",
+                "--disable-gpu",
+                "--disable-background-networking",
+                "--disable-component-update",
+            ],
+        )
+        yield opened
+        opened.close()
+
+
+@pytest.fixture(scope="module")
+def report_file(page: str, tmp_path_factory: pytest.TempPathFactory) -> Path:
+    path = tmp_path_factory.mktemp("report") / "report.html"
+    path.write_text(page, encoding="utf-8")
+    return path
+
+
+def test_a_browser_draws_every_figure_without_error_or_request(
+    browser: Any, report_file: Path, page: str
+) -> None:
+    view = browser.new_page(viewport={"width": 1180, "height": 900})
+    troubles: list[str] = []
+    view.on("console", lambda m: troubles.append(m.text))
+    view.on("pageerror", lambda e: troubles.append(str(e)))
+    view.on("request", lambda r: r.url.startswith(("file:", "data:", "blob:")) or troubles.append(r.url))
+    view.goto(report_file.as_uri())
+    places = view.locator(".live")
+    for i in range(places.count()):
+        places.nth(i).scroll_into_view_if_needed()
+        places.nth(i).locator(".main-svg").first.wait_for(timeout=10_000)
+    assert places.count() == page.count('class="live"')
+    assert view.locator(".still").first.is_hidden()
+    square = view.evaluate(
+        "() => { const l = document.getElementById('channel-0-0')._fullLayout;"
+        " return [l.xaxis._length / (l.xaxis.range[1] - l.xaxis.range[0]),"
+        " l.yaxis._length / (l.yaxis.range[1] - l.yaxis.range[0])]; }"
+    )
+    assert square[0] == pytest.approx(square[1], rel=0.02)
+    before = view.evaluate("getComputedStyle(document.body).backgroundColor")
+    view.locator("#theme").click()
+    assert view.evaluate("getComputedStyle(document.body).backgroundColor") != before
+    view.emulate_media(media="print")
+    assert view.locator(".still").first.is_visible()
+    assert view.locator(".live").first.is_hidden()
+    assert not troubles
+    view.close()
+
+
+def test_a_narrow_screen_needs_no_sideways_scrolling(browser: Any, report_file: Path) -> None:
+    view = browser.new_page(viewport={"width": 390, "height": 800})
+    view.goto(report_file.as_uri())
+    assert view.evaluate("document.documentElement.scrollWidth") <= 390
+    view.close()
+
+
+def test_without_javascript_the_pictures_are_there(browser: Any, report_file: Path) -> None:
+    context = browser.new_context(java_script_enabled=False)
+    view = context.new_page()
+    view.goto(report_file.as_uri())
+    stills = view.locator(".still")
+    assert all(stills.nth(i).is_visible() for i in range(stills.count()))
+    assert stills.first.bounding_box()["height"] > 200
+    context.close()

@@ -1,0 +1,235 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Numbers, units and sentences: what people read."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import pytest
+
+import allanite as al
+import sample_study
+from allanite.noise import RandomWalk, White
+from allanite.quantities.display_units import si_unit
+from allanite.views import wording
+from allanite.views.wording.numbers import probability
+
+
+@pytest.mark.parametrize(
+    ("value", "text"),
+    [
+        (0.0, "0"),
+        (0.01234, "0.0123"),
+        (9.996, "10.0"),
+        (999.6, "1000"),
+        (123456.0, "123456"),
+        (1.234e7, "1.23e+07"),
+        (-1.234e-5, "-1.23e-05"),
+        (9.999e-4, "0.00100"),
+        (math.inf, "∞"),
+        (math.nan, "–"),
+        (None, "–"),
+    ],
+)
+def test_number_keeps_three_digits(value: float | None, text: str) -> None:
+    assert wording.number(value) == text
+
+
+@pytest.mark.parametrize(
+    ("value", "lower", "upper", "texts"),
+    [
+        (0.30012, 0.2994, 0.3009, ("0.30012", "0.29940", "0.30090")),
+        (5.1, 4.6, 5.6, ("5.10", "4.60", "5.60")),
+        (66.0, 7.1, 97.2, ("66", "7", "97")),
+        (8.73e-5, 8.71e-5, 8.75e-5, ("8.730e-05", "8.710e-05", "8.750e-05")),
+        (9.6e-7, 5.4e-7, 1.01e-6, ("9.6e-07", "5.4e-07", "10.1e-07")),
+        (3.0, 0.0, None, ("3.0", "0.0", "–")),
+        (3.0, 1.0, math.inf, ("3.0", "1.0", "∞")),
+        (0.0, 0.0, 0.0, ("0", "0", "0")),
+    ],
+)
+def test_interval_shows_the_second_digit_of_the_half_width_and_one_exponent(
+    value: float, lower: float, upper: float | None, texts: tuple[str, str, str]
+) -> None:
+    assert wording.interval(value, lower, upper) == texts
+
+
+def test_a_probability_is_small_below_a_thousandth() -> None:
+    assert [probability(p) for p in (0.00099, 0.001, 0.005, 0.5)] == [
+        "p < 0.001",
+        "p = 0.0010",
+        "p = 0.0050",
+        "p = 0.50",
+    ]
+
+
+@pytest.mark.parametrize("value", [1e-300, 3.7e-12, 1.0, 5.5e5, 1e300])
+def test_rounding_moves_a_number_by_less_than_half_a_percent(value: float) -> None:
+    assert float(wording.number(value)) == pytest.approx(value, rel=5e-3)
+
+
+def test_people_read_the_coefficient_that_si_holds() -> None:
+    estimate = {"symbol": "N", "value": math.radians(0.3) / 60, "lower": math.radians(0.29) / 60}
+    estimate |= {"upper": math.radians(0.31) / 60, "supported": True, "note": ""}
+    found = wording.reading("rate", "", estimate)
+    assert found.text == "0.300 [0.290, 0.310] deg/√h"
+    assert found.si_unit == "rad/s/√Hz"
+    assert float(found.si) == pytest.approx(math.radians(0.3) / 60, rel=1e-3)
+
+
+@pytest.mark.parametrize("upper", [None, math.inf])
+def test_a_set_without_upper_end_is_said_to_be_unbounded(upper: float | None) -> None:
+    estimate = {"symbol": "K", "value": None, "lower": 0.0, "upper": upper, "supported": False}
+    assert wording.reading("rate", "", estimate).value == "not bounded"
+
+
+def test_si_units_follow_the_kind() -> None:
+    assert [si_unit("rate", s) for s in "QNBKRT"] == [
+        "rad",
+        "rad/s/√Hz",
+        "rad/s",
+        "rad/s/√s",
+        "rad/s²",
+        "s",
+    ]
+    assert si_unit("acceleration", "K") == "m/s²/√s"
+    assert si_unit("counts", "N", "LSB") == "LSB/√Hz"
+    assert si_unit("unknown", "B", "") == "units"
+
+
+def test_channels_are_grouped_by_unit_and_by_name_where_there_is_none() -> None:
+    def channel(name: str, kind: str, unit: str = "") -> dict[str, Any]:
+        return {"name": name, "kind": kind, "unit": unit}
+
+    made = [
+        channel("gx", "unknown"),
+        channel("ax", "unknown"),
+        channel("gy", "unknown"),
+        channel("w", "rate", "deg/s"),
+    ]
+    found = wording.groups([*made, channel("v", "rate", "rad/s")])
+    assert [[c["name"] for c in g.channels] for g in found] == [["gx", "gy"], ["ax"], ["w", "v"]]
+    assert [g.title for g in found] == ["gx, gy (unknown unit)", "ax (unknown unit)", "Gyroscope"]
+
+
+def test_the_verdict_says_what_is_resolved_what_is_bounded_and_what_is_doubtful() -> None:
+    gyro, accelerometer = wording.groups(sample_study.build()["channels"])
+    said = wording.verdict(gyro)
+    assert said[0].startswith("Angle random walk N is resolved on all three channels: 0.27")
+    assert any(
+        "K is resolved on gyro_x" in s and "only bounded on gyro_y and gyro_z: below 7.80" in s for s in said
+    )
+    assert any("gyro_y the record cannot decide" in s for s in said)
+    assert any("does not explain the curve of gyro_z (p < 0.001)" in s for s in said)
+    assert any(
+        s.startswith("The record does not show by itself, but bounds: Q below")
+        for s in wording.verdict(accelerometer)
+    )
+
+
+def test_the_limit_of_several_channels_is_the_largest() -> None:
+    _, accelerometer = wording.groups(sample_study.build()["channels"])
+    limits = [r.amount for c in accelerometer.channels if (r := wording.readings(c)["Q"])]
+    assert all(amount is not None and amount <= 1.37e-6 for amount in limits)
+    assert "Q below 1.37e-06 m/s" in wording.verdict(accelerometer)[-1]
+
+
+def test_an_accepted_finding_comes_after_an_open_one_of_its_severity() -> None:
+    findings = sample_study.build()["findings"]
+    assert next(f["code"] for kind in wording.finding_kinds(findings) for f in kind) == "clipping"
+    assert wording.worst([f for f in findings if not f["accepted"]])["code"] == "gap"  # type: ignore[index]
+    assert wording.worst([f for f in findings if f["severity"] == "info"]) is None
+
+
+# -- standard deviations and the demonstration --------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("value", "sd", "text"),
+    [
+        (-19.8634, 8.0412, "-19.9 ± 8.0 deg/h (1 sd)"),
+        (12.3456, 0.0123, "12.346 ± 0.012 deg/h (1 sd)"),
+        (0.3, 250.0, "0 ± 250 deg/h (1 sd)"),
+        (None, 1.0, "not determined"),
+        (1.0, math.inf, "not determined"),
+    ],
+)
+def test_a_value_has_no_digit_beyond_its_standard_deviation(
+    value: float | None, sd: float, text: str
+) -> None:
+    assert wording.with_sd(value, sd, "deg/h") == text
+
+
+def test_a_week_counts_limits_apart_from_intervals() -> None:
+    rows = [
+        {"symbol": "N", "published": 2.0, "value": 2.1, "lower": 1.9, "upper": 2.2, "supported": True},
+        {"symbol": "B", "published": 1.0, "value": 2.0, "lower": 1.5, "upper": 2.5, "supported": True},
+        {"symbol": "T", "published": 200.0, "value": None, "lower": 0.0, "upper": None, "supported": False},
+        {"symbol": "K", "published": 1.0, "value": None, "lower": 0.0, "upper": 3.0, "supported": False},
+    ]
+    week = {"parameters": [{**row, "slope": None} for row in rows]}
+    white, bias, time, walk = wording.week_lines(week)
+    assert (white.inside, bias.inside, time.inside, walk.inside) == (True, False, True, True)
+    assert walk.value.startswith("below ") and time.value == "not bounded"
+    assert wording.week_words(week) == (
+        "1 of 2 published parameters with a 95 % interval lie inside it; 1 of 1 with an upper limit alone lie below "
+        "it; 1 is not bounded"
+    )
+
+
+def test_a_name_stays_as_it_is_written_where_a_sentence_begins() -> None:
+    names = wording.channel_names({"channels": [{"name": "x"}, {"name": "gyro_x"}]})
+    assert wording.sentence("gyro_x in N", names) == "gyro_x in N."
+    assert wording.sentence("x: its lags", names) == "x: its lags."
+    assert wording.sentence("xenon is heavy", names) == "Xenon is heavy."
+    assert wording.channel_names({"channels": ("a", "b")}) == ["a", "b"]
+    assert wording.channel_names({"channels": {"gyro": ["a"]}}) == wording.channel_names({}) == []
+
+
+def test_the_verdict_of_a_null_test_has_its_tone() -> None:
+    assert wording.tone("no bias that follows the turns") == "good"
+    assert wording.tone("a bias follows the turns") == "fatal"
+
+
+def test_a_second_term_of_a_kind_and_lines_have_columns_of_their_own() -> None:
+    def said(symbol: str, value: float, *, supported: bool = True) -> dict[str, Any]:
+        ends = {"lower": 0.5 * value, "upper": 2 * value}
+        return {"symbol": symbol, "value": value, "supported": supported, "note": "", **ends}
+
+    estimates = [
+        *(
+            said("N", 1e-5),
+            said("sigma", 2e-6),
+            said("sigma_2", 1e-6),
+            said("B_equiv", 3e-6),
+            said("T", 20.0),
+        ),
+        *(said("B_equiv_2", 1e-6), said("T_2", 900.0), said("amplitude_2", 2e-5), said("amplitude", 1e-5)),
+        *(said("frequency", 7.0), said("frequency_2", 3.0, supported=False)),
+    ]
+    channel = {"name": "gyro", "kind": "rate", "models": [{"family": "gauss-markov", "estimates": estimates}]}
+    (group,) = wording.groups([channel])
+    heads = wording.headings(group)
+    assert list(heads) == ["N", "B", "T", "B_2", "T_2", "amplitude", "frequency", "amplitude_2"]
+    assert [head for head, _ in heads.values()] == ["N", "B", "T_b", "B_2", "T_b2", "line", "f", "line_2"]
+    assert (
+        heads["T_2"][1] == "s"
+        and heads["frequency"][1] == "Hz"
+        and heads["amplitude_2"][1] == heads["amplitude"][1]
+    )
+    assert wording.readings(channel)["B_2"].equivalent
+    assert si_unit("rate", "T_2") == "s" and si_unit("rate", "frequency") == "Hz"
+    assert group.name_of("T_2") == "correlation time, number 2"
+
+
+def test_a_limit_of_noise_that_is_there_is_not_read_as_none() -> None:
+    """From a record that needs a slow term and cannot tell which, to the sentence below the table."""
+    truth = al.NoiseModel.of(White(N=2e-5), RandomWalk(K=3.5e-6))
+    study = al.characterize(al.simulate(truth, rate=20.0, duration=200.0, seed=1)).document
+    (channel,) = study["channels"]
+    assert not any(e["supported"] for e in channel["models"][0]["estimates"] if e["symbol"] in "BKR")
+    (said,) = wording.provisos([channel])
+    assert "slow noise is there" in said and "or a term like it" in said
+    clear = al.characterize(al.simulate(al.NoiseModel.of(White(N=1e-4)), rate=20.0, duration=200.0, seed=1))
+    assert wording.provisos(clear.document["channels"]) == []
