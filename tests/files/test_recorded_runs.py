@@ -334,7 +334,7 @@ def test_gaps_without_a_note_and_notes_without_a_gap(tmp_path: Path) -> None:
     folder = write_run(tmp_path / "run", [0, 64])
     with (folder / "manifest.jsonl").open("a") as manifest:
         manifest.write('{"kind": "gap"}\n')  # damaged: its sum is missing
-    from allanite.files.readers.assembly import Options
+    from allanite.files.readers.table import Options
 
     table = read_table(folder, Options())
     assert table.source["missing"] == [{"position": 32, "samples": 32, "reason": ""}]

@@ -85,7 +85,7 @@ def _refused(recording: Recording, channel: str, error: DataQualityError) -> Dat
     """The refusal; of a record that was turned, it says so first: there is nothing wrong with it but for a filter."""
     from allanite.experiments.reversals import find_reversals
     from allanite.experiments.reversals.remarks import times
-    from allanite.recording.health.finding import plural
+    from allanite.plain_files.counted import plural
     from allanite.recording.records import Kind
 
     if recording[channel].kind not in (Kind.RATE, Kind.ANGLE):

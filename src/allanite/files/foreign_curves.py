@@ -25,8 +25,8 @@ from numpy.typing import NDArray
 
 from allanite.errors import DataQualityError, InputError
 from allanite.files.readers import read_table
-from allanite.files.readers.assembly import Table
 from allanite.files.readers.headings import Heading, canonical_group, read_heading
+from allanite.files.readers.table import Table
 from allanite.noise.allan.curve import AllanCurve, curve_of_sums
 from allanite.noise.allan.statistics import STATISTICS, longest_lag
 from allanite.plain_files.counted import plural

@@ -13,7 +13,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["ADVICE", "MOST", "are_positions"]
+__all__ = ["MOST", "are_positions"]
 
 Array = NDArray[np.float64]
 
@@ -25,8 +25,6 @@ SCATTER = 0.05
 JUMP, JUMPS = np.radians(15.0), 0.2
 #: Least extent of the directions over their largest: in a plane it is zero, on a whole sphere one.
 EXTENT = 0.2
-#: What to do with such a table.
-ADVICE = "if each row is the mean of one position, say so: --means, of calibrate, align or north"
 
 
 def are_positions(columns: Sequence[Array]) -> bool:

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What people see of a result. No number is made here.
+"""What people see of a result.
 
 ``wording``   words and digits, each said once
 ``terminal``  tables and findings as text

@@ -355,15 +355,19 @@ def _scheme(unit: Unit, name: str, draft: Draft, targets: Array, total: float) -
 def _sentence(
     forecast: Forecast, dwells: Array, unit: Unit, targets: Array, reached: bool, time: float | None
 ) -> str:
-    n, ratio = len(dwells), forecast.sd / targets
+    ratio = forecast.sd / targets
     last = forecast.names[int(np.argmax(ratio))]
-    length = f"{plural(n, 'position')} in {_time(forecast.total)}"
+    length = _time(forecast.total)
+    reach = f"{plural(len(dwells), 'position', 'reach')} the goals in {length}"
     if time is not None:
-        return f"{length}: {last} comes to {ratio.max():.2g} times its goal, all others nearer"
+        return (
+            f"{plural(len(dwells), 'position')} in {length}: {last} comes to {ratio.max():.2g} times its goal, all "
+            "others nearer"
+        )
     if reached and dwells.max() <= 1.01 * unit.shortest:
-        return f"{length} {'reaches' if n == 1 else 'reach'} the goals, with the shortest rests"
+        return f"{reach}, with the shortest rests"
     if reached:
-        return f"{length} {'reaches' if n == 1 else 'reach'} the goals; {last} needs the time"
+        return f"{reach}; {last} needs the time"
     if last in forecast.open:
         return f"the goals are not reached: no position that may be chosen tells {last}"
     return (

@@ -28,7 +28,7 @@ from allanite.plain_files.regular_file import open_regular
 from allanite.recording.records import Recording, Sampling
 
 if TYPE_CHECKING:
-    from allanite.files.readers.assembly import Options, Table
+    from allanite.files.readers.table import Options, Table
 
 __all__ = ["READERS", "read", "read_table"]
 
@@ -174,9 +174,10 @@ def read(
     --------
     >>> recording = read("gyro.csv", unit="deg/s")  # doctest: +SKIP
     """
-    from allanite.files.readers.assembly import Options, assemble
+    from allanite.files.readers.assembly import assemble
     from allanite.files.readers.curve_shape import refuse_curve
     from allanite.files.readers.joining import join
+    from allanite.files.readers.table import Options
 
     options = Options(
         unit=unit,
@@ -224,7 +225,7 @@ def read_table(
     InputError, FormatError, LimitError
         As for `read`.
     """
-    from allanite.files.readers.assembly import Options
+    from allanite.files.readers.table import Options
 
     options = Options(delimiter=delimiter, decimal=decimal, variable=variable)
     (place,) = _paths(path)

@@ -17,8 +17,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import InputError
-from allanite.files.readers.assembly import Options, Table
 from allanite.files.readers.headings import is_unit, may_be_time, read_heading, shared_unit
+from allanite.files.readers.table import Options, Table
 from allanite.plain_files.limits import COLUMNS, refuse_more
 from allanite.recording.records import ArrayColumn, checked_samples
 

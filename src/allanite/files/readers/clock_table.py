@@ -16,7 +16,7 @@ from allanite.recording.clock_channels import Shifted, clock_channel, clock_kind
 from allanite.recording.records import Kind
 
 if TYPE_CHECKING:
-    from allanite.files.readers.assembly import Options, Table
+    from allanite.files.readers.table import Options, Table
 
 __all__ = ["as_clock"]
 

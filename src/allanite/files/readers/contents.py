@@ -16,8 +16,8 @@ from typing import Any
 from numpy.typing import NDArray
 
 from allanite.errors import DataQualityError, InputError
-from allanite.files.readers.assembly import Table
 from allanite.files.readers.headings import canonical_group, read_heading
+from allanite.files.readers.table import Table
 from allanite.recording.records import ArrayColumn
 
 __all__ = ["Part", "choose_part", "has_channel", "listed", "message_table"]

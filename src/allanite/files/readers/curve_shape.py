@@ -12,7 +12,7 @@ import numpy as np
 from allanite.errors import InputError
 
 if TYPE_CHECKING:
-    from allanite.files.readers.assembly import Table
+    from allanite.files.readers.table import Table
 
 __all__ = ["grows_geometrically", "names_averaging_times", "refuse_curve"]
 

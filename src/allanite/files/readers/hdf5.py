@@ -20,12 +20,12 @@ from numpy.typing import NDArray
 
 from allanite.errors import FormatError, InputError, LimitError
 from allanite.files.readers.arrays import length_of, one_record, picked, table_of
-from allanite.files.readers.assembly import Options, Table
 from allanite.files.readers.contents import Part, choose_part, listed
 from allanite.files.readers.extras import require
 from allanite.files.readers.hdf5_tree import Leaf, Tree, read_leaf, text_of, walk
 from allanite.files.readers.headings import may_be_time, read_heading
 from allanite.files.readers.sandbox import run
+from allanite.files.readers.table import Options, Table
 from allanite.plain_files.regular_file import regular
 
 NAME: Final = "HDF5"

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from allanite.errors import InputError
-from allanite.files.readers.assembly import Table
+from allanite.files.readers.table import Table
 from allanite.recording.records import Column, Spliced
 
 __all__ = ["join_runs"]

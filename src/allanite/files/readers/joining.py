@@ -14,8 +14,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import InputError
-from allanite.files.readers.assembly import Options, Table, time_of
+from allanite.files.readers.assembly import time_of
 from allanite.files.readers.stamp_table import TimeChoice
+from allanite.files.readers.table import Options, Table
 from allanite.files.readers.timebase import Stamps
 from allanite.recording.records import Column
 

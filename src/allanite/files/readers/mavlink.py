@@ -17,10 +17,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import InputError
-from allanite.files.readers.assembly import Options, Table
 from allanite.files.readers.contents import Part, choose_part, listed, message_table
 from allanite.files.readers.extras import require
 from allanite.files.readers.sandbox import run
+from allanite.files.readers.table import Options, Table
 from allanite.plain_files.regular_file import open_regular
 
 NAME: Final = "MAVLink"

@@ -33,8 +33,8 @@ from numpy.typing import NDArray
 
 from allanite.errors import AllaniteError, FormatError, InputError
 from allanite.files.readers.arrays import left_out, one_record, other_times, picked, samples_among, table_of
-from allanite.files.readers.assembly import Options, Table
 from allanite.files.readers.spool import ZIP_ERRORS, refuse_bomb, to_file
+from allanite.files.readers.table import Options, Table
 from allanite.plain_files.limits import COLUMNS, PARTS, refuse_more
 from allanite.plain_files.regular_file import open_regular, regular
 

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import AllaniteError, FormatError, InputError, LimitError, StorageError
-from allanite.files.readers.assembly import Options, Table
+from allanite.files.readers.table import Options, Table
 from allanite.files.store.compaction import parquet_place
 from allanite.plain_files.json_values import parse_plain
 from allanite.plain_files.limits import COLUMNS, PIECES, refuse_more

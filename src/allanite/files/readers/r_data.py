@@ -21,10 +21,10 @@ from numpy.typing import NDArray
 
 from allanite.errors import FormatError
 from allanite.files.readers.arrays import chosen_table
-from allanite.files.readers.assembly import Options, Table
 from allanite.files.readers.extras import require
 from allanite.files.readers.sandbox import run
 from allanite.files.readers.spool import refuse_bomb
+from allanite.files.readers.table import Options, Table
 from allanite.plain_files.limits import PARTS, refuse_more
 from allanite.plain_files.regular_file import open_regular
 

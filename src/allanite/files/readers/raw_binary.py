@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Final
 
 from allanite.errors import InputError
-from allanite.files.readers.assembly import Options, Table
+from allanite.files.readers.table import Options, Table
 
 NAME: Final = "raw binary"
 OPTIONS: Final = frozenset({"layout"})

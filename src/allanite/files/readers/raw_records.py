@@ -17,11 +17,11 @@ from numpy.typing import NDArray
 
 from allanite.errors import DataQualityError
 from allanite.files.byte_layout import TYPE_SIZES, ByteField
-from allanite.files.readers.assembly import Table
 from allanite.files.readers.raw_layout import Layout, RecordFrame
 from allanite.files.readers.raw_lines import written_records
 from allanite.files.readers.record_chain import follow_chain
 from allanite.files.readers.spool import GrowingColumn
+from allanite.files.readers.table import Table
 from allanite.plain_files.regular_file import open_regular
 from allanite.recording.records import ArrayColumn, Channel, Column, Sampling
 from allanite.recording.sample_columns import Calculated

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any, Final
 
 from allanite.errors import InputError
-from allanite.files.readers.assembly import Options, Table
+from allanite.files.readers.table import Options, Table
 from allanite.files.store import Survey
 from allanite.files.store.run import open_run
 

@@ -20,11 +20,11 @@ from numpy.typing import NDArray
 
 from allanite.errors import FormatError
 from allanite.files.readers import text
-from allanite.files.readers.assembly import Options, Table
 from allanite.files.readers.contents import Part, choose_part, listed
 from allanite.files.readers.extras import require
 from allanite.files.readers.sandbox import run
 from allanite.files.readers.spool import ZIP_ERRORS, refuse_bomb, to_file
+from allanite.files.readers.table import Options, Table
 from allanite.plain_files.limits import COLUMNS, SHEETS, refuse_more
 from allanite.plain_files.regular_file import regular
 

@@ -18,12 +18,12 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import DataQualityError, InputError
-from allanite.files.readers.assembly import Options, Table
 from allanite.files.readers.contents import Part, choose_part, listed
 from allanite.files.readers.extras import require
 from allanite.files.readers.headings import read_heading
 from allanite.files.readers.sandbox import run
 from allanite.files.readers.spool import GrowingColumn, refuse_bomb
+from allanite.files.readers.table import Options, Table
 from allanite.plain_files.limits import PARTS, refuse_more
 from allanite.plain_files.regular_file import regular
 from allanite.recording.records import ArrayColumn

@@ -18,10 +18,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import FormatError, InputError
-from allanite.files.readers.assembly import Options, Table
 from allanite.files.readers.contents import Part, choose_part, listed, message_table
 from allanite.files.readers.extras import require
 from allanite.files.readers.sandbox import run
+from allanite.files.readers.table import Options, Table
 from allanite.plain_files.counted import plural
 from allanite.plain_files.limits import COLUMNS, PARTS, refuse_more
 from allanite.plain_files.regular_file import open_regular, regular

@@ -187,7 +187,7 @@ def check(recording: Recording, *, progress: Progress | None = None) -> tuple[Fi
 
     with np.errstate(invalid="ignore", over="ignore"):  # samples of the wrong byte order are anything
         found = _with_quiet_part(recording, _found(recording, advance))
-    found = _without_those(recording, found)
+    found = _advise_the_others(recording, found)
     order, names = list(CATALOGUE), {None: -1} | {name: i for i, name in enumerate(recording.names)}
 
     def place(f: Finding) -> tuple[bool, int, int, int]:
@@ -196,7 +196,7 @@ def check(recording: Recording, *, progress: Progress | None = None) -> tuple[Fi
     return tuple(sorted(found, key=place))
 
 
-def _without_those(recording: Recording, findings: Sequence[Finding]) -> list[Finding]:
+def _advise_the_others(recording: Recording, findings: Sequence[Finding]) -> list[Finding]:
     """Channels that are no readings of a sensor are left out by reading the others: the advice names these."""
     aside = {f.channel for f in findings if f.code in NO_READINGS}
     others = [c.name for c in recording.channels if c.kind.noise_bearing and c.name not in aside]

@@ -443,8 +443,7 @@ class HP3458A:
         talk = self._linked()
         left_over, _ = talk.drain(min(max(3 * self._period, QUIET / 5), 1.0))
         if left_over:
-            were = "was" if len(left_over) == 1 else "were"
-            remarks.append(f"{plural(len(left_over), 'byte')} beyond the count {were} left aside")
+            remarks.append(plural(len(left_over), "byte", "were left aside, beyond the count"))
         if not self._asked.autozero:
             talk.send(commands.REZERO)
         talk.agree()

@@ -12,9 +12,9 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Final
 
-from allanite.files.readers.assembly import Options, Table
 from allanite.files.readers.contents import message_table
 from allanite.files.readers.sandbox import run
+from allanite.files.readers.table import Options, Table
 
 NAME: Final = "ArduPilot"
 OPTIONS: Final = frozenset({"topic"})

@@ -15,9 +15,9 @@ from typing import Final
 import numpy as np
 
 from allanite.errors import DataQualityError
-from allanite.files.readers.assembly import Options, Table
 from allanite.files.readers.extras import require
 from allanite.files.readers.sandbox import run
+from allanite.files.readers.table import Options, Table
 from allanite.recording.records import ArrayColumn, Column, Spliced
 
 NAME: Final = "ROS"

@@ -9,7 +9,6 @@ the recording's notes: delimiter, decimal sign, encoding, header, and how many r
 from __future__ import annotations
 
 import re
-import shlex
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -19,9 +18,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import InputError
-from allanite.files.readers.assembly import Options, Table
 from allanite.files.readers.headings import is_unit, read_heading, shared_unit
 from allanite.files.readers.stated_time import date_order, option_text
+from allanite.files.readers.table import Options, Table
 from allanite.files.readers.text.cells import Cells
 from allanite.files.readers.text.dates import HALVES, in_halves, moments_column, unwrap_midnight
 from allanite.files.readers.text.dialect import Dialect, detect, split
@@ -33,6 +32,7 @@ from allanite.files.readers.text.sentences import Sentences, find_sentences
 from allanite.files.readers.text.streams import TextStream, head_lines, is_text, opened, other_lines, pieces
 from allanite.files.readers.text.suffixes import unit_behind
 from allanite.quantities.units import Quantity, parse_unit
+from allanite.recording.channel_names import for_shell
 from allanite.recording.records import ArrayColumn, Column
 
 __all__ = ["NAME", "OPTIONS", "TextStream", "read", "read_stream", "sniff"]
@@ -218,7 +218,7 @@ def _identity(lines: list[str], dialect: Dialect, variable: str | None, name: st
         if variable is None:
             raise InputError(
                 f"{name}: column {column + 1} ({dialect.headings[column] or 'no name'}) tells several sensors or "
-                f"records apart: {', '.join(values)}; choose one, as in --variable {shlex.quote(values[0])} "
+                f"records apart: {', '.join(values)}; choose one, as in --variable {for_shell(values[0])} "
                 "(variable= in Python)"
             )
         if variable not in values:

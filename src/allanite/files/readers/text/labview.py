@@ -11,7 +11,6 @@ from __future__ import annotations
 
 import math
 import re
-import shlex
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from typing import Final
@@ -20,6 +19,7 @@ from allanite.errors import FormatError, InputError
 from allanite.files.readers.text.dates import date_format, to_nanoseconds
 from allanite.files.readers.text.dialect import Dialect
 from allanite.quantities.units import Quantity, parse_unit
+from allanite.recording.channel_names import for_shell
 
 __all__ = ["Lvm", "find_lvm"]
 
@@ -281,7 +281,7 @@ def _chosen(segment: _Segment, variable: str | None, name: str) -> _Segment:
         for a, b in zip(clock, clocks[0], strict=True)
     ):
         ways = ", ".join(
-            f"--variable {shlex.quote(one)} (every {step:g} s)"
+            f"--variable {for_shell(one)} (every {step:g} s)"
             for one, step in zip(segment.names, segment.delta, strict=True)
         )
         raise InputError(f"{name}: channels with clocks of their own; read one: {ways}")

@@ -7,7 +7,6 @@ One kind is read at a time. All of them are listed, each with its rows in the wh
 from __future__ import annotations
 
 import re
-import shlex
 from collections import Counter
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -24,6 +23,7 @@ from allanite.files.readers.stamp_table import StampTable, TimeChoice
 from allanite.files.readers.stamps import choose_time
 from allanite.files.readers.text.dates import is_month
 from allanite.files.readers.text.streams import TextStream
+from allanite.recording.channel_names import for_shell
 from allanite.recording.records import ArrayColumn
 
 __all__ = ["ChosenKind", "KindsOfRows", "choose_kind", "find_kinds", "is_of_kind", "line_pattern", "word_at"]
@@ -152,7 +152,7 @@ def choose_kind(
     known = {p.name: p for p in parts}
     variable = variable or _kind_of_channels(known, channels or (), name)
     if variable is None and not any(p.rank < _rank("") for p in parts):
-        options = ", ".join(f"--variable {shlex.quote(kind)}" for kind in known)
+        options = ", ".join(f"--variable {for_shell(kind)}" for kind in known)
         raise InputError(
             f"{name}: lines of several kinds: {'; '.join(listed(parts))}; choose one: {options} (variable= in Python)"
         )
@@ -173,7 +173,7 @@ def _kind_of_channels(kinds: Iterable[str], channels: Sequence[str], name: str) 
     if len(told) > 1:
         raise InputError(
             f"{name}: the channels {', '.join(told.values())} are of different kinds of lines, and one kind is read at "
-            f"a time: {' or '.join(f'--channels {shlex.quote(word)}' for word in told.values())}"
+            f"a time: {' or '.join(f'--channels {for_shell(word)}' for word in told.values())}"
         )
     return next(iter(told), None)
 

@@ -1,0 +1,102 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What a reader returns, and what its caller says about the file."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+from allanite.files.readers.stamp_table import TimeChoice
+from allanite.recording.records import Channel, Column, Sampling
+
+__all__ = ["Options", "Table"]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Options:
+    """What the caller says about a file; see `allanite.files.readers.read`."""
+
+    unit: str | Mapping[str, str] | None = None
+    rate: float | None = None
+    channels: Sequence[str] | None = None
+    sampling: Sampling = "mean"
+    scale_factor: str | Mapping[str, str] | None = None
+    delimiter: str | None = None
+    decimal: str | None = None
+    topic: str | None = None
+    variable: str | None = None
+    layout: str | os.PathLike[str] | Mapping[str, Any] | None = None
+    time: str | None = None
+    start: float | None = None
+    stop: float | None = None
+    kind: str | None = None
+    carrier: float | None = None
+
+    @property
+    def channel_names(self) -> list[str] | None:
+        """The channels that are asked for; one alone may be given without a list."""
+        if self.channels is None:
+            return None
+        return [self.channels] if isinstance(self.channels, str) else list(self.channels)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Table:
+    """Columns of a file, before anybody has said which is what.
+
+    Attributes
+    ----------
+    format : str
+        Name of the format, for messages and notes.
+    headings : tuple of str
+        As they stand in the file; "" where there is none.
+    columns : tuple of Column
+        One per heading, equally long.
+    numbers : tuple of int
+        Numbers of the columns in the file, from 1, where some of the file are not among them.
+    units : tuple of str
+        Units that the file gives apart from the headings (a units row, metadata); "" where there is none.
+    units_from : str
+        Where `units` come from: "units row", "preamble", "cells" (behind the numbers), "metadata", "layout", "none".
+    time_units : dict of column number to unit
+        Columns that hold dates, already in ns since 1970 UTC.
+    questions : dict of column number to str
+        What is asked of the caller where such a column is time: the order of its dates.
+    stamps : TimeChoice or None
+        Time that the reader knows for sure (message stamps).
+    rate : float or None [Hz]
+        Rate that the file states.
+    rate_from : str
+        Where it states it.
+    text : dict or None
+        Facts about a text file.
+    source : dict
+        Facts about the file.
+    prefix : str
+        Begins the names of columns that have none: the kind of the rows.
+    guesses : tuple of str
+        What had to be guessed, in words.
+    channels : tuple of Channel or None
+        Channels in full, where the file is one of our own.
+    """
+
+    format: str
+    headings: tuple[str, ...]
+    columns: tuple[Column, ...]
+    numbers: tuple[int, ...] = ()
+    units: tuple[str, ...] = ()
+    units_from: str = "none"
+    time_units: dict[int, str] = field(default_factory=dict)
+    questions: dict[int, str] = field(default_factory=dict)
+    stamps: TimeChoice | None = None
+    rate: float | None = None
+    rate_from: str = ""
+    start: int | None = None
+    text: dict[str, Any] | None = None
+    source: dict[str, Any] = field(default_factory=dict)
+    prefix: str = ""
+    guesses: tuple[str, ...] = ()
+    channels: tuple[Channel, ...] | None = None
+    history: tuple[Mapping[str, Any], ...] = ()
