@@ -204,20 +204,22 @@ class _Weight:
         """Weights of the noise alone. A ramp has no spread of its own; were it to lend its size to the weights, a
         large ramp would make the long lags look certain and never be let go of. So its set is a little too wide."""
         noise = np.where([s in _RAMPS for s in symbols], 0.0, c)
+        from scipy.linalg.lapack import dpotrf, dtrtri
+
         mu = A @ noise
         if mu.min() <= 0:
             return None
         V = curve.design.covariance(list(symbols), noise, T)
-        variance = np.maximum(np.diag(V), 1e-14 * mu**2)
+        variance = np.maximum(V.diagonal(), 1e-14 * mu**2)
         edf = np.maximum(2 * mu**2 / variance, _EDF_MIN)
-        rho = V / np.sqrt(np.outer(variance, variance))
+        spread = np.sqrt(variance)
+        rho = V / (spread[:, None] * spread)
         sd = np.sqrt(2 / (9 * edf))
-        rho[np.diag_indices_from(rho)] = 1.0 + 1e-9 + (curve.discrepancy / 3 / sd) ** 2
-        try:
-            factor = np.linalg.cholesky(rho)
-        except np.linalg.LinAlgError:
+        rho.flat[:: len(rho) + 1] = 1.0 + 1e-9 + (curve.discrepancy / 3 / sd) ** 2
+        factor, refused = dpotrf(rho, lower=1)
+        if refused:
             return None
-        whiten = np.linalg.inv(factor) / sd
+        whiten = dtrtri(factor, lower=1)[0] / sd
         log_det = 2 * float(np.log(np.diag(factor)).sum() + np.log(sd).sum())
         return cls(whiten, 1 - 2 / (9 * edf), log_det)
 
@@ -262,13 +264,13 @@ def _minimise(v: Array, A: Array, c: Array, free: NDArray[np.bool_], weight: _We
 
 def _step(v: Array, B: Array, x: Array, mu: Array, weight: _Weight) -> Array:
     """Newton step to the non-negative minimum of the local quadratic; Gauss-Newton where that is not convex."""
+    from scipy.linalg.lapack import dpotrs, dtrtrs
+
     root = np.cbrt(v / mu)
     slope = B / mu[:, None]
-    pull = weight.whiten.T @ weight.residuals(v, mu)
-    gradient = slope.T @ (2 / 3 - 2 / 3 * root * pull)
+    pull = 2 / 3 * root * ((weight.whiten @ (root - weight.centre)) @ weight.whiten)
     J = weight.whiten @ (root[:, None] * slope)
-    H = 2 / 9 * (J.T @ J) + (slope * (8 / 9 * root * pull - 2 / 3)[:, None]).T @ slope
-    factor = _factor(H)
+    factor = _factor(2 / 9 * (J.T @ J) + (slope.T * (4 / 3 * pull - 2 / 3)) @ slope)
     if factor is None:
         # where the model lies far above the data the slope vanishes; the expected one still shows the way down
         safe = weight.whiten @ (np.maximum(root, 0.6)[:, None] * slope)
@@ -277,24 +279,24 @@ def _step(v: Array, B: Array, x: Array, mu: Array, weight: _Weight) -> Array:
             return np.zeros_like(x)
     H, scale, L = factor
     y = x * scale
-    target = H @ y - gradient / scale
-    wanted = np.linalg.solve(H, target)
+    target = H @ y - (2 / 3 - pull) @ slope / scale
+    wanted = dpotrs(L, target, lower=1)[0]
     if wanted.min() < 0:
         from scipy.optimize import nnls
 
-        wanted = nnls(L.T, np.linalg.solve(L, target))[0]
+        wanted = nnls(L.T, dtrtrs(L, target, lower=1)[0])[0]
     return np.asarray((wanted - y) / scale)
 
 
 def _factor(H: Array) -> tuple[Array, Array, Array] | None:
     """H scaled to a unit diagonal, the scale, and its Cholesky factor; None where H is not positive definite."""
+    from scipy.linalg.lapack import dpotrf
+
     diagonal = H.diagonal()
     if diagonal.min() <= 0:
         return None
     scale = np.sqrt(diagonal)
     scaled = H / (scale[:, None] * scale)
     scaled.flat[:: len(H) + 1] = 1 + 1e-9
-    try:
-        return scaled, scale, np.linalg.cholesky(scaled)
-    except np.linalg.LinAlgError:
-        return None
+    L, refused = dpotrf(scaled, lower=1)
+    return None if refused else (scaled, scale, L)

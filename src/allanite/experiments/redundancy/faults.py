@@ -397,7 +397,7 @@ def _spells(
     if not len(first):
         return places[:0], places[:0], np.zeros(0)
     x = np.concatenate([level, pulse])
-    gram, along = x @ x.T, x @ y
+    gram, seen = x @ x.T, x @ y
     a, b, p, q = first, then, first + len(places), then + len(places)
 
     def inner(i: NDArray[np.int64]) -> Array:
@@ -410,9 +410,11 @@ def _spells(
     normal[:, 0, 2] = normal[:, 2, 0] = inner(q)
     normal[:, 1, 1], normal[:, 2, 2] = gram[p, p], gram[q, q]
     normal[:, 1, 2] = normal[:, 2, 1] = gram[p, q]
-    right = np.stack([along[a] - along[b], along[p], along[q]], axis=-1)
-    solved = np.linalg.pinv(normal, rcond=1e-10, hermitian=True)
-    return places[a], places[b], np.einsum("ki,kij,kj->k", right, solved, right)
+    right = np.stack([seen[a] - seen[b], seen[p], seen[q]], axis=-1)
+    size, along = np.linalg.eigh(normal)  # no negative ones but for rounding; of nothing, nothing is gained
+    told = size > 1e-10 * size[:, -1:]
+    part = (along.transpose(0, 2, 1) @ right[:, :, None])[:, :, 0]
+    return places[a], places[b], (part**2 / np.where(told, size, np.inf)).sum(axis=1)
 
 
 def _power(bench: Bench, white: Array, sensor: int) -> Array:

@@ -32,28 +32,24 @@ SETTLED = 1e-12
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class ParityFilter:
-    """Gains of the filter, window by window.
+    """What the filter does, window by window.
 
     Attributes
     ----------
     parity : ndarray, shape (q, n)
-    transition : ndarray, shape (s, s)
-        Of the states of all sensors and the q constants.
-    output : ndarray, shape (q, s)
     index : ndarray of int64, shape (windows,)
-        Which gain belongs to each window; -1 where a sensor is missing, -2 at the first window.
-    gains : ndarray, shape (g, s, q)
+        Which step belongs to each window; -1 where a sensor is missing, -2 at the first window.
+    steps : ndarray, shape (g + 2, s + q, s + q)
+        From the s states (those of all sensors and the q constants) and the parity of a window to the states before
+        the next one and the innovation.
     roots : ndarray, shape (g, q, q)
         Inverse Cholesky factors of the covariance of the innovations.
     """
 
     parity: Array
-    transition: Array
-    output: Array
     index: NDArray[np.int64]
-    gains: Array
+    steps: Array
     roots: Array
-    start: Array
 
     @classmethod
     def of(
@@ -111,17 +107,13 @@ class ParityFilter:
         y = means[:, :, None] if means.ndim == 2 else means
         p = np.einsum("qn,knc->kqc", self.parity, y)
         begin = int(np.argmax(p.any(axis=(1, 2)))) if p.any() else len(p)
+        index, states = self.index[: len(p)], self.steps.shape[1] - p.shape[1]
         innovations = np.zeros(p.shape)
-        transition, output, gains = self.transition, self.output, self.gains
-        state = np.zeros((len(transition), p.shape[2]))
-        for k, which in enumerate(self.index[begin : len(p)].tolist(), begin):
-            if which >= 0:
-                innovations[k] = innovation = p[k] - output @ state
-                state = state + gains[which] @ innovation
-            elif which == -2:
-                state = self.start @ p[k]
-            state = transition @ state
-        index = self.index[: len(p)]
+        inside = np.zeros((self.steps.shape[1], p.shape[2]))
+        for k, which in enumerate(index[begin:].tolist(), begin):
+            inside[states:] = p[k] if which != -1 else 0.0
+            inside = self.steps[which] @ inside
+            innovations[k] = inside[states:]
         out, there = np.full(p.shape, np.nan), index >= 0
         out[there] = self.roots[index[there]] @ innovations[there]
         return out[:, :, 0] if means.ndim == 2 else out
@@ -172,7 +164,7 @@ class _Recursion:
     initial: Array
 
     def run(self, parity: Array, part: Array, extra: Array) -> ParityFilter:
-        q, size = len(parity), len(self.transition)
+        q = len(parity)
         index = np.full(len(part), -1, dtype=np.int64)
         gains: list[Array] = []
         roots: list[Array] = []
@@ -196,17 +188,22 @@ class _Recursion:
                 roots.append(root)
             covariance = self._predicted(covariance)
             settled = plain and bool(np.abs(covariance - before).max() <= SETTLED * np.abs(covariance).max())
-        start = np.zeros((size, q))
-        start[self.states :] = np.eye(q)
         return ParityFilter(
-            parity=parity,
-            transition=self.transition,
-            output=self.output,
-            index=index,
-            gains=np.array(gains).reshape(-1, size, q),
-            roots=np.array(roots).reshape(-1, q, q),
-            start=start,
+            parity=parity, index=index, steps=self._steps(gains), roots=np.array(roots).reshape(-1, q, q)
         )
+
+    def _steps(self, gains: Sequence[Array]) -> Array:
+        """One for each gain, and two more: the first window begins the constants, a missing one tells nothing."""
+        q, size = self.output.shape
+        first = np.zeros((size, q))
+        first[self.states :] = np.eye(q)
+        kept = np.array([*([np.eye(size)] * len(gains)), np.zeros((size, size)), np.eye(size)])
+        along = np.array([*gains, first, np.zeros((size, q))])
+        kept[: len(gains)] -= along[: len(gains)] @ self.output
+        steps = np.zeros((len(kept), size + q, size + q))
+        steps[:, :size, :size], steps[:, :size, size:] = self.transition @ kept, self.transition @ along
+        steps[:, size:, :size], steps[:, size:, size:] = -self.output, np.eye(q)
+        return steps
 
     def _noise(self, fraction: float, extra: float) -> Array:
         return np.asarray(self.shared / fraction + self.own + extra * np.eye(len(self.own)))
