@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 
 from allanite.files.readers.filled_stamps import Filled
 
-__all__ = ["REACH", "InTime", "brought_forward", "earliest", "longest_run", "off_grid", "usual_lateness"]
+__all__ = ["REACH", "InTime", "brought_forward", "earliest", "off_grid", "usual_lateness"]
 
 _Floats = NDArray[np.float64]
 
@@ -90,17 +90,11 @@ def _made_up(late: NDArray[np.bool_], lateness: _Floats) -> NDArray[np.bool_]:
     """
     edges = np.flatnonzero(np.diff(late.astype(np.int8), prepend=0, append=0))
     starts, lengths = edges[::2], np.diff(edges)[::2]
-    sudden = (starts > 0) & (lateness[starts] - lateness[starts - 1] > _SUDDEN)
+    sudden = (starts == 0) | (lateness[starts] - lateness[starts - 1] > _SUDDEN)
     kept = sudden & (lengths <= 8.0 * np.maximum.reduceat(lateness, starts) + 8.0)
     result = np.zeros(len(late), dtype=bool)
     result[late] = np.repeat(kept, lengths)
     return result
-
-
-def longest_run(late: NDArray[np.bool_]) -> int:
-    """Most late stamps that follow each other."""
-    edges = np.flatnonzero(np.diff(late.astype(np.int8), prepend=0, append=0))
-    return int(np.diff(edges)[::2].max(initial=0))
 
 
 def usual_lateness(stretches: list[_Floats], interval: float) -> float:

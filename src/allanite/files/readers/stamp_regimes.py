@@ -37,7 +37,6 @@ from allanite.files.readers.late_stamps import (
     REACH,
     brought_forward,
     earliest,
-    longest_run,
     off_grid,
     usual_lateness,
 )
@@ -117,7 +116,7 @@ def probe_of(stamps: Filled, source: str, *, exact: bool = False) -> Probe:
         found = None if exact else _coarse(stamps, look)
         found = found or _even(look)
         if found is not None and found.regime != "coarse":
-            found = _late(look, found.interval, _MAKE_UP) or found
+            found = _late(look, found.interval) or found
         elif found is None:
             found = _late(look, interval_between_pauses(look.stretches, look.median, lossy=True))
         if found is None and _wander(look.stretches, look.differences):
@@ -171,8 +170,8 @@ def _even(look: _Look) -> Probe | None:
     return _regular(look) or _jittered(look)
 
 
-def _late(look: _Look, interval: float, forgiven: int = 0) -> Probe | None:
-    """Stamps that are even once the late ones among them are brought forward, more than are forgiven anyhow."""
+def _late(look: _Look, interval: float) -> Probe | None:
+    """Stamps that are even once the late ones among them are brought forward."""
     if not interval > 0:
         return None
     single = [_without_doubles(stretch, interval) for stretch in look.stretches]
@@ -183,7 +182,9 @@ def _late(look: _Look, interval: float, forgiven: int = 0) -> Probe | None:
         in_time = [stretch[~late] for stretch, late in brought]
         if sum(map(len, in_time)) < _IN_TIME * sum(map(len, stretches)):
             return None
-        if not any(longest_run(late) > forgiven for _, late in brought):
+        if not any(
+            _piled(stretch, late, interval) for stretch, (_, late) in zip(single, brought, strict=True)
+        ):
             return None
         interval = interval_between_pauses(stretches, interval, lossy=True)
     if _steady(look, interval) < _STEADY or off_grid(in_time, interval) > _ON_GRID:
@@ -194,6 +195,11 @@ def _late(look: _Look, interval: float, forgiven: int = 0) -> Probe | None:
     return replace(
         found, window=REACH, late=usual, interval=interval, stamps=look.stretches[0], median=look.median
     )
+
+
+def _piled(stamps: _Floats, late: NDArray[np.bool_], interval: float) -> bool:
+    """True if late stamps lie close together; what is late alone, or evenly so, is forgiven anyhow."""
+    return bool(np.any(late[1:] & late[:-1] & (np.diff(stamps) < 0.5 * interval)))
 
 
 def _without_doubles(stamps: _Floats, interval: float) -> _Floats:
