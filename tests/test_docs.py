@@ -10,6 +10,7 @@ come out of the command (runs of blanks count as one; a line with an ellipsis ma
     <!-- skip: reason -->                   the next block is not run
     <!-- exit: 1 -->                        the commands of the next block end with this code
     <!-- file: sensor.json -->              the next block, of any language, is the content of this file
+    <!-- python: x = 1 -->                  prepares or checks what a reader need not see; may use internals
 
 The pages in `GENERATED` are written by this file: ``make docs`` brings them up to date.
 """
@@ -35,7 +36,7 @@ from shell import Run
 ROOT = Path(__file__).resolve().parent.parent
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 PIECES = re.compile(
-    r"<!-- (?P<verb>run|write|skip|exit|file): (?P<text>.*?) -->|^```(?P<language>[a-z]*)\n(?P<body>.*?)^```$",
+    r"<!-- (?P<verb>run|write|skip|exit|file|python):\s(?P<text>.*?)\s-->|^```(?P<language>[a-z]*)\n(?P<body>.*?)^```$",
     re.M | re.S,
 )
 
@@ -74,6 +75,8 @@ def steps(page: Path) -> list[Step]:
         elif piece["verb"] == "write":
             name, content = piece["text"].split(None, 1)
             found.append(Step(line=line, file=name, content=content))
+        elif piece["verb"] == "python":
+            found.append(Step(line=line, python=piece["text"]))
         elif piece["verb"]:
             said[piece["verb"]] = piece["text"]
         else:
@@ -131,10 +134,11 @@ def test_the_reader_of_pages_sees_commands_output_and_comments(tmp_path: Path) -
     page.write_text(
         "<!-- run: allanite a -->\n```console\n$ allanite b \\\n    --c\nout … 1\n$ allanite d\n```\n"
         "<!-- skip: slow -->\n```console\n$ make demo\n```\n```python\nx = 1\n```\n"
-        "<!-- exit: 1 -->\n```console\n$ allanite e\n```\n<!-- file: f.csv -->\n```text\n1,2\n```\n",
+        "<!-- exit: 1 -->\n```console\n$ allanite e\n```\n<!-- python:\ny = 2\n-->\n<!-- file: f.csv -->\n```text\n1,2\n```\n",
         encoding="utf-8",
     )
-    *found, file = [(step.command.split(), step.output, step.python, step.code) for step in steps(page)]
+    *found, hidden, file = [(step.command.split(), step.output, step.python, step.code) for step in steps(page)]
+    assert hidden == ([], (), "y = 2", 0)
     assert file == ([], (), "", 0)
     assert (steps(page)[-1].file, steps(page)[-1].content) == ("f.csv", "1,2\n")
     assert found == [
