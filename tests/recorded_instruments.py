@@ -18,7 +18,7 @@ from allanite.acquisition.capture import Patience, device_lock, listener, sessio
 from allanite.acquisition.instruments import serial_imu
 from allanite.acquisition.instruments.hp3458a import conversation, driver, prologix
 from allanite.acquisition.instruments.hp3458a.simulated_meter import SimulatedMeter
-from allanite.acquisition.instruments.hp3458a.simulator import Simulator
+from allanite.acquisition.instruments.hp3458a.simulator import MeterSimulator
 from allanite.acquisition.instruments.hp3458a.transports import Transport
 from allanite.acquisition.instruments.serial_imu import SerialImu
 from allanite.acquisition.instruments.serial_imu import driver as imu_driver
@@ -164,8 +164,8 @@ def be_patient(monkeypatch: pytest.MonkeyPatch, **patience: Any) -> None:
 
 
 @contextmanager
-def meter(door: str = "socket", speed: float | None = 1.0, **simulated: Any) -> Iterator[Simulator]:
-    with Simulator(SimulatedMeter(signal=volts, speed=speed, **simulated), door) as simulator:
+def meter(door: str = "socket", speed: float | None = 1.0, **simulated: Any) -> Iterator[MeterSimulator]:
+    with MeterSimulator(SimulatedMeter(signal=volts, speed=speed, **simulated), door) as simulator:
         yield simulator
 
 

@@ -10,17 +10,19 @@ come out of the command (runs of blanks count as one; a line with an ellipsis ma
     <!-- skip: reason -->                   the next block is not run
     <!-- exit: 1 -->                        the commands of the next block end with this code
     <!-- file: sensor.json -->              the next block, of any language, is the content of this file
+    <!-- python: x = 1 -->                  prepares or checks what a reader need not see; may use internals
 
 The pages in `GENERATED` are written by this file: ``make docs`` brings them up to date.
 """
 
 from __future__ import annotations
 
+import importlib
 import inspect
 import os
 import re
 import shlex
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -35,7 +37,7 @@ from shell import Run
 ROOT = Path(__file__).resolve().parent.parent
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 PIECES = re.compile(
-    r"<!-- (?P<verb>run|write|skip|exit|file): (?P<text>.*?) -->|^```(?P<language>[a-z]*)\n(?P<body>.*?)^```$",
+    r"<!-- (?P<verb>run|write|skip|exit|file|python):\s(?P<text>.*?)\s-->|^```(?P<language>[a-z]*)\n(?P<body>.*?)^```$",
     re.M | re.S,
 )
 
@@ -74,6 +76,8 @@ def steps(page: Path) -> list[Step]:
         elif piece["verb"] == "write":
             name, content = piece["text"].split(None, 1)
             found.append(Step(line=line, file=name, content=content))
+        elif piece["verb"] == "python":
+            found.append(Step(line=line, python=piece["text"]))
         elif piece["verb"]:
             said[piece["verb"]] = piece["text"]
         else:
@@ -131,10 +135,14 @@ def test_the_reader_of_pages_sees_commands_output_and_comments(tmp_path: Path) -
     page.write_text(
         "<!-- run: allanite a -->\n```console\n$ allanite b \\\n    --c\nout … 1\n$ allanite d\n```\n"
         "<!-- skip: slow -->\n```console\n$ make demo\n```\n```python\nx = 1\n```\n"
-        "<!-- exit: 1 -->\n```console\n$ allanite e\n```\n<!-- file: f.csv -->\n```text\n1,2\n```\n",
+        "<!-- exit: 1 -->\n```console\n$ allanite e\n```\n<!-- python:\ny = 2\n-->\n"
+        "<!-- file: f.csv -->\n```text\n1,2\n```\n",
         encoding="utf-8",
     )
-    *found, file = [(step.command.split(), step.output, step.python, step.code) for step in steps(page)]
+    *found, hidden, file = [
+        (step.command.split(), step.output, step.python, step.code) for step in steps(page)
+    ]
+    assert hidden == ([], (), "y = 2", 0)
     assert file == ([], (), "", 0)
     assert (steps(page)[-1].file, steps(page)[-1].content) == ("f.csv", "1,2\n")
     assert found == [
@@ -146,6 +154,49 @@ def test_the_reader_of_pages_sees_commands_output_and_comments(tmp_path: Path) -
     ]
     assert shown("out … 1", "a\nout  put   1\n")
     assert not shown("out … 1", "out\n1\n")
+
+
+#: Pages that show the inside to those who change it.
+INSIDE = ("CONTRIBUTING.md", "docs/contributing/", "docs/explanation/how-it-is-built.md")
+PUBLIC_MODULES = ("allanite", "allanite.compat", "allanite.instruments")
+
+
+def inner_names(text: str) -> Iterator[str]:
+    """What a page, less the comments that no reader sees, names deeper than the public modules."""
+    import allanite
+
+    seen = re.sub(r"<!--.*?-->", "", text, flags=re.S)
+    for module, names in re.findall(r"^ *(?:from|import) (allanite[\w.]*)(?: import (.+))?$", seen, re.M):
+        if module not in PUBLIC_MODULES:
+            yield module
+        elif names:
+            public = set(importlib.import_module(module).__all__) | {"compat", "instruments"}
+            yield from (
+                f"{module}.{name}"
+                for name in re.findall(r"\w+", names.partition(" as ")[0])
+                if name not in public
+            )
+    rooms = "|".join(
+        {home.partition(".")[0] for home in allanite._HOMES.values()} | {"acquisition", "commands"}
+    )
+    yield from re.findall(rf"\ballanite\.(?:{rooms})\b[\w.]*", seen)
+    public = set(allanite.__all__)
+    yield from (f"al.{name}" for name in re.findall(r"(?<![\w./-])al\.(\w+)", seen) if name not in public)
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(ROOT).as_posix())
+def test_page_uses_public_names_alone(page: Path) -> None:
+    if not page.relative_to(ROOT).as_posix().startswith(INSIDE):
+        found = sorted(set(inner_names(page.read_text(encoding="utf-8"))))
+        assert not found, f"{page.name} uses {found}: make them public, or write the example without them"
+
+
+def test_the_rule_of_public_names_sees_what_it_forbids() -> None:
+    text = "from allanite.fitting.x import y\nimport allanite.noise\nfrom allanite import fit, _HOMES\n"
+    text += "al.secret al.fit `allanite.views.pages` allanite.compat\n<!-- python:\nfrom allanite.files import z\n-->\n"
+    assert set(inner_names(text)) == {
+        "allanite.fitting.x", "allanite.noise", "allanite._HOMES", "al.secret", "allanite.views.pages"
+    }  # fmt: skip
 
 
 def command_reference() -> str:
@@ -188,32 +239,68 @@ def signature(function: Callable[..., object]) -> str:
     return f"{function.__name__}(\n{listed}) -> {found.return_annotation}"
 
 
+#: Rooms of the package, in the words of the table of public names.
+TOPICS = {
+    "files": "files",
+    "recording": "recordings",
+    "noise": "noise",
+    "study": "studies, models, data sheets",
+    "fitting": "fitting",
+    "stability": "several sensors or records, temperature",
+    "experiments": "experiments",
+    "filtering": "filter and simulation",
+    "exporters": "export",
+    "views": "reports and figures",
+    "quantities": "units and uncertainties",
+    "errors": "errors",
+}
+
+
+def described(name: str, thing: object) -> list[str]:
+    """Name, first sentence, and signature or methods of a public name."""
+    first = " ".join((inspect.getdoc(thing) or "").split("\n\n")[0].split())
+    lines = ["", f"## {name}", "", first, ""]
+    if inspect.isfunction(thing):
+        return [*lines, "```text", signature(thing), "```"]
+    for key, member in vars(thing).items():
+        if not key.startswith("_") and callable(getattr(thing, key)) and inspect.getdoc(member):
+            function = getattr(member, "__func__", member)
+            sentence = (inspect.getdoc(function) or "").split("\n\n")[0]
+            lines.append(f"* `{key}`: {' '.join(sentence.split())}")
+    return lines if lines[-1] else lines[:-1]
+
+
 def python_reference() -> str:
     """docs/reference/python.md: the public names with signature and first sentence."""
     import allanite
+    from allanite import compat, instruments
+
+    def linked(names: Iterable[str]) -> str:
+        return " · ".join(f"[`{n}`](#{n.lower()})" for n in sorted(names, key=str.lower))
 
     lines = [
         "# Python",
         "",
-        "The public names of `import allanite as al`, made from their docstrings by `make docs`; `help(al.fit)` shows",
-        "all of one. Everything else is reached through its module. [Conventions](../explanation/conventions.md).",
+        "The public names of `import allanite as al`, and below them those of `allanite.instruments` and",
+        "`allanite.compat`, made from their docstrings by `make docs`; `help(al.fit)` shows all of one.",
+        "[What is public, and for how long](public.md). [Conventions](../explanation/conventions.md).",
+        "",
+        "| for | names |",
+        "|---|---|",
     ]
-    for name in sorted(set(allanite.__all__) - {"__version__"}, key=str.lower):
-        thing = getattr(allanite, name)
-        document = inspect.getdoc(thing) or ""
-        lines += ["", f"## {name}", "", " ".join(document.split("\n\n")[0].split()), ""]
-        if inspect.isfunction(thing):
-            lines += ["```text", signature(thing), "```"]
-            continue
-        members = [
-            (key, member)
-            for key, member in vars(thing).items()
-            if not key.startswith("_") and callable(getattr(thing, key)) and inspect.getdoc(member)
-        ]
-        for key, member in members:
-            function = getattr(member, "__func__", member)
-            first = (inspect.getdoc(function) or "").split("\n\n")[0]
-            lines += [f"* `{key}`: {' '.join(first.split())}"]
+    rooms = [home.partition(".")[0] for home in allanite._HOMES.values()]
+    assert set(rooms) == set(TOPICS)
+    for room, topic in TOPICS.items():
+        own = (name for name, at in zip(allanite._HOMES, rooms, strict=True) if at == room)
+        lines.append(f"| {topic} | {linked(own)} |")
+    for module, short in ((instruments, "instruments"), (compat, "compat")):
+        own = " · ".join(
+            f"[`{name}`](#{short}{name.lower()})" for name in sorted(module.__all__, key=str.lower)
+        )
+        lines.append(f"| `allanite.{short}` | {own} |")
+    for module, before in ((allanite, ""), (instruments, "instruments."), (compat, "compat.")):
+        for name in sorted(set(module.__all__) - {"__version__"}, key=str.lower):
+            lines += described(f"{before}{name}", getattr(module, name))
     return "\n".join(lines) + "\n"
 
 

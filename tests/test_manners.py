@@ -6,18 +6,23 @@ from __future__ import annotations
 import ast
 import doctest
 import importlib
+import inspect
 import io
 import re
 import resource
 import subprocess
 import sys
+import warnings
 import zipfile
 from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import fields, is_dataclass
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 
 import allanite
+from allanite import instruments
 
 ROOT = Path(__file__).resolve().parent.parent
 PACKAGE = ROOT / "src" / "allanite"
@@ -34,32 +39,105 @@ BANNED_NAMES = re.compile("base|common|core|data|helpers?|manager|misc|tools?|ut
 COMMAND_LINE = ("__main__", "commands/cli/", "commands/*", "views/terminal/")
 KERNEL_OWNERS = ("noise/allan/", "filtering/")
 PUBLIC_NAMES = [
+    "AlignmentPlan",
     "AllanCurve",
     "AllaniteError",
+    "Calibration",
     "Channel",
+    "DataQualityError",
+    "DataQualityWarning",
+    "FitError",
+    "Flicker",
+    "FormatError",
+    "GaussMarkov",
+    "InitialErrors",
+    "InputError",
+    "InstrumentError",
+    "LimitError",
+    "Motion",
     "NoiseModel",
+    "Quantisation",
+    "Ramp",
+    "RandomWalk",
     "Recording",
+    "Rotation",
+    "Sinusoid",
+    "Stated",
+    "StorageError",
     "Study",
+    "TableUncertainty",
+    "Temperature",
+    "UnitMotion",
+    "White",
     "__version__",
     "align",
     "allan_curve",
     "calibrate",
     "characterize",
     "check",
+    "clean",
+    "clock_recording",
+    "combine",
+    "compare",
     "dead_reckon",
+    "east_west_null",
+    "examine_variation",
     "export",
     "filter_recording",
     "find_north",
+    "find_rests",
+    "find_reversals",
     "fit",
+    "hold_against",
+    "interval_error",
+    "load_models",
     "measure_earth_rate",
     "measure_rate_table",
+    "model_difference",
+    "model_of",
+    "overbound",
+    "parse_unit",
     "plan",
     "plan_positions",
     "plot",
+    "power_spectrum",
+    "predict_alignment",
     "read",
+    "read_curve",
+    "read_datasheet",
+    "read_rate_table",
+    "regress_environment",
     "render",
+    "save_models",
+    "select",
+    "separate_noise",
     "simulate",
+    "simulate_on_table",
+    "simulate_unit",
+    "theo1_bias",
+    "true_attitudes",
+    "without_stable_lines",
+    "write_recording",
 ]
+INSTRUMENTS = [
+    "Block",
+    "Flag",
+    "Framer",
+    "HP3458A",
+    "Identity",
+    "ImuFault",
+    "Instrument",
+    "InstrumentTimeout",
+    "MeterSettings",
+    "MeterSimulator",
+    "SerialImu",
+    "SimulatedImu",
+    "SimulatedInstrument",
+    "SimulatedMeter",
+    "capture",
+    "read_description",
+]
+PUBLIC = [*((allanite, name) for name in PUBLIC_NAMES), *((instruments, name) for name in INSTRUMENTS)]
 
 
 def short(path: Path) -> str:
@@ -97,27 +175,64 @@ def fresh(*arguments: str) -> str:
 
 
 def test_public_names_are_these() -> None:
-    assert sorted(allanite.__all__) == sorted(PUBLIC_NAMES)
-    assert set(dir(allanite)) >= set(PUBLIC_NAMES)
+    for module, names in ((allanite, PUBLIC_NAMES), (instruments, INSTRUMENTS)):
+        assert sorted(module.__all__) == names
+        assert set(dir(module)) >= set(names)
 
 
-@pytest.mark.parametrize("name", PUBLIC_NAMES)
-def test_public_name_resolves_and_is_documented(name: str) -> None:
-    value = getattr(allanite, name)
-    if name != "__version__":
-        assert (value.__doc__ or "").strip(), f"allanite.{name} has no docstring"
-        assert value.__module__.startswith("allanite.")
+@pytest.mark.parametrize(("module", "name"), PUBLIC, ids=[name for _, name in PUBLIC])
+def test_public_name_resolves_and_is_documented(module: ModuleType, name: str) -> None:
+    value = getattr(module, name)
+    if name == "__version__":
+        return
+    assert value.__module__.startswith("allanite.")
+    document = inspect.getdoc(value) or ""
+    assert document.split("\n\n")[0].rstrip().endswith((".", "?", ":", "``")), f"{name}: no first sentence"
+    given = list(inspect.signature(value).parameters) if inspect.isfunction(value) else []
+    if is_dataclass(value):
+        given = [field.name for field in fields(value) if not field.name.startswith("_")]
+    described = re.findall(r"^ *([\w*, ]+?)(?: :|$)", document, re.M)
+    stated = {one.strip(" *") for line in described for one in line.split(",")}
+    assert set(given) <= stated, f"{name} does not say what {set(given) - stated} are"
+    if given:
+        assert re.search(r"^(Parameters|Attributes)\n-+$", document, re.M), (
+            f"{name}: not a numpydoc docstring"
+        )
 
 
-def test_lazy_names_match_the_type_checking_block() -> None:
-    block = next(node for node in tree(PACKAGE / "__init__.py").body if isinstance(node, ast.If))
+@pytest.mark.parametrize("module", [allanite, instruments], ids=lambda module: module.__name__)
+def test_lazy_names_match_the_type_checking_block(module: ModuleType) -> None:
+    body = tree(Path(module.__file__ or "")).body
+    block = next(node for node in body if isinstance(node, ast.If))
     typed = {
         alias.name: node.module
         for node in block.body
         if isinstance(node, ast.ImportFrom)
         for alias in node.names
     }
-    assert typed == {name: f"allanite.{home}" for name, home in allanite._HOMES.items()}
+    assert typed == {name: f"allanite.{home}" for name, home in module._HOMES.items()}
+    assert not set(module._RENAMED) & set(module._HOMES)
+    assert set(module._RENAMED.values()) <= set(module._HOMES)
+
+
+@pytest.mark.parametrize(("module", "new"), [(allanite, "Recording"), (instruments, "capture")])
+def test_a_deprecated_name_warns_once_where_it_is_used(
+    module: ModuleType, new: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setitem(module._RENAMED, "former", new)
+    with pytest.warns(
+        DeprecationWarning, match=rf"{module.__name__}\.former is deprecated; use .*\.{new}"
+    ) as said:
+        value = module.former
+    monkeypatch.delitem(vars(module), "former")  # and once more as `from allanite import former`
+    with pytest.warns(DeprecationWarning, match="former") as said_of_import:
+        exec(compile(f"from {module.__name__} import former", "user.py", "exec"), {})
+    assert [w.filename for w in (*said, *said_of_import)] == [__file__, "user.py"]
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        assert module.former is value is getattr(module, new)
+    del module.former
+    assert "former" not in dir(module)
 
 
 def test_unknown_name_is_an_attribute_error() -> None:
@@ -138,7 +253,7 @@ def test_one_version() -> None:
 
 
 def test_import_loads_only_the_standard_library_and_numpy() -> None:
-    code = "import sys; before = set(sys.modules); import allanite; print(*(set(sys.modules) - before))"
+    code = "import sys; before = set(sys.modules); import allanite.instruments; print(*(set(sys.modules) - before))"
     loaded = {name.partition(".")[0] for name in fresh("-c", code).split()}
     assert loaded - set(sys.stdlib_module_names) <= {"allanite", "numpy"}
 

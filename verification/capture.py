@@ -19,10 +19,10 @@ from typing import Any, Literal
 import numpy as np
 from tests.virtual_meter import virtual_wire
 
-from allanite.acquisition.instruments.hp3458a import HP3458A, Settings
+from allanite.acquisition.instruments.hp3458a import HP3458A, MeterSettings
 from allanite.acquisition.instruments.hp3458a.commands import LONGEST_COUNT
 from allanite.acquisition.instruments.hp3458a.simulated_meter import SimulatedMeter
-from allanite.acquisition.instruments.hp3458a.simulator import Simulator
+from allanite.acquisition.instruments.hp3458a.simulator import MeterSimulator
 from allanite.files.store import open_run
 
 __all__ = ["run_drift", "run_stopped"]
@@ -47,7 +47,7 @@ def run_drift(parts: tuple[float, ...] = (-1e-4, -2e-5, 0.0, 2e-5, 1e-4), share:
 
 def _drifted(error: float, readings: int) -> Json:
     with virtual_wire(error) as wire:
-        settings = Settings(rate=RATE, readings_per_arm=readings)
+        settings = MeterSettings(rate=RATE, readings_per_arm=readings)
         meter = HP3458A(lambda: wire, settings, block=10.0)
         meter.open()
         meter.start()
@@ -69,7 +69,7 @@ def _drifted(error: float, readings: int) -> Json:
 
 
 def _stopped(door: Literal["socket", "prologix"], seconds: float) -> Json:
-    with tempfile.TemporaryDirectory() as name, Simulator(SimulatedMeter(), door) as simulator:
+    with tempfile.TemporaryDirectory() as name, MeterSimulator(SimulatedMeter(), door) as simulator:
         words = ["record", "3458a", "--resource", simulator.resource, "--rate", f"{RATE:g}", "--out", name]
         length = ["--duration", f"{seconds + 6:g}", "--json"]
         program = subprocess.Popen(

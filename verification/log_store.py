@@ -37,10 +37,10 @@ from tests.log_store_runs import (
 
 import allanite as al
 from allanite.acquisition.capture import Progress, capture
-from allanite.acquisition.instruments.hp3458a import HP3458A, Settings
+from allanite.acquisition.instruments.hp3458a import HP3458A, MeterSettings
 from allanite.acquisition.instruments.hp3458a.commands import LONGEST_COUNT
 from allanite.acquisition.instruments.hp3458a.simulated_meter import SimulatedMeter
-from allanite.acquisition.instruments.hp3458a.simulator import Simulator
+from allanite.acquisition.instruments.hp3458a.simulator import MeterSimulator
 from allanite.commands.monitor import RunWatch
 from allanite.errors import StorageError
 from allanite.files.store import Batch, Disk, Header, LogStore, compact, open_run, recover
@@ -245,7 +245,7 @@ def run_week(share: float = 1.0) -> list[Json]:
     """
     n = round(share * WEEK * RATE)
     # As in a week: 16 777 215 readings to an arming, and so many segments of ten minutes.
-    settings = Settings(rate=RATE, readings_per_arm=max(round(LONGEST_COUNT * min(share, 1.0)), 2))
+    settings = MeterSettings(rate=RATE, readings_per_arm=max(round(LONGEST_COUNT * min(share, 1.0)), 2))
     marks: list[tuple[int, int, int]] = []
 
     def watch(state: Progress) -> None:
@@ -344,7 +344,7 @@ def _processor_time(call: Callable[[], Any]) -> float:
 
 def _serve(told: Connection) -> None:
     """The meter of `run_week`; its readings count microvolts."""
-    with Simulator(SimulatedMeter(speed=None)) as simulator:
+    with MeterSimulator(SimulatedMeter(speed=None)) as simulator:
         told.send(simulator.resource)
         told.recv()
 

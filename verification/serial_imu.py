@@ -20,7 +20,7 @@ from allanite.acquisition.capture import capture
 from allanite.acquisition.instruments import Flag
 from allanite.acquisition.instruments.serial_imu import Description, Framer, SerialImu
 from allanite.acquisition.instruments.serial_imu.encoding import Encoder
-from allanite.acquisition.instruments.serial_imu.faults import Fault, noise, wire
+from allanite.acquisition.instruments.serial_imu.faults import ImuFault, noise, wire
 from allanite.acquisition.instruments.serial_imu.simulator import SimulatedImu
 from allanite.files.store import open_run
 
@@ -70,7 +70,7 @@ def run_streams(trials: int, seed: int, *, samples: int = 100) -> list[Json]:
         row |= {"differ_when_cut": 0, "frames_hurt": 0, "frames_lost": 0}
         for _ in range(trials):
             faults = [
-                Fault(kind=draw.choice(_KINDS), at=at, size=draw.randint(1, 40))  # type: ignore[arg-type]
+                ImuFault(kind=draw.choice(_KINDS), at=at, size=draw.randint(1, 40))  # type: ignore[arg-type]
                 for at in draw.sample(range(3, samples - 1), 8)  # samples are numbered from the first one
             ]
             _one(described, faults, samples, draw, row)
@@ -78,7 +78,9 @@ def run_streams(trials: int, seed: int, *, samples: int = 100) -> list[Json]:
     return rows
 
 
-def _one(described: Description, faults: list[Fault], samples: int, draw: random.Random, row: Json) -> None:
+def _one(
+    described: Description, faults: list[ImuFault], samples: int, draw: random.Random, row: Json
+) -> None:
     source = noise(len(described.channels), draw.randint(0, 1 << 30))
     stream = list(wire(Encoder(described), source, faults, rate=described.rate, total=samples))
     sent = b"".join(what for _, what in stream if isinstance(what, bytes))

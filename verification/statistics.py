@@ -192,7 +192,7 @@ def run_bias() -> list[Json]:
     rows = []
     for noise, model in MODELS.items():
         lags = (10, 32, 100, 1000, 100_000)
-        bias = theo_covariance.bias(model, lags, 1.0, "mean")
+        bias = theo_covariance.theo1_bias(model, lags, 1.0, "mean")
         rows.append(
             {"noise": noise, **{f"m = {m}": round(float(b), 4) for m, b in zip(lags, bias, strict=True)}}
         )

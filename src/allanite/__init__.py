@@ -76,105 +76,284 @@ Errors
 
 Names
 -----
-The public names below load on first use: ``import allanite`` costs the standard library only.
+The names in ``__all__`` are public (docs/reference/public.md), and so are those of `allanite.instruments` and
+`allanite.compat`; all else may change in any release. They load on first use: ``import allanite`` costs the standard
+library only.
 """
 
 from __future__ import annotations
 
+import sys
+import warnings
+from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 __version__ = "0.1.0"
 
 if TYPE_CHECKING:
-    from allanite.errors import AllaniteError
-    from allanite.experiments.alignment import align
+    from allanite.errors import (
+        AllaniteError,
+        DataQualityError,
+        DataQualityWarning,
+        FitError,
+        FormatError,
+        InputError,
+        InstrumentError,
+        LimitError,
+        StorageError,
+    )
+    from allanite.experiments.alignment import AlignmentPlan, align, predict_alignment
     from allanite.experiments.calibration import calibrate
-    from allanite.experiments.dead_reckoning import dead_reckon
+    from allanite.experiments.dead_reckoning import InitialErrors, dead_reckon
     from allanite.experiments.earth_rate import measure_earth_rate
-    from allanite.experiments.north import find_north
+    from allanite.experiments.north import Rotation, east_west_null, find_north
     from allanite.experiments.planning import plan
     from allanite.experiments.position_planning import plan_positions
-    from allanite.experiments.rate_table import measure_rate_table
+    from allanite.experiments.rate_table import (
+        TableUncertainty,
+        measure_rate_table,
+        read_rate_table,
+        simulate_on_table,
+    )
+    from allanite.experiments.redundancy import combine
+    from allanite.experiments.reversals import find_reversals
+    from allanite.experiments.static_spans import find_rests
     from allanite.exporters import export
+    from allanite.files.foreign_curves import read_curve
     from allanite.files.readers import read
+    from allanite.files.recording_file import write_recording
     from allanite.filtering.kalman import filter_recording
-    from allanite.filtering.simulation import simulate
+    from allanite.filtering.simulation import (
+        Motion,
+        Temperature,
+        UnitMotion,
+        simulate,
+        simulate_unit,
+        true_attitudes,
+    )
     from allanite.fitting import fit
-    from allanite.noise import NoiseModel
+    from allanite.fitting.model_difference import model_difference
+    from allanite.fitting.overbound import overbound
+    from allanite.fitting.selection import select
+    from allanite.noise import (
+        Flicker,
+        GaussMarkov,
+        NoiseModel,
+        Quantisation,
+        Ramp,
+        RandomWalk,
+        Sinusoid,
+        White,
+    )
     from allanite.noise.allan import AllanCurve, allan_curve
+    from allanite.noise.allan.interval_error import interval_error
+    from allanite.noise.allan.theo_covariance import theo1_bias
+    from allanite.noise.spectrum import power_spectrum, without_stable_lines
+    from allanite.quantities.setup_uncertainty import Stated
+    from allanite.quantities.units import parse_unit
+    from allanite.recording.calibration import Calibration
+    from allanite.recording.cleaning import clean
+    from allanite.recording.clock_channels import clock_recording
     from allanite.recording.health import check
     from allanite.recording.records import Channel, Recording
+    from allanite.stability.environment import regress_environment
+    from allanite.stability.record_comparison import compare
+    from allanite.stability.shared_noise import separate_noise
+    from allanite.stability.variation import examine_variation
+    from allanite.study.datasheet import hold_against, read_datasheet
+    from allanite.study.model_file import load_models, model_of, save_models
     from allanite.study.study import Study, characterize
     from allanite.views.figures import plot
     from allanite.views.report import render
 
 __all__ = [
+    "AlignmentPlan",
     "AllanCurve",
     "AllaniteError",
+    "Calibration",
     "Channel",
+    "DataQualityError",
+    "DataQualityWarning",
+    "FitError",
+    "Flicker",
+    "FormatError",
+    "GaussMarkov",
+    "InitialErrors",
+    "InputError",
+    "InstrumentError",
+    "LimitError",
+    "Motion",
     "NoiseModel",
+    "Quantisation",
+    "Ramp",
+    "RandomWalk",
     "Recording",
+    "Rotation",
+    "Sinusoid",
+    "Stated",
+    "StorageError",
     "Study",
+    "TableUncertainty",
+    "Temperature",
+    "UnitMotion",
+    "White",
     "__version__",
     "align",
     "allan_curve",
     "calibrate",
     "characterize",
     "check",
+    "clean",
+    "clock_recording",
+    "combine",
+    "compare",
     "dead_reckon",
+    "east_west_null",
+    "examine_variation",
     "export",
     "filter_recording",
     "find_north",
+    "find_rests",
+    "find_reversals",
     "fit",
+    "hold_against",
+    "interval_error",
+    "load_models",
     "measure_earth_rate",
     "measure_rate_table",
+    "model_difference",
+    "model_of",
+    "overbound",
+    "parse_unit",
     "plan",
     "plan_positions",
     "plot",
+    "power_spectrum",
+    "predict_alignment",
     "read",
+    "read_curve",
+    "read_datasheet",
+    "read_rate_table",
+    "regress_environment",
     "render",
+    "save_models",
+    "select",
+    "separate_noise",
     "simulate",
+    "simulate_on_table",
+    "simulate_unit",
+    "theo1_bias",
+    "true_attitudes",
+    "without_stable_lines",
+    "write_recording",
 ]
 
 _HOMES = {
+    "AlignmentPlan": "experiments.alignment",
     "AllanCurve": "noise.allan",
     "AllaniteError": "errors",
+    "Calibration": "recording.calibration",
     "Channel": "recording.records",
+    "DataQualityError": "errors",
+    "DataQualityWarning": "errors",
+    "FitError": "errors",
+    "Flicker": "noise",
+    "FormatError": "errors",
+    "GaussMarkov": "noise",
+    "InitialErrors": "experiments.dead_reckoning",
+    "InputError": "errors",
+    "InstrumentError": "errors",
+    "LimitError": "errors",
+    "Motion": "filtering.simulation",
     "NoiseModel": "noise",
+    "Quantisation": "noise",
+    "Ramp": "noise",
+    "RandomWalk": "noise",
     "Recording": "recording.records",
+    "Rotation": "experiments.north",
+    "Sinusoid": "noise",
+    "Stated": "quantities.setup_uncertainty",
+    "StorageError": "errors",
     "Study": "study.study",
+    "TableUncertainty": "experiments.rate_table",
+    "Temperature": "filtering.simulation",
+    "UnitMotion": "filtering.simulation",
+    "White": "noise",
     "align": "experiments.alignment",
     "allan_curve": "noise.allan",
     "calibrate": "experiments.calibration",
     "characterize": "study.study",
     "check": "recording.health",
+    "clean": "recording.cleaning",
+    "clock_recording": "recording.clock_channels",
+    "combine": "experiments.redundancy",
+    "compare": "stability.record_comparison",
     "dead_reckon": "experiments.dead_reckoning",
+    "east_west_null": "experiments.north",
+    "examine_variation": "stability.variation",
     "export": "exporters",
     "filter_recording": "filtering.kalman",
     "find_north": "experiments.north",
+    "find_rests": "experiments.static_spans",
+    "find_reversals": "experiments.reversals",
     "fit": "fitting",
+    "hold_against": "study.datasheet",
+    "interval_error": "noise.allan.interval_error",
+    "load_models": "study.model_file",
     "measure_earth_rate": "experiments.earth_rate",
     "measure_rate_table": "experiments.rate_table",
+    "model_difference": "fitting.model_difference",
+    "model_of": "study.model_file",
+    "overbound": "fitting.overbound",
+    "parse_unit": "quantities.units",
     "plan": "experiments.planning",
     "plan_positions": "experiments.position_planning",
     "plot": "views.figures",
+    "power_spectrum": "noise.spectrum",
+    "predict_alignment": "experiments.alignment",
     "read": "files.readers",
+    "read_curve": "files.foreign_curves",
+    "read_datasheet": "study.datasheet",
+    "read_rate_table": "experiments.rate_table",
+    "regress_environment": "stability.environment",
     "render": "views.report",
+    "save_models": "study.model_file",
+    "select": "fitting.selection",
+    "separate_noise": "stability.shared_noise",
     "simulate": "filtering.simulation",
+    "simulate_on_table": "experiments.rate_table",
+    "simulate_unit": "filtering.simulation",
+    "theo1_bias": "noise.allan.theo_covariance",
+    "true_attitudes": "filtering.simulation",
+    "without_stable_lines": "noise.spectrum",
+    "write_recording": "files.recording_file",
 }
 """Public name -> the module it lives in."""
+
+_RENAMED: dict[str, str] = {}
+"""Deprecated name -> the public name that replaces it."""
 
 
 def __getattr__(name: str) -> object:
     """Import a public name from its module on first use (PEP 562)."""
-    if name not in _HOMES:
-        raise AttributeError(f"module 'allanite' has no attribute {name!r}")
-    from importlib import import_module
-
-    value = getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
-    globals()[name] = value
-    return value
+    return _public(__name__, name, _HOMES, _RENAMED)
 
 
 def __dir__() -> list[str]:
     return sorted(__all__)
+
+
+def _public(package: str, name: str, homes: Mapping[str, str], renamed: Mapping[str, str]) -> object:
+    """A public name of a package, which keeps it: this is asked, and a deprecated name warns, once."""
+    from importlib import import_module
+
+    current = renamed.get(name, name)
+    if current not in homes:
+        raise AttributeError(f"module {package!r} has no attribute {name!r}")
+    if current != name:
+        warnings.warn(
+            f"{package}.{name} is deprecated; use {package}.{current}", DeprecationWarning, stacklevel=3
+        )
+    value = getattr(import_module(f"allanite.{homes[current]}"), current)
+    setattr(sys.modules[package], name, value)
+    return value

@@ -9,7 +9,7 @@ import pytest
 from allanite.acquisition.instruments import Block, Flag
 from allanite.acquisition.instruments.hp3458a import commands
 from allanite.acquisition.instruments.hp3458a.answers import parse_dint, parse_lines
-from allanite.acquisition.instruments.hp3458a.commands import Settings
+from allanite.acquisition.instruments.hp3458a.commands import MeterSettings
 from allanite.acquisition.instruments.hp3458a.pace import Pace
 from allanite.acquisition.instruments.hp3458a.stream import Decoded, IntegerStream, LineStream
 from allanite.errors import InputError, InstrumentError
@@ -25,7 +25,7 @@ def reading(volts: float) -> bytes:
 
 
 def test_the_sequence_of_the_reference():
-    settings = Settings(rate=32)
+    settings = MeterSettings(rate=32)
     assert commands.CLEAR == ("TARM HOLD;TRIG HOLD", "RESET")
     assert commands.base_lines(settings) == (
         "PRESET NORM;END ALWAYS;INBUF ON;TARM HOLD",
@@ -40,13 +40,13 @@ def test_the_sequence_of_the_reference():
 @pytest.mark.parametrize(
     "settings, command",
     [
-        (Settings(rate=32), ("NPLC", 1.0)),
-        (Settings(rate=32, aperture=31.2e-3), ("APER", 0.0312)),
-        (Settings(rate=32, nplc=0.5), ("NPLC", 0.5)),
-        (Settings(rate=100), ("APER", 0.00995)),
-        (Settings(rate=10, autozero=True), ("NPLC", 1.0)),
-        (Settings(rate=32, autozero=True), ("APER", 0.015575)),
-        (Settings(rate=20_000), ("APER", 12.5e-6)),
+        (MeterSettings(rate=32), ("NPLC", 1.0)),
+        (MeterSettings(rate=32, aperture=31.2e-3), ("APER", 0.0312)),
+        (MeterSettings(rate=32, nplc=0.5), ("NPLC", 0.5)),
+        (MeterSettings(rate=100), ("APER", 0.00995)),
+        (MeterSettings(rate=10, autozero=True), ("NPLC", 1.0)),
+        (MeterSettings(rate=32, autozero=True), ("APER", 0.015575)),
+        (MeterSettings(rate=20_000), ("APER", 12.5e-6)),
     ],
 )
 def test_the_aperture_fits_the_period(settings, command):
@@ -55,13 +55,13 @@ def test_the_aperture_fits_the_period(settings, command):
 
 
 def test_lines_at_a_low_rate_and_integers_above_200_hz():
-    assert Settings(rate=200).format == "ASCII"
-    assert Settings(rate=201).format == "DINT"
-    assert Settings(rate=32, output="DINT").format == "DINT"
+    assert MeterSettings(rate=200).format == "ASCII"
+    assert MeterSettings(rate=201).format == "DINT"
+    assert MeterSettings(rate=32, output="DINT").format == "DINT"
 
 
 def test_the_period_is_in_steps_of_the_meter():
-    assert Settings(rate=30).period == pytest.approx(0.0333333, abs=1e-12)
+    assert MeterSettings(rate=30).period == pytest.approx(0.0333333, abs=1e-12)
 
 
 @pytest.mark.parametrize(
@@ -82,7 +82,7 @@ def test_the_period_is_in_steps_of_the_meter():
 )
 def test_settings_that_the_meter_does_not_have(wrong, why):
     with pytest.raises(InputError, match=why):
-        Settings(**wrong)
+        MeterSettings(**wrong)
 
 
 @pytest.mark.parametrize("nplc, rounded", [(0.3, 0.3), (1, 1), (1.2, 2), (9.5, 10), (11, 20), (100, 100)])
@@ -119,10 +119,10 @@ def test_a_damaged_answer_is_refused(answer):
 
 
 def test_a_setting_that_did_not_take_is_named():
-    timer = next(r for r in commands.read_backs(Settings(rate=32)) if r.name == "timer")
+    timer = next(r for r in commands.read_backs(MeterSettings(rate=32)) if r.name == "timer")
     assert commands.refusals(timer, (0.03125,)) == ""
     assert commands.refusals(timer, (1.0,)) == "TIMER? answers 1 instead of 0.03125"
-    count = next(r for r in commands.read_backs(Settings(rate=32)) if r.name == "readings")
+    count = next(r for r in commands.read_backs(MeterSettings(rate=32)) if r.name == "readings")
     assert "1 numbers instead of 2" in commands.refusals(count, (16777215,))
 
 
@@ -131,7 +131,7 @@ def test_a_setting_that_did_not_take_is_named():
     [("scale", 0.0), ("scale", -1.0), ("scale", 1e30), ("mains_hz", 1e38), ("aperture", 1e20)],
 )
 def test_a_setting_that_no_meter_has_is_refused(name, impossible):
-    asked = next(r for r in commands.read_backs(Settings(rate=32)) if r.name == name)
+    asked = next(r for r in commands.read_backs(MeterSettings(rate=32)) if r.name == name)
     assert "is impossible" in commands.refusals(asked, (impossible,))
 
 

@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from allanite.acquisition.instruments import InstrumentTimeout
-from allanite.acquisition.instruments.hp3458a import HP3458A, Settings, prologix
+from allanite.acquisition.instruments.hp3458a import HP3458A, MeterSettings, prologix
 from allanite.acquisition.instruments.hp3458a.conversation import Conversation
 from allanite.acquisition.instruments.hp3458a.prologix import PrologixTransport
 from allanite.acquisition.instruments.hp3458a.simulated_meter import SimulatedIdentity, SimulatedMeter
@@ -24,7 +24,7 @@ from virtual_meter import DelayingWire, VirtualAdapter, virtual_time
 
 #: Each answer is one that no other question has.
 IDENTITY = SimulatedIdentity(firmware="9,2", calibrations=104, calibration="UME 2026")
-SETTINGS = Settings(rate=32, readings_per_arm=64)
+SETTINGS = MeterSettings(rate=32, readings_per_arm=64)
 
 
 @pytest.fixture

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from allanite.acquisition.instruments import Block
-from allanite.acquisition.instruments.hp3458a import HP3458A, Settings
+from allanite.acquisition.instruments.hp3458a import HP3458A, MeterSettings
 from allanite.errors import InstrumentError
 from virtual_meter import SECOND, VirtualWire, virtual_wire
 
@@ -20,7 +20,7 @@ PARTS = [-1e-4, 2e-5, 1e-4]
 
 
 def opened(wire: VirtualWire, readings: int) -> HP3458A:
-    meter = HP3458A(lambda: wire, Settings(rate=RATE, readings_per_arm=readings), block=1.0)
+    meter = HP3458A(lambda: wire, MeterSettings(rate=RATE, readings_per_arm=readings), block=1.0)
     meter.open()
     meter.start()
     return meter

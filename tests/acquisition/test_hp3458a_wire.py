@@ -16,7 +16,7 @@ import numpy as np
 import pytest
 
 from allanite.acquisition.instruments import Block, Flag, Identity, Instrument, InstrumentTimeout
-from allanite.acquisition.instruments.hp3458a import HP3458A, Settings, conversation, driver, prologix
+from allanite.acquisition.instruments.hp3458a import HP3458A, MeterSettings, conversation, driver, prologix
 from allanite.acquisition.instruments.hp3458a.prologix import PrologixTransport, escaped
 from allanite.acquisition.instruments.hp3458a.simulated_meter import (
     Fault,
@@ -24,7 +24,7 @@ from allanite.acquisition.instruments.hp3458a.simulated_meter import (
     SimulatedMeter,
     counting,
 )
-from allanite.acquisition.instruments.hp3458a.simulator import Simulator
+from allanite.acquisition.instruments.hp3458a.simulator import MeterSimulator
 from allanite.acquisition.instruments.hp3458a.transports import Transport, open_transport
 from allanite.errors import InputError, InstrumentError
 from virtual_meter import SECOND, virtual_adapter, virtual_link, virtual_wire
@@ -64,9 +64,11 @@ def _quick(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @contextmanager
-def meter(settings: Settings, *, door: str = "socket", speed: float | None = 1.0, **simulated) -> Iterator:
+def meter(
+    settings: MeterSettings, *, door: str = "socket", speed: float | None = 1.0, **simulated
+) -> Iterator:
     """A simulator and a driver that is not yet open."""
-    with Simulator(SimulatedMeter(speed=speed, **simulated), door) as simulator:
+    with MeterSimulator(SimulatedMeter(speed=speed, **simulated), door) as simulator:
         instrument = HP3458A(simulator.resource, settings, speed=speed)
         try:
             yield simulator, instrument
@@ -91,14 +93,14 @@ def read_until(instrument: HP3458A, counter: int) -> list[Block]:
     return blocks
 
 
-def arrived(simulator: Simulator, end: bytes) -> None:
+def arrived(simulator: MeterSimulator, end: bytes) -> None:
     """Wait until these bytes were heard last."""
     deadline = time.monotonic() + PATIENT
     while not simulator.heard.endswith(end) and time.monotonic() < deadline:
         time.sleep(0.002)
 
 
-def started(transport: Transport, settings: Settings) -> HP3458A:
+def started(transport: Transport, settings: MeterSettings) -> HP3458A:
     """A driver of this transport whose meter measures."""
     instrument = HP3458A(lambda: transport, settings)
     instrument.open()
@@ -131,7 +133,10 @@ def microvolts(values: np.ndarray) -> list[int]:
 
 
 def test_every_byte_of_the_normal_course_through_pyvisa():
-    with meter(Settings(rate=100, nplc=0.25, readings_per_arm=1000), speed=None) as (simulator, instrument):
+    with meter(MeterSettings(rate=100, nplc=0.25, readings_per_arm=1000), speed=None) as (
+        simulator,
+        instrument,
+    ):
         identity = instrument.open()
         instrument.start()
         blocks = read_until(instrument, 19)
@@ -174,7 +179,7 @@ def test_every_byte_of_the_normal_course_through_pyvisa():
 
 
 def test_what_was_set_is_stored_as_read_back():
-    with meter(Settings(rate=32)) as (_, instrument):
+    with meter(MeterSettings(rate=32)) as (_, instrument):
         assert isinstance(instrument, Instrument)
         instrument.open()
     stored = instrument.settings
@@ -201,7 +206,7 @@ def test_integers_of_every_byte_pass_the_adapter(door):
     def signal(index):
         return special[index % len(special)] * scale
 
-    with meter(Settings(rate=400, readings_per_arm=40), door=door, speed=None, signal=signal) as (
+    with meter(MeterSettings(rate=400, readings_per_arm=40), door=door, speed=None, signal=signal) as (
         sim,
         instrument,
     ):
@@ -216,7 +221,7 @@ def test_integers_of_every_byte_pass_the_adapter(door):
 
 def test_the_adapter_is_set_up_and_what_it_would_swallow_is_escaped():
     assert escaped(b"a\rb\nc\x1bd+e") == b"a\x1b\rb\x1b\nc\x1b\x1bd\x1b+e"
-    with Simulator(SimulatedMeter(), "prologix") as simulator:
+    with MeterSimulator(SimulatedMeter(), "prologix") as simulator:
         link = open_transport(simulator.resource)
         link.write(b"ID?")
         assert link.read_line(1.0) == b"HP3458A\r\n"
@@ -233,14 +238,16 @@ def test_the_adapter_is_set_up_and_what_it_would_swallow_is_escaped():
 
 
 def test_an_ar488_is_not_told_to_save_its_settings():
-    with Simulator(SimulatedMeter(), "prologix", version=b"AR488 GPIB controller, ver. 0.51.29") as simulator:
+    with MeterSimulator(
+        SimulatedMeter(), "prologix", version=b"AR488 GPIB controller, ver. 0.51.29"
+    ) as simulator:
         open_transport(simulator.resource).close()
         arrived(simulator, b"++read_tmo_ms 30\n")
     assert b"savecfg" not in simulator.heard and b"++mode 1" in simulator.heard
 
 
 def test_the_meter_is_armed_again_before_its_counter_ends():
-    with meter(Settings(rate=400, readings_per_arm=50), speed=None) as (simulator, instrument):
+    with meter(MeterSettings(rate=400, readings_per_arm=50), speed=None) as (simulator, instrument):
         instrument.open()
         instrument.start()
         blocks = read_until(instrument, 60)
@@ -257,12 +264,12 @@ def test_the_meter_is_armed_again_before_its_counter_ends():
 
 
 def test_a_meter_left_measuring_by_another_program_is_stopped_first():
-    with meter(Settings(rate=200), door="prologix") as (simulator, instrument):
+    with meter(MeterSettings(rate=200), door="prologix") as (simulator, instrument):
         instrument.open()
         instrument.start()
         instrument.read(PATIENT)
         instrument.close()
-        other = HP3458A(simulator.resource, Settings(rate=100))
+        other = HP3458A(simulator.resource, MeterSettings(rate=100))
         other.open()
         assert not simulator.meter.measuring
         other.start()
@@ -292,7 +299,7 @@ def assert_faults_were_said(said: bytes) -> None:
 
 def test_faults_of_readings_are_rejected_counted_and_marked():
     with virtual_wire(signal=counting, faults=FAULTS) as wire:
-        values, counter, flags, remarks = joined(read_until(started(wire, Settings(rate=50)), 65))
+        values, counter, flags, remarks = joined(read_until(started(wire, MeterSettings(rate=50)), 65))
         assert_faults_were_said(bytes(wire.said))
     expected = [k for k in range(len(counter) + 1) if k != 12]
     assert counter.tolist() == expected
@@ -311,7 +318,7 @@ def test_faults_of_readings_are_rejected_counted_and_marked():
 def test_silence_is_a_timeout_each_time_and_no_reading_is_repeated():
     faults = [Fault(at=30, kind="silence", seconds=0.4)]
     with virtual_wire(signal=counting, faults=faults) as wire:
-        instrument = started(wire, Settings(rate=100))
+        instrument = started(wire, MeterSettings(rate=100))
         blocks, silences = [], 0
         while silences < 2 or len(blocks) < 6:
             try:
@@ -329,7 +336,7 @@ def test_silence_is_a_timeout_each_time_and_no_reading_is_repeated():
 
 def test_faults_of_readings_come_through_a_socket():
     """As fast as they are read: without a clock a rejected line counts as a reading, and one that came twice as two."""
-    with meter(Settings(rate=50), speed=None, faults=FAULTS) as (simulator, instrument):
+    with meter(MeterSettings(rate=50), speed=None, faults=FAULTS) as (simulator, instrument):
         instrument.open()
         instrument.start()
         values, counter, flags, remarks = joined(read_until(instrument, 70))
@@ -351,7 +358,7 @@ def test_faults_of_readings_come_through_a_socket():
 def test_a_busy_host_that_stands_still_again_and_again_loses_count_of_nothing():
     with virtual_wire(signal=counting) as wire:
         wire.late = 5e-3  # a quarter of a period on average, and more than half of one in one read of seven
-        instrument = started(wire, Settings(rate=50))
+        instrument = started(wire, MeterSettings(rate=50))
         blocks = [instrument.read(1.0) for _ in range(12)]
         for _ in range(100):
             wire.clock.pass_by(0.4)
@@ -363,7 +370,7 @@ def test_a_busy_host_that_stands_still_again_and_again_loses_count_of_nothing():
 
 def test_a_slow_host_behind_an_adapter_loses_readings_and_the_counter_says_so():
     with virtual_adapter() as (transport, clock):
-        instrument = started(transport, Settings(rate=100))
+        instrument = started(transport, MeterSettings(rate=100))
         blocks = [instrument.read(1.0) for _ in range(2)]
         clock.pass_by(0.6)
         blocks += [instrument.read(1.0) for _ in range(3)]
@@ -376,7 +383,7 @@ def test_a_slow_host_behind_an_adapter_loses_readings_and_the_counter_says_so():
 
 def test_who_interrupts_is_heard_while_a_slow_reading_is_waited_for():
     with virtual_wire(signal=counting) as wire:
-        instrument = started(wire, Settings(rate=0.05))
+        instrument = started(wire, MeterSettings(rate=0.05))
         began, read = wire.clock.ns, wire.read_bytes
 
         def interrupted(*arguments, **named):
@@ -394,7 +401,7 @@ def test_who_interrupts_is_heard_while_a_slow_reading_is_waited_for():
 
 def test_a_byte_lost_on_the_way_brings_the_meter_to_rest_and_starts_it_anew():
     faults = [Fault(at=60, kind="lose_byte")]
-    with meter(Settings(rate=500), door="prologix-serial", speed=None, faults=faults) as (
+    with meter(MeterSettings(rate=500), door="prologix-serial", speed=None, faults=faults) as (
         simulator,
         instrument,
     ):
@@ -423,7 +430,7 @@ def test_the_link_breaks_and_another_meter_comes_back(door, monkeypatch):
     monkeypatch.setattr(driver, "NEAR", 0.05)  # pyvisa-py takes the end of a socket for silence
     other = SimulatedIdentity(calibrations=7, calibration="another")
     faults = [Fault(at=30, kind="drop", seconds=0.05, identity=other)]
-    with meter(Settings(rate=200), door=door, speed=None, faults=faults) as (_, instrument):
+    with meter(MeterSettings(rate=200), door=door, speed=None, faults=faults) as (_, instrument):
         before = instrument.open()
         instrument.start()
         blocks = []
@@ -445,7 +452,7 @@ def test_the_link_breaks_and_another_meter_comes_back(door, monkeypatch):
 @pytest.mark.parametrize("rate", [25, 100, 200])
 def test_what_came_before_the_link_broke_is_given_however_late_the_host_is(rate, late_at):
     with virtual_link("socket", faults=[Fault(at=30, kind="drop")]) as link:
-        instrument = started(link.connect(), Settings(rate=rate))
+        instrument = started(link.connect(), MeterSettings(rate=rate))
         blocks = []
         with pytest.raises(InstrumentError, match="link is gone"):  # noqa: PT012
             for number in itertools.count():
@@ -457,7 +464,7 @@ def test_what_came_before_the_link_broke_is_given_however_late_the_host_is(rate,
 
 
 def test_a_meter_that_lost_its_settings_is_not_started_again():
-    with meter(Settings(rate=100)) as (simulator, instrument):
+    with meter(MeterSettings(rate=100)) as (simulator, instrument):
         instrument.open()
         instrument.start()
         instrument.read(PATIENT)
@@ -468,7 +475,7 @@ def test_a_meter_that_lost_its_settings_is_not_started_again():
 
 
 def test_stop_and_close_of_a_dead_link_raise_nothing():
-    with meter(Settings(rate=100), faults=[Fault(at=5, kind="drop", seconds=9)]) as (_, instrument):
+    with meter(MeterSettings(rate=100), faults=[Fault(at=5, kind="drop", seconds=9)]) as (_, instrument):
         instrument.open()
         instrument.start()
         with pytest.raises(InstrumentError):  # noqa: PT012
@@ -492,13 +499,13 @@ def test_stop_and_close_of_a_dead_link_raise_nothing():
 )
 def test_opening_refuses_what_is_not_as_it_must_be(fault, why):
     with virtual_wire(faults=[fault]) as wire, pytest.raises(InstrumentError, match=why):
-        HP3458A(lambda: wire, Settings(rate=100)).open()
+        HP3458A(lambda: wire, MeterSettings(rate=100)).open()
 
 
 def test_an_impossible_temperature_is_left_out_and_said():
     wrong = Fault(at="TEMP?", kind="answer", data=b" 1.00000000E+38\r\n")
     with virtual_wire(signal=counting, faults=[wrong]) as wire:
-        first = started(wire, Settings(rate=50)).read(1.0)
+        first = started(wire, MeterSettings(rate=50)).read(1.0)
     assert first.facts == {}
     assert first.remarks == ("TEMP? answers 1e+38, which is impossible: -40 to 120; left out",)
 
@@ -509,7 +516,7 @@ def test_a_reading_beyond_the_scale_is_missing_and_said(bad):
         return np.where(index == 20, bad, counting(index))
 
     with virtual_wire(signal=signal) as wire:
-        values, counter, flags, remarks = joined(read_until(started(wire, Settings(rate=50)), 40))
+        values, counter, flags, remarks = joined(read_until(started(wire, MeterSettings(rate=50)), 40))
     expected = [k for k in range(counter[-1] + 1) if k != 20]
     assert counter.tolist() == microvolts(values) == expected
     assert remarks == (f"rejected b'{bad:+.8E}', which is no reading of the 10 V range",)
@@ -518,7 +525,7 @@ def test_a_reading_beyond_the_scale_is_missing_and_said(bad):
 
 def test_an_old_meter_without_calstr_opens():
     with virtual_wire(identity=SimulatedIdentity(calibration="")) as wire:
-        assert HP3458A(lambda: wire, Settings(rate=100)).open().serial == "CALNUM 104"
+        assert HP3458A(lambda: wire, MeterSettings(rate=100)).open().serial == "CALNUM 104"
 
 
 # ---- resources -------------------------------------------------------------------------------------------------------
@@ -535,7 +542,7 @@ def test_what_is_no_resource_is_refused(wrong):
 )
 def test_nobody_there(nobody):
     with pytest.raises(InstrumentError, match=r"127\.0\.0\.1|no-such-port"):
-        HP3458A(nobody, Settings(rate=32)).open()
+        HP3458A(nobody, MeterSettings(rate=32)).open()
 
 
 @pytest.mark.parametrize(
@@ -573,14 +580,14 @@ def _without_waiting(kind, link):
 
 def test_reading_before_the_start_is_refused():
     with pytest.raises(InputError, match="read before start"):
-        HP3458A("GPIB0::22::INSTR", Settings(rate=32)).read(1.0)
+        HP3458A("GPIB0::22::INSTR", MeterSettings(rate=32)).read(1.0)
 
 
 # ---- a week, a sample of it ------------------------------------------------------------------------------------------
 
 
 def test_two_hundred_thousand_readings_as_fast_as_they_come():
-    with meter(Settings(rate=2000, readings_per_arm=150_001), speed=None) as (_, instrument):
+    with meter(MeterSettings(rate=2000, readings_per_arm=150_001), speed=None) as (_, instrument):
         instrument.open()
         instrument.start()
         files = open_files()

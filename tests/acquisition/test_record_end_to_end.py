@@ -20,8 +20,7 @@ from allanite.acquisition.instruments import Flag, hp3458a
 from allanite.acquisition.instruments.hp3458a import HP3458A, driver
 from allanite.acquisition.instruments.hp3458a.simulated_meter import Fault, SimulatedIdentity
 from allanite.acquisition.instruments.serial_imu import Description
-from allanite.acquisition.instruments.serial_imu.faults import Fault as LineFault
-from allanite.acquisition.instruments.serial_imu.faults import noise
+from allanite.acquisition.instruments.serial_imu.faults import ImuFault, noise
 from allanite.acquisition.instruments.serial_imu.simulator import SimulatedImu
 from allanite.errors import DataQualityError
 from allanite.files.store import recover
@@ -165,14 +164,14 @@ def test_q7_q8_a_bad_line_to_an_imu_leaves_no_wrong_sample(
     run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     faults = [
-        LineFault(kind="garbage", at=310, size=40),
-        LineFault(kind="partial", at=330, size=11),
-        LineFault(kind="flipped", at=350, size=77),
-        LineFault(kind="doubled", at=370),
-        LineFault(kind="replayed", at=390, size=5),
-        LineFault(kind="lost", at=410, size=7),
-        LineFault(kind="overload", at=430),
-        LineFault(kind="pause", at=450, seconds=0.01),
+        ImuFault(kind="garbage", at=310, size=40),
+        ImuFault(kind="partial", at=330, size=11),
+        ImuFault(kind="flipped", at=350, size=77),
+        ImuFault(kind="doubled", at=370),
+        ImuFault(kind="replayed", at=390, size=5),
+        ImuFault(kind="lost", at=410, size=7),
+        ImuFault(kind="overload", at=430),
+        ImuFault(kind="pause", at=450, seconds=0.01),
     ]
     entries = IMU | {"rate": SWIFT, "start": [{"text": "GO"}]}  # it waits until somebody listens
     with SimulatedImu(Description.of(entries), faults=faults, speed=0.05) as device:
@@ -309,7 +308,7 @@ def test_q7_an_imu_is_unplugged_and_plugged_in(
     serial: str | None, code: int, run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     entries = IMU | ASKED | {"rate": SWIFT}
-    faults = (LineFault(kind="vanish", at=150, seconds=0.2, serial=serial),)  # 4000 samples
+    faults = (ImuFault(kind="vanish", at=150, seconds=0.2, serial=serial),)  # 4000 samples
     with SimulatedImu(Description.of(entries), faults=faults, serial="1", speed=0.05) as device:
         keep_pace(monkeypatch, device)
         done = record_serial(run, device.port, tmp_path, 4400 / SWIFT, "--json", entries=entries)

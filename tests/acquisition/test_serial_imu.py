@@ -17,7 +17,7 @@ from allanite.acquisition.instruments import Flag
 from allanite.acquisition.instruments.serial_imu import Description, Framer, Samples, read_description
 from allanite.acquisition.instruments.serial_imu.checksums import KINDS, SIZES, checksum
 from allanite.acquisition.instruments.serial_imu.encoding import Encoder
-from allanite.acquisition.instruments.serial_imu.faults import Fault, noise, wire
+from allanite.acquisition.instruments.serial_imu.faults import ImuFault, noise, wire
 from allanite.acquisition.instruments.serial_imu.sequence import Sequence
 from allanite.acquisition.instruments.serial_imu.tally import Tally
 from allanite.errors import FormatError, InputError, LimitError
@@ -67,7 +67,7 @@ def rows(described: Description, count: int, first: int = 0) -> np.ndarray:
     return noise(len(described.channels))(first, count)
 
 
-def stream(described: Description, count: int, *faults: Fault) -> bytes:
+def stream(described: Description, count: int, *faults: ImuFault) -> bytes:
     """What a device sends that misbehaves, absences left out."""
     source = noise(len(described.channels))
     sent = wire(Encoder(described), source, faults, rate=described.rate, total=count)
@@ -469,15 +469,15 @@ def test_a_clock_is_a_counter_with_a_step() -> None:
 # -- what goes wrong -----------------------------------------------------------------------------------------
 
 MISBEHAVIOUR = (
-    Fault(kind="garbage", at=3, size=400),
-    Fault(kind="partial", at=7, size=9),
-    Fault(kind="flipped", at=11, size=77),
-    Fault(kind="doubled", at=15),
-    Fault(kind="replayed", at=19, size=4),
-    Fault(kind="lost", at=23, size=5),
-    Fault(kind="overload", at=31),
-    Fault(kind="doubled", at=39),
-    Fault(kind="garbage", at=39, size=2),
+    ImuFault(kind="garbage", at=3, size=400),
+    ImuFault(kind="partial", at=7, size=9),
+    ImuFault(kind="flipped", at=11, size=77),
+    ImuFault(kind="doubled", at=15),
+    ImuFault(kind="replayed", at=19, size=4),
+    ImuFault(kind="lost", at=23, size=5),
+    ImuFault(kind="overload", at=31),
+    ImuFault(kind="doubled", at=39),
+    ImuFault(kind="garbage", at=39, size=2),
 )
 
 
@@ -499,7 +499,9 @@ def test_no_wrong_sample_and_none_twice(described: Description) -> None:
 
 def test_without_a_checksum_a_frame_counts_when_the_next_one_follows() -> None:
     described = binary(checksum=None)
-    sent = stream(described, 40, Fault(kind="partial", at=10, size=9), Fault(kind="garbage", at=20, size=33))
+    sent = stream(
+        described, 40, ImuFault(kind="partial", at=10, size=9), ImuFault(kind="garbage", at=20, size=33)
+    )
     values, _, counter = joined(fed(described, sent)[0])
     assert counter is not None
     assert sorted(set(range(40)) - set(counter.tolist())) == [
@@ -532,7 +534,7 @@ def test_after_an_interruption_the_next_sample_is_flagged_and_no_half_is_joined(
 
 FAULTS = st.lists(
     st.builds(
-        Fault,
+        ImuFault,
         kind=st.sampled_from(["garbage", "partial", "flipped", "doubled", "replayed", "lost", "overload"]),
         at=st.integers(1, 29),
         size=st.integers(1, 40),
@@ -554,7 +556,7 @@ QUICK = settings(max_examples=40, suppress_health_check=[HealthCheck.too_slow])
 @QUICK
 @given(faults=FAULTS, cuts=st.lists(st.integers(0, 900), max_size=12), tail=st.binary(max_size=40))
 def test_cuts_of_the_stream_change_nothing(
-    name: str, faults: list[Fault], cuts: list[int], tail: bytes
+    name: str, faults: list[ImuFault], cuts: list[int], tail: bytes
 ) -> None:
     described = FORMATS[name]
     sent = tail + stream(described, 30, *faults) + tail
@@ -568,7 +570,7 @@ def test_cuts_of_the_stream_change_nothing(
 
 @QUICK
 @given(faults=FAULTS)
-def test_whatever_goes_wrong_every_sample_is_true_and_in_order(faults: list[Fault]) -> None:
+def test_whatever_goes_wrong_every_sample_is_true_and_in_order(faults: list[ImuFault]) -> None:
     described = FORMATS["crc16"]
     values, flags, counter = joined(fed(described, stream(described, 30, *faults))[0])
     assert counter is not None and (np.diff(counter) > 0).all()

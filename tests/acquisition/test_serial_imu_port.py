@@ -17,7 +17,7 @@ from allanite.acquisition.instruments import Block, Flag, Instrument, Instrument
 from allanite.acquisition.instruments.serial_imu import Description, SerialImu, driver
 from allanite.acquisition.instruments.serial_imu.description import PortSettings
 from allanite.acquisition.instruments.serial_imu.encoding import Encoder
-from allanite.acquisition.instruments.serial_imu.faults import Fault, noise
+from allanite.acquisition.instruments.serial_imu.faults import ImuFault, noise
 from allanite.acquisition.instruments.serial_imu.simulator import SimulatedImu
 from allanite.errors import InputError, InstrumentError
 from recorded_instruments import SWIFT, keep_pace
@@ -329,13 +329,13 @@ def test_a_device_on_a_pseudo_terminal_is_read_without_loss() -> None:
 def test_a_device_that_does_everything_wrong_gives_no_wrong_sample(monkeypatch: pytest.MonkeyPatch) -> None:
     described = imu(SWIFT, start=[{"text": "GO"}])
     faults = (
-        Fault(kind="garbage", at=100, size=300),
-        Fault(kind="partial", at=200, size=11),
-        Fault(kind="doubled", at=300),
-        Fault(kind="replayed", at=400, size=8),
-        Fault(kind="flipped", at=500, size=99),
-        Fault(kind="lost", at=600, size=20),
-        Fault(kind="pause", at=800, seconds=0.01),
+        ImuFault(kind="garbage", at=100, size=300),
+        ImuFault(kind="partial", at=200, size=11),
+        ImuFault(kind="doubled", at=300),
+        ImuFault(kind="replayed", at=400, size=8),
+        ImuFault(kind="flipped", at=500, size=99),
+        ImuFault(kind="lost", at=600, size=20),
+        ImuFault(kind="pause", at=800, seconds=0.01),
     )
     with SimulatedImu(described, faults=faults, total=1600, speed=0.1) as device:
         keep_pace(monkeypatch, device)
@@ -361,7 +361,7 @@ def test_a_device_that_disappears_and_comes_back_goes_on_with_its_count(
         start=[{"text": "GO"}],
         identity={"ask": {"text": "ID?"}, "answer": r"SN (?P<serial>\w+) ", "seconds": 60},
     )
-    faults = (Fault(kind="vanish", at=150, seconds=0.2, serial="2"),)  # 4000 samples
+    faults = (ImuFault(kind="vanish", at=150, seconds=0.2, serial="2"),)  # 4000 samples
     back = threading.Event()
     with SimulatedImu(described, faults=faults, total=4400, serial="1", speed=0.05) as device:
         keep_pace(monkeypatch, device, back=back)

@@ -15,7 +15,7 @@ import pytest
 
 import allanite as al
 from allanite.errors import InputError
-from allanite.experiments.rate_table import Sinusoids, read_table, simulate_on_table
+from allanite.experiments.rate_table import Sinusoids, read_rate_table, simulate_on_table
 from allanite.files.recording_file import write_recording
 from allanite.noise import Flicker, NoiseModel, White
 from allanite.study.model_file import model_of, save_models
@@ -35,7 +35,7 @@ def bench(tmp_path_factory: pytest.TempPathFactory) -> Path:
     place = tmp_path_factory.mktemp("table")
     rows = "".join(f"{20 * i},{20 * i + 20},{r}\n" for i, r in enumerate(RATES))
     (place / "table.csv").write_text(f"start,stop,rate_deg_s\n{rows}", encoding="utf-8")
-    table, noise = read_table(place / "table.csv"), model_of(MODEL)
+    table, noise = read_rate_table(place / "table.csv"), model_of(MODEL)
     facts: dict[str, Any] = {"rate": 20.0, "duration": 226.0, "seed": 1, "offset": 1.5, "settling": 0.1}
     run = simulate_on_table(noise, table, unit="deg/s", scale=1.002, bias=0.05 * DEG, **facts)
     write_recording(run, place / "run.parquet")
@@ -159,7 +159,7 @@ def swings() -> al.Recording:
 @pytest.fixture(scope="module")
 def documents(bench: Path) -> dict[str, Any]:
     """Of a run in steps, of sinusoids, and of one that tells nothing."""
-    table, noise = read_table(bench / "table.csv"), model_of(MODEL)
+    table, noise = read_rate_table(bench / "table.csv"), model_of(MODEL)
     record, swing = swings()
     still = simulate_on_table(noise, table, rate=20.0, duration=226.0, seed=3, scale=0.0)
     return {

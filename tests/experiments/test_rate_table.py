@@ -23,7 +23,7 @@ from allanite.experiments.rate_table import (
     Steps,
     TableUncertainty,
     measure_rate_table,
-    read_table,
+    read_rate_table,
     simulate_on_table,
 )
 from allanite.experiments.rate_table.earth_part import EarthPart
@@ -656,14 +656,14 @@ def written(folder: Path, text: str) -> Path:
 
 
 def test_tables_of_every_kind_are_read(tmp_path: Path) -> None:
-    table = read_table(written(tmp_path, "start;stop;rate [deg/s]\n# rest\n0;10;0,5\n12;20;-3\n"))
+    table = read_rate_table(written(tmp_path, "start;stop;rate [deg/s]\n# rest\n0;10;0,5\n12;20;-3\n"))
     assert isinstance(table, Steps) and table.rate == pytest.approx([0.5 * DEG, -3 * DEG])
-    table = read_table(written(tmp_path, "time_ms,angle_deg\n0,350\n10,359\n20,8\n30,17\n"))
+    table = read_rate_table(written(tmp_path, "time_ms,angle_deg\n0,350\n10,359\n20,8\n30,17\n"))
     assert isinstance(table, Sampled) and table.angle[-1] - table.angle[0] == pytest.approx(27 * DEG)
     assert table.interval == pytest.approx(0.01)
-    table = read_table(written(tmp_path, "t,speed_rpm\n0,0\n1,1\n2,2\n"))
+    table = read_rate_table(written(tmp_path, "t,speed_rpm\n0,0\n1,1\n2,2\n"))
     assert isinstance(table, Sampled) and table.means(np.array([0.0]), 2.0) == pytest.approx([math.tau / 60])
-    table = read_table(
+    table = read_rate_table(
         written(tmp_path, "start,stop,amplitude_deg_s,frequency_hz\n0,100,50,0.1\n110,120,50,5\n")
     )
     assert isinstance(table, Sinusoids) and table.frequency.tolist() == [0.1, 5.0]
@@ -683,7 +683,7 @@ def test_tables_of_every_kind_are_read(tmp_path: Path) -> None:
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "cp1252"])
 def test_tables_as_loggers_write_them(tmp_path: Path, text: str, encoding: str) -> None:
     (tmp_path / "table.csv").write_bytes(text.encode(encoding))
-    table = read_table(tmp_path / "table.csv")
+    table = read_rate_table(tmp_path / "table.csv")
     assert isinstance(table, Steps) and table.rate == pytest.approx([DEG, 2 * DEG])
     assert table.spans == pytest.approx(np.array([[0.0, 30.0], [32.5, 60.0]]), abs=1e-6)
 
@@ -707,7 +707,7 @@ def test_tables_as_loggers_write_them(tmp_path: Path, text: str, encoding: str) 
 )
 def test_errors_name_line_and_column(tmp_path: Path, text: str, said: str) -> None:
     with pytest.raises((FormatError, InputError)) as error:
-        read_table(written(tmp_path, text))
+        read_rate_table(written(tmp_path, text))
     assert said in str(error.value) and "table.csv" in str(error.value)
 
 

@@ -246,13 +246,13 @@ def test_u1_theo1_mean_and_edf_against_full_matrices(term: TermType, sampling: s
 def test_theo1_is_unbiased_for_white_noise_and_biased_as_published_for_red() -> None:
     m = [16, 100, 4096, 1_000_000]
     np.testing.assert_allclose(
-        theo_covariance.bias(NoiseModel.of(White(N=2.0)), m, 0.1, "mean"), 1.0, rtol=1e-12
+        theo_covariance.theo1_bias(NoiseModel.of(White(N=2.0)), m, 0.1, "mean"), 1.0, rtol=1e-12
     )
     # Taylor and Howe give 1.87 and 2.70 for long windows.
-    assert theo_covariance.bias(NoiseModel.of(Flicker(B=1.0)), m[3:], 1.0, "mean")[0] == pytest.approx(
+    assert theo_covariance.theo1_bias(NoiseModel.of(Flicker(B=1.0)), m[3:], 1.0, "mean")[0] == pytest.approx(
         1.87, rel=7e-3
     )
-    walk = theo_covariance.bias(NoiseModel.of(RandomWalk(K=1.0)), m[3:], 1.0, "point")
+    walk = theo_covariance.theo1_bias(NoiseModel.of(RandomWalk(K=1.0)), m[3:], 1.0, "point")
     assert walk[0] == pytest.approx(2.70, rel=1e-3)
 
 
@@ -260,7 +260,7 @@ def test_theo1_bias_of_a_ramp() -> None:
     """z_d = R d (m - d): E = R^2 sum d (m - d)^2/(0.75 m^2), and AVAR = R^2 (0.75 m)^2/2."""
     m, d = 200, np.arange(1, 101)
     expected = (0.75 * m) ** 2 / 2 / (float(np.sum(d * (m - d) ** 2)) / (0.75 * m**2))
-    assert theo_covariance.bias(NoiseModel.of(Ramp(R=3.0)), [m], 1.0, "mean")[0] == pytest.approx(
+    assert theo_covariance.theo1_bias(NoiseModel.of(Ramp(R=3.0)), [m], 1.0, "mean")[0] == pytest.approx(
         expected, rel=1e-12
     )
     found = curve(3e-3 * np.arange(500.0), "theo1", taus=[0.75 * m])

@@ -47,7 +47,7 @@ def rate_table_of(
     log, model : path
         Whatever `read` and `load_models` understand.
     table : path
-        CSV of the table's motion (`read_table`).
+        CSV of the table's motion (`read_rate_table`).
     channel : str, optional
         On the axis of the table; of several the one that responds most.
     start, stop : float, optional [s]
@@ -59,13 +59,13 @@ def rate_table_of(
     """
     import numpy as np
 
-    from allanite.experiments.rate_table import measure_rate_table, read_table
+    from allanite.experiments.rate_table import measure_rate_table, read_rate_table
     from allanite.views.wording import step_rows
 
     advance = progress or (lambda fraction, what: None)
     advance(0.0, "reading")
     whole, start, stop = read_whole(log, start, stop, listed=True, source=source, **options)
-    turned = read_table(table)
+    turned = read_rate_table(table)
     part = part_of(whole, start, stop)
     models, where = models_for(model, _following(part, channel))
     chosen: dict[str, Any] = {

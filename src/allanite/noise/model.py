@@ -139,7 +139,7 @@ class NoiseModel:
 
     @classmethod
     def from_datasheet(cls, **entries: Unpack[DatasheetEntries]) -> NoiseModel:
-        """The model that a data sheet states; what can be read in two ways must be said (`allanite.noise.datasheet`).
+        """The model that a data sheet states; what can be read in two ways must be said.
 
         Parameters
         ----------

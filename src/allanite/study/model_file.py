@@ -43,9 +43,14 @@ _WORDS = re.compile(r"\s*([QNBKRT])(?:_b)?\s*=\s*((?:\d+\.?\d*|\.\d+)(?:[eE][+-]
 
 
 def load_models(path: str | os.PathLike[str]) -> tuple[dict[str, NoiseModel], float | None]:
-    """Noise models by channel name: of a study, of what ``allanite fit --json`` prints, of one model, of a data sheet
-    (YAML, see `allanite.study.datasheet`), of another program (Kalibr, OpenVINS, ORB-SLAM3, OKVIS, MATLAB; see
-    `allanite.files.foreign_models`), or in words. The content decides, whatever the file is called.
+    """Load noise models by channel name.
+
+    Parameters
+    ----------
+    path : path
+        A study, what ``allanite fit --json`` prints, one model, a data sheet (YAML, see `allanite.study.datasheet`), a
+        file of another program (Kalibr, OpenVINS, ORB-SLAM3, OKVIS, MATLAB; see `allanite.files.foreign_models`), or
+        words as `model_of` takes them. The content decides, whatever the file is called.
 
     Returns
     -------
@@ -119,18 +124,43 @@ def _of_sheet(path: Path) -> tuple[dict[str, NoiseModel], None]:
 
 
 def save_models(
-    models: Mapping[str, Mapping[str, Any]], path: str | os.PathLike[str], *, force: bool = False
+    models: Mapping[str, NoiseModel | Mapping[str, Any]],
+    path: str | os.PathLike[str],
+    *,
+    force: bool = False,
 ) -> Path:
-    """Write the plain data of models by channel name; `load_models` and ``allanite simulate`` read them."""
+    """Write models by channel name into a file that `load_models` and every ``--model`` read.
+
+    Parameters
+    ----------
+    models : mapping of channel name to NoiseModel, or to the plain data of one
+    path : path
+    force : bool
+        Replace a file that is there.
+
+    Returns
+    -------
+    Path
+        The file that was written.
+
+    Raises
+    ------
+    StorageError
+        The file exists and `force` is not given, or the disk refuses.
+    """
+    plain = {name: m.to_json() if isinstance(m, NoiseModel) else m for name, m in models.items()}
     with fresh(path, force=force) as place:
-        place.write_text(json.dumps(models, ensure_ascii=False, indent=1) + "\n", encoding="utf-8")
+        place.write_text(json.dumps(plain, ensure_ascii=False, indent=1) + "\n", encoding="utf-8")
     return Path(path)
 
 
 def model_of(text: str) -> NoiseModel:
     """A noise model in words: ``"N=0.3 deg/√h, B=5 deg/h, K=5 deg/h/√h"``.
 
-    Symbols are Q, N, B, K and R, each with its unit. With ``T=240 s`` the B is that of a Gauss-Markov term.
+    Parameters
+    ----------
+    text : str
+        Symbols are Q, N, B, K and R, each with its unit. With ``T=240 s`` the B is that of a Gauss-Markov term.
 
     Raises
     ------

@@ -36,7 +36,7 @@ _WEEK = 7 * 86_400.0
 
 
 class SimulatedInstrument:
-    """Noise models as an `allanite.acquisition.instruments.Instrument` of one or several channels.
+    """Noise models as an `allanite.instruments.Instrument` of one or several channels.
 
     Parameters
     ----------

@@ -126,10 +126,10 @@ def agilent_3458a(
 
     Written after its manual and tested against a simulator, on no meter yet: see the first-light checklist.
     """
-    from allanite.acquisition.instruments.hp3458a import HP3458A, Settings
+    from allanite.acquisition.instruments.hp3458a import HP3458A, MeterSettings
 
     def build() -> HP3458A:
-        settings = Settings(
+        settings = MeterSettings(
             rate=rate, range_volts=range_volts, nplc=nplc, aperture=aperture, autozero=autozero
         )
         return HP3458A(resource, settings, scale_factor=scale)

@@ -16,7 +16,7 @@ enters the budget.
 from allanite.experiments.rate_table.estimation import measure_rate_table
 from allanite.experiments.rate_table.motion import Clock, RateTable, Sampled, Sinusoids, Steps
 from allanite.experiments.rate_table.results import Parameter, RateTableEstimate, TableUncertainty
-from allanite.experiments.rate_table.table_file import read_table
+from allanite.experiments.rate_table.table_file import read_rate_table
 from allanite.experiments.rate_table.twin import simulate_on_table
 
 __all__ = [
@@ -29,6 +29,6 @@ __all__ = [
     "Steps",
     "TableUncertainty",
     "measure_rate_table",
-    "read_table",
+    "read_rate_table",
     "simulate_on_table",
 ]

@@ -85,7 +85,7 @@ def measure_rate_table(
     recording : Recording
         Rates, or volts or counts: the scale factor is then in the unit of the channel per rad/s.
     table : Steps, Sampled or Sinusoids
-        How the table turned, by its own clock (`read_table`).
+        How the table turned, by its own clock (`read_rate_table`).
     channel : str, optional
         The channel on the table's axis; of several the one that responds most.
     model : NoiseModel or mapping of channel name to NoiseModel, optional

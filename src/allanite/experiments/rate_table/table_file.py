@@ -28,7 +28,7 @@ from allanite.plain_files.counted import plural
 from allanite.plain_files.regular_file import read_regular
 from allanite.quantities.units import Quantity, parse_unit
 
-__all__ = ["read_table"]
+__all__ = ["read_rate_table"]
 
 Array = NDArray[np.float64]
 
@@ -78,7 +78,7 @@ class _Sheet:
     comma: bool
 
 
-def read_table(path: str | os.PathLike[str]) -> RateTable:
+def read_rate_table(path: str | os.PathLike[str]) -> RateTable:
     """How a rate table turned, from a CSV file.
 
     Parameters
@@ -105,7 +105,7 @@ def read_table(path: str | os.PathLike[str]) -> RateTable:
     >>> with TemporaryDirectory() as folder:
     ...     place = Path(folder) / "table.csv"
     ...     _ = place.write_text("start,stop,rate_deg_s\\n0,30,0\\n32,62,100\\n")
-    ...     table = read_table(place)
+    ...     table = read_rate_table(place)
     >>> table.kind, len(table.rate)
     ('steps', 2)
     """

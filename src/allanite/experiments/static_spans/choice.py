@@ -43,10 +43,18 @@ def find_rests(
     accelerometer: Sequence[str] | None = None,
     model: NoiseModel | Mapping[str, NoiseModel] | None = None,
 ) -> StaticSpans:
-    """Find the rests of a unit that was put down, or held in the hand: arguments as of `find_static_spans`.
+    """Find the rests of a unit that was put down, or held in the hand.
 
     They are those of `find_held_spans` where the forces follow the gyros (`held_by_hand`), where nothing is quite at
     rest or less than half of the time that is held steadily, or where a half axis has a steady rest and none at rest.
+
+    Parameters
+    ----------
+    recording : Recording
+    gyro, accelerometer : sequence of str, optional
+        Three channels each, by axis; by default the only ones of their kind.
+    model : NoiseModel or mapping of channel name to NoiseModel, optional
+        As of `find_static_spans`.
     """
     still = find_static_spans(recording, gyro=gyro, accelerometer=accelerometer, model=model)
     held = find_held_spans(recording, gyro=gyro, accelerometer=accelerometer)

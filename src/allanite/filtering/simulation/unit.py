@@ -183,7 +183,18 @@ def _with_readings(unit: Recording, temperature: Temperature, seed: int, samplin
 
 
 def true_attitudes(recording: Recording, t: ArrayLike) -> Array:
-    """Attitudes of a simulated unit at instants t [s], shape (n, 3, 3): forward, right, down to north, east, down.
+    """Attitudes of a simulated unit at instants: forward, right, down to north, east, down.
+
+    Parameters
+    ----------
+    recording : Recording
+        Of `simulate_unit`.
+    t : array_like, shape (n,) [s]
+        From the first sample.
+
+    Returns
+    -------
+    ndarray, shape (n, 3, 3)
 
     Raises
     ------

@@ -167,7 +167,7 @@ class AllanCurve:
         """The same deviations with degrees of freedom and intervals under a model.
 
         Exact for oadev and haar, to 1 % for theo1, to first order in their inverse for robust, theobr and theoh.
-        The interval of theo1 is that of Theo1: its bias stays (`allan.theo_covariance.bias`).
+        The interval of theo1 is that of Theo1: its bias stays (`allan.theo_covariance.theo1_bias`).
 
         Raises
         ------

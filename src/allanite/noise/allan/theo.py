@@ -11,7 +11,7 @@ first d samples is
     ThêoH     = AVAR up to a fifth of the record, TheoBR beyond.                                                (3)
 
 Theo1 equals AVAR for white noise alone; (2) takes the ratio of the two from the record itself, where the
-Allan variance is still sharp, and supposes that the noise does not change its kind beyond. `theo_covariance.bias`
+Allan variance is still sharp, and supposes that the noise does not change its kind beyond. `theo_covariance.theo1_bias`
 has the exact ratio of a model.
 
 A window costs m/2 terms. Long windows are therefore summed over every s-th start and every s-th d, s a 256th of the

@@ -37,7 +37,7 @@ from allanite.noise import Flicker, GaussMarkov, NoiseModel, Quantisation, Ramp,
 from allanite.noise.allan.covariance import count_pairs, in_samples
 from allanite.noise.allan.statistics import total_length
 
-__all__ = ["bias", "edf_theo1", "edf_theobr", "mean", "shapes"]
+__all__ = ["edf_theo1", "edf_theobr", "mean", "shapes", "theo1_bias"]
 
 Array = NDArray[np.float64]
 Lags = NDArray[np.int64]
@@ -58,13 +58,17 @@ def mean(model: NoiseModel, lags: ArrayLike, dt: float, sampling: str) -> Array:
     return np.array([_mean(terms, int(m), sampling) for m in np.atleast_1d(np.asarray(lags))])
 
 
-def bias(model: NoiseModel, lags: ArrayLike, dt: float, sampling: str) -> Array:
+def theo1_bias(model: NoiseModel, lags: ArrayLike, dt: float, sampling: str) -> Array:
     """AVAR(0.75 m dt) over the expected Theo1(m): what to multiply Theo1 by where the model is known.
 
     Parameters
     ----------
+    model : NoiseModel
     lags : array_like of int, shape (n_lags,)
         Windows m, even.
+    dt : float [s]
+        Sample interval.
+    sampling : "mean" or "point"
 
     Returns
     -------

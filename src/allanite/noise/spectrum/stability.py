@@ -75,7 +75,14 @@ def _sinusoid(line: SpectralLine, spectrum: Spectrum) -> Sinusoid:
 
 
 def without_stable_lines(recording: Recording, spectrum: Spectrum) -> Recording:
-    """The recording of the spectrum's channel alone, without its stable lines."""
+    """The recording of the spectrum's channel alone, without its stable lines.
+
+    Parameters
+    ----------
+    recording : Recording
+    spectrum : Spectrum
+        Of one of its channels, by `power_spectrum`.
+    """
     lines = tuple(line for line in spectrum.lines if line.stable)
     alone = recording.select(spectrum.channel)
     if not lines:

@@ -172,6 +172,7 @@ def check(recording: Recording, *, progress: Progress | None = None) -> tuple[Fi
 
     Parameters
     ----------
+    recording : Recording
     progress : callable, optional
         Called with the fraction done, 0 to 1.
     """

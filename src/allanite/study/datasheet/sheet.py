@@ -98,6 +98,10 @@ class Datasheet:
 def read_datasheet(path: str | os.PathLike[str]) -> Datasheet:
     """A data sheet out of a YAML file.
 
+    Parameters
+    ----------
+    path : path
+
     Raises
     ------
     InputError

@@ -7,7 +7,7 @@ Written from the manual and tried against the simulator of this folder only: on 
 
 from __future__ import annotations
 
-from allanite.acquisition.instruments.hp3458a.commands import Settings
+from allanite.acquisition.instruments.hp3458a.commands import MeterSettings
 from allanite.acquisition.instruments.hp3458a.driver import HP3458A
 
-__all__ = ["HP3458A", "Settings"]
+__all__ = ["HP3458A", "MeterSettings"]

@@ -23,8 +23,8 @@ __all__ = [
     "REZERO",
     "STOP",
     "Format",
+    "MeterSettings",
     "ReadBack",
-    "Settings",
     "aliasing_factor",
     "base_lines",
     "numbers_of",
@@ -74,7 +74,7 @@ OFF_ON: Mapping[str, float] = {"OFF": 0, "ON": 1}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Settings:
+class MeterSettings:
     """What the meter is asked to do: direct voltage at an even pace.
 
     Attributes
@@ -192,7 +192,7 @@ def aliasing_factor(aperture: float, period: float) -> float:
     return math.sqrt(max(period / aperture, 1.0))
 
 
-def base_lines(settings: Settings) -> tuple[str, ...]:
+def base_lines(settings: MeterSettings) -> tuple[str, ...]:
     """Everything between the clear and the verification, one chained line for each step of the sequence.
 
     INBUF ON stands before any TARM SGL, else the bus is held until the last reading. LFREQ LINE stands before NPLC,
@@ -208,12 +208,12 @@ def base_lines(settings: Settings) -> tuple[str, ...]:
     )
 
 
-def trigger_lines(settings: Settings) -> tuple[str, ...]:
+def trigger_lines(settings: MeterSettings) -> tuple[str, ...]:
     """Pace and count; repeated before an arming that follows a device clear."""
     return (f"TRIG AUTO;TIMER {settings.period:.9G};NRDGS {settings.readings_per_arm},TIMER",)
 
 
-def read_backs(settings: Settings) -> tuple[ReadBack, ...]:
+def read_backs(settings: MeterSettings) -> tuple[ReadBack, ...]:
     """Every setting asked back, with what must come."""
     command, number = settings.integration
     integration = (

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 from allanite.acquisition.instruments import Block, Identity, InstrumentTimeout, host_ns
 from allanite.acquisition.instruments.hp3458a import commands
-from allanite.acquisition.instruments.hp3458a.commands import Settings
+from allanite.acquisition.instruments.hp3458a.commands import MeterSettings
 from allanite.acquisition.instruments.hp3458a.conversation import QUIET, Conversation
 from allanite.acquisition.instruments.hp3458a.pace import Pace
 from allanite.acquisition.instruments.hp3458a.resources import device_of
@@ -62,7 +62,7 @@ class HP3458A:
     ----------
     resource : str or callable
         As `open_transport` takes it; or a function that returns a transport.
-    settings : Settings
+    settings : MeterSettings
     name : str
         Of the channel.
     scale_factor : str, optional
@@ -84,7 +84,7 @@ class HP3458A:
     def __init__(
         self,
         resource: str | Callable[[], Transport],
-        settings: Settings,
+        settings: MeterSettings,
         *,
         name: str = "voltage",
         scale_factor: str | None = None,
@@ -488,7 +488,7 @@ class HP3458A:
         return self._talk
 
 
-def _planned_aperture(settings: Settings) -> float | None:
+def _planned_aperture(settings: MeterSettings) -> float | None:
     """Aperture before the meter is asked; in periods of a mains that nobody has measured yet there is none."""
     command, number = settings.integration
     return number if command == "APER" else None

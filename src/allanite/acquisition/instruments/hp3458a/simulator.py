@@ -17,7 +17,7 @@ from typing import Literal, Protocol
 
 from allanite.acquisition.instruments.hp3458a.simulated_meter import SimulatedMeter
 
-__all__ = ["SimulatedPrologix", "Simulator"]
+__all__ = ["MeterSimulator", "SimulatedPrologix"]
 
 KEPT = 1 << 20
 CHUNK = 1 << 16
@@ -128,7 +128,7 @@ class SimulatedPrologix:
         return b""
 
 
-class Simulator:
+class MeterSimulator:
     """A simulated meter behind a door, in a thread of its own.
 
     Parameters
@@ -148,7 +148,7 @@ class Simulator:
     Examples
     --------
     >>> from allanite.acquisition.instruments.hp3458a.simulated_meter import SimulatedMeter
-    >>> with Simulator(SimulatedMeter()) as simulator:
+    >>> with MeterSimulator(SimulatedMeter()) as simulator:
     ...     simulator.resource.startswith("TCPIP::127.0.0.1::")
     True
     """
@@ -169,7 +169,7 @@ class Simulator:
         self._port = 0
         self._thread = threading.Thread(target=self._run, name="simulated 3458A", daemon=True)
 
-    def __enter__(self) -> Simulator:
+    def __enter__(self) -> MeterSimulator:
         if self._kind == "prologix-serial":
             self._master, self._slave = _raw_terminal()
             self.resource = f"prologix://{os.ttyname(self._slave)}/22"

@@ -322,6 +322,10 @@ class Description(Entry):
 def read_description(path: str | os.PathLike[str]) -> Description:
     """A description out of a YAML file.
 
+    Parameters
+    ----------
+    path : path
+
     Raises
     ------
     InputError

@@ -54,7 +54,7 @@ class _Port(Protocol):
 
 
 class SerialImu:
-    """A device that sends frames or lines over a serial port: an `allanite.acquisition.instruments.Instrument`.
+    """A device that sends frames or lines over a serial port: an `allanite.instruments.Instrument`.
 
     Parameters
     ----------

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from allanite.acquisition.instruments.serial_imu.encoding import Encoder
 
-__all__ = ["Fault", "Source", "Vanish", "Wait", "noise", "wire"]
+__all__ = ["ImuFault", "Source", "Vanish", "Wait", "noise", "wire"]
 
 #: Values of samples [first, first + count), shape (count, n_channels), in the unit of each channel.
 Source = Callable[[int, int], NDArray[np.float64]]
@@ -25,7 +25,7 @@ _BLOCK = 1024
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Fault:
+class ImuFault:
     """Something that goes wrong at one sample.
 
     Attributes
@@ -94,7 +94,12 @@ def noise(n_channels: int, seed: int = 0, deviation: float = 1.0) -> Source:
 
 
 def wire(
-    encoder: Encoder, source: Source, faults: Sequence[Fault] = (), *, rate: float, total: int | None = None
+    encoder: Encoder,
+    source: Source,
+    faults: Sequence[ImuFault] = (),
+    *,
+    rate: float,
+    total: int | None = None,
 ) -> Iterator[tuple[int, bytes | Wait | Vanish]]:
     """What goes over the line: pairs (number of the sample, bytes or an absence), one after the other.
 
@@ -105,7 +110,7 @@ def wire(
     total : int, optional
         Samples until the device falls silent; None: never.
     """
-    by_number: dict[int, list[Fault]] = {}
+    by_number: dict[int, list[ImuFault]] = {}
     for fault in faults:
         by_number.setdefault(fault.at, []).append(fault)
     number, zero, last = 0, 0, [b""]
@@ -142,7 +147,7 @@ def wire(
         number += 1
 
 
-def _spoilt(frame: bytes, faults: Sequence[Fault], before: Sequence[bytes], number: int) -> bytes:
+def _spoilt(frame: bytes, faults: Sequence[ImuFault], before: Sequence[bytes], number: int) -> bytes:
     """The frame as these faults send it."""
     sent = frame
     for fault in faults:

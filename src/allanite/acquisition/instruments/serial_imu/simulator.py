@@ -18,7 +18,7 @@ from types import TracebackType
 
 from allanite.acquisition.instruments.serial_imu.description import Description
 from allanite.acquisition.instruments.serial_imu.encoding import Encoder
-from allanite.acquisition.instruments.serial_imu.faults import Fault, Source, Vanish, Wait, noise, wire
+from allanite.acquisition.instruments.serial_imu.faults import ImuFault, Source, Vanish, Wait, noise, wire
 from allanite.errors import InputError, InstrumentError
 
 __all__ = ["SimulatedImu"]
@@ -35,7 +35,7 @@ class SimulatedImu:
     description : Description
     source : callable, optional
         Samples by number: `faults.Source`; by default white noise of `seed`, one unit strong.
-    faults : sequence of Fault
+    faults : sequence of ImuFault
     speed : float
         Times the rate of the description; infinity: as fast as it is read. An absence takes as long as it says.
     total : int, optional
@@ -56,7 +56,7 @@ class SimulatedImu:
         description: Description,
         *,
         source: Source | None = None,
-        faults: Sequence[Fault] = (),
+        faults: Sequence[ImuFault] = (),
         speed: float = 1.0,
         total: int | None = None,
         seed: int = 0,
