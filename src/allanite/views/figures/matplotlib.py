@@ -68,6 +68,7 @@ _RC: dict[Any, Any] = {
     "font.size": 8.5,
     "axes.labelsize": 9,
     "axes.titlesize": 9.5,
+    "axes.titley": 1.0,  # nothing is above the axes that Matplotlib would have to look for
     "legend.fontsize": 8,
     "svg.fonttype": "none",  # words stay words: smaller, and they can be searched
     "svg.hashsalt": "allanite",  # the same study gives the same file
@@ -78,10 +79,11 @@ _RC: dict[Any, Any] = {
 
 @dataclass(frozen=True, slots=True)
 class _Look:
-    """What holds for all of a panel: the values of the colours, and whether there is room for words."""
+    """What holds for all of a panel: its colours, whether there is room for words, whether nobody will zoom it."""
 
     colours: Mapping[str, str]
     crowded: bool = False
+    still: bool = False
 
     def __getitem__(self, colour: str) -> str:
         return self.colours[colour]
@@ -89,13 +91,18 @@ class _Look:
 
 def figure(sheet: Sheet, *, dark: bool = False) -> Figure:
     """A Matplotlib figure of a sheet; it belongs to no window and no global state."""
+    return _figure(sheet, dark=dark, still=False)
+
+
+def _figure(sheet: Sheet, *, dark: bool, still: bool) -> Figure:
+    """A figure; one that nobody will zoom is drawn in less time."""
     import matplotlib as mpl
     from matplotlib.figure import Figure
 
     with mpl.rc_context(_RC):
         size, boxes = _layout(sheet)
         crowded = sheet.columns > 1
-        look = _Look(DARK if dark else LIGHT, crowded)
+        look = _Look(DARK if dark else LIGHT, crowded, still)
         made = Figure(figsize=size, facecolor=look["paper"])
         common: dict[str, Any] = {}
         labelled = [sheet.labelled(i) for i, row in enumerate(sheet.rows) for _ in row]
@@ -107,7 +114,8 @@ def figure(sheet: Sheet, *, dark: bool = False) -> Figure:
             axes.yaxis.set_label_coords(-(_LEFT - 0.16) / width, 0.5)
             if not said:
                 axes.set_xlabel("")
-                axes.tick_params(labelbottom=False)
+            if panel.drawing is None:
+                _axes_of(axes, look, numbered=said)
             common |= {name: handle for name, handle in _entries(axes).items() if name != _plain(panel.title)}
         if crowded:  # small panels have no room for a legend each: one below says it for all
             _legend(made, common, look, loc="lower center", ncols=4)
@@ -118,7 +126,7 @@ def svg(sheet: Sheet, *, dark: bool = False) -> str:
     """A sheet as SVG text, without a date, so that equal studies give equal files."""
     import matplotlib as mpl
 
-    made = figure(sheet, dark=dark)
+    made = _figure(sheet, dark=dark, still=True)
     target = io.StringIO()
     with mpl.rc_context(_RC):
         made.savefig(target, format="svg", metadata={"Date": None, "Creator": "allanite"})
@@ -192,12 +200,22 @@ def _frame(axes: Axes, panel: Panel, look: _Look) -> None:
         _ticks(getattr(axes, f"{direction}axis"), axis)
     if panel.square:
         axes.set_aspect("equal")
-    axes.grid(visible=True, color=look["grid"], linewidth=0.6)
-    axes.set_axisbelow(True)
-    axes.tick_params(which="both", direction="out", color=look["guide"], labelcolor=look["ink"])
     for side in axes.spines.values():
         side.set(color=look["guide"], linewidth=0.7)
     _landmarks(axes, panel.x, look)
+
+
+def _axes_of(axes: Axes, look: _Look, *, numbered: bool) -> None:
+    """Grid, ticks and their labels."""
+    axes.set_axisbelow(True)
+    if look.still:
+        from allanite.views.figures.rulers import rule
+
+        rule(axes, ink=look["ink"], guide=look["guide"], grid=look["grid"], numbered=numbered)
+        return
+    axes.grid(visible=True, color=look["grid"], linewidth=0.6)
+    axes.tick_params(which="both", direction="out", color=look["guide"], labelcolor=look["ink"])
+    axes.tick_params(labelbottom=numbered)
 
 
 def _ticks(target: Any, axis: Axis) -> None:

@@ -15,7 +15,7 @@ __all__ = ["slim"]
 _SVG = "http://www.w3.org/2000/svg"
 _LINK = "http://www.w3.org/1999/xlink"
 _COUNTER = re.compile(r"[A-Za-z0-9.]+_\d+$")  # "xtick_3"; names that are referred to are hashes
-_DIGITS = re.compile(r"(\.\d\d)\d+")
+_DIGITS = re.compile(r"(?<=\.\d\d)\d+")
 _FONT = re.compile(r" ?font-family: ([^;]*);| ?font: ([\d.]+px) ([^;]*);?")
 _COORDINATES = ("d", "x", "y", "x1", "y1", "x2", "y2", "points", "transform", "width", "height")
 
@@ -40,7 +40,7 @@ def _simplify(element: ElementTree.Element) -> None:
     for name in _COORDINATES:
         value = element.get(name)
         if value is not None:
-            element.set(name, " ".join(_DIGITS.sub(r"\1", value).split()))
+            element.set(name, " ".join(_DIGITS.sub("", value).split()))
     style = element.get("style")
     if style is not None:
         element.set("style", _FONT.sub(lambda m: f" font-size: {m[2]};" if m[2] else "", style).strip(" ;"))
