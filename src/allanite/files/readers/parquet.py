@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 from allanite.errors import AllaniteError, FormatError, InputError, LimitError, StorageError
 from allanite.files.readers.table import Options, Table
 from allanite.files.store.compaction import parquet_place
+from allanite.plain_files.arrow_numbers import arrow_of, numbers_of, whole_numbers_of
 from allanite.plain_files.json_values import parse_plain
 from allanite.plain_files.limits import COLUMNS, PIECES, refuse_more
 from allanite.plain_files.regular_file import open_regular, regular
@@ -149,7 +150,7 @@ class _LazyColumn:
         self.dtype = dtype
         self.origin = 0.0
         if whole and dtype.itemsize == 8 and edges[-1] > 0:
-            first = float(_decoded(self._checked(0), 0)[0])
+            first = float(self._checked(0, 0)[0])
             if (
                 abs(first) >= 2.0**53
             ):  # integers that far are read relative to a number just below the first one
@@ -170,11 +171,11 @@ class _LazyColumn:
             return np.array(parts[0])
         return np.concatenate(parts) if parts else np.zeros(0)
 
-    def _checked(self, group: int) -> pa.ChunkedArray:
+    def _checked(self, group: int, origin: int) -> NDArray[np.float64]:
         import pyarrow as pa
 
         try:
-            return _as_numbers(self._decode(group, self._name))
+            return _decoded(_as_numbers(self._decode(group, self._name)), origin)
         except (pa.ArrowException, OSError, ValueError) as error:
             raise FormatError(f"column {self._name}, row group {group}: damaged ({_brief(error)})") from None
 
@@ -182,7 +183,7 @@ class _LazyColumn:
         with self._lock:
             kept = self._kept.get(group)
             if kept is None:
-                kept = _decoded(self._checked(group), int(self.origin))
+                kept = self._checked(group, int(self.origin))
                 if self._whole and len(kept) and np.nanmax(np.abs(kept), initial=0.0) >= 2.0**53:
                     raise InputError(
                         f"column {self._name}: 64-bit integers that span more than 2**53; float64 cannot hold them"
@@ -205,16 +206,11 @@ def _as_numbers(array: pa.ChunkedArray) -> pa.ChunkedArray:
 
 
 def _decoded(array: pa.ChunkedArray, origin: int) -> NDArray[np.float64]:
-    import pyarrow as pa
-    import pyarrow.compute as pc
-
-    if origin and pa.types.is_uint64(array.type):
-        missing = np.asarray(pc.is_null(array))
-        away = (np.asarray(pc.fill_null(array, origin)) - np.uint64(origin)).view(np.int64)
-        return np.where(missing, np.nan, away.astype(np.float64))
-    if origin:
-        array = pc.subtract(array.cast(pa.int64()), pa.scalar(origin, pa.int64()))
-    return np.asarray(array.to_numpy(), dtype=np.float64)
+    if not origin:
+        return numbers_of(array).astype(np.float64, copy=False)
+    values, missing = whole_numbers_of(array)
+    away = (values - values.dtype.type(origin)).view(np.int64)
+    return np.where(missing, np.nan, away.astype(np.float64))
 
 
 def _numeric(kind: pa.DataType) -> bool:
@@ -357,13 +353,11 @@ def _stored(column: Column) -> np.dtype[Any]:
 
 
 def _stored_block(column: Column, start: int, stop: int) -> pa.Array:
-    import pyarrow as pa
-
     block, dtype = column.read(start, stop), _stored(column)
     if dtype.kind == "f":
-        return pa.array(block.astype(dtype))
+        return arrow_of(block.astype(dtype))
     missing = np.isnan(block)
     # float64 has 53 bits, the samples may have 64
     wide = np.dtype(np.uint64 if dtype.kind == "u" else np.int64)
     whole = np.where(missing, 0.0, block).astype(np.int64).astype(wide) + wide.type(int(column.origin))
-    return pa.array(whole.astype(dtype), mask=missing)
+    return arrow_of(whole.astype(dtype), missing)

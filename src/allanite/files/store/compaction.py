@@ -20,6 +20,7 @@ from allanite.files.store.header import Header
 from allanite.files.store.manifest import is_sound
 from allanite.files.store.run import Run, open_run
 from allanite.files.store.survey import Piece, Survey
+from allanite.plain_files.arrow_numbers import arrow_of, numbers_of
 from allanite.plain_files.atomic_file import fresh
 from allanite.plain_files.json_values import parse_plain
 from allanite.plain_files.limits import FOOTER_BYTES, PIECES, refuse_more
@@ -187,14 +188,14 @@ class _GroupRows:
         try:
             with pq.ParquetFile(parquet_place(self.path), page_checksum_verification=True) as file:
                 column = file.read_row_group(self.group, columns=[name], use_threads=False).column(0)
-                return np.asarray(column, dtype=np.float64)
+                return numbers_of(column).astype(np.float64, copy=False)
         except (pa.ArrowException, OSError, ValueError) as error:
             raise FormatError(f"{self.path.name}: row group {self.group} is damaged ({error})") from None
 
 
 def _piece(path: Path, file: pq.ParquetFile, k: int) -> Piece:
     group = file.read_row_group(k, columns=["counter", "monotonic_ns", "utc_ns", "flags"])
-    counter, monotonic, utc, flags = (np.asarray(column) for column in group.columns)
+    counter, monotonic, utc, flags = map(numbers_of, group.columns)
     ends = np.flatnonzero(np.append(np.diff(utc) != 0, True))  # of batches
     some = ends[np.unique(np.linspace(0, ends.size - 1, _MARKS).round().astype(int))]
     clocks = np.stack([counter, monotonic, utc], axis=1)[some]
@@ -241,7 +242,7 @@ def _groups(run: Run, part: int | None, schema: pa.Schema) -> Iterator[pa.Table]
 def _same(one: pa.Table, other: pa.Table) -> bool:
     """The same columns with the same values; a value that is missing (NaN) is equal to one that is."""
     return bool(one.schema.equals(other.schema)) and all(
-        np.array_equal(one.column(n).to_numpy(), other.column(n).to_numpy(), equal_nan=True)
+        np.array_equal(numbers_of(one.column(n)), numbers_of(other.column(n)), equal_nan=True)
         for n in one.schema.names
     )
 
@@ -256,4 +257,4 @@ def _table(batches: list[Batch], schema: pa.Schema) -> pa.Table:
         np.concatenate([b.flags for b in batches]),
         *np.concatenate([b.values for b in batches]).T,
     ]
-    return pa.table([pa.array(c) for c in columns], schema=schema)
+    return pa.table([arrow_of(c) for c in columns], schema=schema)

@@ -28,6 +28,7 @@ from numpy.typing import NDArray
 from allanite.errors import FormatError
 from allanite.files.store.batch import Batch
 from allanite.files.store.header import TAKEN, Header
+from allanite.plain_files.arrow_numbers import arrow_of, numbers_of
 from allanite.plain_files.json_values import parse_plain
 
 if TYPE_CHECKING:
@@ -200,11 +201,7 @@ def encode(batch: Batch, number: int, opening: Opening) -> bytes:
     import pyarrow as pa
 
     columns = [batch.counter, batch.monotonic_ns, batch.flags, *np.ascontiguousarray(batch.values.T)]
-    arrays = [
-        # Made from buffers: pa.array would first import pandas, for seconds, where that is installed.
-        pa.Array.from_buffers(f.type, len(batch), [None, pa.py_buffer(np.ascontiguousarray(column))])
-        for f, column in zip(opening.schema, columns, strict=True)
-    ]
+    arrays = [arrow_of(column) for column in columns]
     facts = f"batch={number:08d} utc_ns={batch.utc_ns:+020d} bytes={0:010d} ".encode() + _NO_CRC
     sink = pa.BufferOutputStream()
     with pa.ipc.new_stream(sink, opening.schema) as writer:
@@ -276,7 +273,7 @@ def samples(data: bytes, opening: Opening, utc_ns: int) -> Batch:
     with _foreign():
         table = pa.ipc.open_stream(pa.py_buffer(opening.data + data)).read_all().combine_chunks()
         columns = [
-            np.asarray(column.chunk(0)).astype(kind, copy=False)
+            numbers_of(column).astype(kind, copy=False)
             for column, kind in zip(table.columns, _kinds(opening), strict=True)
         ]
     counter, monotonic_ns, flags = columns[: len(TAKEN)]

@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import FormatError
+from allanite.plain_files.arrow_numbers import numbers_of
 from allanite.plain_files.regular_file import open_regular
 from allanite.recording.sample_columns import Calculated
 
@@ -76,7 +77,7 @@ class SegmentRows:
                 f"{self.path} has changed since it was verified: `allanite recover` says what is lost of the run"
             )
         whole = pa.ipc.open_stream(pa.py_buffer(data)).read_all().column(name)
-        return np.concatenate([np.asarray(chunk) for chunk in whole.chunks])[self.skip :]
+        return numbers_of(whole)[self.skip :]
 
 
 class RowColumn(Calculated):

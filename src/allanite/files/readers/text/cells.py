@@ -24,6 +24,7 @@ from allanite.files.readers.text.dialect import COMMENT, MISSING, OVERLOAD, Dial
 from allanite.files.readers.text.row_kinds import line_pattern
 from allanite.files.readers.text.sentences import DAMAGED
 from allanite.files.readers.text.suffixes import NUMBER, Suffixes, split_suffix
+from allanite.plain_files.arrow_numbers import numbers_of
 from allanite.recording.records import Column
 
 if TYPE_CHECKING:
@@ -229,12 +230,12 @@ class Cells:
         if i in self.suffixes and i not in self.unit_columns:
             return self._without_suffix(column, i)
         if kind in ("i", "f"):
-            return np.asarray(column.to_numpy())
+            return numbers_of(column)
         if kind == "iso8601" and column.null_count == 0:
             try:
                 zoned = len(column) > 0 and (str(column[0])[-1:] in "Zz" or "+" in str(column[0]))
                 moments = column.cast(pa.timestamp("ns", "UTC" if zoned else None))
-                return np.asarray(moments.cast(pa.int64()).to_numpy())
+                return numbers_of(moments.cast(pa.int64()))
             except pa.ArrowInvalid:
                 pass  # other zones, a decimal comma: cell by cell
         return self._moments(column.to_pylist(), i)
@@ -262,7 +263,7 @@ class Cells:
         if not marks.keys() <= self.suffixes[i].keys():
             raise ValueError("a suffix for the first time")
         numbers = compute.replace_substring(compute.struct_field(parts, "number"), ",", ".")
-        values = np.asarray(compute.cast(numbers, pa.float64()).to_numpy())
+        values = numbers_of(compute.cast(numbers, pa.float64()))
         for suffix, n in marks.items():
             self._note_suffix(i, suffix, n, 0)
         return values
