@@ -69,7 +69,7 @@ def test_every_code_in_the_detectors_is_in_the_catalogue_and_back() -> None:
     looks = [look for name in health.__all__ if name.endswith("_DETECTORS") for look in getattr(health, name)]
     source = "".join(inspect.getsource(inspect.getmodule(look)) for look in looks)  # type: ignore[arg-type]
     source += inspect.getsource(held) + inspect.getsource(tails)
-    elsewhere = {  # made by allanite.study.study
+    elsewhere = {  # made by allanite.study
         "spectral_line",
         "band_limited",
         "not_fitted",

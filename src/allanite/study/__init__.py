@@ -2,6 +2,8 @@
 """Everything that one recording says, as one document.
 
 ``study``        `characterize` makes a Study; it is all that crosses from the science to the presentation
+``request``      what is asked of it
+``channel``      what it says of one channel
 ``schema``       the shape of the document, checked when one is read
 ``model_file``   models out of studies, fits, sheets and words, and into files
 ``datasheet``    what a data sheet promises, beside what was measured

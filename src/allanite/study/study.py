@@ -9,12 +9,11 @@ from __future__ import annotations
 
 import copy
 import json
-import math
 import os
 import platform
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
@@ -23,40 +22,29 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from allanite import __version__
-from allanite.errors import AllaniteError, DataQualityError, FitError, FormatError, InputError
-from allanite.fitting.instrument_floor import (
-    floor_entry,
-    floor_facts,
-    floor_findings,
-    over_floor,
-    quiet_curve,
-    ready_floor,
-)
+from allanite.errors import FormatError, InputError
+from allanite.fitting.instrument_floor import floor_facts, ready_floor
 from allanite.noise import NoiseModel
-from allanite.noise.allan import AllanCurve, allan_curve
+from allanite.noise.allan import AllanCurve
 from allanite.plain_files.atomic_file import fresh
-from allanite.plain_files.json_values import load_plain
-from allanite.recording.cleaning.renewed import held_entry
+from allanite.plain_files.json_values import load_plain, plain
 from allanite.recording.cleaning.rows import at_own_rates
 from allanite.recording.clock_channels import without_noise
-from allanite.recording.health import Finding, Severity, check, prepare
-from allanite.recording.health.finding import finding
+from allanite.recording.health import Finding, check, prepare
 from allanite.recording.health.run import missing_because
-from allanite.recording.health.tails import law_of
-from allanite.recording.records import Channel, Kind, Recording, checked_recording
+from allanite.recording.records import Recording, checked_recording
+from allanite.study.channel import Curves, channel_entry
+from allanite.study.request import Progress, Request, Steps
 
 if TYPE_CHECKING:
-    from allanite.fitting.advice import Advice
     from allanite.stability.environment import EnvironmentEstimate
 
 __all__ = ["Study", "characterize"]
 
 FORMAT = "allanite-study"
 VERSION = 1
-_OVERVIEW = 1500
 _GAPS = 100
 
-Progress = Callable[[float, str], None]
 Json = dict[str, Any]
 
 
@@ -223,366 +211,129 @@ def characterize(
         An unknown finding code, statistic, method or grid; a floor that does not fit; what a method knows nothing of.
     """
     checked_recording(recording, "characterize")
-    asked = {
-        "a temperature": temperature,
-        "a modelled warm-up": warm_up == "model",
-        "a floor": floor,
-        "exclude": exclude,
-    }
-    _check_method(method, [name for name, value in asked.items() if value])
-    report = _Steps(progress)
+    request = Request(
+        accept=accept, method=method, statistic=statistic, taus=taus, confidence=confidence, temperature=temperature,
+        warm_up=warm_up, floor=floor, exclude=exclude, threads=threads,
+    )  # fmt: skip
+    report = Steps(progress)
     report(0.0, "looking for faults")
-    found = check(recording, progress=report.part(0.0, 0.25))
-    prepared, findings = prepare(recording, found, accept=accept)
-    companions = {temperature} if isinstance(temperature, str) else set((temperature or {}).values())
-    names = [c.name for c in prepared.channels if c.kind.noise_bearing and c.name not in companions]
-    if not names:
-        raise without_noise(prepared)
-    environment: dict[str, EnvironmentEstimate] = {}
-    if temperature is not None or warm_up is not None:
+    ready = _without_faults(recording, request, report)
+    if request.environment:
         report(0.2, "effects of the environment")
-        prepared, findings, environment = _freed(
-            recording, prepared, findings, names, accept, temperature, warm_up, confidence
-        )
-    whole = prepared.select(*names)
-    below, of_floor = (None, ()) if floor is None else ready_floor(whole, floor, accept=accept)
-    curve = allan_curve(
-        whole,
-        statistic=statistic,
-        taus=taus,
-        confidence=confidence,
-        threads=threads,
-        progress=report.part(0.25, 0.4),
+        ready = _without_environment(recording, ready, request)
+    quiet_floor, floor_findings = (
+        (None, ()) if floor is None else ready_floor(ready.noise, floor, accept=accept)
     )
-    fitted = curve
-    if statistic != "oadev":
-        fitted = allan_curve(whole, taus="octave", confidence=confidence, threads=threads)
+    curve, channels = _curves(ready, request, report)
     report(0.4, "fitting")
-    looked = {}
-    for name in names:
-        shown = curve[name]
-        looked[name] = (whole, shown, shown if fitted is curve else fitted[name])
-    if floor is None and not environment and any(f.code == "held_samples" for f in findings):
-        for name, once in at_own_rates(whole).items():
-            own = allan_curve(once, statistic=statistic, taus=taus, confidence=confidence, threads=threads)
-            of_fit = own if statistic == "oadev" else allan_curve(once, taus="octave", confidence=confidence)
-            looked[name] = (once, own, of_fit)
-    parts = _channels(looked, method, confidence, threads, report, environment, below, exclude)
-    extra = [f for _, fs in parts for f in fs]
+    entries = _entries(channels, ready, quiet_floor, request, report)
+    findings = [*ready.findings, *(remark for _, remarks in entries for remark in remarks)]
     document = {
         "format": FORMAT,
         "version": VERSION,
         "provenance": _provenance(recording, provenance or {}),
-        "recording": _facts(prepared, curve),
-        "findings": [f.to_json() for f in _by_severity([*findings, *extra])],
-        "channels": [part for part, _ in parts],
-        **({} if floor is None else {"floor": floor_facts(floor, of_floor)}),
+        "recording": _facts(ready.recording, curve),
+        "findings": [f.to_json() for f in sorted(findings, key=lambda f: f.severity.rank)],
+        "channels": [entry for entry, _ in entries],
+        **({} if floor is None else {"floor": floor_facts(floor, floor_findings)}),
     }
     report(1.0, "done")
-    return Study(_finite(document))
+    return Study(plain(document))
 
 
-def _check_method(method: str, others: Sequence[str]) -> None:
-    if method not in ("moments", "likelihood"):
-        raise InputError(f"method must be 'moments' or 'likelihood', not {method!r}")
-    if method == "likelihood" and others:
-        raise InputError(
-            f"the fit of the samples (likelihood) knows nothing of {' or '.join(others)}: leave that out, or fit the "
-            "curve (moments)"
-        )
+# -- the steps ---------------------------------------------------------------------------------------------
 
 
-def _freed(
-    recording: Recording,
-    prepared: Recording,
-    findings: tuple[Finding, ...],
-    names: Sequence[str],
-    accept: Collection[str],
-    temperature: str | Mapping[str, str] | None,
-    warm_up: Literal["model", "cut"] | None,
-    confidence: float,
-) -> tuple[Recording, tuple[Finding, ...], dict[str, EnvironmentEstimate]]:
-    """The recording without the effects of its environment; a cut one is looked at anew, so that places agree."""
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Ready:
+    """A recording that can be characterized.
+
+    Attributes
+    ----------
+    recording : Recording
+        Without its faults.
+    noise : Recording
+        Of it, the channels that bear noise, without the effects of the environment that were asked for.
+    findings : tuple of Finding
+    environment : mapping of str to EnvironmentEstimate
+        By channel.
+    """
+
+    recording: Recording
+    noise: Recording
+    findings: tuple[Finding, ...]
+    environment: Mapping[str, EnvironmentEstimate]
+
+
+def _without_faults(recording: Recording, request: Request, report: Steps) -> _Ready:
+    findings = check(recording, progress=report.part(0.0, 0.25))
+    prepared, findings = prepare(recording, findings, accept=request.accept)
+    names = [c.name for c in prepared.channels if c.kind.noise_bearing and c.name not in request.thermometers]
+    if not names:
+        raise without_noise(prepared)
+    return _Ready(recording=prepared, noise=prepared.select(*names), findings=findings, environment={})
+
+
+def _without_environment(recording: Recording, ready: _Ready, request: Request) -> _Ready:
+    """Without the effects of the environment; a record that is cut is looked at anew, so that places agree."""
     from allanite.stability.environment import free_of_environment, warm_ups_to_cut
     from allanite.stability.environment.remarks import remarks
 
-    same: Json = {"channels": names, "temperature": temperature, "confidence": confidence}
-    cuts = warm_ups_to_cut(prepared, **same) if warm_up == "cut" else None
+    names, prepared, findings = ready.noise.names, ready.recording, ready.findings
+    same: Json = {
+        "channels": names, "temperature": request.temperature, "confidence": request.confidence
+    }  # fmt: skip
+    cuts = warm_ups_to_cut(prepared, **same) if request.warm_up == "cut" else None
     last = max((w.cut or 0.0 for w in (cuts or {}).values()), default=0.0)
     if last > 0:
-        cut = recording.window(last)
-        prepared, findings = prepare(cut, check(cut), accept=accept)
-    freed = free_of_environment(prepared, warm_up=warm_up, cuts=cuts, **same)
-    said = tuple(r for e in freed.estimates for r in remarks(e))
-    return freed.residual, (*findings, *said), {e.channel: e for e in freed.estimates}
+        after_warm_up = recording.window(last)
+        prepared, findings = prepare(after_warm_up, check(after_warm_up), accept=request.accept)
+    freed = free_of_environment(prepared, warm_up=request.warm_up, cuts=cuts, **same)
+    return _Ready(
+        recording=freed.residual,
+        noise=freed.residual.select(*names),
+        findings=(*findings, *(remark for e in freed.estimates for remark in remarks(e))),
+        environment={e.channel: e for e in freed.estimates},
+    )
 
 
-class _Steps:
-    """Fractions of the whole work, made from fractions of its parts."""
+def _curves(ready: _Ready, request: Request, report: Steps) -> tuple[AllanCurve, list[Curves]]:
+    """The curve of all channels, and those of each; of a channel that holds its samples, at its own rate."""
+    shown, fitted = request.curves(ready.noise, report.part(0.25, 0.4))
+    channels = {}
+    for name in ready.noise.names:
+        alone = shown[name]
+        channels[name] = Curves(
+            recording=ready.noise,
+            name=name,
+            shown=alone,
+            fitted=alone if request.shows_what_is_fitted else fitted[name],
+        )
+    held = any(f.code == "held_samples" for f in ready.findings)
+    if request.floor is None and not ready.environment and held:
+        for name, once in at_own_rates(ready.noise).items():
+            own_shown, own_fitted = request.curves(once)
+            channels[name] = Curves(recording=once, name=name, shown=own_shown, fitted=own_fitted)
+    return shown, list(channels.values())
 
-    def __init__(self, progress: Progress | None) -> None:
-        self._progress = progress
-        self._text = ""
 
-    def __call__(self, fraction: float, text: str = "") -> None:
-        self._text = text or self._text
-        if self._progress is not None:
-            self._progress(fraction, self._text)
-
-    def part(self, start: float, stop: float) -> Callable[[float], None]:
-        return lambda fraction: self(start + (stop - start) * min(max(fraction, 0.0), 1.0))
-
-
-def _channels(
-    looked: Mapping[str, tuple[Recording, AllanCurve, AllanCurve]],
-    method: str,
-    confidence: float,
-    threads: int | None,
-    report: _Steps,
-    environment: Mapping[str, EnvironmentEstimate],
-    floor: Recording | None,
-    exclude: Sequence[tuple[float, float]],
+def _entries(
+    channels: Sequence[Curves], ready: _Ready, floor: Recording | None, request: Request, report: Steps
 ) -> list[tuple[Json, list[Finding]]]:
     done = 0
 
-    def one(name: str) -> tuple[Json, list[Finding]]:
+    def entry(curves: Curves) -> tuple[Json, list[Finding]]:
         nonlocal done
-        recording, shown, fitted = looked[name]
-        found = environment.get(name)
-        result = _channel(recording, name, shown, fitted, method, confidence, found, floor, exclude)
+        made = channel_entry(curves, request, ready.environment.get(curves.name), floor)
         done += 1
-        report(0.4 + 0.6 * done / len(looked), f"fitting {name}")
-        return result
+        report(0.4 + 0.6 * done / len(channels), f"fitting {curves.name}")
+        return made
 
-    with ThreadPoolExecutor(threads or 2) as pool:
-        return list(pool.map(one, looked))
-
-
-def _channel(
-    recording: Recording,
-    name: str,
-    curve: AllanCurve,
-    fitted: AllanCurve,
-    method: str,
-    confidence: float,
-    environment: EnvironmentEstimate | None = None,
-    floor: Recording | None = None,
-    exclude: Sequence[tuple[float, float]] = (),
-) -> tuple[Json, list[Finding]]:
-    from allanite.fitting import fit
-    from allanite.fitting.advice import advise
-    from allanite.fitting.moments import lags_used
-    from allanite.fitting.spectral.remarks import agreement_findings, spectral_findings
-    from allanite.fitting.tails import contamination_entry, with_tails
-    from allanite.noise.spectrum import (
-        lags_to_exclude,
-        power_spectrum,
-        quiet_lags,
-        sinusoids,
-        without_spans,
-        without_stable_lines,
-    )
-
-    channel, alone = recording[name], recording.select(name)
-    spectrum = left = power_spectrum(recording, name)
-    tones, same = sinusoids(spectrum), curve is fitted
-    if tones:  # steady lines are known, and go: what is left of the record is fitted
-        alone = without_stable_lines(recording, spectrum)
-        left = power_spectrum(alone, name)
-        fitted = allan_curve(alone, taus=fitted.tau, engine=_engine(fitted), confidence=confidence)
-    # Lags of whole periods do not see a line: they are added, where the exact sums fit into memory.
-    if left.lines and fitted.engine == "exact":
-        more = np.union1d(fitted.lags, quiet_lags(left, fitted.lags)) * fitted.dt
-        fitted = allan_curve(alone, taus=more, confidence=confidence)
-        if same and tones:
-            curve = allan_curve(recording.select(name), taus=more, confidence=confidence)
-    if environment is not None and environment.correction is not None:
-        fitted = environment.correction.applied(fitted)
-        if same and tones:
-            curve = environment.correction.applied(curve)
-    curve = fitted if same and not tones else curve
-    bent = lags_to_exclude(left, fitted.tau, avar=fitted.variance[:, 0], edf=fitted.edf[:, 0])
-    bent = without_spans(bent, fitted.tau, exclude)
-    findings = spectral_findings(spectrum, bent.reasons, name)
-    models: list[NoiseModel] = []
-    mixed: Mapping[str, Any] = {}
-    below = None if floor is None else quiet_curve(floor, name, confidence)
-    try:
-        if method == "likelihood":
-            model = fit(alone, method=method, confidence=confidence)
-        else:
-            model = fit(fitted, exclude=bent.excluded, confidence=confidence, floor=below)
-        tails = law_of(alone, name)
-        model = with_tails(model, tails, curve.n_samples - int(np.diff(curve.missing[0], axis=1).sum()))
-        models = list(model.families)
-        mixed = contamination_entry(model, tails, channel.scale, curve.dt)
-    except (DataQualityError, FitError) as refusal:
-        findings.append(_not_fitted(name, str(refusal)))
-    if models and same:
-        seen = models[0] if below is None else models[0] + _instrument(below, models[0], confidence)
-        curve = curve.with_model(seen) if seen.terms else curve
-    used = np.zeros(len(curve.lags), dtype=bool)
-    if curve.statistic == "oadev":
-        used = lags_used(fitted, bent.excluded)
-    if models:
-        used &= curve.tau >= models[0].goodness["shortest_tau"] * (1 - 1e-9)
-        findings += _misfit_findings(models[0], name)
-    advice: Sequence[Advice] = ()
-    if (
-        models and below is None
-    ):  # with an instrument it is not the sensor's noise alone that must be averaged
-        if method == "moments":  # the other fit has judged its model by the samples already
-            findings += agreement_findings(model, alone, left)
-        advice = advise(models[0], n_samples=curve.n_samples, dt=curve.dt, sampling=channel.sampling)
-    taken: Json = {}
-    if floor is not None and below is not None:
-        above = over_floor(fitted, floor.select(name))
-        taken = {"floor": floor_entry(above, below)}
-        findings += floor_findings(above, floor, lags_used(fitted, bent.excluded))
-    mean, sd, overview = _overview(recording, channel)
-    return {
-        "name": name,
-        "kind": channel.kind.value,
-        "unit": channel.unit,
-        "mean": mean,
-        "sd": sd,
-        "overview": overview,
-        "curve": {
-            **curve.to_json(),
-            "used": used.tolist(),
-            "excluded": _reasons(curve, bent.reasons) if used.any() else [],
-        },
-        **({} if environment is None else {"environment": environment.to_json()}),
-        **taken,
-        "spectrum": spectrum.to_json(),
-        "models": [replace(m, terms=(*m.terms, *tones)).to_json() for m in models],
-        "slopes": _slopes(fitted, bent.excluded),
-        "advice": [asdict(a) for a in advice],
-        **_aliasing(channel, recording.dt),
-        **held_entry(recording),
-        **mixed,
-    }, findings
+    with ThreadPoolExecutor(request.threads or 2) as pool:
+        return list(pool.map(entry, channels))
 
 
-def _aliasing(channel: Channel, interval: float) -> Json:
-    """What an aperture shorter than the interval does to N, where it is; nothing is divided by it."""
-    if channel.aperture is None or channel.aperture >= interval * (1 - 1e-9):
-        return {}
-    factor = math.sqrt(interval / channel.aperture)
-    return {
-        "aliasing": {
-            "aperture": channel.aperture,
-            "interval": interval,
-            "factor": factor,
-            "applied": False,
-            "assumes": "white noise of the sensor far beyond the inverse of the aperture",
-        }
-    }
-
-
-def _instrument(below: AllanCurve, sensor: NoiseModel, confidence: float) -> NoiseModel:
-    """Terms of the instrument's own noise, as its record supports them."""
-    from allanite.fitting import fit
-
-    try:
-        terms = fit(below, confidence=confidence).terms
-    except (DataQualityError, FitError):
-        terms = ()
-    return NoiseModel(terms=terms, kind=sensor.kind, unit=sensor.unit)
-
-
-def _engine(curve: AllanCurve) -> Literal["exact", "decimated"]:
-    return "exact" if curve.engine == "exact" else "decimated"
-
-
-def _reasons(curve: AllanCurve, reasons: Sequence[str]) -> list[str]:
-    """Why lags are not in the fit: the spectrum's reasons, and the environment's for the others."""
-    out = curve.excluded[:, 0].tolist()
-    return [
-        r or ("what was taken off the record holds it" if o else "")
-        for r, o in zip(reasons, out, strict=True)
-    ]
-
-
-def _slopes(curve: AllanCurve, excluded: ArrayLike) -> Json:
-    from allanite.fitting import fit
-
-    try:
-        read = fit(curve, method="slopes", exclude=excluded)
-    except AllaniteError as refusal:
-        return {"note": str(refusal)}
-    return {e.symbol: {"value": e.value, "note": e.note} for e in read.estimates}
-
-
-def _misfit_findings(model: NoiseModel, name: str) -> list[Finding]:
-    found = []
-    left_out, discrepancy = int(model.goodness["left_out"]), float(model.goodness["discrepancy"])
-    if left_out:
-        shortest = f"{model.goodness['shortest_tau']:.3g} s"
-        what = f"the shortest {left_out} lags, below {shortest}, follow no sum of noise terms and are"
-        if model.goodness.get("method") == "likelihood":
-            what = f"what happens within {shortest} follows no sum of noise terms and is"
-        found.append(
-            finding(
-                "short_lags_left_out",
-                f"{name}: {what} left out of the fit",
-                severity=Severity.WARNING,
-                channel=name,
-                count=left_out,
-            )
-        )
-    if discrepancy:
-        found.append(
-            finding(
-                "model_discrepancy",
-                f"{name}: no sum of noise terms explains the curve better than to {discrepancy:.1%} in variance; "
-                "the intervals are widened by that",
-                severity=Severity.WARNING,
-                channel=name,
-                count=1,
-            )
-        )
-    return found
-
-
-def _not_fitted(name: str, why: str) -> Finding:
-    return finding(
-        "not_fitted", f"{name}: no noise model: {why}", severity=Severity.WARNING, channel=name, count=1
-    )
-
-
-def _by_severity(findings: Sequence[Finding]) -> list[Finding]:
-    return sorted(findings, key=lambda f: f.severity.rank)
-
-
-def _overview(recording: Recording, channel: Channel) -> tuple[float, float, Json]:
-    """Mean, standard deviation and the envelope that a picture of the whole record needs, in one pass, SI."""
-    n = recording.n_samples
-    size = max(1, -(-n // _OVERVIEW))
-    block = size * max(1, (1 << 18) // size)
-    origin, low, high, total, square, count = recording.origin(channel.name), [], [], 0.0, 0.0, 0
-    reference: float | None = None
-    for _, values in recording.blocks(channel.name, block):
-        present = values[np.isfinite(values)]
-        if reference is None and len(present):
-            reference = float(present[0])
-        centred = present - (reference or 0.0)
-        total += float(centred.sum())
-        square += float(np.dot(centred, centred))
-        count += len(present)
-        padded = np.full(-(-len(values) // size) * size, np.nan)
-        padded[: len(values)] = values
-        rows = padded.reshape(-1, size)
-        empty = np.isnan(rows).all(axis=1)
-        low.append(np.where(empty, np.nan, np.where(np.isnan(rows), np.inf, rows).min(axis=1)))
-        high.append(np.where(empty, np.nan, np.where(np.isnan(rows), -np.inf, rows).max(axis=1)))
-    scale = channel.scale
-    ends = np.sort((np.stack([np.concatenate(low), np.concatenate(high)]) + origin) * scale, axis=0)
-    middle = total / count if count else math.nan
-    sd = math.sqrt(max(square - total * middle, 0.0) / max(count - 1, 1)) * abs(scale) if count else math.nan
-    mean = ((reference or 0.0) + middle + origin) * scale
-    t = (np.arange(ends.shape[1]) + 0.5) * size * recording.dt
-    return mean, sd, {"t": t.tolist(), "low": ends[0].tolist(), "high": ends[1].tolist()}
+# -- facts -------------------------------------------------------------------------------------------------
 
 
 def _provenance(recording: Recording, given: Mapping[str, Any]) -> Json:
@@ -621,18 +372,3 @@ def _utc(ns: int | None) -> str | None:
     except OverflowError:
         return None
     return moment.isoformat().replace("+00:00", "Z")
-
-
-def _finite(value: Any) -> Any:
-    """The document with numbers that JSON does not have (NaN, infinity) as null, and NumPy scalars as plain ones."""
-    if isinstance(value, Mapping):
-        return {str(k): _finite(v) for k, v in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_finite(v) for v in value]
-    if isinstance(value, np.generic):
-        value = value.item()
-    if isinstance(value, float) and not math.isfinite(value):
-        return None
-    if isinstance(value, Kind):
-        return value.value
-    return value

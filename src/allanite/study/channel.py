@@ -1,0 +1,324 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What a study says of one channel: its curve without steady lines, the models, what was found on the way."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from typing import TYPE_CHECKING, Any, Literal
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from allanite.errors import AllaniteError, DataQualityError, FitError
+from allanite.fitting.instrument_floor import floor_entry, floor_findings, over_floor, quiet_curve
+from allanite.noise import NoiseModel
+from allanite.noise.allan import AllanCurve, allan_curve
+from allanite.recording.cleaning.renewed import held_entry
+from allanite.recording.health import Finding, Severity
+from allanite.recording.health.finding import finding
+from allanite.recording.health.tails import law_of
+from allanite.recording.records import Channel, Recording
+from allanite.study.overview import overview_of
+from allanite.study.request import Request
+
+if TYPE_CHECKING:
+    from allanite.noise.spectrum import Exclusion, Spectrum
+    from allanite.noise.terms import Sinusoid
+    from allanite.stability.environment import EnvironmentEstimate
+
+__all__ = ["Curves", "channel_entry"]
+
+Json = dict[str, Any]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Curves:
+    """A channel as it is looked at.
+
+    Attributes
+    ----------
+    recording : Recording
+        That holds it, at its own rate.
+    name : str
+    shown, fitted : AllanCurve
+        One object where the curve that is shown is fitted.
+    """
+
+    recording: Recording
+    name: str
+    shown: AllanCurve
+    fitted: AllanCurve
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Lines:
+    """The spectrum, and the record without its steady lines: they are known, and what is left is fitted."""
+
+    spectrum: Spectrum
+    steady: tuple[Sinusoid, ...]
+    rest: Recording
+    rest_spectrum: Spectrum
+
+    @classmethod
+    def of(cls, recording: Recording, name: str) -> _Lines:
+        from allanite.noise.spectrum import power_spectrum, sinusoids, without_stable_lines
+
+        spectrum = power_spectrum(recording, name)
+        steady = sinusoids(spectrum)
+        if not steady:
+            return cls(spectrum=spectrum, steady=(), rest=recording.select(name), rest_spectrum=spectrum)
+        rest = without_stable_lines(recording, spectrum)
+        return cls(spectrum=spectrum, steady=steady, rest=rest, rest_spectrum=power_spectrum(rest, name))
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class _Fitted:
+    """Models of a channel, the likeliest first; none where no fit was possible, of which a finding says why."""
+
+    models: tuple[NoiseModel, ...] = ()
+    contamination: Mapping[str, Any]
+    findings: tuple[Finding, ...]
+
+
+def channel_entry(
+    curves: Curves, request: Request, environment: EnvironmentEstimate | None, floor: Recording | None
+) -> tuple[Json, list[Finding]]:
+    """The entry of a channel in the document, and its findings.
+
+    Parameters
+    ----------
+    environment : EnvironmentEstimate, optional
+        Effects that were taken off the channel.
+    floor : Recording, optional
+        Of the instrument alone, looked through for faults.
+    """
+    from allanite.fitting.spectral.remarks import spectral_findings
+
+    recording, name = curves.recording, curves.name
+    lines = _Lines.of(recording, name)
+    curves = _without_environment(_without_lines(curves, lines, request), environment, request)
+    bent = _bent_lags(curves.fitted, lines, request)
+    below = None if floor is None else quiet_curve(floor, name, request.confidence)
+    fitted = _fit(curves, lines, bent, below, request)
+    floor_facts, floor_remarks = _over_floor(curves.fitted, floor, below, name, bent)
+    mean, sd, overview = overview_of(recording, recording[name])
+    entry = {
+        "name": name,
+        "kind": recording[name].kind.value,
+        "unit": recording[name].unit,
+        "mean": mean,
+        "sd": sd,
+        "overview": overview,
+        "curve": _curve_entry(curves, fitted.models, bent, below, request),
+        **({} if environment is None else {"environment": environment.to_json()}),
+        **floor_facts,
+        "spectrum": lines.spectrum.to_json(),
+        "models": [replace(m, terms=(*m.terms, *lines.steady)).to_json() for m in fitted.models],
+        "slopes": _slopes(curves.fitted, bent.excluded),
+        "advice": _advice(curves.shown, fitted.models, recording[name]) if below is None else [],
+        **_aliasing(recording[name], recording.dt),
+        **held_entry(recording),
+        **fitted.contamination,
+    }
+    return entry, [*spectral_findings(lines.spectrum, bent.reasons, name), *fitted.findings, *floor_remarks]
+
+
+# -- curves ------------------------------------------------------------------------------------------------
+
+
+def _without_lines(curves: Curves, lines: _Lines, request: Request) -> Curves:
+    """The fitted curve without steady lines, at lags of whole periods of the others, which do not see these."""
+    from allanite.noise.spectrum import quiet_lags
+
+    shown, fitted, confidence = curves.shown, curves.fitted, request.confidence
+    if lines.steady:
+        engine: Literal["exact", "decimated"] = "exact" if fitted.engine == "exact" else "decimated"
+        fitted = allan_curve(lines.rest, taus=fitted.tau, engine=engine, confidence=confidence)
+    if lines.rest_spectrum.lines and fitted.engine == "exact":  # whose sums fit into memory
+        taus = np.union1d(fitted.lags, quiet_lags(lines.rest_spectrum, fitted.lags)) * fitted.dt
+        fitted = allan_curve(lines.rest, taus=taus, confidence=confidence)
+        if request.shows_what_is_fitted and lines.steady:
+            shown = allan_curve(curves.recording.select(curves.name), taus=taus, confidence=confidence)
+    if request.shows_what_is_fitted and not lines.steady:
+        shown = fitted
+    return replace(curves, shown=shown, fitted=fitted)
+
+
+def _without_environment(curves: Curves, environment: EnvironmentEstimate | None, request: Request) -> Curves:
+    """Curves with what the effects that were taken off held of the noise, too."""
+    if environment is None or environment.correction is None:
+        return curves
+    fitted = shown = environment.correction.applied(curves.fitted)
+    if curves.shown is not curves.fitted:
+        shown = environment.correction.applied(curves.shown) if request.shows_what_is_fitted else curves.shown
+    return replace(curves, shown=shown, fitted=fitted)
+
+
+def _bent_lags(fitted: AllanCurve, lines: _Lines, request: Request) -> Exclusion:
+    """Lags that lines bend, and those that the caller leaves out."""
+    from allanite.noise.spectrum import lags_to_exclude, without_spans
+
+    bent = lags_to_exclude(lines.rest_spectrum, fitted.tau, avar=fitted.variance[:, 0], edf=fitted.edf[:, 0])
+    return without_spans(bent, fitted.tau, request.exclude)
+
+
+def _curve_entry(
+    curves: Curves,
+    models: Sequence[NoiseModel],
+    bent: Exclusion,
+    below: AllanCurve | None,
+    request: Request,
+) -> Json:
+    """The curve that is shown, its intervals by the model where that is of this curve."""
+    from allanite.fitting.moments import lags_used
+
+    shown, used = curves.shown, np.zeros(len(curves.shown.lags), dtype=bool)
+    if request.shows_what_is_fitted:
+        used = lags_used(curves.fitted, bent.excluded)
+        if models:
+            seen_by_curve = models[0] if below is None else models[0] + _instrument(below, models[0], request)
+            shown = shown.with_model(seen_by_curve) if seen_by_curve.terms else shown
+            used &= shown.tau >= models[0].goodness["shortest_tau"] * (1 - 1e-9)
+    return {
+        **shown.to_json(),
+        "used": used.tolist(),
+        "excluded": _reasons(shown, bent.reasons) if used.any() else [],
+    }
+
+
+def _reasons(curve: AllanCurve, reasons: Sequence[str]) -> list[str]:
+    """Why lags are not in the fit: the spectrum's reasons, and the environment's for the others."""
+    out = curve.excluded[:, 0].tolist()
+    return [
+        r or ("what was taken off the record holds it" if o else "")
+        for r, o in zip(reasons, out, strict=True)
+    ]
+
+
+def _instrument(below: AllanCurve, sensor: NoiseModel, request: Request) -> NoiseModel:
+    """Terms of the instrument's own noise, as its record supports them."""
+    from allanite.fitting import fit
+
+    try:
+        terms = fit(below, confidence=request.confidence).terms
+    except (DataQualityError, FitError):
+        terms = ()
+    return NoiseModel(terms=terms, kind=sensor.kind, unit=sensor.unit)
+
+
+# -- models ------------------------------------------------------------------------------------------------
+
+
+def _fit(
+    curves: Curves, lines: _Lines, bent: Exclusion, below: AllanCurve | None, request: Request
+) -> _Fitted:
+    from allanite.fitting import fit
+    from allanite.fitting.spectral.remarks import agreement_findings
+    from allanite.fitting.tails import contamination_entry, with_tails
+
+    name, shown, rest = curves.name, curves.shown, lines.rest
+    try:
+        if request.method == "likelihood":
+            model = fit(rest, method=request.method, confidence=request.confidence)
+        else:
+            model = fit(curves.fitted, exclude=bent.excluded, confidence=request.confidence, floor=below)
+        tails = law_of(rest, name)
+        model = with_tails(model, tails, shown.n_samples - int(np.diff(shown.missing[0], axis=1).sum()))
+        contamination = contamination_entry(model, tails, curves.recording[name].scale, shown.dt)
+    except (DataQualityError, FitError) as refusal:
+        return _Fitted(contamination={}, findings=(_not_fitted(name, str(refusal)),))
+    remarks = _misfit_findings(model.families[0], name)
+    # The other fit has judged its model by the samples already; with a floor the model is not of all of the record.
+    if request.method == "moments" and below is None:
+        remarks += agreement_findings(model, rest, lines.rest_spectrum)
+    return _Fitted(models=tuple(model.families), contamination=contamination, findings=tuple(remarks))
+
+
+def _misfit_findings(model: NoiseModel, name: str) -> list[Finding]:
+    findings = []
+    left_out, discrepancy = int(model.goodness["left_out"]), float(model.goodness["discrepancy"])
+    if left_out:
+        shortest = f"{model.goodness['shortest_tau']:.3g} s"
+        what = f"the shortest {left_out} lags, below {shortest}, follow no sum of noise terms and are"
+        if model.goodness.get("method") == "likelihood":
+            what = f"what happens within {shortest} follows no sum of noise terms and is"
+        findings.append(
+            finding(
+                "short_lags_left_out",
+                f"{name}: {what} left out of the fit",
+                severity=Severity.WARNING,
+                channel=name,
+                count=left_out,
+            )
+        )
+    if discrepancy:
+        findings.append(
+            finding(
+                "model_discrepancy",
+                f"{name}: no sum of noise terms explains the curve better than to {discrepancy:.1%} in variance; "
+                "the intervals are widened by that",
+                severity=Severity.WARNING,
+                channel=name,
+                count=1,
+            )
+        )
+    return findings
+
+
+def _not_fitted(name: str, why: str) -> Finding:
+    return finding(
+        "not_fitted", f"{name}: no noise model: {why}", severity=Severity.WARNING, channel=name, count=1
+    )
+
+
+def _slopes(curve: AllanCurve, excluded: ArrayLike) -> Json:
+    from allanite.fitting import fit
+
+    try:
+        read = fit(curve, method="slopes", exclude=excluded)
+    except AllaniteError as refusal:
+        return {"note": str(refusal)}
+    return {e.symbol: {"value": e.value, "note": e.note} for e in read.estimates}
+
+
+def _advice(shown: AllanCurve, models: Sequence[NoiseModel], channel: Channel) -> list[Json]:
+    """How long to average; of an instrument's noise beside it, it would be another."""
+    from allanite.fitting.advice import advise
+
+    if not models:
+        return []
+    advice = advise(models[0], n_samples=shown.n_samples, dt=shown.dt, sampling=channel.sampling)
+    return [asdict(each) for each in advice]
+
+
+# -- facts -------------------------------------------------------------------------------------------------
+
+
+def _over_floor(
+    fitted: AllanCurve, floor: Recording | None, below: AllanCurve | None, name: str, bent: Exclusion
+) -> tuple[Json, list[Finding]]:
+    from allanite.fitting.moments import lags_used
+
+    if floor is None or below is None:
+        return {}, []
+    above = over_floor(fitted, floor.select(name))
+    used = lags_used(fitted, bent.excluded)
+    return {"floor": floor_entry(above, below)}, list(floor_findings(above, floor, used))
+
+
+def _aliasing(channel: Channel, interval: float) -> Json:
+    """What an aperture shorter than the interval does to N, where it is; nothing is divided by it."""
+    if channel.aperture is None or channel.aperture >= interval * (1 - 1e-9):
+        return {}
+    factor = math.sqrt(interval / channel.aperture)
+    return {
+        "aliasing": {
+            "aperture": channel.aperture,
+            "interval": interval,
+            "factor": factor,
+            "applied": False,
+            "assumes": "white noise of the sensor far beyond the inverse of the aperture",
+        }
+    }

@@ -1,0 +1,48 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The whole of a record in some thousand points: mean, standard deviation and envelope."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+
+from allanite.recording.records import Channel, Recording
+
+__all__ = ["overview_of"]
+
+#: Points of the envelope.
+_POINTS = 1500
+
+Json = dict[str, Any]
+
+
+def overview_of(recording: Recording, channel: Channel) -> tuple[float, float, Json]:
+    """Mean, standard deviation and the envelope that a picture of the whole record needs, in one pass, SI."""
+    n = recording.n_samples
+    size = max(1, -(-n // _POINTS))
+    block = size * max(1, (1 << 18) // size)
+    origin, low, high, total, square, count = recording.origin(channel.name), [], [], 0.0, 0.0, 0
+    reference: float | None = None
+    for _, values in recording.blocks(channel.name, block):
+        present = values[np.isfinite(values)]
+        if reference is None and len(present):
+            reference = float(present[0])
+        centred = present - (reference or 0.0)
+        total += float(centred.sum())
+        square += float(np.dot(centred, centred))
+        count += len(present)
+        padded = np.full(-(-len(values) // size) * size, np.nan)
+        padded[: len(values)] = values
+        rows = padded.reshape(-1, size)
+        empty = np.isnan(rows).all(axis=1)
+        low.append(np.where(empty, np.nan, np.where(np.isnan(rows), np.inf, rows).min(axis=1)))
+        high.append(np.where(empty, np.nan, np.where(np.isnan(rows), -np.inf, rows).max(axis=1)))
+    scale = channel.scale
+    ends = np.sort((np.stack([np.concatenate(low), np.concatenate(high)]) + origin) * scale, axis=0)
+    middle = total / count if count else math.nan
+    sd = math.sqrt(max(square - total * middle, 0.0) / max(count - 1, 1)) * abs(scale) if count else math.nan
+    mean = ((reference or 0.0) + middle + origin) * scale
+    t = (np.arange(ends.shape[1]) + 0.5) * size * recording.dt
+    return mean, sd, {"t": t.tolist(), "low": ends[0].tolist(), "high": ends[1].tolist()}
