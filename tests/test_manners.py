@@ -8,6 +8,7 @@ import doctest
 import importlib
 import inspect
 import io
+import math
 import re
 import resource
 import subprocess
@@ -266,26 +267,28 @@ def test_public_types_load_only_the_standard_library_and_numpy() -> None:
     assert loaded - set(sys.stdlib_module_names) <= {"allanite", "numpy"}
 
 
-def cost(*arguments: str) -> float:
-    """Processor time [s] of a fresh interpreter, the best of five.
-
-    On an idle machine that is the time one waits; unlike it, it does not grow with what else is running.
-    """
-    costs = []
+def costs(*commands: tuple[str, ...]) -> list[float]:
+    """Processor time [s] of fresh interpreters, the best of five of each, in turns: load slows all of them."""
+    best = [math.inf] * len(commands)
     for _ in range(5):
-        before = resource.getrusage(resource.RUSAGE_CHILDREN)
-        fresh(*arguments)
-        after = resource.getrusage(resource.RUSAGE_CHILDREN)
-        costs.append(after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime)
-    return min(costs)
+        for k, command in enumerate(commands):
+            before = resource.getrusage(resource.RUSAGE_CHILDREN)
+            fresh(*command)
+            after = resource.getrusage(resource.RUSAGE_CHILDREN)
+            best[k] = min(best[k], after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime)
+    return best
 
 
 def test_import_takes_under_a_quarter_second() -> None:
-    assert cost("-c", "import allanite; allanite.Recording") < 0.25
+    """Where NumPy, which is most of it, takes 0.13 s, as on the machine that the bar is for."""
+    ours, numpy = costs(("-c", "import allanite; allanite.Recording"), ("-c", "import numpy"))
+    assert ours < 0.25 / 0.13 * numpy
 
 
 def test_help_takes_under_a_fifth_of_a_second() -> None:
-    assert cost("-m", "allanite", "--help") < 0.2
+    """Where Click, which is half of it, takes 0.04 s."""
+    ours, click = costs(("-m", "allanite", "--help"), ("-c", "import click"))
+    assert ours < 0.2 / 0.04 * click
 
 
 # -- the library's conduct -----------------------------------------------------------------------------------
