@@ -412,11 +412,11 @@ class _Triad:
 
     def read(self, start: int, stop: int) -> Array:
         """Shape (n, 3), NaN where missing."""
-        seen = np.stack(
+        readings = np.stack(
             [scaled_samples(column, scale, start, stop) for column, scale in self.sources], axis=-1
         )
         force = None if self.force is None else self.force.read(start, stop)
-        return self.errors.true(seen, force=force)
+        return self.errors.true(readings, force=force)
 
 
 @dataclass(frozen=True, slots=True)

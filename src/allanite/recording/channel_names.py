@@ -60,10 +60,10 @@ def scale_option(channels: Iterable[tuple[str, str]]) -> str:
         Name and kind. Thermometers are left out, as are channels of other kinds; "" where none is left.
     """
     of_sensors = [(name, kind, sensor_called(name) or "gyro") for name, kind in channels]
-    found = [
+    factors = [
         (name, _FACTORS[kind, sensor]) for name, kind, sensor in of_sensors if (kind, sensor) in _FACTORS
     ]
-    return _by_name("--scale-factor", found) if found else ""
+    return _by_name("--scale-factor", factors) if factors else ""
 
 
 def ways_to_units(channels: Sequence[tuple[str, str]]) -> str:
@@ -74,9 +74,9 @@ def ways_to_units(channels: Sequence[tuple[str, str]]) -> str:
     """
     unknown = [name for name, kind in channels if kind == "unknown"]
     factors = scale_option(channels)
-    said = [f"state the unit of the samples, as in {unit_option(unknown)}"] if unknown else []
-    said += [f"give the scale factor of the data sheet, as in {factors}"] if factors else []
-    return "; ".join(said)
+    ways = [f"state the unit of the samples, as in {unit_option(unknown)}"] if unknown else []
+    ways += [f"give the scale factor of the data sheet, as in {factors}"] if factors else []
+    return "; ".join(ways)
 
 
 def for_shell(word: str) -> str:
@@ -86,5 +86,5 @@ def for_shell(word: str) -> str:
 
 def _by_name(option: str, parts: Sequence[tuple[str, str]]) -> str:
     """A comma or an equals sign ends a name here: what stands before it is a beginning that the option takes."""
-    said = ",".join(f"{re.split('[,=]', name)[0]}={value}" for name, value in parts)
-    return f"{option} {for_shell(said)}"
+    settings = ",".join(f"{re.split('[,=]', name)[0]}={value}" for name, value in parts)
+    return f"{option} {for_shell(settings)}"

@@ -131,21 +131,21 @@ def clock_unit(unit: str, kind: Kind, carrier: float | None = None) -> ClockUnit
     if kind is Kind.PHASE:
         if text.lower() in _CYCLES:
             return ClockUnit(1.0 / _needed(f0, text))
-        found = parse_unit(text)
-        if found.quantity is Quantity.TIME:
-            return ClockUnit(found.factor)
-        if found.quantity is Quantity.ANGLE:
-            return ClockUnit(found.factor / (2.0 * math.pi) / _needed(f0, text))
+        parsed = parse_unit(text)
+        if parsed.quantity is Quantity.TIME:
+            return ClockUnit(parsed.factor)
+        if parsed.quantity is Quantity.ANGLE:
+            return ClockUnit(parsed.factor / (2.0 * math.pi) / _needed(f0, text))
         raise InputError(f"a phase is in s, ns, ps, or in cycles, rad or deg of a carrier, not in {unit!r}")
     power = _POWER_OF_TEN.fullmatch(text)
     if power or text.lower() in _PARTS:
         return ClockUnit(10.0 ** int(power[1]) if power else _PARTS[text.lower()])
-    found = parse_unit(text)
-    if found.quantity is Quantity.RATIO:
-        return ClockUnit(found.factor)
-    if found.quantity is Quantity.FREQUENCY:
+    parsed = parse_unit(text)
+    if parsed.quantity is Quantity.RATIO:
+        return ClockUnit(parsed.factor)
+    if parsed.quantity is Quantity.FREQUENCY:
         f0 = _needed(f0, text)
-        return ClockUnit(found.factor / f0, f0 / found.factor)
+        return ClockUnit(parsed.factor / f0, f0 / parsed.factor)
     raise InputError(
         f"a fractional frequency is in 1, ppm, ppb, 1e-12, or in Hz of a carrier, not in {unit!r}"
     )
@@ -203,10 +203,10 @@ def clock_recording(
     """
     array, what = checked_samples(samples), clock_kind(kind)
     count = array.shape[1]
-    own = names or ([kind] if count == 1 else [f"{kind}_{i + 1}" for i in range(count)])
-    if len(own) != count:
-        raise InputError(f"{len(own)} names for {count} channels (samples have shape {array.shape})")
-    made = [clock_channel(name, unit, what, carrier) for name in own]
+    labels = names or ([kind] if count == 1 else [f"{kind}_{i + 1}" for i in range(count)])
+    if len(labels) != count:
+        raise InputError(f"{len(labels)} names for {count} channels (samples have shape {array.shape})")
+    made = [clock_channel(name, unit, what, carrier) for name in labels]
     columns = [ArrayColumn(array[:, i]) for i in range(count)]
     return Recording(
         channels=tuple(channel for channel, _ in made),

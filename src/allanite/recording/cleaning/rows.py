@@ -75,18 +75,18 @@ def drop_repeats(recording: Recording) -> Recording:
     DataQualityError
         Values so coarse that equal neighbors may be readings.
     """
-    found = [s for s in surveys(recording) if not s.constant and not s.channel.kind.integrated]
-    held = holds(found)
+    varying = [s for s in surveys(recording) if not s.constant and not s.channel.kind.integrated]
+    held = holds(varying)
     ways = {(h.renewal.channels if h.renewal else h.factor) for h in held.values()}
-    if len(ways) > 1 or 0 < len(held) < len(found):
-        said = ", ".join(f"{s.name} {_how(held.get(s.name))}" for s in found)
+    if len(ways) > 1 or 0 < len(held) < len(varying):
+        words = ", ".join(f"{s.name} {_how(held.get(s.name))}" for s in varying)
         raise InputError(
-            f"the channels are not held alike ({said}): they have no common rate; repair those of one rate at a time "
+            f"the channels are not held alike ({words}): they have no common rate; repair those of one rate at a time "
             "(channels=, --channels)"
         )
     one = next(iter(held.values()), None)
     if one is None or (one.renewal is None and one.factor == 1):
-        return _drop_uneven(recording, found)
+        return _drop_uneven(recording, varying)
     return _at_own_rate(recording, one)
 
 
@@ -149,12 +149,12 @@ def _every_kth(recording: Recording, k: int) -> Recording | None:
     return noted(without_jitter(out), "drop_repeats", why, dropped, rate_before=recording.rate, first=phase)
 
 
-def _drop_uneven(recording: Recording, found: list[Survey]) -> Recording:
+def _drop_uneven(recording: Recording, varying: list[Survey]) -> Recording:
     equal = _equal_rows(recording)
     count = int(equal.sum())
     if count == 0:
         return noted(recording, "drop_repeats", "no row repeats the one before", {})
-    _refuse_coarse("drop_repeats", found, count / max(recording.n_samples, 1))
+    _refuse_coarse("drop_repeats", varying, count / max(recording.n_samples, 1))
     missing = _missing_rows(recording)
     fresh = np.flatnonzero(~equal & ~missing)
     edges = np.flatnonzero(np.diff(np.cumsum(missing)[fresh]) > 0) + 1  # a gap lies before these
@@ -215,10 +215,10 @@ def _missing_rows(recording: Recording) -> NDArray[np.bool_]:
     return missing
 
 
-def _refuse_coarse(repair: str, found: list[Survey], share: float) -> None:
+def _refuse_coarse(repair: str, varying: list[Survey], share: float) -> None:
     """Equal neighbours are readings where the step of the values makes them often enough."""
     chance = 1.0
-    for s in found:  # of two Gaussian values on the same step
+    for s in varying:  # of two Gaussian values on the same step
         chance *= min(s.lattice.step / (math.sqrt(4.0 * math.pi) * s.sigma), 1.0) if s.sigma > 0 else 1.0
     if chance > BY_CHANCE and chance > 0.02 * share:
         raise DataQualityError(
@@ -256,8 +256,8 @@ def drop_duplicate_rows(recording: Recording) -> Recording:
             f"drop_duplicate_rows: {plural(count, 'row')} equal the one before, but only {plural(doubles, 'stamp')} "
             "do: which rows stand twice cannot be told; see held_samples"
         )
-    found = [s for s in surveys(recording) if not s.constant]
-    _refuse_coarse("drop_duplicate_rows", found, count / recording.n_samples)
+    varying = [s for s in surveys(recording) if not s.constant]
+    _refuse_coarse("drop_duplicate_rows", varying, count / recording.n_samples)
     kept = np.flatnonzero(~equal)
     left = {**base, "duplicates": doubles - count}
     if doubles == count:
@@ -288,21 +288,21 @@ def split_interleaved(recording: Recording) -> Recording:
     DataQualityError
         Nothing alternates.
     """
-    found = surveys(recording)
-    sparse = {s.name: every(s) or 1 for s in found}
+    facts = surveys(recording)
+    sparse = {s.name: every(s) or 1 for s in facts}
     if len(set(sparse.values())) == 1 and max(sparse.values(), default=1) > 1:
         return _sparse(recording, next(iter(sparse.values())))
-    periods = {s.name: (a.period if (a := alternation(s)) else 1) for s in found}
+    periods = {s.name: (a.period if (a := alternation(s)) else 1) for s in facts}
     if set(periods.values()) <= {1} and max(sparse.values(), default=1) == 1:
         raise DataQualityError("split_interleaved: no channel alternates from row to row")
-    said = {name: max(periods[name], sparse[name]) for name in periods}
-    if len(set(said.values())) != 1:
-        words = ", ".join(f"{name} every {k} rows" for name, k in said.items())
+    spacings = {name: max(periods[name], sparse[name]) for name in periods}
+    if len(set(spacings.values())) != 1:
+        words = ", ".join(f"{name} every {k} rows" for name, k in spacings.items())
         raise InputError(
             f"split_interleaved: the channels do not alternate alike ({words}); split those of one kind at a time "
             "(channels=, --channels)"
         )
-    return _alternating(recording, next(iter(said.values())))
+    return _alternating(recording, next(iter(spacings.values())))
 
 
 def _alternating(recording: Recording, k: int) -> Recording:

@@ -62,17 +62,17 @@ def drop_saturated(recording: Recording) -> Recording:
 
 def drop_padding(recording: Recording) -> Recording:
     """Zeros and words for "no value" far from the level, and frozen readings, as gaps, in all channels."""
-    found: dict[str, list[Spans]] = {}
+    padding: dict[str, list[Spans]] = {}
     trial = recording
     for _ in range(ROUNDS):  # what is left out may have hidden more
         more = padding_of(surveys(trial))
         if not more:
             break
         for f in more:
-            found.setdefault(str(f.channel), []).append(f.spans)
-        spans = {name: merge_spans(np.concatenate(own)) for name, own in found.items()}
+            padding.setdefault(str(f.channel), []).append(f.spans)
+        spans = {name: merge_spans(np.concatenate(parts)) for name, parts in padding.items()}
         trial = recording.excluding(spans, "padding")
-    merged = {name: merge_spans(np.concatenate(own)) for name, own in found.items()}
+    merged = {name: merge_spans(np.concatenate(parts)) for name, parts in padding.items()}
     return masked(recording, "drop_padding", "no readings: zeros, fill values or one repeated value", merged)
 
 
@@ -101,14 +101,14 @@ def drop_spikes(recording: Recording, threshold: str = "") -> Recording:
     limit = _threshold(threshold)
     spans, least = {}, math.inf
     for s in surveys(recording):
-        found = s.impulses
-        if found.crowded > 0.1 * s.present:
+        outliers = s.impulses
+        if outliers.crowded > 0.1 * s.present:
             raise DataQualityError(
                 f"channel {s.name!r}: large steps are too frequent for isolated impulses (see heavy_tails); dropping "
                 "them would change the noise that is to be measured"
             )
-        size = np.abs(found.deviation) / np.where(found.sigma > 0, found.sigma, np.inf)
-        at = found.position[size > limit]
+        size = np.abs(outliers.deviation) / np.where(outliers.sigma > 0, outliers.sigma, np.inf)
+        at = outliers.position[size > limit]
         if len(at):
             least = min(least, float(size[size > limit].min()))
             spans[s.name] = np.stack([at, at + 1], axis=1)
@@ -160,20 +160,20 @@ def cut_motion(recording: Recording) -> Recording:
 
 def _lively(recording: Recording) -> Spans:
     """Windows that stand out in any channel, with those beside them."""
-    found = [np.zeros((0, 2), dtype=np.int64)]
+    windows = [np.zeros((0, 2), dtype=np.int64)]
     for s in surveys(recording):
         for u in disturbance.unrest(s):
             if u.excess < disturbance.SLIGHT:
                 continue
             at = np.flatnonzero(u.out)
             spans = np.stack([at - BESIDE, at + 1 + BESIDE], axis=1) * u.scale.window
-            found.append(np.clip(spans, 0, s.n_samples).astype(np.int64))
-    return merge_spans(np.concatenate(found))
+            windows.append(np.clip(spans, 0, s.n_samples).astype(np.int64))
+    return merge_spans(np.concatenate(windows))
 
 
 def _turned(recording: Recording) -> Spans:
     """Seconds in which gravity points over 2 deg away from where it points for most of the time."""
-    found = [np.zeros((0, 2), dtype=np.int64)]
+    seconds = [np.zeros((0, 2), dtype=np.int64)]
     accelerometers = [s for s in surveys(recording) if s.channel.kind is Kind.ACCELERATION]
     size = max(round(LENGTH * recording.rate), LEAST)
     rows = recording.n_samples // size
@@ -189,8 +189,8 @@ def _turned(recording: Recording) -> Spans:
         bar = NOISE * noise / float(np.median(np.linalg.norm(means[known], axis=1)))
         at = np.flatnonzero(known)[angle > max(bar, TURNED)]
         spans = np.stack([at - BESIDE, at + 1 + BESIDE], axis=1) * size
-        found.append(np.clip(spans, 0, recording.n_samples).astype(np.int64))
-    return merge_spans(np.concatenate(found))
+        seconds.append(np.clip(spans, 0, recording.n_samples).astype(np.int64))
+    return merge_spans(np.concatenate(seconds))
 
 
 def _block_means(recording: Recording, name: str, size: int, rows: int) -> Array:

@@ -22,8 +22,8 @@ Spans = NDArray[np.int64]
 
 def surveys(recording: Recording) -> list[Survey]:
     """The facts of each channel that bears noise and holds enough samples to tell."""
-    found = [survey(recording, c.name) for c in recording.channels if c.kind.noise_bearing]
-    return [s for s in found if s.present >= MINIMUM]
+    facts = [survey(recording, c.name) for c in recording.channels if c.kind.noise_bearing]
+    return [s for s in facts if s.present >= MINIMUM]
 
 
 def noted(recording: Recording, repair: str, why: str, samples: Mapping[str, int], **facts: Any) -> Recording:

@@ -187,14 +187,14 @@ def check(recording: Recording, *, progress: Progress | None = None) -> tuple[Fi
             progress(done / total)
 
     with np.errstate(invalid="ignore", over="ignore"):  # samples of the wrong byte order are anything
-        found = _with_quiet_part(recording, _found(recording, advance))
-    found = _advise_the_others(recording, found)
+        findings = _with_quiet_part(recording, _found(recording, advance))
+    findings = _advise_the_others(recording, findings)
     order, names = list(CATALOGUE), {None: -1} | {name: i for i, name in enumerate(recording.names)}
 
     def place(f: Finding) -> tuple[bool, int, int, int]:
         return f.code not in MOVES, f.severity.rank, order.index(f.code), names.get(f.channel, len(names))
 
-    return tuple(sorted(found, key=place))
+    return tuple(sorted(findings, key=place))
 
 
 def _advise_the_others(recording: Recording, findings: Sequence[Finding]) -> list[Finding]:
@@ -214,32 +214,32 @@ def _found(recording: Recording, advance: Callable[[int], None]) -> list[Finding
             surveys.append(survey(recording, channel.name, advance))
         else:
             advance(recording.n_samples)
-    found = [f for look in LOG_DETECTORS for f in look(recording)]
-    found += log.words(recording, surveys)
-    own: list[Finding] = []
+    findings = [f for look in LOG_DETECTORS for f in look(recording)]
+    findings += log.words(recording, surveys)
+    of_channels: list[Finding] = []
     enough: list[Survey] = []
     for s in surveys:
         nonsense = [f for look in NONSENSE_DETECTORS for f in look(s)]
-        own += nonsense or [f for look in PRESENCE_DETECTORS for f in look(s)]
+        of_channels += nonsense or [f for look in PRESENCE_DETECTORS for f in look(s)]
         if not nonsense and s.present >= values.MINIMUM:
             enough.append(s)
     left_out, enough = _left_out(enough)
-    own += left_out
+    of_channels += left_out
     renewed = held.holds(enough)
     laws = {s.name: _law(s, renewed) for s in enough}
-    own += held.held_samples(renewed)
-    own += [f for s in enough for f in tails.contaminated(s, laws[s.name])]
+    of_channels += held.held_samples(renewed)
+    of_channels += [f for s in enough for f in tails.contaminated(s, laws[s.name])]
     samples, enough = _samples(_noise_scales(enough, renewed, laws), laws)
-    own += samples
+    of_channels += samples
     enough = _noise_scales(enough, renewed, laws)
-    own += [f for s in enough for look in CHANNEL_DETECTORS for f in look(s)]
-    found += _joined(own, len(surveys))
+    of_channels += [f for s in enough for look in CHANNEL_DETECTORS for f in look(s)]
+    findings += _joined(of_channels, len(surveys))
     looks = RECORD_DETECTORS
     if any(
         step.get("step") == "simulate" for step in recording.history
     ):  # a simulated sensor never had a bias
         looks = tuple(look for look in looks if look is not meaning.bias_removed)
-    return found + [f for look in looks for f in look(enough)]
+    return findings + [f for look in looks for f in look(enough)]
 
 
 def _left_out(surveys: Sequence[Survey]) -> tuple[list[Finding], list[Survey]]:
@@ -281,59 +281,59 @@ def padding_of(surveys: Sequence[Survey]) -> list[Finding]:
 
 
 def _padding(surveys: Sequence[Survey]) -> tuple[list[Finding], list[Survey]]:
-    found: list[Finding] = []
+    findings: list[Finding] = []
     left = list(surveys)
-    for own, shared in ((WORD_DETECTORS, ROW_DETECTORS), (STRETCH_DETECTORS, STILL_DETECTORS)):
-        more, left = _stretches(own, left)
-        found += more
+    for alone, shared in ((WORD_DETECTORS, ROW_DETECTORS), (STRETCH_DETECTORS, STILL_DETECTORS)):
+        more, left = _stretches(alone, left)
+        findings += more
         for look in shared:
-            more = list(look(left, found))
-            found, left = [*found, *more], _without(left, more)
-    return found, left
+            more = list(look(left, findings))
+            findings, left = [*findings, *more], _without(left, more)
+    return findings, left
 
 
 def _stretches(
     looks: Sequence[Callable[[Survey], Iterator[Finding]]], surveys: Sequence[Survey]
 ) -> tuple[list[Finding], list[Survey]]:
     """One detector after another: what one leaves out is no evidence for the next."""
-    found: list[Finding] = []
+    findings: list[Finding] = []
     left = list(surveys)
     for look in looks:
         more = [f for s in left for f in look(s)]
-        found, left = [*found, *more], _without(left, more)
-    return found, left
+        findings, left = [*findings, *more], _without(left, more)
+    return findings, left
 
 
-def _without(surveys: Sequence[Survey], found: Sequence[Finding]) -> list[Survey]:
+def _without(surveys: Sequence[Survey], findings: Sequence[Finding]) -> list[Survey]:
     """The surveys without what these findings leave out; those of channels with enough samples left."""
     spans: dict[str | None, list[NDArray[np.int64]]] = {}
-    for f in found:
+    for f in findings:
         if f.excludes:
             spans.setdefault(f.channel, []).append(f.spans)
     left = [s.without(np.concatenate(spans[s.name])) if s.name in spans else s for s in surveys]
     return [s for s in left if s.present >= values.MINIMUM]
 
 
-def _joined(found: list[Finding], n_channels: int) -> list[Finding]:
+def _joined(findings: list[Finding], n_channels: int) -> list[Finding]:
     """What every channel says in the same words is said once, of the recording."""
 
     def words(f: Finding) -> tuple[object, ...]:
         return f.code, f.message, f.count, f.places, f.spans.tobytes()
 
     joined: list[Finding] = []
-    for _, group in groupby(sorted(found, key=lambda f: tuple(map(str, words(f)))), key=words):
+    for _, group in groupby(sorted(findings, key=lambda f: tuple(map(str, words(f)))), key=words):
         same = list(group)
         joined += [replace(same[0], channel=None)] if len(same) == n_channels > 1 else same
     return joined
 
 
-def _with_quiet_part(recording: Recording, found: Sequence[Finding]) -> list[Finding]:
+def _with_quiet_part(recording: Recording, findings: Sequence[Finding]) -> list[Finding]:
     """The findings; those of motion with the options that take the longest part in which no channel moves."""
-    moving = [f for f in found if f.code in _RESTLESS and len(f.spans)]
+    moving = [f for f in findings if f.code in _RESTLESS and len(f.spans)]
     options = _quiet_part(recording, moving) if moving else None
     if options is None:
-        return list(found)
-    return [f.advise(f"analyze a quiet part alone: {options}") if f in moving else f for f in found]
+        return list(findings)
+    return [f.advise(f"analyze a quiet part alone: {options}") if f in moving else f for f in findings]
 
 
 def _quiet_part(recording: Recording, moving: Sequence[Finding]) -> str | None:
@@ -385,22 +385,22 @@ def prepare(
     fatal = [f for f in findings if f.severity is Severity.FATAL and f.code not in accept]
     if fatal:
         raise DataQualityError(_refusal(recording, fatal), tuple(fatal))
-    said = tuple(f.accept() if f.severity is Severity.FATAL else f for f in findings)
-    recording = _without_empty(recording, said)
-    for code, group in groupby((f for f in said if f.excludes), key=lambda f: f.code):
+    settled = tuple(f.accept() if f.severity is Severity.FATAL else f for f in findings)
+    recording = _without_empty(recording, settled)
+    for code, group in groupby((f for f in settled if f.excludes), key=lambda f: f.code):
         spans: dict[str, list[NDArray[np.int64]]] = {}
         for f in group:
             for name in _channels(recording, f):
                 spans.setdefault(name, []).append(f.spans)
         if spans:
-            recording = recording.excluding({n: np.concatenate(own) for n, own in spans.items()}, code)
-    return recording, said
+            recording = recording.excluding({n: np.concatenate(parts) for n, parts in spans.items()}, code)
+    return recording, settled
 
 
-def _channels(recording: Recording, found: Finding) -> list[str]:
-    if found.channel is None:
+def _channels(recording: Recording, finding: Finding) -> list[str]:
+    if finding.channel is None:
         return [c.name for c in recording.channels if c.kind.noise_bearing]
-    return [found.channel] if found.channel in recording.names else []
+    return [finding.channel] if finding.channel in recording.names else []
 
 
 def _without_empty(recording: Recording, findings: Sequence[Finding]) -> Recording:

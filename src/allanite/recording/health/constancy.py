@@ -57,10 +57,10 @@ def noise_changes(survey: Survey) -> Iterator[Finding]:
     if survey.sigma == 0.0 or excess_of(survey) >= SLIGHT or survey.lattice.step > 2.0 * survey.sigma:
         return
     parts = [made for scale in survey.scales if (made := _parts(scale, len(survey.scales))) is not None]
-    found = [p for p in parts if p.excess > 1.0 and p.ratio > NOTICED]
-    if not found or any(True for _ in amplitude_drop(survey)):  # which says it
+    uneven = [p for p in parts if p.excess > 1.0 and p.ratio > NOTICED]
+    if not uneven or any(True for _ in amplitude_drop(survey)):  # which says it
         return
-    worst = max(found, key=lambda p: p.excess)
+    worst = max(uneven, key=lambda p: p.excess)
     most = int(np.nanargmax(worst.energy))
     lag, length = worst.scale.lag * survey.dt, worst.size * survey.dt
     larger = (

@@ -65,17 +65,17 @@ def impulses(survey: Survey) -> Iterator[Finding]:
 
     An impulse of height A adds A^2/n to the variance of n samples of white noise, at every lag alike.
     """
-    found = survey.impulses
+    outliers = survey.impulses
     if survey.sigma == 0.0 or is_unresolved(survey):
         return
-    if found.crowded > 0.1 * survey.present or len(found.position) > max(MANY * survey.present, 3):
+    if outliers.crowded > 0.1 * survey.present or len(outliers.position) > max(MANY * survey.present, 3):
         if excess_of(survey) < NOTICED:  # otherwise the disturbance says it
             yield _heavy_tails(survey)
         return
-    if len(found.position) == 0:
+    if len(outliers.position) == 0:
         return
     weight = 3.0 if survey.channel.kind.integrated else 1.0
-    excess = weight * found.deviation**2 / (survey.present * survey.sigma**2)
+    excess = weight * outliers.deviation**2 / (survey.present * survey.sigma**2)
     yield _spikes(survey, excess)
 
 
@@ -92,12 +92,12 @@ def _heavy_tails(survey: Survey) -> Finding:
 
 
 def _spikes(survey: Survey, excess: Samples) -> Finding:
-    found = survey.impulses
-    bursts, sums = _bursts(found.position, excess)
+    outliers = survey.impulses
+    bursts, sums = _bursts(outliers.position, excess)
     out = _largest(sums)
-    k = int(np.argmax(np.abs(found.deviation)))
-    deviation = float(found.deviation[k])
-    largest = f"{deviation:+.3g}{survey.unit} ({short(abs(deviation) / float(found.sigma[k]))} sigma)"
+    k = int(np.argmax(np.abs(outliers.deviation)))
+    deviation = float(outliers.deviation[k])
+    largest = f"{deviation:+.3g}{survey.unit} ({short(abs(deviation) / float(outliers.sigma[k]))} sigma)"
     effect = f"they raise N by {percent(_raise(excess))}"
     if len(out):
         left_out = plural(int(np.diff(bursts[out], axis=1).sum()), "sample")
@@ -105,8 +105,8 @@ def _spikes(survey: Survey, excess: Samples) -> Finding:
     shown = out if len(out) else np.arange(len(bursts))
     return finding(
         "spikes",
-        f"{_which(found.position, len(bursts))} "
-        f"{largest} at {survey.seconds(int(found.position[k]))}; {effect}",
+        f"{_which(outliers.position, len(bursts))} "
+        f"{largest} at {survey.seconds(int(outliers.position[k]))}; {effect}",
         severity=Severity.WARNING if len(out) else Severity.INFO,
         channel=survey.name,
         spans=bursts[shown],
@@ -168,14 +168,14 @@ class Unrest:
 
 def unrest(survey: Survey) -> tuple[Unrest, ...]:
     """The scales at which windows stand out, the worst first."""
-    found = (_stand_out(scale, len(survey.scales)) for scale in survey.scales)
-    return tuple(sorted((u for u in found if u is not None), key=lambda u: -u.excess))
+    scales = (_stand_out(scale, len(survey.scales)) for scale in survey.scales)
+    return tuple(sorted((u for u in scales if u is not None), key=lambda u: -u.excess))
 
 
 def excess_of(survey: Survey) -> float:
     """Largest excess of the Allan variance that restless windows cause, over the lags; 0.0 at rest."""
-    found = unrest(survey)
-    return found[0].excess if found else 0.0
+    restless = unrest(survey)
+    return restless[0].excess if restless else 0.0
 
 
 def moved(survey: Survey) -> bool:
@@ -229,11 +229,11 @@ def _chi_square(dof: float, p: float) -> float:
 
 def rest(survey: Survey) -> Iterator[Finding]:
     """Stretches in which the signal moves more than in the quiet ones (class 14)."""
-    found = unrest(survey)
-    if not found or found[0].excess < SLIGHT or (is_unresolved(survey) and not moved(survey)):
+    restless = unrest(survey)
+    if not restless or restless[0].excess < SLIGHT or (is_unresolved(survey) and not moved(survey)):
         return  # of noise below the step a rare code is all there is to see
-    worst = found[0]
-    spans = np.concatenate([_windows(u, survey.n_samples)[0] for u in found])
+    worst = restless[0]
+    spans = np.concatenate([_windows(u, survey.n_samples)[0] for u in restless])
     shown, weight = _windows(worst, survey.n_samples)
     share = percent(_covered(spans) / survey.n_samples)
     lag = worst.scale.lag * survey.dt

@@ -60,13 +60,13 @@ class Hold:
 
 def holds(surveys: Sequence[Survey]) -> dict[str, Hold]:
     """The channels whose values are held, by name."""
-    seen = [
+    repeating = [
         s
         for s in surveys
         if not s.constant and not s.channel.kind.integrated and _repeats(s) > FEW * s.present
     ]
-    found = {}
-    for group in _together(seen):
+    by_name = {}
+    for group in _together(repeating):
         chance = math.prod(by_chance(s) for s in group)
         renewal = None
         if chance < 0.5 and not any(map(moved, group)):  # motion changes how often neighbors are equal
@@ -74,8 +74,8 @@ def holds(surveys: Sequence[Survey]) -> dict[str, Hold]:
         for s in group:
             one = _hold(s, renewal)
             if one is not None:
-                found[s.name] = one
-    return found
+                by_name[s.name] = one
+    return by_name
 
 
 def _hold(survey: Survey, renewal: Renewal | None) -> Hold | None:
@@ -121,7 +121,9 @@ def _alike(surveys: Sequence[Survey]) -> bool:
         int(np.count_nonzero(np.any([(d != 0.0) & ~np.isnan(d) for d in rows], axis=0)))
         for rows in zip(*steps, strict=True)
     )
-    return all(own >= TOGETHER * joint * (1.0 - by_chance(s)) for s, own in zip(surveys, fresh, strict=True))
+    return all(
+        alone >= TOGETHER * joint * (1.0 - by_chance(s)) for s, alone in zip(surveys, fresh, strict=True)
+    )
 
 
 def by_chance(survey: Survey) -> float:
@@ -148,10 +150,10 @@ def by_chance(survey: Survey) -> float:
 # -- findings ---------------------------------------------------------------------------------------------
 
 
-def held_samples(found: Mapping[str, Hold]) -> Iterator[Finding]:
+def held_samples(held: Mapping[str, Hold]) -> Iterator[Finding]:
     """Each value logged several times, evenly or now and then (battery B7; class 1)."""
-    kept = {h.renewal.channels if h.renewal else (h.factor, h.share) for h in found.values()}
-    for hold in found.values():
+    kept = {h.renewal.channels if h.renewal else (h.factor, h.share) for h in held.values()}
+    for hold in held.values():
         yield _finding(hold, several=len(kept) > 1)
 
 
@@ -162,9 +164,10 @@ def _finding(hold: Hold, several: bool) -> Finding:
     advice = f"analyze each value once: --repair drop_repeats{chosen}; `characterize` does so itself"
     count = round(hold.share * survey.present)
     if hold.factor > 1:
-        own = rate / hold.factor
-        text = f"every value appears {hold.factor} times: the true rate is rate/{hold.factor} = {own:.6g} Hz"
-        advice = f"keep one row in {hold.factor} and give the rate {own:.6g} Hz{chosen}; `characterize` does so itself"
+        true_rate = rate / hold.factor
+        text = f"every value appears {hold.factor} times: the true rate is rate/{hold.factor} = {true_rate:.6g} Hz"
+        keep = f"keep one row in {hold.factor} and give the rate {true_rate:.6g} Hz{chosen}"
+        advice = f"{keep}; `characterize` does so itself"
         count = survey.present
     elif hold.renewal is not None:
         text = (
@@ -191,9 +194,9 @@ def _with_uncertainty(rate: float, sd: float) -> str:
     return f"{rate:.{digits}f} Hz (standard uncertainty {sd:.1g} Hz)"
 
 
-def without_short_scales(survey: Survey, found: Mapping[str, Hold]) -> Survey:
+def without_short_scales(survey: Survey, held: Mapping[str, Hold]) -> Survey:
     """The facts without the scales at which repeats, not noise, make the differences; a sensor that moved keeps all."""
-    hold = found.get(survey.name)
+    hold = held.get(survey.name)
     if hold is None or moved(survey):
         return survey
     scales = tuple(s for s in survey.scales if s.lag * hold.ratio >= SHORT)

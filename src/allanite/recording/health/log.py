@@ -312,17 +312,17 @@ def _sentences(notes: Notes) -> Iterator[Finding]:
     failed, stray = int(_number(notes, "sentences_failed")), int(_number(notes, "stray_lines"))
     if failed + stray == 0:
         return
-    said, rows = [], _rows(notes, "failed_rows")
+    parts, rows = [], _rows(notes, "failed_rows")
     if failed:
-        said.append(
+        parts.append(
             f"{plural(failed, 'sentence')} {notes.get('sentence')} failed the checksum: read as missing samples; "
             f"first rows: {', '.join(map(str, rows))}"
         )
     if stray:
-        said.append(f"{plural(stray, 'line')} of unknown kind left out")
+        parts.append(f"{plural(stray, 'line')} of unknown kind left out")
     yield finding(
         "checksum_failed",
-        "; ".join(said),
+        "; ".join(parts),
         severity=Severity.WARNING,
         spans=_spans(rows),
         count=failed + stray,
@@ -334,20 +334,20 @@ def _labels(notes: Notes) -> Iterator[Finding]:
     damaged, stray = int(_number(notes, "labels_damaged")), int(_number(notes, "labels_stray"))
     lacking, absent = int(_number(notes, "labels_lacking")), notes.get("labels_absent") or {}
     unknown, rows = notes.get("labels_unknown") or {}, _rows(notes, "failed_rows")
-    said = []
+    parts = []
     if damaged:
         first = ", ".join(map(str, rows))
-        said.append(f"{plural(damaged, 'damaged line')} read as missing samples; first rows: {first}")
+        parts.append(f"{plural(damaged, 'damaged line')} read as missing samples; first rows: {first}")
     if stray:
-        said.append(f"{plural(stray, 'line')} without a label of the log left out")
+        parts.append(f"{plural(stray, 'line')} without a label of the log left out")
     if lacking:
-        said.append(f"{plural(lacking, 'line')} without a value of {_counted(absent)}: missing there")
+        parts.append(f"{plural(lacking, 'line')} without a value of {_counted(absent)}: missing there")
     if unknown:
-        said.append(f"labels left out, as they are rare: {_counted(unknown)}")
-    if said:
+        parts.append(f"labels left out, as they are rare: {_counted(unknown)}")
+    if parts:
         yield finding(
             "labeled_lines",
-            "; ".join(said),
+            "; ".join(parts),
             severity=Severity.WARNING if damaged or stray else Severity.INFO,
             spans=_spans(rows) if damaged else [],
             count=damaged + stray + lacking + sum(unknown.values()),
@@ -362,12 +362,12 @@ def _counted(names: Mapping[str, int]) -> str:
 def words(recording: Recording, surveys: Sequence[Survey]) -> Iterator[Finding]:
     """Overload words of a text log that came in as missing samples (battery B2)."""
     count = int(_number(_notes(recording, "text"), "overload_words"))
-    seen = sum(s.overload for s in surveys)
-    if count > seen:
-        share = (count - seen) / max(recording.n_samples * max(len(surveys), 1), 1)
+    surveyed = sum(s.overload for s in surveys)
+    if count > surveyed:
+        share = (count - surveyed) / max(recording.n_samples * max(len(surveys), 1), 1)
         yield finding(
             "overload",
-            f"{plural(count - seen, 'overload word')} in the text ({percent(share)} of the cells), read as missing",
+            f"{plural(count - surveyed, 'overload word')} in the text ({percent(share)} of the cells), read as missing",
             severity=Severity.FATAL if share > TOLERATED else Severity.WARNING,
-            count=count - seen,
+            count=count - surveyed,
         )

@@ -132,10 +132,10 @@ def known_step(survey: Survey) -> Iterator[Finding]:
         return
     if survey.sigma < 1e-6 * step or any(True for _ in unit_trap(survey)):  # which says it
         return
-    said = _angle_of(channel.unit)
-    if said is None:
+    stated = _angle_of(channel.unit)
+    if stated is None:
         return
-    meant, factor = ("deg", math.radians(1.0)) if said == "rad" else ("rad", math.degrees(1.0))
+    meant, factor = ("deg", math.radians(1.0)) if stated == "rad" else ("rad", math.degrees(1.0))
     other = math.degrees(
         step * channel.scale * factor
     )  # the step in deg/s, were the numbers in the other unit

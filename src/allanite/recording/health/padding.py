@@ -142,12 +142,12 @@ def _noise(survey: Survey, value: float) -> float:
 # -- several channels -------------------------------------------------------------------------------------
 
 
-def zero_rows(surveys: Sequence[Survey], found: Sequence[Finding]) -> Iterator[Finding]:
+def zero_rows(surveys: Sequence[Survey], findings: Sequence[Finding]) -> Iterator[Finding]:
     """Rows in which every channel is exactly 0, oftener than the channels' own zeros meet by chance (class 4).
 
     Where a channel's own zeros were found, the others are looked at by `shared_zeros`.
     """
-    if any(f.code == "zero_filled" for f in found):
+    if any(f.code == "zero_filled" for f in findings):
         return
     usable = [s for s in surveys if not s.channel.kind.integrated and not s.constant]
     if len(usable) < 2 or not any(z.all(axis=0).any() for z in _zeros_looked_at(usable)):
@@ -157,7 +157,7 @@ def zero_rows(surveys: Sequence[Survey], found: Sequence[Finding]) -> Iterator[F
     for other in spans[1:]:
         rows = _overlap(rows, other)
     n, count = usable[0].n_samples, _length(rows)
-    alone = [max(_length(own) - count, 0) / n for own in spans]
+    alone = [max(_length(zeros) - count, 0) / n for zeros in spans]
     if count < max(ROWS, BEYOND_CHANCE * n * math.prod(alone)):
         return
     for s in usable:
@@ -171,9 +171,9 @@ def _zeros_looked_at(surveys: Sequence[Survey]) -> Iterator[NDArray[np.bool_]]:
         yield np.stack([values == -s.origin for (_, values), s in zip(probes, surveys, strict=True)])
 
 
-def shared_zeros(surveys: Sequence[Survey], found: Sequence[Finding]) -> Iterator[Finding]:
+def shared_zeros(surveys: Sequence[Survey], findings: Sequence[Finding]) -> Iterator[Finding]:
     """Zeros of one channel that others show in the same rows, where their own values tell nothing."""
-    rows, where = _rows_of("zero_filled", found)
+    rows, where = _rows_of("zero_filled", findings)
     for s in surveys:
         if not s.constant and not s.channel.kind.integrated:
             zeros = _zeros_in(s, rows)
@@ -181,9 +181,9 @@ def shared_zeros(surveys: Sequence[Survey], found: Sequence[Finding]) -> Iterato
                 yield _together(s, "zero_filled", zeros, f"exactly 0 {where}")
 
 
-def shared_stretches(surveys: Sequence[Survey], found: Sequence[Finding]) -> Iterator[Finding]:
+def shared_stretches(surveys: Sequence[Survey], findings: Sequence[Finding]) -> Iterator[Finding]:
     """Readings that froze in one channel while others stood still as well."""
-    rows, where = _rows_of("stuck", found)
+    rows, where = _rows_of("stuck", findings)
     for s in surveys:
         still = (
             [] if s.constant else [(a, b) for a, b in rows.tolist() if b - a > 1 and _stands_still(s, a, b)]
@@ -192,11 +192,11 @@ def shared_stretches(surveys: Sequence[Survey], found: Sequence[Finding]) -> Ite
             yield _together(s, "stuck", np.array(still, dtype=np.int64), f"without a change {where}")
 
 
-def _rows_of(code: str, found: Sequence[Finding]) -> tuple[Index, str]:
+def _rows_of(code: str, findings: Sequence[Finding]) -> tuple[Index, str]:
     """The rows that findings of this code leave out, and words for them."""
-    own = [f for f in found if f.code == code]
-    rows = merge_spans(np.concatenate([np.zeros((0, 2), dtype=np.int64), *(f.spans for f in own)]))
-    return rows, f"in the rows in which {listed(sorted({str(f.channel) for f in own}))} show it"
+    of_code = [f for f in findings if f.code == code]
+    rows = merge_spans(np.concatenate([np.zeros((0, 2), dtype=np.int64), *(f.spans for f in of_code)]))
+    return rows, f"in the rows in which {listed(sorted({str(f.channel) for f in of_code}))} show it"
 
 
 def _together(survey: Survey, code: str, spans: Index, what: str) -> Finding:

@@ -92,14 +92,14 @@ def fresh_rows(recording: Recording, channels: Sequence[str]) -> Iterator[tuple[
     for start in range(0, recording.n_samples, BLOCK):
         blocks = [recording.raw(name, start, start + BLOCK) for name in channels]
         fresh = np.zeros(len(blocks[0]), dtype=np.bool_)
-        told = np.ones(len(blocks[0]), dtype=np.bool_)
+        known = np.ones(len(blocks[0]), dtype=np.bool_)
         for i, block in enumerate(blocks):
             step = np.diff(block, prepend=last[i])
             fresh |= step != 0.0
-            told &= ~np.isnan(step)
+            known &= ~np.isnan(step)
             last[i] = block[-1]
-        told &= ~_frozen(fresh | ~told)
-        yield start, fresh & told, told
+        known &= ~_frozen(fresh | ~known)
+        yield start, fresh & known, known
 
 
 def _frozen(fresh: Mask) -> Mask:
@@ -119,10 +119,10 @@ def renewal_of(recording: Recording, channels: Sequence[str], by_chance: float =
     by_chance : float
         Share of fresh values that equal the one before in every channel, from the step of the values.
     """
-    found = _line(recording, channels, by_chance)
-    if found is None:
+    located = _line(recording, channels, by_chance)
+    if located is None:
         return None
-    line, mirrored = found
+    line, mirrored = located
     at, phase, fresh, rows = _phases(recording, channels, line)
     if len(at) < 2:
         return None
@@ -162,14 +162,14 @@ def _line(recording: Recording, channels: Sequence[str], by_chance: float) -> tu
     if recording.n_samples < STRETCHES * length:
         starts = np.arange(0, recording.n_samples - length + 1, length)
     padded = 4 * length
-    power, fresh, told, used = np.zeros(padded // 2 + 1), 0, 0, 0
+    power, fresh, all_known, used = np.zeros(padded // 2 + 1), 0, 0, 0
     for start in starts.tolist():
         flags, known = _flags(recording, channels, start, start + length)
-        seen = int(known.sum())
-        if seen < 64 or seen < 0.25 * length:
+        n_known = int(known.sum())
+        if n_known < 64 or n_known < 0.25 * length:
             continue
-        share = flags.sum() / seen
-        fresh, told = fresh + int(flags.sum()), told + seen
+        share = flags.sum() / n_known
+        fresh, all_known = fresh + int(flags.sum()), all_known + n_known
         centered = np.where(known, flags - share, 0.0)
         total = float((centered**2).sum())
         if total > 0.0:
@@ -177,10 +177,10 @@ def _line(recording: Recording, channels: Sequence[str], by_chance: float) -> tu
             used += 1
     if used == 0:
         return None
-    expected = fresh / told / (1.0 - by_chance)
+    expected = fresh / all_known / (1.0 - by_chance)
     if 1.0 - expected < max(0.005, BEYOND * by_chance):
         return None
-    low = 0.98 * fresh / told - 2.0 / length
+    low = 0.98 * fresh / all_known - 2.0 / length
     high = min(CAUGHT * expected, 1.0 - max(SLOWEST, CREDIBLE * (1.0 - expected)))
     frequency = np.arange(padded // 2 + 1) / padded
     ratios = np.concatenate([frequency, 1.0 - frequency])
@@ -207,21 +207,21 @@ def _line(recording: Recording, channels: Sequence[str], by_chance: float) -> tu
     k = peak % len(frequency)
     exact = (k + _vertex(power, k)) / padded
     exact = float(exact if peak < len(frequency) else 1.0 - exact)
-    unsure = by_chance * (4.0 * math.sqrt(fresh / max(by_chance, 1e-12)) + 0.05 * fresh) / told
+    unsure = by_chance * (4.0 * math.sqrt(fresh / max(by_chance, 1e-12)) + 0.05 * fresh) / all_known
     apart = abs(1.0 - 2.0 * exact)
     return exact, apart if apart < unsure else 0.0
 
 
 def _flags(recording: Recording, channels: Sequence[str], start: int, stop: int) -> tuple[Mask, Mask]:
     fresh = np.zeros(stop - start, dtype=np.bool_)
-    told = np.ones(stop - start, dtype=np.bool_)
-    told[0] = False
+    known = np.ones(stop - start, dtype=np.bool_)
+    known[0] = False
     for name in channels:
         step = np.diff(recording.raw(name, start, stop))
         fresh[1:] |= step != 0.0
-        told[1:] &= ~np.isnan(step)
-    told &= ~_frozen(fresh | ~told)
-    return fresh & told, told
+        known[1:] &= ~np.isnan(step)
+    known &= ~_frozen(fresh | ~known)
+    return fresh & known, known
 
 
 def _vertex(power: Samples, k: int) -> float:
@@ -247,9 +247,9 @@ def _gamma_tail(shape: int, x: float) -> float:
 
 def _phases(recording: Recording, channels: Sequence[str], line: float) -> tuple[Samples, Samples, int, int]:
     """Rows and unwrapped phases of blocks of `PHASED` rows; number of fresh rows, and of rows that can be told."""
-    at, sums, fresh, told = [], [], 0, 0
+    at, sums, fresh, all_known = [], [], 0, 0
     for start, flags, known in fresh_rows(recording, channels):
-        fresh, told = fresh + int(flags.sum()), told + int(known.sum())
+        fresh, all_known = fresh + int(flags.sum()), all_known + int(known.sum())
         n = len(flags)
         edges = np.arange(0, n, PHASED)
         row = start + np.arange(n)
@@ -264,7 +264,7 @@ def _phases(recording: Recording, channels: Sequence[str], line: float) -> tuple
     joined = np.concatenate(sums) if sums else np.zeros(0, dtype=np.complex128)
     # fresh rows stand where line * row - phase is whole
     phase = np.unwrap(-np.angle(joined)) / (2.0 * np.pi)
-    return np.concatenate(at) if at else np.zeros(0), np.asarray(phase), fresh, told
+    return np.concatenate(at) if at else np.zeros(0), np.asarray(phase), fresh, all_known
 
 
 def _scatter(

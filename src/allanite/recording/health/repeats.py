@@ -214,19 +214,19 @@ def _agreed(patterns: Samples, doubt: Samples) -> float:
 
 def interleaved(survey: Survey) -> Iterator[Finding]:
     """Levels or noises that alternate from row to row (class 3)."""
-    found = alternation(survey)
-    if found is None:
+    pattern = alternation(survey)
+    if pattern is None:
         return
-    what = f"levels {found.level:.2g} sigma apart"
-    if found.level <= 1.0:
-        what = f"noises in the ratio {math.sqrt(found.noise):.2g} or more"
+    what = f"levels {pattern.level:.2g} sigma apart"
+    if pattern.level <= 1.0:
+        what = f"noises in the ratio {math.sqrt(pattern.noise):.2g} or more"
     yield finding(
         "interleaved",
-        f"rows alternate with period {found.period}: {what}",
-        severity=Severity.FATAL if found.level > 3.0 else Severity.WARNING,
+        f"rows alternate with period {pattern.period}: {what}",
+        severity=Severity.FATAL if pattern.level > 3.0 else Severity.WARNING,
         channel=survey.name,
         count=survey.present,
-        advice=f"split the rows into {found.period} channels at {survey.recording.rate / found.period:.6g} Hz",
+        advice=f"split the rows into {pattern.period} channels at {survey.recording.rate / pattern.period:.6g} Hz",
     )
 
 

@@ -43,22 +43,22 @@ def missing_because(recording: Recording, missing: int = 0) -> list[dict[str, An
         for step in recording.history
         if step.get("step") == "window"
     )
-    found: dict[str, dict[str, Any]] = {}
+    by_reason: dict[str, dict[str, Any]] = {}
     for gap in noted:
         start = max(int(gap["position"]) - begin, 0)
         stop = min(int(gap["position"]) + int(gap["samples"]) - begin, recording.n_samples)
         if stop > start:
-            _add(found, gap["reason"] or _NOT_NOTED, start, stop - start)
-    left = missing - sum(entry["samples"] for entry in found.values())
-    entries = sorted(found.values(), key=lambda entry: -int(entry["samples"]))
+            _add(by_reason, gap["reason"] or _NOT_NOTED, start, stop - start)
+    left = missing - sum(entry["samples"] for entry in by_reason.values())
+    entries = sorted(by_reason.values(), key=lambda entry: -int(entry["samples"]))
     if left > 0:
         entries.append({"reason": _NO_VALUE, "gaps": None, "samples": left, "first": None, "longest": None})
     return entries
 
 
-def _add(found: dict[str, dict[str, Any]], reason: str, start: int, samples: int) -> None:
+def _add(by_reason: dict[str, dict[str, Any]], reason: str, start: int, samples: int) -> None:
     nothing = {"reason": reason, "gaps": 0, "samples": 0, "first": start, "longest": 0}
-    entry = found.setdefault(reason, nothing)
+    entry = by_reason.setdefault(reason, nothing)
     entry["gaps"] += 1
     entry["samples"] += samples
     entry["longest"] = max(entry["longest"], samples)
@@ -66,16 +66,18 @@ def _add(found: dict[str, dict[str, Any]], reason: str, start: int, samples: int
 
 def gap_reasons(recording: Recording) -> Iterator[Finding]:
     """The reasons that were noted for what is missing."""
-    found = missing_because(recording)
-    if not found:
+    entries = missing_because(recording)
+    if not entries:
         return
-    said = [f"{e['reason']} ({plural(e['samples'], 'sample')} in {plural(e['gaps'], 'gap')})" for e in found]
-    more = f"; and {plural(len(said) - _NAMED, 'more reason')}" if len(said) > _NAMED else ""
+    phrases = [
+        f"{e['reason']} ({plural(e['samples'], 'sample')} in {plural(e['gaps'], 'gap')})" for e in entries
+    ]
+    more = f"; and {plural(len(phrases) - _NAMED, 'more reason')}" if len(phrases) > _NAMED else ""
     yield finding(
         "gap_reasons",
-        f"missing, as the recorder noted it: {'; '.join(said[:_NAMED])}{more}",
+        f"missing, as the recorder noted it: {'; '.join(phrases[:_NAMED])}{more}",
         severity=Severity.INFO,
-        count=sum(e["samples"] for e in found),
+        count=sum(e["samples"] for e in entries),
     )
 
 
@@ -96,14 +98,14 @@ def doubtful(recording: Recording) -> Iterator[Finding]:
 def remarks(recording: Recording) -> Iterator[Finding]:
     """What the instrument and the link did besides samples."""
     source = _source(recording)
-    said, resyncs = int(source.get("remarks", 0)), int(source.get("flagged", {}).get("resync", 0))
-    if said or resyncs:
+    n_remarks, resyncs = int(source.get("remarks", 0)), int(source.get("flagged", {}).get("resync", 0))
+    if n_remarks or resyncs:
         yield finding(
             "instrument_remarks",
-            f"the driver made {plural(said, 'remark')} on what came (rejected lines, garbage, repeated frames, "
+            f"the driver made {plural(n_remarks, 'remark')} on what came (rejected lines, garbage, repeated frames, "
             f"counters in doubt), and {plural(resyncs, 'sample')} came first after an interruption",
             severity=Severity.INFO,
-            count=said + resyncs,
+            count=n_remarks + resyncs,
         )
 
 

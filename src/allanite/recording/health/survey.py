@@ -288,11 +288,11 @@ class _Pass:
 
 def probes(recording: Recording, name: str) -> list[Samples]:
     """The same stretches that a survey keeps, without the rest of it; NaN where missing."""
-    found = []
+    stretches = []
     for start in _probe_starts(recording.n_samples):
         values = recording.raw(name, start, start + PROBE)
-        found.append(np.where(np.abs(values) < OVERLOAD, values, np.nan))
-    return found
+        stretches.append(np.where(np.abs(values) < OVERLOAD, values, np.nan))
+    return stretches
 
 
 def _probe_starts(n: int) -> list[int]:

@@ -327,10 +327,10 @@ def _mixture(binned: _Binned) -> tuple[float, float, float]:
 
 def _explained(binned: _Binned, share: float, ratio: float, core: float) -> bool:
     """Vuong's test of the mixture against Student's and Laplace's laws."""
-    own = np.log(np.maximum(_density(binned.square, share, ratio, core), 1e-300))
+    mixture = np.log(np.maximum(_density(binned.square, share, ratio, core), 1e-300))
     total = float(binned.count.sum())
     for rival in (_student(binned), _laplace(binned)):
-        gain = own - rival
+        gain = mixture - rival
         mean = float(binned.count @ gain) / total
         sd = math.sqrt(max(float(binned.count @ (gain - mean) ** 2) / total, 1e-300))
         if mean * math.sqrt(total) / sd < _bar():

@@ -126,9 +126,9 @@ class PartSums:
     def means(self) -> Samples:
         """Mean of each part; NaN where less than half of it is there."""
         enough = 2 * self.count >= np.maximum(np.diff(self._edges), 1)
-        found = np.full(self.PARTS, np.nan)
-        found[enough] = self.total[enough] / self.count[enough]
-        return found
+        mean = np.full(self.PARTS, np.nan)
+        mean[enough] = self.total[enough] / self.count[enough]
+        return mean
 
 
 # -- extreme values ---------------------------------------------------------------------------------------

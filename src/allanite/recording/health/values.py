@@ -263,15 +263,15 @@ def _tail(hits: int, trials: int, p: float) -> float:
 def spans_equal(survey: Survey, values: list[float], *, within: float = 0.0) -> Spans:
     """All runs of samples that have one of these values, or lie so close to it: one more pass over the channel."""
     runs = Runs()
-    found: list[tuple[NDArray[np.int64], NDArray[np.int64]]] = []
+    pairs: list[tuple[NDArray[np.int64], NDArray[np.int64]]] = []
     for start in range(0, survey.n_samples, BLOCK):
         block = survey.recording.raw(survey.name, start, start + BLOCK)
         mask = np.zeros(len(block), dtype=np.bool_)
         for value in values:
             mask |= np.abs(block - value) <= within if within > 0.0 else block == value
-        found.append(runs.add(mask if mask.any() else None, start))
-    found.append(runs.close(survey.n_samples))
-    return np.concatenate([np.stack(pair, axis=1) for pair in found])
+        pairs.append(runs.add(mask if mask.any() else None, start))
+    pairs.append(runs.close(survey.n_samples))
+    return np.concatenate([np.stack(pair, axis=1) for pair in pairs])
 
 
 # -- nonsense ---------------------------------------------------------------------------------------------
