@@ -11,15 +11,15 @@ import numpy as np
 
 from allanite.experiments.calibration.results import (
     CalibrationEstimate,
+    CalibrationParameter,
+    CalibrationPosition,
+    CalibrationTurn,
     EarthSeen,
-    Parameter,
-    Position,
-    Scatter,
-    Turn,
+    ObservationScatter,
 )
 from allanite.quantities.attitude import rotation
 from allanite.quantities.earth import EARTH_RATE
-from allanite.quantities.residual_tests import Check
+from allanite.quantities.residual_tests import ResidualTest
 from allanite.recording.calibration import Calibration, parameter_names
 from allanite.study.model_file import model_of
 
@@ -65,7 +65,7 @@ def estimate(**changes: Any) -> CalibrationEstimate:
         source="twin.parquet",
     )
     parameters = tuple(
-        Parameter(
+        CalibrationParameter(
             name=n,
             unit=_unit(n),
             value=float(v),
@@ -127,30 +127,30 @@ def _unit(name: str) -> str:
     return "1" if ".scale" in name else "rad"
 
 
-def _checks() -> tuple[Check, ...]:
+def _checks() -> tuple[ResidualTest, ...]:
     says = "one position contradicts the others"
     return (
-        Check(name="worst position", statistic=61.0, dof=3.0, p=1e-9, passed=False, says=says),
-        Check(name="length of gravity", statistic=9.2, dof=5.0, p=0.1, passed=True, says=""),
+        ResidualTest(name="worst position", statistic=61.0, dof=3.0, p=1e-9, passed=False, says=says),
+        ResidualTest(name="length of gravity", statistic=9.2, dof=5.0, p=0.1, passed=True, says=""),
     )
 
 
-def _scatter() -> tuple[Scatter, ...]:
+def _scatter() -> tuple[ObservationScatter, ...]:
     facts: dict[str, Any] = {"chi2": 40.0, "dof": 12.0, "sd_dof": 10.0, "ratio": 1.83}
     return (
-        Scatter(what="accelerometers at rest", unit="m/s²", sd=0.2 * MG, **facts),
-        Scatter(what="gyros at rest", unit="rad/s", sd=0.0, walk=DEG_H, walk_dof=1.0, **facts),
-        Scatter(what="turns", unit="rad", sd=0.0, **facts),
+        ObservationScatter(what="accelerometers at rest", unit="m/s²", sd=0.2 * MG, **facts),
+        ObservationScatter(what="gyros at rest", unit="rad/s", sd=0.0, walk=DEG_H, walk_dof=1.0, **facts),
+        ObservationScatter(what="turns", unit="rad", sd=0.0, **facts),
     )
 
 
-def _positions(rng: np.random.Generator) -> tuple[Position, ...]:
+def _positions(rng: np.random.Generator) -> tuple[CalibrationPosition, ...]:
     made = []
     for i, up in enumerate(_UPS, 1):
         direction = np.array(up) + 0.05 * rng.standard_normal(3)
         odd, out = i == OUTLIER, i == LEFT_OUT
         made.append(
-            Position(
+            CalibrationPosition(
                 number=i,
                 start=12.5 * (i - 1),
                 stop=12.5 * i - 2.5,
@@ -173,10 +173,10 @@ def _positions(rng: np.random.Generator) -> tuple[Position, ...]:
     return tuple(made)
 
 
-def _turns(rng: np.random.Generator) -> tuple[Turn, ...]:
+def _turns(rng: np.random.Generator) -> tuple[CalibrationTurn, ...]:
     numbers = [i for i in range(1, len(_UPS) + 1) if i != LEFT_OUT]
     return tuple(
-        Turn(
+        CalibrationTurn(
             before=a,
             after=b,
             start=12.5 * a - 2.5,

@@ -390,6 +390,15 @@ def test_source_file_says_its_licence_and_has_a_good_name() -> None:
             assert not BANNED_NAMES.fullmatch(part.removesuffix(path.suffix)), f"{short(path)} says nothing"
 
 
+def test_one_class_name_has_one_meaning() -> None:
+    homes: dict[str, list[str]] = {}
+    for path in MODULES:
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.ClassDef):
+                homes.setdefault(node.name, []).append(f"{short(path)}:{node.lineno}")
+    assert [f"{name}: {places}" for name, places in sorted(homes.items()) if len(places) > 1] == []
+
+
 def test_module_is_short_enough_to_read() -> None:
     for path in MODULES:
         lines = len(path.read_text(encoding="utf-8").splitlines())

@@ -22,7 +22,7 @@ from allanite.fitting.advice import predicted_sd
 from allanite.fitting.design import design_of
 from allanite.fitting.misfit import candidate
 from allanite.fitting.moments import lags_used
-from allanite.fitting.objective import Curve, solve
+from allanite.fitting.objective import CurveData, solve
 from allanite.noise import Flicker, GaussMarkov, NoiseModel, Quantisation, Ramp, RandomWalk, White
 from allanite.noise.allan import covariance
 from allanite.noise.allan.degrees import chi_square_factors
@@ -288,7 +288,7 @@ def _misfit(records: int, seed: int) -> list[Json]:
             curve = al.allan_curve(record, threads=1)
             used = lags_used(curve)
             design = design_of(curve.lags[used], n, "mean")
-            found[i] = solve(Curve(curve.variance[used, 0], design), symbols).chi2
+            found[i] = solve(CurveData(curve.variance[used, 0], design), symbols).chi2
         dof = int(used.sum()) - len(symbols)
         p = float(kstest(found, chi2(dof).cdf).pvalue)
         row = {"model": name, "records": records, "dof": dof, "mean": float(found.mean())}

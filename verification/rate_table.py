@@ -17,11 +17,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.experiments.rate_table import (
+    RateSteps,
     RateTable,
     RateTableEstimate,
     Sampled,
     Sinusoids,
-    Steps,
     measure_rate_table,
     simulate_on_table,
 )
@@ -57,7 +57,7 @@ def table_of(kind: str) -> RateTable:
     """Steps of half a minute, twice each; a triangle of two minutes; or a sinusoid of ten seconds."""
     if kind == "steps":
         start = 30.0 * np.arange(len(_RATES))
-        return Steps(start=start, stop=start + 30.0, rate=np.array(_RATES) * DEG)
+        return RateSteps(start=start, stop=start + 30.0, rate=np.array(_RATES) * DEG)
     if kind == "sweep":
         t = np.arange(0.0, 600.05, 0.1)
         return Sampled.of_rates(t, FULL * (1 - np.abs((t / 120 + 0.25) % 1 * 4 - 2)))

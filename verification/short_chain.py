@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 import allanite as al
 from allanite.fitting.likelihood import LikelihoodProblem
 from allanite.fitting.likelihood.bands import bands
-from allanite.fitting.likelihood.objective import Component, Objective
+from allanite.fitting.likelihood.objective import Objective, RandomTerm
 from allanite.fitting.likelihood.pool import Pool
-from allanite.fitting.likelihood.pyramid import BLOCK, TOP, Pyramid, build
+from allanite.fitting.likelihood.pyramid import BLOCK, TOP, LikelihoodPyramid, build
 from allanite.noise import GaussMarkov, NoiseModel, TermType
 from allanite.recording.records import Recording
 from verification.scenarios import Scenario
@@ -60,7 +60,7 @@ def chained(model: NoiseModel, means: Recording, seed: int) -> LikelihoodProblem
 def _drawn(model: NoiseModel, dt: float, count: int, rng: np.random.Generator) -> Pool:
     """Second moments of the inside of so many blocks: Wishart, by Bartlett's decomposition."""
     shape = build([np.zeros(BLOCK * TOP)], BLOCK * TOP).pools[0]
-    one = Objective(Pyramid(pools=(shape,), modes=None, present=0, log_volume=0.0), "mean", 1.0)
+    one = Objective(LikelihoodPyramid(pools=(shape,), modes=None, present=0, log_volume=0.0), "mean", 1.0)
     V = np.asarray(sum(coefficient(t, dt) * one.matrices(component(t, dt))[0][0] for t in model.terms))
     A = np.tril(rng.standard_normal(V.shape), -1)
     np.fill_diagonal(A, np.sqrt(rng.chisquare(count - np.arange(len(V)))))
@@ -68,9 +68,9 @@ def _drawn(model: NoiseModel, dt: float, count: int, rng: np.random.Generator) -
     return replace(shape, count=count, mean=np.zeros(len(V)), second=root @ root.T / count)
 
 
-def component(term: TermType, dt: float) -> Component:
+def component(term: TermType, dt: float) -> RandomTerm:
     """A term as the likelihood knows it."""
-    return Component("G", term.T / dt) if isinstance(term, GaussMarkov) else Component(term.symbols[0])
+    return RandomTerm("G", term.T / dt) if isinstance(term, GaussMarkov) else RandomTerm(term.symbols[0])
 
 
 def coefficient(term: TermType, dt: float) -> float:

@@ -25,7 +25,7 @@ from allanite.acquisition.capture import (
 )
 from allanite.acquisition.capture.clock import ClockWatch
 from allanite.acquisition.capture.listener import Listener
-from allanite.acquisition.capture.numbering import Gap, Numbered, Numbering
+from allanite.acquisition.capture.numbering import BlockNumbering, Gap, Numbered
 from allanite.acquisition.capture.ring import Ring
 from allanite.acquisition.capture.space import Space, bytes_per_second, space_of
 from allanite.acquisition.instruments import Block, Flag, Identity, InstrumentTimeout
@@ -207,7 +207,7 @@ def test_an_instrument_that_does_not_answer_leaves_no_run(tmp_path: Path) -> Non
 
 
 def test_without_a_counter_the_clock_says_what_is_missing_after_an_interruption() -> None:
-    numbering, second = Numbering(RATE), 10**9
+    numbering, second = BlockNumbering(RATE), 10**9
     first = numbering.take(block(0, counter=False), 5 * second)
     assert first.counter.tolist() == list(range(10))
     assert first.monotonic_ns[-1] - first.monotonic_ns[0] == 9 * second // 100
@@ -221,7 +221,7 @@ def test_without_a_counter_the_clock_says_what_is_missing_after_an_interruption(
 
 
 def test_a_pause_inside_a_block_is_a_gap_there() -> None:
-    numbering = Numbering(RATE)
+    numbering = BlockNumbering(RATE)
     numbering.take(block(0, counter=False), 10**9)
     marks = np.zeros(10, dtype=np.uint8)
     marks[4] = Flag.RESYNC
@@ -232,7 +232,7 @@ def test_a_pause_inside_a_block_is_a_gap_there() -> None:
 
 
 def test_a_counter_that_begins_anew_goes_on_by_the_clock() -> None:
-    numbering = Numbering(RATE)
+    numbering = BlockNumbering(RATE)
     numbering.take(block(500), 10**9)
     numbering.interrupt("reconnected")
     found = numbering.take(block(0), 2 * 10**9)
@@ -240,7 +240,7 @@ def test_a_counter_that_begins_anew_goes_on_by_the_clock() -> None:
 
 
 def test_nothing_goes_back() -> None:
-    numbering = Numbering(RATE)
+    numbering = BlockNumbering(RATE)
     numbering.take(block(0), 10**9)
     numbering.interrupt("silent")
     found = numbering.take(block(0), 10**9 + 1)  # the clock says that hardly any time has passed
@@ -248,7 +248,7 @@ def test_nothing_goes_back() -> None:
 
 
 def test_a_counter_that_goes_on_is_believed_after_a_silence_whatever_the_clock_says() -> None:
-    numbering = Numbering(RATE)
+    numbering = BlockNumbering(RATE)
     numbering.take(block(500), 10**9)
     numbering.interrupt("silent")
     found = numbering.take(block(533), 10**9 + 345 * 10**6)  # late by 12 ms: 34 or 35 by the clock
@@ -257,14 +257,14 @@ def test_a_counter_that_goes_on_is_believed_after_a_silence_whatever_the_clock_s
 
 
 def test_a_counter_that_goes_back_unasked_is_marked() -> None:
-    numbering = Numbering(RATE)
+    numbering = BlockNumbering(RATE)
     numbering.take(block(500), 10**9)
     found = numbering.take(block(0), 10**9 + 10**8)
     assert found.counter.tolist() == list(range(10, 20)) and found.flags[0] == Flag.RESYNC
 
 
 def test_the_reason_of_a_gap_may_have_come_before_it_without_a_sample() -> None:
-    numbering = Numbering(RATE)
+    numbering = BlockNumbering(RATE)
     numbering.take(block(0), 10**9)
     nothing = Block(values=np.zeros((0, 1)), flags=np.zeros(0, dtype=np.uint8), remarks=("a", "b", "c", "d"))
     assert len(numbering.take(nothing, 10**9)) == 0
@@ -310,7 +310,7 @@ def test_a_gap_that_a_clock_has_told_says_how_sure_it_is(tmp_path: Path) -> None
 def test_a_sensor_whose_clock_is_off_leaves_a_gap_at_its_own_rate(
     off: float, rng: np.random.Generator
 ) -> None:
-    numbering, own = Numbering(RATE), RATE * (1 + off)
+    numbering, own = BlockNumbering(RATE), RATE * (1 + off)
     for k in range(1, 500):
         numbering.take(block(0, counter=False), 10**12 + round(10 * k / own * 1e9 + 1e6 * rng.random()))
     numbering.interrupt("silent")
@@ -322,7 +322,7 @@ def test_a_sensor_whose_clock_is_off_leaves_a_gap_at_its_own_rate(
 
 
 def test_without_a_rate_of_its_own_a_gap_is_as_sure_as_an_oscillator() -> None:
-    numbering = Numbering(RATE)
+    numbering = BlockNumbering(RATE)
     numbering.take(block(0, counter=False), 10**12)
     numbering.interrupt("silent")
     (gap,) = numbering.take(block(0, counter=False), 10**12 + 3600 * 10**9).gaps
@@ -392,7 +392,7 @@ class Clock(HostClock):
 @pytest.mark.parametrize("hour", [3600, -3600])
 def test_q9_a_wall_clock_that_is_set_changes_no_interval(hour: int) -> None:
     clock = Clock()
-    watch, numbering = ClockWatch(clock), Numbering(RATE)
+    watch, numbering = ClockWatch(clock), BlockNumbering(RATE)
     before = numbering.take(block(0), clock.now())
     clock.time += 10**8
     clock.wall += hour * 10**9
@@ -456,7 +456,7 @@ def test_q9_two_steps_that_undo_each_other_within_a_minute_are_written_down(tmp_
 
 def test_q10_a_host_that_sleeps_leaves_a_gap_as_long() -> None:
     clock = Clock()
-    watch, numbering = ClockWatch(clock), Numbering(RATE)
+    watch, numbering = ClockWatch(clock), BlockNumbering(RATE)
     numbering.take(block(0, counter=False), clock.now())
     clock.slept += 60 * 10**9
     numbering.interrupt("nothing came in 2 s")

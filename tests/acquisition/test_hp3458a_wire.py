@@ -19,7 +19,7 @@ from allanite.acquisition.instruments import Block, Flag, Identity, Instrument, 
 from allanite.acquisition.instruments.hp3458a import HP3458A, MeterSettings, conversation, driver, prologix
 from allanite.acquisition.instruments.hp3458a.prologix import PrologixTransport, escaped
 from allanite.acquisition.instruments.hp3458a.simulated_meter import (
-    Fault,
+    MeterFault,
     SimulatedIdentity,
     SimulatedMeter,
     counting,
@@ -284,11 +284,11 @@ def test_a_meter_left_measuring_by_another_program_is_stopped_first():
 
 
 FAULTS = [
-    Fault(at=5, kind="overload"),
-    Fault(at=12, kind="partial"),
-    Fault(at=18, kind="garbage", data=b"\xff\x00#\r\n"),
-    Fault(at=30, kind="delay", seconds=0.15),  # all of it comes afterwards, and nothing is to be said
-    Fault(at=63, kind="doubled"),
+    MeterFault(at=5, kind="overload"),
+    MeterFault(at=12, kind="partial"),
+    MeterFault(at=18, kind="garbage", data=b"\xff\x00#\r\n"),
+    MeterFault(at=30, kind="delay", seconds=0.15),  # all of it comes afterwards, and nothing is to be said
+    MeterFault(at=63, kind="doubled"),
 ]
 
 
@@ -316,7 +316,7 @@ def test_faults_of_readings_are_rejected_counted_and_marked():
 
 
 def test_silence_is_a_timeout_each_time_and_no_reading_is_repeated():
-    faults = [Fault(at=30, kind="silence", seconds=0.4)]
+    faults = [MeterFault(at=30, kind="silence", seconds=0.4)]
     with virtual_wire(signal=counting, faults=faults) as wire:
         instrument = started(wire, MeterSettings(rate=100))
         blocks, silences = [], 0
@@ -400,7 +400,7 @@ def test_who_interrupts_is_heard_while_a_slow_reading_is_waited_for():
 
 
 def test_a_byte_lost_on_the_way_brings_the_meter_to_rest_and_starts_it_anew():
-    faults = [Fault(at=60, kind="lose_byte")]
+    faults = [MeterFault(at=60, kind="lose_byte")]
     with meter(MeterSettings(rate=500), door="prologix-serial", speed=None, faults=faults) as (
         simulator,
         instrument,
@@ -429,7 +429,7 @@ def test_a_byte_lost_on_the_way_brings_the_meter_to_rest_and_starts_it_anew():
 def test_the_link_breaks_and_another_meter_comes_back(door, monkeypatch):
     monkeypatch.setattr(driver, "NEAR", 0.05)  # pyvisa-py takes the end of a socket for silence
     other = SimulatedIdentity(calibrations=7, calibration="another")
-    faults = [Fault(at=30, kind="drop", seconds=0.05, identity=other)]
+    faults = [MeterFault(at=30, kind="drop", seconds=0.05, identity=other)]
     with meter(MeterSettings(rate=200), door=door, speed=None, faults=faults) as (_, instrument):
         before = instrument.open()
         instrument.start()
@@ -451,7 +451,7 @@ def test_the_link_breaks_and_another_meter_comes_back(door, monkeypatch):
 @pytest.mark.parametrize("late_at", range(4))
 @pytest.mark.parametrize("rate", [25, 100, 200])
 def test_what_came_before_the_link_broke_is_given_however_late_the_host_is(rate, late_at):
-    with virtual_link("socket", faults=[Fault(at=30, kind="drop")]) as link:
+    with virtual_link("socket", faults=[MeterFault(at=30, kind="drop")]) as link:
         instrument = started(link.connect(), MeterSettings(rate=rate))
         blocks = []
         with pytest.raises(InstrumentError, match="link is gone"):  # noqa: PT012
@@ -475,7 +475,7 @@ def test_a_meter_that_lost_its_settings_is_not_started_again():
 
 
 def test_stop_and_close_of_a_dead_link_raise_nothing():
-    with meter(MeterSettings(rate=100), faults=[Fault(at=5, kind="drop", seconds=9)]) as (_, instrument):
+    with meter(MeterSettings(rate=100), faults=[MeterFault(at=5, kind="drop", seconds=9)]) as (_, instrument):
         instrument.open()
         instrument.start()
         with pytest.raises(InstrumentError):  # noqa: PT012
@@ -489,12 +489,15 @@ def test_stop_and_close_of_a_dead_link_raise_nothing():
 @pytest.mark.parametrize(
     "fault, why",
     [
-        (Fault(at="ID?", kind="answer", data=b"HP3478A\r\n"), "this is no 3458A: ID[?] answers 'HP3478A'"),
-        (Fault(at="ID?", kind="answer"), "ID[?] got b'' and no end of line"),
-        (Fault(at="ID?", kind="answer", data=b"HP34"), "ID[?] got b'HP34'"),
-        (Fault(at="ERRSTR?", kind="answer", data=b'104,"TRIGGER TOO FAST"\r\n'), "TRIGGER TOO FAST"),
-        (Fault(at="TIMER?", kind="answer", data=b"1.0\r\n"), "TIMER[?] answers 1 instead of 0.01"),
-        (Fault(at="APER?", kind="answer", data=b"\xff\xff\r\n"), "clear the interface"),
+        (
+            MeterFault(at="ID?", kind="answer", data=b"HP3478A\r\n"),
+            "this is no 3458A: ID[?] answers 'HP3478A'",
+        ),
+        (MeterFault(at="ID?", kind="answer"), "ID[?] got b'' and no end of line"),
+        (MeterFault(at="ID?", kind="answer", data=b"HP34"), "ID[?] got b'HP34'"),
+        (MeterFault(at="ERRSTR?", kind="answer", data=b'104,"TRIGGER TOO FAST"\r\n'), "TRIGGER TOO FAST"),
+        (MeterFault(at="TIMER?", kind="answer", data=b"1.0\r\n"), "TIMER[?] answers 1 instead of 0.01"),
+        (MeterFault(at="APER?", kind="answer", data=b"\xff\xff\r\n"), "clear the interface"),
     ],
 )
 def test_opening_refuses_what_is_not_as_it_must_be(fault, why):
@@ -503,7 +506,7 @@ def test_opening_refuses_what_is_not_as_it_must_be(fault, why):
 
 
 def test_an_impossible_temperature_is_left_out_and_said():
-    wrong = Fault(at="TEMP?", kind="answer", data=b" 1.00000000E+38\r\n")
+    wrong = MeterFault(at="TEMP?", kind="answer", data=b" 1.00000000E+38\r\n")
     with virtual_wire(signal=counting, faults=[wrong]) as wire:
         first = started(wire, MeterSettings(rate=50)).read(1.0)
     assert first.facts == {}

@@ -18,7 +18,7 @@ import pytest
 import allanite as al
 from allanite.acquisition.instruments import Flag, hp3458a
 from allanite.acquisition.instruments.hp3458a import HP3458A, driver
-from allanite.acquisition.instruments.hp3458a.simulated_meter import Fault, SimulatedIdentity
+from allanite.acquisition.instruments.hp3458a.simulated_meter import MeterFault, SimulatedIdentity
 from allanite.acquisition.instruments.serial_imu import Description
 from allanite.acquisition.instruments.serial_imu.faults import ImuFault, noise
 from allanite.acquisition.instruments.serial_imu.simulator import SimulatedImu
@@ -131,12 +131,12 @@ def test_q7_q8_readings_that_are_none_are_left_out_and_said(
     run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     faults = [
-        Fault(at=4, kind="overload"),
-        Fault(at=8, kind="partial"),
-        Fault(at=12, kind="garbage", data=b"\xff\x00#\r\n"),
-        Fault(at=16, kind="delay", seconds=0.1),  # all of it comes afterwards
-        Fault(at=41, kind="doubled"),
-        Fault(at=44, kind="silence", seconds=0.3),
+        MeterFault(at=4, kind="overload"),
+        MeterFault(at=8, kind="partial"),
+        MeterFault(at=12, kind="garbage", data=b"\xff\x00#\r\n"),
+        MeterFault(at=16, kind="delay", seconds=0.1),  # all of it comes afterwards
+        MeterFault(at=41, kind="doubled"),
+        MeterFault(at=44, kind="silence", seconds=0.3),
     ]
     monkeypatch.setattr(hp3458a, "HP3458A", partial(HP3458A, block=0.04))  # the usual lateness is soon known
     with virtual_wire(signal=volts, faults=faults) as wire:
@@ -205,7 +205,7 @@ def test_q7_the_link_is_lost_and_the_same_meter_comes_back(
 ) -> None:
     """Within the planned duration, and behind it."""
     n, planned = round(0.2 * rate), round(0.9 * rate)
-    faults = [Fault(at=n, kind="drop", seconds=away)]
+    faults = [MeterFault(at=n, kind="drop", seconds=away)]
     with virtual_link(door, signal=volts, faults=faults) as link:
         plug_in(link.connect, link.clock, monkeypatch)
         done = record_meter(run, resource, tmp_path, rate, 0.9)
@@ -234,7 +234,7 @@ def test_q7_a_link_that_is_lost_before_the_first_reading_costs_none(
     door: str, resource: str, rate: int, run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """A run begins with its first sample: it is whole, and says what went before."""
-    with virtual_link(door, signal=volts, faults=[Fault(at=0, kind="drop", seconds=0.15)]) as link:
+    with virtual_link(door, signal=volts, faults=[MeterFault(at=0, kind="drop", seconds=0.15)]) as link:
         plug_in(link.connect, link.clock, monkeypatch)
         done = record_meter(run, resource, tmp_path, rate, 0.9)
     assert done.code == 0 and "the link is lost" in done.err and "is back, at attempt 3" in done.err
@@ -252,7 +252,7 @@ def test_q7_what_came_before_the_link_was_lost_is_stored_though_the_host_was_lat
     run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """It stands still from the arming until the link is gone."""
-    with virtual_link("socket", signal=volts, faults=[Fault(at=20, kind="drop", seconds=0.05)]) as link:
+    with virtual_link("socket", signal=volts, faults=[MeterFault(at=20, kind="drop", seconds=0.05)]) as link:
 
         class Late(HP3458A):
             def start(self) -> None:
@@ -282,7 +282,7 @@ def test_q7_a_meter_comes_back_through_a_real_door(
     monkeypatch.setattr(driver, "NEAR", 0.05)  # pyvisa-py takes the end of a socket for silence
     n, rate = 20, 100
     with meter(
-        door, speed=None, faults=[Fault(at=n, kind="drop", seconds=0.05, identity=other)]
+        door, speed=None, faults=[MeterFault(at=n, kind="drop", seconds=0.05, identity=other)]
     ) as simulator:
         done = record_meter(run, simulator.resource, tmp_path, rate, "1h" if other else 0.9)
     found = only_run(tmp_path / "runs")
@@ -355,7 +355,7 @@ def test_q6_silence_for_ever_ends_the_run_with_all_that_came(
 def test_q16_other_settings_after_a_reconnection_are_another_part(
     run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    faults = [Fault(at=10, kind="drop", seconds=0.05, mains_hz=60.0)]
+    faults = [MeterFault(at=10, kind="drop", seconds=0.05, mains_hz=60.0)]
     with virtual_link("socket", signal=volts, faults=faults) as link:
         plug_in(link.connect, link.clock, monkeypatch)
         done = record_meter(run, "GPIB0::22::INSTR", tmp_path, 40, 1.2, "--nplc", 1)

@@ -31,7 +31,7 @@ from allanite.acquisition.capture import HostClock, Patience, gathering, session
 from allanite.acquisition.capture.device_lock import locked_device
 from allanite.acquisition.instruments import Block, hp3458a, serial_imu, simulated
 from allanite.acquisition.instruments.hp3458a import HP3458A
-from allanite.acquisition.instruments.hp3458a.simulated_meter import Fault
+from allanite.acquisition.instruments.hp3458a.simulated_meter import MeterFault
 from allanite.acquisition.instruments.serial_imu import Description, SerialImu
 from allanite.acquisition.instruments.serial_imu.simulator import SimulatedImu
 from allanite.errors import InstrumentError
@@ -329,7 +329,7 @@ def test_q9_q10_the_wall_clock_is_set_and_the_host_sleeps(
 ) -> None:
     monkeypatch.setattr(writer, "_LOOK", 0.05)
     # What the meter measures while the host sleeps goes nowhere.
-    faults = [Fault(at=52, kind="lose", count=3000)]
+    faults = [MeterFault(at=52, kind="lose", count=3000)]
     with virtual_wire(signal=volts, faults=faults) as wire:
         told = Told(wire.clock)
         events = {3: partial(told.set, 3600), 6: partial(told.set, -7200), 11: partial(told.sleep, 60)}

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from allanite.acquisition.capture.numbering import Numbering
+from allanite.acquisition.capture.numbering import BlockNumbering
 from allanite.acquisition.instruments import Block, Flag, Instrument, InstrumentTimeout
 from allanite.acquisition.instruments.serial_imu import Description, SerialImu, driver
 from allanite.acquisition.instruments.serial_imu.description import PortSettings
@@ -251,7 +251,7 @@ def test_without_a_counter_a_silence_is_a_gap_by_the_clock(
     now = [0]
     monkeypatch.setattr("allanite.acquisition.instruments.serial_imu.driver.host_ns", lambda: now[0])
     wire = Wire()
-    device, numbering = SerialImu("p", described, gather=0.0, connect=wire), Numbering(rate)
+    device, numbering = SerialImu("p", described, gather=0.0, connect=wire), BlockNumbering(rate)
     device.open()
     missed, gaps, at, number = 0, [], 0.0, 0
     for k in range(24):

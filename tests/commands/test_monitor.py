@@ -21,7 +21,7 @@ from allanite.files.store import Flag, LogStore, host_ns
 from allanite.files.store import segment as segments
 from allanite.files.store.survey import clock_rate
 from allanite.noise import NoiseModel, White
-from allanite.views.terminal.octaves import Scale
+from allanite.views.terminal.octaves import LogScale
 from log_store_runs import BEGUN, HEADER, SECOND, batch_of, write_run
 from shell import Run
 
@@ -258,13 +258,13 @@ def test_no_line_is_wider_than_the_terminal_and_nothing_is_cut(
 
 
 def test_a_scale_places_decades_and_intervals() -> None:
-    scale = Scale(0.01, 100.0, 41)
+    scale = LogScale(0.01, 100.0, 41)
     assert [scale.place(v) for v in (0.01, 0.1, 1.0, 100.0, 1e9, 0.0)] == [0, 10, 20, 40, 40, 0]
     assert scale.ticks() == pytest.approx([0.01, 0.1, 1, 10, 100])
     assert scale.labels().split() == ["0.01", "0.1", "1", "10", "100"]
     bar = scale.bar(0.5, 1.0, 5.0).plain
     assert (bar[17], bar[20], bar[27]) == ("├", "●", "┤") and bar[10] == "·" and len(bar) == 41
-    assert Scale(0.4, 2.5, 30).ticks() == pytest.approx([0.5, 1, 2])
+    assert LogScale(0.4, 2.5, 30).ticks() == pytest.approx([0.5, 1, 2])
 
 
 def test_a_channel_without_a_curve_is_refused(tmp_path: Path, run: Run) -> None:

@@ -23,7 +23,7 @@ from uvicorn.server import ServerState
 
 from allanite.commands.page import connections
 from allanite.commands.page.application import Application
-from allanite.commands.page.connections import Connection, connections_within
+from allanite.commands.page.connections import PageConnection, connections_within
 from allanite.commands.page.events import Streams
 from allanite.commands.page.replies import Refused, body_of
 from allanite.commands.page.settings import Limits
@@ -219,7 +219,7 @@ class Port:
         self.state, self.clock = ServerState(), Clock()
         self.config = uvicorn.Config(application(tmp_path, tmp_path).app, log_level="critical")
 
-    def connect(self, *, known: bool = False, host: str = "127.0.0.1") -> Connection:
+    def connect(self, *, known: bool = False, host: str = "127.0.0.1") -> PageConnection:
         self.clock.go(0.001)
         made = self.kind(self.config, self.state, {}, self.clock)
         made.connection_made(Wire(host))  # type: ignore[arg-type]
@@ -231,11 +231,11 @@ class Port:
         return made
 
 
-def is_open(one: Connection) -> bool:
+def is_open(one: PageConnection) -> bool:
     return not one.transport.is_closing()
 
 
-def answered(one: Connection) -> None:
+def answered(one: PageConnection) -> None:
     """Send a whole answer."""
     for message in (
         {"type": "http.response.start", "status": 401, "headers": []},

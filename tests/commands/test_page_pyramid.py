@@ -12,7 +12,7 @@ from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
 from allanite.commands.page.envelope import GrowingEnvelope
-from allanite.commands.page.pyramid import FACTOR, Pyramid, build
+from allanite.commands.page.pyramid import FACTOR, SeriesPyramid, build
 from allanite.errors import FormatError, InputError
 from allanite.files.readers import read
 from allanite.recording.records import ArrayColumn, Channel, Recording
@@ -25,13 +25,13 @@ def recording_of(samples: np.ndarray, **options: object) -> Recording:
     return Recording.from_rate(samples, rate=RATE, unit="deg/s", **options)  # type: ignore[arg-type]
 
 
-def built(samples: np.ndarray, folder: Path) -> Pyramid:
+def built(samples: np.ndarray, folder: Path) -> SeriesPyramid:
     folder.mkdir(exist_ok=True)
     build(recording_of(samples), folder)
-    return Pyramid(folder)
+    return SeriesPyramid(folder)
 
 
-def must_agree(pyramid: Pyramid, x: np.ndarray, start: float, stop: float | None, blocks: int) -> str:
+def must_agree(pyramid: SeriesPyramid, x: np.ndarray, start: float, stop: float | None, blocks: int) -> str:
     """Every block of a window has the ends of its samples; NumPy says which."""
     w = pyramid.window([0], start, stop, blocks=blocks)
     (found,) = w.values
@@ -56,7 +56,7 @@ def must_agree(pyramid: Pyramid, x: np.ndarray, start: float, stop: float | None
 
 
 @pytest.fixture(scope="module")
-def long(tmp_path_factory: pytest.TempPathFactory) -> tuple[Pyramid, np.ndarray]:
+def long(tmp_path_factory: pytest.TempPathFactory) -> tuple[SeriesPyramid, np.ndarray]:
     rng = np.random.default_rng(7)
     x = rng.standard_normal(
         FACTOR**5 + 12_345
@@ -68,7 +68,7 @@ def long(tmp_path_factory: pytest.TempPathFactory) -> tuple[Pyramid, np.ndarray]
     return built(x, tmp_path_factory.mktemp("long")), x
 
 
-def test_whole_record_and_its_facts(long: tuple[Pyramid, np.ndarray]) -> None:
+def test_whole_record_and_its_facts(long: tuple[SeriesPyramid, np.ndarray]) -> None:
     pyramid, x = long
     assert must_agree(pyramid, x, 0.0, None, 1500) == "blocks"
     (channel,) = pyramid.facts["channels"]
@@ -85,7 +85,7 @@ def test_whole_record_and_its_facts(long: tuple[Pyramid, np.ndarray]) -> None:
     blocks=st.sampled_from([1, 7, 100, 1500, 4000]),
 )
 def test_any_window_is_exact(
-    long: tuple[Pyramid, np.ndarray], start: float, length: float, blocks: int
+    long: tuple[SeriesPyramid, np.ndarray], start: float, length: float, blocks: int
 ) -> None:
     pyramid, x = long
     must_agree(pyramid, x, start, start + length, blocks)
@@ -101,7 +101,7 @@ def test_any_length_is_exact(tmp_path: Path, n: int) -> None:
     assert kinds == ({"samples"} if n <= 2 else kinds)
 
 
-def test_blocks_stay_the_same_while_a_picture_is_moved(long: tuple[Pyramid, np.ndarray]) -> None:
+def test_blocks_stay_the_same_while_a_picture_is_moved(long: tuple[SeriesPyramid, np.ndarray]) -> None:
     pyramid, _ = long
     one = pyramid.window([0], 1000.0, 4000.0, blocks=500)
     other = pyramid.window([0], 1100.0, 4100.0, blocks=500)
@@ -127,7 +127,7 @@ def test_samples_keep_their_values(tmp_path: Path) -> None:
         rate=RATE,
     )
     build(recording, tmp_path)
-    pyramid = Pyramid(tmp_path)
+    pyramid = SeriesPyramid(tmp_path)
     found = pyramid.window([0, 1, 2, 3], 0.0, 10.0).values
     for values, column in zip(found, columns[:3], strict=False):
         np.testing.assert_array_equal(values[0], column[:1000])
@@ -136,14 +136,14 @@ def test_samples_keep_their_values(tmp_path: Path) -> None:
     assert not np.load(tmp_path / "0-0.npy", mmap_mode="r").flags.writeable
 
 
-def test_refusals(long: tuple[Pyramid, np.ndarray], tmp_path: Path) -> None:
+def test_refusals(long: tuple[SeriesPyramid, np.ndarray], tmp_path: Path) -> None:
     pyramid, _ = long
     for bad in ({"channels": [1]}, {"channels": [-1]}, {"start": 5.0, "stop": 5.0}, {"start": float("nan")},
                 {"blocks": 0}, {"blocks": 10**6}):  # fmt: skip
         with pytest.raises(InputError):
             pyramid.window(**{"channels": [0], **bad})  # type: ignore[arg-type]
     with pytest.raises(FormatError, match="no prepared series"):
-        Pyramid(tmp_path)
+        SeriesPyramid(tmp_path)
     beyond = pyramid.window([0], 1e6, 2e6)
     assert beyond.count == 0
 

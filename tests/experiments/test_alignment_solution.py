@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 from scipy.optimize import least_squares
 
-from allanite.experiments.alignment.geometry import Geometry, Layout
+from allanite.experiments.alignment.geometry import Geometry, ParameterLayout
 from allanite.experiments.alignment.known import Sensors, knowledge_of
-from allanite.experiments.alignment.solution import Knowledge, Solution, solve, whitened
+from allanite.experiments.alignment.solution import AlignmentSolution, Knowledge, solve, whitened
 from allanite.quantities.attitude import attitude_of, axes_matrix
 from allanite.quantities.earth import EARTH_RATE, earth_rate_vector, normal_gravity
 from allanite.quantities.setup_uncertainty import Stated
@@ -36,7 +36,7 @@ class Still:
     def covariance(self) -> np.ndarray:
         return np.full((3, 1, 1), self.noise**2)
 
-    def solved(self) -> Solution:
+    def solved(self) -> AlignmentSolution:
         return solve(self.geometry, self.knowledge, self.shown, self.covariance, self.start)
 
     def residual(self, unknown: np.ndarray) -> np.ndarray:
@@ -57,7 +57,7 @@ def still(sds: dict[str, float], attitude: tuple[float, float, float], latitude:
     )
     sensor = attitude_of(*attitude) @ MOUNTING
     force = sensor.T @ np.array([0.0, 0.0, -normal_gravity(latitude)])
-    layout, sensors = Layout.of(1, 0, 1.0, 1.0), Sensors.of(calibration, None, Stated())
+    layout, sensors = ParameterLayout.of(1, 0, 1.0, 1.0), Sensors.of(calibration, None, Stated())
     geometry = Geometry(
         layout=layout, mounting=MOUNTING, reading=force[None], values=sensors.values, turns=(),
         leaving=np.zeros(1), entering=np.zeros(1),

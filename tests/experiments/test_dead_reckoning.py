@@ -20,7 +20,7 @@ from allanite.commands.dead_reckoning import dead_reckoning_of
 from allanite.errors import InputError
 from allanite.experiments.dead_reckoning import DeadReckoning, InitialErrors, dead_reckon
 from allanite.experiments.dead_reckoning.dynamics import error_dynamics, radii
-from allanite.experiments.dead_reckoning.intervals import Part, interval
+from allanite.experiments.dead_reckoning.intervals import VariancePart, interval
 from allanite.experiments.dead_reckoning.propagation import covariances
 from allanite.noise import (
     Estimate,
@@ -350,7 +350,7 @@ def test_correlated_estimates_add_as_they_correlate() -> None:
     model = fitted(covariance={"symbols": ["N", "K"], "matrix": [[0.04, -0.04], [-0.04, 0.04]]})
     one = np.ones(1)
     parts = [
-        Part(key=("g", symbol), value=one, lower=0.5 * one, upper=2 * one, direction=one)
+        VariancePart(key=("g", symbol), value=one, lower=0.5 * one, upper=2 * one, direction=one)
         for symbol in ("N", "K")
     ]
     low, high = interval(2 * one, parts, {"g": model})

@@ -15,7 +15,7 @@ import allanite as al
 from allanite.errors import InputError
 from allanite.experiments.calibration import calibrate, predict
 from allanite.experiments.position_planning import PositionPlan, plan_positions
-from allanite.experiments.position_planning.prediction import Unit
+from allanite.experiments.position_planning.prediction import PlannedUnit
 from allanite.experiments.position_planning.schemes import STANDARD, attitudes_along, candidates_of, words_of
 from allanite.experiments.position_planning.search import Draft, dwell_for, worst_of
 from allanite.filtering.simulation import UnitMotion, simulate_unit
@@ -41,8 +41,8 @@ GOALS = {
 WORDS = ["--model", "N=0.344 deg/√h, B=4 deg/h", "--model", "N=0.06 m/s/√h, B=20 µg"]
 
 
-def unit(models: Any = BOTH, turn: float = 5.0, **options: Any) -> Unit:
-    return Unit(
+def unit(models: Any = BOTH, turn: float = 5.0, **options: Any) -> PlannedUnit:
+    return PlannedUnit(
         models={s: (m,) * 3 for s, m in models.items()},
         gravity=9.81,
         latitude=options.pop("latitude", LATITUDE),

@@ -16,20 +16,20 @@ from scipy.stats import binom
 
 from allanite.errors import FormatError, InputError
 from allanite.experiments.rate_table import (
+    RateSteps,
     RateTable,
     RateTableEstimate,
     Sampled,
     Sinusoids,
-    Steps,
     TableUncertainty,
     measure_rate_table,
     read_rate_table,
     simulate_on_table,
 )
 from allanite.experiments.rate_table.earth_part import EarthPart
-from allanite.experiments.rate_table.motion import Clock
+from allanite.experiments.rate_table.motion import TableClock
 from allanite.experiments.rate_table.record.fit import solve
-from allanite.experiments.rate_table.record.rows import Rows, Window, power
+from allanite.experiments.rate_table.record.rows import RegressionRows, SampleSelection, power
 from allanite.experiments.rate_table.record.timing import coarse_offset
 from allanite.filtering.regression import LEVEL
 from allanite.noise import Flicker, GaussMarkov, NoiseModel, RandomWalk, White
@@ -47,9 +47,9 @@ NOISE = NoiseModel.of(
 SILENT = NoiseModel.of(White(N=1e-12))
 
 
-def steps(dwell: float = 20.0) -> Steps:
+def steps(dwell: float = 20.0) -> RateSteps:
     start = dwell * np.arange(len(RATES))
-    return Steps(start=start, stop=start + dwell, rate=RATES)
+    return RateSteps(start=start, stop=start + dwell, rate=RATES)
 
 
 def sweep() -> Sampled:
@@ -118,7 +118,7 @@ def test_without_noise_the_response_comes_back(table: RateTable, tolerance: floa
     assert found["cubic"].value == pytest.approx(
         -1e-4 * ratio * (found.full_scale / FULL) ** 3, abs=tolerance
     )
-    if isinstance(table, Steps):
+    if isinstance(table, RateSteps):
         u = RATES / FULL
         slope = 1 + np.dot([2e-4, -1e-4], line_slopes(u, 3))
         assert found["scale factor"].value == pytest.approx(-1.002 * slope, rel=1e-9)
@@ -159,7 +159,7 @@ def test_gain_and_phase_of_a_first_order_sensor() -> None:
 def test_in_white_noise_it_is_plain_least_squares() -> None:
     table, white = steps(), NoiseModel.of(White(N=0.01 * DEG))
     record = twin(table, model=white, seed=3, powers=(1e-4,))
-    rows = Rows.of(record, "gyro", table, Window(dead_time=2.0), model=white, size=1)
+    rows = RegressionRows.of(record, "gyro", table, SampleSelection(dead_time=2.0), model=white, size=1)
     found = solve(rows, white, (power(2),))
     x, y = [], []
     for start, rate in zip(table.start, table.rate, strict=True):
@@ -355,7 +355,7 @@ def test_missing_samples_hide_no_clock() -> None:
 
 
 def test_a_change_that_a_gap_hides_says_little_of_the_clock() -> None:
-    table = Steps(start=[0.0, 20.0], stop=[20.0, 40.0], rate=[0.0, FULL])
+    table = RateSteps(start=[0.0, 20.0], stop=[20.0, 40.0], rate=[0.0, FULL])
     record = twin(table)
     lost = np.zeros(record.n_samples, dtype=bool)
     lost[390:405] = True  # the change at 20 s is sample 400: not in the middle
@@ -378,7 +378,7 @@ def test_edges_that_clip_are_no_witnesses_of_the_clock() -> None:
 def test_a_motion_that_repeats_itself_is_said_to(offset: float, taken: float) -> None:
     """Square waves of 40 s with the log in the middle: other offsets, and the other sign of the sensor, fit as well."""
     start = 20.0 * np.arange(16)
-    table = Steps(start=start, stop=start + 20, rate=np.tile([50 * DEG, -50 * DEG], 8))
+    table = RateSteps(start=start, stop=start + 20, rate=np.tile([50 * DEG, -50 * DEG], 8))
     record = simulate_on_table(NOISE, table, rate=20.0, duration=200.0, seed=3, offset=offset)
     found = measure_rate_table(record, table=table, model=NOISE, nonlinearity=1)
     assert found["clock offset"].value == pytest.approx(taken, abs=0.01) and found["scale factor"].value > 0
@@ -574,13 +574,13 @@ def test_a_channel_of_one_value_is_refused() -> None:
 
 
 def test_one_rate_is_not_separable_and_says_so() -> None:
-    table = Steps(start=[0.0, 30.0], stop=[30.0, 60.0], rate=[DEG, DEG])
+    table = RateSteps(start=[0.0, 30.0], stop=[30.0, 60.0], rate=[DEG, DEG])
     found = measure_rate_table(twin(table), table=table, model=NOISE)
     assert found.verdict == "not separable" and math.isnan(found["scale factor"].value)
     json.dumps(found.to_json(), allow_nan=False)
-    both = Steps(start=[0.0, 30.0], stop=[30.0, 60.0], rate=[-DEG, DEG])
+    both = RateSteps(start=[0.0, 30.0], stop=[30.0, 60.0], rate=[-DEG, DEG])
     assert "2 rates" in measure_rate_table(twin(both), table=both, model=NOISE).reason
-    few = Steps(start=[0.0, 30.0], stop=[30.0, 60.0], rate=[0.0, DEG])
+    few = RateSteps(start=[0.0, 30.0], stop=[30.0, 60.0], rate=[0.0, DEG])
     assert measure_rate_table(twin(few), table=few, model=NOISE).verdict == "not separable"
     assert measure_rate_table(twin(few), table=few, model=NOISE, nonlinearity=1).verdict == "resolved"
 
@@ -617,10 +617,10 @@ def test_the_bias_holds_the_earth_of_a_vertical_axis() -> None:
 
 def test_whole_revolutions_leave_nothing_of_the_earth() -> None:
     part = EarthPart("horizontal", 0.5)
-    whole = Steps(
+    whole = RateSteps(
         start=[0.0, 10.0], stop=[10.0, 20.0], rate=[0.4 * math.pi, -0.4 * math.pi]
     )  # two turns each
-    half = Steps(start=[0.0, 10.0], stop=[10.0, 20.0], rate=[0.05 * math.pi, -0.05 * math.pi])
+    half = RateSteps(start=[0.0, 10.0], stop=[10.0, 20.0], rate=[0.05 * math.pi, -0.05 * math.pi])
     used, length = np.array([0, 1]), np.array([10.0, 10.0])
     assert part.wobble(whole, used, length, 1e-3)[0] == pytest.approx(0.0, abs=1e-15)
     # By hand: each step turns by pi/2; the mean of a cosine over it is at most sin(pi/4)/(pi/4).
@@ -657,7 +657,7 @@ def written(folder: Path, text: str) -> Path:
 
 def test_tables_of_every_kind_are_read(tmp_path: Path) -> None:
     table = read_rate_table(written(tmp_path, "start;stop;rate [deg/s]\n# rest\n0;10;0,5\n12;20;-3\n"))
-    assert isinstance(table, Steps) and table.rate == pytest.approx([0.5 * DEG, -3 * DEG])
+    assert isinstance(table, RateSteps) and table.rate == pytest.approx([0.5 * DEG, -3 * DEG])
     table = read_rate_table(written(tmp_path, "time_ms,angle_deg\n0,350\n10,359\n20,8\n30,17\n"))
     assert isinstance(table, Sampled) and table.angle[-1] - table.angle[0] == pytest.approx(27 * DEG)
     assert table.interval == pytest.approx(0.01)
@@ -684,7 +684,7 @@ def test_tables_of_every_kind_are_read(tmp_path: Path) -> None:
 def test_tables_as_loggers_write_them(tmp_path: Path, text: str, encoding: str) -> None:
     (tmp_path / "table.csv").write_bytes(text.encode(encoding))
     table = read_rate_table(tmp_path / "table.csv")
-    assert isinstance(table, Steps) and table.rate == pytest.approx([DEG, 2 * DEG])
+    assert isinstance(table, RateSteps) and table.rate == pytest.approx([DEG, 2 * DEG])
     assert table.spans == pytest.approx(np.array([[0.0, 30.0], [32.5, 60.0]]), abs=1e-6)
 
 
@@ -756,7 +756,7 @@ def test_the_result_is_plain_and_frozen() -> None:
 
 
 def test_a_clock_counts_both_ways() -> None:
-    clock = Clock(offset=3.0, drift=1e-4)
+    clock = TableClock(offset=3.0, drift=1e-4)
     t = np.linspace(-5, 500, 7)
     assert clock.table_time(clock.record_time(t)) == pytest.approx(t, abs=1e-10)
 
@@ -764,10 +764,10 @@ def test_a_clock_counts_both_ways() -> None:
 @pytest.mark.parametrize(
     "made",
     [
-        lambda: Steps(start=[0.0], stop=[0.0], rate=[1.0]),
-        lambda: Steps(start=[0.0, 1.0], stop=[2.0, 3.0], rate=[1.0, 2.0]),
-        lambda: Steps(start=[0.0], stop=[1.0], rate=[math.nan]),
-        lambda: Steps(start=[0.0], stop=[1.0], rate=[]),
+        lambda: RateSteps(start=[0.0], stop=[0.0], rate=[1.0]),
+        lambda: RateSteps(start=[0.0, 1.0], stop=[2.0, 3.0], rate=[1.0, 2.0]),
+        lambda: RateSteps(start=[0.0], stop=[1.0], rate=[math.nan]),
+        lambda: RateSteps(start=[0.0], stop=[1.0], rate=[]),
         lambda: Sampled.of_rates([0.0, 1.0, 1.0], [0.0, 0.0, 0.0]),
         lambda: Sinusoids(start=[0.0], stop=[1.0], amplitude=[0.0], frequency=[1.0], phase=[0.0]),
     ],

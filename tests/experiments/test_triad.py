@@ -16,7 +16,7 @@ from allanite.experiments.calibration.adjustment.interval_noise import (
     interval_covariance,
     model_of_spans,
 )
-from allanite.experiments.calibration.adjustment.rounding import Steps, of_means
+from allanite.experiments.calibration.adjustment.rounding import RoundingSteps, of_means
 from allanite.experiments.calibration.orientations import ORIENTATIONS, words_of
 from allanite.noise import Flicker, GaussMarkov, NoiseModel, Quantisation, Ramp, RandomWalk, Sinusoid, White
 from allanite.quantities.attitude import rotation
@@ -256,11 +256,11 @@ def test_rounding_of_a_value_that_stands_still() -> None:
     rng = np.random.default_rng(0)
     still = [np.full(100, 3.0), np.full(100, 3.0), np.full(100, 7.0)]
     channel = np.concatenate([*still, np.arange(20.0)])
-    cov = of_means(Steps.of(channel), still)
+    cov = of_means(RoundingSteps.of(channel), still)
     assert np.allclose(np.diag(cov), 1 / 12, rtol=0.02)
     assert cov[0, 1] == pytest.approx(cov[0, 0], rel=1e-6) and cov[0, 2] == 0
     lively = [np.round(rng.normal(5.3, 2.0, 100)) for _ in range(3)]
-    assert np.diag(of_means(Steps.of(np.concatenate(lively)), lively)).max() < 1e-12
+    assert np.diag(of_means(RoundingSteps.of(np.concatenate(lively)), lively)).max() < 1e-12
 
 
 def test_noise_of_the_spans_themselves() -> None:

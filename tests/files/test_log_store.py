@@ -14,7 +14,7 @@ import pytest
 
 import allanite as al
 from allanite.errors import DataQualityError, FormatError, InputError, StorageError
-from allanite.files.store import Batch, Flag, Header, LogStore, Position, compact, open_run
+from allanite.files.store import Batch, Flag, Header, LogStore, ReadPosition, compact, open_run
 from allanite.files.store.message import Opening, encode
 from log_store_runs import BEGUN, HEADER, RATE, SECOND, batch_of, gaps_of, numbers_of, values_of, write_run
 
@@ -289,9 +289,9 @@ def test_q16_parts_with_other_settings_are_never_merged(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="numbered from 1"):
         al.read(run.folder, variable="x")
     batches, position = run.tail()
-    with pytest.raises(DataQualityError, match=r"Position\(segment=2\)"):
+    with pytest.raises(DataQualityError, match=r"ReadPosition\(segment=2\)"):
         run.tail(position)
-    (first,), ((second,), _) = batches, run.tail(Position(segment=2))
+    (first,), ((second,), _) = batches, run.tail(ReadPosition(segment=2))
     assert (first.first, first.last, second.first) == (0, 31, 32) and len(second) == 64
     assert [e["differences"] for e in run.manifest if e["kind"] == "change"] == [
         ["settings.range: 1.0 → 10.0"]

@@ -199,7 +199,7 @@ def test_a_segment_that_is_not_the_one_that_was_closed_is_named(tmp_path: Path) 
     other = LogStore.create(tmp_path / "other", HEADER)
     identity = open_run(folder).manifest[0]["run"]
     other._opening = writing.Opening.of(HEADER, identity)  # of the same run: every batch verifies
-    other._segment = writing._Segment(tmp_path / "other", 2, other._opening, Disk())
+    other._segment = writing._OpenSegment(tmp_path / "other", 2, other._opening, Disk())
     for k in range(10):
         batch = batch_of(32 * k)
         other.append(replace(batch, values=batch.values + 1.0))

@@ -16,7 +16,7 @@ from tests.hostile_shapes.runs import signed
 from allanite.errors import AllaniteError, FormatError
 from allanite.files.store import open_run, recover
 from allanite.files.store.message import Opening, message_at
-from allanite.files.store.segment import Position
+from allanite.files.store.segment import ReadPosition
 from log_store_runs import HEADER, numbers_of, write_run
 
 
@@ -89,7 +89,7 @@ def test_a_batch_that_verifies_and_cannot_be_decoded_is_an_error_of_format(tmp_p
         try:
             for batch in open_run(folder).batches():
                 assert batch.values.shape == (len(batch), 2)
-            open_run(folder).tail(Position())
+            open_run(folder).tail(ReadPosition())
         except AllaniteError:
             refused += 1
     assert refused > 20
@@ -106,7 +106,7 @@ def test_a_follower_looks_once_at_many_empty_segments(
     looks = []
     numbers = segment.segment_numbers
     monkeypatch.setattr(segment, "segment_numbers", lambda place: looks.append(place) or numbers(place))
-    batches, position = segment.read_on(folder, Position())
+    batches, position = segment.read_on(folder, ReadPosition())
     assert np.concatenate([b.counter for b in batches]).tolist() == list(range(64))
     batches, position = segment.read_on(folder, position)
     assert (batches, position.segment) == ([], 39)

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from allanite.errors import AllaniteError, FormatError, InputError
 from allanite.files.readers import read
 from allanite.files.readers.headings import read_heading
-from allanite.files.readers.stamp_units import Steps, tell
+from allanite.files.readers.stamp_units import StampSteps, tell
 from allanite.files.readers.timebase import ArrayStamps, fit_grid
 from allanite.recording.records import Recording
 
@@ -233,7 +233,7 @@ def test_a_unit_that_is_not_named_is_told_from_the_values_or_asked(tmp_path: Pat
 
 
 def test_a_rate_that_the_file_states_settles_the_unit_of_its_stamps() -> None:
-    steps = Steps(mean=10.0, whole=True)
+    steps = StampSteps(mean=10.0, whole=True)
     assert tell(steps, 0.0, None, False) is None
     for nominal, unit in ((100.0, "ms"), (0.1, "s"), (1e5, "us")):
         told = tell(steps, 0.0, nominal, False)

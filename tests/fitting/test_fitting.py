@@ -17,7 +17,7 @@ from allanite.errors import DataQualityError, FitError, InputError
 from allanite.fitting.advice import advise, predicted_sd
 from allanite.fitting.design import design_of
 from allanite.fitting.moments import lags_used
-from allanite.fitting.objective import Curve, distance, solve
+from allanite.fitting.objective import CurveData, distance, solve
 from allanite.fitting.sets import critical_value
 from allanite.noise import (
     SIGMA_PER_B,
@@ -181,7 +181,7 @@ def test_the_objective_has_its_minimum_on_a_perfect_curve() -> None:
 def test_weights_of_the_null_make_the_distance_positive() -> None:
     design = design_of(np.array([1 << i for i in range(12)]), 20_000, "point")
     v = design.column("N") * np.exp(np.random.default_rng(1).normal(0, 0.02, 12))
-    curve = Curve(v, design)
+    curve = CurveData(v, design)
     best = solve(curve, FAMILY)
     for n in (0.9, 0.99, 1.0, 1.01, 1.1):
         null = solve(curve, FAMILY, fixed={"N": n})

@@ -13,29 +13,29 @@ from numpy.typing import NDArray
 from allanite.errors import LimitError
 from allanite.fitting.likelihood import LikelihoodProblem
 from allanite.fitting.likelihood.exact import exact_log_likelihood
-from allanite.fitting.likelihood.objective import Component, Objective, Point
+from allanite.fitting.likelihood.objective import Objective, Point, RandomTerm
 from allanite.fitting.likelihood.pool import autocovariance, contrasts
-from allanite.fitting.likelihood.pyramid import Pyramid, block_sizes, build
+from allanite.fitting.likelihood.pyramid import LikelihoodPyramid, block_sizes, build
 from allanite.fitting.slow_contrasts import slow_contrasts
 from allanite.recording.records import Recording
 
 Array = NDArray[np.float64]
 
 #: The correlation time is one of those between which is interpolated.
-ALL = (Component("Q"), Component("N"), Component("B"), Component("G", math.exp(2.5)), Component("K"))
+ALL = (RandomTerm("Q"), RandomTerm("N"), RandomTerm("B"), RandomTerm("G", math.exp(2.5)), RandomTerm("K"))
 MIXED = np.array([0.2, 1.0, 0.3, 0.5, 0.02])
 SAMPLINGS = ("mean", "point")
 #: By how much the stated error of a slope may be off, by the rows on top at most: 20 rows are fewer than are ever used.
 SLOPE = {16: 0.08, 1024: 0.005}
 
 
-def toeplitz(component: Component, n: int, sampling: str) -> Array:
+def toeplitz(component: RandomTerm, n: int, sampling: str) -> Array:
     """Covariance of n samples of a unit process, up to a constant."""
     distance = np.abs(np.arange(n)[:, None] - np.arange(n))
     return autocovariance(component.unit(), n, 1, sampling)[distance]
 
 
-def dense(y: Array, components: tuple[Component, ...], c: Array, sampling: str, slope: float = 0.0) -> float:
+def dense(y: Array, components: tuple[RandomTerm, ...], c: Array, sampling: str, slope: float = 0.0) -> float:
     """Normal density of the contrasts of the samples present, by SciPy where they are few."""
     from scipy.stats import multivariate_normal
 
@@ -156,18 +156,18 @@ def test_expected_moments_are_exact(k: int, sampling: str) -> None:
 @pytest.mark.parametrize("T", [2.2, 17.0, 120.0, 900.0, 2e5])
 def test_interpolated_covariances_are_those_of_the_correlation_time(T: float, sampling: str) -> None:
     n = 90
-    exact = contrasts(n) @ toeplitz(Component("G", T), n, sampling) @ contrasts(n).T
+    exact = contrasts(n) @ toeplitz(RandomTerm("G", T), n, sampling) @ contrasts(n).T
     y = series(n, 5)
     o = objective(y, sampling)
     modes = o.pyramid.modes
     assert modes is not None and not o.pyramid.pools  # all in one vector: its covariance is that of contrasts
     u = slow_contrasts(np.arange(n), np.ones(n), n - 1)[1] @ contrasts(n).T
     expected = u @ exact @ u.T
-    found, slope = o.matrices(Component("G", T))[-1]
+    found, slope = o.matrices(RandomTerm("G", T))[-1]
     assert np.abs(found - expected).max() < 5e-7 * np.abs(expected).max()
     step = 1e-3
     ends = [
-        contrasts(n) @ toeplitz(Component("G", T * math.exp(d)), n, sampling) @ contrasts(n).T
+        contrasts(n) @ toeplitz(RandomTerm("G", T * math.exp(d)), n, sampling) @ contrasts(n).T
         for d in (step, -step)
     ]
     change = u @ (ends[0] - ends[1]) @ u.T / (2 * step)
@@ -208,7 +208,7 @@ def test_the_score_is_the_derivative(missing: float, averaged: bool) -> None:
     def shifted(i: int, h: float) -> float:
         if i < len(ALL):
             return o.value(replace(at, c=at.c + h * (np.arange(len(ALL)) == i)))
-        stretched = tuple(Component(k.symbol, k.T * math.exp(h)) if k.T else k for k in ALL)
+        stretched = tuple(RandomTerm(k.symbol, k.T * math.exp(h)) if k.T else k for k in ALL)
         return o.value(replace(at, components=stretched))
 
     steps = [*(1e-5 * at.c), 1e-5]
@@ -219,7 +219,7 @@ def test_the_score_is_the_derivative(missing: float, averaged: bool) -> None:
 # -- what it loses ----------------------------------------------------------------------------------------
 
 
-def operators(pyramid: Pyramid, n: int) -> list[tuple[int, Array]]:
+def operators(pyramid: LikelihoodPyramid, n: int) -> list[tuple[int, Array]]:
     """The matrices that take the samples to all vectors, with how many of their components are given."""
     found: list[tuple[int, Array]] = []
     sizes = block_sizes(n)
@@ -251,7 +251,7 @@ def operators(pyramid: Pyramid, n: int) -> list[tuple[int, Array]]:
     ids=["N K", "N B K", "Q N", "N G"],
 )
 def test_the_composite_reaches_the_bound_of_the_whole_record(
-    components: tuple[Component, ...], c: list[float], top: int, monkeypatch: pytest.MonkeyPatch
+    components: tuple[RandomTerm, ...], c: list[float], top: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     # the exact variance of its estimates (Godambe) against that of the full likelihood: no simulation
     monkeypatch.setattr("allanite.fitting.likelihood.pyramid.TOP", top)

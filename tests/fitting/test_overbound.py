@@ -17,11 +17,11 @@ from allanite.commands.exporting import export_of
 from allanite.errors import FitError, InputError
 from allanite.fitting.design import design_of
 from allanite.fitting.moments import lags_used
-from allanite.fitting.objective import Curve, solve
+from allanite.fitting.objective import CurveData, solve
 from allanite.fitting.overbound import bound_channels, overbound, plausible
 from allanite.fitting.overbound.ensemble import walk
 from allanite.fitting.overbound.envelope import band_above, least_above, reach
-from allanite.fitting.overbound.plausible import _Sums
+from allanite.fitting.overbound.plausible import _TermSums
 from allanite.noise import Flicker, GaussMarkov, NoiseModel, RandomWalk, White
 from allanite.noise.allan import AllanCurve
 from allanite.noise.allan.covariance import lag_pairs
@@ -115,8 +115,8 @@ def test_likelihood_is_that_of_the_fit(record: tuple[AllanCurve, NoiseModel]) ->
     used = lags_used(curve)
     lags, v = curve.lags[used], curve.variance[used, 0]
     symbols = ("Q", "N", "B", "K", "R")
-    scaled = Curve(v / v[0], design_of(lags, curve.n_samples, "mean"))
-    sums = _Sums(
+    scaled = CurveData(v / v[0], design_of(lags, curve.n_samples, "mean"))
+    sums = _TermSums(
         variance=v / v[0],
         lags=lags,
         n_samples=curve.n_samples,

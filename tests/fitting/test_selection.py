@@ -15,7 +15,7 @@ from allanite.errors import DataQualityError, InputError
 from allanite.fitting.likelihood import LikelihoodProblem
 from allanite.fitting.selection import PRICE, Selection, line_price, select
 from allanite.fitting.selection.averaging import averaged
-from allanite.fitting.selection.search import Search, all_sets, named, neighbours
+from allanite.fitting.selection.search import TermSearch, all_sets, named, neighbours
 from allanite.noise import Flicker, GaussMarkov, NoiseModel, Quantisation, RandomWalk, TermType, White
 from allanite.recording.records import Recording
 
@@ -92,7 +92,9 @@ def test_known_sets_come_first(truth: str, terms: tuple[TermType, ...], n: int) 
 
 def test_the_search_finds_the_best_of_all_sets() -> None:
     """Every set with at most one Gauss-Markov term, and those with two the search itself came by."""
-    search = Search(LikelihoodProblem.of(record(WHITE, Flicker(B=0.3), RandomWalk(K=0.02), n=1024, seed=4)))
+    search = TermSearch(
+        LikelihoodProblem.of(record(WHITE, Flicker(B=0.3), RandomWalk(K=0.02), n=1024, seed=4))
+    )
     best = search.best()
     others = [k for k in all_sets() if k.count("G") < 2]
     assert len(all_sets()) == 94 and len(others) == 62

@@ -19,7 +19,7 @@ from allanite.fitting.slow_contrasts import slow_contrasts
 from allanite.fitting.spectral import fit_spectral, spectral_ordinates
 from allanite.fitting.spectral.agreement import disagreement
 from allanite.fitting.spectral.modes import slow_modes
-from allanite.fitting.spectral.whittle import Problem
+from allanite.fitting.spectral.whittle import WhittleProblem
 from allanite.noise import (
     Flicker,
     GaussMarkov,
@@ -97,7 +97,7 @@ def test_whittle_of_white_and_walk_is_the_exact_likelihood() -> None:
     truth = NoiseModel.of(White(N=0.1), RandomWalk(K=0.05))
     record = simulated(truth, n, seed=5, sampling="point")
     data, _ = spectral_ordinates(record, "x")
-    problem = Problem(data=data, letters=("N", "K"))
+    problem = WhittleProblem(data=data, letters=("N", "K"))
     y = record.values("x")
     difference = np.eye(n)[1:] - np.eye(n)[:-1]  # the level is free
     found, dense = [], []
@@ -118,7 +118,7 @@ def test_maximum_is_one_and_scaling_the_record_scales_it_exactly() -> None:
         factor = 1.0 if one.symbol == "T" else 2.0**-30
         assert other.upper == pytest.approx(one.upper * factor, rel=2e-3)
     data, _ = spectral_ordinates(record, "x")
-    problem = Problem(data=data, letters=("N", "G", "K"))
+    problem = WhittleProblem(data=data, letters=("N", "G", "K"))
     best = problem.best()
     for place in range(3):
         for factor in (0.98, 1.02):
@@ -255,7 +255,7 @@ def test_bridged_samples_carry_no_information() -> None:
 def test_common_errors_are_marginalised() -> None:
     """The whitened columns and the likelihood against the dense covariance and a plain minimisation."""
     data, _ = spectral_ordinates(missing_singly(3000, 1), "x")
-    problem = Problem(data=data, letters=("N", "K"))
+    problem = WhittleProblem(data=data, letters=("N", "K"))
     at = problem.best()
     assert data.common.shape[1] > 1 and not data.common[: len(data.contrast)].any()
     dense = np.diag(2 / data.weight) + data.common @ data.common.T

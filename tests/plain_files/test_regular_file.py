@@ -176,12 +176,12 @@ def test_no_command_waits_for_a_pipe_or_reads_a_device(place: Path) -> None:
 
 
 def test_a_follower_waits_for_no_pipe(place: Path) -> None:
-    from allanite.files.store.following import Follower
+    from allanite.files.store.following import RunFollower
     from allanite.files.store.segment import opening_of
 
     opening = opening_of(place / "SEGMENT" / "000001.arrows")
     assert opening is not None
-    follower = Follower(folder=place / "SEGMENT", header=opening.header)
+    follower = RunFollower(folder=place / "SEGMENT", header=opening.header)
     with pytest.raises(InputError, match="a pipe"):
         [follower.take() for _ in range(2)]
 

@@ -10,7 +10,14 @@ import pytest
 from scipy import stats
 
 from allanite.quantities import distributions as laws
-from allanite.quantities.residual_tests import Check, alarm, grave, inflation_of, scatter_check, size_check
+from allanite.quantities.residual_tests import (
+    ResidualTest,
+    alarm,
+    grave,
+    inflation_of,
+    scatter_check,
+    size_check,
+)
 from allanite.views.wording import check_lines
 
 
@@ -61,7 +68,7 @@ def test_the_line_of_a_check_says_what_was_done_to_its_p(looks: int) -> None:
 
 def test_scatter_says_how_much() -> None:
     check = scatter_check("dwells", 90.0, 10, "reasons")
-    assert isinstance(check, Check) and check.widens and check.ratio == pytest.approx(3.0)
+    assert isinstance(check, ResidualTest) and check.widens and check.ratio == pytest.approx(3.0)
     assert "3.00 times" in check.says and check.says.endswith("reasons")
     assert grave([check]) == [check]
     assert scatter_check("dwells", 0.0, 0, "").passed

@@ -15,7 +15,7 @@ from allanite.fitting.tails import contamination_entry, with_tails
 from allanite.noise import NoiseModel
 from allanite.noise.allan import allan_curve
 from allanite.recording.health import check
-from allanite.recording.health.tails import Law, Tails, law_of, tails_of
+from allanite.recording.health.tails import TailLaw, Tails, law_of, tails_of
 from noise_records import record
 
 N = 20_000
@@ -41,7 +41,7 @@ def test_two_hundred_mixtures_are_recognized_with_their_share_and_ratio() -> Non
         y = mixture(rng, share, ratio, 9000) + 3.0
         y += np.cumsum(rng.uniform(0.0, 0.02) * rng.standard_normal(len(y)))
         law = tails_of([np.round(y / step) * step if step else y], float(step))
-        assert law.law is Law.CONTAMINATED, (share, ratio, step)
+        assert law.law is TailLaw.CONTAMINATED, (share, ratio, step)
         core = math.sqrt(1.0 + step**2 / 12.0)
         off.append(
             (
@@ -55,23 +55,23 @@ def test_two_hundred_mixtures_are_recognized_with_their_share_and_ratio() -> Non
     assert np.all((deviates.std(axis=0) > 0.8) & (deviates.std(axis=0) < 1.25))
 
 
-LOOK_ALIKES: dict[str, tuple[Callable[[np.random.Generator], np.ndarray], float, set[Law]]] = {
-    "Gaussian": (lambda rng: rng.standard_normal(N), 0.0, {Law.GAUSSIAN}),
-    "steps of a deviation": (lambda rng: np.round(rng.standard_normal(N)), 1.0, {Law.GAUSSIAN}),
-    "steps of three": (lambda rng: 3.0 * np.round(rng.standard_normal(N) / 3.0), 3.0, {Law.UNKNOWN}),
-    "Student": (lambda rng: rng.standard_t(4, N), 0.0, {Law.HEAVY}),
-    "Laplace": (lambda rng: rng.laplace(size=N), 0.0, {Law.HEAVY}),
-    "uniform": (lambda rng: rng.uniform(-1.0, 1.0, N), 0.0, {Law.GAUSSIAN}),
-    "clipped": (lambda rng: np.clip(rng.standard_normal(N), -1.5, 1.5), 0.0, {Law.GAUSSIAN}),
-    "three long bursts": (lambda rng: bursts(rng, 3, 250), 0.0, {Law.CLUSTERED}),
-    "many short bursts": (lambda rng: bursts(rng, 200, 3), 0.0, {Law.CLUSTERED}),
+LOOK_ALIKES: dict[str, tuple[Callable[[np.random.Generator], np.ndarray], float, set[TailLaw]]] = {
+    "Gaussian": (lambda rng: rng.standard_normal(N), 0.0, {TailLaw.GAUSSIAN}),
+    "steps of a deviation": (lambda rng: np.round(rng.standard_normal(N)), 1.0, {TailLaw.GAUSSIAN}),
+    "steps of three": (lambda rng: 3.0 * np.round(rng.standard_normal(N) / 3.0), 3.0, {TailLaw.UNKNOWN}),
+    "Student": (lambda rng: rng.standard_t(4, N), 0.0, {TailLaw.HEAVY}),
+    "Laplace": (lambda rng: rng.laplace(size=N), 0.0, {TailLaw.HEAVY}),
+    "uniform": (lambda rng: rng.uniform(-1.0, 1.0, N), 0.0, {TailLaw.GAUSSIAN}),
+    "clipped": (lambda rng: np.clip(rng.standard_normal(N), -1.5, 1.5), 0.0, {TailLaw.GAUSSIAN}),
+    "three long bursts": (lambda rng: bursts(rng, 3, 250), 0.0, {TailLaw.CLUSTERED}),
+    "many short bursts": (lambda rng: bursts(rng, 200, 3), 0.0, {TailLaw.CLUSTERED}),
     "spikes": (
         lambda rng: rng.standard_normal(N) + 30.0 * (rng.random(N) < 7e-4),
         0.0,
-        {Law.HEAVY, Law.CLUSTERED},
+        {TailLaw.HEAVY, TailLaw.CLUSTERED},
     ),
-    "low-pass": (lambda rng: np.convolve(rng.standard_normal(N), np.ones(4) / 2), 0.0, {Law.UNKNOWN}),
-    "short": (lambda rng: mixture(rng, 0.03, 7.0, 500), 0.0, {Law.UNKNOWN}),
+    "low-pass": (lambda rng: np.convolve(rng.standard_normal(N), np.ones(4) / 2), 0.0, {TailLaw.UNKNOWN}),
+    "short": (lambda rng: mixture(rng, 0.03, 7.0, 500), 0.0, {TailLaw.UNKNOWN}),
 }
 
 
@@ -140,5 +140,5 @@ def test_a_study_holds_n_with_and_without() -> None:
 def test_tails_of_a_normal_law_change_no_model() -> None:
     made = record(np.random.default_rng(1).standard_normal(4000))
     model = fit(allan_curve(made))
-    assert with_tails(model, Tails(law=Law.GAUSSIAN), 4000) is model
-    assert contamination_entry(model, Tails(law=Law.HEAVY, kurtosis=2.0), 1.0, 0.01) == {}
+    assert with_tails(model, Tails(law=TailLaw.GAUSSIAN), 4000) is model
+    assert contamination_entry(model, Tails(law=TailLaw.HEAVY, kurtosis=2.0), 1.0, 0.01) == {}

@@ -26,12 +26,12 @@ from allanite.stability.record_comparison.curves import Ratio, compared, holm
 from allanite.stability.record_comparison.equality import detectable, least, level_set, without_each
 from allanite.stability.record_comparison.estimation import _family
 from allanite.stability.record_comparison.evidence import evidence_of
-from allanite.stability.record_comparison.null_law import Directions, Law, law_of_equality
+from allanite.stability.record_comparison.null_law import Directions, ScaledChiSquare, law_of_equality
 from allanite.stability.record_comparison.parameters import bias_comparison
 from allanite.stability.record_comparison.pooled import pooled_fit
 from allanite.stability.record_comparison.population import population_of
 from allanite.stability.record_comparison.profiles import Profile, normal_profile, traced
-from allanite.stability.record_comparison.series import Series, record_of
+from allanite.stability.record_comparison.series import FittedChannel, record_of
 from allanite.views.figures import sheet_of
 from allanite.views.report.measurement import judgement
 from noise_records import binomial_bound
@@ -148,9 +148,9 @@ def test_the_law_is_chi_square_where_nothing_stands_at_zero() -> None:
     u = np.array([[1.0], [0.0]])
     none = np.zeros((2, 0))
     record = Directions(shared=u, own=none, floor=np.zeros(0))
-    assert law_of_equality([record] * 4, [math.inf]) == Law(dof=3.0)
-    assert law_of_equality([record] * 4, [50.0]) == Law(dof=3.0)
-    assert Law(dof=0.0).tail(1.0) == 1.0
+    assert law_of_equality([record] * 4, [math.inf]) == ScaledChiSquare(dof=3.0)
+    assert law_of_equality([record] * 4, [50.0]) == ScaledChiSquare(dof=3.0)
+    assert ScaledChiSquare(dof=0.0).tail(1.0) == 1.0
 
 
 def test_the_law_at_zero_is_that_of_two_half_lines() -> None:
@@ -542,7 +542,7 @@ def test_records_of_flicker_noise_are_not_taken_for_gauss_markov_because_they_ar
     assert wrong <= binomial_bound(len(groups), 0.02)
 
 
-def of(model: NoiseModel, count: int, seed: int) -> list[Series]:
+def of(model: NoiseModel, count: int, seed: int) -> list[FittedChannel]:
     found = []
     for i in range(count):
         one = curve(seed + i, model, rate=2.0, duration=6_000.0)

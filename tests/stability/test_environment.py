@@ -30,7 +30,7 @@ from allanite.stability.environment import (
 )
 from allanite.stability.environment.climate import Climate, smoothed
 from allanite.stability.environment.correction import LEAST, Correction, allan_products, correction_of
-from allanite.stability.environment.design import DRIFT, QUADRATIC, RATE, TEMPERATURE, Design, play
+from allanite.stability.environment.design import DRIFT, QUADRATIC, RATE, TEMPERATURE, EnvironmentDesign, play
 from allanite.stability.environment.noise_left_open import Noise
 from allanite.views.figures import plot
 from allanite.views.report import html_of
@@ -129,7 +129,7 @@ def test_a_node_is_the_regression() -> None:
     """Coefficients and covariance of the products are those of `allanite.filtering.regression` in the same noise."""
     record = twin(seed=2)
     climate = Climate.of(record, "gyro", "temp")
-    design = Design(climate=climate)
+    design = EnvironmentDesign(climate=climate)
     names = [DRIFT, TEMPERATURE, QUADRATIC, RATE]
     noise = Noise.of(climate, design.blocks, design.names, design=names, model=NOISE)
     fit = noise.fit(names)
@@ -344,7 +344,7 @@ def test_a_corrected_curve_has_the_variance_over_what_is_left_of_it() -> None:
 
 
 def test_the_reference_is_where_slope_and_curvature_begin() -> None:
-    plain = Design(climate=Climate.of(twin(noise=0.02), "gyro", "temp"))
+    plain = EnvironmentDesign(climate=Climate.of(twin(noise=0.02), "gyro", "temp"))
     t = plain.climate.middle
     slope, curvature = (plain.names.index(name) for name in (TEMPERATURE, QUADRATIC))
     before, after = plain.at(t), replace(plain, reference=1.5).at(t)

@@ -13,16 +13,22 @@ import pytest
 import allanite as al
 from allanite.errors import DataQualityError, InputError
 from allanite.noise import Flicker, GaussMarkov, NoiseModel, Quantisation, Ramp, RandomWalk, White
-from allanite.noise.allan.cells import Cells, cell_covariance, cells_of
+from allanite.noise.allan.cells import AllanCells, cell_covariance, cells_of
 from allanite.noise.allan.covariance import edf
 from allanite.noise.allan.statistics import phase_of
 from allanite.quantities.distributions import chi_square_tail
 from allanite.recording.records import Recording
 from allanite.stability.variation import changes, examine_variation
-from allanite.stability.variation.constancy import Scatter, Whitened, excess_kurtosis, together, window_scores
+from allanite.stability.variation.constancy import (
+    Whitened,
+    WindowScatter,
+    excess_kurtosis,
+    together,
+    window_scores,
+)
 from allanite.stability.variation.estimation import _change
 from allanite.stability.variation.shapes import (
-    Shape,
+    ChangeShape,
     _shares,
     doubt_of_effect,
     doubts_of,
@@ -115,9 +121,9 @@ def test_covariance_of_neighbouring_windows_is_that_of_the_plain_double_sum() ->
             assert V[a, b] == pytest.approx(2 * square.sum() / square.size, rel=1e-9, abs=1e-15)
 
 
-def scatter_of(cells: Cells, model: NoiseModel, n: int) -> Scatter:
+def scatter_of(cells: AllanCells, model: NoiseModel, n: int) -> WindowScatter:
     mean = model.avar_sampled(cells.lag.astype(float), 1.0, "mean")
-    return Scatter.of(cell_covariance(cells, model, n, 1.0, "mean") / np.outer(mean, mean))
+    return WindowScatter.of(cell_covariance(cells, model, n, 1.0, "mean") / np.outer(mean, mean))
 
 
 def test_chi_square_of_windows_has_its_law_and_gaps_make_it_no_larger() -> None:
@@ -216,7 +222,7 @@ def test_intervals_widen_with_heavy_tails_and_not_with_a_step() -> None:
 
 def test_the_cube_root_of_a_variance_has_the_mean_of_wilson_and_hilferty() -> None:
     edf = np.array([8.0, 20.0, 300.0])
-    scatter = Scatter.of(np.diag(2.0 / edf))
+    scatter = WindowScatter.of(np.diag(2.0 / edf))
     exact = [(2 / n) ** (1 / 3) * math.exp(math.lgamma(n / 2 + 1 / 3) - math.lgamma(n / 2)) for n in edf]
     np.testing.assert_allclose(scatter.centre, exact, atol=5e-4)
     np.testing.assert_allclose(scatter.edf, edf)
@@ -240,7 +246,11 @@ def test_scale_of_the_data_does_not_matter_and_missing_samples_do_not_spoil_a_wi
 def test_effect_of_changes_has_mean_one_at_every_lag() -> None:
     cells = cells_of(phase_of(record(noise(SLOW, 4096, 2)), "gyro"), [1, 8, 64], [128, 128, 256])
     shares = shares_of(NoiseModel.of(White(N=1.0), RandomWalk(K=0.02)), cells.lags, 1.0, "mean")
-    shapes = [Shape(symbol="N", time=1000.0), Shape(symbol="K", time=None), Shape(symbol="all", time=3000.0)]
+    shapes = [
+        ChangeShape(symbol="N", time=1000.0),
+        ChangeShape(symbol="K", time=None),
+        ChangeShape(symbol="all", time=3000.0),
+    ]
     effect = effect_of(shapes, np.array([0.5, -0.3, 0.0]), cells, shares)
     for row in range(3):
         here = cells.row == row
@@ -303,7 +313,7 @@ def test_likelihood_with_doubt_is_that_of_the_whole_covariance() -> None:
     scatter = scatter_of(cells, SLOW, 4096)
     shares, doubts = (of(known, cells.lags, 1.0, "mean") for of in (shares_of, doubts_of))
     none = {symbol: np.zeros((3, 0)) for symbol in doubts}
-    shapes, beta = [Shape(symbol="N", time=1024.0)], np.array([-0.6])
+    shapes, beta = [ChangeShape(symbol="N", time=1024.0)], np.array([-0.6])
     sure, unsure = (Misfit.of(cells, scatter, shares, d) for d in (none, doubts))
 
     effect = effect_of(shapes, beta, cells, shares)
@@ -344,7 +354,7 @@ def test_a_divided_window_feels_the_samples_of_both_sides(factor: float) -> None
     """Mean and scatter of its differences, one by one, against the sums in closed form."""
     n, time, more = 512, 200, factor**2 - 1
     cells = cells_of(phase_of(record(noise(WHITE, n, 1)), "gyro"), [1, 8, 32], [64, 64, 128])
-    shape, shares = Shape(symbol="N", time=float(time)), {"N": np.array([1.0, 0.7, 0.3])}
+    shape, shares = ChangeShape(symbol="N", time=float(time)), {"N": np.array([1.0, 0.7, 0.3])}
     sample = np.concatenate(([0.0], np.cumsum(np.arange(n) >= time)))
     reached = shape.reaches(cells, time, time)
     for i, (m, first, last) in enumerate(zip(cells.lag, cells.first, cells.last, strict=True)):
@@ -413,7 +423,7 @@ def test_a_size_that_the_windows_do_not_tell_has_no_interval() -> None:
     assert np.isinf(_deviations(np.array([[2.0, 0.0], [0.0, -1.0]]))).all()
     np.testing.assert_allclose(_deviations(np.array([[2.0, 1.0], [1.0, 2.0]])), math.sqrt(4 / 3))
     found = FoundChange(
-        shape=Shape(symbol="N", time=60.0), lower=50.0, upper=70.0, beta=3.0, sd=math.inf, p=0.01
+        shape=ChangeShape(symbol="N", time=60.0), lower=50.0, upper=70.0, beta=3.0, sd=math.inf, p=0.01
     )
     assert ratio_of(found, 0.95)[1:] == (0.0, math.inf)
     change = _change(found, 1.0, 0.95)
@@ -471,4 +481,4 @@ def test_what_cannot_be_asked_is_refused() -> None:
         examine_variation(record(np.ones(100)), false_alarm=0.0)
     with pytest.raises(InputError, match="no channel 'x'"):
         examine_variation(record(noise(WHITE, 2000, 1)), models=WHITE)["x"]
-    assert isinstance(cells_of(phase_of(record(noise(WHITE, 300, 1)), "gyro"), [1], [64]), Cells)
+    assert isinstance(cells_of(phase_of(record(noise(WHITE, 300, 1)), "gyro"), [1], [64]), AllanCells)

@@ -16,7 +16,7 @@ from allanite.views.figures import matplotlib as paper
 from allanite.views.figures import plotly as screen
 from allanite.views.figures import sheet_of
 from allanite.views.figures.correlation import correlation
-from allanite.views.figures.drawing import Drawing, Shape, Words
+from allanite.views.figures.drawing import Drawing, DrawnShape, Words
 from allanite.views.figures.panel import DARK, LIGHT, Curve, Panel, Sheet
 from allanite.views.figures.sphere import SPOT_LOOKS, Spot, sphere, sphere_panel
 from sample_calibration import DEG_H, LEFT_OUT, MG, OPEN, OUTLIER, estimate
@@ -26,7 +26,7 @@ CENTRES, RADIUS = ((25.5, 25.0), (74.5, 25.0)), 19.0
 VIEW = np.array([0.80, 0.52, 0.28]) / np.linalg.norm([0.80, 0.52, 0.28])
 
 
-def middle(shape: Shape) -> Array:
+def middle(shape: DrawnShape) -> Array:
     return np.mean(shape.points, axis=0)
 
 
@@ -268,7 +268,7 @@ def test_every_colour_has_a_value_in_both_palettes() -> None:
     parts = [*sphere([Spot(up=(1, 1, 1), kind=k) for k in SPOT_LOOKS]).parts]
     parts += correlation(["a", "b"], np.eye(2)).parts
     colours = {p.colour for p in parts if p.colour} | {
-        p.fill for p in parts if isinstance(p, Shape) and p.fill
+        p.fill for p in parts if isinstance(p, DrawnShape) and p.fill
     }
     assert colours <= set(LIGHT) & set(DARK)
     assert paper.svg(Sheet(rows=((sphere_panel([Spot(up=(1, 0, 0), label="1")]),),)))

@@ -22,7 +22,7 @@ from allanite.quantities.earth import EARTH_RATE
 from allanite.views.figures import matplotlib as paper
 from allanite.views.figures import plotly as screen
 from allanite.views.figures import sheet_of
-from allanite.views.figures.drawing import Shape, Words, arrow, box
+from allanite.views.figures.drawing import DrawnShape, Words, arrow, box
 from allanite.views.figures.panel import DARK, LIGHT, SPAN_LOOKS, Curve, Panel, Sheet
 from allanite.views.figures.records import overview
 
@@ -414,7 +414,7 @@ def test_both_renderers_draw_all_of_it(sheets: dict[str, Sheet], kind: str) -> N
             )
             assert axes.get_xlim() == pytest.approx(shown.x.limits)
             continue
-        outlines = [p for p in shown.drawing.parts if isinstance(p, Shape)]
+        outlines = [p for p in shown.drawing.parts if isinstance(p, DrawnShape)]
         words = [p for p in shown.drawing.parts if isinstance(p, Words)]
         shapes += sum(bool(p.fill) + bool(p.colour) for p in outlines)
         assert (len(axes.patches), len(axes.texts)) == (len(outlines), len(words))

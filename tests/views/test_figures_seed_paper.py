@@ -21,7 +21,7 @@ from allanite.views.figures import matplotlib as paper
 from allanite.views.figures import plotly as screen
 from allanite.views.figures import seed_paper as figures
 from allanite.views.figures.bench import bench
-from allanite.views.figures.drawing import Shape, Words
+from allanite.views.figures.drawing import DrawnShape, Words
 from allanite.views.figures.seed_paper import PaperFigure
 
 DEG = math.radians(1)
@@ -158,7 +158,7 @@ def test_the_bench_holds_what_the_paper_used_inside_its_sheet() -> None:
     words = " ".join(drawing.words)
     for part in ("SiRRS01-03", "3458A", "GPIB", "computer", "power supply", "turntable", "by hand"):
         assert part in words
-    for shape in (p for p in drawing.parts if isinstance(p, Shape)):
+    for shape in (p for p in drawing.parts if isinstance(p, DrawnShape)):
         assert all(0 <= x <= drawing.width and 0 <= y <= drawing.height for x, y in shape.points)
 
 

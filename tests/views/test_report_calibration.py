@@ -14,7 +14,7 @@ import numpy as np
 import pytest
 
 from allanite.errors import InputError
-from allanite.experiments.calibration.results import Parameter
+from allanite.experiments.calibration.results import CalibrationParameter
 from allanite.recording.calibration import Calibration
 from allanite.views.figures import sheet_of
 from allanite.views.figures.calibration import parameter_panels
@@ -243,7 +243,7 @@ def test_biases_that_follow_gravity_are_parameters(
     names = [f"gyro.gravity_sensitivity_{a}{b}" for a in "xyz" for b in "xyz"]
     facts = {"unit": unit, "sd": 0.1 * size, "status": "estimated", "open": 0.0, "dof": math.inf}
     interval = (0.95 * size, 1.05 * size)
-    rows = tuple(Parameter(name=n, value=size, interval=interval, **facts) for n in names)
+    rows = tuple(CalibrationParameter(name=n, value=size, interval=interval, **facts) for n in names)
     found = estimate()
     document = {
         **estimate(parameters=found.parameters + rows).to_json(), "correlation": np.eye(30).tolist()

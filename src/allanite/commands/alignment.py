@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 from allanite.commands.by_file import LogOfFiles, headed, log_of_files, refuse_beside_files, rests_by_file
 from allanite.commands.means import read_means, record_of_means, refuse_rows_of_means
-from allanite.commands.measurement import Measured, beside
+from allanite.commands.measurement import MeasurementResult, beside
 from allanite.commands.recordings import is_lossy, read_whole
 from allanite.commands.rests import judged_at_rest, rests_of, thermometers
 from allanite.commands.turned import models_for, part_of
@@ -61,7 +61,7 @@ def alignment_of(
     source: str | None = None,
     progress: Advance | None = None,
     **options: Any,
-) -> Measured:
+) -> MeasurementResult:
     """The alignment of the unit that made a log; see `align`, whose further options `estimate` holds.
 
     Parameters
@@ -168,7 +168,7 @@ def alignment_of_means(
     source: str | None = None,
     progress: Advance | None = None,
     **options: Any,
-) -> Measured:
+) -> MeasurementResult:
     """The same out of a table with one row of means for each attitude, with its heading where there are several.
 
     Parameters
@@ -219,8 +219,8 @@ def alignment_of_means(
     return _measured(document, lossy=is_lossy(f.to_json() for f in findings))
 
 
-def _measured(document: Json, *, lossy: bool) -> Measured:
-    return Measured(
+def _measured(document: Json, *, lossy: bool) -> MeasurementResult:
+    return MeasurementResult(
         result=document,
         document=document,
         name="alignment",

@@ -8,7 +8,7 @@ from collections.abc import Callable, Collection
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from allanite.commands.measurement import Measured, provenance
+from allanite.commands.measurement import MeasurementResult, provenance
 from allanite.commands.study import curve_of
 from allanite.errors import InputError
 
@@ -29,7 +29,7 @@ def bounds_of(
     terms: Collection[str] | None = None,
     command: str | None = None,
     progress: Advance | None = None,
-) -> Measured:
+) -> MeasurementResult:
     """Bounds above the noise of a study's file; see `allanite.fitting.overbound.overbound`.
 
     Raises
@@ -56,7 +56,7 @@ def bounds_of(
         for name, bound in found.models.items()
         for symbol, factor in bound.overbound["factors"].items()
     ]
-    return Measured(
+    return MeasurementResult(
         result=found,
         document={**found.to_json(), "provenance": made},
         name="overbound",

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 from allanite.commands.by_file import log_of_files, refuse_beside_files, rests_by_file
 from allanite.commands.means import read_means, refuse_rows_of_means
-from allanite.commands.measurement import Measured, beside
+from allanite.commands.measurement import MeasurementResult, beside
 from allanite.commands.recordings import is_lossy, read_whole
 from allanite.commands.rests import judged_at_rest, rests_of, thermometers
 from allanite.commands.turned import models_for, part_of
@@ -57,7 +57,7 @@ def calibration_of(
     source: str | None = None,
     progress: Advance | None = None,
     **options: Any,
-) -> Measured:
+) -> MeasurementResult:
     """The calibration of the unit that made a log; see `calibrate`, whose further options `estimate` holds.
 
     Parameters
@@ -156,7 +156,7 @@ def calibration_of(
         "spans_source": "found" if rests.source == "detected" else "given",
         "model_name": "" if model is None else next(iter(where.values())).split(", channel")[0],
     }
-    return Measured(
+    return MeasurementResult(
         result=document,
         document=document,
         name="calibration",
@@ -209,7 +209,7 @@ def calibration_of_means(
     source: str | None = None,
     progress: Advance | None = None,
     **options: Any,
-) -> Measured:
+) -> MeasurementResult:
     """The same out of a table with one row of means for each position; see `calibrate_means`.
 
     Parameters
@@ -257,7 +257,7 @@ def calibration_of_means(
         "recording": {**facts["recording"], "rate": None, "duration": None},
         "model_name": "" if model is None else next(iter(where.values())).split(", channel")[0],
     }
-    return Measured(
+    return MeasurementResult(
         result=document,
         document=document,
         name="calibration",

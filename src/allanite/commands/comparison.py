@@ -10,7 +10,7 @@ from pathlib import Path
 from threading import Lock
 from typing import Any
 
-from allanite.commands.measurement import Measured, provenance
+from allanite.commands.measurement import MeasurementResult, provenance
 from allanite.commands.recordings import is_lossy
 from allanite.commands.study import study_of
 from allanite.errors import FormatError, InputError
@@ -37,7 +37,7 @@ def comparison_of(
     threads: int | None = None,
     progress: Advance | None = None,
     **options: Any,
-) -> Measured:
+) -> MeasurementResult:
     """Logs, studies (study.json, or the folder that holds one) and curves (allan.csv), compared.
 
     Parameters
@@ -78,7 +78,7 @@ def comparison_of(
         **(compare or {}),
     )
     document = {**result.to_json(), "provenance": provenance(", ".join(map(str, places)), None, command)}
-    return Measured(
+    return MeasurementResult(
         result=result,
         document=document,
         name="comparison",

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from allanite.recording.records import Recording, Sampling
 
 __all__ = [
-    "Fitted",
+    "FittedModels",
     "fit_file",
     "interval_errors_of",
     "joined",
@@ -47,7 +47,7 @@ def _is_saved_curve(place: Path) -> bool:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Fitted:
+class FittedModels:
     """Models of a curve or of a log.
 
     Attributes
@@ -82,7 +82,7 @@ def fit_file(
     floor: str | os.PathLike[str] | None = None,
     progress: Callable[[float, str], None] | None = None,
     **options: Any,
-) -> Fitted:
+) -> FittedModels:
     """Fit the channels of a curve that `AllanCurve.to_csv` wrote, of a `curve` of another program, or of a log.
 
     Faults of a log are refused. By moments it is characterised, so that spectral lines and the band limit are kept out
@@ -124,7 +124,7 @@ def fit_file(
         raise InputError("--floor goes with the log of the sensor and --method moments, which fits both")
     if method == "moments":
         document = study_of(place, accept=accept, floor=floor, progress=progress, **options).document
-        return Fitted(channels=list(document["channels"]), lossy=is_lossy(document["findings"]))
+        return FittedModels(channels=list(document["channels"]), lossy=is_lossy(document["findings"]))
     prepared, findings = ready_log(place, accept=accept, **options)
     if of_samples:
         asked: dict[str, Any] = {"lines": lines} if len(lines) else {}
@@ -135,10 +135,10 @@ def fit_file(
     else:
         made = allan_curve(prepared)
         models = {name: fit(made[name], method=method) for name in made.names}
-    return Fitted(channels=_plain_channels(models), lossy=is_lossy(f.to_json() for f in findings))
+    return FittedModels(channels=_plain_channels(models), lossy=is_lossy(f.to_json() for f in findings))
 
 
-def _fit_curve(place: Path, saved: bool, method: str, **options: Any) -> Fitted:
+def _fit_curve(place: Path, saved: bool, method: str, **options: Any) -> FittedModels:
     from allanite.files.foreign_curves import ForeignCurve, read_curve
     from allanite.fitting import fit
     from allanite.noise.allan import AllanCurve
@@ -164,7 +164,7 @@ def _fit_curve(place: Path, saved: bool, method: str, **options: Any) -> Fitted:
         given = {k: options[k] for k in (*_OF_TABLES, "samples", "statistic") if options.get(k) is not None}
         read = read_curve(place, **given)
     models = {name: fit(read.curve[name], method=method) for name in read.curve.names}
-    return Fitted(channels=_plain_channels(models), lossy=False, remarks=read.remarks)
+    return FittedModels(channels=_plain_channels(models), lossy=False, remarks=read.remarks)
 
 
 def _plain_channels(models: Mapping[str, NoiseModel]) -> list[dict[str, Any]]:

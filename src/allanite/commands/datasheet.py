@@ -8,7 +8,7 @@ from collections.abc import Collection
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from allanite.commands.measurement import Measured, provenance
+from allanite.commands.measurement import MeasurementResult, provenance
 from allanite.commands.recordings import is_lossy
 from allanite.commands.study import study_of
 from allanite.errors import InputError
@@ -30,7 +30,7 @@ def datasheet_of(
     source: str | None = None,
     progress: Any = None,
     **options: Any,
-) -> Measured:
+) -> MeasurementResult:
     """A data sheet, held against a log or a study; see `allanite.study.datasheet.hold_against`.
 
     Parameters
@@ -63,7 +63,7 @@ def datasheet_of(
         document["provenance"] = {**found.document["provenance"], "command": command}
         document["recording"] = found.document["recording"]
         document["findings"] = found.document["findings"]
-    return Measured(
+    return MeasurementResult(
         result=result,
         document=document,
         name="datasheet",

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable
 from dataclasses import replace
 from typing import Any
 
-from allanite.commands.measurement import Measured, provenance
+from allanite.commands.measurement import MeasurementResult, provenance
 from allanite.commands.recordings import models_of_several
 from allanite.plain_files.json_values import parse_plain
 from allanite.plain_files.regular_file import read_regular_text
@@ -24,7 +24,7 @@ def dead_reckoning_of(
     command: str | None = None,
     progress: Advance | None = None,
     **options: Any,
-) -> Measured:
+) -> MeasurementResult:
     """Errors over time, by source; options are those of `dead_reckon`.
 
     Parameters
@@ -52,7 +52,7 @@ def dead_reckoning_of(
         )
         made = replace(made, notes=(*made.notes, note))
     document = {**made.to_json(), "provenance": provenance("", command=command)}
-    return Measured(
+    return MeasurementResult(
         result=made,
         document=document,
         name="dead-reckoning",

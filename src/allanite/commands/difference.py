@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from allanite.commands.measurement import Measured, provenance
+from allanite.commands.measurement import MeasurementResult, provenance
 
 __all__ = ["difference_of"]
 
@@ -21,7 +21,7 @@ def difference_of(
     rest: float | None = None,
     command: str | None = None,
     progress: Any = None,
-) -> Measured:
+) -> MeasurementResult:
     """Two sources of noise models; see `allanite.fitting.model_difference.model_difference`.
 
     Parameters
@@ -49,7 +49,7 @@ def difference_of(
     result = model_difference(*sources, names=names, seconds=tuple(seconds or SECONDS), rest=rest)
     document = result.to_json()
     document["provenance"] = provenance(f"{names[0]} and {names[1]}", None, command)
-    return Measured(
+    return MeasurementResult(
         result=result,
         document=document,
         name="difference",

@@ -11,11 +11,11 @@ from typing import TYPE_CHECKING, Any
 
 from allanite.commands.by_file import ByFile, headed, read_files
 from allanite.commands.means import read_means, record_of_means
-from allanite.commands.measurement import Measured, beside, provenance
+from allanite.commands.measurement import MeasurementResult, beside, provenance
 from allanite.commands.recordings import is_lossy, read_whole
 from allanite.commands.turned import (
     LONGEST_TURN,
-    Turned,
+    TurnedRecord,
     checked,
     chosen_model,
     gyro_of,
@@ -62,7 +62,7 @@ def earth_rate_of(
     source: str | None = None,
     progress: Advance | None = None,
     **options: Any,
-) -> Measured:
+) -> MeasurementResult:
     """The Earth rate out of a log of one axis that was turned, or the rate vector out of one of three axes at rest.
 
     See `measure_earth_rate` and `measure_rate_vector`, whose further options `estimate` holds. Three channels of
@@ -126,7 +126,7 @@ def earth_rate_of(
         **beside(part, channel, ready.findings, file_sha256(log), command),
         "model_name": model_name,
     }
-    return Measured(
+    return MeasurementResult(
         result=found,
         document=document,
         name="earth-rate",
@@ -202,7 +202,7 @@ def north_of(
     source: str | None = None,
     progress: Advance | None = None,
     **options: Any,
-) -> Measured:
+) -> MeasurementResult:
     """Where north is, out of a log; see `find_north`, whose further options `estimate` holds.
 
     Parameters
@@ -267,7 +267,7 @@ def north_of(
     of_files = () if by_file is None else by_file.findings
     advance(0.3, "looking for faults")
     if means:
-        ready = Turned(recording=part, findings=of_table, lossy=is_lossy(f.to_json() for f in of_table))
+        ready = TurnedRecord(recording=part, findings=of_table, lossy=is_lossy(f.to_json() for f in of_table))
     else:
         longest = LONGEST_TURN if positions is None else math.inf
         ready = checked(part, placed, channels, accept=accept, longest=longest)
@@ -288,7 +288,7 @@ def north_of(
         **beside(part, channels[0], (*of_files, *ready.findings), file_sha256(log), command),
         "model_name": where[channels[0]],
     }
-    return Measured(result=found, document=document, name="north", tables={}, lossy=ready.lossy)
+    return MeasurementResult(result=found, document=document, name="north", tables={}, lossy=ready.lossy)
 
 
 def _table_of(
@@ -334,7 +334,7 @@ def null_of(
     source: str | None = None,
     progress: Advance | None = None,
     **options: Any,
-) -> Measured:
+) -> MeasurementResult:
     """Does a bias follow the turns? See `east_west_null`, whose further options `estimate` holds.
 
     Parameters
@@ -374,12 +374,14 @@ def null_of(
         "model_name": model_name,
         "reversals": positions.to_json(),
     }
-    return Measured(result=document, document=document, name="east-west-null", tables={}, lossy=ready.lossy)
+    return MeasurementResult(
+        result=document, document=document, name="east-west-null", tables={}, lossy=ready.lossy
+    )
 
 
 def plan_of(
     model: str | os.PathLike[str], *, channel: str | None = None, command: str | None = None, **options: Any
-) -> Measured:
+) -> MeasurementResult:
     """A plan from a model out of a file or words; options are those of `plan`.
 
     Raises
@@ -412,4 +414,6 @@ def plan_of(
         }
         for row in made.table()
     ]
-    return Measured(result=made, document=document, name="plan", tables={"plan.csv": rows}, lossy=False)
+    return MeasurementResult(
+        result=made, document=document, name="plan", tables={"plan.csv": rows}, lossy=False
+    )

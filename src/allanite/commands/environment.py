@@ -8,7 +8,7 @@ from collections.abc import Callable, Collection, Mapping
 from pathlib import Path
 from typing import Any, Literal
 
-from allanite.commands.measurement import Measured, beside, file_names
+from allanite.commands.measurement import MeasurementResult, beside, file_names
 from allanite.commands.recordings import has_gaps, models_from, noise_channels, ready_log
 from allanite.plain_files.regular_file import file_sha256
 
@@ -30,7 +30,7 @@ def environment_of(
     source: str | None = None,
     progress: Advance | None = None,
     **options: Any,
-) -> Measured:
+) -> MeasurementResult:
     """Temperature and warm-up in every channel of a log that carries sensor noise; see `free_of_environment`.
 
     Parameters
@@ -83,12 +83,12 @@ def environment_of(
         ]
         for name, curve in zip(file_names(curves, ".csv"), curves.values(), strict=True)
     }
-    return Measured(
+    return MeasurementResult(
         result=freed, document=document, name="environment", tables=tables, lossy=has_gaps(prepared)
     )
 
 
-def save_residual(measured: Measured, path: str | os.PathLike[str], *, force: bool = False) -> Path:
+def save_residual(measured: MeasurementResult, path: str | os.PathLike[str], *, force: bool = False) -> Path:
     """Write the recording without what was taken off."""
     from allanite.files.recording_file import write_recording
 

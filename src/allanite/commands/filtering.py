@@ -8,7 +8,7 @@ from collections.abc import Callable, Collection, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from allanite.commands.measurement import Measured, beside
+from allanite.commands.measurement import MeasurementResult, beside
 from allanite.commands.recordings import is_lossy, read_part, read_whole
 from allanite.commands.turned import checked, gyro_of, model_for, turn_spans, turns_of
 from allanite.errors import DataQualityError, InputError
@@ -34,7 +34,7 @@ def filter_of(
     source: str | None = None,
     progress: Advance | None = None,
     **options: Any,
-) -> Measured:
+) -> MeasurementResult:
     """A log of a sensor at rest without the drift that a model knows; options are those of `read_part`.
 
     Raises
@@ -78,7 +78,7 @@ def filter_of(
         "model_name": model_name,
     }
     lossy = is_lossy(f.to_json() for f in findings)
-    return Measured(result=found, document=document, name="filter", tables={}, lossy=lossy)
+    return MeasurementResult(result=found, document=document, name="filter", tables={}, lossy=lossy)
 
 
 def _refused(recording: Recording, channel: str, error: DataQualityError) -> DataQualityError:
@@ -126,7 +126,7 @@ def aided_of(
     source: str | None = None,
     progress: Advance | None = None,
     **options: Any,
-) -> Measured:
+) -> MeasurementResult:
     """The seed paper's filter on a log, told the rate along the axis [rad/s]: reference-aided, no measurement.
 
     Turns are left out. With `first` the log is read in the second way, too: the reference with the sign of the
@@ -173,7 +173,9 @@ def aided_of(
         **beside(part, channel, ready.findings, file_sha256(log), command),
         "model_name": model_name,
     }
-    return Measured(result=readings[-1], document=document, name="filter", tables={}, lossy=ready.lossy)
+    return MeasurementResult(
+        result=readings[-1], document=document, name="filter", tables={}, lossy=ready.lossy
+    )
 
 
 def _refuse_without_time(model: NoiseModel, time: float | None) -> None:
@@ -200,7 +202,7 @@ def refuse_corrected(path: str | os.PathLike[str] | None, *, force: bool) -> Non
         refuse_recording(path, force=force)
 
 
-def save_corrected(measured: Measured, path: str | os.PathLike[str], *, force: bool = False) -> Path:
+def save_corrected(measured: MeasurementResult, path: str | os.PathLike[str], *, force: bool = False) -> Path:
     """Write the corrected series: of a filter with its drift and the standard deviation of that."""
     from allanite.files.recording_file import write_recording
     from allanite.recording.records import Recording

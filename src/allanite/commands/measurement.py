@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from allanite.recording.records import Recording
 
 __all__ = [
-    "Measured",
+    "MeasurementResult",
     "beside",
     "file_names",
     "provenance",
@@ -46,7 +46,7 @@ _LONGEST = 100  # bytes of a file name; file systems take 255
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Measured:
+class MeasurementResult:
     """A result, and everything that a report of it needs.
 
     Attributes
@@ -141,7 +141,7 @@ def refuse_measurement(
 
 
 def write_measurement(
-    measured: Measured,
+    measured: MeasurementResult,
     folder: str | os.PathLike[str] | None,
     figure: str | os.PathLike[str] | None = None,
     *,

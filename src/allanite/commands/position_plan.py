@@ -8,7 +8,7 @@ import os
 from collections.abc import Callable, Iterable
 from typing import Any
 
-from allanite.commands.measurement import Measured, provenance
+from allanite.commands.measurement import MeasurementResult, provenance
 from allanite.commands.recordings import models_of_several
 
 __all__ = ["position_plan_of"]
@@ -22,7 +22,7 @@ def position_plan_of(
     command: str | None = None,
     progress: Advance | None = None,
     **options: Any,
-) -> Measured:
+) -> MeasurementResult:
     """Which positions, how long each; options are those of `plan_positions`.
 
     Parameters
@@ -52,6 +52,6 @@ def position_plan_of(
         }
         for row in made.table()
     ]
-    return Measured(
+    return MeasurementResult(
         result=made, document=document, name="position-plan", tables={"positions.csv": rows}, lossy=False
     )

@@ -7,7 +7,7 @@ import os
 from collections.abc import Callable, Collection, Mapping
 from typing import TYPE_CHECKING, Any
 
-from allanite.commands.measurement import Measured, beside
+from allanite.commands.measurement import MeasurementResult, beside
 from allanite.commands.recordings import read_whole
 from allanite.commands.turned import judged, models_for, part_of
 from allanite.plain_files.regular_file import file_sha256
@@ -39,7 +39,7 @@ def rate_table_of(
     source: str | None = None,
     progress: Advance | None = None,
     **options: Any,
-) -> Measured:
+) -> MeasurementResult:
     """The response to a rate table out of a log; see `measure_rate_table`, whose further options `estimate` holds.
 
     Parameters
@@ -93,7 +93,9 @@ def rate_table_of(
         "model_name": where[found.channel],
     }
     tables = {STEPS: step_rows(document)} if document["steps"] else {}
-    return Measured(result=found, document=document, name="rate-table", tables=tables, lossy=ready.lossy)
+    return MeasurementResult(
+        result=found, document=document, name="rate-table", tables=tables, lossy=ready.lossy
+    )
 
 
 def _following(recording: Recording, channel: str | None) -> list[Any]:

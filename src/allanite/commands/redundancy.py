@@ -9,7 +9,7 @@ from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from allanite.commands.measurement import Measured, beside
+from allanite.commands.measurement import MeasurementResult, beside
 from allanite.commands.recordings import has_gaps, models_from, read_part
 from allanite.errors import FormatError, InputError
 from allanite.plain_files.regular_file import file_sha256, read_regular_text
@@ -34,7 +34,7 @@ def combination_of(
     estimate: Mapping[str, Any] | None = None,
     progress: Advance | None = None,
     **options: Any,
-) -> Measured:
+) -> MeasurementResult:
     """Sensors of one kind of a log as one; see `combine`, whose further options `estimate` holds.
 
     Parameters
@@ -82,7 +82,7 @@ def combination_of(
         {"sensor": name, **{axis: f"{w[i]:.9f}" for axis, w in zip(found.axes, found.weights, strict=True)}}
         for i, name in enumerate(found.channels)
     ]
-    return Measured(
+    return MeasurementResult(
         result=found,
         document=document,
         name="combination",
@@ -126,7 +126,7 @@ def directions_from(path: str | os.PathLike[str]) -> dict[str, Sequence[float]]:
     return found
 
 
-def save_combined(measured: Measured, path: str | os.PathLike[str], *, force: bool = False) -> Path:
+def save_combined(measured: MeasurementResult, path: str | os.PathLike[str], *, force: bool = False) -> Path:
     """Write the combined recording."""
     from allanite.files.recording_file import write_recording
 

@@ -14,7 +14,7 @@ from dataclasses import replace
 from itertools import pairwise
 from typing import TYPE_CHECKING, Any
 
-from allanite.commands.turned import Turned, judged
+from allanite.commands.turned import TurnedRecord, judged
 from allanite.errors import InputError
 
 if TYPE_CHECKING:
@@ -112,7 +112,7 @@ def judged_at_rest(
     *,
     accept: Collection[str],
     milder: Collection[str] = (),
-) -> Turned:
+) -> TurnedRecord:
     """The log with its findings; None for the rests: all of it is used, moved or not.
 
     Parameters

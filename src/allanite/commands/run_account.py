@@ -109,7 +109,7 @@ def account_of_recovery(found: Recovery) -> RunAccount:
 
 def kept_in(run: Run) -> int:
     """Samples of a run that was just closed: those of its closed segments, and what can be read behind them."""
-    from allanite.files.store import Position
+    from allanite.files.store import ReadPosition
 
     kept, number, counter = 0, 1, None
     for facts in _closed(run):
@@ -117,7 +117,7 @@ def kept_in(run: Run) -> int:
             break
         kept, number = kept + facts["rows"], number + 1
         counter = counter if facts["last"] is None else facts["last"]
-    position = Position(segment=number, counter=counter)
+    position = ReadPosition(segment=number, counter=counter)
     while True:
         batches, position = run.tail(replace(position, opening=None))  # of all parts
         if not batches:

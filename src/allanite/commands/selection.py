@@ -7,7 +7,7 @@ import os
 from collections.abc import Callable, Collection, Mapping, Sequence
 from typing import Any, Literal
 
-from allanite.commands.measurement import Measured, beside
+from allanite.commands.measurement import MeasurementResult, beside
 from allanite.commands.recordings import has_gaps, noise_channels, ready_log
 from allanite.plain_files.regular_file import file_sha256
 
@@ -27,7 +27,7 @@ def selection_of(
     source: str | None = None,
     progress: Advance | None = None,
     **options: Any,
-) -> Measured:
+) -> MeasurementResult:
     """Which terms do the channels of a log support? See `select`.
 
     Parameters
@@ -65,7 +65,7 @@ def selection_of(
         **beside(ready, None, findings, file_sha256(log), command),
         "source": ready.source,
     }
-    return Measured(
+    return MeasurementResult(
         result=document,
         document=document,
         name="selection",

@@ -7,7 +7,7 @@ import os
 from collections.abc import Callable, Collection, Mapping
 from typing import Any
 
-from allanite.commands.measurement import Measured, beside
+from allanite.commands.measurement import MeasurementResult, beside
 from allanite.commands.recordings import has_gaps, ready_log
 from allanite.plain_files.regular_file import file_sha256
 
@@ -26,7 +26,7 @@ def separation_of(
     estimate: Mapping[str, Any] | None = None,
     progress: Advance | None = None,
     **options: Any,
-) -> Measured:
+) -> MeasurementResult:
     """What two or three sensors of a log share, and what each has alone; see `separate_noise`, whose options `estimate`
     holds.
 
@@ -62,7 +62,7 @@ def separation_of(
         **beside(ready, None, findings, file_sha256(log), command),
         "model_name": "",
     }
-    return Measured(
+    return MeasurementResult(
         result=result,
         document=document,
         name="separation",

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from allanite.commands.measurement import Measured, beside
+from allanite.commands.measurement import MeasurementResult, beside
 from allanite.commands.recordings import has_gaps, models_from, noise_channels, read_part
 from allanite.errors import InputError
 from allanite.plain_files.regular_file import file_sha256
@@ -35,7 +35,7 @@ def spectra_of(
     estimate: Mapping[str, Any] | None = None,
     progress: Advance | None = None,
     **options: Any,
-) -> Measured:
+) -> MeasurementResult:
     """Spectra of all channels of a log that carry noise; see `power_spectrum`, whose choices `estimate` holds.
 
     Parameters
@@ -79,7 +79,7 @@ def spectra_of(
         **beside(recording, None, findings, file_sha256(log), command),
         **({} if model is None else {"model_name": str(model)}),
     }
-    return Measured(
+    return MeasurementResult(
         result=_plain(document),
         document=_plain(document),
         name="spectrum",

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from allanite.recording.records import Channel, Recording
 
 __all__ = [
-    "Turned",
+    "TurnedRecord",
     "checked",
     "chosen_model",
     "gyro_of",
@@ -59,7 +59,7 @@ LONGEST_TURN = 15.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Turned:
+class TurnedRecord:
     """A record that may be measured.
 
     Attributes
@@ -302,7 +302,7 @@ def checked(
     *,
     accept: Collection[str] = (),
     longest: float = LONGEST_TURN,
-) -> Turned:
+) -> TurnedRecord:
     """A record without the samples that a finding excludes, or a refusal.
 
     Parameters
@@ -340,7 +340,7 @@ def judged(
     milder: Collection[str] = (),
     accept: Collection[str] = (),
     reviewed: Callable[[Finding], Finding] | None = None,
-) -> Turned:
+) -> TurnedRecord:
     """The same for spans of samples in which the sensor is known to move.
 
     Parameters
@@ -382,7 +382,7 @@ def judged(
     ready, said = prepare(recording, found, accept=accept)
     serious = [f for f in said if f.severity is not Severity.INFO or f.excludes or _is_of_the_log(f)]
     short = spans[spans[:, 1] - spans[:, 0] <= longest * recording.rate]
-    return Turned(recording=ready, findings=said, lossy=is_lossy(_lost(f, short) for f in serious))
+    return TurnedRecord(recording=ready, findings=said, lossy=is_lossy(_lost(f, short) for f in serious))
 
 
 def turn_spans(reversals: Reversals) -> NDArray[np.int64]:

@@ -7,7 +7,7 @@ import os
 from collections.abc import Callable, Collection, Mapping
 from typing import Any
 
-from allanite.commands.measurement import Measured, beside
+from allanite.commands.measurement import MeasurementResult, beside
 from allanite.commands.recordings import has_gaps, models_from, noise_channels, ready_log
 from allanite.plain_files.regular_file import file_sha256
 
@@ -30,7 +30,7 @@ def variation_of(
     estimate: Mapping[str, Any] | None = None,
     progress: Advance | None = None,
     **options: Any,
-) -> Measured:
+) -> MeasurementResult:
     """Does the noise of a log change? See `examine_variation`, whose further options `estimate` holds.
 
     Parameters
@@ -69,7 +69,7 @@ def variation_of(
         **beside(ready, None, findings, file_sha256(log), command),
         "model_name": "" if model is None else str(model),
     }
-    return Measured(
+    return MeasurementResult(
         result=result,
         document=document,
         name="variation",

@@ -8,7 +8,7 @@ from collections.abc import Callable, Collection, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from allanite.commands.measurement import Measured, beside
+from allanite.commands.measurement import MeasurementResult, beside
 from allanite.commands.turned import judged, models_for, rates_of
 from allanite.errors import InputError
 
@@ -78,7 +78,7 @@ def vector_of(
     sha256: str | None = None,
     command: str | None = None,
     progress: Advance | None = None,
-) -> Measured:
+) -> MeasurementResult:
     """The rate vector of a recording of three gyros; see `measure_rate_vector`, whose options `estimate` holds.
 
     Parameters
@@ -120,7 +120,7 @@ def vector_of(
         "overviews": [overview(part, name) for name in axes],
     }
     document["quiet_means"] = quiet_means(ready.recording, document)
-    return Measured(
+    return MeasurementResult(
         result=document,
         document=document,
         name="rate-vector",

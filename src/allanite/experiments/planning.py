@@ -192,7 +192,7 @@ def plan(
     usable = grid[grid > dead_time]
     if not len(usable):
         raise InputError(f"no dwell is longer than the dead time of {dead_time:g} s: give longer dwells")
-    scene = _Scene(
+    scene = _PlanSetting(
         model=model,
         latitude=latitude,
         what=what,
@@ -216,7 +216,7 @@ def plan(
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _Scene:
+class _PlanSetting:
     """What does not depend on dwell and duration."""
 
     model: NoiseModel
@@ -274,7 +274,7 @@ class _Growth:
     that errors of heading leave after one dwell.
     """
 
-    scene: _Scene
+    scene: _PlanSetting
     dwell: float
     blocks: int
     products: Array
@@ -282,7 +282,7 @@ class _Growth:
     wander: float
 
     @classmethod
-    def of(cls, scene: _Scene, dwell: float, floor: float) -> _Growth:
+    def of(cls, scene: _PlanSetting, dwell: float, floor: float) -> _Growth:
         blocks = math.ceil(dwell / longest_block(scene.model, dwell) - 1e-9)
         dt = dwell / blocks
         most = max(min(PASS, ROWS // blocks), 4 * scene.positions)
@@ -365,7 +365,7 @@ class _Growth:
 
 
 def _plan(
-    scene: _Scene,
+    scene: _PlanSetting,
     goal: float,
     dwells: Array,
     durations: Array,
@@ -404,7 +404,7 @@ def _plan(
 
 
 def _sentence(
-    scene: _Scene,
+    scene: _PlanSetting,
     goal: float,
     dwells: Array,
     reached: Array,
@@ -445,7 +445,7 @@ def _notes(model: NoiseModel) -> tuple[str, ...]:
     return (note,)
 
 
-def _amount(scene: _Scene, value: float) -> str:
+def _amount(scene: _PlanSetting, value: float) -> str:
     return f"{100 * value:.3g} %" if scene.what == "rate" else f"{math.degrees(value):.3g} deg"
 
 

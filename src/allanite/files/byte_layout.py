@@ -26,8 +26,8 @@ __all__ = [
     "ByteRecord",
     "Endian",
     "HexBytes",
-    "Measured",
     "Offset",
+    "RawChannel",
     "Span",
     "UnsignedType",
     "wrong_in_record",
@@ -66,7 +66,7 @@ HexBytes = Annotated[
 ]
 
 
-class Measured(Entry):
+class RawChannel(Entry):
     """One channel: value = scale * raw + offset, in `unit`."""
 
     name: str = Field(min_length=1, max_length=80)
@@ -82,7 +82,7 @@ class Measured(Entry):
         )
 
 
-class ByteField(Measured):
+class ByteField(RawChannel):
     """A field; without `at` it follows the one before. `missing`, `overload`: raw values that mean that."""
 
     at: Offset | None = None
@@ -163,7 +163,7 @@ def wrong_in_record(
 
 
 def wrong_measured(
-    measured: Sequence[Measured], where: Place, sampling: Sampling = "mean", aperture: float | None = None
+    measured: Sequence[RawChannel], where: Place, sampling: Sampling = "mean", aperture: float | None = None
 ) -> Iterator[Fault]:
     """Channels that cannot be: a name that is there twice, a scale of 0, a unit that is none."""
     seen: set[str] = set()

@@ -405,7 +405,7 @@ def _is_squared(plain: str) -> bool | None:
 
 
 @dataclass(frozen=True, slots=True)
-class _Grid:
+class _LagGrid:
     """Averaging times [s] or None, lags [samples] or None; one value a row."""
 
     tau: Array | None
@@ -416,20 +416,20 @@ class _Grid:
         return self.lags if self.tau is None else self.tau  # type: ignore[return-value]
 
 
-def _grid(tau: _Column | None, lag: _Column | None, name: str) -> _Grid:
+def _grid(tau: _Column | None, lag: _Column | None, name: str) -> _LagGrid:
     if tau is None:
-        return _Grid(None, None if lag is None else lag.values)
+        return _LagGrid(None, None if lag is None else lag.values)
     suffix = _TIME_SUFFIX.search(tau.plain)
     unit = tau.heading.unit or (suffix[1] if suffix else "s")
     seconds = tau.values * parse_unit(unit, Quantity.TIME).factor
     if not np.all(np.isfinite(seconds) & (seconds > 0)):
         row = int(np.flatnonzero(~(np.isfinite(seconds) & (seconds > 0)))[0]) + 1
         raise DataQualityError(f"{name}: row {row} of {tau.shown!r} holds no averaging time; remove the row")
-    return _Grid(seconds, None if lag is None else lag.values)
+    return _LagGrid(seconds, None if lag is None else lag.values)
 
 
 def _shape(
-    grid: _Grid, count: _Column | None, quantity: str, samples: int | None, rate: float | None, name: str
+    grid: _LagGrid, count: _Column | None, quantity: str, samples: int | None, rate: float | None, name: str
 ) -> tuple[_Shape, list[str]]:
     """Length and interval of the record, from what was said and from lags and counts; both must agree."""
     if samples is not None and (isinstance(samples, bool) or int(samples) != samples or samples < 3):
@@ -534,7 +534,7 @@ def _agreed(told: int, samples: int | None, name: str) -> int:
     )
 
 
-def _lags(grid: _Grid, shape: _Shape, name: str) -> tuple[NDArray[np.int64], NDArray[np.intp], list[str]]:
+def _lags(grid: _LagGrid, shape: _Shape, name: str) -> tuple[NDArray[np.int64], NDArray[np.intp], list[str]]:
     """Whole lags, ascending, and the row of each."""
     exact = grid.lags if grid.lags is not None else grid.either / shape.dt
     whole = np.maximum(np.rint(exact), 1)

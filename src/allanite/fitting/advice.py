@@ -10,7 +10,7 @@ import numpy as np
 
 from allanite.errors import InputError
 from allanite.fitting.design import TIME_POWER, design_of
-from allanite.fitting.objective import Curve, solve
+from allanite.fitting.objective import CurveData, solve
 from allanite.fitting.sets import fisher_sd
 from allanite.noise import Estimate, Flicker, GaussMarkov, NoiseModel, RandomWalk, Sinusoid
 from allanite.noise.allan.lags import octave_lags
@@ -60,7 +60,7 @@ def predicted_sd(model: NoiseModel, *, n_samples: int, dt: float, sampling: str 
     """
     symbols, c, T = _coefficients(model, dt)
     design = design_of(octave_lags(n_samples), n_samples, sampling)
-    curve = Curve(design.columns(symbols, T) @ c, design)
+    curve = CurveData(design.columns(symbols, T) @ c, design)
     at = solve(curve, symbols, T=T, fixed=dict(zip(symbols, c, strict=True)))
     return {("sigma" if s == "G" else s): v if s == "T" else v / 2 for s, v in fisher_sd(curve, at).items()}
 

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from allanite.noise import Flicker, GaussMarkov, Quantisation, Ramp, RandomWalk, TermType, White
 from allanite.noise.allan.covariance import LagPairs, lag_pairs
 
-__all__ = ["LINEAR", "TIME_POWER", "Design", "design_of", "nearest_time", "without_shortest"]
+__all__ = ["LINEAR", "TIME_POWER", "CurveDesign", "design_of", "nearest_time", "without_shortest"]
 
 Array = NDArray[np.float64]
 Spans = NDArray[np.int64]
@@ -48,7 +48,7 @@ def nearest_time(T: float) -> float:
 
 
 @dataclass(slots=True)
-class Design:
+class CurveDesign:
     """Columns and covariance parts of one set of lags of one record.
 
     Attributes
@@ -121,10 +121,10 @@ class Design:
 
 
 @dataclass(slots=True, kw_only=True)
-class _Longer(Design):
+class _Longer(CurveDesign):
     """A design less its `left_out` shortest lags, which computes nothing anew."""
 
-    whole: Design
+    whole: CurveDesign
     left_out: int
 
     def column(self, symbol: str, T: float | None = None) -> Array:
@@ -136,7 +136,7 @@ class _Longer(Design):
         return self.whole.covariance(symbols, c, T)[self.left_out :, self.left_out :]
 
 
-def without_shortest(design: Design, left_out: int) -> Design:
+def without_shortest(design: CurveDesign, left_out: int) -> CurveDesign:
     """The design of the same record less so many of its shortest lags."""
     if not left_out:
         return design
@@ -158,14 +158,14 @@ def _known(T: float | None) -> float:
 
 def design_of(
     lags: NDArray[np.int64], n_samples: int, sampling: str, starts: Sequence[Spans] | None = None
-) -> Design:
+) -> CurveDesign:
     """The design of a record; kept in memory for records without gaps, because channels and runs share it."""
     key = tuple(int(m) for m in lags)
     if starts is None:
         return _kept(key, n_samples, sampling)
-    return Design(np.array(key), n_samples, sampling, lag_pairs(key, n_samples, starts))
+    return CurveDesign(np.array(key), n_samples, sampling, lag_pairs(key, n_samples, starts))
 
 
 @lru_cache(maxsize=8)
-def _kept(lags: tuple[int, ...], n_samples: int, sampling: str) -> Design:
-    return Design(np.array(lags), n_samples, sampling, lag_pairs(lags, n_samples))
+def _kept(lags: tuple[int, ...], n_samples: int, sampling: str) -> CurveDesign:
+    return CurveDesign(np.array(lags), n_samples, sampling, lag_pairs(lags, n_samples))

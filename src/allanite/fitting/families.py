@@ -10,10 +10,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.fitting.instrument import FLOOR, of_floor
-from allanite.fitting.objective import Curve, Solution, distance, solve
+from allanite.fitting.objective import CurveData, CurveSolution, distance, solve
 from allanite.fitting.sets import CERTAIN, coefficient_set, critical_value, fisher_sd, time_set
 
-__all__ = ["FLICKER", "GAUSS_MARKOV", "Family", "FamilyFit", "fit_family"]
+__all__ = ["FLICKER", "GAUSS_MARKOV", "CurveFamilyFit", "Family", "fit_family"]
 
 Array = NDArray[np.float64]
 
@@ -29,7 +29,7 @@ _NEEDED = 6.0  # loss by leaving out all unsupported terms (95 % point for two) 
 class Family:
     """A curve seen through one family: answers "the best fit with these coefficients fixed"."""
 
-    curve: Curve
+    curve: CurveData
     symbols: tuple[str, ...]
 
     @property
@@ -47,8 +47,8 @@ class Family:
         return max(_FIRST, 2.0 * float(self.curve.design.lags[0])), float(self.curve.design.n_samples / 2)
 
     def __call__(
-        self, fixed: Mapping[str, float], near: Solution | None = None, T: float | None = None
-    ) -> Solution:
+        self, fixed: Mapping[str, float], near: CurveSolution | None = None, T: float | None = None
+    ) -> CurveSolution:
         start = None if near is None else near.c
         if "G" not in self.symbols:
             return solve(self.curve, self.symbols, fixed=fixed, start=start)
@@ -60,11 +60,11 @@ class Family:
             return self._refine(fixed, near, 0.15)
         return self._scan(fixed)
 
-    def _scan(self, fixed: Mapping[str, float]) -> Solution:
+    def _scan(self, fixed: Mapping[str, float]) -> CurveSolution:
         """A coarse grid of correlation times, each fit beginning where its neighbour ended; the best is refined."""
         shortest, longest = self.times
         grid = np.geomspace(shortest, longest, int(np.log(longest / shortest) / np.log(_SCAN)) + 2)
-        found: list[Solution] = []
+        found: list[CurveSolution] = []
         for t in grid:
             start = found[-1].c if found else None
             found.append(solve(self.curve, self.symbols, T=float(t), fixed=fixed, start=start))
@@ -72,10 +72,10 @@ class Family:
         fresh = solve(self.curve, self.symbols, T=best.T, fixed=fixed)
         return self._refine(fixed, min((best, fresh), key=lambda s: s.value), float(np.log(_SCAN)) / 2)
 
-    def _refine(self, fixed: Mapping[str, float], near: Solution, step: float) -> Solution:
+    def _refine(self, fixed: Mapping[str, float], near: CurveSolution, step: float) -> CurveSolution:
         """Minimum over log T: walk downhill in steps, then the vertex of a parabola, twice."""
         shortest, longest = (float(np.log(t)) for t in self.times)
-        known: dict[float, Solution] = {}
+        known: dict[float, CurveSolution] = {}
 
         def at(x: float) -> float:
             x = min(max(x, shortest), longest)
@@ -104,19 +104,19 @@ class Family:
         return min(known.values(), key=lambda s: s.value)
 
 
-def _time_of(near: Solution | None, times: tuple[float, float]) -> float:
+def _time_of(near: CurveSolution | None, times: tuple[float, float]) -> float:
     return near.T if near is not None and near.T is not None else (times[0] * times[1]) ** 0.5
 
 
 @dataclass(frozen=True, slots=True)
-class FamilyFit:
+class CurveFamilyFit:
     """One family's fit: best solution, what is supported, and every parameter's set.
 
     Attributes
     ----------
-    best : Solution
+    best : CurveSolution
         Of the full family.
-    selected : Solution
+    selected : CurveSolution
         Of the supported terms alone: the point estimates.
     supported : frozenset of str
     sets : dict of str to (float, float)
@@ -124,13 +124,13 @@ class FamilyFit:
     """
 
     family: Family
-    best: Solution
-    selected: Solution
+    best: CurveSolution
+    selected: CurveSolution
     supported: frozenset[str]
     sets: dict[str, tuple[float, float]]
 
 
-def fit_family(family: Family, best: Solution, confidence: float) -> FamilyFit:
+def fit_family(family: Family, best: CurveSolution, confidence: float) -> CurveFamilyFit:
     """Support, sets and point estimates of a family whose best fit is known."""
     symbols = family.sensor
     sd = fisher_sd(family.curve, best)
@@ -147,15 +147,15 @@ def fit_family(family: Family, best: Solution, confidence: float) -> FamilyFit:
     if "G" in supported and best.T is not None:
         critical = critical_value(family.curve, best, "T", supported, confidence)
         sets["T"] = time_set(family.curve, family, best, critical, *family.times)
-    return FamilyFit(family, best, _selected(family, best, supported), supported, sets)
+    return CurveFamilyFit(family, best, _selected(family, best, supported), supported, sets)
 
 
-def _excludes_zero(family: Family, best: Solution, symbol: str, critical: float) -> bool:
+def _excludes_zero(family: Family, best: CurveSolution, symbol: str, critical: float) -> bool:
     null = family({symbol: 0.0}, best if symbol == "G" else None)
     return distance(family.curve, null, best.T) > critical
 
 
-def _selected(family: Family, best: Solution, supported: frozenset[str]) -> Solution:
+def _selected(family: Family, best: CurveSolution, supported: frozenset[str]) -> CurveSolution:
     """The supported terms, and as many more as the curve needs though none of them is resolved by itself.
 
     A ramp that is not supported is none of these: noise stands in for it, since a trend that the record does not show
@@ -176,7 +176,7 @@ def _selected(family: Family, best: Solution, supported: frozenset[str]) -> Solu
     return fit
 
 
-def _only(family: Family, best: Solution, chosen: set[str]) -> Solution:
+def _only(family: Family, best: CurveSolution, chosen: set[str]) -> CurveSolution:
     absent = {s: 0.0 for s in family.symbols if s not in chosen}
     if len(absent) == len(family.symbols):
         return replace(best, value=np.inf)

@@ -23,7 +23,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.fitting.design import Design
+from allanite.fitting.design import CurveDesign
 
 __all__ = ["FLOOR", "TwoRecords", "of_floor", "two_records"]
 
@@ -39,19 +39,19 @@ def of_floor(symbol: str) -> bool:
 
 
 @dataclass(slots=True, kw_only=True)
-class TwoRecords(Design):
+class TwoRecords(CurveDesign):
     """Columns and covariance of a measured curve, and of the floor below it.
 
     Lags and length are those of the measured record: correlation times are looked for among these.
 
     Attributes
     ----------
-    measured, floor : Design
+    measured, floor : CurveDesign
         In samples of the same length.
     """
 
-    measured: Design
-    floor: Design
+    measured: CurveDesign
+    floor: CurveDesign
 
     def column(self, symbol: str, T: float | None = None) -> Array:
         """What a unit of this term gives at the lags of both curves, the measured one first."""
@@ -85,7 +85,7 @@ class TwoRecords(Design):
         return out
 
 
-def two_records(measured: Design, floor: Design) -> TwoRecords:
+def two_records(measured: CurveDesign, floor: CurveDesign) -> TwoRecords:
     """The design of both."""
     return TwoRecords(
         lags=measured.lags,

@@ -17,13 +17,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import FitError
-from allanite.fitting.design import Design, design_of, without_shortest
+from allanite.fitting.design import CurveDesign, design_of, without_shortest
 from allanite.fitting.families import FLICKER, GAUSS_MARKOV, Family
 from allanite.fitting.instrument import FLOOR, two_records
-from allanite.fitting.objective import Curve, Solution
+from allanite.fitting.objective import CurveData, CurveSolution
 from allanite.noise.allan.curve import AllanCurve
 
-__all__ = ["Candidate", "Floor", "best_explained", "candidate"]
+__all__ = ["Floor", "LagChoice", "best_explained", "candidate"]
 
 #: Goodness of fit below which a curve counts as not explained: a true model is treated so once in ten thousand records.
 _NOT_EXPLAINED = 1e-4
@@ -35,7 +35,7 @@ _WORST = 0.4  # a larger discrepancy describes nothing
 
 
 @dataclass(frozen=True, slots=True)
-class Candidate:
+class LagChoice:
     """A choice of lags (and of a discrepancy) with the best fit of both families.
 
     Attributes
@@ -44,15 +44,15 @@ class Candidate:
         Of the whole curve.
     scale : float
         Variance unit of `data`.
-    data : Curve
-    flicker, markov : Solution
+    data : CurveData
+    flicker, markov : CurveSolution
     """
 
     used: NDArray[np.bool_]
     scale: float
-    data: Curve
-    flicker: Solution
-    markov: Solution
+    data: CurveData
+    flicker: CurveSolution
+    markov: CurveSolution
 
     @property
     def p(self) -> float:
@@ -75,7 +75,7 @@ class Floor:
 
 def candidate(
     curve: AllanCurve, used: NDArray[np.bool_], discrepancy: float = 0.0, floor: Floor | None = None
-) -> Candidate:
+) -> LagChoice:
     """The best fit of both families to these lags."""
     return _Lags(curve, used, floor).candidate(discrepancy=discrepancy)
 
@@ -94,7 +94,7 @@ class _Lags:
         count = int(self._used.sum())
         return min(int(_SHARE * count), count - _FEWEST)
 
-    def candidate(self, *, left_out: int = 0, discrepancy: float = 0.0) -> Candidate:
+    def candidate(self, *, left_out: int = 0, discrepancy: float = 0.0) -> LagChoice:
         """The best fit of both families without the shortest lags."""
         used = self._used.copy()
         used[np.flatnonzero(used)[:left_out]] = False
@@ -105,18 +105,18 @@ class _Lags:
         if self._floor is not None and self._below is not None:
             variance = np.concatenate([variance, self._floor.curve.variance[self._floor.used, 0]])
             design, below = two_records(design, self._below), FLOOR
-        data = Curve(variance / scale, design, discrepancy)
+        data = CurveData(variance / scale, design, discrepancy)
         flicker, markov = (Family(data, (*symbols, *below))({}) for symbols in (FLICKER, GAUSS_MARKOV))
-        return Candidate(used, scale, data, flicker, markov)
+        return LagChoice(used, scale, data, flicker, markov)
 
 
-def _design(curve: AllanCurve, used: NDArray[np.bool_]) -> Design:
+def _design(curve: AllanCurve, used: NDArray[np.bool_]) -> CurveDesign:
     starts = curve.starts()
     part = None if starts is None else [starts[i] for i in np.flatnonzero(used)]
     return design_of(curve.lags[used], curve.n_samples, curve.channels[0].sampling, part)
 
 
-def best_explained(curve: AllanCurve, used: NDArray[np.bool_], floor: Floor | None = None) -> Candidate:
+def best_explained(curve: AllanCurve, used: NDArray[np.bool_], floor: Floor | None = None) -> LagChoice:
     """All lags if they are explained, else fewer, else all of them with a discrepancy."""
     lags = _Lags(curve, used, floor)
     whole = lags.candidate()
@@ -129,7 +129,7 @@ def best_explained(curve: AllanCurve, used: NDArray[np.bool_], floor: Floor | No
     return _with_discrepancy(lags)
 
 
-def _with_discrepancy(lags: _Lags) -> Candidate:
+def _with_discrepancy(lags: _Lags) -> LagChoice:
     low, high = np.log(1e-3), np.log(_WORST)
     best = lags.candidate(discrepancy=_WORST)
     if best.p < _NOT_EXPLAINED:

@@ -18,11 +18,11 @@ from numpy.typing import ArrayLike, NDArray
 from allanite.errors import DataQualityError, FitError, InputError
 from allanite.fitting.design import TIME_POWER
 from allanite.fitting.estimates import amplitude_estimate, equivalent_flicker, time_estimate
-from allanite.fitting.families import Family, FamilyFit, fit_family
+from allanite.fitting.families import CurveFamilyFit, Family, fit_family
 from allanite.fitting.instrument import of_floor
 from allanite.fitting.instrument_floor import SAME_RATE
-from allanite.fitting.misfit import Candidate, Floor, best_explained
-from allanite.fitting.objective import Solution, advantage, sensitivity
+from allanite.fitting.misfit import Floor, LagChoice, best_explained
+from allanite.fitting.objective import CurveSolution, advantage, sensitivity
 from allanite.fitting.rivals import supported_families
 from allanite.fitting.sets import fisher_sd
 from allanite.fitting.verdict import supported_words
@@ -158,13 +158,13 @@ def _floor(curve: AllanCurve, floor: AllanCurve) -> Floor:
     return Floor(floor, used)
 
 
-def _families(chosen: Candidate, confidence: float) -> list[FamilyFit]:
+def _families(chosen: LagChoice, confidence: float) -> list[CurveFamilyFit]:
     """The family the record supports, or both, the better one first; each is judged with its own weights."""
     data, best, other = chosen.data, chosen.flicker, chosen.markov
     if not math.isfinite(best.value):
         raise FitError("no sum of noise terms explains the curve; look at the findings and at the curve")
 
-    def fitted(symbols: tuple[str, ...], solution: Solution, own: str) -> tuple[FamilyFit, bool]:
+    def fitted(symbols: tuple[str, ...], solution: CurveSolution, own: str) -> tuple[CurveFamilyFit, bool]:
         fit = fit_family(Family(data, symbols), solution, confidence)
         if not math.isfinite(fit.selected.value):
             raise FitError(
@@ -204,7 +204,7 @@ def _verdict(models: list[NoiseModel]) -> str:
 
 
 def _model(
-    fit: FamilyFit, scale: float, curve: AllanCurve, confidence: float, facts: dict[str, float]
+    fit: CurveFamilyFit, scale: float, curve: AllanCurve, confidence: float, facts: dict[str, float]
 ) -> NoiseModel:
     from scipy.special import chdtrc
 
@@ -235,7 +235,7 @@ def _amplitude(symbol: str, coefficient: float, scale: float, dt: float) -> floa
     )
 
 
-def _estimate(fit: FamilyFit, symbol: str, scale: float, dt: float) -> Estimate:
+def _estimate(fit: CurveFamilyFit, symbol: str, scale: float, dt: float) -> Estimate:
     low, high = (_amplitude(symbol, c, scale, dt) for c in fit.sets[symbol])
     return amplitude_estimate(
         "sigma" if symbol == "G" else symbol,
@@ -247,7 +247,7 @@ def _estimate(fit: FamilyFit, symbol: str, scale: float, dt: float) -> Estimate:
     )
 
 
-def _time_estimate(fit: FamilyFit, dt: float) -> Estimate:
+def _time_estimate(fit: CurveFamilyFit, dt: float) -> Estimate:
     shortest, longest = fit.family.times
     ends = fit.sets.get("T") if fit.selected.T is not None else None
     return time_estimate(
@@ -258,14 +258,14 @@ def _time_estimate(fit: FamilyFit, dt: float) -> Estimate:
     )
 
 
-def _term(symbol: str, at: Solution, scale: float, dt: float) -> TermType:
+def _term(symbol: str, at: CurveSolution, scale: float, dt: float) -> TermType:
     value = _amplitude(symbol, at.coefficient(symbol), scale, dt)
     if symbol == "G":
         return GaussMarkov.from_sigma(value, (at.T or 1.0) * dt)
     return term_of(symbol, value, dt=dt)
 
 
-def _covariance(fit: FamilyFit, confidence: float) -> dict[str, Any]:
+def _covariance(fit: CurveFamilyFit, confidence: float) -> dict[str, Any]:
     """Covariance of the natural logarithms of the supported amplitudes (and of T).
 
     Correlations are those of the expected information, standard deviations those of the sets: these know that a term

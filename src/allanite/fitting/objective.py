@@ -26,9 +26,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.fitting.design import Design
+from allanite.fitting.design import CurveDesign
 
-__all__ = ["Curve", "Solution", "advantage", "distance", "sensitivity", "solve"]
+__all__ = ["CurveData", "CurveSolution", "advantage", "distance", "sensitivity", "solve"]
 
 Array = NDArray[np.float64]
 
@@ -40,7 +40,7 @@ _RAMPS = ("R", "fR")  # no noise: they have no spread of their own
 
 
 @dataclass(frozen=True, slots=True)
-class Curve:
+class CurveData:
     """What is fitted: Allan variances in sample units, scaled to order one, with their design.
 
     `discrepancy` is a relative error of the model at every lag, for curves that no sum of terms explains. With the
@@ -48,12 +48,12 @@ class Curve:
     """
 
     variance: Array
-    design: Design
+    design: CurveDesign
     discrepancy: float = 0.0
 
 
 @dataclass(frozen=True, slots=True)
-class Solution:
+class CurveSolution:
     """A minimum of L.
 
     Attributes
@@ -82,13 +82,13 @@ class Solution:
 
 
 def solve(
-    curve: Curve,
+    curve: CurveData,
     symbols: tuple[str, ...],
     *,
     T: float | None = None,
     fixed: Mapping[str, float] | None = None,
     start: Array | None = None,
-) -> Solution:
+) -> CurveSolution:
     """Minimise L over the coefficients that are not fixed, all of them >= 0.
 
     The weights (C) are those of the current model and are renewed until they no longer matter; within a round
@@ -111,12 +111,12 @@ def solve(
         if before - weight.objective(curve.variance, A @ c)[0] < 1e-3:
             break
     if weight is None:
-        return Solution(symbols, c, T, np.inf, np.inf, None)
+        return CurveSolution(symbols, c, T, np.inf, np.inf, None)
     value, chi2 = weight.objective(curve.variance, A @ c)
-    return Solution(symbols, c, T, value + weight.log_det, chi2, weight)
+    return CurveSolution(symbols, c, T, value + weight.log_det, chi2, weight)
 
 
-def distance(curve: Curve, null: Solution, time: float | None = None) -> float:
+def distance(curve: CurveData, null: CurveSolution, time: float | None = None) -> float:
     """How much better the full family does than a constrained solution, judged with the weights of the latter.
 
     Under the constraint this is chi-square with one degree of freedom (half of the time zero on the border of the
@@ -138,7 +138,7 @@ def distance(curve: Curve, null: Solution, time: float | None = None) -> float:
     return at_null - best
 
 
-def advantage(curve: Curve, rival: Solution, null: Solution) -> float:
+def advantage(curve: CurveData, rival: CurveSolution, null: CurveSolution) -> float:
     """How much better a rival family does than `null`, judged with the weights that are right if `null` is true."""
     if null.weight is None:
         return np.inf
@@ -149,7 +149,7 @@ def advantage(curve: Curve, rival: Solution, null: Solution) -> float:
     return at_null - null.weight.objective(curve.variance, A @ c)[0]
 
 
-def sensitivity(curve: Curve, at: Solution) -> Array:
+def sensitivity(curve: CurveData, at: CurveSolution) -> Array:
     """Expected change of the whitened residuals with log(c_t), shape (n_lags, n_symbols); last column: log T."""
     A = curve.design.columns(at.symbols, at.T)
     mu = A @ at.c
@@ -199,7 +199,7 @@ class _Weight:
 
     @classmethod
     def of(
-        cls, curve: Curve, symbols: tuple[str, ...], c: Array, A: Array, T: float | None
+        cls, curve: CurveData, symbols: tuple[str, ...], c: Array, A: Array, T: float | None
     ) -> _Weight | None:
         """Weights of the noise alone. A ramp has no spread of its own; were it to lend its size to the weights, a
         large ramp would make the long lags look certain and never be let go of. So its set is a little too wide."""

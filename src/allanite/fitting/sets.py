@@ -26,7 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.fitting.instrument import of_floor
-from allanite.fitting.objective import Curve, Solution, distance, sensitivity
+from allanite.fitting.objective import CurveData, CurveSolution, distance, sensitivity
 
 __all__ = ["CERTAIN", "coefficient_set", "cone_point", "critical_value", "fisher_sd", "time_set"]
 
@@ -47,7 +47,7 @@ def _normals(k: int) -> Array:
 
 
 def critical_value(
-    curve: Curve, at: Solution, symbol: str, supported: frozenset[str], confidence: float
+    curve: CurveData, at: CurveSolution, symbol: str, supported: frozenset[str], confidence: float
 ) -> float:
     """The distance that a true value of `symbol` exceeds with probability 1 - confidence.
 
@@ -80,7 +80,7 @@ def cone_point(columns: Sequence[Array], kinds: tuple[str, ...], confidence: flo
 
 
 def _directions(
-    curve: Curve, at: Solution, symbol: str, supported: frozenset[str]
+    curve: CurveData, at: CurveSolution, symbol: str, supported: frozenset[str]
 ) -> tuple[list[Array], tuple[str, ...]]:
     """Whitened directions of the tested symbol (first), of free and of one-sided nuisances."""
     if at.weight is None:
@@ -124,7 +124,7 @@ def _explained(U: Array, y: Array, kinds: tuple[str, ...], without: int | None) 
     return best
 
 
-def fisher_sd(curve: Curve, at: Solution) -> dict[str, float]:
+def fisher_sd(curve: CurveData, at: CurveSolution) -> dict[str, float]:
     """Relative standard deviation of each positive coefficient (and of T) from the expected information."""
     J = sensitivity(curve, at)
     names = [*at.symbols, "T"] if at.T is not None else list(at.symbols)
@@ -141,9 +141,9 @@ Profile = Callable[[float], float]
 
 
 def coefficient_set(
-    curve: Curve,
-    family: Callable[..., Solution],
-    best: Solution,
+    curve: CurveData,
+    family: Callable[..., CurveSolution],
+    best: CurveSolution,
     symbol: str,
     critical: float,
 ) -> tuple[float, float]:
@@ -152,8 +152,8 @@ def coefficient_set(
     Parameters
     ----------
     family : callable
-        family(fixed, near) -> Solution: the best fit of the family with these coefficients fixed.
-    best : Solution
+        family(fixed, near) -> CurveSolution: the best fit of the family with these coefficients fixed.
+    best : CurveSolution
         The unconstrained fit.
     critical : float
         From `critical_value`.
@@ -178,9 +178,9 @@ def coefficient_set(
 
 
 def time_set(
-    curve: Curve,
-    family: Callable[..., Solution],
-    best: Solution,
+    curve: CurveData,
+    family: Callable[..., CurveSolution],
+    best: CurveSolution,
     critical: float,
     shortest: float,
     longest: float,
@@ -214,7 +214,7 @@ def time_set(
     return ends[0], ends[1]
 
 
-def _first_guess(curve: Curve, best: Solution, symbol: str) -> float:
+def _first_guess(curve: CurveData, best: CurveSolution, symbol: str) -> float:
     """A value of an absent coefficient that would be seen for certain: as large as the curve where it is smallest."""
     column = curve.design.column(symbol, best.T)
     seen = column > 0

@@ -18,7 +18,7 @@ from statistics import NormalDist
 from typing import Any
 
 from allanite.noise import Estimate, NoiseModel
-from allanite.recording.health.tails import Law, Tails
+from allanite.recording.health.tails import TailLaw, Tails
 
 __all__ = ["contamination_entry", "with_tails"]
 
@@ -39,7 +39,11 @@ def with_tails(model: NoiseModel, tails: Tails, n_samples: int) -> NoiseModel:
     NoiseModel
         The same where the tails are those of a normal law, or not known, and where N is not resolved.
     """
-    if tails.law not in (Law.CONTAMINATED, Law.HEAVY) or tails.kurtosis <= 0.0 or model.family == "slopes":
+    if (
+        tails.law not in (TailLaw.CONTAMINATED, TailLaw.HEAVY)
+        or tails.kurtosis <= 0.0
+        or model.family == "slopes"
+    ):
         return model
     other = None if model.alternative is None else with_tails(model.alternative, tails, n_samples)
     shift = _quantile(model) * 0.5 * math.sqrt(tails.kurtosis / n_samples)
@@ -60,7 +64,7 @@ def contamination_entry(model: NoiseModel, tails: Tails, scale: float, dt: float
         Sample interval.
     """
     n = next((e for e in model.estimates if e.symbol == "N" and e.supported and e.value), None)
-    if tails.law is not Law.CONTAMINATED or n is None or n.value is None:
+    if tails.law is not TailLaw.CONTAMINATED or n is None or n.value is None:
         return {}
     without = tails.core * abs(scale) * math.sqrt(dt)
     spread = math.exp(_quantile(model) * tails.core_sd)

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 
 from allanite.quantities.distributions import chi_square_tail
 
-__all__ = ["SEEN", "Check", "alarm", "grave", "inflation_of", "scatter_check", "size_check"]
+__all__ = ["SEEN", "ResidualTest", "alarm", "grave", "inflation_of", "scatter_check", "size_check"]
 
 #: Something is seen from so many standard deviations on.
 SEEN = 3.0
@@ -31,7 +31,7 @@ FOREIGN = 2.0
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Check:
+class ResidualTest:
     """One question put to the residuals.
 
     Attributes
@@ -68,14 +68,16 @@ class Check:
         return math.sqrt(self.statistic / self.dof) if self.dof > 0 else 1.0
 
 
-def alarm(name: str, statistic: float, dof: float, says: str, *, looks: int = 1) -> Check:
+def alarm(name: str, statistic: float, dof: float, says: str, *, looks: int = 1) -> ResidualTest:
     """A check that takes the result away; the best of several `looks` is charged for all of them."""
     tries = max(looks, 1)
     p = min(chi_square_tail(statistic, dof) * tries, 1.0)
-    return Check(name=name, statistic=statistic, dof=dof, p=p, passed=p >= ALARM, says=says, tries=tries)
+    return ResidualTest(
+        name=name, statistic=statistic, dof=dof, p=p, passed=p >= ALARM, says=says, tries=tries
+    )
 
 
-def size_check(chi2: float, dof: int) -> Check:
+def size_check(chi2: float, dof: int) -> ResidualTest:
     """Is the noise of the record that of the model? Too little of it is as telling as too much."""
     above = chi_square_tail(chi2, dof) if dof > 0 else 0.5
     p = min(2 * min(above, 1 - above), 1.0)
@@ -85,7 +87,7 @@ def size_check(chi2: float, dof: int) -> Check:
         says += ", and the interval wider than need be"
     if not 1 / FOREIGN <= ratio <= FOREIGN:
         says += ": is it the model of this sensor, in this unit?"
-    return Check(
+    return ResidualTest(
         name="size of the noise",
         statistic=chi2,
         dof=dof,
@@ -97,11 +99,11 @@ def size_check(chi2: float, dof: int) -> Check:
     )
 
 
-def scatter_check(what: str, chi2: float, dof: int, reasons: str) -> Check:
+def scatter_check(what: str, chi2: float, dof: int, reasons: str) -> ResidualTest:
     """Do the means of the `what` scatter as the model says?"""
     p = chi_square_tail(chi2, dof) if dof > 0 else 1.0
     ratio = math.sqrt(chi2 / max(dof, 1))
-    return Check(
+    return ResidualTest(
         name=f"scatter of the {what}",
         statistic=chi2,
         dof=dof,
@@ -112,12 +114,12 @@ def scatter_check(what: str, chi2: float, dof: int, reasons: str) -> Check:
     )
 
 
-def inflation_of(checks: Sequence[Check]) -> float:
+def inflation_of(checks: Sequence[ResidualTest]) -> float:
     """Birge's ratio [1], of the check that asks for more; 1 where none does."""
     return max([1.0, *(c.ratio for c in checks if c.widens and not c.passed)])
 
 
-def grave(checks: Sequence[Check]) -> list[Check]:
+def grave(checks: Sequence[ResidualTest]) -> list[ResidualTest]:
     """Checks that take the result away, not just its precision."""
     failed = [c for c in checks if not c.passed]
     return [c for c in failed if not c.widens or c.ratio > FOREIGN]

@@ -74,7 +74,7 @@ class _Lines:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _Fitted:
+class _ChannelModels:
     """Models of a channel, the likeliest first; none where no fit was possible, of which a finding says why."""
 
     models: tuple[NoiseModel, ...] = ()
@@ -213,7 +213,7 @@ def _instrument(below: AllanCurve, sensor: NoiseModel, request: Request) -> Nois
 
 def _fit(
     curves: Curves, lines: _Lines, bent: Exclusion, below: AllanCurve | None, request: Request
-) -> _Fitted:
+) -> _ChannelModels:
     from allanite.fitting import fit
     from allanite.fitting.spectral.remarks import agreement_findings
     from allanite.fitting.tails import contamination_entry, with_tails
@@ -228,12 +228,12 @@ def _fit(
         model = with_tails(model, tails, shown.n_samples - int(np.diff(shown.missing[0], axis=1).sum()))
         contamination = contamination_entry(model, tails, curves.recording[name].scale, shown.dt)
     except (DataQualityError, FitError) as refusal:
-        return _Fitted(contamination={}, findings=(_not_fitted(name, str(refusal)),))
+        return _ChannelModels(contamination={}, findings=(_not_fitted(name, str(refusal)),))
     remarks = _misfit_findings(model.families[0], name)
     # The other fit has judged its model by the samples already; with a floor the model is not of all of the record.
     if request.method == "moments" and below is None:
         remarks += agreement_findings(model, rest, lines.rest_spectrum)
-    return _Fitted(models=tuple(model.families), contamination=contamination, findings=tuple(remarks))
+    return _ChannelModels(models=tuple(model.families), contamination=contamination, findings=tuple(remarks))
 
 
 def _misfit_findings(model: NoiseModel, name: str) -> list[Finding]:

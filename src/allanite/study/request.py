@@ -13,7 +13,7 @@ from allanite.errors import InputError
 from allanite.noise.allan import AllanCurve, allan_curve
 from allanite.recording.records import Recording
 
-__all__ = ["Progress", "Request", "Steps"]
+__all__ = ["Progress", "ProgressSteps", "Request"]
 
 Progress = Callable[[float, str], None]
 
@@ -86,7 +86,7 @@ class Request:
         return shown, allan_curve(recording, taus="octave", confidence=self.confidence, threads=self.threads)
 
 
-class Steps:
+class ProgressSteps:
     """Fractions of the whole work, made from fractions of its parts."""
 
     def __init__(self, progress: Progress | None) -> None:

@@ -34,7 +34,7 @@ from allanite.recording.health import Finding, check, prepare
 from allanite.recording.health.run import missing_because
 from allanite.recording.records import Recording, checked_recording
 from allanite.study.channel import Curves, channel_entry
-from allanite.study.request import Progress, Request, Steps
+from allanite.study.request import Progress, ProgressSteps, Request
 
 if TYPE_CHECKING:
     from allanite.stability.environment import EnvironmentEstimate
@@ -215,7 +215,7 @@ def characterize(
         accept=accept, method=method, statistic=statistic, taus=taus, confidence=confidence, temperature=temperature,
         warm_up=warm_up, floor=floor, exclude=exclude, threads=threads,
     )  # fmt: skip
-    report = Steps(progress)
+    report = ProgressSteps(progress)
     report(0.0, "looking for faults")
     ready = _without_faults(recording, request, report)
     if request.environment:
@@ -265,7 +265,7 @@ class _Ready:
     environment: Mapping[str, EnvironmentEstimate]
 
 
-def _without_faults(recording: Recording, request: Request, report: Steps) -> _Ready:
+def _without_faults(recording: Recording, request: Request, report: ProgressSteps) -> _Ready:
     findings = check(recording, progress=report.part(0.0, 0.25))
     prepared, findings = prepare(recording, findings, accept=request.accept)
     names = [c.name for c in prepared.channels if c.kind.noise_bearing and c.name not in request.thermometers]
@@ -297,7 +297,7 @@ def _without_environment(recording: Recording, ready: _Ready, request: Request) 
     )
 
 
-def _curves(ready: _Ready, request: Request, report: Steps) -> tuple[AllanCurve, list[Curves]]:
+def _curves(ready: _Ready, request: Request, report: ProgressSteps) -> tuple[AllanCurve, list[Curves]]:
     """The curve of all channels, and those of each; of a channel that holds its samples, at its own rate."""
     shown, fitted = request.curves(ready.noise, report.part(0.25, 0.4))
     channels = {}
@@ -318,7 +318,11 @@ def _curves(ready: _Ready, request: Request, report: Steps) -> tuple[AllanCurve,
 
 
 def _entries(
-    channels: Sequence[Curves], ready: _Ready, floor: Recording | None, request: Request, report: Steps
+    channels: Sequence[Curves],
+    ready: _Ready,
+    floor: Recording | None,
+    request: Request,
+    report: ProgressSteps,
 ) -> list[tuple[Json, list[Finding]]]:
     done = 0
 

@@ -12,13 +12,13 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from allanite.acquisition.capture.numbering import Gap, Numbered, Numbering
+from allanite.acquisition.capture.numbering import BlockNumbering, Gap, Numbered
 from allanite.acquisition.capture.ring import Ring
 from allanite.acquisition.instruments import Block, Identity, Instrument, InstrumentTimeout, host_ns
 from allanite.errors import InstrumentError
 from allanite.files.store import Header
 
-__all__ = ["Listener", "Note", "Patience"]
+__all__ = ["CaptureNote", "Listener", "Patience"]
 
 #: Nothing for so many intervals of a sample is no silence yet.
 _PERIODS = 2.0
@@ -51,7 +51,7 @@ class Patience:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Note:
+class CaptureNote:
     """Something that happened besides samples; a line of the manifest."""
 
     kind: str
@@ -70,7 +70,7 @@ class Listener(threading.Thread):
 
     Attributes
     ----------
-    ring : Ring of Numbered, Note, Header or Gap
+    ring : Ring of Numbered, CaptureNote, Header or Gap
         A header stands before the samples that are the first to have these settings; a gap, at the end.
     failure : Exception or None
         Why it ended by itself.
@@ -87,11 +87,11 @@ class Listener(threading.Thread):
         describe: Callable[[Identity], Header] | None = None,
     ) -> None:
         super().__init__(name="allanite-listener", daemon=True)
-        self.ring: Ring[Numbered | Note | Header | Gap] = Ring(room)
+        self.ring: Ring[Numbered | CaptureNote | Header | Gap] = Ring(room)
         self.failure: Exception | None = None
         self._instrument, self._identity = instrument, identity
         self._patience, self._header, self._describe = patience, header, describe
-        self._numbering = Numbering(instrument.rate)
+        self._numbering = BlockNumbering(instrument.rate)
         self._lost: list[Gap] = []  # of blocks for which there was no room
         self._attempts = 0  # to make the link anew, since the last sample
         self._ended = threading.Event()
@@ -177,7 +177,7 @@ class Listener(threading.Thread):
             self.ring.put(found, 0)
 
     def _tell(self, kind: str, **facts: Any) -> None:
-        self.ring.put(Note(kind=kind, facts=facts), 0)
+        self.ring.put(CaptureNote(kind=kind, facts=facts), 0)
 
     def _tell_tail(self) -> None:
         """What is missing at the end, where no sample comes after it."""

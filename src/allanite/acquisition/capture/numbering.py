@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from allanite.acquisition.capture.arrivals import Arrivals
 from allanite.acquisition.instruments import Block, Flag
 
-__all__ = ["Gap", "Numbered", "Numbering"]
+__all__ = ["BlockNumbering", "Gap", "Numbered"]
 
 #: Remarks that are named as the reason of a gap; how many there were more is said.
 _NAMED = 3
@@ -68,7 +68,7 @@ class Numbered:
         return len(self.counter)
 
 
-class Numbering:
+class BlockNumbering:
     """Numbers the samples of one run, block by block.
 
     Parameters

@@ -9,11 +9,11 @@ import numpy as np
 
 from allanite.acquisition.capture.numbering import Gap, Numbered
 
-__all__ = ["Plan"]
+__all__ = ["CapturePlan"]
 
 
 @dataclass(slots=True)
-class Plan:
+class CapturePlan:
     """The planned duration.
 
     Parameters

@@ -10,9 +10,9 @@ from typing import Any
 
 from allanite.acquisition.capture.clock import HostClock
 from allanite.acquisition.capture.gathering import Gathering
-from allanite.acquisition.capture.listener import Listener, Note
+from allanite.acquisition.capture.listener import CaptureNote, Listener
 from allanite.acquisition.capture.numbering import Gap, Numbered
-from allanite.acquisition.capture.plan import Plan
+from allanite.acquisition.capture.plan import CapturePlan
 from allanite.acquisition.capture.stopping import Stop
 from allanite.acquisition.capture.surroundings import Surroundings
 from allanite.acquisition.instruments import Flag, Identity
@@ -130,12 +130,12 @@ class Writer:
     _remarks: int = 0
     _remarks_noted: int = 0
     _remarks_since: int = 0  # the last look
-    _plan: Plan = field(init=False)
+    _plan: CapturePlan = field(init=False)
     _surroundings: Surroundings = field(init=False)
 
     def __post_init__(self) -> None:
         self._surroundings = Surroundings(self.store, self.clock, self._tell)
-        self._plan = Plan(self.duration, self.store.header.rate)
+        self._plan = CapturePlan(self.duration, self.store.header.rate)
         self._note_plan()
 
     def run(self, listener: Listener, stop: Stop) -> bool:
@@ -222,9 +222,9 @@ class Writer:
         if not self._state.samples:
             raise InstrumentError(f"no sample came in the planned duration: {self._gone}")
 
-    def _take(self, item: Numbered | Note | Gap | Header | None) -> bool:
+    def _take(self, item: Numbered | CaptureNote | Gap | Header | None) -> bool:
         """One thing that the listener gave; whether the planned duration is over."""
-        if isinstance(item, Note):
+        if isinstance(item, CaptureNote):
             self._note(item)
         elif isinstance(item, Gap):
             self._end_with(item)
@@ -283,7 +283,7 @@ class Writer:
         if cut is not None:
             self._note_gaps([cut])
 
-    def _note(self, note: Note) -> None:
+    def _note(self, note: CaptureNote) -> None:
         facts = note.facts
         if note.kind in ("silence", "lost"):
             self._trouble = str(facts["reason"])

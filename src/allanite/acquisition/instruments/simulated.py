@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 from allanite.acquisition.instruments import Block, Identity, InstrumentTimeout, host_ns
 from allanite.errors import InputError, InstrumentError
 from allanite.filtering.simulation import simulate
-from allanite.filtering.simulation.record import Process, process_of
+from allanite.filtering.simulation.record import MarkovProcess, process_of
 from allanite.noise import NoiseModel
 from allanite.recording.records import Channel, Sampling
 from allanite.study.model_file import load_models
@@ -249,7 +249,7 @@ class SimulatedInstrument:
 class _Source:
     """One channel: its streams of random numbers and the states of its process, both carried on."""
 
-    def __init__(self, process: Process, stream: np.random.SeedSequence) -> None:
+    def __init__(self, process: MarkovProcess, stream: np.random.SeedSequence) -> None:
         self._process = process
         self._white, self._driving = (np.random.Generator(np.random.SFC64(s)) for s in stream.spawn(2))
         self._states = process.form.states

@@ -39,10 +39,10 @@ def datasheet(
     With neither --log nor --study the sheet alone is drawn.
     """
     from allanite.commands.datasheet import datasheet_of
-    from allanite.commands.measurement import Measured
+    from allanite.commands.measurement import MeasurementResult
     from allanite.views import terminal
 
-    def measured(**known: Any) -> Measured:
+    def measured(**known: Any) -> MeasurementResult:
         places: dict[str, Any] = {"log": log and place_of(log), "study": study and place_of(study)}
         return datasheet_of(sheet, **places, **known, **options)
 
@@ -82,11 +82,11 @@ def overbound(
     The bound is a noise model that every command takes; `allanite export --overbound 95%` writes one into a file.
     """
     from allanite.commands.bounds import bounds_of
-    from allanite.commands.measurement import Measured
+    from allanite.commands.measurement import MeasurementResult
     from allanite.study import model_file
     from allanite.views import terminal
 
-    def save(found: Measured) -> Path:
+    def save(found: MeasurementResult) -> Path:
         models = {name: model.to_json() for name, model in found.result.models.items()}
         return model_file.save_models(models, str(output), force=to.force)
 

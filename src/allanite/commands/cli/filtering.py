@@ -55,14 +55,14 @@ def filter_(
     table). It is no measurement: the filter gives back what it is told. The options of turns are for it alone.
     """
     from allanite.commands.filtering import aided_of, filter_of, refuse_corrected, save_corrected
-    from allanite.commands.measurement import Measured
+    from allanite.commands.measurement import MeasurementResult
     from allanite.views import terminal
 
     turned: dict[str, Any] = {"first": first, "turns": turns, "dwell": dwell}
     alone = {**turned, "correlation_time": correlation_time}
     _refuse_mixed(smooth, reference, [name for name, value in alone.items() if value is not None])
     refuse_corrected(output, force=to.force)
-    measure: Callable[..., Measured] = filter_of
+    measure: Callable[..., MeasurementResult] = filter_of
     show = terminal.show_filtered
     if reference is None:
         options["smooth"] = smooth

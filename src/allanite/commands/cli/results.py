@@ -16,7 +16,7 @@ from allanite.commands.cli.program import LOSS
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from allanite.commands.measurement import Measured
+    from allanite.commands.measurement import MeasurementResult
 
 __all__ = ["Destination", "result_options"]
 
@@ -33,12 +33,12 @@ class Destination:
     def deliver(
         self,
         name: str,
-        make: Callable[..., Measured],
+        make: Callable[..., MeasurementResult],
         show: Callable[..., None],
         *,
         tables: Collection[str] = (),
         log: str | None = None,
-        save: Callable[[Measured], Path] | None = None,
+        save: Callable[[MeasurementResult], Path] | None = None,
         quiet: bool = False,
     ) -> int:
         """Refuse what is in the way, measure, write and show; the exit code.

@@ -6,7 +6,7 @@ from __future__ import annotations
 import time
 from typing import TYPE_CHECKING, Any
 
-from allanite.commands.monitor.stamps import Stamps
+from allanite.commands.monitor.stamps import StampIndex
 from allanite.errors import DataQualityError, InputError
 
 if TYPE_CHECKING:
@@ -49,7 +49,7 @@ class PartSamples:
         self.no_value = self.doubtful = self.resyncs = 0
         self.last_ns = -1
         self.values: tuple[float, ...] = ()
-        self.stamps = Stamps(header.rate)
+        self.stamps = StampIndex(header.rate)
         self._utc_ns: int | None = None
         self._live = _live(header)
 

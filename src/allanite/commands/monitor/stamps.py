@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from allanite.files.store import Batch
 
-__all__ = ["MOST", "Stamps"]
+__all__ = ["MOST", "StampIndex"]
 
 #: Stamps that are kept: every second one goes when there are so many.
 MOST = 2048
 
 
-class Stamps:
+class StampIndex:
     """Number and clock at the beginning of every so many seconds.
 
     Parameters

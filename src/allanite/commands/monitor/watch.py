@@ -16,7 +16,7 @@ from allanite.errors import InputError
 
 if TYPE_CHECKING:
     from allanite.files.store import Batch, Run
-    from allanite.files.store.following import Follower
+    from allanite.files.store.following import RunFollower
     from allanite.noise.allan import AllanCurve
 
 __all__ = ["RunWatch"]
@@ -42,17 +42,17 @@ class RunWatch:
     folder: str | os.PathLike[str]
     also: Callable[[int, float, int, list[Batch]], None] | None = None
     run: Run = field(init=False)
-    _follower: Follower = field(init=False)
+    _follower: RunFollower = field(init=False)
     _part: PartSamples = field(init=False)
     _story: Story = field(init=False)
 
     def __post_init__(self) -> None:
         from allanite.files.store import open_run
-        from allanite.files.store.following import Follower
+        from allanite.files.store.following import RunFollower
 
         place = _run_in(Path(self.folder))
         self.folder, self.run = place, open_run(place)
-        self._follower = Follower(place, self.run.header)
+        self._follower = RunFollower(place, self.run.header)
         self._part = PartSamples(1, self.run.header)
         self._story = Story(place)
 

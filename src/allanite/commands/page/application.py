@@ -37,7 +37,7 @@ from allanite.commands.page.options import READING, checked, described, given_in
 from allanite.commands.page.replies import Refused, body_of, download, plain, refusal
 from allanite.commands.page.settings import RESULTS, Settings
 from allanite.commands.page.static_files import StaticFiles
-from allanite.commands.page.store import Series
+from allanite.commands.page.store import SeriesStore
 from allanite.commands.page.uploads import receive
 from allanite.commands.page.work import Work, path_word, planned, with_layout, work_of
 from allanite.errors import AllaniteError
@@ -84,7 +84,7 @@ class Application:
         self.settings = settings
         self._ready = ready
         self.catalogue = Catalogue(settings)
-        self.series = Series(settings)
+        self.series = SeriesStore(settings)
         self.attached = Attached(settings.instruments, settings.limits.listing)
         self.captures = Captures(settings, self.catalogue, self.attached)
         self.streams = Streams(settings.limits.streams)

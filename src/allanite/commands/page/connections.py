@@ -30,7 +30,7 @@ from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from allanite.commands.page.settings import Limits
 
-__all__ = ["BACKLOG", "Connection", "connections_within"]
+__all__ = ["BACKLOG", "PageConnection", "connections_within"]
 
 BACKLOG = 16
 """Connections accepted in one pass of the event loop. It takes five passes until the guard has looked at what one of
@@ -39,10 +39,10 @@ them sent: an eighth of `Limits.strangers`, so that nobody gives way before that
 Phase = Literal["head", "body", "answer", "idle", "discarded", "stuck"]
 
 
-def connections_within(limits: Limits) -> type[Connection]:
+def connections_within(limits: Limits) -> type[PageConnection]:
     """The class of connections of one server."""
 
-    class Limited(Connection):
+    class Limited(PageConnection):
         pass
 
     Limited.limits = limits
@@ -50,7 +50,7 @@ def connections_within(limits: Limits) -> type[Connection]:
     return Limited
 
 
-class Connection(H11Protocol):
+class PageConnection(H11Protocol):
     """One connection.
 
     Attributes
@@ -163,18 +163,18 @@ class Connection(H11Protocol):
         waiting = [c for c in others if c.phase != "answer"]
         _end([c for c in waiting if not c.known] or waiting or [self], len(others) + 1 - self.most)
 
-    def _others(self) -> list[Connection]:
-        found = (c for c in self.connections if isinstance(c, Connection) and c is not self)
+    def _others(self) -> list[PageConnection]:
+        found = (c for c in self.connections if isinstance(c, PageConnection) and c is not self)
         return [c for c in found if not c.transport.is_closing()]
 
 
-def _end(connections: list[Connection], number: int) -> None:
+def _end(connections: list[PageConnection], number: int) -> None:
     """End those that have waited longest."""
     for one in nsmallest(number, connections, key=lambda c: c.since):
         one.transport.abort()
 
 
-def _host(connection: Connection) -> str:
+def _host(connection: PageConnection) -> str:
     return connection.client[0] if connection.client else ""
 
 

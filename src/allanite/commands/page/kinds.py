@@ -14,14 +14,14 @@ from typing import Any, Literal
 
 from allanite.commands.page.options import Code, Option, Spelt, code_of, described
 
-__all__ = ["KINDS", "Kind", "described_kinds", "lines_of", "plan_lines"]
+__all__ = ["KINDS", "JobKind", "described_kinds", "lines_of", "plan_lines"]
 
 Takes = Literal["recording", "recordings", "document", "model"]
-Lines = Callable[["Kind", Sequence[str], Spelt, Spelt, str], str]
+Lines = Callable[["JobKind", Sequence[str], Spelt, Spelt, str], str]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Kind:
+class JobKind:
     """One kind of work.
 
     Attributes
@@ -74,7 +74,7 @@ def described_kinds() -> dict[str, Any]:
 # -- Python -----------------------------------------------------------------------------------------------
 
 
-def lines_of(kind: Kind, subjects: Sequence[str], reading: Spelt, own: Spelt, out: str) -> str:
+def lines_of(kind: JobKind, subjects: Sequence[str], reading: Spelt, own: Spelt, out: str) -> str:
     """Lines of Python that do what the job does."""
     return _with_imports(kind.lines(kind, subjects, reading, own, out))
 
@@ -125,7 +125,7 @@ def _call(function: str, positional: Sequence[Any], own: Spelt, reading: Spelt |
     return f"{function}({_arguments(positional, {**named, **inside})})"
 
 
-def _study_lines(kind: Kind, subjects: Sequence[str], reading: Spelt, own: Spelt, out: str) -> str:
+def _study_lines(kind: JobKind, subjects: Sequence[str], reading: Spelt, own: Spelt, out: str) -> str:
     named = dict(own.arguments)
     if "floor" in named:
         kept = ("unit", "time", "rate", "scale_factor", "sampling", "delimiter", "decimal")
@@ -138,14 +138,14 @@ def _study_lines(kind: Kind, subjects: Sequence[str], reading: Spelt, own: Spelt
     )
 
 
-def _check_lines(kind: Kind, subjects: Sequence[str], reading: Spelt, own: Spelt, out: str) -> str:
+def _check_lines(kind: JobKind, subjects: Sequence[str], reading: Spelt, own: Spelt, out: str) -> str:
     return (
         f"import allanite as al\nfrom allanite.commands import describe\n{_read(subjects[0], reading)}\n"
         "facts = describe(recording, al.check(recording))"
     )
 
 
-def _measured_lines(kind: Kind, subjects: Sequence[str], reading: Spelt, own: Spelt, out: str) -> str:
+def _measured_lines(kind: JobKind, subjects: Sequence[str], reading: Spelt, own: Spelt, out: str) -> str:
     subject = [list(subjects)] if kind.takes == "recordings" else list(subjects)
     function = f"commands.{kind.function}"
     if own.arguments.get("null"):
@@ -160,7 +160,7 @@ def _measured_lines(kind: Kind, subjects: Sequence[str], reading: Spelt, own: Sp
     )
 
 
-def _fit_lines(kind: Kind, subjects: Sequence[str], reading: Spelt, own: Spelt, out: str) -> str:
+def _fit_lines(kind: JobKind, subjects: Sequence[str], reading: Spelt, own: Spelt, out: str) -> str:
     call = _call("commands.fit_file", subjects, own, reading)
     models = '{c["name"]: commands.joined(c["models"]) for c in fitted.channels if c["models"]}'
     return (
@@ -169,13 +169,13 @@ def _fit_lines(kind: Kind, subjects: Sequence[str], reading: Spelt, own: Spelt, 
     )
 
 
-def _export_lines(kind: Kind, subjects: Sequence[str], reading: Spelt, own: Spelt, out: str) -> str:
+def _export_lines(kind: JobKind, subjects: Sequence[str], reading: Spelt, own: Spelt, out: str) -> str:
     named = dict(own.arguments)
     consumer = named.pop("consumer")
     return f"from allanite import commands\n\ncommands.export_of({_arguments([consumer, *subjects, out], named)})"
 
 
-def _report_lines(kind: Kind, subjects: Sequence[str], reading: Spelt, own: Spelt, out: str) -> str:
+def _report_lines(kind: JobKind, subjects: Sequence[str], reading: Spelt, own: Spelt, out: str) -> str:
     return f"from allanite.views.report import render_file\n\nrender_file({_arguments([*subjects, out], {})})"
 
 
@@ -220,8 +220,8 @@ def _own(type_: Any, flag: str, help_: str, **more: Any) -> Option:
     return Option(type=type_, flag=flag, python=flag.strip("-").replace("-", "_"), help=help_, **more)
 
 
-KINDS: Mapping[str, Kind] = {
-    "check": Kind(
+KINDS: Mapping[str, JobKind] = {
+    "check": JobKind(
         title="Health of a recording",
         command="info",
         takes="recording",
@@ -230,7 +230,7 @@ KINDS: Mapping[str, Kind] = {
         out="",
         results=("check.json",),
     ),
-    "characterize": Kind(
+    "characterize": JobKind(
         title="Noise model",
         command="characterize",
         takes="recording",
@@ -251,7 +251,7 @@ KINDS: Mapping[str, Kind] = {
         lines=_study_lines,
         results=("study.json",),
     ),
-    "fit": Kind(
+    "fit": JobKind(
         title="Fit other terms",
         command="fit",
         takes="recording",
@@ -267,7 +267,7 @@ KINDS: Mapping[str, Kind] = {
         out="--output",
         results=("models.json",),
     ),
-    "spectrum": Kind(
+    "spectrum": JobKind(
         title="Power spectral density",
         command="spectrum",
         takes="recording",
@@ -286,7 +286,7 @@ KINDS: Mapping[str, Kind] = {
         function="spectra_of",
         results=("spectrum.json",),
     ),
-    "variation": Kind(
+    "variation": JobKind(
         title="Does the noise change?",
         command="variation",
         takes="recording",
@@ -303,7 +303,7 @@ KINDS: Mapping[str, Kind] = {
         function="variation_of",
         results=("variation.json",),
     ),
-    "select": Kind(
+    "select": JobKind(
         title="Which terms?",
         command="select",
         takes="recording",
@@ -315,7 +315,7 @@ KINDS: Mapping[str, Kind] = {
         function="selection_of",
         results=("selection.json",),
     ),
-    "earth-rate": Kind(
+    "earth-rate": JobKind(
         title="Earth rate",
         command="earth-rate",
         takes="recording",
@@ -347,7 +347,7 @@ KINDS: Mapping[str, Kind] = {
         function="earth_rate_of",
         results=("earth-rate.json", "rate-vector.json"),
     ),
-    "north": Kind(
+    "north": JobKind(
         title="North",
         command="north",
         takes="recording",
@@ -369,7 +369,7 @@ KINDS: Mapping[str, Kind] = {
         function="north_of",
         results=("north.json", "east-west-null.json"),
     ),
-    "plan": Kind(
+    "plan": JobKind(
         title="Plan",
         command="plan",
         takes="model",
@@ -392,7 +392,7 @@ KINDS: Mapping[str, Kind] = {
         results=("plan.json",),
         reads=False,
     ),
-    "compare": Kind(
+    "compare": JobKind(
         title="Compare recordings",
         command="compare",
         takes="recordings",
@@ -406,7 +406,7 @@ KINDS: Mapping[str, Kind] = {
         function="comparison_of",
         results=("comparison.json",),
     ),
-    "export": Kind(
+    "export": JobKind(
         title="Export",
         command="export",
         takes="document",
@@ -438,7 +438,7 @@ KINDS: Mapping[str, Kind] = {
         results=(),
         reads=False,
     ),
-    "report": Kind(
+    "report": JobKind(
         title="Report",
         command="report",
         takes="document",

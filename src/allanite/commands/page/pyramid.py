@@ -2,8 +2,9 @@
 """Series of any length, ready to be looked at: all samples, and the lowest and highest of each 16, 256, 4096, ...
 
 `build` reads a recording once, channel by channel and block by block, in memory that does not grow with it. What it
-leaves in a folder is mapped by `Pyramid`, which answers any stretch of time with at most so many blocks; the ends of a
-block are exact, they are two of its samples. Missing samples are NaN, and a block is NaN where all of it is missing.
+leaves in a folder is mapped by `SeriesPyramid`, which answers any stretch of time with at most so many blocks; the ends
+of a block are exact, they are two of its samples. Missing samples are NaN, and a block is NaN where all of it is
+missing.
 """
 
 from __future__ import annotations
@@ -23,7 +24,7 @@ from allanite.errors import FormatError, InputError
 if TYPE_CHECKING:
     from allanite.recording.records import Recording
 
-__all__ = ["FACTOR", "Pyramid", "Window", "build"]
+__all__ = ["FACTOR", "SeriesPyramid", "SeriesWindow", "build"]
 
 Json = Mapping[str, Any]
 Array = NDArray[np.float64]
@@ -40,7 +41,7 @@ _GAPS = 1000  # spans of missing samples that are kept for the picture
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Window:
+class SeriesWindow:
     """A stretch of a series.
 
     Attributes
@@ -63,7 +64,7 @@ class Window:
 
 
 @dataclass(frozen=True, slots=True)
-class Pyramid:
+class SeriesPyramid:
     """What `build` has left.
 
     Parameters
@@ -99,7 +100,7 @@ class Pyramid:
 
     def window(
         self, channels: Sequence[int], start: float = 0.0, stop: float | None = None, *, blocks: int = 1500
-    ) -> Window:
+    ) -> SeriesWindow:
         """The stretch from `start` to `stop` [s], in at most so many blocks and two more.
 
         Exact samples where they are no more than twice the blocks. Blocks lie on a grid of their own size, so that they
@@ -123,12 +124,12 @@ class Pyramid:
         count = last - first
         if count <= 2 * blocks:
             values = tuple(self._samples(i, first, last)[None] for i in channels)
-            return Window(kind="samples", first=first, size=1, count=count, values=values)
+            return SeriesWindow(kind="samples", first=first, size=1, count=count, values=values)
         level, size = self._grid(count, blocks)
         first = first // size * size
         many = -(-(last - first) // size)
         values = tuple(self._blocks(i, level, size, first // size, many) for i in channels)
-        return Window(kind="blocks", first=first, size=size, count=many, values=values)
+        return SeriesWindow(kind="blocks", first=first, size=size, count=many, values=values)
 
     def _grid(self, count: int, blocks: int) -> tuple[int, int]:
         """The level to read, and samples per block, a multiple of those of the level."""

@@ -16,24 +16,24 @@ from typing import Any
 
 from allanite import __version__
 from allanite.commands.page.catalogue import Recorded
-from allanite.commands.page.pyramid import VERSION, Pyramid
+from allanite.commands.page.pyramid import VERSION, SeriesPyramid
 from allanite.commands.page.replies import Refused
 from allanite.commands.page.settings import Settings
 from allanite.errors import FormatError
 
-__all__ = ["Series"]
+__all__ = ["SeriesStore"]
 
 _OPEN = 8  # pyramids that stay mapped
 
 
-class Series:
+class SeriesStore:
     """The prepared series of all recordings."""
 
     def __init__(self, settings: Settings) -> None:
         self._settings = settings
         self._folder = settings.cache / "series"
         self._lock = threading.Lock()
-        self._open: OrderedDict[str, Pyramid] = OrderedDict()
+        self._open: OrderedDict[str, SeriesPyramid] = OrderedDict()
         self._of: dict[str, Recorded] = {}
 
     def key(self, recording: Recorded, read: Mapping[str, Any]) -> str:
@@ -47,7 +47,7 @@ class Series:
         """Where it lies, or will."""
         return self._folder / key
 
-    def get(self, given: str) -> Pyramid:
+    def get(self, given: str) -> SeriesPyramid:
         """A series that is prepared.
 
         Raises
@@ -61,7 +61,7 @@ class Series:
             found = self._open.get(given)
             if found is None:
                 try:
-                    found = Pyramid(self.folder(given))
+                    found = SeriesPyramid(self.folder(given))
                 except FormatError:
                     raise Refused(404, "this series is not prepared: open its recording") from None
                 with suppress(OSError):

@@ -13,7 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from allanite.commands.page.catalogue import Catalogue, Document, Recorded
-from allanite.commands.page.kinds import KINDS, Kind, lines_of, plan_lines
+from allanite.commands.page.kinds import KINDS, JobKind, lines_of, plan_lines
 from allanite.commands.page.options import READING, Option, Spelt, checked, given_in, number_text
 from allanite.commands.page.replies import Refused
 from allanite.commands.page.settings import RESULTS, Settings
@@ -137,7 +137,7 @@ def planned(
 
 
 def _argv(
-    kind: Kind, subjects: Sequence[str], reading: Spelt, own: Spelt, target: str, consumer: str
+    kind: JobKind, subjects: Sequence[str], reading: Spelt, own: Spelt, target: str, consumer: str
 ) -> list[str]:
     words = [w for w in own.words if not w.startswith("=")]
     out = [f"{kind.out}={target}"] if kind.out else ["--json"]
@@ -147,12 +147,12 @@ def _argv(
     return [kind.command, *named, *reading.words, *words, *out]
 
 
-def _title(kind: Kind, names: Sequence[str]) -> str:
+def _title(kind: JobKind, names: Sequence[str]) -> str:
     colon = "" if kind.title.endswith("?") else ":"
     return f"{kind.title}{colon} {', '.join(names)}"[:300]
 
 
-def _reading(kind: Kind, request: Mapping[str, Any], places: Sequence[Any], desk: _Desk) -> Spelt:
+def _reading(kind: JobKind, request: Mapping[str, Any], places: Sequence[Any], desk: _Desk) -> Spelt:
     """How the logs are read; one that a layout describes is read with it."""
     reading = checked(READING if kind.reads else {}, given_in(request, "read"), desk.place)
     layouts = {p.layout if isinstance(p, Recorded) else None for p in places} if kind.reads else {None}
@@ -202,7 +202,7 @@ def _plan_options(given: Mapping[str, Any], desk: _Desk) -> Spelt:
 
 
 def _subjects(
-    kind: Kind, request: Mapping[str, Any], catalogue: Catalogue
+    kind: JobKind, request: Mapping[str, Any], catalogue: Catalogue
 ) -> list[tuple[str, Any, Recorded | None]]:
     """Name of what is worked on; itself, or a model; and its recording."""
     if kind.takes == "recording":

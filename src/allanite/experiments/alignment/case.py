@@ -11,8 +11,8 @@ from functools import partial
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.experiments.alignment.frame import Frame
-from allanite.experiments.alignment.geometry import Geometry, Layout
+from allanite.experiments.alignment.frame import UnitFrame
+from allanite.experiments.alignment.geometry import Geometry, ParameterLayout
 from allanite.experiments.alignment.known import Sensors
 from allanite.experiments.alignment.stands import (
     Blocks,
@@ -21,7 +21,7 @@ from allanite.experiments.alignment.stands import (
     slope_of_temperature,
     stand_means,
 )
-from allanite.experiments.alignment.turns import Turn, calibrated, turn_noise, turns_between
+from allanite.experiments.alignment.turns import StandTurn, calibrated, turn_noise, turns_between
 from allanite.experiments.north.circle import half_width
 from allanite.noise import NoiseModel
 from allanite.noise.span_means import span_covariance
@@ -48,7 +48,7 @@ class Case:
     Attributes
     ----------
     rate : float [Hz]
-    frame : Frame
+    frame : UnitFrame
     geometry : Geometry
     gyro, accelerometer : StandMeans
     turn_noise : ndarray, shape (n_turns,) [rad^2]
@@ -59,7 +59,7 @@ class Case:
     """
 
     rate: float
-    frame: Frame = field(repr=False)
+    frame: UnitFrame = field(repr=False)
     geometry: Geometry = field(repr=False)
     gyro: StandMeans = field(repr=False)
     accelerometer: StandMeans = field(repr=False)
@@ -73,7 +73,7 @@ class Case:
         cls,
         recording: Recording,
         spans: Index,
-        frame: Frame,
+        frame: UnitFrame,
         sensors: Sensors,
         checkpoints: Array | None,
         headings: tuple[Array, float] | None = None,
@@ -173,16 +173,16 @@ def _vague(sensors: Sensors) -> bool:
 
 
 def _geometry(
-    frame: Frame,
+    frame: UnitFrame,
     sensors: Sensors,
-    turns: tuple[Turn, ...],
+    turns: tuple[StandTurn, ...],
     reading: Array,
     bias: dict[str, float],
     leaving: Array,
     entering: Array,
 ) -> Geometry:
     return Geometry(
-        layout=Layout.of(len(reading), len(turns), sensors.unit(GYRO), sensors.unit(ACCELEROMETER)),
+        layout=ParameterLayout.of(len(reading), len(turns), sensors.unit(GYRO), sensors.unit(ACCELEROMETER)),
         mounting=axes_matrix(frame.axes),
         reading=reading,
         values=sensors.values | bias,
@@ -196,12 +196,12 @@ def _connected(
     recording: Recording,
     spans: Index,
     seen: Index,
-    frame: Frame,
+    frame: UnitFrame,
     sensors: Sensors,
     blocks: tuple[Blocks, Blocks],
     warmer: Mapping[str, tuple[str, float, Array] | None],
     headings: tuple[Array, float] | None,
-) -> tuple[tuple[Turn, ...], Index, int]:
+) -> tuple[tuple[StandTurn, ...], Index, int]:
     """The turns, and the stretches up to the last that turns connect; how many were lost before them."""
     errors = replace(
         sensors.calibration.errors(GYRO), bias=np.array(list(_bias(blocks[0], sensors).values()))
@@ -223,10 +223,10 @@ def _connected(
     return turns[first:], seen[first:], first
 
 
-def _stated(turns: tuple[Turn, ...], headings: Array, sd: float) -> tuple[Turn, ...]:
+def _stated(turns: tuple[StandTurn, ...], headings: Array, sd: float) -> tuple[StandTurn, ...]:
     """With the headings for the turns that the gyros did not see; nothing connects spans without one."""
 
-    def turned(turn: Turn, change: float) -> Turn:
+    def turned(turn: StandTurn, change: float) -> StandTurn:
         if turn.known or (change == 0.0 and turn.still):
             return turn
         if math.isnan(change):
@@ -243,7 +243,7 @@ def _differ(
     spans: Index,
     seen: Index,
     holes: Index,
-    frame: Frame,
+    frame: UnitFrame,
     sensors: Sensors,
     recording: Recording,
 ) -> NDArray[np.bool_]:
@@ -298,7 +298,7 @@ def _sd_of_change(
 
 
 def _stands(
-    spans: Index, turns: tuple[Turn, ...], frame: Frame, sensors: Sensors, gyro: Blocks, acc: Blocks
+    spans: Index, turns: tuple[StandTurn, ...], frame: UnitFrame, sensors: Sensors, gyro: Blocks, acc: Blocks
 ) -> tuple[Index, Array, Array]:
     """Number of the stand of each stretch; azimuth of the last and first stretch of each stand less its mean."""
     n = len(spans)
@@ -333,7 +333,7 @@ def _noise(
     spans: Index,
     between: Index,
     models: tuple[NoiseModel, ...],
-    frame: Frame,
+    frame: UnitFrame,
 ) -> Array:
     """Variance of each turn by the noise of the gyros [rad^2]."""
     up = -geometry.chain(geometry.begin).level[:, 2]  # in the axes of the sensor

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import InputError
-from allanite.experiments.alignment.results import Coarse, NaiveMean
+from allanite.experiments.alignment.results import CoarseAlignment, NaiveMean
 from allanite.experiments.alignment.turns import Force, calibrated
 from allanite.experiments.north.circle import Arc
 from allanite.quantities.attitude import angles_of, axes_matrix, quest, triad
@@ -31,7 +31,7 @@ _UP = np.array([0.0, 0.0, -1.0])
 
 def coarse_of(
     force: Array, rate: Array, sds: tuple[float, float], latitude: float, axes: str
-) -> tuple[Coarse, ...]:
+) -> tuple[CoarseAlignment, ...]:
     """TRIAD and QUEST of mean vectors in the axes of the sensor.
 
     Parameters
@@ -49,7 +49,7 @@ def coarse_of(
         return ()
     for name, attitude in found.items():
         roll, pitch, heading = angles_of(attitude @ axes_matrix(axes).T)
-        out.append(Coarse(name=name, roll=roll, pitch=pitch, heading=heading))
+        out.append(CoarseAlignment(name=name, roll=roll, pitch=pitch, heading=heading))
     return tuple(out)
 
 

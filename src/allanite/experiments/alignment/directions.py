@@ -15,12 +15,12 @@ from numpy.typing import NDArray
 
 from allanite.experiments.alignment.case import Case
 from allanite.experiments.alignment.results import LevelledAttitude, RunningHeading
-from allanite.experiments.alignment.solution import RANK, Solution
+from allanite.experiments.alignment.solution import RANK, AlignmentSolution
 from allanite.experiments.north.circle import CIRCLE, Arc, direction_set, half_width, length_interval, wrapped
 
 __all__ = [
-    "Answer",
     "Direction",
+    "StandAnswer",
     "answers_of",
     "direction_of",
     "excludes",
@@ -89,7 +89,7 @@ def direction_of(vector: Array, covariance: Array, confidence: float, more: floa
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Answer:
+class StandAnswer:
     """What is asked for of a stand.
 
     Attributes
@@ -109,8 +109,12 @@ class Answer:
 
 
 def answers_of(
-    solution: Solution, times: tuple[float, float], confidence: float, inflation: float, stated: float
-) -> tuple[Answer, Answer]:
+    solution: AlignmentSolution,
+    times: tuple[float, float],
+    confidence: float,
+    inflation: float,
+    stated: float,
+) -> tuple[StandAnswer, StandAnswer]:
     """Roll, pitch and heading of the first stand and of the last.
 
     Parameters
@@ -131,7 +135,7 @@ def answers_of(
 
 
 def _answer(
-    solution: Solution,
+    solution: AlignmentSolution,
     stand: int,
     values: Array,
     gradient: Array,
@@ -140,7 +144,7 @@ def _answer(
     confidence: float,
     inflation: float,
     stated: float,
-) -> Answer:
+) -> StandAnswer:
     h1, h2, roll, pitch = values
     level = gradient[:2]
     covariance = solution.covariance(level) * inflation**2
@@ -158,7 +162,7 @@ def _answer(
         heading_axis=axis,
     )
     turned = np.array([h2, -h1]) @ level / (h1**2 + h2**2)
-    return Answer(
+    return StandAnswer(
         attitude=attitude,
         direction=direction,
         budget=_budget(solution, turned, inflation, stated),
@@ -166,7 +170,7 @@ def _answer(
     )
 
 
-def _lean(solution: Solution, stand: int) -> float:
+def _lean(solution: AlignmentSolution, stand: int) -> float:
     """Standard deviation of the vertical in the direction where it is largest: of the pitch of a nose up or down [rad].
 
     There the pitch is as large as it can be, whichever way the nose leans: its derivative says nothing.
@@ -180,7 +184,7 @@ def largest_sd(covariance: Array) -> float:
     return math.sqrt(max(float(np.linalg.eigvalsh(covariance)[-1]), 0.0))
 
 
-def _budget(solution: Solution, turned: Array, inflation: float, stated: float) -> dict[str, float]:
+def _budget(solution: AlignmentSolution, turned: Array, inflation: float, stated: float) -> dict[str, float]:
     budget = {name: inflation * sd for name, sd in solution.budget(turned).items()}
     if not budget:
         return {}
@@ -211,8 +215,8 @@ def length_of(found: Direction, reference: float, confidence: float) -> tuple[fl
 
 def running_of(
     case: Case,
-    solution: Solution,
-    answer: Answer,
+    solution: AlignmentSolution,
+    answer: StandAnswer,
     times: Array,
     confidence: float,
     inflation: float,

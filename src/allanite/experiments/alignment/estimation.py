@@ -15,14 +15,14 @@ from allanite.errors import DataQualityError, InputError
 from allanite.experiments.alignment.case import TURNED, Case
 from allanite.experiments.alignment.coarse import coarse_of, naive_of
 from allanite.experiments.alignment.directions import (
-    Answer,
     Direction,
+    StandAnswer,
     answers_of,
     excludes,
     length_of,
     running_of,
 )
-from allanite.experiments.alignment.frame import Frame, Setting, frame_of, unit_of
+from allanite.experiments.alignment.frame import AlignmentSetting, UnitFrame, frame_of, unit_of
 from allanite.experiments.alignment.geometry import angles_of_down
 from allanite.experiments.alignment.known import Sensors, bias_sds, knowledge_of, uncertain
 from allanite.experiments.alignment.questions import (
@@ -32,7 +32,7 @@ from allanite.experiments.alignment.questions import (
     tilt_of_turns,
 )
 from allanite.experiments.alignment.results import AlignmentEstimate, Bias, Mode, Stand, fixed
-from allanite.experiments.alignment.solution import Knowledge, Solution, solve
+from allanite.experiments.alignment.solution import AlignmentSolution, Knowledge, solve
 from allanite.experiments.alignment.turns import calibrated
 from allanite.experiments.alignment.verdict import CERTAIN, SMALL_BIAS, Outlook, judge
 from allanite.experiments.north.circle import half_width, seen_from
@@ -40,7 +40,7 @@ from allanite.experiments.static_spans import StaticSpans
 from allanite.noise import NoiseModel
 from allanite.quantities.distributions import student_quantile
 from allanite.quantities.earth import EARTH_RATE, checked_latitude, normal_gravity
-from allanite.quantities.residual_tests import Check, grave, inflation_of
+from allanite.quantities.residual_tests import ResidualTest, grave, inflation_of
 from allanite.quantities.setup_uncertainty import Stated
 from allanite.recording.calibration import ACCELEROMETER, GYRO, Calibration
 from allanite.recording.records import BLOCK, Kind, Recording
@@ -143,7 +143,7 @@ def align(
     stated = stated or Stated()
     unit, remarks = unit_of(recording, calibration, gyro, accelerometer)
     frame = frame_of(recording, unit, model, axes, latitude)
-    setting = Setting(
+    setting = AlignmentSetting(
         frame=frame,
         sensors=Sensors.of(calibration, bias_repeatability, stated),
         stated=stated,
@@ -191,7 +191,11 @@ def _checked_headings(headings: ArrayLike | None, spans: object, count: int) -> 
 
 
 def _rotating(
-    recording: Recording, setting: Setting, checkpoints: int, advance: Progress, why: Sequence[str] = ()
+    recording: Recording,
+    setting: AlignmentSetting,
+    checkpoints: int,
+    advance: Progress,
+    why: Sequence[str] = (),
 ) -> AlignmentEstimate:
     """A unit that turned all the time, or so it seems where no rest was found, and why not."""
     from allanite.experiments.alignment.rotation import align_rotating
@@ -206,7 +210,7 @@ def _because(why: Sequence[str]) -> str:
     return "".join(f"; {words}" for words in why)
 
 
-def _still(recording: Recording, spans: Index, frame: Frame, sensors: Sensors) -> NDArray[np.bool_]:
+def _still(recording: Recording, spans: Index, frame: UnitFrame, sensors: Sensors) -> NDArray[np.bool_]:
     """Stretches whose mean rate may be a bias: an even rotation has no spread, and looks like rest.
 
     What gyros show in several attitudes alike is their bias, however large.
@@ -228,7 +232,7 @@ def _still(recording: Recording, spans: Index, frame: Frame, sensors: Sensors) -
 
 
 def _spans(
-    recording: Recording, spans: StaticSpans | ArrayLike | None, frame: Frame
+    recording: Recording, spans: StaticSpans | ArrayLike | None, frame: UnitFrame
 ) -> tuple[Index, tuple[str, ...]]:
     """Stretches at rest [samples], sorted, and what there is to say of them.
 
@@ -259,7 +263,7 @@ def _spans(
 # -- from a case to the estimate ---------------------------------------------------------------------------
 
 
-def _aligned(recording: Recording, case: Case, setting: Setting, times: Array) -> AlignmentEstimate:
+def _aligned(recording: Recording, case: Case, setting: AlignmentSetting, times: Array) -> AlignmentEstimate:
     one = case.geometry.n_stands == 1
     fit = _fitted(case, setting)
     solution, confidence, inflation = fit.solution, setting.confidence, fit.inflation
@@ -306,25 +310,25 @@ def _middle(extent: tuple[float, float, float]) -> float:
     return 0.5 * (extent[0] + extent[1])
 
 
-def _reference(setting: Setting) -> float:
+def _reference(setting: AlignmentSetting) -> float:
     """Standard deviation of the Earth's horizontal rate by the latitude [rad/s]."""
     return EARTH_RATE * abs(math.sin(setting.frame.latitude)) * setting.stated.latitude
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _Fitted:
+class _FittedAlignment:
     """A fit with what was asked of it.
 
     Attributes
     ----------
-    solution : Solution
+    solution : AlignmentSolution
     sensors : Sensors
         As they were known, or taken to be known, in the fit.
-    ends : pair of Answer
+    ends : pair of StandAnswer
         First stand and last.
     found : Direction
         At the last, by what was said of the biases even where that is refuted.
-    checks : tuple of Check
+    checks : tuple of ResidualTest
     inflation : float
     excluded : bool
         The horizontal rate is not that of the Earth, at `CERTAIN`.
@@ -334,18 +338,18 @@ class _Fitted:
         The biases were taken to be as large as that.
     """
 
-    solution: Solution
+    solution: AlignmentSolution
     sensors: Sensors
-    ends: tuple[Answer, Answer]
+    ends: tuple[StandAnswer, StandAnswer]
     found: Direction
-    checks: tuple[Check, ...]
+    checks: tuple[ResidualTest, ...]
     inflation: float
     excluded: bool
     bias: float = math.nan
     assumed: bool = False
 
 
-def _fitted(case: Case, setting: Setting) -> _Fitted:
+def _fitted(case: Case, setting: AlignmentSetting) -> _FittedAlignment:
     """The fit. Of one attitude small biases are taken to be as large as they show, if nothing else is known of them."""
     if case.geometry.n_stands > 1:
         return _fitted_with(case, setting, setting.sensors)
@@ -365,7 +369,7 @@ def _fitted(case: Case, setting: Setting) -> _Fitted:
     return replace(fit, bias=bias)
 
 
-def _fitted_with(case: Case, setting: Setting, sensors: Sensors) -> _Fitted:
+def _fitted_with(case: Case, setting: AlignmentSetting, sensors: Sensors) -> _FittedAlignment:
     """Where gravity finds fault with the turns, these are known that much less."""
     turns, one = case.geometry.turns, case.geometry.n_stands == 1
     solution = _solve(case, setting, sensors, uncertain(turns, case.turn_noise))
@@ -387,7 +391,7 @@ def _fitted_with(case: Case, setting: Setting, sensors: Sensors) -> _Fitted:
         setting.stated.heading,
     )
     expected = EARTH_RATE * math.cos(setting.frame.latitude)
-    return _Fitted(
+    return _FittedAlignment(
         solution=solution,
         sensors=sensors,
         ends=ends,
@@ -399,8 +403,13 @@ def _fitted_with(case: Case, setting: Setting, sensors: Sensors) -> _Fitted:
 
 
 def _solve(
-    case: Case, setting: Setting, sensors: Sensors, turns: Array, *free: str, near: Array | None = None
-) -> Solution:
+    case: Case,
+    setting: AlignmentSetting,
+    sensors: Sensors,
+    turns: Array,
+    *free: str,
+    near: Array | None = None,
+) -> AlignmentSolution:
     start, known = knowledge_of(
         case.geometry.layout, sensors, setting.frame.latitude, setting.stated, case.accelerometer.covariance, turns,
         *free,
@@ -408,7 +417,7 @@ def _solve(
     return solve(case.geometry, known, case.gyro.level, case.gyro.covariance, start, near)
 
 
-def _apparent_bias(case: Case, setting: Setting) -> float:
+def _apparent_bias(case: Case, setting: AlignmentSetting) -> float:
     """Root mean square of what length and vertical part differ from the Earth's by [rad/s]."""
     held = setting.sensors.with_bias(0.0)
     turns = uncertain(case.geometry.turns, case.turn_noise)
@@ -419,7 +428,7 @@ def _apparent_bias(case: Case, setting: Setting) -> float:
 
 
 def _latitude(
-    case: Case, setting: Setting, sensors: Sensors, near: Solution, inflation: float
+    case: Case, setting: AlignmentSetting, sensors: Sensors, near: AlignmentSolution, inflation: float
 ) -> dict[str, Any]:
     """The latitude that the angle between the vertical and the rotation means."""
     turns = uncertain(case.geometry.turns, case.turn_noise)
@@ -445,7 +454,7 @@ def _latitude(
     }
 
 
-def _true_rate(case: Case, solution: Solution, stand: int, *, bias: bool = True) -> Array:
+def _true_rate(case: Case, solution: AlignmentSolution, stand: int, *, bias: bool = True) -> Array:
     """Mean rate of a stand in the axes of the sensor, its bias taken off, shape (3,)."""
     errors = case.geometry.errors(solution.parameters, GYRO)
     if not bias:
@@ -454,7 +463,7 @@ def _true_rate(case: Case, solution: Solution, stand: int, *, bias: bool = True)
     return errors.true(case.gyro.level[stand], force=force[stand])
 
 
-def _biases(case: Case, solution: Solution, sensors: Sensors) -> dict[str, Bias]:
+def _biases(case: Case, solution: AlignmentSolution, sensors: Sensors) -> dict[str, Bias]:
     layout, p = case.geometry.layout, solution.parameters
     at = layout.index("gyro.bias_")
     gradient = solution.gradient(lambda q: q[at])
@@ -473,7 +482,7 @@ def _biases(case: Case, solution: Solution, sensors: Sensors) -> dict[str, Bias]
     }
 
 
-def _per_unit(case: Case, solution: Solution) -> Array:
+def _per_unit(case: Case, solution: AlignmentSolution) -> Array:
     """Heading at the end per unit of a bias of each axis, if the biases were held, shape (3,) [rad per unit]."""
     geometry, p = case.geometry, solution.parameters
     held = Knowledge(
@@ -492,7 +501,7 @@ def _per_unit(case: Case, solution: Solution) -> Array:
 
 
 def _stands(
-    case: Case, solution: Solution, extents: Sequence[tuple[float, float, float]]
+    case: Case, solution: AlignmentSolution, extents: Sequence[tuple[float, float, float]]
 ) -> tuple[Stand, ...]:
     geometry, p = case.geometry, solution.parameters
     unit = np.abs(np.diag(geometry.errors(p, GYRO).matrix))
@@ -511,7 +520,7 @@ def _stands(
     return tuple(out)
 
 
-def _facts(recording: Recording, case: Case, setting: Setting) -> dict[str, Any]:
+def _facts(recording: Recording, case: Case, setting: AlignmentSetting) -> dict[str, Any]:
     frame = setting.frame
     force = case.geometry.errors(case.geometry.begin, ACCELEROMETER).true(case.geometry.reading[0])
     in_si = setting.sensors.given or recording[frame.accelerometer[0]].kind is Kind.ACCELERATION
@@ -532,7 +541,11 @@ def _facts(recording: Recording, case: Case, setting: Setting) -> dict[str, Any]
 
 
 def _beside(
-    bare: AlignmentEstimate, recording: Recording, case: Case, solution: Solution, setting: Setting
+    bare: AlignmentEstimate,
+    recording: Recording,
+    case: Case,
+    solution: AlignmentSolution,
+    setting: AlignmentSetting,
 ) -> AlignmentEstimate:
     """With the coarse answers, and the naive mean of a unit that was not turned."""
     geometry, p, frame = case.geometry, solution.parameters, setting.frame

@@ -17,14 +17,14 @@ from allanite.recording.calibration import ACCELEROMETER, GYRO, Calibration
 from allanite.recording.channel_names import ways_to_units
 from allanite.recording.records import Kind, Recording
 
-__all__ = ["Frame", "Setting", "frame_of", "unit_of"]
+__all__ = ["AlignmentSetting", "UnitFrame", "frame_of", "unit_of"]
 
 _KINDS = {GYRO: Kind.RATE, ACCELEROMETER: Kind.ACCELERATION}
 _SI = {GYRO: "rad/s", ACCELEROMETER: "m/s²"}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Frame:
+class UnitFrame:
     """The unit.
 
     Attributes
@@ -51,12 +51,12 @@ class Frame:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Setting:
+class AlignmentSetting:
     """What the user says: the frame, what is known of the sensors and of the set-up.
 
     Attributes
     ----------
-    frame : Frame
+    frame : UnitFrame
     sensors : Sensors
     stated : Stated
     height : float [m]
@@ -65,7 +65,7 @@ class Setting:
         What a reader must know of it, in sentences.
     """
 
-    frame: Frame
+    frame: UnitFrame
     sensors: Sensors
     stated: Stated
     height: float
@@ -142,7 +142,7 @@ def frame_of(
     model: NoiseModel | Mapping[str, NoiseModel] | None,
     axes: str,
     latitude: float,
-) -> Frame:
+) -> UnitFrame:
     """The unit with its models.
 
     Raises
@@ -156,7 +156,7 @@ def frame_of(
             f"no noise model for {', '.join(unit.names)}; there are: {', '.join(model) or 'none'}. Name models like "
             "the channels, or 'gyro' and 'accelerometer'"
         )
-    return Frame(
+    return UnitFrame(
         gyro=unit.gyro,
         accelerometer=unit.accelerometer,
         axes=axes.upper(),

@@ -19,12 +19,20 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.experiments.alignment.turns import Turn
+from allanite.experiments.alignment.turns import StandTurn
 from allanite.quantities.attitude import rotation, skew
 from allanite.quantities.earth import EARTH_RATE
 from allanite.recording.calibration import ACCELEROMETER, AXES, GYRO, TriadErrors, parameter_names
 
-__all__ = ["Chain", "Geometry", "Layout", "angles_of_down", "derivative", "levelled", "named_axis"]
+__all__ = [
+    "Geometry",
+    "ParameterLayout",
+    "StandAttitudes",
+    "angles_of_down",
+    "derivative",
+    "levelled",
+    "named_axis",
+]
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -40,7 +48,7 @@ _G = 9.8
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Layout:
+class ParameterLayout:
     """Where each parameter stands in the vector of all.
 
     Attributes
@@ -60,7 +68,7 @@ class Layout:
     places: dict[tuple[str, ...], Index] = field(init=False, repr=False, default_factory=dict)
 
     @classmethod
-    def of(cls, n_stands: int, n_turns: int, unit_gyro: float, unit_acc: float) -> Layout:
+    def of(cls, n_stands: int, n_turns: int, unit_gyro: float, unit_acc: float) -> ParameterLayout:
         """The parameters of so many stands; the units are samples per SI unit."""
         steps: dict[str, float] = {"north.1": EARTH_RATE, "north.2": EARTH_RATE, "vertical": EARTH_RATE}
         for sensor, unit, size in ((GYRO, unit_gyro, EARTH_RATE), (ACCELEROMETER, unit_acc, _G)):
@@ -87,7 +95,7 @@ class Layout:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Chain:
+class StandAttitudes:
     """Attitudes of the stands under given parameters.
 
     Attributes
@@ -125,14 +133,14 @@ class Geometry:
 
     Attributes
     ----------
-    layout : Layout
+    layout : ParameterLayout
     mounting : ndarray, shape (3, 3)
         Sensor to forward, right, down.
     reading : ndarray, shape (n_stands, 3)
         Means of the accelerometers.
     values : mapping of str to float
         Parameters of the calibration with which the turns were integrated.
-    turns : tuple of Turn
+    turns : tuple of StandTurn
         From the last stretch at rest of each stand to the first of the next.
     leaving, entering : ndarray, shape (n_stands,) [rad]
         Azimuth of the last and of the first stretch of a stand less the mean of the stand: below a degree.
@@ -144,11 +152,11 @@ class Geometry:
         The turns as arrays.
     """
 
-    layout: Layout
+    layout: ParameterLayout
     mounting: Array
     reading: Array
     values: Mapping[str, float] = field(repr=False)
-    turns: tuple[Turn, ...] = field(repr=False)
+    turns: tuple[StandTurn, ...] = field(repr=False)
     leaving: Array = field(repr=False)
     entering: Array = field(repr=False)
     begin: Array = field(init=False, repr=False)
@@ -199,7 +207,7 @@ class Geometry:
         lean = rotation(p[self.layout.index("tilt_")])
         return np.asarray(-(up @ lean.T) @ self.mounting.T)
 
-    def chain(self, p: Array) -> Chain:
+    def chain(self, p: Array) -> StandAttitudes:
         """Attitudes of all stands."""
         force = self._forces(p)
         down = self._downs(p, force)
@@ -211,7 +219,7 @@ class Geometry:
         azimuth, tilt = np.zeros(1), np.zeros((0, 2))
         if self.turns:
             azimuth, tilt = self._followed(p, level, change, shift, pulled)
-        return Chain(level=level, azimuth=azimuth, down=down, tilt=tilt, force=force)
+        return StandAttitudes(level=level, azimuth=azimuth, down=down, tilt=tilt, force=force)
 
     def _followed(
         self, p: Array, level: Array, change: Array, shift: Array, pulled: Array

@@ -10,9 +10,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import InputError
-from allanite.experiments.alignment.geometry import Layout
+from allanite.experiments.alignment.geometry import ParameterLayout
 from allanite.experiments.alignment.solution import Knowledge
-from allanite.experiments.alignment.turns import Turn
+from allanite.experiments.alignment.turns import StandTurn
 from allanite.quantities.earth import EARTH_RATE
 from allanite.quantities.setup_uncertainty import Stated
 from allanite.recording.calibration import ACCELEROMETER, AXES, GYRO, Calibration
@@ -131,7 +131,7 @@ def _both(calibration: Calibration | None) -> Calibration:
 
 
 def knowledge_of(
-    layout: Layout,
+    layout: ParameterLayout,
     sensors: Sensors,
     latitude: float,
     stated: Stated,
@@ -177,7 +177,7 @@ def bias_sds(sensors: Sensors) -> Array:
     return np.array([sensors.calibration[f"gyro.bias_{a}"][1] for a in AXES])
 
 
-def uncertain(turns: tuple[Turn, ...], noise: Array, excess: float = 0.0) -> Array:
+def uncertain(turns: tuple[StandTurn, ...], noise: Array, excess: float = 0.0) -> Array:
     """Variance of each turn [rad^2]: its noise and, of those that turned, what gravity found of them."""
     moved = np.array([t.known and t.size > math.radians(1.0) for t in turns], dtype=np.float64)
     return np.asarray(noise + moved * excess)

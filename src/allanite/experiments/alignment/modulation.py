@@ -11,14 +11,23 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.experiments.alignment.geometry import named_axis
-from allanite.experiments.rate_vector.levels import Rows, levels_of_record
+from allanite.experiments.rate_vector.levels import LevelRows, levels_of_record
 from allanite.filtering.regression import Whitener
 from allanite.noise import NoiseModel, White
 from allanite.quantities.earth import EARTH_RATE
 from allanite.recording.calibration import ACCELEROMETER, GYRO, errors_of
 from allanite.recording.records import Sampling
 
-__all__ = ["DESIGN", "Fit", "Outcome", "columns_of", "combined", "fit_in", "fit_of_record", "joined"]
+__all__ = [
+    "DESIGN",
+    "ModulationFit",
+    "Outcome",
+    "columns_of",
+    "combined",
+    "fit_in",
+    "fit_of_record",
+    "joined",
+]
 
 Array = NDArray[np.float64]
 
@@ -32,7 +41,7 @@ DESIGN = np.array(
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Fit:
+class ModulationFit:
     """Coefficients of the columns in one direction."""
 
     value: Array
@@ -63,7 +72,7 @@ def combined(models: Sequence[NoiseModel], weights: Array) -> NoiseModel:
 
 def fit_in(
     model: NoiseModel, columns: Array, y: Array, part: Array, dt: float, sampling: Sampling = "mean"
-) -> Fit:
+) -> ModulationFit:
     """Generalised least squares of one direction."""
     used = np.isfinite(y)
     table = np.where(used[:, None], np.column_stack([columns, y]), 0.0)
@@ -74,7 +83,7 @@ def fit_in(
     covariance = np.asarray(np.linalg.inv(products[:k, :k]), dtype=np.float64)
     value = covariance @ products[:k, k]
     residual = white[:, k] - white[:, :k] @ value
-    return Fit(
+    return ModulationFit(
         value=value,
         covariance=covariance,
         chi2=float(residual @ residual),
@@ -83,7 +92,7 @@ def fit_in(
     )
 
 
-class _Harmonics(Rows):
+class _Harmonics(LevelRows):
     """Rows whose columns are those of the rotation."""
 
     table: Array
@@ -92,7 +101,7 @@ class _Harmonics(Rows):
         return self.table
 
 
-def fit_of_record(columns: Array, y: Array, part: Array, dt: float, name: str) -> Fit:
+def fit_of_record(columns: Array, y: Array, part: Array, dt: float, name: str) -> ModulationFit:
     """In the noise that the record shows; its rows are whitened as those of white noise of the same size."""
     used = np.isfinite(y)
     median = float(np.nanmedian(y))
@@ -109,10 +118,10 @@ def fit_of_record(columns: Array, y: Array, part: Array, dt: float, name: str) -
     own = fit_in(NoiseModel.of(White(N=1.0)), columns, y, part, dt)
     size = math.sqrt(float(np.trace(found.covariance[1:3, 1:3]) / np.trace(own.covariance[1:3, 1:3])))
     assert own.white is not None  # noqa: S101 - for the type checker
-    return Fit(value=value, covariance=found.covariance, chi2=0.0, dof=0.0, white=own.white / size)
+    return ModulationFit(value=value, covariance=found.covariance, chi2=0.0, dof=0.0, white=own.white / size)
 
 
-def joined(fits: Sequence[Fit]) -> tuple[Array, Array, Array, float]:
+def joined(fits: Sequence[ModulationFit]) -> tuple[Array, Array, Array, float]:
     """Modulated coefficients of p and q, their covariance, the weights that make w and its slope, and the misfit.
 
     Returns

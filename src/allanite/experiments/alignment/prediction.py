@@ -12,15 +12,15 @@ from numpy.typing import ArrayLike, NDArray
 
 from allanite.errors import InputError
 from allanite.experiments.alignment.directions import answers_of
-from allanite.experiments.alignment.frame import Frame, Setting
-from allanite.experiments.alignment.geometry import Geometry, Layout
+from allanite.experiments.alignment.frame import AlignmentSetting, UnitFrame
+from allanite.experiments.alignment.geometry import Geometry, ParameterLayout
 from allanite.experiments.alignment.known import Sensors, knowledge_of
 from allanite.experiments.alignment.results import AlignmentPrediction
 from allanite.experiments.alignment.rotation import Rotating
 from allanite.experiments.alignment.solution import solve
 from allanite.experiments.alignment.spin import PER_REVOLUTION, Spin, basis_of
 from allanite.experiments.alignment.stands import Blocks, stand_means
-from allanite.experiments.alignment.turns import Turn, turn_noise, turn_of
+from allanite.experiments.alignment.turns import StandTurn, turn_noise, turn_of
 from allanite.filtering.block_means import longest_block
 from allanite.noise import NoiseModel, White
 from allanite.noise.given_models import models_of
@@ -121,14 +121,14 @@ def predict_alignment(
     if not (plan.dwell > 0 and plan.turn >= 0 and plan.attitudes):
         raise InputError("a plan needs at least one attitude, and time to stand there")
     stated = stated or Stated()
-    frame = Frame(
+    frame = UnitFrame(
         gyro=tuple(f"gyro_{a}" for a in "xyz"),
         accelerometer=tuple(f"acc_{a}" for a in "xyz"),
         axes=axes.upper(),
         latitude=latitude,
         models=tuple(_models(model, calibration, sensor) for sensor in (GYRO, ACCELEROMETER)),  # type: ignore[arg-type]
     )
-    setting = Setting(
+    setting = AlignmentSetting(
         frame=frame,
         sensors=Sensors.of(calibration, bias_repeatability, stated),
         stated=stated,
@@ -155,7 +155,7 @@ def _models(
     return [found.get(name, _NONE) for name in names]
 
 
-def _standing(plan: AlignmentPlan, setting: Setting, rate: float) -> AlignmentPrediction:
+def _standing(plan: AlignmentPlan, setting: AlignmentSetting, rate: float) -> AlignmentPrediction:
     """One position or several."""
     frame, sensors, n = setting.frame, setting.sensors, len(plan.attitudes)
     mounting = axes_matrix(frame.axes)
@@ -166,7 +166,7 @@ def _standing(plan: AlignmentPlan, setting: Setting, rate: float) -> AlignmentPr
     up = -body[:, 2] * normal_gravity(frame.latitude)
     turns = tuple(_turn(a, b, plan.turn, frame.latitude) for a, b in zip(body[:-1], body[1:], strict=True))
     geometry = Geometry(
-        layout=Layout.of(n, len(turns), sensors.unit(GYRO), sensors.unit(ACCELEROMETER)),
+        layout=ParameterLayout.of(n, len(turns), sensors.unit(GYRO), sensors.unit(ACCELEROMETER)),
         mounting=mounting,
         reading=sensors.calibration.errors(ACCELEROMETER).seen(up),
         values=sensors.values,
@@ -227,7 +227,7 @@ def _covariance(spans: Array, models: list[NoiseModel]) -> Array:
     return stand_means(blocks, np.arange(len(spans)), ("x", "y", "z"), models).covariance
 
 
-def _turn(before: Array, after: Array, duration: float, latitude: float) -> Turn:
+def _turn(before: Array, after: Array, duration: float, latitude: float) -> StandTurn:
     """The shortest way from one attitude to another, about one axis, while the Earth turns."""
     time = max(duration, 1e-9)
     vector = rotation_vector(before.T @ after)
@@ -242,7 +242,7 @@ def _level_heading(geometry: Geometry, body: Array) -> float:
     return math.atan2(x[1], x[0])
 
 
-def _rotating(plan: AlignmentPlan, setting: Setting) -> AlignmentPrediction:
+def _rotating(plan: AlignmentPlan, setting: AlignmentSetting) -> AlignmentPrediction:
     """A rotation about the vertical through the attitude of the start."""
     frame = setting.frame
     body = attitude_of(*plan.attitudes[0]) @ axes_matrix(frame.axes)

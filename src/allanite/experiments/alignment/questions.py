@@ -9,11 +9,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.experiments.alignment.case import Case
-from allanite.experiments.alignment.frame import Setting
-from allanite.experiments.alignment.solution import Solution
+from allanite.experiments.alignment.frame import AlignmentSetting
+from allanite.experiments.alignment.solution import AlignmentSolution
 from allanite.quantities.distributions import chi_square_tail
 from allanite.quantities.earth import normal_gravity
-from allanite.quantities.residual_tests import ALARM, Check, alarm, scatter_check, size_check
+from allanite.quantities.residual_tests import ALARM, ResidualTest, alarm, scatter_check, size_check
 from allanite.quantities.units import STANDARD_GRAVITY
 from allanite.recording.calibration import ACCELEROMETER
 
@@ -37,12 +37,12 @@ _VERTICAL = (
 )
 
 
-def questions(case: Case) -> list[Check]:
+def questions(case: Case) -> list[ResidualTest]:
     """Is the noise within the stands that of the models? Not asked where the noise came from the record."""
     return [size_check(case.gyro.chi2, int(case.gyro.dof))] if case.gyro.dof > 0 else []
 
 
-def scatter_of_stands(case: Case, solution: Solution, one: bool) -> list[Check]:
+def scatter_of_stands(case: Case, solution: AlignmentSolution, one: bool) -> list[ResidualTest]:
     """Do the stands agree with one Earth and one bias?"""
     if solution.dof <= 0:
         return []
@@ -51,7 +51,9 @@ def scatter_of_stands(case: Case, solution: Solution, one: bool) -> list[Check]:
     return [scatter_check("stands", solution.chi2, solution.dof, _REASONS)]
 
 
-def gravity_of_stands(case: Case, solution: Solution, setting: Setting) -> list[Check]:
+def gravity_of_stands(
+    case: Case, solution: AlignmentSolution, setting: AlignmentSetting
+) -> list[ResidualTest]:
     """Do calibrated accelerometers show gravity? Not asked of nominal ones, whose errors nobody stated."""
     if ACCELEROMETER not in setting.sensors.calibrated:
         return []
@@ -75,12 +77,12 @@ def gravity_of_stands(case: Case, solution: Solution, setting: Setting) -> list[
     return [alarm("gravity", float(excess @ np.linalg.solve(covariance, excess)), len(seen), says)]
 
 
-def tilt_of_turns(case: Case, solution: Solution) -> tuple[Check | None, float]:
+def tilt_of_turns(case: Case, solution: AlignmentSolution) -> tuple[ResidualTest | None, float]:
     """Do the turns that the gyros saw agree with gravity? If not, by how much their azimuth may be off.
 
     Returns
     -------
-    check : Check or None
+    check : ResidualTest or None
     excess : float [rad^2]
         Variance of a turn that gravity finds beyond what was known; 0 where it agrees.
     """
@@ -96,7 +98,7 @@ def tilt_of_turns(case: Case, solution: Solution) -> tuple[Check | None, float]:
     chi2 = float(tilt @ np.linalg.solve(covariance, tilt))
     p_value = chi_square_tail(chi2, len(tilt))
     size = math.degrees(math.sqrt(float(tilt @ tilt) / len(tilt)))
-    check = Check(
+    check = ResidualTest(
         name=TURNS,
         statistic=chi2,
         dof=len(tilt),

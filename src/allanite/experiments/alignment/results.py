@@ -15,13 +15,13 @@ from allanite.experiments.north import Arc
 from allanite.noise import NoiseModel
 from allanite.plain_files.json_values import plain
 from allanite.quantities.earth import EARTH_RATE
-from allanite.quantities.residual_tests import Check
+from allanite.quantities.residual_tests import ResidualTest
 
 __all__ = [
     "AlignmentEstimate",
     "AlignmentPrediction",
     "Bias",
-    "Coarse",
+    "CoarseAlignment",
     "LevelledAttitude",
     "Mode",
     "NaiveMean",
@@ -91,7 +91,7 @@ class Bias:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Coarse:
+class CoarseAlignment:
     """An answer from two vectors alone: without noise model, without interval.
 
     Attributes
@@ -224,7 +224,7 @@ class AlignmentEstimate:
         Length of the mean specific force of the first stand; NaN in counts without calibration.
     expected_gravity : float [m/s^2]
         WGS 84, at the latitude and height.
-    coarse : tuple of Coarse
+    coarse : tuple of CoarseAlignment
     naive : NaiveMean or None
         None where the unit was turned on purpose, and means say nothing.
     running : RunningHeading
@@ -233,7 +233,7 @@ class AlignmentEstimate:
     budget : dict of str to float [rad]
         Standard uncertainties of the heading at the end by source; "together" is no sum of their squares where the
         parameters of the calibration are correlated.
-    checks : tuple of Check
+    checks : tuple of ResidualTest
     stands : tuple of Stand
         Attitudes in the order of time; one in a rotation.
     spans : tuple of (float, float) [s]
@@ -275,12 +275,12 @@ class AlignmentEstimate:
     latitude_interval: tuple[float, float]
     gravity: float
     expected_gravity: float
-    coarse: tuple[Coarse, ...] = field(default=(), repr=False)
+    coarse: tuple[CoarseAlignment, ...] = field(default=(), repr=False)
     naive: NaiveMean | None = field(default=None, repr=False)
     running: RunningHeading = field(repr=False)
     biases: Mapping[str, Bias] = field(default_factory=dict)
     budget: Mapping[str, float] = field(default_factory=dict)
-    checks: tuple[Check, ...] = ()
+    checks: tuple[ResidualTest, ...] = ()
     stands: tuple[Stand, ...] = field(default=(), repr=False)
     spans: tuple[tuple[float, float], ...] = field(default=(), repr=False)
     revolutions: float = 0.0

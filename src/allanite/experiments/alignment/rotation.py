@@ -39,10 +39,10 @@ from allanite.experiments.alignment.directions import (
     length_of,
     packed,
 )
-from allanite.experiments.alignment.frame import Setting
+from allanite.experiments.alignment.frame import AlignmentSetting
 from allanite.experiments.alignment.modulation import (
     DESIGN,
-    Fit,
+    ModulationFit,
     Outcome,
     columns_of,
     combined,
@@ -56,7 +56,7 @@ from allanite.experiments.alignment.verdict import CERTAIN, Outlook, judge
 from allanite.noise import NoiseModel
 from allanite.quantities.attitude import axes_matrix
 from allanite.quantities.earth import EARTH_RATE, normal_gravity
-from allanite.quantities.residual_tests import Check, alarm, inflation_of, scatter_check, size_check
+from allanite.quantities.residual_tests import ResidualTest, alarm, inflation_of, scatter_check, size_check
 from allanite.recording.calibration import GYRO
 from allanite.recording.records import Recording
 
@@ -75,7 +75,7 @@ _SCATTER = "scale factors that differ, misalignment, or an error that follows th
 
 
 def align_rotating(
-    recording: Recording, setting: Setting, checkpoints: int, advance: Callable[[float, str], None]
+    recording: Recording, setting: AlignmentSetting, checkpoints: int, advance: Callable[[float, str], None]
 ) -> AlignmentEstimate:
     """The alignment of a unit that turned about one axis all the time.
 
@@ -147,21 +147,21 @@ class Rotating:
     Attributes
     ----------
     spin : Spin
-    fits : list of Fit
+    fits : list of ModulationFit
         Gyros along p and q.
     outcome : Outcome
     errors : Errors
-    checks : tuple of Check
+    checks : tuple of ResidualTest
     """
 
     spin: Spin = field(repr=False)
-    fits: list[Fit] = field(repr=False)
+    fits: list[ModulationFit] = field(repr=False)
     outcome: Outcome = field(repr=False)
     errors: Errors = field(repr=False)
-    checks: tuple[Check, ...]
+    checks: tuple[ResidualTest, ...]
 
     @classmethod
-    def of(cls, spin: Spin, setting: Setting) -> Rotating:
+    def of(cls, spin: Spin, setting: AlignmentSetting) -> Rotating:
         """Fit both triads."""
         fits, forces = _fits(spin, setting)
         values, covariance, weight, misfit = joined(fits)
@@ -177,7 +177,7 @@ class Rotating:
         )
 
     def attitude(
-        self, end: int, setting: Setting, inflation: float
+        self, end: int, setting: AlignmentSetting, inflation: float
     ) -> tuple[LevelledAttitude, Direction, dict[str, float]]:
         """At the beginning (0) or the end (1)."""
         spin, outcome, errors = self.spin, self.outcome, self.errors
@@ -216,7 +216,7 @@ class Rotating:
         gradient = self.errors.gradient(lambda x: self.outcome.sensor_up(x, theta))
         return inflation * largest_sd(gradient @ self.errors.covariance @ gradient.T)
 
-    def running(self, found: Direction, setting: Setting, count: int) -> RunningHeading:
+    def running(self, found: Direction, setting: AlignmentSetting, count: int) -> RunningHeading:
         """From constant and modulated columns alone; the growth of theta is that of the final fit."""
         spin, fits, outcome, errors = self.spin, self.fits, self.outcome, self.errors
         rows = np.unique(np.linspace(0, len(spin.time), count + 1)[1:].astype(np.int64))
@@ -234,7 +234,7 @@ class Rotating:
         return packed(spin.time[rows - 1] + 0.5 * spin.dt, [*out[:-1], found])
 
 
-def _fits(spin: Spin, setting: Setting) -> tuple[list[Fit], list[Fit]]:
+def _fits(spin: Spin, setting: AlignmentSetting) -> tuple[list[ModulationFit], list[ModulationFit]]:
     """Gyros along p and q; accelerometers along p, q and a."""
     time = spin.time - spin.middle
     turning = spin.rate[:, 2] - np.nanmean(spin.rate[:, 2])
@@ -261,14 +261,14 @@ def _fits(spin: Spin, setting: Setting) -> tuple[list[Fit], list[Fit]]:
     )
 
 
-def _fit(spin: Spin, table: Array, y: Array, models: Any, weights: Array, name: str) -> Fit:
+def _fit(spin: Spin, table: Array, y: Array, models: Any, weights: Array, name: str) -> ModulationFit:
     given: list[NoiseModel] = [m for m in models if m is not None]
     if len(given) < len(models):
         return fit_of_record(table, y, spin.part, spin.dt, name)
     return fit_in(combined(given, weights), table, y, spin.part, spin.dt)
 
 
-def _kappa_prior(spin: Spin, setting: Setting) -> float:
+def _kappa_prior(spin: Spin, setting: AlignmentSetting) -> float:
     """Standard deviation of the rate along the axis beforehand [rad/s]; infinite without a calibration."""
     if not (setting.sensors.given and setting.sensors.bias_known):
         return math.inf
@@ -291,7 +291,7 @@ def _kappa_prior(spin: Spin, setting: Setting) -> float:
 
 
 def _outcome(
-    spin: Spin, setting: Setting, weight: Array, values: Array, covariance: Array, prior: float
+    spin: Spin, setting: AlignmentSetting, weight: Array, values: Array, covariance: Array, prior: float
 ) -> Outcome:
     w, spread = weight @ values, weight @ covariance @ weight.T
     across = np.array([0.0, 0.0, -w[1], w[0]]) / float(w[:2] @ w[:2])
@@ -329,7 +329,12 @@ class Errors:
 
     @classmethod
     def of(
-        cls, values: Array, covariance: Array, forces: list[Fit], prior: float, setting: Setting
+        cls,
+        values: Array,
+        covariance: Array,
+        forces: list[ModulationFit],
+        prior: float,
+        setting: AlignmentSetting,
     ) -> Errors:
         """From fits, calibration and what was stated."""
         calibration, stated = setting.sensors.calibration, setting.stated
@@ -384,7 +389,9 @@ class Errors:
         return np.stack(columns, axis=1)
 
 
-def _checks(fits: list[Fit], misfit: float, outcome: Outcome, errors: Errors) -> tuple[Check, ...]:
+def _checks(
+    fits: list[ModulationFit], misfit: float, outcome: Outcome, errors: Errors
+) -> tuple[ResidualTest, ...]:
     checks = []
     dof = sum(f.dof for f in fits)
     if dof > 0:
@@ -412,7 +419,7 @@ def _budget(turned: Array, errors: Errors, inflation: float, more: float) -> dic
     return {**out, "together": math.hypot(total, more)}
 
 
-def _across(fits: list[Fit], rows: int) -> tuple[Array, Array]:
+def _across(fits: list[ModulationFit], rows: int) -> tuple[Array, Array]:
     """w and its covariance from the first rows; infinite while it cannot be told."""
     products = np.zeros((4, 4))
     swap = (np.eye(2), np.array([[0.0, -1.0], [1.0, 0.0]]))

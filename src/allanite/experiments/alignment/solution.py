@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from allanite.errors import InputError
 from allanite.experiments.alignment.geometry import Geometry, derivative
 
-__all__ = ["Knowledge", "Solution", "solve"]
+__all__ = ["AlignmentSolution", "Knowledge", "solve"]
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -95,7 +95,7 @@ class Knowledge:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Solution:
+class AlignmentSolution:
     """Least squares.
 
     Attributes
@@ -209,7 +209,7 @@ def solve(
     covariance: Array,
     start: Array,
     near: Array | None = None,
-) -> Solution:
+) -> AlignmentSolution:
     """By Gauss and Newton.
 
     Parameters
@@ -278,12 +278,12 @@ class _Task:
                 break
         return unknown + whole, float(np.abs(whole * scale).max(initial=0.0))
 
-    def ended(self, unknown: Array, slopes: Array) -> Solution:
+    def ended(self, unknown: Array, slopes: Array) -> AlignmentSolution:
         """One step more, and the least squares behind it."""
         change, _ = self.linear(unknown, slopes)
         return self.linear(unknown + change, slopes)[1]
 
-    def linear(self, unknown: Array, slopes: Array) -> tuple[Array, Solution]:
+    def linear(self, unknown: Array, slopes: Array) -> tuple[Array, AlignmentSolution]:
         """The linear least squares at these unknown numbers, and how they have to change."""
         known, p = self.knowledge, self.knowledge.moved(self.start, unknown)
         n_prior = known.factor.shape[1]
@@ -300,7 +300,7 @@ class _Task:
         count = int(keep.sum())
         half = right[keep].T / values[keep] / scale[:, None]
         change = half @ (left[:, :count].T @ residual)
-        return change, Solution(
+        return change, AlignmentSolution(
             geometry=self.geometry,
             knowledge=known,
             parameters=p,

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import DataQualityError
-from allanite.experiments.alignment.frame import Setting
+from allanite.experiments.alignment.frame import AlignmentSetting
 from allanite.experiments.alignment.stands import slope_of_temperature
 from allanite.experiments.alignment.turns import HOLE, calibrated
 from allanite.filtering.block_means import longest_block
@@ -79,7 +79,7 @@ class Spin:
         return abs(self.angle[1] - self.angle[0]) / math.tau
 
 
-def spin_of(recording: Recording, setting: Setting) -> Spin:
+def spin_of(recording: Recording, setting: AlignmentSetting) -> Spin:
     """Axis, angle and block means of a record.
 
     Raises

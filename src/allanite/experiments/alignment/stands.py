@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import InputError, LimitError
-from allanite.experiments.rate_vector.levels import MOST_ROWS, Rows, levels_of_record
+from allanite.experiments.rate_vector.levels import MOST_ROWS, LevelRows, levels_of_record
 from allanite.filtering.block_means import block_means, longest_block
 from allanite.filtering.regression import Whitener
 from allanite.noise import NoiseModel, White
@@ -201,7 +201,7 @@ def stand_means(
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _Axis:
+class _StandAxis:
     level: Array
     covariance: Array
     chi2: float
@@ -212,7 +212,7 @@ class _Axis:
 
 def _axis(
     blocks: Blocks, axis: int, stand: Index, n: int, name: str, model: NoiseModel | None, rows: Index
-) -> _Axis:
+) -> _StandAxis:
     y, part = blocks.mean[:, axis], blocks.part[:, axis]
     used = (stand >= 0) & (part > 0)
     if len(np.unique(stand[used])) < n:
@@ -229,7 +229,7 @@ def _axis(
     white = np.nan_to_num(whitener(table)[0])
     covariance, level = _solved(white.T @ white)
     residual = white[:, n] - white[:, :n] @ level
-    return _Axis(
+    return _StandAxis(
         level=level + offset,
         covariance=covariance,
         chi2=float(residual @ residual),
@@ -262,15 +262,15 @@ def _running(white: Array, rows: Index, offset: float) -> list[tuple[NDArray[np.
     return out
 
 
-def _axis_of_record(blocks: Blocks, axis: int, stand: Index, n: int, name: str, rows: Index) -> _Axis:
+def _axis_of_record(blocks: Blocks, axis: int, stand: Index, n: int, name: str, rows: Index) -> _StandAxis:
     """In the noise that the record shows; as it grows, in white noise of the same size."""
-    given = Rows(dt=blocks.dt, mean=blocks.mean, part=np.minimum(blocks.part, 1.0), pose=stand)
+    given = LevelRows(dt=blocks.dt, mean=blocks.mean, part=np.minimum(blocks.part, 1.0), pose=stand)
     found = levels_of_record(given, axis, name)
     used = (stand >= 0) & (blocks.part[:, axis] > 0)
     time = np.bincount(stand[used], blocks.part[used, axis], n) * blocks.dt
     white = White(N=math.sqrt(float(np.mean(np.diag(found.covariance) * time))))
     surrogate = _axis(blocks, axis, stand, n, name, NoiseModel.of(white), rows)
-    return _Axis(
+    return _StandAxis(
         level=found.level,
         covariance=found.covariance,
         chi2=0.0,

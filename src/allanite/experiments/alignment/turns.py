@@ -25,7 +25,7 @@ from allanite.quantities.attitude import accumulated, rotation, with_coning
 from allanite.recording.calibration import TriadErrors
 from allanite.recording.records import Recording, Sampling
 
-__all__ = ["Force", "Turn", "calibrated", "turn_noise", "turn_of", "turns_between"]
+__all__ = ["Force", "StandTurn", "calibrated", "turn_noise", "turn_of", "turns_between"]
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -39,7 +39,7 @@ STILL = math.radians(0.5)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Turn:
+class StandTurn:
     """From one stretch at rest to the next.
 
     Attributes
@@ -110,18 +110,18 @@ def turns_between(
     spans: Index,
     warmer: tuple[str, float, Array] | None = None,
     force: Force | None = None,
-) -> tuple[Turn, ...]:
+) -> tuple[StandTurn, ...]:
     """The turns between stretches at rest, one less than these."""
     followed = force if errors.gravity_sensitivity.any() else None
 
-    def turn(a: int, b: int) -> Turn:
+    def turn(a: int, b: int) -> StandTurn:
         rate = calibrated(recording, channels, errors, a, b, warmer, followed)
         return turn_of(rate, 1 / recording.rate, None if followed is None else followed(a, b))
 
     return tuple(turn(a, b) for a, b in zip(spans[:-1, 1].tolist(), spans[1:, 0].tolist(), strict=True))
 
 
-def turn_of(rate: Array, dt: float, force: Array | None = None) -> Turn:
+def turn_of(rate: Array, dt: float, force: Array | None = None) -> StandTurn:
     """The turn of samples of the calibrated rate, shape (n, 3), at interval dt [s]."""
     duration = len(rate) * dt
     missing = np.asarray(np.isnan(rate).any(axis=1))
@@ -135,7 +135,7 @@ def turn_of(rate: Array, dt: float, force: Array | None = None) -> Turn:
     path = accumulated(with_coning(steps))
     middle = path[:-1] @ rotation(0.5 * steps)
     matrix = path[-1]
-    return Turn(
+    return StandTurn(
         duration=duration,
         matrix=matrix,
         sweep=middle.sum(axis=0) * dt,
@@ -148,9 +148,9 @@ def turn_of(rate: Array, dt: float, force: Array | None = None) -> Turn:
     )
 
 
-def standing(duration: float, *, still: bool) -> Turn:
+def standing(duration: float, *, still: bool) -> StandTurn:
     """A turn of which the gyros say nothing."""
-    return Turn(
+    return StandTurn(
         duration=duration, matrix=np.eye(3), sweep=np.zeros((3, 3)), moment=np.zeros((3, 3, 3)),
         shares=np.zeros((3, 3, 3)), size=math.nan, known=False, still=still,
     )  # fmt: skip
@@ -167,7 +167,7 @@ def _bridged(rate: Array, missing: NDArray[np.bool_]) -> Array:
 
 
 def turn_noise(
-    turn: Turn,
+    turn: StandTurn,
     up: Array,
     before: Index,
     after: Index,

@@ -13,7 +13,7 @@ from allanite.experiments.alignment.questions import TURNS
 from allanite.experiments.alignment.results import AlignmentEstimate, fixed
 from allanite.experiments.north.circle import CIRCLE
 from allanite.quantities.earth import DEG_H, EARTH_RATE
-from allanite.quantities.residual_tests import SEEN, Check, grave
+from allanite.quantities.residual_tests import SEEN, ResidualTest, grave
 
 __all__ = ["CALIBRATE", "CERTAIN", "SMALL_BIAS", "TURN", "Outlook", "judge"]
 
@@ -153,7 +153,7 @@ def _verdict(estimate: AlignmentEstimate, outlook: Outlook) -> tuple[str, str, t
     return "resolved", f"{size}, and the horizontal rate is that of the Earth", ()
 
 
-def _bad(estimate: AlignmentEstimate) -> list[Check]:
+def _bad(estimate: AlignmentEstimate) -> list[ResidualTest]:
     return grave([c for c in estimate.checks if c.name != TURNS])
 
 
@@ -162,7 +162,7 @@ def _widened(estimate: AlignmentEstimate) -> bool:
     return _expected(estimate) * estimate.inflation >= SEEN
 
 
-def _torn(estimate: AlignmentEstimate, check: Check) -> tuple[str, str, tuple[str, ...]]:
+def _torn(estimate: AlignmentEstimate, check: ResidualTest) -> tuple[str, str, tuple[str, ...]]:
     return "no north", f"{check.says}; that leaves {_left(estimate)}", ()
 
 

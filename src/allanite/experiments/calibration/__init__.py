@@ -19,21 +19,21 @@ from allanite.experiments.calibration.estimation import calibrate, calibrate_mea
 from allanite.experiments.calibration.prediction import Prediction, predict
 from allanite.experiments.calibration.results import (
     CalibrationEstimate,
+    CalibrationParameter,
+    CalibrationPosition,
+    CalibrationTurn,
     EarthSeen,
-    Parameter,
-    Position,
-    Scatter,
-    Turn,
+    ObservationScatter,
 )
 
 __all__ = [
     "CalibrationEstimate",
+    "CalibrationParameter",
+    "CalibrationPosition",
+    "CalibrationTurn",
     "EarthSeen",
-    "Parameter",
-    "Position",
+    "ObservationScatter",
     "Prediction",
-    "Scatter",
-    "Turn",
     "calibrate",
     "calibrate_means",
     "predict",

@@ -20,10 +20,10 @@ from numpy.typing import NDArray
 
 from allanite.experiments.calibration.adjustment import Adjustment, nominal_of, plausible_of
 from allanite.experiments.calibration.adjustment.design import Observed, State
-from allanite.experiments.calibration.adjustment.solution import Solution, solve
+from allanite.experiments.calibration.adjustment.solution import CalibrationSolution, solve
 from allanite.experiments.calibration.adjustment.turning import constant_rate_turns
 from allanite.experiments.calibration.adjustment.weights import DRIFT, Weights
-from allanite.quantities.residual_tests import Check
+from allanite.quantities.residual_tests import ResidualTest
 from allanite.recording.calibration import ACCELEROMETER
 
 __all__ = ["alone_and_together"]
@@ -39,7 +39,7 @@ TOLD, KNOWN = 0.05, 0.1
 ROUNDING = 1e-14
 
 
-def alone_and_together(fit: Adjustment) -> Check | None:
+def alone_and_together(fit: Adjustment) -> ResidualTest | None:
     """The check; None where the accelerometers alone determine nothing, or there are no gyros."""
     if len(fit.observed.triads) < 2 or ACCELEROMETER not in fit.rows:
         return None
@@ -60,7 +60,7 @@ def alone_and_together(fit: Adjustment) -> Check | None:
     p = _tail(chi2, dof, fit.scatter_dof(ACCELEROMETER))
     sds = np.abs(apart) / np.sqrt(np.maximum(np.diag(first), 1e-300))
     worst = fit.observed.names[place][int(np.argmax(sds))].partition(".")[2].replace("_", " ")
-    return Check(
+    return ResidualTest(
         name="accelerometers alone",
         statistic=_same_chance(p, dof),
         dof=dof,
@@ -71,7 +71,7 @@ def alone_and_together(fit: Adjustment) -> Check | None:
     )
 
 
-def _alone(fit: Adjustment) -> Solution:
+def _alone(fit: Adjustment) -> CalibrationSolution:
     """The accelerometers without the gyros, with the noise and scatter that they have together."""
     observed, weights, state = fit.observed, fit.weights, fit.solution.state
     none = np.zeros(0, dtype=np.int64)

@@ -16,8 +16,8 @@ from allanite.experiments.calibration.adjustment.interval_noise import (
     model_beside_motion,
     model_of_spans,
 )
-from allanite.experiments.calibration.adjustment.rounding import Steps, of_integrals, of_means
-from allanite.experiments.calibration.adjustment.turning import Motion
+from allanite.experiments.calibration.adjustment.rounding import RoundingSteps, of_integrals, of_means
+from allanite.experiments.calibration.adjustment.turning import TurningSamples
 from allanite.noise import NoiseModel, White
 from allanite.recording.calibration import ACCELEROMETER, GYRO
 from allanite.recording.records import Recording, Sampling
@@ -65,7 +65,7 @@ class Gathered:
     temperature : ndarray, shape (n,) or None
     before, after : ndarray of int64, shape (m,)
         Used spans that a whole turn links.
-    motion : Motion or None
+    motion : TurningSamples or None
         The gyros and accelerometers in these turns; None without.
     dropped : dict of (int, int) to str
         Turns between used spans that are not used, and why: places of the spans among them.
@@ -91,7 +91,7 @@ class Gathered:
     temperature: Array | None
     before: Index
     after: Index
-    motion: Motion | None = field(repr=False)
+    motion: TurningSamples | None = field(repr=False)
     dropped: dict[tuple[int, int], str]
     models: dict[str, NoiseModel]
     given: bool
@@ -189,7 +189,7 @@ def gather(
     if not use.any():
         raise DataQualityError("no static span has samples of every axis")
     used = edges[use]
-    steps = {s: [Steps.of(v[:, k]) for k in range(3)] for s, v in y.items()}
+    steps = {s: [RoundingSteps.of(v[:, k]) for k in range(3)] for s, v in y.items()}
     coarse = {
         s: np.stack([of_means(steps[s][k], [v[a:b, k] for a, b in used]) for k in range(3)])
         for s, v in y.items()
@@ -323,7 +323,7 @@ def _turns(
     warmth: Array | None,
     left_out: Collection[tuple[int, int]],
     in_hand: bool,
-) -> tuple[Index, Index, Motion | None, dict[tuple[int, int], str]]:
+) -> tuple[Index, Index, TurningSamples | None, dict[tuple[int, int], str]]:
     """Turns between neighbouring spans whose every sample is there."""
     none: Index = np.zeros(0, dtype=np.int64)
     gyro, force = y.get(GYRO), y.get(ACCELEROMETER)
@@ -345,7 +345,7 @@ def _turns(
     if not used:
         return none, none, None, dropped
     sizes = [len(p) for p in parts]
-    motion = Motion(
+    motion = TurningSamples(
         y=np.concatenate(parts),
         warmer=np.concatenate(heat),
         edges=np.concatenate([[0], np.cumsum(sizes)]),
@@ -358,7 +358,7 @@ def _turns(
 
 
 def _trapezoid(edges: Index) -> Array:
-    """Weights of the samples from the start of one span to the end of the next: see `Motion`."""
+    """Weights of the samples from the start of one span to the end of the next: see `TurningSamples`."""
     (a, b), (c, d) = edges.tolist()
     up, down = (np.arange(b - a) + 0.5) / (b - a), (np.arange(d - c) + 0.5) / (d - c)
     return np.concatenate([up, np.ones(c - b), 1 - down])

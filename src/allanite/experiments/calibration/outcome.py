@@ -18,8 +18,14 @@ from allanite.experiments.calibration.agreement import alone_and_together
 from allanite.experiments.calibration.completion import Completion, complete
 from allanite.experiments.calibration.gathering import Gathered
 from allanite.experiments.calibration.orientations import ORIENTATIONS, words_of
-from allanite.experiments.calibration.problem import Problem
-from allanite.experiments.calibration.results import CalibrationEstimate, Parameter, Position, Scatter, Turn
+from allanite.experiments.calibration.problem import CalibrationProblem
+from allanite.experiments.calibration.results import (
+    CalibrationEstimate,
+    CalibrationParameter,
+    CalibrationPosition,
+    CalibrationTurn,
+    ObservationScatter,
+)
 from allanite.experiments.calibration.rows import SOURCES
 from allanite.experiments.calibration.verdict import WHAT, checks_of, judge
 from allanite.quantities.attitude import rotation_vector
@@ -45,7 +51,7 @@ class Circumstances:
     """Everything but the fit; attributes as of `CalibrationEstimate`, `spans` all of them [samples]."""
 
     data: Gathered = field(repr=False)
-    problem: Problem = field(repr=False)
+    problem: CalibrationProblem = field(repr=False)
     units: Mapping[str, str]
     spans: Index
     remarks: tuple[str, ...]
@@ -145,7 +151,7 @@ def _calibration(about: Circumstances, fit: Adjustment) -> Calibration:
 
 def _parameters(
     about: Circumstances, fit: Adjustment, calibration: Calibration, opened: Array, completion: Completion
-) -> tuple[Parameter, ...]:
+) -> tuple[CalibrationParameter, ...]:
     out = []
     for k, name in enumerate(calibration.names):
         value, sd = calibration[name]
@@ -153,7 +159,7 @@ def _parameters(
         tail = 0.5 + about.confidence / 2
         half = sd * (student_quantile(tail, dof) if math.isfinite(dof) else normal_quantile(tail))
         out.append(
-            Parameter(
+            CalibrationParameter(
                 name=name,
                 unit=_unit_of(name, about.units),
                 value=value,
@@ -168,7 +174,7 @@ def _parameters(
     return tuple(out)
 
 
-def _uncovered(positions: tuple[Position, ...]) -> tuple[str, ...]:
+def _uncovered(positions: tuple[CalibrationPosition, ...]) -> tuple[str, ...]:
     """Half axes of the body that no used position comes near with gravity, in words; none without accelerometers."""
     ups = np.array([p.up for p in positions if p.used and p.words])
     if not len(ups):
@@ -184,7 +190,9 @@ def _beside(missing: tuple[str, ...], added: tuple[str, ...]) -> tuple[str, ...]
     return tuple(words for words in missing if not (ups @ np.array(ORIENTATIONS[words]) >= NEAR).any())
 
 
-def _not_resolved(parameters: tuple[Parameter, ...], missing: tuple[str, ...]) -> tuple[Parameter, ...]:
+def _not_resolved(
+    parameters: tuple[CalibrationParameter, ...], missing: tuple[str, ...]
+) -> tuple[CalibrationParameter, ...]:
     """Bias and scale factor of an accelerometer rest on readings with its axis up and down; one alone extrapolates."""
     asked: dict[str, tuple[str, ...]] = {}
     for words in missing:
@@ -216,7 +224,7 @@ def _unit_of(name: str, units: Mapping[str, str]) -> str:
 # -- positions and turns ------------------------------------------------------------------------------------
 
 
-def _positions(about: Circumstances, fit: Adjustment, limit: float) -> tuple[Position, ...]:
+def _positions(about: Circumstances, fit: Adjustment, limit: float) -> tuple[CalibrationPosition, ...]:
     used = {number: k for k, number in enumerate(about.data.numbers)}
     known = _linked(fit)
     suspects = _suspects(fit)
@@ -255,7 +263,7 @@ def _position(
     known: set[int],
     limit: float,
     suspects: Collection[int],
-) -> Position:
+) -> CalibrationPosition:
     observed, state = fit.observed, fit.solution.state
     attitude = state.attitudes[k]
     up = -attitude[2]
@@ -279,7 +287,7 @@ def _position(
             _worst([left_out(fit, _rows(fit, t.sensor, k), fit.rows[t.sensor]) for t in observed.triads]),
         )
     start, stop = (about.data.edges[k] / about.data.rate).tolist()
-    return Position(
+    return CalibrationPosition(
         number=number,
         start=start,
         stop=stop,
@@ -299,10 +307,10 @@ def _position(
     )
 
 
-def _left_out(about: Circumstances, number: int) -> Position:
+def _left_out(about: Circumstances, number: int) -> CalibrationPosition:
     start, stop = (about.spans[number - 1] / about.data.rate).tolist()
     nothing = np.full(3, math.nan)
-    return Position(
+    return CalibrationPosition(
         number=number,
         start=start,
         stop=stop,
@@ -341,7 +349,7 @@ def _worst(deletions: list[Deletion]) -> tuple[float, float]:
     return min(worst.p * len(seen), 1.0), worst.misfit
 
 
-def _turns(about: Circumstances, fit: Adjustment, limit: float) -> tuple[Turn, ...]:
+def _turns(about: Circumstances, fit: Adjustment, limit: float) -> tuple[CalibrationTurn, ...]:
     observed, data = fit.observed, about.data
     out = []
     if GYRO not in fit.rows:
@@ -356,7 +364,7 @@ def _turns(about: Circumstances, fit: Adjustment, limit: float) -> tuple[Turn, .
             rows = fit.rows[TURNS][3 * links[i] : 3 * links[i] + 3]
             residual, found = fit.solution.residual[rows], _deleted(fit, TURNS, links[i])
         out.append(
-            Turn(
+            CalibrationTurn(
                 before=data.numbers[i],
                 after=data.numbers[i + 1],
                 start=float(data.edges[i, 1] / data.rate),
@@ -377,9 +385,9 @@ def _turns(about: Circumstances, fit: Adjustment, limit: float) -> tuple[Turn, .
 # -- the rest -----------------------------------------------------------------------------------------------
 
 
-def _scatter(fit: Adjustment) -> tuple[Scatter, ...]:
+def _scatter(fit: Adjustment) -> tuple[ObservationScatter, ...]:
     return tuple(
-        Scatter(
+        ObservationScatter(
             what=WHAT[name],
             unit=_UNITS[name],
             ratio=group.ratio,

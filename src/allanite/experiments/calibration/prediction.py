@@ -13,8 +13,8 @@ from allanite.errors import InputError
 from allanite.experiments.calibration.adjustment import OPEN, RESOLVED, earth_prior, nominal_of, plausible_of
 from allanite.experiments.calibration.adjustment.design import Observed, State, Triad, layout
 from allanite.experiments.calibration.adjustment.interval_noise import Intervals
-from allanite.experiments.calibration.adjustment.solution import Solution, covariance_at
-from allanite.experiments.calibration.adjustment.turning import Motion, constant_rate_turns
+from allanite.experiments.calibration.adjustment.solution import CalibrationSolution, covariance_at
+from allanite.experiments.calibration.adjustment.turning import TurningSamples, constant_rate_turns
 from allanite.experiments.calibration.adjustment.weights import weights_of
 from allanite.noise import NoiseModel
 from allanite.quantities.attitude import rotation_vector
@@ -164,7 +164,7 @@ def _values(triads: tuple[Triad, ...], calibration: Calibration | None) -> Array
 
 def _turning(
     triads: tuple[Triad, ...], values: Array, c: Array, warm: Array, move: Array, vectors: Array | None
-) -> Motion:
+) -> TurningSamples:
     """What the gyros show on the way, by their own errors."""
     if triads[-1].sensor != GYRO or len(c) < 2:
         return constant_rate_turns(np.zeros((0, 3)), np.zeros(0))
@@ -222,7 +222,7 @@ def _predicted(
         earth = earth_prior(ACCELEROMETER in models, latitude)
     plausible = plausible_of(observed.names)
 
-    def found(held: bool) -> Solution:
+    def found(held: bool) -> CalibrationSolution:
         known = earth
         if earth is not None and held:
             known = replace(earth, length=float(np.linalg.norm(earth.free.T @ (state.earth - earth.center))))

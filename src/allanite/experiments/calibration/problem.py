@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from allanite.errors import DataQualityError
 from allanite.experiments.calibration.adjustment import nominal_of
 from allanite.experiments.calibration.adjustment.design import Observed, State, layout
-from allanite.experiments.calibration.adjustment.turning import Motion, constant_rate_turns
+from allanite.experiments.calibration.adjustment.turning import TurningSamples, constant_rate_turns
 from allanite.experiments.calibration.adjustment.weights import Weights, weights_of
 from allanite.experiments.calibration.gathering import Gathered
 from allanite.experiments.calibration.starting import (
@@ -26,7 +26,7 @@ from allanite.experiments.calibration.starting import (
 from allanite.recording.calibration import ACCELEROMETER, GYRO, Frame
 from allanite.recording.records import Kind, Recording
 
-__all__ = ["Problem", "problem_of"]
+__all__ = ["CalibrationProblem", "problem_of"]
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -38,7 +38,7 @@ ASTRAY = 0.35
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Problem:
+class CalibrationProblem:
     """Observations over their nominal scale factors, and where to start.
 
     `astray` says that the gyros do not go with the accelerometers; `gains` are y per SI unit, one for each triad;
@@ -60,7 +60,7 @@ def problem_of(
     frame: Frame,
     quadratic: bool,
     reference: float | None,
-) -> Problem:
+) -> CalibrationProblem:
     sensors = tuple(data.axes)
     triads = layout(sensors, frame=frame, quadratic=quadratic, temperature=reference is not None)
     gains: dict[str, float] = {}
@@ -92,7 +92,7 @@ def problem_of(
         turning=motion or constant_rate_turns(np.zeros((0, 3)), np.zeros(0)),
         gravity=gravity,
     )
-    return Problem(
+    return CalibrationProblem(
         observed=observed,
         weights=weights_of(
             {s: [data.models[n] for n in three] for s, three in data.axes.items()},
@@ -157,8 +157,8 @@ def _gyros(data: Gathered, down: Array | None, si: bool) -> tuple[float, Array]:
 
 
 def _scaled_motion(
-    motion: Motion | None, gains: dict[str, float], offsets: dict[str, Array], reference: float | None
-) -> Motion | None:
+    motion: TurningSamples | None, gains: dict[str, float], offsets: dict[str, Array], reference: float | None
+) -> TurningSamples | None:
     if motion is None:
         return None
     warmer = np.zeros(len(motion.y)) if reference is None else motion.warmer - reference
@@ -168,7 +168,7 @@ def _scaled_motion(
     return replace(motion, y=(motion.y - offsets[GYRO]) / gains[GYRO], warmer=warmer, force=force)
 
 
-def _astray(data: Gathered, motion: Motion | None, bias: Array, down: Array | None) -> str:
+def _astray(data: Gathered, motion: TurningSamples | None, bias: Array, down: Array | None) -> str:
     """Gyros in another order, with other signs or in another unit than the accelerometers."""
     if motion is None or down is None:
         return ""

@@ -14,23 +14,23 @@ from numpy.typing import NDArray
 from allanite.noise import NoiseModel
 from allanite.plain_files.json_values import plain
 from allanite.quantities.earth import EARTH_RATE
-from allanite.quantities.residual_tests import Check
+from allanite.quantities.residual_tests import ResidualTest
 from allanite.recording.calibration import Calibration
 
 __all__ = [
     "CalibrationEstimate",
+    "CalibrationParameter",
+    "CalibrationPosition",
+    "CalibrationTurn",
     "EarthSeen",
-    "Parameter",
-    "Position",
-    "Scatter",
-    "Turn",
+    "ObservationScatter",
 ]
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Parameter:
+class CalibrationParameter:
     """One parameter of the calibration.
 
     Attributes
@@ -66,7 +66,7 @@ class Parameter:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Position:
+class CalibrationPosition:
     """One static span.
 
     Attributes
@@ -129,7 +129,7 @@ class Position:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Turn:
+class CalibrationTurn:
     """The rotation from one used span to the next.
 
     Attributes
@@ -144,7 +144,7 @@ class Turn:
     residual : ndarray, shape (3,) [rad]
         Rotation between the integrated rates and the attitudes; NaN where the turn was not used.
     misfit, p : float
-        As of a `Position`.
+        As of a `CalibrationPosition`.
     outlier : bool
     used : bool
     why : str
@@ -166,7 +166,7 @@ class Turn:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Scatter:
+class ObservationScatter:
     """How one kind of observation scatters, beyond the noise.
 
     Attributes
@@ -233,7 +233,7 @@ class CalibrationEstimate:
     calibration : Calibration
         Values, covariance, status: what other programs take. It holds how the biases of the gyros follow gravity where
         they scattered beyond their noise and this explains it.
-    parameters : tuple of Parameter
+    parameters : tuple of CalibrationParameter
         In the order of `calibration.names`.
     verdict : str
         "calibrated", "partly calibrated" (some parameters are assumed or not resolved), "inconsistent" (positions, or
@@ -246,11 +246,11 @@ class CalibrationEstimate:
         Positions to add, in this order, which together make every parameter observable that can be.
     remarks : tuple of str
         What a reader must know: gravity that was taken for granted, turns that were dropped, ...
-    checks : tuple of Check
-    scatter : tuple of Scatter
-    positions : tuple of Position
+    checks : tuple of ResidualTest
+    scatter : tuple of ObservationScatter
+    positions : tuple of CalibrationPosition
         All static spans, those left out included.
-    turns : tuple of Turn
+    turns : tuple of CalibrationTurn
     earth : EarthSeen or None
         None without gyros.
     gravity : float [m/s²]
@@ -275,16 +275,16 @@ class CalibrationEstimate:
     """
 
     calibration: Calibration
-    parameters: tuple[Parameter, ...] = field(repr=False)
+    parameters: tuple[CalibrationParameter, ...] = field(repr=False)
     verdict: str
     reason: str
     advice: tuple[str, ...] = ()
     add: tuple[str, ...] = ()
     remarks: tuple[str, ...] = ()
-    checks: tuple[Check, ...] = field(default=(), repr=False)
-    scatter: tuple[Scatter, ...] = field(repr=False)
-    positions: tuple[Position, ...] = field(repr=False)
-    turns: tuple[Turn, ...] = field(repr=False)
+    checks: tuple[ResidualTest, ...] = field(default=(), repr=False)
+    scatter: tuple[ObservationScatter, ...] = field(repr=False)
+    positions: tuple[CalibrationPosition, ...] = field(repr=False)
+    turns: tuple[CalibrationTurn, ...] = field(repr=False)
     earth: EarthSeen | None = field(repr=False)
     gravity: float
     gravity_source: str
@@ -299,7 +299,7 @@ class CalibrationEstimate:
     duration: float
     source: str
 
-    def __getitem__(self, name: str) -> Parameter:
+    def __getitem__(self, name: str) -> CalibrationParameter:
         """One parameter by its name."""
         return self.parameters[self.calibration.names.index(name)]
 

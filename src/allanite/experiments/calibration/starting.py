@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import DataQualityError
-from allanite.experiments.calibration.adjustment.turning import Motion
+from allanite.experiments.calibration.adjustment.turning import TurningSamples
 from allanite.plain_files.counted import plural
 from allanite.quantities.attitude import rotation
 
@@ -122,7 +122,7 @@ class _Coarse:
         return np.asarray(np.arccos(np.clip(met, -1, 1)))
 
 
-def _coarse(motion: Motion, bias: Array, down: Array, before: Index, after: Index) -> _Coarse | None:
+def _coarse(motion: TurningSamples, bias: Array, down: Array, before: Index, after: Index) -> _Coarse | None:
     """Turns by which gravity moves much, their samples joined."""
     angle = np.arccos(np.clip((down[before] * down[after]).sum(axis=1), -1, 1))
     use = np.flatnonzero(angle > LEAST_TURN)
@@ -138,7 +138,7 @@ def _coarse(motion: Motion, bias: Array, down: Array, before: Index, after: Inde
     return _Coarse(steps=steps, before=down[before[use]], after=down[after[use]])
 
 
-def gyro_scale(motion: Motion, bias: Array, down: Array, before: Index, after: Index) -> float | None:
+def gyro_scale(motion: TurningSamples, bias: Array, down: Array, before: Index, after: Index) -> float | None:
     """Counts per rad/s that carry gravity best from span to span; None where it never moves much.
 
     A turn is at least as long as gravity moves, which bounds the scale factor from above; from there it is searched
@@ -157,7 +157,7 @@ def gyro_scale(motion: Motion, bias: Array, down: Array, before: Index, after: I
     return float(near[int(np.argmin([np.mean(coarse.misses(s * np.eye(3)) ** 2) for s in near]))])
 
 
-def disagreement(motion: Motion, bias: Array, down: Array, before: Index, after: Index) -> float:
+def disagreement(motion: TurningSamples, bias: Array, down: Array, before: Index, after: Index) -> float:
     """Median angle between gravity as carried by the gyros and as seen [rad]; 0 where it never moves much."""
     coarse = _coarse(motion, bias, down, before, after)
     return 0.0 if coarse is None else float(np.median(coarse.misses(np.eye(3))))
@@ -183,7 +183,7 @@ class Arrangement:
 
 
 def best_arrangement(
-    motion: Motion, bias: Array, down: Array, before: Index, after: Index
+    motion: TurningSamples, bias: Array, down: Array, before: Index, after: Index
 ) -> Arrangement | None:
     """The order and the signs of the gyros that go best with the accelerometers."""
     coarse = _coarse(motion, bias, down, before, after)

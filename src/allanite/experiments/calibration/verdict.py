@@ -11,7 +11,7 @@ from allanite.experiments.calibration.results import CalibrationEstimate, EarthS
 from allanite.experiments.calibration.rows import SOURCES
 from allanite.plain_files.counted import plural
 from allanite.quantities.earth import DEG_H
-from allanite.quantities.residual_tests import SCATTER_ALARM, Check, alarm
+from allanite.quantities.residual_tests import SCATTER_ALARM, ResidualTest, alarm
 from allanite.recording.calibration import ACCELEROMETER, GYRO
 
 __all__ = ["WHAT", "checks_of", "judge"]
@@ -28,14 +28,14 @@ REASONS = {
 }
 
 
-def checks_of(fit: Adjustment, *, expected: bool) -> tuple[Check, ...]:
+def checks_of(fit: Adjustment, *, expected: bool) -> tuple[ResidualTest, ...]:
     """Questions put to the residuals; not of their scatter where it is `expected`: in the hand, or as the noise."""
     checks = []
     for name, group in fit.pure.items():
         if expected or group.dof < 0.5:
             continue
         checks.append(
-            Check(
+            ResidualTest(
                 name=f"scatter of the {WHAT[name]}",
                 statistic=group.chi2,
                 dof=group.dof,
@@ -51,7 +51,7 @@ def checks_of(fit: Adjustment, *, expected: bool) -> tuple[Check, ...]:
     return tuple(checks)
 
 
-def _earth_check(seen: EarthSeen) -> Check:
+def _earth_check(seen: EarthSeen) -> ResidualTest:
     z = (seen.length - seen.expected) / seen.length_sd
     return alarm(
         "rate of the Earth",

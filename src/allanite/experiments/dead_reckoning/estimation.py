@@ -11,10 +11,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import InputError
-from allanite.experiments.dead_reckoning.intervals import Part, interval
+from allanite.experiments.dead_reckoning.intervals import VariancePart, interval
 from allanite.experiments.dead_reckoning.results import QUANTITIES, DeadReckoning, InitialErrors, Source
-from allanite.experiments.dead_reckoning.sources import Place, Process, initial_processes
-from allanite.experiments.dead_reckoning.terms import SENSORS, Entry, Setting, entries, told
+from allanite.experiments.dead_reckoning.sources import AxisProcess, StartingPoint, initial_processes
+from allanite.experiments.dead_reckoning.terms import SENSORS, AxisTerm, ReckoningSetting, entries, told
 from allanite.noise import NoiseModel
 from allanite.quantities.earth import checked_latitude
 
@@ -114,8 +114,8 @@ def dead_reckon(
     shown = _shown(times, duration)
 
     def found(own: Mapping[str, NoiseModel]) -> DeadReckoning:
-        setting = Setting(
-            place=Place(latitude=float(latitude), rest=rest, held=held, vertical=vertical),
+        setting = ReckoningSetting(
+            place=StartingPoint(latitude=float(latitude), rest=rest, held=held, vertical=vertical),
             times=_grid(shown, duration),
             axes=_axes(heading),
             dt=1 / rate,
@@ -196,9 +196,9 @@ def _by_sensor(given: Mapping[str, NoiseModel]) -> dict[str, list[str]]:
 
 
 def _result(
-    terms: Sequence[Entry],
-    initial: Sequence[tuple[str, str, list[Process]]],
-    setting: Setting,
+    terms: Sequence[AxisTerm],
+    initial: Sequence[tuple[str, str, list[AxisProcess]]],
+    setting: ReckoningSetting,
     given: Mapping[str, NoiseModel],
     begun: InitialErrors,
     heading: float,
@@ -254,18 +254,18 @@ class _Row:
     sensor: str
     symbol: str
     value: Array | None = None
-    parts: list[Part] = field(default_factory=list)
+    parts: list[VariancePart] = field(default_factory=list)
     stated: bool = True
     limits: list[bool] = field(default_factory=list)
 
-    def add(self, value: Array, parts: list[Part] | None, *, limit: bool) -> None:
+    def add(self, value: Array, parts: list[VariancePart] | None, *, limit: bool) -> None:
         self.value = value if self.value is None else self.value + value
         self.stated = self.stated and parts is not None
         self.parts += parts or []
         self.limits.append(limit)
 
 
-def _all(rows: Sequence[_Row]) -> tuple[Array, list[Part], bool]:
+def _all(rows: Sequence[_Row]) -> tuple[Array, list[VariancePart], bool]:
     total = sum((row.value for row in rows if row.value is not None), start=np.zeros(1))
     return total, [part for row in rows for part in row.parts], all(row.stated for row in rows)
 
@@ -284,7 +284,7 @@ def _source(name: str, row: _Row, given: Mapping[str, NoiseModel]) -> Source:
     )
 
 
-def _sinking(setting: Setting, sd: Array) -> Array:
+def _sinking(setting: ReckoningSetting, sd: Array) -> Array:
     """Twice the integral of g tilt^2/2 over time."""
     if setting.place.held:
         return np.zeros(len(setting.times))

@@ -28,13 +28,13 @@ from numpy.typing import NDArray
 
 from allanite.noise import NoiseModel
 
-__all__ = ["Part", "correlation", "interval"]
+__all__ = ["VariancePart", "correlation", "interval"]
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Part:
+class VariancePart:
     """What one parameter makes of the variance, and its ends.
 
     Attributes
@@ -54,7 +54,9 @@ class Part:
     direction: Array
 
 
-def interval(total: Array, parts: Sequence[Part], models: Mapping[str, NoiseModel]) -> tuple[Array, Array]:
+def interval(
+    total: Array, parts: Sequence[VariancePart], models: Mapping[str, NoiseModel]
+) -> tuple[Array, Array]:
     """Ends of a variance [total's shape]; infinite where an end is open."""
     down, up = np.zeros_like(total), np.zeros_like(total)
     for i, a in enumerate(parts):

@@ -20,7 +20,7 @@ driven by A b e, e white of density Q^2 dt, and starts at -b e(0).
 At rest before the start, for a time T_0, the mean m of each sensor is taken (m' = s/T_0). The gyros' means, less the
 rotation of the Earth as the attitude of the start says it, are taken off; the accelerometers' means level the unit,
 phi_E = -m_N/g, phi_N = m_E/g. That along the vertical differs from gravity by the bias there; it is taken off only on
-request (`Place.vertical`), for few navigators do so and it decides what the height is worth.
+request (`StartingPoint.vertical`), for few navigators do so and it decides what the height is worth.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ from allanite.noise import (
 from allanite.noise.terms import FORGETFUL, SLOW_RECORDS
 from allanite.quantities.earth import earth_rate_vector, normal_gravity
 
-__all__ = ["Place", "Process", "initial_processes", "term_processes", "variances"]
+__all__ = ["AxisProcess", "StartingPoint", "initial_processes", "term_processes", "variances"]
 
 Array = NDArray[np.float64]
 
@@ -66,7 +66,7 @@ _NONE = (0.0, 0.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Process:
+class AxisProcess:
     """One scalar process of one axis.
 
     Attributes
@@ -102,7 +102,7 @@ class Process:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Place:
+class StartingPoint:
     """Where and how the dead reckoning begins.
 
     Attributes
@@ -134,9 +134,9 @@ class Place:
 # -- noise ------------------------------------------------------------------------------------------------------
 
 
-def term_processes(term: TermType, *, gyro: bool, along: Array, dt: float, span: float) -> list[Process]:
+def term_processes(term: TermType, *, gyro: bool, along: Array, dt: float, span: float) -> list[AxisProcess]:
     """The processes of one term on one axis; `dt` [s] is the sample interval, `span` [s] the whole length."""
-    base = Process(gyro=gyro, along=along)
+    base = AxisProcess(gyro=gyro, along=along)
     match term:
         case White():
             return [replace(base, white=term.N**2)]
@@ -155,11 +155,11 @@ def term_processes(term: TermType, *, gyro: bool, along: Array, dt: float, span:
             return [replace(base, frequency=turn, start=(size, size * turn**2))]
 
 
-def _gauss_markov(base: Process, term: GaussMarkov) -> Process:
+def _gauss_markov(base: AxisProcess, term: GaussMarkov) -> AxisProcess:
     return replace(base, decay=1 / term.T, drive=term.q**2, start=(term.sigma**2, 0.0))
 
 
-def _flicker(base: Process, term: Flicker, dt: float, span: float) -> list[Process]:
+def _flicker(base: AxisProcess, term: Flicker, dt: float, span: float) -> list[AxisProcess]:
     """The band of `Flicker.markov`, in continuous time."""
     longest = SLOW_RECORDS * max(span, dt)
     steps = math.ceil(math.log(longest / dt * FORGETFUL**10) / math.log(_RATIO))
@@ -174,8 +174,8 @@ def _flicker(base: Process, term: Flicker, dt: float, span: float) -> list[Proce
 
 
 def initial_processes(
-    initial: InitialErrors, axes: Array, place: Place, sensors: Sequence[str]
-) -> Iterator[tuple[str, str, list[Process]]]:
+    initial: InitialErrors, axes: Array, place: StartingPoint, sensors: Sequence[str]
+) -> Iterator[tuple[str, str, list[AxisProcess]]]:
     """Name, sensor and processes of each initial error that is not zero.
 
     Parameters
@@ -193,7 +193,7 @@ def initial_processes(
         if place.held:
             vectors[:, HEIGHT] = 0.0
         if size > 0:
-            yield f"initial {name}", "", [Process(along=np.zeros(3), begins=v) for v in vectors]
+            yield f"initial {name}", "", [AxisProcess(along=np.zeros(3), begins=v) for v in vectors]
     felt = {"gyro": place.earth, "accelerometer": np.array([0.0, 0.0, -place.gravity])}
     for sensor in sensors:
         seen = axes @ felt[sensor]
@@ -204,7 +204,7 @@ def initial_processes(
             left = 0.0 if sensor == "gyro" and place.rest is not None else size  # a mean takes a constant off
             if size > 0:
                 made = [
-                    Process(gyro=sensor == "gyro", along=c, start=((left * p) ** 2, 0.0))
+                    AxisProcess(gyro=sensor == "gyro", along=c, start=((left * p) ** 2, 0.0))
                     for c, p in zip(axes, per, strict=True)
                 ]
                 yield f"{sensor} {words}", sensor, made
@@ -213,7 +213,7 @@ def initial_processes(
 # -- into the navigation --------------------------------------------------------------------------------------------
 
 
-def variances(groups: Sequence[Sequence[Process]], place: Place, times: Array) -> list[Array]:
+def variances(groups: Sequence[Sequence[AxisProcess]], place: StartingPoint, times: Array) -> list[Array]:
     """Variances of the nine states over time, shape (m, 9), summed over the processes of each group."""
     processes = [p for group in groups for p in group]
     if not processes:
@@ -232,7 +232,7 @@ def variances(groups: Sequence[Sequence[Process]], place: Place, times: Array) -
     ]
 
 
-def _entry(p: Process, held: bool) -> Array:
+def _entry(p: AxisProcess, held: bool) -> Array:
     """b: how the error of a sensor enters the navigation."""
     b = np.zeros(NAVIGATION)
     b[ATTITUDE if p.gyro else VELOCITY] = -p.along if p.gyro else p.along
@@ -241,7 +241,7 @@ def _entry(p: Process, held: bool) -> Array:
     return b
 
 
-def _system(p: Process, a: Array, place: Place) -> tuple[Array, Array, Array]:
+def _system(p: AxisProcess, a: Array, place: StartingPoint) -> tuple[Array, Array, Array]:
     """Dynamics, drive and start of navigation, s, d and m."""
     b, j = _entry(p, place.held), np.zeros(NAVIGATION)
     f, w = np.zeros((_SIZE, _SIZE)), np.zeros((_SIZE, _SIZE))
@@ -263,7 +263,7 @@ def _system(p: Process, a: Array, place: Place) -> tuple[Array, Array, Array]:
     return f, w, start
 
 
-def _corrected(p: Process, a: Array, b: Array, place: Place) -> tuple[Array, Array]:
+def _corrected(p: AxisProcess, a: Array, b: Array, place: StartingPoint) -> tuple[Array, Array]:
     """What a mean of 1 at rest makes of the navigation at the start, and what it adds to its drift from then on."""
     begun, drift = np.zeros(NAVIGATION), np.zeros(NAVIGATION)
     if p.begins is not None:
@@ -279,7 +279,7 @@ def _corrected(p: Process, a: Array, b: Array, place: Place) -> tuple[Array, Arr
     return begun, drift
 
 
-def _rested(p: Process, rest: float | None) -> Array:
+def _rested(p: AxisProcess, rest: float | None) -> Array:
     """Covariance of s, d and m at the start, shape (12, 12)."""
     own, begins = slice(_S, None), np.zeros((_SIZE, _SIZE))
     begins[_S, _S], begins[_D, _D] = p.start
@@ -292,7 +292,7 @@ def _rested(p: Process, rest: float | None) -> Array:
     return begins
 
 
-def _quantised(p: Process, b: Array, j: Array, rest: float | None) -> Array:
+def _quantised(p: AxisProcess, b: Array, j: Array, rest: float | None) -> Array:
     """Covariance at the start by the errors e of the angle at both ends of the rest."""
     now, before = np.zeros(_SIZE), np.zeros(_SIZE)
     now[:NAVIGATION] = -b

@@ -10,12 +10,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.experiments.dead_reckoning.intervals import Part
+from allanite.experiments.dead_reckoning.intervals import VariancePart
 from allanite.experiments.dead_reckoning.results import QUANTITIES
-from allanite.experiments.dead_reckoning.sources import Place, Process, term_processes, variances
+from allanite.experiments.dead_reckoning.sources import AxisProcess, StartingPoint, term_processes, variances
 from allanite.noise import BY_LETTER, Estimate, GaussMarkov, NoiseModel, TermType, term_of
 
-__all__ = ["SENSORS", "Entry", "Setting", "entries", "told"]
+__all__ = ["SENSORS", "AxisTerm", "ReckoningSetting", "entries", "told"]
 
 Array = NDArray[np.float64]
 
@@ -27,12 +27,12 @@ _ENDLESS = 1e4
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Setting:
+class ReckoningSetting:
     """What all sources share.
 
     Attributes
     ----------
-    place : Place
+    place : StartingPoint
     times : ndarray, shape (m,) [s]
     axes : ndarray, shape (3, 3)
         Of the sensors, as rows, along north, east, down.
@@ -40,13 +40,13 @@ class Setting:
         Sample interval, and the whole length with the rest before it.
     """
 
-    place: Place
+    place: StartingPoint
     times: Array
     axes: Array
     dt: float
     span: float
 
-    def variances(self, groups: Sequence[Sequence[Process]]) -> list[Array]:
+    def variances(self, groups: Sequence[Sequence[AxisProcess]]) -> list[Array]:
         """Of the quantities over time, shape (m, n_quantities), for each group of processes."""
         states = variances(groups, self.place, self.times)
         return [
@@ -55,7 +55,7 @@ class Setting:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Entry:
+class AxisTerm:
     """One term of one model, on the axes that have this model.
 
     Attributes
@@ -92,7 +92,7 @@ class Entry:
         """Of its row."""
         return f"{self.sensor} {self.symbol}"
 
-    def processes(self, term: TermType, setting: Setting) -> list[Process]:
+    def processes(self, term: TermType, setting: ReckoningSetting) -> list[AxisProcess]:
         """On all its axes."""
         return [
             made
@@ -104,8 +104,8 @@ class Entry:
 
 
 def entries(
-    sensor: str, names: Sequence[str], given: Mapping[str, NoiseModel], setting: Setting
-) -> Iterator[Entry]:
+    sensor: str, names: Sequence[str], given: Mapping[str, NoiseModel], setting: ReckoningSetting
+) -> Iterator[AxisTerm]:
     """The terms of the models of a sensor, and what their records do not resolve."""
     for axis, name in enumerate(names):
         which = (0, 1, 2) if len(names) == 1 else (axis,)
@@ -114,14 +114,14 @@ def entries(
         yield from _open(sensor, name, which, model, setting)
 
 
-def _resolved(sensor: str, name: str, which: tuple[int, ...], model: NoiseModel) -> Iterator[Entry]:
+def _resolved(sensor: str, name: str, which: tuple[int, ...], model: NoiseModel) -> Iterator[AxisTerm]:
     for term in model.terms:
         symbol = "GM" if isinstance(term, GaussMarkov) else _LETTERS.get(type(term), "line")
         size, time = (
             _gauss_markov(model, term) if isinstance(term, GaussMarkov) else (model.estimate(symbol), None)
         )
         if _amplitude(term, size) > 0:
-            yield Entry(
+            yield AxisTerm(
                 sensor=sensor, symbol=symbol, model=name, which=which, term=term, size=size, time=time,
                 has_intervals=bool(model.estimates),
             )  # fmt: skip
@@ -138,8 +138,8 @@ def _gauss_markov(model: NoiseModel, term: GaussMarkov) -> tuple[Estimate | None
 
 
 def _open(
-    sensor: str, name: str, which: tuple[int, ...], model: NoiseModel, setting: Setting
-) -> Iterator[Entry]:
+    sensor: str, name: str, which: tuple[int, ...], model: NoiseModel, setting: ReckoningSetting
+) -> Iterator[AxisTerm]:
     """Terms of the family that the record does not resolve, by their upper limits.
 
     A Gauss-Markov term that is not resolved has no correlation time: it counts as the flicker of the same floor.
@@ -151,7 +151,7 @@ def _open(
             continue
         there.add(letter)
         limit = term_of(letter, e.upper, dt=setting.dt) if math.isfinite(e.upper) else None
-        yield Entry(
+        yield AxisTerm(
             sensor=sensor, symbol=letter, model=name, which=which, term=None, limit=limit, size=e
         )  # fmt: skip
 
@@ -166,7 +166,7 @@ def _amplitude(term: TermType, size: Estimate | None) -> float:
 # -- their ends -----------------------------------------------------------------------------------------------------
 
 
-def told(entry: Entry, setting: Setting) -> tuple[Array, list[Part] | None]:
+def told(entry: AxisTerm, setting: ReckoningSetting) -> tuple[Array, list[VariancePart] | None]:
     """Variance of the quantities over time, and what the parameters' intervals make of it; None without intervals."""
     nothing = np.zeros((len(setting.times), len(QUANTITIES)))
     if entry.term is None:
@@ -185,7 +185,7 @@ def told(entry: Entry, setting: Setting) -> tuple[Array, list[Part] | None]:
         parts.append(_part(entry, entry.size, value, low, high))
     if ends:
         parts.append(
-            Part(
+            VariancePart(
                 key=(entry.model, "" if entry.time is None else entry.time.symbol),
                 value=value,
                 lower=np.minimum(value, np.minimum(*ends)),
@@ -196,8 +196,8 @@ def told(entry: Entry, setting: Setting) -> tuple[Array, list[Part] | None]:
     return value, parts
 
 
-def _part(entry: Entry, size: Estimate | None, value: Array, low: Array, high: Array) -> Part:
-    return Part(
+def _part(entry: AxisTerm, size: Estimate | None, value: Array, low: Array, high: Array) -> VariancePart:
+    return VariancePart(
         key=(entry.model, "" if size is None else size.symbol),
         value=value,
         lower=np.minimum(low, value),
@@ -206,7 +206,7 @@ def _part(entry: Entry, size: Estimate | None, value: Array, low: Array, high: A
     )
 
 
-def _other_times(entry: Entry, setting: Setting) -> list[GaussMarkov]:
+def _other_times(entry: AxisTerm, setting: ReckoningSetting) -> list[GaussMarkov]:
     """A Gauss-Markov term with the shortest and the longest time of its set, its estimated size being kept."""
     if entry.time is None or not isinstance(entry.term, GaussMarkov):
         return []

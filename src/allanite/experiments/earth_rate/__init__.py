@@ -17,18 +17,18 @@ bound on the sum.
 """
 
 from allanite.experiments.earth_rate.estimation import measure_earth_rate
-from allanite.experiments.earth_rate.results import DwellMean, EarthRateEstimate, Reading, Running
+from allanite.experiments.earth_rate.results import DwellMean, EarthRateEstimate, RateReading, RunningEstimate
 from allanite.experiments.reversals.turns import DEAD_TIME
-from allanite.quantities.residual_tests import Check
+from allanite.quantities.residual_tests import ResidualTest
 from allanite.quantities.setup_uncertainty import Stated
 
 __all__ = [
     "DEAD_TIME",
-    "Check",
     "DwellMean",
     "EarthRateEstimate",
-    "Reading",
-    "Running",
+    "RateReading",
+    "ResidualTest",
+    "RunningEstimate",
     "Stated",
     "measure_earth_rate",
 ]

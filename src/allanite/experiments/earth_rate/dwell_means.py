@@ -13,13 +13,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.experiments.earth_rate.results import Reading
-from allanite.experiments.earth_rate.take import Decay, Take
+from allanite.experiments.earth_rate.results import RateReading
+from allanite.experiments.earth_rate.take import Take, Transient
 from allanite.experiments.reversals.sides import triple_of
 from allanite.filtering.block_means import BlockMeans
 from allanite.noise import NoiseModel
 from allanite.noise.span_means import contrast_whitener, span_covariance
-from allanite.quantities.residual_tests import Check, alarm, scatter_check
+from allanite.quantities.residual_tests import ResidualTest, alarm, scatter_check
 from allanite.recording.records import Sampling
 
 __all__ = ["DwellMeans"]
@@ -71,7 +71,7 @@ class DwellMeans:
     sampling: Sampling
 
     @classmethod
-    def of(cls, take: Take, model: NoiseModel, decays: Sequence[Decay]) -> DwellMeans:
+    def of(cls, take: Take, model: NoiseModel, decays: Sequence[Transient]) -> DwellMeans:
         """The dwells that have samples and a direction."""
         blocks, every = take.blocks, take.reversals.dwells
         mean, whole = blocks.of_spans(len(every))
@@ -128,12 +128,12 @@ class DwellMeans:
         weight = np.column_stack([after, -(before + after), before]) / (before + after)[:, None]
         return members, weight * self.sign[members[:, :1]] / (2 * self.projection)
 
-    def readings(self) -> tuple[Reading, ...]:
+    def readings(self) -> tuple[RateReading, ...]:
         """Both simple estimators, where the record allows them."""
         found = (("pairs", *self.pairs()), (self.triple, *self.triples()))
         return tuple(self._reading(*each) for each in found if len(each[1]))
 
-    def _reading(self, name: str, members: NDArray[np.int64], weights: Array) -> Reading:
+    def _reading(self, name: str, members: NDArray[np.int64], weights: Array) -> RateReading:
         """Mean of the single values. Their variance is summed over groups of values that follow each other."""
         values, n, variance = (weights * self.mean[members]).sum(axis=1), len(members), 0.0
         for group in range(0, n, GROUP):
@@ -141,7 +141,7 @@ class DwellMeans:
             part = slice(int(own.min()), int(own.max()) + 1)
             total = np.bincount((own - part.start).ravel(), weights[group : group + GROUP].ravel()) / n
             variance += float(total @ self.covariance(part) @ total)
-        return Reading(
+        return RateReading(
             name=name,
             rate=float(values.mean()),
             sd=math.sqrt(variance),
@@ -151,7 +151,7 @@ class DwellMeans:
 
     # -- checks -------------------------------------------------------------------------------------------
 
-    def checks(self) -> tuple[Check, ...]:
+    def checks(self) -> tuple[ResidualTest, ...]:
         """Scatter of the dwells, a rate that changes, a turn that was missed; none with fewer than four dwells."""
         n = min(self.size, MOST)
         if n < 4 + self.nuisances.shape[1]:
@@ -190,7 +190,7 @@ def _of_dwells(blocks: BlockMeans, column: Array, kept: list[int]) -> Array:
     return replace(blocks, mean=column).of_spans(max(kept, default=-1) + 1)[0][kept]
 
 
-def _missed(gains: Array, middle: Array) -> Check:
+def _missed(gains: Array, middle: Array) -> ResidualTest:
     worst = int(np.argmax(gains))
     return alarm(
         "order of the turns",

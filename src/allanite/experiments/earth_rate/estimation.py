@@ -18,10 +18,10 @@ from allanite.experiments.earth_rate.results import (
     G_SENSITIVITY,
     DwellMean,
     EarthRateEstimate,
-    Reading,
-    Running,
+    RateReading,
+    RunningEstimate,
 )
-from allanite.experiments.earth_rate.take import RATE, TIME_CONSTANT, Decay, Take
+from allanite.experiments.earth_rate.take import RATE, TIME_CONSTANT, Take, Transient
 from allanite.experiments.earth_rate.verdict import (
     CONTRADICTS,
     direction_to_state,
@@ -218,7 +218,7 @@ def _estimate(
     take: Take,
     model: NoiseModel,
     source: str,
-    decays: list[Decay],
+    decays: list[Transient],
     stated: tuple[Stated, float],
     confidence: float,
 ) -> EarthRateEstimate:
@@ -282,7 +282,7 @@ def _stated(take: Take, stated: Stated, g_sensitivity: float) -> dict[str, float
     }
 
 
-def _settling(estimate: EarthRateEstimate, take: Take, decays: list[Decay]) -> tuple[str, ...]:
+def _settling(estimate: EarthRateEstimate, take: Take, decays: list[Transient]) -> tuple[str, ...]:
     """A rate that contradicts the known one: would a settling explain it?"""
     if estimate.verdict != CONTRADICTS or any(d.kind == "settling" for d in decays):
         return ()
@@ -294,13 +294,13 @@ def _settling(estimate: EarthRateEstimate, take: Take, decays: list[Decay]) -> t
     return settling_that_explains(estimate, flip * rate, sd * estimate.inflation, best[0].T)
 
 
-def _own_scatter(readings: tuple[Reading, ...], sd: float) -> float:
+def _own_scatter(readings: tuple[RateReading, ...], sd: float) -> float:
     """Where the noise comes from this record, the scatter of its pairs is asked too."""
     found = [r.scatter / sd for r in readings if r.name == "pairs" and r.scatter is not None]
     return max([1.0, *found])
 
 
-def _quantile(p: float, source: str, readings: tuple[Reading, ...]) -> float:
+def _quantile(p: float, source: str, readings: tuple[RateReading, ...]) -> float:
     """Of the normal law; of Student's, by the number of pairs, where the noise comes from this record."""
     if source == "given":
         return normal_quantile(p)
@@ -308,7 +308,7 @@ def _quantile(p: float, source: str, readings: tuple[Reading, ...]) -> float:
     return student_quantile(p, max(count - 1, 1))
 
 
-def _bias(take: Take, model: NoiseModel, decays: list[Decay], fit: Regression) -> tuple[float, float]:
+def _bias(take: Take, model: NoiseModel, decays: list[Transient], fit: Regression) -> tuple[float, float]:
     """The level; where it cannot be told from the rate, that of a fit without the rate."""
     if LEVEL not in fit.unbounded:
         return fit[LEVEL]
@@ -316,18 +316,20 @@ def _bias(take: Take, model: NoiseModel, decays: list[Decay], fit: Regression) -
     return take.regress(table[:, 1:], names[1:], model)[LEVEL]
 
 
-def _running(take: Take, fit: Regression, dwells: DwellMeans, flip: float, inflation: float) -> Running:
+def _running(
+    take: Take, fit: Regression, dwells: DwellMeans, flip: float, inflation: float
+) -> RunningEstimate:
     time = np.asarray(take.checkpoints() * take.blocks.dt, dtype=np.float64)
     rate, sd = fit.running[:, 0, 0], fit.running[:, 1, 0]
     members, weights = dwells.pairs()
     values, ends = (weights * dwells.mean[members]).sum(axis=1), dwells.middle[members[:, 1]]
     so_far = np.searchsorted(ends, time, side="right")
     sums = np.concatenate([[np.nan], np.cumsum(values) / np.arange(1, len(values) + 1)])
-    return Running(time=time, rate=flip * rate, sd=sd * inflation, pairs=flip * sums[so_far])
+    return RunningEstimate(time=time, rate=flip * rate, sd=sd * inflation, pairs=flip * sums[so_far])
 
 
 def _dwell_table(
-    take: Take, model: NoiseModel, fit: Regression, decays: list[Decay]
+    take: Take, model: NoiseModel, fit: Regression, decays: list[Transient]
 ) -> tuple[DwellMean, ...]:
     """Means of all dwells, and what the fit leaves of them."""
     n = len(take.reversals.dwells)
@@ -349,7 +351,9 @@ def _dwell_table(
     )
 
 
-def _dead_times(take: Take, model: NoiseModel, decays: list[Decay], flip: float, inflation: float) -> Array:
+def _dead_times(
+    take: Take, model: NoiseModel, decays: list[Transient], flip: float, inflation: float
+) -> Array:
     """The estimate for other dead times, as long as half of a short dwell remains."""
     turns = np.array([t.stop for t in take.reversals.turns]) / take.reversals.rate
     room = float(np.quantile(np.diff(turns), 0.2)) / 2 if len(turns) > 1 else 0.0

@@ -7,10 +7,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from allanite.experiments.earth_rate.take import Decay, Take
+from allanite.experiments.earth_rate.take import Take, Transient
 from allanite.filtering.regression import Regression
 from allanite.noise import NoiseModel, White
-from allanite.quantities.residual_tests import Check, alarm, size_check
+from allanite.quantities.residual_tests import ResidualTest, alarm, size_check
 from allanite.recording.records import Kind
 
 __all__ = ["residual_checks"]
@@ -24,8 +24,8 @@ _SAYS = {
 
 
 def residual_checks(
-    fit: Regression, take: Take, model: NoiseModel, decays: Sequence[Decay]
-) -> tuple[Check, ...]:
+    fit: Regression, take: Take, model: NoiseModel, decays: Sequence[Transient]
+) -> tuple[ResidualTest, ...]:
     """Size of the noise; a warm-up, a rotation that settles after each turn, a temperature, unless fitted already."""
     checks = [_size(take, model)]
     for kind, says in _SAYS.items():
@@ -44,7 +44,7 @@ def residual_checks(
     return tuple(checks)
 
 
-def _size(take: Take, model: NoiseModel) -> Check:
+def _size(take: Take, model: NoiseModel) -> ResidualTest:
     """The Allan variance of the record at the length of a block against the model's: blind to drift and to turns.
 
     Differences of neighbouring blocks, each block in one difference only, have twice that variance; blocks that were
@@ -61,6 +61,6 @@ def _size(take: Take, model: NoiseModel) -> Check:
     return size_check(float((step**2 / variance)[part > 0].sum()), int(np.count_nonzero(part > 0)))
 
 
-def _gain(name: str, gains: list[float], says: str) -> Check:
+def _gain(name: str, gains: list[float], says: str) -> ResidualTest:
     """The candidate column that takes most off the residuals, at the price of having looked at all of them."""
     return alarm(name, max([*gains, 0.0]), 1, says, looks=len(gains))

@@ -15,10 +15,17 @@ from allanite.experiments.reversals.sides import is_vertical, part_seen
 from allanite.noise import NoiseModel
 from allanite.plain_files.json_values import plain
 from allanite.quantities.earth import EARTH_RATE
-from allanite.quantities.residual_tests import Check
+from allanite.quantities.residual_tests import ResidualTest
 from allanite.quantities.units import STANDARD_GRAVITY
 
-__all__ = ["G_SENSITIVITY", "Component", "DwellMean", "EarthRateEstimate", "Reading", "Running"]
+__all__ = [
+    "G_SENSITIVITY",
+    "AxisComponent",
+    "DwellMean",
+    "EarthRateEstimate",
+    "RateReading",
+    "RunningEstimate",
+]
 
 Array = NDArray[np.float64]
 
@@ -27,7 +34,7 @@ G_SENSITIVITY = "g-sensitivity"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Reading:
+class RateReading:
     """The Earth rate by one estimator from the means of the dwells.
 
     Attributes
@@ -52,7 +59,7 @@ class Reading:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Component:
+class AxisComponent:
     """A number of the axis itself beside the one that is expected.
 
     Attributes
@@ -94,7 +101,7 @@ class DwellMean:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Running:
+class RunningEstimate:
     """The estimate as the record grows: one entry at the end of dwells.
 
     Attributes
@@ -141,10 +148,10 @@ class EarthRateEstimate:
         Other coefficients that were fitted, with their standard deviations.
     budget : dict of str to float [rad/s]
         Standard uncertainties by source.
-    readings : tuple of Reading
-    running : Running
+    readings : tuple of RateReading
+    running : RunningEstimate
     dwells : tuple of DwellMean
-    checks : tuple of Check
+    checks : tuple of ResidualTest
     dead_times : ndarray, shape (n, 3) [s, rad/s, rad/s]
         The estimate and its standard deviation for other times left out after each turn.
     advice : tuple of str
@@ -171,10 +178,10 @@ class EarthRateEstimate:
     bias: tuple[float, float]
     nuisances: dict[str, tuple[float, float]] = field(default_factory=dict)
     budget: dict[str, float] = field(default_factory=dict)
-    readings: tuple[Reading, ...] = ()
-    running: Running
+    readings: tuple[RateReading, ...] = ()
+    running: RunningEstimate
     dwells: tuple[DwellMean, ...] = field(repr=False)
-    checks: tuple[Check, ...] = ()
+    checks: tuple[ResidualTest, ...] = ()
     dead_times: Array = field(repr=False)
     advice: tuple[str, ...] = ()
     latitude: float
@@ -198,13 +205,13 @@ class EarthRateEstimate:
         return part_seen(self.first, self.latitude)
 
     @property
-    def component(self) -> Component:
+    def component(self) -> AxisComponent:
         """What the axis saw of the Earth where it points north, or up [rad/s]; the latitude is no part of it."""
         sd = self._sd_without("latitude") * abs(self.projection)
         return self._with_interval(self.rate * self.projection, sd, EARTH_RATE * self.projection)
 
     @property
-    def g_sensitivity(self) -> Component | None:
+    def g_sensitivity(self) -> AxisComponent | None:
         """Of a vertical axis [rad/s/(m/s^2)], under the known rate of the Earth; None for a level axis."""
         if not is_vertical(self.first):
             return None
@@ -220,16 +227,16 @@ class EarthRateEstimate:
     def _sd_without(self, source: str) -> float:
         return math.sqrt(sum(v**2 for k, v in self.budget.items() if k != source))
 
-    def _with_interval(self, value: float, sd: float, expected: float) -> Component:
+    def _with_interval(self, value: float, sd: float, expected: float) -> AxisComponent:
         half = sd * (self.interval[1] - self.interval[0]) / 2 / self.total_sd
-        return Component(value=value, sd=sd, interval=(value - half, value + half), expected=expected)
+        return AxisComponent(value=value, sd=sd, interval=(value - half, value + half), expected=expected)
 
     @property
     def resolved(self) -> bool:
         """True when the rate is a measurement of the Earth's rotation."""
         return self.verdict == "resolved"
 
-    def reading(self, name: str) -> Reading | None:
+    def reading(self, name: str) -> RateReading | None:
         """One of the simple estimators, or None where the record does not allow it."""
         return next((r for r in self.readings if r.name == name), None)
 

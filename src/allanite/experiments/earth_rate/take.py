@@ -19,7 +19,7 @@ from allanite.filtering.regression import LEVEL, Regression, regress
 from allanite.noise import NoiseModel, White
 from allanite.recording.records import Recording, Sampling
 
-__all__ = ["RATE", "TIME_CONSTANT", "Decay", "Take"]
+__all__ = ["RATE", "TIME_CONSTANT", "Take", "Transient"]
 
 Array = NDArray[np.float64]
 
@@ -40,7 +40,7 @@ CHECKPOINTS = 400
 
 
 @dataclass(frozen=True, slots=True)
-class Decay:
+class Transient:
     """An exponential that the noise model does not know: a warm-up, or a rotation that settles after each turn.
 
     Attributes
@@ -162,13 +162,15 @@ class Take:
             names = (*names, self.temperature)
         return np.column_stack(table), names
 
-    def design(self, decays: Sequence[Decay]) -> tuple[Array, tuple[str, ...]]:
+    def design(self, decays: Sequence[Transient]) -> tuple[Array, tuple[str, ...]]:
         """The columns and those of the decays, with their names."""
         table, names = self.columns()
         more = {name: column for decay in decays for name, column in decay.columns(self).items()}
         return np.column_stack([table, *more.values()]), (*names, *more)
 
-    def fit(self, model: NoiseModel, decays: Sequence[Decay] = (), *, running: bool = False) -> Regression:
+    def fit(
+        self, model: NoiseModel, decays: Sequence[Transient] = (), *, running: bool = False
+    ) -> Regression:
         """The regression; with a running estimate at the `checkpoints` where it is wanted."""
         table, names = self.design(decays)
         return self.regress(table, names, model, running=running)
@@ -197,13 +199,13 @@ class Take:
 
     # -- what the noise model does not know ---------------------------------------------------------------
 
-    def offered(self, kind: Literal["warm-up", "settling"]) -> list[Decay]:
+    def offered(self, kind: Literal["warm-up", "settling"]) -> list[Transient]:
         """Decays that make sense in this record."""
         if kind == "settling":
-            return [Decay(kind, T) for T in SETTLING] if self.reversals.turns else []
-        return [Decay(kind, T) for T in WARM_UP if T < 2 * self.recording.duration]
+            return [Transient(kind, T) for T in SETTLING] if self.reversals.turns else []
+        return [Transient(kind, T) for T in WARM_UP if T < 2 * self.recording.duration]
 
-    def best(self, model: NoiseModel, kind: Literal["warm-up", "settling"]) -> list[Decay]:
+    def best(self, model: NoiseModel, kind: Literal["warm-up", "settling"]) -> list[Transient]:
         """The decay that leaves the smallest residuals, its time constant refined; none where none is offered."""
         offered = self.offered(kind)
         if not offered:
@@ -211,14 +213,14 @@ class Take:
         from scipy.optimize import minimize_scalar
 
         def cost(log_T: float) -> float:
-            return self.fit(model, [Decay(kind, math.exp(log_T))]).chi2
+            return self.fit(model, [Transient(kind, math.exp(log_T))]).chi2
 
         start = min(offered, key=lambda decay: cost(math.log(decay.T)))
         middle = math.log(start.T)
         found = minimize_scalar(
             cost, bounds=(middle - 1.3, middle + 1.3), method="bounded", options={"xatol": 1e-3}
         )
-        return [Decay(kind, math.exp(float(found.x)), fitted=True)]
+        return [Transient(kind, math.exp(float(found.x)), fitted=True)]
 
 
 def _block_size(spans: NDArray[np.int64], recording: Recording, model: NoiseModel | None) -> int:

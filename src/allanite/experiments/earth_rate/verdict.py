@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from allanite.experiments.reversals.sides import is_vertical
 from allanite.plain_files.counted import plural
 from allanite.quantities.earth import DEG_H, EARTH_RATE
-from allanite.quantities.residual_tests import SEEN, Check, grave
+from allanite.quantities.residual_tests import SEEN, ResidualTest, grave
 from allanite.quantities.units import STANDARD_GRAVITY
 
 if TYPE_CHECKING:
@@ -113,7 +113,7 @@ def settling_that_explains(estimate: EarthRateEstimate, rate: float, sd: float, 
     return (says,)
 
 
-def _rank(check: Check) -> int:
+def _rank(check: ResidualTest) -> int:
     """The size of the noise comes first where it speaks of another sensor, last where it does not."""
     if check.name == "size of the noise":
         return -1 if grave([check]) or check.ratio < 1 else len(_CAUSES)
@@ -122,7 +122,7 @@ def _rank(check: Check) -> int:
     return 1  # a companion channel, like the temperature
 
 
-def _advice(estimate: EarthRateEstimate, failed: list[Check]) -> tuple[str, ...]:
+def _advice(estimate: EarthRateEstimate, failed: list[ResidualTest]) -> tuple[str, ...]:
     """What the failed checks say, but for what a drift that is named already makes of the turns."""
     drifts = any(c.name == "warm-up" for c in failed)
     advice = tuple(c.says for c in failed if not (drifts and c.name == "order of the turns"))

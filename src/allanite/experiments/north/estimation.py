@@ -22,8 +22,8 @@ from allanite.experiments.north.circle import (
     wrapped,
 )
 from allanite.experiments.north.results import NorthEstimate, RunningNorth
-from allanite.experiments.north.scatter import Scatter, scatter_of
-from allanite.experiments.north.solution import Solution, solve
+from allanite.experiments.north.scatter import PositionScatter, scatter_of
+from allanite.experiments.north.solution import NorthSolution, solve
 from allanite.experiments.north.tracks import Axes, Rotation, Track, axes_of, tracks_of
 from allanite.experiments.north.verdict import (
     REASONS,
@@ -34,7 +34,7 @@ from allanite.experiments.reversals import Reversals
 from allanite.noise import NoiseModel
 from allanite.noise.given_models import models_of
 from allanite.quantities.earth import EARTH_RATE, checked_latitude
-from allanite.quantities.residual_tests import SEEN, Check, inflation_of, scatter_check, size_check
+from allanite.quantities.residual_tests import SEEN, ResidualTest, inflation_of, scatter_check, size_check
 from allanite.quantities.setup_uncertainty import Stated
 from allanite.recording.records import Recording
 
@@ -159,7 +159,7 @@ def _checkpoints(track: Track) -> NDArray[np.int64]:
     return rows[::-1][:: max(len(rows) // CHECKPOINTS, 1)][::-1]
 
 
-def _checks(solution: Solution, scatter: Scatter | None) -> tuple[Check, ...]:
+def _checks(solution: NorthSolution, scatter: PositionScatter | None) -> tuple[ResidualTest, ...]:
     checks = [size_check(solution.chi2, solution.dof)]
     if solution.rank == 2:
         checks.append(drift_check(solution.drift))
@@ -170,9 +170,9 @@ def _checks(solution: Solution, scatter: Scatter | None) -> tuple[Check, ...]:
 
 def _estimate(
     tracks: Sequence[Track],
-    solution: Solution,
-    scatter: Scatter | None,
-    checks: tuple[Check, ...],
+    solution: NorthSolution,
+    scatter: PositionScatter | None,
+    checks: tuple[ResidualTest, ...],
     latitude: float,
     stated: Stated,
     misalignment: float,
@@ -218,9 +218,9 @@ def _estimate(
 
 def _located(
     blank: NorthEstimate,
-    solution: Solution,
+    solution: NorthSolution,
     covariance: Array,
-    scatter: Scatter | None,
+    scatter: PositionScatter | None,
     stated: Stated,
     misalignment: float,
 ) -> NorthEstimate:
@@ -275,7 +275,9 @@ def _length(length: float, noise: float, reference: float, confidence: float) ->
     return max(length - below, 0.0), length + above
 
 
-def _mirrored(blank: NorthEstimate, solution: Solution, covariance: Array, stated: Stated) -> NorthEstimate:
+def _mirrored(
+    blank: NorthEstimate, solution: NorthSolution, covariance: Array, stated: Stated
+) -> NorthEstimate:
     """One component p along e is seen: H cos(psi - e) = p, and only the known H tells psi, but for its mirror image."""
     seen = solution.seen[0]
     if (math.atan2(seen[1], seen[0])) % math.tau >= math.pi:
@@ -304,7 +306,7 @@ def _mirrored(blank: NorthEstimate, solution: Solution, covariance: Array, state
     )
 
 
-def _running(solution: Solution, rows: NDArray[np.int64], dt: float, inflation: float) -> RunningNorth:
+def _running(solution: NorthSolution, rows: NDArray[np.int64], dt: float, inflation: float) -> RunningNorth:
     vector, covariance = solution.running
     length = np.hypot(vector[:, 0], vector[:, 1])
     psi = np.arctan2(vector[:, 1], vector[:, 0])

@@ -16,7 +16,7 @@ from allanite.experiments.reversals import Reversals
 from allanite.noise import NoiseModel
 from allanite.plain_files.json_values import plain
 from allanite.quantities.earth import EARTH_RATE
-from allanite.quantities.residual_tests import Check
+from allanite.quantities.residual_tests import ResidualTest
 
 __all__ = ["EastWestNull", "NorthEstimate", "RunningNorth"]
 
@@ -79,7 +79,7 @@ class NorthEstimate:
     budget : dict of str to float [rad]
         Standard uncertainties of the azimuth by source.
     running : RunningNorth
-    checks : tuple of Check
+    checks : tuple of ResidualTest
     advice : tuple of str
     latitude : float [rad]
     axes : dict of str to float [rad]
@@ -110,7 +110,7 @@ class NorthEstimate:
     biases: dict[str, tuple[float, float]]
     budget: dict[str, float] = field(default_factory=dict)
     running: RunningNorth = field(repr=False)
-    checks: tuple[Check, ...] = ()
+    checks: tuple[ResidualTest, ...] = ()
     advice: tuple[str, ...] = ()
     latitude: float
     axes: dict[str, float]
@@ -172,7 +172,7 @@ class EastWestNull:
     bias : (float, float) [rad/s]
         The level, and its standard deviation.
     budget : dict of str to float [rad/s]
-    checks : tuple of Check
+    checks : tuple of ResidualTest
     advice : tuple of str
     latitude : float [rad]
     channel : str
@@ -190,7 +190,7 @@ class EastWestNull:
     inflation: float
     bias: tuple[float, float]
     budget: dict[str, float] = field(default_factory=dict)
-    checks: tuple[Check, ...] = ()
+    checks: tuple[ResidualTest, ...] = ()
     advice: tuple[str, ...] = ()
     latitude: float
     channel: str

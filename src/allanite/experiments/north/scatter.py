@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from allanite.experiments.north.tracks import Track
 from allanite.noise.span_means import contrast_whitener, span_covariance
 
-__all__ = ["Means", "Scatter", "scatter_of"]
+__all__ = ["Means", "PositionScatter", "scatter_of"]
 
 Array = NDArray[np.float64]
 
@@ -75,7 +75,7 @@ class Means:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Scatter:
+class PositionScatter:
     """What the means of the positions say.
 
     Attributes
@@ -110,7 +110,7 @@ class Scatter:
         return math.sqrt(sum(v**2 for v in moved.values()) * share)
 
 
-def scatter_of(tracks: Sequence[Track]) -> Scatter | None:
+def scatter_of(tracks: Sequence[Track]) -> PositionScatter | None:
     """Least squares of the means of all axes; None in a rotation."""
     means = [own for own in (Means.of(track) for track in tracks) if own is not None]
     if len(means) < len(tracks):
@@ -126,7 +126,7 @@ def scatter_of(tracks: Sequence[Track]) -> Scatter | None:
     solver = right.T @ (left / values).T
     residual = y - left @ (left.T @ y)
     parts = np.split(solver, np.cumsum([len(m.whitener) for m in means])[:-1], axis=1)
-    return Scatter(
+    return PositionScatter(
         chi2=float(residual @ residual),
         dof=len(y) - len(values),
         vector=solver @ y,

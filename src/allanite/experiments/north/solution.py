@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from allanite.experiments.north.tracks import Track
 from allanite.filtering.regression import Whitener
 
-__all__ = ["Solution", "solve"]
+__all__ = ["NorthSolution", "solve"]
 
 Array = NDArray[np.float64]
 
@@ -26,7 +26,7 @@ RANK = 1e-9
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Solution:
+class NorthSolution:
     """Generalised least squares.
 
     Attributes
@@ -91,7 +91,7 @@ class _White:
         return cls(rows=rows, free=free, whole=np.sqrt((rows[:, :2] ** 2).sum(axis=0)), count=int(used.sum()))
 
 
-def solve(tracks: Sequence[Track], checkpoints: Sequence[int] = ()) -> Solution:
+def solve(tracks: Sequence[Track], checkpoints: Sequence[int] = ()) -> NorthSolution:
     """The fit; checkpoints are numbers of blocks."""
     white = [_White.of(track) for track in tracks]
     columns = np.concatenate([w.free[:, :2] for w in white])
@@ -104,7 +104,7 @@ def solve(tracks: Sequence[Track], checkpoints: Sequence[int] = ()) -> Solution:
     covariance = half @ half.T
     residual = y - left @ inside
     slow = np.concatenate([w.free[:, 2:4] for w in white])
-    return Solution(
+    return NorthSolution(
         vector=vector,
         covariance=covariance,
         seen=right,

@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from allanite.quantities.earth import DEG_H
-from allanite.quantities.residual_tests import SEEN, Check, alarm, grave
+from allanite.quantities.residual_tests import SEEN, ResidualTest, alarm, grave
 
 if TYPE_CHECKING:
     from allanite.experiments.north.results import NorthEstimate
@@ -24,7 +24,7 @@ __all__ = [
 REASONS = "an error changes from position to position (heading, tilt, residual rotation, a bias by position)"
 
 
-def drift_check(chi2: float) -> Check:
+def drift_check(chi2: float) -> ResidualTest:
     """Does the vector change through the record?"""
     return alarm(
         "constancy of the heading",
@@ -35,7 +35,7 @@ def drift_check(chi2: float) -> Check:
     )
 
 
-def advice_of(checks: Sequence[Check]) -> tuple[str, ...]:
+def advice_of(checks: Sequence[ResidualTest]) -> tuple[str, ...]:
     """What the failed checks say."""
     return tuple(c.says for c in checks if not c.passed)
 

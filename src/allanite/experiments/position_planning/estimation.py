@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from allanite.errors import InputError
 from allanite.experiments.calibration.prediction import predict
 from allanite.experiments.position_planning.headings import heading_plan
-from allanite.experiments.position_planning.prediction import Forecast, Unit
+from allanite.experiments.position_planning.prediction import Forecast, PlannedUnit
 from allanite.experiments.position_planning.results import PlannedPosition, PositionPlan, Scheme
 from allanite.experiments.position_planning.schemes import STANDARD, candidates_of, words_of
 from allanite.experiments.position_planning.search import (
@@ -125,7 +125,7 @@ def plan_positions(
             axes=axes,
             progress=advance,
         )
-    unit = Unit(
+    unit = PlannedUnit(
         models={sensor: (model,) * 3 for sensor, model in by_sensor.items()},
         gravity=STANDARD_GRAVITY if latitude is None else normal_gravity(latitude),
         latitude=latitude,
@@ -216,7 +216,7 @@ def _kind_of(name: str) -> str:
 
 
 def _plan(
-    unit: Unit,
+    unit: PlannedUnit,
     draft: Draft,
     targets: Array,
     wanted: dict[str, float],
@@ -266,7 +266,7 @@ def _plan(
     )
 
 
-def _told(unit: Unit, draft: Draft, dwells: Array) -> Forecast:
+def _told(unit: PlannedUnit, draft: Draft, dwells: Array) -> Forecast:
     """By the linear algebra of the calibration itself."""
     found = predict(
         draft.way,
@@ -311,18 +311,18 @@ def _positions(draft: Draft, dwells: Array) -> tuple[PlannedPosition, ...]:
     return tuple(found)
 
 
-def _forecasts(unit: Unit, draft: Draft, totals: Array) -> list[Forecast | None]:
+def _forecasts(unit: PlannedUnit, draft: Draft, totals: Array) -> list[Forecast | None]:
     """At each length of record; None where the turns take all of it."""
     dwells = (totals - (draft.n - 1) * unit.turn) / draft.n
     return [draft.forecast(unit, float(d)) if d > 1 / unit.rate else None for d in dwells]
 
 
-def _curve(unit: Unit, draft: Draft, targets: Array, totals: Array) -> Array:
+def _curve(unit: PlannedUnit, draft: Draft, targets: Array, totals: Array) -> Array:
     found = _forecasts(unit, draft, totals)
     return np.array([math.nan if f is None else worst_of(f, targets) for f in found])
 
 
-def _running(unit: Unit, draft: Draft, groups: tuple[str, ...], totals: Array) -> Array:
+def _running(unit: PlannedUnit, draft: Draft, groups: tuple[str, ...], totals: Array) -> Array:
     """Largest standard deviation of each kind; infinite where one of the kind is open."""
     of_kind = [np.array([_kind_of(n) == g for n in unit.names]) for g in groups]
     rows = []
@@ -335,7 +335,7 @@ def _running(unit: Unit, draft: Draft, groups: tuple[str, ...], totals: Array) -
     return np.array(rows)
 
 
-def _scheme(unit: Unit, name: str, draft: Draft, targets: Array, total: float) -> Scheme:
+def _scheme(unit: PlannedUnit, name: str, draft: Draft, targets: Array, total: float) -> Scheme:
     dwell = dwell_for(unit, draft, targets)
     worst = float(_curve(unit, draft, targets, np.array([total]))[0])
     reached = math.isfinite(dwell)
@@ -353,7 +353,7 @@ def _scheme(unit: Unit, name: str, draft: Draft, targets: Array, total: float) -
 
 
 def _sentence(
-    forecast: Forecast, dwells: Array, unit: Unit, targets: Array, reached: bool, time: float | None
+    forecast: Forecast, dwells: Array, unit: PlannedUnit, targets: Array, reached: bool, time: float | None
 ) -> str:
     ratio = forecast.sd / targets
     last = forecast.names[int(np.argmax(ratio))]
@@ -381,7 +381,7 @@ def _time(seconds: float) -> str:
 
 
 def _notes(
-    forecast: Forecast, models: Mapping[str, NoiseModel], unit: Unit, candidates: str
+    forecast: Forecast, models: Mapping[str, NoiseModel], unit: PlannedUnit, candidates: str
 ) -> tuple[str, ...]:
     out = []
     if forecast.open:

@@ -25,7 +25,7 @@ from allanite.quantities.attitude import rotation, rotation_vector, skew
 from allanite.quantities.earth import earth_rate_vector
 from allanite.recording.calibration import ACCELEROMETER, AXES, GYRO, Frame, parameter_names
 
-__all__ = ["Forecast", "Unit"]
+__all__ = ["Forecast", "PlannedUnit"]
 
 Array = NDArray[np.float64]
 
@@ -68,7 +68,7 @@ class Forecast:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Unit:
+class PlannedUnit:
     """What does not depend on the scheme.
 
     Attributes
@@ -120,7 +120,7 @@ class Unit:
         rest = np.asarray(dwells, dtype=np.float64)
         start = np.concatenate([[0.0], np.cumsum(rest[:-1] + self.turn)])
         edges = np.round(np.stack([start, start + rest], axis=1) * self.rate)
-        scene = _Scene.of(self, attitudes, edges)
+        scene = _SchemeObservations.of(self, attitudes, edges)
         rows = np.concatenate([b.rows for b in scene.blocks])
         white = np.linalg.solve(np.linalg.cholesky(scene.covariance()), rows)
         earth = earth_prior(ACCELEROMETER in self.models, self.latitude) if GYRO in self.models else None
@@ -163,21 +163,21 @@ class _Block:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _Scene:
+class _SchemeObservations:
     """The observations of a scheme.
 
     `fixed` columns of the attitudes come first that are so by definition: the heading of the first rest, or all of it.
     `paths` are rotations from the body during each turn to that before it, shape (m, STEPS, 3, 3).
     """
 
-    unit: Unit
+    unit: PlannedUnit
     edges: Array
     blocks: tuple[_Block, ...]
     paths: Array
     fixed: int
 
     @classmethod
-    def of(cls, unit: Unit, attitudes: Array, edges: Array) -> _Scene:
+    def of(cls, unit: PlannedUnit, attitudes: Array, edges: Array) -> _SchemeObservations:
         n = len(attitudes)
         blocks = []
         for sensor in (s for s in (ACCELEROMETER, GYRO) if s in unit.models):
@@ -297,7 +297,7 @@ def _block(
     return _Block(rows=np.concatenate(parts, axis=2).reshape(3 * count, -1))
 
 
-def _turn_block(unit: Unit, attitudes: Array, edges: Array, vectors: Array, paths: Array) -> _Block:
+def _turn_block(unit: PlannedUnit, attitudes: Array, edges: Array, vectors: Array, paths: Array) -> _Block:
     """The rotation from rest to rest against inertial space; an error of the rates adds its integral along the path."""
     n, m = len(attitudes), len(vectors)
     seconds = (edges[1:, 0] - edges[:-1, 1]) / unit.rate

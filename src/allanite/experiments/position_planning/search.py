@@ -19,7 +19,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.experiments.position_planning.prediction import Forecast, Unit
+from allanite.experiments.position_planning.prediction import Forecast, PlannedUnit
 from allanite.experiments.position_planning.schemes import attitudes_along
 
 __all__ = ["Draft", "dwell_for", "found_scheme", "nearest_dwell", "score", "worst_of"]
@@ -57,11 +57,11 @@ class Draft:
         """Attitudes in order."""
         return attitudes_along(self.ups) if self.attitudes is None else self.attitudes
 
-    def forecast(self, unit: Unit, dwell: float) -> Forecast:
+    def forecast(self, unit: PlannedUnit, dwell: float) -> Forecast:
         """At this mean dwell [s]."""
         return unit.forecast(self.way, np.maximum(dwell * self.shares, 1 / unit.rate).tolist())
 
-    def total(self, unit: Unit, dwell: float) -> float:
+    def total(self, unit: PlannedUnit, dwell: float) -> float:
         """Length of the record [s]."""
         return self.n * dwell + (self.n - 1) * unit.turn
 
@@ -76,7 +76,7 @@ def score(forecast: Forecast, goals: Array) -> float:
     return float(((forecast.sd / goals) ** 2).sum())
 
 
-def dwell_for(unit: Unit, draft: Draft, goals: Array) -> float:
+def dwell_for(unit: PlannedUnit, draft: Draft, goals: Array) -> float:
     """Least mean dwell with which the goals are reached [s]; infinite where no dwell up to an hour does it.
 
     Dwells are doubled until one does: with noise that wanders too long a rest is as bad as too short a one.
@@ -90,7 +90,7 @@ def dwell_for(unit: Unit, draft: Draft, goals: Array) -> float:
     return math.inf
 
 
-def _between(unit: Unit, draft: Draft, goals: Array, low: float, high: float) -> float:
+def _between(unit: PlannedUnit, draft: Draft, goals: Array, low: float, high: float) -> float:
     """The least dwell that reaches the goals; `high` does, `low` does not, or is zero: nothing shorter is allowed."""
     while low > 0 and high > 1.02 * low:
         middle = math.sqrt(low * high)
@@ -99,7 +99,7 @@ def _between(unit: Unit, draft: Draft, goals: Array, low: float, high: float) ->
     return high
 
 
-def nearest_dwell(unit: Unit, draft: Draft, goals: Array) -> float:
+def nearest_dwell(unit: PlannedUnit, draft: Draft, goals: Array) -> float:
     """Mean dwell that comes nearest to goals that are out of reach: the shortest that is within 2 % of the best [s]."""
     way = replace(draft, attitudes=draft.way)
     dwells = _dwells(unit, draft)
@@ -107,7 +107,7 @@ def nearest_dwell(unit: Unit, draft: Draft, goals: Array) -> float:
     return next(d for d, w in zip(dwells, worst, strict=True) if w <= NEAR * min(worst))
 
 
-def _dwells(unit: Unit, draft: Draft) -> list[float]:
+def _dwells(unit: PlannedUnit, draft: Draft) -> list[float]:
     """Mean dwells that are tried, from the shortest on."""
     shortest = unit.shortest / float(draft.shares.min())
     count = max(math.ceil(math.log2(LONGEST / shortest)), 0) + 1
@@ -115,7 +115,7 @@ def _dwells(unit: Unit, draft: Draft) -> list[float]:
 
 
 def found_scheme(
-    unit: Unit, goals: Array, candidates: Array, *, most: int, time: float | None, progress: Progress
+    unit: PlannedUnit, goals: Array, candidates: Array, *, most: int, time: float | None, progress: Progress
 ) -> Draft:
     """Positions and relative dwells.
 
@@ -140,7 +140,7 @@ def found_scheme(
     return best
 
 
-def _cost(unit: Unit, draft: Draft, goals: Array, time: float | None) -> float:
+def _cost(unit: PlannedUnit, draft: Draft, goals: Array, time: float | None) -> float:
     """What is to be small: the length of the record, or how far from the goals it stays in a given time.
 
     Where the goals are out of reach, schemes that come nearest to them go first, all behind those that reach them.
@@ -155,7 +155,7 @@ def _cost(unit: Unit, draft: Draft, goals: Array, time: float | None) -> float:
 
 
 def _greedy(
-    unit: Unit, goals: Array, candidates: Array, most: int, dwell: float, progress: Progress
+    unit: PlannedUnit, goals: Array, candidates: Array, most: int, dwell: float, progress: Progress
 ) -> Array:
     """Directions in the order in which they help most; flat on the table first."""
     chosen = [candidates[int(np.argmax(candidates[:, 2]))]]
@@ -168,7 +168,7 @@ def _greedy(
 
 
 def _exchanged(
-    unit: Unit, draft: Draft, goals: Array, candidates: Array, time: float | None, progress: Progress
+    unit: PlannedUnit, draft: Draft, goals: Array, candidates: Array, time: float | None, progress: Progress
 ) -> Draft:
     """Each position but the first for the candidate that is best in its place; without it, where that is as good."""
     dwell = _dwell(unit, draft, goals, time)
@@ -191,7 +191,7 @@ def _exchanged(
     return draft
 
 
-def _stretched(unit: Unit, draft: Draft, goals: Array, time: float | None) -> Draft:
+def _stretched(unit: PlannedUnit, draft: Draft, goals: Array, time: float | None) -> Draft:
     """Longer and shorter dwells where that helps, the time of all of them kept."""
     dwell = _dwell(unit, draft, goals, time)
     for i in range(draft.n):
@@ -204,14 +204,14 @@ def _stretched(unit: Unit, draft: Draft, goals: Array, time: float | None) -> Dr
     return draft
 
 
-def _dwell(unit: Unit, draft: Draft, goals: Array, time: float | None) -> float:
+def _dwell(unit: PlannedUnit, draft: Draft, goals: Array, time: float | None) -> float:
     if time is not None:
         return (time - (draft.n - 1) * unit.turn) / draft.n
     dwell = dwell_for(unit, draft, goals)
     return dwell if math.isfinite(dwell) else nearest_dwell(unit, draft, goals)
 
 
-def _nearer(unit: Unit, draft: Draft, other: Draft, goals: Array, dwell: float) -> Draft:
+def _nearer(unit: PlannedUnit, draft: Draft, other: Draft, goals: Array, dwell: float) -> Draft:
     """The other one, if it comes nearer to the goals in the same time."""
     old, new = (worst_of(d.forecast(unit, dwell), goals) for d in (draft, other))
     return other if new < (1 - WORTH) * old else draft

@@ -6,7 +6,7 @@ is regressed on them in the noise of the model (`allanite.filtering.regression`)
 interval that holds in noise that is not white. What the table and the user know and no record shows is stated, and
 enters the budget.
 
-``motion``          how the table turned: Steps, Sampled, Sinusoids, and the clocks
+``motion``          how the table turned: RateSteps, Sampled, Sinusoids, and the clocks
 ``table_file``      the same from a CSV
 ``record``          what is made of the samples: clocks, range, regression
 ``step_means``, ``residual_checks``  what the residuals say
@@ -14,19 +14,19 @@ enters the budget.
 """
 
 from allanite.experiments.rate_table.estimation import measure_rate_table
-from allanite.experiments.rate_table.motion import Clock, RateTable, Sampled, Sinusoids, Steps
-from allanite.experiments.rate_table.results import Parameter, RateTableEstimate, TableUncertainty
+from allanite.experiments.rate_table.motion import RateSteps, RateTable, Sampled, Sinusoids, TableClock
+from allanite.experiments.rate_table.results import RateTableEstimate, ResponseParameter, TableUncertainty
 from allanite.experiments.rate_table.table_file import read_rate_table
 from allanite.experiments.rate_table.twin import simulate_on_table
 
 __all__ = [
-    "Clock",
-    "Parameter",
+    "RateSteps",
     "RateTable",
     "RateTableEstimate",
+    "ResponseParameter",
     "Sampled",
     "Sinusoids",
-    "Steps",
+    "TableClock",
     "TableUncertainty",
     "measure_rate_table",
     "read_rate_table",

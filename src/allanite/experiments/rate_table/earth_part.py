@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import InputError
-from allanite.experiments.rate_table.motion import Steps
+from allanite.experiments.rate_table.motion import RateSteps
 from allanite.quantities.earth import EARTH_RATE
 
 __all__ = ["AXES", "EarthPart"]
@@ -54,7 +54,7 @@ class EarthPart:
         return EARTH_RATE * math.cos(self.latitude)
 
     def wobble(
-        self, table: Steps, used: NDArray[np.int64], length: Array, misalignment: float
+        self, table: RateSteps, used: NDArray[np.int64], length: Array, misalignment: float
     ) -> tuple[float, float]:
         """Standard uncertainties of scale factor (relative) and bias [rad/s] by what turns and does not average.
 
@@ -87,7 +87,7 @@ class EarthPart:
         return f"the bias holds {math.degrees(self.along) * 3600:+.3f} deg/h of the Earth's rotation{of}"
 
 
-def not_whole(table: Steps, used: NDArray[np.int64], length: Array) -> int:
+def not_whole(table: RateSteps, used: NDArray[np.int64], length: Array) -> int:
     """Steps that turn, but not by whole revolutions."""
     turns = np.abs(table.rate[used]) * length / (2 * math.pi)
     return int(np.count_nonzero((turns > 0) & (turns < MANY) & (np.abs(turns - np.round(turns)) > WHOLE)))

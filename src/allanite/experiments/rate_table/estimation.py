@@ -12,24 +12,24 @@ from numpy.typing import NDArray
 
 from allanite.errors import InputError
 from allanite.experiments.rate_table.earth_part import EarthPart, not_whole
-from allanite.experiments.rate_table.motion import Clock, RateTable, Sampled, Sinusoids, Steps
+from allanite.experiments.rate_table.motion import RateSteps, RateTable, Sampled, Sinusoids, TableClock
 from allanite.experiments.rate_table.parameters import Wide, curve, parameters_of
 from allanite.experiments.rate_table.record.aided import aided_of
 from allanite.experiments.rate_table.record.bandwidth import frequency_response
 from allanite.experiments.rate_table.record.channels import channels_of, refuse_still, unit_of
 from allanite.experiments.rate_table.record.clipping import Clipped, find_clipped
-from allanite.experiments.rate_table.record.clocks import Comparison, Timing
+from allanite.experiments.rate_table.record.clocks import ClockComparison, Timing
 from allanite.experiments.rate_table.record.fit import (
-    Follower,
     Shape,
-    Solution,
+    TableChannel,
+    TableSolution,
     companions,
     fit_noise,
     shape_of,
     solve,
 )
-from allanite.experiments.rate_table.record.rows import ABSOLUTE, LAG, LATE, POWERS, RATE, Rows
-from allanite.experiments.rate_table.record.timing import Coarse, coarse_offset
+from allanite.experiments.rate_table.record.rows import ABSOLUTE, LAG, LATE, POWERS, RATE, RegressionRows
+from allanite.experiments.rate_table.record.timing import CoarseOffset, coarse_offset
 from allanite.experiments.rate_table.residual_checks import (
     agreement_checks,
     noise_by_rate,
@@ -41,8 +41,8 @@ from allanite.experiments.rate_table.results import (
     Aided,
     FrequencyPoint,
     NoiseAtRate,
-    Parameter,
     RateTableEstimate,
+    ResponseParameter,
     StepResult,
     TableUncertainty,
 )
@@ -52,7 +52,7 @@ from allanite.experiments.rate_table.verdict import clipped_words, clock_words, 
 from allanite.noise import NoiseModel
 from allanite.noise.given_models import models_of
 from allanite.plain_files.counted import plural
-from allanite.quantities.residual_tests import FOREIGN, Check
+from allanite.quantities.residual_tests import FOREIGN, ResidualTest
 from allanite.recording.records import Kind, Recording
 
 __all__ = ["measure_rate_table"]
@@ -84,7 +84,7 @@ def measure_rate_table(
     ----------
     recording : Recording
         Rates, or volts or counts: the scale factor is then in the unit of the channel per rad/s.
-    table : Steps, Sampled or Sinusoids
+    table : RateSteps, Sampled or Sinusoids
         How the table turned, by its own clock (`read_rate_table`).
     channel : str, optional
         The channel on the table's axis; of several the one that responds most.
@@ -138,9 +138,9 @@ def measure_rate_table(
     used = _fitted_part(table)
     shape = shape_of(nonlinearity)
     advance(0.1, "comparing the clocks")
-    coarse = coarse_offset(recording, name, table) if offset is None else Coarse(offset=offset)
-    follower = Follower(recording=recording, channel=name, table=used, model=given, shape=shape)
-    clocks = Comparison(start=coarse.offset, offset=offset, dead_time=dead_time)
+    coarse = coarse_offset(recording, name, table) if offset is None else CoarseOffset(offset=offset)
+    follower = TableChannel(recording=recording, channel=name, table=used, model=given, shape=shape)
+    clocks = ClockComparison(start=coarse.offset, offset=offset, dead_time=dead_time)
     timing = clocks.timing(follower)
     clipped = find_clipped(recording, name, used, timing.window)
     if clipped.any:
@@ -216,7 +216,7 @@ class _Measurement:
     table: RateTable
     whole: RateTable
     timing: Timing
-    coarse: Coarse
+    coarse: CoarseOffset
     clipped: Clipped
     shape: Shape
     temperature: str | None
@@ -232,8 +232,8 @@ class _Measurement:
         """Columns beside level, rate and shape."""
         return (*companions(self.temperature), *self.timing.lags)
 
-    def rows(self, channel: str, model: NoiseModel | None) -> Rows:
-        return Rows.of(
+    def rows(self, channel: str, model: NoiseModel | None) -> RegressionRows:
+        return RegressionRows.of(
             self.recording, channel, self.table, self.timing.window, model=model, temperature=self.temperature
         )
 
@@ -272,14 +272,16 @@ class _Measurement:
 
     # -- fit ----------------------------------------------------------------------------------------------
 
-    def _wider(self, rows: Rows, model: NoiseModel) -> NoiseModel:
+    def _wider(self, rows: RegressionRows, model: NoiseModel) -> NoiseModel:
         """Of the families that the record at rest leaves open, the one with the wider interval."""
         families = model.families
         if len(families) == 1:
             return model
         return max(families, key=lambda m: solve(rows, m, self.shape, self.others).fit[RATE][1])
 
-    def _solved(self, rows: Rows, model: NoiseModel) -> tuple[Solution, tuple[NoiseAtRate, ...]]:
+    def _solved(
+        self, rows: RegressionRows, model: NoiseModel
+    ) -> tuple[TableSolution, tuple[NoiseAtRate, ...]]:
         """The fit, and the noise by rate; where that depends on the rate, fitted again with weights for it."""
         found = solve(rows, model, self.shape, self.others)
         by_rate = noise_by_rate(found, model)
@@ -288,19 +290,19 @@ class _Measurement:
             found = solve(rows.trusting(trust), model, self.shape, self.others)
         return found, by_rate
 
-    def _steps(self, found: Solution, model: NoiseModel) -> StepMeans | None:
-        if not isinstance(self.table, Steps) or found.fit.unbounded:
+    def _steps(self, found: TableSolution, model: NoiseModel) -> StepMeans | None:
+        if not isinstance(self.table, RateSteps) or found.fit.unbounded:
             return None
         sampling = self.recording[self.channel].sampling
         return StepMeans.of(self.table, found, model, self.recording.rate, sampling)
 
-    def _regression_checks(self, found: Solution, model: NoiseModel) -> tuple[Check, ...]:
+    def _regression_checks(self, found: TableSolution, model: NoiseModel) -> tuple[ResidualTest, ...]:
         if found.fit.unbounded:
             return ()
-        steps = self.table if isinstance(self.table, Steps) else None
+        steps = self.table if isinstance(self.table, RateSteps) else None
         return regression_checks(found, model, self.others, steps=steps)
 
-    def _wide(self, found: Solution, checks: Sequence[Check], steps: StepMeans | None) -> Wide:
+    def _wide(self, found: TableSolution, checks: Sequence[ResidualTest], steps: StepMeans | None) -> Wide:
         """Factor and law of the intervals: Student's where the scatter of the record decides how wide they are."""
         failed = [c for c in checks if c.widens and not c.passed]
         inflation = max([1.0, *(c.ratio for c in failed)])
@@ -318,7 +320,7 @@ class _Measurement:
     # -- numbers ------------------------------------------------------------------------------------------
 
     def _budget(
-        self, found: Solution, wide: Wide, steps: StepMeans | None, model: NoiseModel
+        self, found: TableSolution, wide: Wide, steps: StepMeans | None, model: NoiseModel
     ) -> tuple[dict[str, float], float]:
         """Standard uncertainties of the scale factor, relative; and the Earth's in the bias, in SI of the channel."""
         k, sd = found.scale
@@ -335,7 +337,7 @@ class _Measurement:
             budget = {"noise": min(alone, noise), "clock": math.sqrt(max(noise**2 - alone**2, 0.0))}
         budget |= self.stated.budget()
         bias = 0.0
-        if steps is not None and isinstance(self.table, Steps) and self.stated.misalignment:
+        if steps is not None and isinstance(self.table, RateSteps) and self.stated.misalignment:
             length = found.rows.steps[steps.number, 3] - found.rows.steps[steps.number, 2]
             own, level = self.earth.wobble(
                 self.table, steps.number, length / self.recording.rate, self.stated.misalignment
@@ -345,8 +347,13 @@ class _Measurement:
         return budget, bias
 
     def _parameters(
-        self, found: Solution, model: NoiseModel, wide: Wide, budget: Mapping[str, float], bias_stated: float
-    ) -> list[Parameter]:
+        self,
+        found: TableSolution,
+        model: NoiseModel,
+        wide: Wide,
+        budget: Mapping[str, float],
+        bias_stated: float,
+    ) -> list[ResponseParameter]:
         facts = self.recording[self.channel]
         unit = unit_of(facts)
         stated = {name: value for name, value in budget.items() if name not in ("noise", "clock")}
@@ -373,13 +380,17 @@ class _Measurement:
                 out.append(wide.parameter("asymmetry", (2 * value, 2 * own), "1"))
         return out
 
-    def _nominal(self, found: Solution, nominal: float | None) -> float | None:
+    def _nominal(self, found: TableSolution, nominal: float | None) -> float | None:
         """Of a sensor that is mounted the other way round, minus what its unit says."""
         return None if nominal is None else math.copysign(nominal, found.scale[0])
 
     def _misalignment(
-        self, name: str, models: NoiseModel | Mapping[str, NoiseModel] | None, found: Solution, wide: Wide
-    ) -> Parameter:
+        self,
+        name: str,
+        models: NoiseModel | Mapping[str, NoiseModel] | None,
+        found: TableSolution,
+        wide: Wide,
+    ) -> ResponseParameter:
         """Response of another channel to the table, over that which it would have along the axis."""
         facts = self.recording[name]
         own = models_of(models, {name: facts.kind}).get(name)
@@ -394,7 +405,7 @@ class _Measurement:
         limits = replace(wide, inflation=inflation)
         return limits.parameter(f"misalignment of {name}", (k / along, sd / along), "rad")
 
-    def _clocks(self, found: Solution, wide: Wide) -> list[Parameter]:
+    def _clocks(self, found: TableSolution, wide: Wide) -> list[ResponseParameter]:
         """Offset and drift of the clocks where they were found: from the edges, or by the coefficients of the fit."""
         timing = self.timing
         if not math.isfinite(timing.seen):
@@ -418,19 +429,19 @@ class _Measurement:
             return ()
         window = replace(self.timing.window, chosen=None)
         if self.offset is not None:  # the phase is the sensor's own
-            window = replace(window, clock=Clock(offset=self.offset))
+            window = replace(window, clock=TableClock(offset=self.offset))
         return frequency_response(self.recording, self.channel, self.whole, window, model)
 
     # -- result -------------------------------------------------------------------------------------------
 
     def _result(
         self,
-        found: Solution,
+        found: TableSolution,
         model: NoiseModel,
         wide: Wide,
-        checks: tuple[Check, ...],
+        checks: tuple[ResidualTest, ...],
         budget: dict[str, float],
-        parameters: tuple[Parameter, ...],
+        parameters: tuple[ResponseParameter, ...],
         aided: tuple[Aided, Array] | None,
         steps: StepMeans | None,
     ) -> RateTableEstimate:
@@ -438,7 +449,7 @@ class _Measurement:
         u = rows.column(RATE)[rows.used]
         answers = parameters[0].resolved  # to the table: else nothing can be said relative to it
         results: tuple[StepResult, ...] = ()
-        if isinstance(self.table, Steps):
+        if isinstance(self.table, RateSteps):
             results = step_results(
                 self.table, rows, steps, self.timing.window, self.clipped, None if aided is None else aided[1],
                 self.recording,
@@ -476,7 +487,7 @@ class _Measurement:
             block=rows.dt,
         )
 
-    def _notes(self, estimate: RateTableEstimate, found: Solution) -> tuple[str, ...]:
+    def _notes(self, estimate: RateTableEstimate, found: TableSolution) -> tuple[str, ...]:
         """What was found on the way."""
         facts = self.recording[self.channel]
         notes = [clipped_words(self.clipped, self.table, facts)]
@@ -486,7 +497,7 @@ class _Measurement:
                 "the sensor or the table has not settled within half of a step: make the steps longer"
             )
         notes.append(self.earth.note(facts.kind is Kind.RATE))
-        if isinstance(self.table, Steps) and self.earth.axis in ("horizontal", "unknown"):
+        if isinstance(self.table, RateSteps) and self.earth.axis in ("horizontal", "unknown"):
             used = np.flatnonzero(found.rows.steps[:, 0] > 0)
             length = (found.rows.steps[used, 3] - found.rows.steps[used, 2]) / self.recording.rate
             count = not_whole(self.table, used, length)
@@ -496,7 +507,7 @@ class _Measurement:
                     "revolutions: what the Earth and gravity add across the axis does not average there; state the "
                     "misalignment to have it in the interval"
                 )
-        if isinstance(self.whole, Sampled) and isinstance(self.table, Steps):
+        if isinstance(self.whole, Sampled) and isinstance(self.table, RateSteps):
             count = len(self.table.rate)
             notes.append(
                 f"the table's own record shows {plural(count, 'stretch')} of constant rate: each is taken as a step"

@@ -16,7 +16,7 @@ from numpy.typing import ArrayLike, NDArray
 from allanite.errors import InputError
 from allanite.plain_files.json_values import plain
 
-__all__ = ["Clock", "RateTable", "Sampled", "Sinusoids", "Steps"]
+__all__ = ["RateSteps", "RateTable", "Sampled", "Sinusoids", "TableClock"]
 
 Array = NDArray[np.float64]
 
@@ -31,7 +31,7 @@ TURN = 1e-3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Clock:
+class TableClock:
     """Time of the record = offset + (1 + drift) time of the table.
 
     Attributes
@@ -54,7 +54,7 @@ class Clock:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Steps:
+class RateSteps:
     """Stretches of constant rate. Between them the table does something unknown.
 
     Attributes
@@ -196,7 +196,7 @@ class Sampled:
         bend = (before - rise) * (1 - p) - (after - rise) * p
         return np.asarray(self.angle[i] + p * (rise + (1 - p) * bend))
 
-    def plateaus(self) -> Steps | None:
+    def plateaus(self) -> RateSteps | None:
         """The same as steps, where nearly all of the change takes place in a small part of the time; None elsewhere."""
         width = max((self.time[-1] - self.time[0]) / CELLS, 4 * self.interval)
         edges = np.arange(self.time[0], self.time[-1], width)
@@ -218,7 +218,7 @@ class Sampled:
         start, stop = edges[runs[:, 0]] + width, edges[runs[:, 1]] - width
         steady = (self._angle(stop) - self._angle(start)) / (stop - start)
         blur = 0.0 if self.rate is None else self.interval / math.sqrt(12)
-        return Steps(
+        return RateSteps(
             start=start, stop=stop, rate=steady, changed=self._changed(start, stop, steady), blur=blur
         )
 
@@ -304,11 +304,11 @@ class Sinusoids:
         return {"kind": self.kind, **{f.name: plain(getattr(self, f.name)) for f in fields(self)}}
 
 
-RateTable = Steps | Sampled | Sinusoids
+RateTable = RateSteps | Sampled | Sinusoids
 """How a rate table turned."""
 
 
-def _settle(table: Steps | Sinusoids, what: str) -> None:
+def _settle(table: RateSteps | Sinusoids, what: str) -> None:
     """Columns as read-only arrays of one length, that of the changes one less."""
     lengths = set()
     for f in fields(table):

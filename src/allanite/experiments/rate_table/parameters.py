@@ -10,9 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.experiments.rate_table.record.fit import Solution
+from allanite.experiments.rate_table.record.fit import TableSolution
 from allanite.experiments.rate_table.record.rows import ABSOLUTE, RATE, TEMPERATURE, WARM_RATE, power
-from allanite.experiments.rate_table.results import Parameter
+from allanite.experiments.rate_table.results import ResponseParameter
 from allanite.quantities.distributions import chi_square_quantile, normal_quantile, student_quantile
 from allanite.quantities.residual_tests import SEEN
 
@@ -48,7 +48,7 @@ class Wide:
 
     def parameter(
         self, name: str, found: tuple[float, float], unit: str, *, stated: float = 0.0, zero: float = 0.0
-    ) -> Parameter:
+    ) -> ResponseParameter:
         """A number with its interval; `stated` is an uncertainty of its own, `zero` what it is measured from."""
         value, sd = found[0], found[1] * self.inflation
         total = math.hypot(sd, stated)
@@ -57,7 +57,7 @@ class Wide:
         seen = self.quantile(_THREE) * total
         resolved = math.isfinite(total) and abs(value - zero) >= seen * (1 - 1e-12)
         limit = None if resolved or not math.isfinite(total) else max(abs(low), abs(high))
-        return Parameter(
+        return ResponseParameter(
             name=name,
             value=value,
             sd=sd,
@@ -74,14 +74,14 @@ _THREE = 0.99865
 
 
 def parameters_of(
-    found: Solution,
+    found: TableSolution,
     wide: Wide,
     *,
     unit: str,
     budget: Mapping[str, float],
     nominal: float | None,
     bias_stated: float,
-) -> list[Parameter]:
+) -> list[ResponseParameter]:
     """Scale factor, its error, bias, the deviation from the straight line, and what temperature does.
 
     Parameters
@@ -117,7 +117,7 @@ def parameters_of(
     return out
 
 
-def nonlinearity(found: Solution, wide: Wide) -> Parameter:
+def nonlinearity(found: TableSolution, wide: Wide) -> ResponseParameter:
     """Largest deviation from the best straight line, over full scale, with a band that holds for all rates at once.
 
     The band is Scheffe's: with c coefficients the root of the chi-square quantile of c degrees of freedom takes the
@@ -134,7 +134,7 @@ def nonlinearity(found: Solution, wide: Wide) -> Parameter:
     high = float((np.abs(value) + reach * sd).max())
     low = max(float((np.abs(value) - reach * sd).max()), 0.0)
     seen = _joint(found, wide)
-    return Parameter(
+    return ResponseParameter(
         name="nonlinearity",
         value=float(np.abs(value[at])),
         sd=float(sd[at]),
@@ -146,7 +146,7 @@ def nonlinearity(found: Solution, wide: Wide) -> Parameter:
     )
 
 
-def _joint(found: Solution, wide: Wide) -> bool:
+def _joint(found: TableSolution, wide: Wide) -> bool:
     """All coefficients of the shape together, against the chance of three standard deviations."""
     at = [found.fit.names.index(n) for n in found.shape]
     c, covariance = found.fit.coefficients[at], found.fit.covariance[np.ix_(at, at)] * wide.inflation**2
@@ -159,13 +159,13 @@ def _joint(found: Solution, wide: Wide) -> bool:
     return statistic >= chi_square_quantile(2 * _THREE - 1, len(at)) * max(factor, 1.0)
 
 
-def _grid(found: Solution) -> Array:
+def _grid(found: TableSolution) -> Array:
     """Rates over full scale from the smallest that was used to the largest."""
     own = found.rows.column(RATE)[found.rows.used]
     return np.linspace(float(own.min()), float(own.max()), POINTS)
 
 
-def curve(found: Solution, wide: Wide) -> Array:
+def curve(found: TableSolution, wide: Wide) -> Array:
     """Rate over full scale, deviation from the straight line, and its standard deviation; shape (n, 3)."""
     u = _grid(found)[::4]
     value, sd = found.deviation(u) if found.shape else (np.zeros_like(u), np.zeros_like(u))

@@ -10,8 +10,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.experiments.rate_table.motion import Steps
-from allanite.experiments.rate_table.record.fit import Solution, design
+from allanite.experiments.rate_table.motion import RateSteps
+from allanite.experiments.rate_table.record.fit import TableSolution, design
 from allanite.experiments.rate_table.record.rows import (
     ABSOLUTE,
     CONSTANCY,
@@ -19,14 +19,14 @@ from allanite.experiments.rate_table.record.rows import (
     LOOP,
     POWERS,
     RATE,
-    Rows,
+    RegressionRows,
     power,
 )
 from allanite.experiments.rate_table.results import NoiseAtRate
 from allanite.filtering.regression import Regression
 from allanite.noise import NoiseModel, White
 from allanite.quantities.distributions import chi_square_tail
-from allanite.quantities.residual_tests import ALARM, FOREIGN, Check, alarm, scatter_check, size_check
+from allanite.quantities.residual_tests import ALARM, FOREIGN, ResidualTest, alarm, scatter_check, size_check
 
 __all__ = [
     "AGREEMENT",
@@ -49,7 +49,7 @@ LEAST, FEW = 10, 3
 STRANGE = 0.01
 
 
-def noise_by_rate(found: Solution, model: NoiseModel) -> tuple[NoiseAtRate, ...]:
+def noise_by_rate(found: TableSolution, model: NoiseModel) -> tuple[NoiseAtRate, ...]:
     """Differences of neighbouring blocks against the model, by rate: blind to whatever is slow."""
     rows = found.rows
     left = rows.mean - found.predicted()
@@ -71,7 +71,7 @@ def noise_by_rate(found: Solution, model: NoiseModel) -> tuple[NoiseAtRate, ...]
     return tuple(out)
 
 
-def _pairs(rows: Rows) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+def _pairs(rows: RegressionRows) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     """Neighbouring blocks of one stretch, each block in one pair only."""
     early = np.arange(0, len(rows.part) - 1, 2)
     together = (rows.span[early] == rows.span[early + 1]) & (rows.span[early] >= 0)
@@ -80,7 +80,7 @@ def _pairs(rows: Rows) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
     return early, early + 1
 
 
-def _groups(rows: Rows, rate: Array) -> tuple[NDArray[np.int64], Array]:
+def _groups(rows: RegressionRows, rate: Array) -> tuple[NDArray[np.int64], Array]:
     """Which group a pair is of, and the rate of each group: the rates of the table, or ranges of them, one at least."""
     rounded = np.round(rate / rows.full_scale, 9)
     distinct, group = np.unique(rounded, return_inverse=True)
@@ -92,7 +92,7 @@ def _groups(rows: Rows, rate: Array) -> tuple[NDArray[np.int64], Array]:
     return group, np.array([rate[group == g].mean() if (group == g).any() else 0.0 for g in range(count)])
 
 
-def noise_checks(by_rate: Sequence[NoiseAtRate]) -> tuple[Check, ...]:
+def noise_checks(by_rate: Sequence[NoiseAtRate]) -> tuple[ResidualTest, ...]:
     """Size of the noise at the smallest rate; and whether it grows with the rate."""
     if not by_rate:
         return ()
@@ -109,7 +109,7 @@ def noise_checks(by_rate: Sequence[NoiseAtRate]) -> tuple[Check, ...]:
     return tuple(checks)
 
 
-def trust_by_rate(rows: Rows, by_rate: Sequence[NoiseAtRate]) -> Array | None:
+def trust_by_rate(rows: RegressionRows, by_rate: Sequence[NoiseAtRate]) -> Array | None:
     """Weight of the white noise of each block; None where the noise does not depend on the rate."""
     checks = noise_checks(by_rate)
     if len(checks) < 2 or checks[1].passed:
@@ -122,7 +122,7 @@ def trust_by_rate(rows: Rows, by_rate: Sequence[NoiseAtRate]) -> Array | None:
     return np.asarray(1 / ratio[nearest] ** 2)
 
 
-def agreement_checks(found: Solution) -> tuple[Check, ...]:
+def agreement_checks(found: TableSolution) -> tuple[ResidualTest, ...]:
     """Where far more of the response is left than the noise allows, or than any curvature is, it is another table."""
     rows = found.rows
     weight, seen, left = (
@@ -139,12 +139,12 @@ def agreement_checks(found: Solution) -> tuple[Check, ...]:
         f"the record does not follow the table: {100 * share:.3g} % of the signal is left; look at the times and "
         "the unit of the table's rates, and whether its rows are close enough to hold each change"
     )
-    return (Check(name=AGREEMENT, statistic=chi2, dof=dof, p=0.0, passed=False, says=says),)
+    return (ResidualTest(name=AGREEMENT, statistic=chi2, dof=dof, p=0.0, passed=False, says=says),)
 
 
 def regression_checks(
-    found: Solution, model: NoiseModel, others: Sequence[str], *, steps: Steps | None
-) -> tuple[Check, ...]:
+    found: TableSolution, model: NoiseModel, others: Sequence[str], *, steps: RateSteps | None
+) -> tuple[ResidualTest, ...]:
     """Columns that should not be there: each is tried beside the fit."""
     trial = _Trial(found=found, model=model, others=tuple(others))
     shape = None if steps is not None else _shape(found, trial)
@@ -166,7 +166,7 @@ def regression_checks(
 class _Trial:
     """A fit to which columns are added."""
 
-    found: Solution
+    found: TableSolution
     model: NoiseModel
     others: tuple[str, ...]
 
@@ -191,11 +191,11 @@ class _Trial:
         return rows.regress(np.column_stack([table, *more]), (*own, *names), self.model)
 
 
-def _alarm(name: str, chi2: float, dof: int, says: str) -> Check | None:
+def _alarm(name: str, chi2: float, dof: int, says: str) -> ResidualTest | None:
     return alarm(name, chi2, dof, says) if dof else None
 
 
-def _shape(found: Solution, trial: _Trial) -> Check | None:
+def _shape(found: TableSolution, trial: _Trial) -> ResidualTest | None:
     """Powers above those that were fitted. How far the interval is from holding then, their gain does not say."""
     degree = 2 if found.shape == (ABSOLUTE,) else len(found.shape) + 1
     names = [power(k) for k in (degree + 1, degree + 2) if k <= POWERS]

@@ -13,13 +13,13 @@ from numpy.typing import NDArray
 from allanite.errors import InputError
 from allanite.noise import NoiseModel
 from allanite.plain_files.json_values import plain
-from allanite.quantities.residual_tests import Check
+from allanite.quantities.residual_tests import ResidualTest
 
 __all__ = [
     "Aided",
     "FrequencyPoint",
-    "Parameter",
     "RateTableEstimate",
+    "ResponseParameter",
     "ResponsePoint",
     "StepResult",
     "TableUncertainty",
@@ -78,7 +78,7 @@ class TableUncertainty:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Parameter:
+class ResponseParameter:
     """One number of the response.
 
     Attributes
@@ -224,7 +224,7 @@ class RateTableEstimate:
         What to do.
     notes : tuple of str
         What was found on the way: steps that clip, clocks that differ, the Earth in the bias.
-    parameters : tuple of Parameter
+    parameters : tuple of ResponseParameter
         "scale factor", "bias" and the rest, by name in `__getitem__`.
     confidence : float
         Of the intervals.
@@ -238,7 +238,7 @@ class RateTableEstimate:
         Scale factor that the channel's unit says it has [1], where it says one.
     full_scale, span : float [rad/s]
         Largest rate, and largest less smallest.
-    checks : tuple of Check
+    checks : tuple of ResidualTest
     steps : tuple of StepResult
         Empty for a rate that changes all the time.
     points : tuple of ResponsePoint
@@ -272,7 +272,7 @@ class RateTableEstimate:
     reason: str
     advice: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
-    parameters: tuple[Parameter, ...]
+    parameters: tuple[ResponseParameter, ...]
     confidence: float
     inflation: float
     budget: dict[str, float]
@@ -280,7 +280,7 @@ class RateTableEstimate:
     nominal: float | None
     full_scale: float
     span: float
-    checks: tuple[Check, ...] = ()
+    checks: tuple[ResidualTest, ...] = ()
     steps: tuple[StepResult, ...] = field(default=(), repr=False)
     points: tuple[ResponsePoint, ...] = field(default=(), repr=False)
     fitted: Array = field(repr=False)
@@ -298,7 +298,7 @@ class RateTableEstimate:
     duration: float
     block: float
 
-    def __getitem__(self, name: str) -> Parameter:
+    def __getitem__(self, name: str) -> ResponseParameter:
         """One of the parameters.
 
         Raises

@@ -8,10 +8,10 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.experiments.rate_table.motion import Steps
+from allanite.experiments.rate_table.motion import RateSteps
 from allanite.experiments.rate_table.record.clipping import Clipped
-from allanite.experiments.rate_table.record.fit import Solution
-from allanite.experiments.rate_table.record.rows import DIRECTION, RATE, Rows, Window
+from allanite.experiments.rate_table.record.fit import TableSolution
+from allanite.experiments.rate_table.record.rows import DIRECTION, RATE, RegressionRows, SampleSelection
 from allanite.experiments.rate_table.results import ResponsePoint, StepResult
 from allanite.experiments.rate_table.step_means import StepMeans
 from allanite.noise import NoiseModel, White
@@ -26,10 +26,10 @@ BINS = 32
 
 
 def step_results(
-    table: Steps,
-    rows: Rows,
+    table: RateSteps,
+    rows: RegressionRows,
     steps: StepMeans | None,
-    window: Window,
+    window: SampleSelection,
     clipped: Clipped,
     corrected: Array | None,
     recording: Recording,
@@ -59,7 +59,7 @@ def step_results(
     return tuple(out)
 
 
-def _why(i: int, whole: Array, window: Window, clipped: Clipped, recording: Recording) -> str:
+def _why(i: int, whole: Array, window: SampleSelection, clipped: Clipped, recording: Recording) -> str:
     if clipped.steps[i]:
         return "beyond the range"
     if whole[i, 1] <= 0 or whole[i, 0] >= recording.duration:
@@ -69,7 +69,9 @@ def _why(i: int, whole: Array, window: Window, clipped: Clipped, recording: Reco
     return "samples missing"
 
 
-def response_points(found: Solution, steps: StepMeans | None, model: NoiseModel) -> tuple[ResponsePoint, ...]:
+def response_points(
+    found: TableSolution, steps: StepMeans | None, model: NoiseModel
+) -> tuple[ResponsePoint, ...]:
     """Deviation from the best straight line: of each step, or of the rates of a sweep for each direction."""
     size = found.fit[RATE][0]
     if steps is not None:
@@ -87,7 +89,7 @@ def response_points(found: Solution, steps: StepMeans | None, model: NoiseModel)
     return _of_sweep(found, model, size)
 
 
-def _of_sweep(found: Solution, model: NoiseModel, size: float) -> tuple[ResponsePoint, ...]:
+def _of_sweep(found: TableSolution, model: NoiseModel, size: float) -> tuple[ResponsePoint, ...]:
     """Means over bins of the rate; the standard deviation is that of white noise."""
     rows = found.rows
     used = rows.used

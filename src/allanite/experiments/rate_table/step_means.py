@@ -11,13 +11,13 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.experiments.rate_table.motion import Steps
-from allanite.experiments.rate_table.record.fit import Solution
+from allanite.experiments.rate_table.motion import RateSteps
+from allanite.experiments.rate_table.record.fit import TableSolution
 from allanite.experiments.rate_table.record.rows import RATE, TEMPERATURE, WARM_RATE
 from allanite.filtering.regression import LEVEL
 from allanite.noise import NoiseModel, White
 from allanite.noise.span_means import contrast_whitener, span_covariance
-from allanite.quantities.residual_tests import Check, scatter_check
+from allanite.quantities.residual_tests import ResidualTest, scatter_check
 from allanite.recording.records import Sampling
 
 __all__ = ["StepMeans"]
@@ -61,7 +61,7 @@ class StepMeans:
 
     @classmethod
     def of(
-        cls, table: Steps, found: Solution, model: NoiseModel, rate: float, sampling: Sampling
+        cls, table: RateSteps, found: TableSolution, model: NoiseModel, rate: float, sampling: Sampling
     ) -> StepMeans:
         """From the fit; `rate` is that of the samples [Hz]."""
         rows = found.rows
@@ -104,7 +104,7 @@ class StepMeans:
         out[order[1:]] = np.cumsum(apart)
         return out
 
-    def checks(self) -> tuple[Check, ...]:
+    def checks(self) -> tuple[ResidualTest, ...]:
         """Do repeats of a rate agree, and do the rates lie on the fitted curve?"""
         whole, dof = self._left(self.design)
         if dof < 1:
@@ -145,11 +145,11 @@ _REPEATS = (
 )
 
 
-def _renamed(check: Check, name: str, says: str) -> Check:
+def _renamed(check: ResidualTest, name: str, says: str) -> ResidualTest:
     return replace(check, name=name, says=says)
 
 
-def _trust(found: Solution, number: NDArray[np.int64]) -> Array:
+def _trust(found: TableSolution, number: NDArray[np.int64]) -> Array:
     """Of the blocks of each step."""
     rows = found.rows
     last = int(number.max(initial=0)) + 1
@@ -159,7 +159,7 @@ def _trust(found: Solution, number: NDArray[np.int64]) -> Array:
     return np.asarray(np.where(count > 0, total / np.maximum(count, 1), 1.0)[number])
 
 
-def _average(found: Solution, own: dict[str, Array], name: str) -> Array:
+def _average(found: TableSolution, own: dict[str, Array], name: str) -> Array:
     if name in found.shape:
         level, slope = found.rows.line(name)
         return np.asarray(own[name] - level - slope * own[RATE])

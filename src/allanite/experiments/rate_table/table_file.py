@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import FormatError, InputError, LimitError
-from allanite.experiments.rate_table.motion import RateTable, Sampled, Sinusoids, Steps
+from allanite.experiments.rate_table.motion import RateSteps, RateTable, Sampled, Sinusoids
 from allanite.files.readers.headings import is_unit, read_heading
 from allanite.plain_files.counted import plural
 from allanite.plain_files.regular_file import read_regular
@@ -159,7 +159,7 @@ def _made(sheet: _Sheet, columns: Mapping[str, Array]) -> RateTable:
                 f"{stop[i - 1]:g} s; put one row after another in time"
             )
     if "rate" in columns:
-        return Steps(start=start, stop=stop, rate=columns["rate"])
+        return RateSteps(start=start, stop=stop, rate=columns["rate"])
     for name in ("amplitude", "frequency"):
         wrong = np.flatnonzero(columns[name] <= 0)
         if len(wrong):

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.experiments.rate_table.motion import Clock, RateTable, Steps
+from allanite.experiments.rate_table.motion import RateSteps, RateTable, TableClock
 from allanite.filtering.simulation import simulate
 from allanite.noise import NoiseModel
 from allanite.recording.records import ArrayColumn, Recording
@@ -46,7 +46,7 @@ def simulate_on_table(
     ----------
     model : NoiseModel
         In SI of the channel.
-    table : Steps, Sampled or Sinusoids
+    table : RateSteps, Sampled or Sinusoids
     rate, duration : float [Hz], [s]
         Of the record.
     seed : int
@@ -77,7 +77,7 @@ def simulate_on_table(
     """
     record = simulate(model, rate=rate, duration=duration, seed=seed, **options)
     facts = record.channels[0]
-    clock = Clock(offset=offset, drift=drift)
+    clock = TableClock(offset=offset, drift=drift)
     t: Array = np.arange(record.n_samples, dtype=np.float64) / rate
     own = clock.table_time(t)
     seen = _seen(table, own, record.dt if facts.sampling == "mean" else 0.0, settling)
@@ -109,7 +109,7 @@ def simulate_on_table(
 
 def _seen(table: RateTable, own: Array, wide: float, settling: float) -> Array:
     """Rate of the table at its own times, means over `wide` seconds; at rest before and after."""
-    if isinstance(table, Steps):
+    if isinstance(table, RateSteps):
         if wide:
             return (_angle(table, own + wide, settling) - _angle(table, own, settling)) / wide
         return (_angle(table, own + 1e-6, settling) - _angle(table, own - 1e-6, settling)) / 2e-6
@@ -117,7 +117,7 @@ def _seen(table: RateTable, own: Array, wide: float, settling: float) -> Array:
     return np.where(inside, table.means(own, wide), 0.0)
 
 
-def _angle(table: Steps, t: Array, settling: float) -> Array:
+def _angle(table: RateSteps, t: Array, settling: float) -> Array:
     """Angle of a table that takes each rate at the start of its step, as an exponential, and stops after the last."""
     start = np.append(table.start, table.stop[-1])
     target = np.append(table.rate, 0.0)

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from allanite.experiments.rate_table.motion import RateTable, Steps
+from allanite.experiments.rate_table.motion import RateSteps, RateTable
 from allanite.experiments.rate_table.record.clipping import Clipped
 from allanite.experiments.rate_table.record.rows import LAG, RATE
-from allanite.experiments.rate_table.record.timing import Coarse
+from allanite.experiments.rate_table.record.timing import CoarseOffset
 from allanite.experiments.rate_table.residual_checks import AGREEMENT
 from allanite.plain_files.counted import plural
-from allanite.quantities.residual_tests import FOREIGN, SEEN, Check
+from allanite.quantities.residual_tests import FOREIGN, SEEN, ResidualTest
 from allanite.recording.records import Channel
 
 if TYPE_CHECKING:
@@ -72,7 +72,7 @@ def judge(estimate: RateTableEstimate, *, unbounded: Sequence[str]) -> Verdict:
     return "resolved", words, advice
 
 
-def _grave(check: Check) -> bool:
+def _grave(check: ResidualTest) -> bool:
     """A table of another record, or a model of another sensor; all else widens, or is said."""
     return check.name == AGREEMENT or (check.name == "size of the noise" and check.ratio > FOREIGN)
 
@@ -89,7 +89,7 @@ def clipped_words(clipped: Clipped, table: RateTable, facts: Channel) -> str:
     if not clipped.any:
         return ""
     ends = " and ".join(_end(value, facts) for value in clipped.ends if value is not None)
-    if isinstance(table, Steps):
+    if isinstance(table, RateSteps):
         rates = sorted({round(math.degrees(r), 6) for r in table.rate[clipped.steps].tolist()})
         listed = ", ".join(f"{r:g}" for r in rates)
         count = int(np.count_nonzero(clipped.steps))
@@ -99,7 +99,7 @@ def clipped_words(clipped: Clipped, table: RateTable, facts: Channel) -> str:
     return f"the range ends at {ends}: rates beyond {listed} deg/s clip, and are left out"
 
 
-def repeat_words(coarse: Coarse) -> str:
+def repeat_words(coarse: CoarseOffset) -> str:
     """That the motion of the table fits the record at other offsets, too."""
     if not coarse.others:
         return ""

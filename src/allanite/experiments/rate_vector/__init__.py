@@ -13,6 +13,6 @@ but turning separates from the Earth: only a sensor whose biases are well below 
 """
 
 from allanite.experiments.rate_vector.estimation import measure_rate_vector
-from allanite.experiments.rate_vector.results import RateVector, Span
+from allanite.experiments.rate_vector.results import RateSpan, RateVector
 
-__all__ = ["RateVector", "Span", "measure_rate_vector"]
+__all__ = ["RateSpan", "RateVector", "measure_rate_vector"]

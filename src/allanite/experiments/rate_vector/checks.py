@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from allanite.experiments.rate_vector.levels import Levels
 from allanite.quantities.distributions import chi_square_tail
-from allanite.quantities.residual_tests import Check
+from allanite.quantities.residual_tests import ResidualTest
 from allanite.quantities.setup_uncertainty import Stated
 
 if TYPE_CHECKING:
@@ -25,10 +25,10 @@ Array = NDArray[np.float64]
 ALARM, SIZE_ALARM = 0.01, 1e-3
 
 
-def size_check(name: str, given: Levels) -> Check:
+def size_check(name: str, given: Levels) -> ResidualTest:
     """Do the quiet stretches scatter as the model says?"""
     p = chi_square_tail(given.chi2, given.dof)
-    return Check(
+    return ResidualTest(
         name=f"size of the noise, {name}",
         statistic=given.chi2,
         dof=given.dof,
@@ -39,7 +39,7 @@ def size_check(name: str, given: Levels) -> Check:
     )
 
 
-def pose_check(vectors: Vectors) -> list[Check]:
+def pose_check(vectors: Vectors) -> list[ResidualTest]:
     """Is the length the same in all poses? A bias makes it differ."""
     if len(vectors.share) < 2 or vectors.bent:
         return []
@@ -52,7 +52,7 @@ def pose_check(vectors: Vectors) -> list[Check]:
     statistic = float(apart @ np.linalg.solve(contrast @ covariance @ contrast.T, apart))
     p = chi_square_tail(statistic, len(apart))
     return [
-        Check(
+        ResidualTest(
             name="length in each pose",
             statistic=statistic,
             dof=len(apart),
@@ -68,7 +68,7 @@ def angle_between(a: Array, b: Array) -> float:
     return math.atan2(float(np.linalg.norm(np.cross(a, b))), float(a @ b))
 
 
-def latitude_check(vectors: Vectors, gravity: Array, latitude: float, stated: Stated) -> Check:
+def latitude_check(vectors: Vectors, gravity: Array, latitude: float, stated: Stated) -> ResidualTest:
     """The Earth alone lies 90 deg less the latitude from the vertical."""
     up = gravity / np.linalg.norm(gravity)
     along = vectors.directions[vectors.longest]
@@ -81,7 +81,7 @@ def latitude_check(vectors: Vectors, gravity: Array, latitude: float, stated: St
     found = math.pi / 2 - angle_between(gravity, along)
     statistic = (found - latitude) ** 2 / (variance * vectors.stretch**2)
     p = chi_square_tail(statistic, 1)
-    return Check(
+    return ResidualTest(
         name="latitude",
         statistic=statistic,
         dof=1,

@@ -11,10 +11,19 @@ from numpy.typing import NDArray
 
 from allanite.errors import InputError
 from allanite.experiments.rate_vector.checks import angle_between, latitude_check, pose_check
-from allanite.experiments.rate_vector.levels import Rows
+from allanite.experiments.rate_vector.levels import LevelRows
 from allanite.experiments.rate_vector.poses import find_poses, without_short
-from allanite.experiments.rate_vector.results import RateVector, Span
-from allanite.experiments.rate_vector.stretches import QUIET, RISE, WHY, Cells, cut, rest, restless, settled
+from allanite.experiments.rate_vector.results import RateSpan, RateVector
+from allanite.experiments.rate_vector.stretches import (
+    QUIET,
+    RISE,
+    WHY,
+    AxisCells,
+    cut,
+    rest,
+    restless,
+    settled,
+)
 from allanite.experiments.rate_vector.vectors import Vectors, interval_of
 from allanite.experiments.rate_vector.verdict import STATEMENT, judge
 from allanite.noise import NoiseModel
@@ -109,7 +118,7 @@ def measure_rate_vector(
     if rise > RISE:
         return judge(_nothing(facts), rise=rise)
     advance(0.8, "fitting the rates")
-    vectors = Vectors.of(Rows.of(cells, state, pose), names, [given.get(name) for name in names])
+    vectors = Vectors.of(LevelRows.of(cells, state, pose), names, [given.get(name) for name in names])
     vectors = vectors.widened(cells, state, pose, confidence)
     quiet = (state == QUIET) & (pose == vectors.longest)
     gravity = _gravity(recording, cells, quiet)
@@ -165,7 +174,7 @@ def _axes(recording: Recording, channels: Sequence[str] | None) -> list[str]:
 # -- what is quiet ----------------------------------------------------------------------------------------
 
 
-def _quiet(cells: Cells) -> tuple[States, States, Array]:
+def _quiet(cells: AxisCells) -> tuple[States, States, Array]:
     """State and pose of each cell, and the turns between the poses."""
     state = rest(cells)
     for _ in range(2):  # a slow rotation may have looked like a turn
@@ -175,7 +184,7 @@ def _quiet(cells: Cells) -> tuple[States, States, Array]:
     return state, pose, _fixed(turns)
 
 
-def _spans(cells: Cells, state: States, pose: States, duration: float) -> dict[str, tuple[Span, ...]]:
+def _spans(cells: AxisCells, state: States, pose: States, duration: float) -> dict[str, tuple[RateSpan, ...]]:
     """Stretches used and left out, neighbours of one kind joined."""
     key = np.where(state == QUIET, -1 - pose, state)
     edges = np.concatenate(([0], np.flatnonzero(np.diff(key)) + 1, [len(key)]))
@@ -185,12 +194,12 @@ def _spans(cells: Cells, state: States, pose: States, duration: float) -> dict[s
             continue
         start, stop = a * cells.dt, b * cells.dt
         if state[a] == QUIET:
-            used.append(Span(start=start, stop=stop, pose=int(pose[a])))
+            used.append(RateSpan(start=start, stop=stop, pose=int(pose[a])))
         else:
-            left.append(Span(start=start, stop=stop, why=WHY[int(state[a])]))
+            left.append(RateSpan(start=start, stop=stop, why=WHY[int(state[a])]))
     end = cells.count * cells.dt
     if duration > end * (1 + 1e-12):
-        left.append(Span(start=end, stop=duration, why="too short for a cell, at the end of the record"))
+        left.append(RateSpan(start=end, stop=duration, why="too short for a cell, at the end of the record"))
     return {"used": tuple(used), "left_out": tuple(left)}
 
 
@@ -217,7 +226,7 @@ def _fixed(values: Array) -> Array:
 # -- gravity and resolution ---------------------------------------------------------------------------------
 
 
-def _gravity(recording: Recording, cells: Cells, use: NDArray[np.bool_]) -> Array | None:
+def _gravity(recording: Recording, cells: AxisCells, use: NDArray[np.bool_]) -> Array | None:
     """Mean specific force in the cells to use; None without three accelerometers."""
     names = [c.name for c in recording.channels if c.kind is Kind.ACCELERATION]
     if len(names) != 3:
@@ -237,7 +246,7 @@ def _gravity(recording: Recording, cells: Cells, use: NDArray[np.bool_]) -> Arra
 
 
 def _resolution(
-    recording: Recording, names: Sequence[str], cells: Cells, quiet: NDArray[np.bool_], vectors: Vectors
+    recording: Recording, names: Sequence[str], cells: AxisCells, quiet: NDArray[np.bool_], vectors: Vectors
 ) -> float:
     """Error of a mean of samples that noise does not carry over their steps [rad/s].
 

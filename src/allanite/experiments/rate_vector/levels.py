@@ -17,11 +17,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import DataQualityError
-from allanite.experiments.rate_vector.stretches import QUIET, Cells
+from allanite.experiments.rate_vector.stretches import QUIET, AxisCells
 from allanite.filtering.regression import Regression, regress
 from allanite.noise import Flicker, NoiseModel, Quantisation, White
 
-__all__ = ["Levels", "Rows", "levels", "levels_of_record"]
+__all__ = ["LevelRows", "Levels", "levels", "levels_of_record"]
 
 Array = NDArray[np.float64]
 
@@ -33,7 +33,7 @@ FLICKER = (0.0, 0.03, 0.1, 0.2, 0.4, 0.8, 1.6, 3.2, 6.4)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Rows:
+class LevelRows:
     """The quiet cells as rows of a regression.
 
     Attributes
@@ -50,7 +50,7 @@ class Rows:
     pose: NDArray[np.int64]
 
     @classmethod
-    def of(cls, cells: Cells, state: NDArray[np.int64], pose: NDArray[np.int64]) -> Rows:
+    def of(cls, cells: AxisCells, state: NDArray[np.int64], pose: NDArray[np.int64]) -> LevelRows:
         """Cells joined to at most MOST_ROWS rows; a row that would hold two poses keeps the cells of its first."""
         join = -(-cells.count // MOST_ROWS)
         n = -(-cells.count // join)
@@ -89,13 +89,13 @@ class Levels:
     dof: float
 
 
-def levels(rows: Rows, axis: int, model: NoiseModel) -> Levels:
+def levels(rows: LevelRows, axis: int, model: NoiseModel) -> Levels:
     """Under a model, in SI."""
     fit = _regress(rows, axis, rows.mean[:, axis], model)
     return Levels(level=fit.coefficients, covariance=fit.covariance, chi2=fit.chi2, dof=fit.dof)
 
 
-def levels_of_record(rows: Rows, axis: int, channel: str) -> Levels:
+def levels_of_record(rows: LevelRows, axis: int, channel: str) -> Levels:
     """Under the noise that the rows show.
 
     Raises
@@ -137,7 +137,7 @@ def _candidate(angle: float, flicker: float, dt: float) -> NoiseModel:
     return NoiseModel.of(*terms, *extra)
 
 
-def _regress(rows: Rows, axis: int, y: Array, model: NoiseModel) -> Regression:
+def _regress(rows: LevelRows, axis: int, y: Array, model: NoiseModel) -> Regression:
     table = rows.columns()
     return regress(
         y,

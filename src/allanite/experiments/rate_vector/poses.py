@@ -13,7 +13,7 @@ import math
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.experiments.rate_vector.stretches import MOVING, QUIET, SHORT, Cells
+from allanite.experiments.rate_vector.stretches import MOVING, QUIET, SHORT, AxisCells
 
 __all__ = ["find_poses", "without_short"]
 
@@ -26,7 +26,7 @@ TURNED = math.radians(1.0)
 LEAST = 3
 
 
-def find_poses(cells: Cells, state: States) -> tuple[States, Array]:
+def find_poses(cells: AxisCells, state: States) -> tuple[States, Array]:
     """The pose of each cell, and the turns between poses.
 
     Returns
@@ -54,7 +54,7 @@ def find_poses(cells: Cells, state: States) -> tuple[States, Array]:
     return pose, np.array(turns)
 
 
-def _rotation(cells: Cells, state: States, a: int, b: int) -> Array:
+def _rotation(cells: AxisCells, state: States, a: int, b: int) -> Array:
     """Rotation between two quiet cells, beyond what both of them show as rate [rad].
 
     Samples that are missing while nothing moves beside them are taken for a sensor at rest.

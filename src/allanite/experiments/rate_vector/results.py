@@ -12,15 +12,15 @@ from numpy.typing import NDArray
 
 from allanite.plain_files.json_values import plain
 from allanite.quantities.earth import EARTH_RATE
-from allanite.quantities.residual_tests import Check
+from allanite.quantities.residual_tests import ResidualTest
 
-__all__ = ["RateVector", "Span"]
+__all__ = ["RateSpan", "RateVector"]
 
 Array = NDArray[np.float64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Span:
+class RateSpan:
     """A part of the record.
 
     Attributes
@@ -72,7 +72,7 @@ class RateVector:
         What the length contains.
     budget : dict of str to float [rad/s]
         Standard uncertainties of the length by source.
-    checks : tuple of Check
+    checks : tuple of ResidualTest
     gravity_angle : float or None [rad]
         Between the mean specific force, which points up, and the vector: 90 deg less the latitude for the Earth alone.
         None without accelerometers.
@@ -80,7 +80,7 @@ class RateVector:
         As given.
     turns : ndarray, shape (n_poses,) [rad]
         How far the sensor had turned from the pose before when each began; zero for the first, NaN where unknown.
-    used, left_out : tuple of Span
+    used, left_out : tuple of RateSpan
         Stretches of the record.
     duration : float [s]
         Of the record.
@@ -104,12 +104,12 @@ class RateVector:
     advice: tuple[str, ...] = ()
     statement: str = field(repr=False)
     budget: dict[str, float] = field(default_factory=dict)
-    checks: tuple[Check, ...] = ()
+    checks: tuple[ResidualTest, ...] = ()
     gravity_angle: float | None = None
     latitude: float | None = None
     turns: Array = field(repr=False)
-    used: tuple[Span, ...] = field(repr=False)
-    left_out: tuple[Span, ...] = field(repr=False)
+    used: tuple[RateSpan, ...] = field(repr=False)
+    left_out: tuple[RateSpan, ...] = field(repr=False)
     duration: float
     cell: float
     model_source: str

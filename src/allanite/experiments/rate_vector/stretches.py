@@ -27,7 +27,7 @@ from numpy.typing import NDArray
 from allanite.experiments.static_spans.floor import chi_square, lowest_level
 from allanite.recording.records import BLOCK, Recording
 
-__all__ = ["MOVING", "QUIET", "RISE", "SHORT", "WHY", "Cells", "cut", "rest", "restless", "settled"]
+__all__ = ["MOVING", "QUIET", "RISE", "SHORT", "WHY", "AxisCells", "cut", "rest", "restless", "settled"]
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -56,7 +56,7 @@ WHY = {
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Cells:
+class AxisCells:
     """A record of several axes, cell by cell.
 
     Attributes
@@ -93,7 +93,7 @@ class Cells:
         return np.asarray((self.part >= 0.5).all(axis=1))
 
 
-def cut(recording: Recording, channels: Sequence[str], advance: Callable[[float], None]) -> Cells:
+def cut(recording: Recording, channels: Sequence[str], advance: Callable[[float], None]) -> AxisCells:
     """The cells of some channels, read block by block."""
     length = min(max(recording.duration / CELLS, SHORTEST), LONGEST)
     subs = next((s for s in (FINEST, 32) if s <= length * recording.rate), 16)
@@ -104,7 +104,9 @@ def cut(recording: Recording, channels: Sequence[str], advance: Callable[[float]
         advance((i + 1) / len(channels))
     mean, part, energy = (np.stack(column, axis=-1) for column in zip(*parts, strict=True))
     details = tuple(subs // 2**k - 1 for k in range(energy.shape[0]))
-    return Cells(size=size, dt=size / recording.rate, mean=mean, part=part, energy=energy, details=details)
+    return AxisCells(
+        size=size, dt=size / recording.rate, mean=mean, part=part, energy=energy, details=details
+    )
 
 
 def _axis(recording: Recording, name: str, size: int, subs: int) -> tuple[Array, Array, Array]:
@@ -139,7 +141,7 @@ def _chunk(cells: Array, scales: int) -> tuple[Array, Array, Array]:
     return mean, count.sum(axis=1) / (cells.shape[1] * cells.shape[2]), np.array(energies)
 
 
-def rest(cells: Cells) -> NDArray[np.int64]:
+def rest(cells: AxisCells) -> NDArray[np.int64]:
     """QUIET, MOVING, BESIDE or MISSING for each cell, shape (n,)."""
     over = np.zeros(cells.count, dtype=bool)
     near = np.zeros(cells.count, dtype=bool)
@@ -170,7 +172,7 @@ def _gap(mean: Array) -> Array:
     )
 
 
-def restless(cells: Cells, state: NDArray[np.int64]) -> float:
+def restless(cells: AxisCells, state: NDArray[np.int64]) -> float:
     """How many times the energy of the quiet cells rises above that of all shorter sub-means, at the most.
 
     The noise of a sensor at rest falls with the time it is averaged over, or stays (flicker), over seconds; only what
@@ -211,7 +213,7 @@ def _widened(mask: Mask) -> Mask:
     return wide
 
 
-def settled(cells: Cells, state: NDArray[np.int64], pose: NDArray[np.int64]) -> NDArray[np.int64]:
+def settled(cells: AxisCells, state: NDArray[np.int64], pose: NDArray[np.int64]) -> NDArray[np.int64]:
     """The states with OFF for quiet cells whose mean is far from that of the others of their pose.
 
     Far: farther from the median than a normal law lets one of all clean cells come in one record of a hundred, by the

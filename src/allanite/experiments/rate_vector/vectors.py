@@ -11,11 +11,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.experiments.rate_vector.checks import size_check
-from allanite.experiments.rate_vector.levels import Levels, Rows, levels, levels_of_record
-from allanite.experiments.rate_vector.stretches import QUIET, Cells
+from allanite.experiments.rate_vector.levels import LevelRows, Levels, levels, levels_of_record
+from allanite.experiments.rate_vector.stretches import QUIET, AxisCells
 from allanite.noise import NoiseModel
 from allanite.quantities.distributions import normal_quantile, student_quantile
-from allanite.quantities.residual_tests import Check
+from allanite.quantities.residual_tests import ResidualTest
 
 __all__ = ["Vectors", "interval_of"]
 
@@ -40,7 +40,7 @@ class Vectors:
     share : ndarray, shape (n_poses,)
         Of the quiet time.
     rows : int
-    size : tuple of Check
+    size : tuple of ResidualTest
     stretch : float
         Student's quantile over the normal one.
     """
@@ -49,11 +49,11 @@ class Vectors:
     covariance: Array
     share: Array
     rows: int
-    size: tuple[Check, ...]
+    size: tuple[ResidualTest, ...]
     stretch: float = 1.0
 
     @classmethod
-    def of(cls, rows: Rows, names: Sequence[str], models: Sequence[NoiseModel | None]) -> Vectors:
+    def of(cls, rows: LevelRows, names: Sequence[str], models: Sequence[NoiseModel | None]) -> Vectors:
         """By regression, axis by axis, in the noise of the model unless the record contradicts it."""
         found, checks = [], []
         for axis, (name, model) in enumerate(zip(names, models, strict=True)):
@@ -116,7 +116,7 @@ class Vectors:
         """True where the length is not a linear function of the vector within its noise."""
         return self.length < BENT * self.largest
 
-    def widened(self, cells: Cells, state: States, pose: States, confidence: float) -> Vectors:
+    def widened(self, cells: AxisCells, state: States, pose: States, confidence: float) -> Vectors:
         """With Student's law, and wide enough for the scatter of batches of quiet cells."""
         p = (1 + confidence) / 2
         own = student_quantile(p, max(self.rows - len(self.share), 1))

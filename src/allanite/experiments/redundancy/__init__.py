@@ -17,6 +17,6 @@ W weighs the sensors, V is the parity matrix: V y does not depend on what is mea
 """
 
 from allanite.experiments.redundancy.estimation import combine
-from allanite.experiments.redundancy.results import Combination, Fault, SharedNoise
+from allanite.experiments.redundancy.results import Combination, SensorFault, SharedNoise
 
-__all__ = ["Combination", "Fault", "SharedNoise", "combine"]
+__all__ = ["Combination", "SensorFault", "SharedNoise", "combine"]

@@ -27,7 +27,7 @@ from allanite.experiments.redundancy.combined import combined_model, combined_re
 from allanite.experiments.redundancy.faults import Examination, examine
 from allanite.experiments.redundancy.geometry import best_weights, checked_directions, parity_matrix, twins
 from allanite.experiments.redundancy.means import WindowMeans, window_means
-from allanite.experiments.redundancy.results import Combination, Fault, SharedNoise
+from allanite.experiments.redundancy.results import Combination, SensorFault, SharedNoise
 from allanite.experiments.redundancy.shared import (
     AllanCovariance,
     allan_covariance,
@@ -320,7 +320,7 @@ def _axes(kind: Kind, m: int) -> tuple[str, ...]:
     return (name,) if m == 1 else tuple(f"{name}_{a}" for a in "xyz")
 
 
-def _busy(faults: Sequence[Fault], means: WindowMeans) -> NDArray[np.bool_]:
+def _busy(faults: Sequence[SensorFault], means: WindowMeans) -> NDArray[np.bool_]:
     out = np.zeros(len(means), dtype=np.bool_)
     for f in faults:
         out[math.floor(f.since / means.dt + 1e-9) : math.ceil(f.stop / means.dt - 1e-9)] = True
@@ -335,7 +335,7 @@ def _differences(means: WindowMeans, parity: Array, busy: NDArray[np.bool_]) -> 
     return np.asarray(parity.T @ (parity @ rows.mean(axis=0)))
 
 
-def _left_out(faults: Sequence[Fault], rate: float) -> dict[str, list[tuple[int, int]]]:
+def _left_out(faults: Sequence[SensorFault], rate: float) -> dict[str, list[tuple[int, int]]]:
     spans: dict[str, list[tuple[int, int]]] = {}
     for f in faults:
         if f.sensor is not None:  # the end is as uncertain as the beginning
@@ -449,7 +449,7 @@ def _isolation(parity: Array, names: Sequence[str]) -> str:
     return "a fault is seen, and its sensor named"
 
 
-def _says(fault: Fault, parity: Array, names: Sequence[str]) -> str:
+def _says(fault: SensorFault, parity: Array, names: Sequence[str]) -> str:
     who = fault.sensor or f"one of {', '.join(fault.candidates)}"
     if fault.kind == "stuck":
         return f"{who} gives the same number for {fault.stop - fault.start:g} s"
@@ -497,7 +497,7 @@ def _remarks(
     return tuple(out)
 
 
-def _as_written(faults: Sequence[Fault], rest: bool) -> list[str]:
+def _as_written(faults: Sequence[SensorFault], rest: bool) -> list[str]:
     """What faults have done to the recording that is handed over."""
     named = sorted({f.sensor for f in faults if f.sensor is not None})
     out = []

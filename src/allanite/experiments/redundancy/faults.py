@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 
 from allanite.experiments.redundancy.alarms import RUN, Bench
 from allanite.experiments.redundancy.means import WindowMeans
-from allanite.experiments.redundancy.results import Fault
+from allanite.experiments.redundancy.results import SensorFault
 from allanite.noise import NoiseModel
 
 __all__ = ["Examination", "examine"]
@@ -54,7 +54,7 @@ class Examination:
 
     Attributes
     ----------
-    faults : tuple of Fault
+    faults : tuple of SensorFault
     series : dict of int to ndarray, shape (windows // scale,)
         Chi-square of the parity of each window, and of windows so many times as long.
     threshold : float
@@ -65,7 +65,7 @@ class Examination:
         That ratio cannot be chance.
     """
 
-    faults: tuple[Fault, ...]
+    faults: tuple[SensorFault, ...]
     series: dict[int, Array]
     threshold: float
     dof: int
@@ -114,7 +114,7 @@ def examine(
 # -- stuck ---------------------------------------------------------------------------------------------------
 
 
-def _stuck(means: WindowMeans, names: Sequence[str]) -> tuple[list[Fault], NDArray[np.bool_]]:
+def _stuck(means: WindowMeans, names: Sequence[str]) -> tuple[list[SensorFault], NDArray[np.bool_]]:
     """Sensors whose samples stand still for windows on end, and the windows without such a sensor."""
     faults, open_ = [], np.ones(len(means), dtype=np.bool_)
     for i, name in enumerate(names):
@@ -125,7 +125,7 @@ def _stuck(means: WindowMeans, names: Sequence[str]) -> tuple[list[Fault], NDArr
         for start, stop in spells.tolist():
             open_[start:stop] = False
             faults.append(
-                Fault(
+                SensorFault(
                     kind="stuck",
                     sensor=name,
                     candidates=(name,),
@@ -480,10 +480,10 @@ def _whole_spell(bench: Bench, cleaned: Array, first: _Hypothesis, n: int) -> li
 # -- faults out of hypotheses ----------------------------------------------------------------------------------
 
 
-def _joined(bench: Bench, found: list[_Explained], names: Sequence[str]) -> list[Fault]:
+def _joined(bench: Bench, found: list[_Explained], names: Sequence[str]) -> list[SensorFault]:
     """Faults with their spans: a step that is taken back ends there."""
     sizes, covariance = bench.sizes()
-    faults: list[Fault] = []
+    faults: list[SensorFault] = []
     dt, end = bench.means.dt, len(bench.means)
     for item in sorted(found, key=lambda e: e.best.start):
         best = item.best
@@ -491,7 +491,7 @@ def _joined(bench: Bench, found: list[_Explained], names: Sequence[str]) -> list
         size = _noise_factor(bench, best) if at is None else float(sizes[at])
         sd = math.nan if at is None else math.sqrt(max(float(covariance[at, at]), 0.0))
         who = tuple(names[i] for i in sorted(item.candidates, key=lambda i: i != best.sensor))
-        fault = Fault(
+        fault = SensorFault(
             kind="step" if best.kind == "spell" else best.kind,
             sensor=who[0] if len(who) == 1 else None,
             candidates=who,
@@ -519,7 +519,7 @@ def _noise_factor(bench: Bench, best: _Hypothesis) -> float:
     return math.sqrt(max(1 + more / own, 0.0))
 
 
-def _taken_back(faults: Sequence[Fault], later: Fault) -> list[int]:
+def _taken_back(faults: Sequence[SensorFault], later: SensorFault) -> list[int]:
     """Places of the steps that a later one takes back: the last that it undoes alone, or all that still last."""
     for i in reversed(range(len(faults))):
         if _takes_back(faults[i], later):
@@ -532,7 +532,7 @@ def _taken_back(faults: Sequence[Fault], later: Fault) -> list[int]:
     return same if later.kind == "step" and len(same) > 1 and back else []
 
 
-def _takes_back(first: Fault, later: Fault) -> bool:
+def _takes_back(first: SensorFault, later: SensorFault) -> bool:
     """The same sensors step back by what they stepped."""
     if (first.kind, later.kind) != ("step", "step") or not set(first.candidates) & set(later.candidates):
         return False

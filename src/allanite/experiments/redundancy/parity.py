@@ -120,14 +120,14 @@ class ParityFilter:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _System:
+class _ParitySystem:
     transition: Array
     process: Array
     initial: Array
     rows: Array  # (n, s): what each sensor shows of the states
 
 
-def _joined(spaces: Sequence[StateSpace]) -> _System:
+def _joined(spaces: Sequence[StateSpace]) -> _ParitySystem:
     """The states of all sensors side by side."""
     size = sum(s.size for s in spaces)
     transition, process, initial = (np.zeros((size, size)) for _ in range(3))
@@ -141,7 +141,7 @@ def _joined(spaces: Sequence[StateSpace]) -> _System:
         )
         rows[i, own] = space.output
         at += space.size
-    return _System(transition=transition, process=process, initial=initial, rows=rows)
+    return _ParitySystem(transition=transition, process=process, initial=initial, rows=rows)
 
 
 def _padded(matrix: Array, q: int, corner: Array) -> Array:

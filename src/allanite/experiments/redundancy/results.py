@@ -14,7 +14,7 @@ from allanite.noise import NoiseModel
 from allanite.plain_files.json_values import plain
 from allanite.recording.records import Recording
 
-__all__ = ["Combination", "Fault", "SharedNoise"]
+__all__ = ["Combination", "SensorFault", "SharedNoise"]
 
 Array = NDArray[np.float64]
 
@@ -44,7 +44,7 @@ class SharedNoise:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Fault:
+class SensorFault:
     """A contradiction between the sensors, and the fault that explains it best.
 
     Attributes
@@ -114,7 +114,7 @@ class Combination:
     gain_predicted : ndarray, shape (k, m)
     loss : ndarray, shape (k, m)
         Deviation of the combined axis over that of weights made for each tau: what constant weights cost. 1: nothing.
-    faults : tuple of Fault
+    faults : tuple of SensorFault
     isolation : str
         What the geometry lets the parity tell.
     parity : dict
@@ -152,7 +152,7 @@ class Combination:
     gain_upper: Array = field(repr=False)
     gain_predicted: Array = field(repr=False)
     loss: Array = field(repr=False)
-    faults: tuple[Fault, ...]
+    faults: tuple[SensorFault, ...]
     isolation: str
     parity: Mapping[str, Any] = field(repr=False)
     false_alarm: float

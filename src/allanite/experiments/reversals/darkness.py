@@ -22,7 +22,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.experiments.reversals.surges import Dark, Scene
+from allanite.experiments.reversals.surges import Dark, SurgeScene
 from allanite.experiments.reversals.turns import Disturbance, Turn
 
 __all__ = ["LONGEST", "Beat", "beat_of", "goes_back_and_forth", "in_time", "senses", "settle"]
@@ -107,7 +107,7 @@ def goes_back_and_forth(runs: Sequence[Sequence[float]]) -> bool:
 
 
 def settle(
-    scene: Scene, seen: Sequence[Turn], disturbed: Sequence[Disturbance], darks: Sequence[Dark]
+    scene: SurgeScene, seen: Sequence[Turn], disturbed: Sequence[Disturbance], darks: Sequence[Dark]
 ) -> tuple[tuple[Turn, ...], tuple[Dark, ...], tuple[Dark, ...]]:
     """Turns hidden in dark stretches; stretches that hide none; stretches that nothing settles."""
     overloads = [d for d in darks if d.kind == "overload" and d.stop - d.start <= LONGEST * scene.rate]
@@ -139,7 +139,7 @@ def settle(
 class _Night:
     """The dark stretches of a record among its turns."""
 
-    scene: Scene
+    scene: SurgeScene
     turns: Sequence[Turn]
     rest: Sequence[Dark]
     beat: Beat | None
@@ -221,7 +221,7 @@ def _covers(dark: Dark, time: float, margin: float) -> bool:
     return dark.start - margin <= time <= dark.stop + margin
 
 
-def _in_beat(scene: Scene, darks: Sequence[Dark]) -> list[Dark]:
+def _in_beat(scene: SurgeScene, darks: Sequence[Dark]) -> list[Dark]:
     """Dark stretches as long as turns, at even intervals: all turns were out of range."""
     like = [
         d for d in darks if d.kind in ("missing", "clipped") and d.stop - d.start <= TURN_LIKE * scene.rate

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Which surges are turns, and what the dark stretches hide.
 
-How the turns of a record show is decided once, for the record as a whole (`Scale`):
+How the turns of a record show is decided once, for the record as a whole (`TurnScale`):
 
 * *angle*: surges integrate to half turns, 180 deg. Each is then weighed by its own angle; a clipped one, whose angle
   is a lower bound, by the time it spends at the limit.
@@ -34,10 +34,10 @@ from allanite.experiments.reversals.darkness import (
     senses,
     settle,
 )
-from allanite.experiments.reversals.surges import Dark, Scene, Surge
+from allanite.experiments.reversals.surges import Dark, Surge, SurgeScene
 from allanite.experiments.reversals.turns import Disturbance, Position, Turn, sign_of
 
-__all__ = ["Judgement", "Scale", "judge", "positions_of"]
+__all__ = ["SceneJudgement", "TurnScale", "judge", "positions_of"]
 
 #: A turn by hand is no narrower than this [s].
 NARROWEST = 0.25
@@ -55,7 +55,7 @@ Event = Turn | Disturbance
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Scale:
+class TurnScale:
     """How turns show in this record; `half` is the area of a half turn (NaN for rhythm and none)."""
 
     mode: Mode
@@ -63,12 +63,12 @@ class Scale:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Judgement:
+class SceneJudgement:
     """Verdict on a scene.
 
     Attributes
     ----------
-    scale : Scale
+    scale : TurnScale
     turns : tuple of Turn
     disturbed : tuple of Disturbance
     beat : Beat or None
@@ -81,7 +81,7 @@ class Judgement:
         The turns go back and forth, so that the sense of each tells the direction.
     """
 
-    scale: Scale
+    scale: TurnScale
     turns: tuple[Turn, ...]
     disturbed: tuple[Disturbance, ...]
     beat: Beat | None
@@ -90,7 +90,7 @@ class Judgement:
     returning: bool = False
 
 
-def judge(scene: Scene) -> Judgement:
+def judge(scene: SurgeScene) -> SceneJudgement:
     """Turns, disturbances and unsettled stretches of a scene."""
     limits = _limits(scene)
     scale = _scale(scene, limits)
@@ -110,7 +110,7 @@ def judge(scene: Scene) -> Judgement:
         if d.kind == "stuck" and d not in unsettled
     ]
     turns = tuple(sorted((*seen, *hidden), key=lambda t: t.start))
-    return Judgement(
+    return SceneJudgement(
         scale=scale,
         turns=turns,
         disturbed=tuple(sorted(disturbed, key=lambda d: d.start)),
@@ -162,7 +162,7 @@ def _name(dark: Dark) -> str:
 # -- surges -----------------------------------------------------------------------------------------------
 
 
-def _length(scene: Scene, surge: Surge) -> float:
+def _length(scene: SurgeScene, surge: Surge) -> float:
     return (surge.stop - surge.start) / scene.rate
 
 
@@ -171,7 +171,7 @@ def _width(surge: Surge) -> float:
     return surge.missing + (surge.path / surge.peak if surge.peak > 0.0 else 0.0)
 
 
-def _limits(scene: Scene) -> tuple[float, float]:
+def _limits(scene: SurgeScene) -> tuple[float, float]:
     """Upper and lower limit of the converter, where several surges end at the very same value; else infinite."""
     high = [s.high for s in scene.surges]
     low = [s.low for s in scene.surges]
@@ -179,7 +179,7 @@ def _limits(scene: Scene) -> tuple[float, float]:
     return (top if high.count(top) > 1 else math.inf, bottom if low.count(bottom) > 1 else -math.inf)
 
 
-def _is_clipped(scene: Scene, surge: Surge, limits: tuple[float, float]) -> bool:
+def _is_clipped(scene: SurgeScene, surge: Surge, limits: tuple[float, float]) -> bool:
     """At the limit for a while, or for as long as it is shown to be one by other surges."""
     enough = max(FLAT, FLAT_SHARE * _length(scene, surge))
     flat = (surge.flat_high if surge.flat_high >= enough else 0.0) + (
@@ -193,13 +193,13 @@ def _one_way(surge: Surge) -> bool:
     return abs(surge.area) >= ONE_WAY * surge.path
 
 
-def _scale(scene: Scene, limits: tuple[float, float]) -> Scale:
+def _scale(scene: SurgeScene, limits: tuple[float, float]) -> TurnScale:
     """How turns show in this record."""
     long = [s for s in scene.surges if _width(s) >= NARROWEST and _length(scene, s) <= LONGEST]
     if scene.physical:
         whole = [s for s in long if abs(s.area) >= 0.75 * math.pi or _clipped_turn(scene, s, limits, math.pi)]
         if whole and 4 * len(whole) >= len(long):
-            return Scale(mode="angle", half=math.pi)
+            return TurnScale(mode="angle", half=math.pi)
     steady = [s for s in long if _one_way(s)]
     free = [s for s in steady if not _is_clipped(scene, s, limits)]
     chosen = free if len(free) >= 3 else steady
@@ -207,17 +207,17 @@ def _scale(scene: Scene, limits: tuple[float, float]) -> Scale:
         areas = np.abs([s.area for s in chosen])
         half = float(np.median(areas))
         if len(chosen) < 3 or 1.4826 * float(np.median(np.abs(areas - half))) <= AGREE * half:
-            return Scale(mode="size", half=half)
+            return TurnScale(mode="size", half=half)
     return _by_rhythm(long)
 
 
-def _by_rhythm(long: Sequence[Surge]) -> Scale:
+def _by_rhythm(long: Sequence[Surge]) -> TurnScale:
     """Surges that leave no angle, but are as long as turns and come at even intervals."""
     even = in_time([0.5 * (s.start + s.stop) for s in long])
-    return Scale(mode="rhythm" if even else "none")
+    return TurnScale(mode="rhythm" if even else "none")
 
 
-def _clipped_turn(scene: Scene, surge: Surge, limits: tuple[float, float], half: float) -> bool:
+def _clipped_turn(scene: SurgeScene, surge: Surge, limits: tuple[float, float], half: float) -> bool:
     """As long as a turn and going one way to the limit, or fast and then without samples.
 
     A knock does not stay at the limit. Of a turn without its middle nothing may be seen but the flanks, which an
@@ -231,7 +231,7 @@ def _clipped_turn(scene: Scene, surge: Surge, limits: tuple[float, float], half:
     return fast or (at_limit and surge.missing < FLAT)
 
 
-def _is_doubtful(scene: Scene, surge: Surge, scale: Scale, limits: tuple[float, float]) -> bool:
+def _is_doubtful(scene: SurgeScene, surge: Surge, scale: TurnScale, limits: tuple[float, float]) -> bool:
     """Long enough for a turn, and clipped, but both ways or beside a gap: what is seen of the angle bounds nothing."""
     return (
         _width(surge) >= NARROWEST
@@ -246,7 +246,7 @@ def _doubted(surge: Surge) -> Dark:
     return Dark(start=surge.start, stop=surge.stop, kind="missing" if surge.missing >= FLAT else "clipped")
 
 
-def _weighed(scene: Scene, surge: Surge, scale: Scale, limits: tuple[float, float]) -> Event:
+def _weighed(scene: SurgeScene, surge: Surge, scale: TurnScale, limits: tuple[float, float]) -> Event:
     """A surge as a turn or as a disturbance."""
     length = _length(scene, surge)
     if length > LONGEST:  # handled, not turned: nobody knows how it stood afterwards

@@ -9,8 +9,8 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.experiments.reversals.judgement import Judgement
-from allanite.experiments.reversals.surges import Scene
+from allanite.experiments.reversals.judgement import SceneJudgement
+from allanite.experiments.reversals.surges import SurgeScene
 from allanite.experiments.reversals.turned_over import TurnedOver
 from allanite.experiments.reversals.turns import Disturbance, Position, Turn
 from allanite.recording.health.finding import PLACES, Finding, Severity, plural
@@ -29,7 +29,10 @@ _GIVE_TURNS = "give the turns: --turns FILE, or --dwell SECONDS"
 
 
 def remarks(
-    scene: Scene, judgement: Judgement, positions: Sequence[Position], over: TurnedOver | None = None
+    scene: SurgeScene,
+    judgement: SceneJudgement,
+    positions: Sequence[Position],
+    over: TurnedOver | None = None,
 ) -> tuple[Finding, ...]:
     """All findings about turns read off the signal; `over` is what accelerometers say of them."""
     made = (
@@ -42,7 +45,7 @@ def remarks(
     return tuple(sorted(made, key=lambda f: f.severity.rank))
 
 
-def _of_mode(scene: Scene, judgement: Judgement, over: TurnedOver | None) -> Iterator[Finding]:
+def _of_mode(scene: SurgeScene, judgement: SceneJudgement, over: TurnedOver | None) -> Iterator[Finding]:
     turns = judgement.turns
     if judgement.scale.mode == "size":
         why = "without a physical unit their angle is not known"
@@ -81,7 +84,7 @@ def _of_mode(scene: Scene, judgement: Judgement, over: TurnedOver | None) -> Ite
         )
 
 
-def _give_turns(scene: Scene, judgement: Judgement) -> str:
+def _give_turns(scene: SurgeScene, judgement: SceneJudgement) -> str:
     """Where the turns are even, their interval is that of the signal."""
     beat = judgement.beat
     if beat is None or not beat.even:
@@ -89,7 +92,7 @@ def _give_turns(scene: Scene, judgement: Judgement) -> str:
     return f"give the turns: --turns FILE, or --dwell {beat.interval / scene.rate:.3g} for even ones"
 
 
-def _of_angle(scene: Scene, judgement: Judgement) -> Iterator[Finding]:
+def _of_angle(scene: SurgeScene, judgement: SceneJudgement) -> Iterator[Finding]:
     odd = [
         t
         for t in judgement.turns
@@ -125,7 +128,9 @@ def _of_angle(scene: Scene, judgement: Judgement) -> Iterator[Finding]:
         )
 
 
-def _of_rhythm(scene: Scene, judgement: Judgement, positions: Sequence[Position]) -> Iterator[Finding]:
+def _of_rhythm(
+    scene: SurgeScene, judgement: SceneJudgement, positions: Sequence[Position]
+) -> Iterator[Finding]:
     beat = judgement.beat
     if beat is None or not beat.even or len(positions) < 4:
         return
@@ -160,7 +165,9 @@ def _of_rhythm(scene: Scene, judgement: Judgement, positions: Sequence[Position]
         )
 
 
-def _of_darkness(scene: Scene, judgement: Judgement, positions: Sequence[Position]) -> Iterator[Finding]:
+def _of_darkness(
+    scene: SurgeScene, judgement: SceneJudgement, positions: Sequence[Position]
+) -> Iterator[Finding]:
     hidden = judgement.hidden
     if hidden:
         yield _finding(
@@ -209,7 +216,7 @@ def _of_darkness(scene: Scene, judgement: Judgement, positions: Sequence[Positio
         )
 
 
-def _of_disturbances(scene: Scene, judgement: Judgement) -> Iterator[Finding]:
+def _of_disturbances(scene: SurgeScene, judgement: SceneJudgement) -> Iterator[Finding]:
     knocks = [d for d in judgement.disturbed if d.kind in ("knock", "handling") and not d.hides]
     if knocks:
         longest = max((d.stop - d.start) / scene.rate for d in knocks)
@@ -239,7 +246,7 @@ def _of_disturbances(scene: Scene, judgement: Judgement) -> Iterator[Finding]:
         )
 
 
-def off_schedule(scene: Scene, turns: Sequence[Turn], seen: Sequence[Turn]) -> Iterator[Finding]:
+def off_schedule(scene: SurgeScene, turns: Sequence[Turn], seen: Sequence[Turn]) -> Iterator[Finding]:
     """Turns that a file or a period gives and the signal contradicts, and the other way round."""
     given = merge_spans(np.array([(t.start, t.stop) for t in turns], dtype=np.int64).reshape(-1, 2))
     found = merge_spans(np.array([(t.start, t.stop) for t in seen], dtype=np.int64).reshape(-1, 2))
@@ -281,7 +288,7 @@ def _touches(turn: Turn, spans: NDArray[np.int64]) -> bool:
     return near < len(spans) and bool(spans[near, 0] < turn.stop)
 
 
-def _second(scene: Scene, part: Part) -> str:
+def _second(scene: SurgeScene, part: Part) -> str:
     return f"{part.start / scene.rate:.1f} s"
 
 
@@ -290,7 +297,7 @@ def _and_more(parts: Sequence[object]) -> str:
 
 
 def _finding(
-    scene: Scene,
+    scene: SurgeScene,
     code: str,
     message: str,
     severity: Severity,

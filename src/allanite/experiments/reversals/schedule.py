@@ -17,11 +17,11 @@ import numpy as np
 
 from allanite.errors import InputError
 from allanite.experiments.reversals.detection import channel_of, heading_of
-from allanite.experiments.reversals.judgement import Judgement, judge, positions_of
+from allanite.experiments.reversals.judgement import SceneJudgement, judge, positions_of
 from allanite.experiments.reversals.listing import read_listing
 from allanite.experiments.reversals.remarks import off_schedule
 from allanite.experiments.reversals.sides import checked_first, direction_of
-from allanite.experiments.reversals.surges import Scene, survey
+from allanite.experiments.reversals.surges import SurgeScene, survey
 from allanite.experiments.reversals.turns import (
     DEAD_TIME,
     GUARD,
@@ -194,7 +194,7 @@ def placed(
     *,
     dead_time: float = DEAD_TIME,
     guard: float = GUARD,
-    scene: Scene | None = None,
+    scene: SurgeScene | None = None,
 ) -> Reversals:
     """Positions from their spans [samples] and headings [rad], held against the signal where there is a scene."""
     relative = [_relative(h, 0.0) for h in headings]
@@ -231,8 +231,8 @@ def placed(
 
 def _listed(
     recording: Recording,
-    scene: Scene,
-    seen: Judgement,
+    scene: SurgeScene,
+    seen: SceneJudgement,
     given: Sequence[Turn],
     source: str,
     first: str | None,
@@ -280,7 +280,7 @@ def _fitted(seen: Sequence[Turn], period: float) -> tuple[float, float] | None:
     return begin - each * math.floor(begin / each), each
 
 
-def _widened(given: Sequence[Turn], scene: Scene, seen: Judgement) -> tuple[Turn, ...]:
+def _widened(given: Sequence[Turn], scene: SurgeScene, seen: SceneJudgement) -> tuple[Turn, ...]:
     """Each turn together with the surge that it touches, or that is within two seconds; no surge twice."""
     slack = SLACK * scene.rate
     surges: list[Turn | Disturbance] = [*seen.turns, *(d for d in seen.disturbed if d.kind == "knock")]
@@ -308,7 +308,7 @@ def _widened(given: Sequence[Turn], scene: Scene, seen: Judgement) -> tuple[Turn
     return tuple(out)
 
 
-def _rest(seen: Judgement, turns: Sequence[Turn]) -> tuple[Disturbance, ...]:
+def _rest(seen: SceneJudgement, turns: Sequence[Turn]) -> tuple[Disturbance, ...]:
     """Everything in the signal that belongs to no turn of the list."""
     starts, stops = [t.start for t in turns], [t.stop for t in turns]
     out = []
@@ -322,7 +322,7 @@ def _rest(seen: Judgement, turns: Sequence[Turn]) -> tuple[Disturbance, ...]:
     return tuple(sorted(out, key=lambda d: d.start))
 
 
-def _scene_if_clear(recording: Recording, channel: str | None) -> Scene | None:
+def _scene_if_clear(recording: Recording, channel: str | None) -> SurgeScene | None:
     if channel is None:
         try:
             channel = channel_of(recording, None)
@@ -332,7 +332,7 @@ def _scene_if_clear(recording: Recording, channel: str | None) -> Scene | None:
 
 
 def _contradictions(
-    scene: Scene, seen: Judgement, positions: Sequence[Position], turns: Sequence[Turn]
+    scene: SurgeScene, seen: SceneJudgement, positions: Sequence[Position], turns: Sequence[Turn]
 ) -> tuple[Finding, ...]:
     """What the signal shows between the first position and the last, and the list does not."""
     begin, end = positions[0].start, positions[-1].stop

@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from allanite.errors import DataQualityError
 from allanite.recording.records import BLOCK, OVERLOAD, Kind, Recording, merge_spans
 
-__all__ = ["PAUSE", "Dark", "Scene", "Surge", "survey"]
+__all__ = ["PAUSE", "Dark", "Surge", "SurgeScene", "survey"]
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -101,7 +101,7 @@ class Dark:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Scene:
+class SurgeScene:
     """All surges and dark stretches of a signal, in order of time.
 
     Attributes
@@ -126,7 +126,7 @@ class Scene:
     darks: tuple[Dark, ...]
 
 
-def survey(recording: Recording, channel: str) -> Scene:
+def survey(recording: Recording, channel: str) -> SurgeScene:
     """Find the surges and dark stretches of one channel.
 
     Raises
@@ -135,8 +135,8 @@ def survey(recording: Recording, channel: str) -> Scene:
         Fewer than eight samples hold a value.
     """
     signal = _Signal(recording, channel)
-    grid = _Grid.of(recording.rate)
-    level = _Level.of(signal, grid)
+    grid = _CellGrid.of(recording.rate)
+    level = _LevelTrack.of(signal, grid)
     cores = _cores(signal, level)
     dark = merge_spans(np.concatenate([level.missing, level.stuck]))
     spans = _with_missing(_followed(signal, level, cores), level.missing, round(PAUSE * recording.rate))
@@ -145,7 +145,7 @@ def survey(recording: Recording, channel: str) -> Scene:
         _measure(signal, level, int(a), int(b), int(limits[2 * i]), int(limits[2 * i + 3]))
         for i, (a, b) in enumerate(spans)
     )
-    return Scene(
+    return SurgeScene(
         channel=channel,
         rate=recording.rate,
         n_samples=recording.n_samples,
@@ -194,7 +194,7 @@ class _Signal:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _Grid:
+class _CellGrid:
     """Samples in a cell, cells in a plate, samples read at once (whole plates)."""
 
     rate: float
@@ -203,7 +203,7 @@ class _Grid:
     block: int
 
     @classmethod
-    def of(cls, rate: float) -> _Grid:
+    def of(cls, rate: float) -> _CellGrid:
         cell = max(1, round(CELL * rate))
         cells = max(8, round(PLATE * rate / cell))
         return cls(rate=rate, cell=cell, cells=cells, block=max(1, BLOCK // (cell * cells)) * cell * cells)
@@ -229,10 +229,10 @@ class _Grid:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _Level:
+class _LevelTrack:
     """Level and noise along the record, one value each per plate; dark stretches on the way."""
 
-    grid: _Grid
+    grid: _CellGrid
     centres: Array
     levels: Array
     noise: Array  # deviation of a sample
@@ -242,11 +242,11 @@ class _Level:
     stuck: Spans
 
     @classmethod
-    def of(cls, signal: _Signal, grid: _Grid) -> _Level:
+    def of(cls, signal: _Signal, grid: _CellGrid) -> _LevelTrack:
         plates: list[tuple[Array, Array, Array]] = []
         missing, equal = (
-            _Runs(max(1, math.ceil(PAUSE * grid.rate))),
-            _Runs(max(7, math.floor(STUCK * grid.rate))),
+            _TrueRuns(max(1, math.ceil(PAUSE * grid.rate))),
+            _TrueRuns(max(7, math.floor(STUCK * grid.rate))),
         )
         last, present, repeats, step = math.nan, 0, 0, math.inf
         for start, block in signal.blocks(grid.block):
@@ -273,8 +273,15 @@ class _Level:
 
     @classmethod
     def _smoothed(
-        cls, grid: _Grid, levels: Array, noise: Array, calm: Array, least: float, missing: Spans, stuck: Spans
-    ) -> _Level:
+        cls,
+        grid: _CellGrid,
+        levels: Array,
+        noise: Array,
+        calm: Array,
+        least: float,
+        missing: Spans,
+        stuck: Spans,
+    ) -> _LevelTrack:
         there = np.isfinite(levels)
         centres: Array = (np.flatnonzero(there) + 0.5).astype(np.float64) * grid.plate
         moving = noise[there] > 0.0
@@ -300,7 +307,7 @@ class _Level:
         return level, noise, calm
 
 
-def _plates(grid: _Grid, block: Array) -> tuple[Array, Array, Array]:
+def _plates(grid: _CellGrid, block: Array) -> tuple[Array, Array, Array]:
     """Median, and deviation of samples and of cells about it, of each plate of a padded block."""
     samples = block.reshape(-1, grid.plate)
     cells = grid.means(block).reshape(-1, grid.cells)
@@ -358,7 +365,7 @@ def _beyond_chance(spans: Spans, present: int, repeats: int) -> Spans:
 
 
 @dataclass(slots=True)
-class _Runs:
+class _TrueRuns:
     """Runs of True of at least `least` samples, gathered block by block."""
 
     least: int
@@ -395,14 +402,14 @@ class _Runs:
 # -- second pass: surges ----------------------------------------------------------------------------------
 
 
-def _cores(signal: _Signal, level: _Level) -> Spans:
+def _cores(signal: _Signal, level: _LevelTrack) -> Spans:
     """Stretches of cells that stand far off the level; noise with heavy tails raises the threshold."""
     grid = level.grid
     most = max(100.0, signal.recording.duration / CROWDED)
     pause = max(1, round(PAUSE * grid.rate))
     spans: Spans = np.zeros((0, 2), dtype=np.int64)
     for high in (HIGH, 3 * HIGH, 9 * HIGH, 27 * HIGH):
-        runs = _Runs(1)
+        runs = _TrueRuns(1)
         for start, block in signal.blocks(grid.block):
             runs.feed(start // grid.cell, _hot(signal, level, start, grid.padded(block), high))
         spans = runs.spans() * grid.cell
@@ -412,7 +419,7 @@ def _cores(signal: _Signal, level: _Level) -> Spans:
     return np.minimum(spans, signal.recording.n_samples)
 
 
-def _hot(signal: _Signal, level: _Level, start: int, block: Array, high: float) -> Flags:
+def _hot(signal: _Signal, level: _LevelTrack, start: int, block: Array, high: float) -> Flags:
     """Cells of a padded block that stand off the level by a sample or by their mean."""
     cell = level.grid.cell
     places = start + (np.arange(len(block) // cell, dtype=np.float64) + 0.5) * cell
@@ -424,7 +431,7 @@ def _hot(signal: _Signal, level: _Level, start: int, block: Array, high: float) 
     return np.asarray(hot | (means > np.maximum(high * calm, floor)))
 
 
-def _followed(signal: _Signal, level: _Level, cores: Spans) -> Spans:
+def _followed(signal: _Signal, level: _LevelTrack, cores: Spans) -> Spans:
     """Each core with its flanks, down to the noise."""
     n, rate = signal.recording.n_samples, level.grid.rate
     reach, width = math.ceil(REACH * rate), max(1, round(PAUSE * rate))
@@ -487,7 +494,7 @@ def _bridged(missing: Spans, surges: Spans, pause: int) -> Spans:
     return grown
 
 
-def _measure(signal: _Signal, level: _Level, a: int, b: int, before: int, after: int) -> Surge:
+def _measure(signal: _Signal, level: _LevelTrack, a: int, b: int, before: int, after: int) -> Surge:
     """Angle, size and flat parts of a surge; `before` and `after` end the neighbours."""
     rate = level.grid.rate
     around = math.ceil(AROUND * rate)

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from allanite.recording.records import BLOCK, Recording
 
-__all__ = ["Cells", "cut", "runs"]
+__all__ = ["ChannelCells", "cut", "runs"]
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -23,7 +23,7 @@ ROUNDING = 1e-12
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Cells:
+class ChannelCells:
     """Cells of some channels, in SI (counts where a channel has none), less the level of each channel.
 
     Attributes
@@ -76,7 +76,7 @@ class Cells:
             return np.asarray(self.total / self.count)
 
 
-def cut(recording: Recording, channels: Sequence[str], advance: Callable[[float], None]) -> Cells:
+def cut(recording: Recording, channels: Sequence[str], advance: Callable[[float], None]) -> ChannelCells:
     """The cells of some channels; samples that do not fill a cell at the end are left out."""
     size = max(round(CELL * recording.rate), -(-recording.n_samples // MOST), 1)
     axes = []
@@ -86,7 +86,7 @@ def cut(recording: Recording, channels: Sequence[str], advance: Callable[[float]
     total, count, square, steps, equal, step, largest = (
         np.stack(p, axis=-1) for p in zip(*axes, strict=True)
     )
-    return Cells(
+    return ChannelCells(
         size=size,
         dt=recording.dt,
         total=total,

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from allanite.experiments.static_spans.axes import UnitAxes, unit_axes
-from allanite.experiments.static_spans.cells import Cells, cut
+from allanite.experiments.static_spans.cells import ChannelCells, cut
 from allanite.experiments.static_spans.detection import find_static_spans
 from allanite.experiments.static_spans.hand import find_held_spans
 from allanite.experiments.static_spans.results import StaticSpans
@@ -84,7 +84,7 @@ def held_by_hand(recording: Recording, axes: UnitAxes, spans: ArrayLike) -> bool
     return bool(coefficient > max(FOLLOWS, CHANCE / math.sqrt(count)))
 
 
-def _followed(cells: Cells, center: Array, a: int, b: int) -> tuple[float, float, float, float] | None:
+def _followed(cells: ChannelCells, center: Array, a: int, b: int) -> tuple[float, float, float, float] | None:
     """Products of predicted and seen changes of the force within cells a to b, and their number."""
     cut_off = int((b - a) * ENDS)
     size = max(round(MEAN / cells.length), 1)

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 
 from allanite.errors import InputError
 from allanite.experiments.static_spans.axes import UnitAxes, unit_axes
-from allanite.experiments.static_spans.cells import Cells, cut, runs
+from allanite.experiments.static_spans.cells import ChannelCells, cut, runs
 from allanite.experiments.static_spans.remarks import remarks
 from allanite.experiments.static_spans.results import Level, MovingSpan, StaticSpan, StaticSpans
-from allanite.experiments.static_spans.scan import ALARM, Scan, scan
+from allanite.experiments.static_spans.scan import ALARM, RestScan, scan
 from allanite.experiments.static_spans.scrutiny import frozen, held, smooth, turning
 from allanite.noise import NoiseModel
 from allanite.noise.given_models import models_of
@@ -139,7 +139,7 @@ def _models(
 # -- what each cell is ----------------------------------------------------------------------------------------
 
 
-def _states(cells: Cells, seen: Scan, axes: UnitAxes, shortest: float, *, given: bool) -> States:
+def _states(cells: ChannelCells, seen: RestScan, axes: UnitAxes, shortest: float, *, given: bool) -> States:
     """Number of the kind of each cell, shape (n,)."""
     state: States = np.where(seen.quiet, _QUIET, np.where(cells.whole, _MOVING, _MISSING))
     state[(state == _QUIET) & _widened(state == _MOVING, max(round(GUARD / cells.length), 1))] = _BESIDE
@@ -169,7 +169,7 @@ def _widened(mask: Mask, by: int) -> Mask:
 
 
 def _spans(
-    cells: Cells, state: States, n_samples: int
+    cells: ChannelCells, state: States, n_samples: int
 ) -> tuple[tuple[StaticSpan, ...], tuple[MovingSpan, ...]]:
     """Neighbours of one kind joined; the samples that fill no cell belong to the last one."""
     if len(state) == 0:
@@ -185,7 +185,7 @@ def _spans(
     return tuple(spans), tuple(moving)
 
 
-def level_of(cells: Cells, ratios: Array) -> Level:
+def level_of(cells: ChannelCells, ratios: Array) -> Level:
     """The largest ratio of each block."""
     join = max(-(-cells.n // BLOCKS), 1)
     n = -(-cells.n // join)

@@ -21,7 +21,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.experiments.static_spans.axes import UnitAxes, unit_axes
-from allanite.experiments.static_spans.cells import Cells, cut, runs
+from allanite.experiments.static_spans.cells import ChannelCells, cut, runs
 from allanite.experiments.static_spans.detection import level_of
 from allanite.experiments.static_spans.results import MovingSpan, StaticSpan, StaticSpans
 from allanite.recording.records import Kind, Recording
@@ -123,7 +123,7 @@ def _triads(gyro: tuple[str, ...], accelerometer: tuple[str, ...]) -> list[str]:
     return ["gyro"] * bool(gyro) + ["accelerometer"] * bool(accelerometer)
 
 
-def _level(cells: Cells, whole: Mask, place: slice, name: str) -> Array:
+def _level(cells: ChannelCells, whole: Mask, place: slice, name: str) -> Array:
     """Motion of a triad around each cell, shape (n,); infinite where samples are missing."""
     mean = np.where(whole[:, None], cells.mean[:, place], 0.0)
     width = max(round(WINDOW / cells.length), 2)
@@ -179,7 +179,7 @@ def _split(x: Array) -> float:
     return float((x[k] + x[k + 1]) / 2)
 
 
-def _between(spans: Sequence[tuple[int, int]], cells: Cells, n_samples: int) -> tuple[MovingSpan, ...]:
+def _between(spans: Sequence[tuple[int, int]], cells: ChannelCells, n_samples: int) -> tuple[MovingSpan, ...]:
     edges = [0, *(e * cells.size for span in spans for e in span), n_samples]
     pairs = zip(edges[::2], edges[1::2], strict=True)
     return tuple(MovingSpan(start=a, stop=b, why="moving") for a, b in pairs if b > a)

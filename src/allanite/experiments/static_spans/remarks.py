@@ -9,9 +9,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.experiments.static_spans.axes import UnitAxes
-from allanite.experiments.static_spans.cells import Cells
+from allanite.experiments.static_spans.cells import ChannelCells
 from allanite.experiments.static_spans.results import WHY, MovingSpan
-from allanite.experiments.static_spans.scan import Scan
+from allanite.experiments.static_spans.scan import RestScan
 from allanite.experiments.static_spans.scrutiny import FLAT
 
 __all__ = ["remarks"]
@@ -21,7 +21,7 @@ FOREIGN = 2.0
 
 
 def remarks(
-    cells: Cells, seen: Scan, axes: UnitAxes, moving: Sequence[MovingSpan], found: bool
+    cells: ChannelCells, seen: RestScan, axes: UnitAxes, moving: Sequence[MovingSpan], found: bool
 ) -> tuple[str, ...]:
     """Findings about the spans of a record, the gravest first."""
     names = np.array(axes.names)
@@ -72,7 +72,7 @@ def remarks(
     return tuple(out)
 
 
-def _nothing(cells: Cells, moving: Sequence[MovingSpan]) -> str:
+def _nothing(cells: ChannelCells, moving: Sequence[MovingSpan]) -> str:
     if any(m.why == "held" for m in moving):
         return (
             "nothing is at rest: in the quietest parts the accelerometers tilt as the gyros turn, so the unit was held "

@@ -21,12 +21,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.experiments.static_spans.cells import Cells, runs
+from allanite.experiments.static_spans.cells import ChannelCells, runs
 from allanite.experiments.static_spans.floor import chi_square, lowest_level, ratio_quantile
 from allanite.noise import NoiseModel
 from allanite.recording.records import Sampling
 
-__all__ = ["ALARM", "Scan", "scan"]
+__all__ = ["ALARM", "RestScan", "scan"]
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -62,7 +62,7 @@ LEAST = 12
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Scan:
+class RestScan:
     """What the windows show.
 
     Attributes
@@ -104,12 +104,12 @@ class _Window:
     cells: int
 
 
-def scan(cells: Cells, models: Sequence[NoiseModel | None], sampling: Sequence[Sampling]) -> Scan:
+def scan(cells: ChannelCells, models: Sequence[NoiseModel | None], sampling: Sequence[Sampling]) -> RestScan:
     """Find the cells at rest.
 
     Parameters
     ----------
-    cells : Cells
+    cells : ChannelCells
     models : sequence of NoiseModel or None
         One for each axis, in the unit of the cells; without one the floor comes from the record.
     sampling : sequence of "mean" or "point"
@@ -122,7 +122,7 @@ class _Scanner:
     """One scan: the cells that are still quiet, and the floors found so far."""
 
     def __init__(
-        self, cells: Cells, models: Sequence[NoiseModel | None], sampling: Sequence[Sampling]
+        self, cells: ChannelCells, models: Sequence[NoiseModel | None], sampling: Sequence[Sampling]
     ) -> None:
         self.cells, self.models, self.sampling = cells, models, sampling
         self.given = np.array([model is not None for model in models])
@@ -136,10 +136,10 @@ class _Scanner:
         self.floors: dict[int, tuple[Array, Array]] = {}
         self.tolerance = self._tolerances() if self.quiet.any() else np.zeros(self.axes)
 
-    def run(self) -> Scan:
+    def run(self) -> RestScan:
         for window in self.windows:
             self._test(window)
-        return Scan(
+        return RestScan(
             quiet=self.quiet,
             ratio=self.ratio,
             floor=self._fine(),
@@ -315,7 +315,7 @@ class _Scanner:
         return np.asarray(np.sqrt(self.floors[m][0] / 2 * m * self.cells.length))
 
 
-def _windows(cells: Cells) -> Iterator[_Window]:
+def _windows(cells: ChannelCells) -> Iterator[_Window]:
     """All kinds of windows, the shortest first."""
     found = [_Window(m=0, row=1, cells=w) for w in FINE]
     m = 1

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.experiments.static_spans.axes import UnitAxes
-from allanite.experiments.static_spans.cells import Cells, runs
-from allanite.experiments.static_spans.scan import Scan
+from allanite.experiments.static_spans.cells import ChannelCells, runs
+from allanite.experiments.static_spans.scan import RestScan
 from allanite.quantities.earth import EARTH_RATE
 
 __all__ = ["FLAT", "frozen", "held", "smooth", "turning"]
@@ -31,7 +31,7 @@ SWAY, LEAST = 0.4, 12
 FOLLOWED, CHANCE = 0.3, 1e-6
 
 
-def frozen(cells: Cells, spans: Spans) -> list[tuple[int, int]]:
+def frozen(cells: ChannelCells, spans: Spans) -> list[tuple[int, int]]:
     """Spans in which an axis repeats one value far longer than it does in the others."""
     if not spans:
         return []
@@ -48,7 +48,7 @@ def frozen(cells: Cells, spans: Spans) -> list[tuple[int, int]]:
     return found
 
 
-def turning(cells: Cells, seen: Scan, axes: UnitAxes, spans: Spans) -> list[tuple[int, int]]:
+def turning(cells: ChannelCells, seen: RestScan, axes: UnitAxes, spans: Spans) -> list[tuple[int, int]]:
     """Spans whose mean rate is off that of most of the time, by more than the bias of a sensor wanders.
 
     How much it wanders the spans show themselves, by the median; and nothing below a hundredth of the largest rate of
@@ -68,7 +68,7 @@ def turning(cells: Cells, seen: Scan, axes: UnitAxes, spans: Spans) -> list[tupl
     return [span for span, is_off in zip(spans, off.tolist(), strict=True) if is_off]
 
 
-def held(cells: Cells, seen: Scan, axes: UnitAxes, spans: Spans) -> bool:
+def held(cells: ChannelCells, seen: RestScan, axes: UnitAxes, spans: Spans) -> bool:
     """True when the accelerometers wander as the gyros turn: what passes for noise is motion.
 
     In each span the change of the mean force is regressed on the angle turned by the gyros, in each axis; at rest both
@@ -108,7 +108,7 @@ def held(cells: Cells, seen: Scan, axes: UnitAxes, spans: Spans) -> bool:
     return bool(adjusted > FOLLOWED and _tail(share, dof, rest) < CHANCE)
 
 
-def smooth(seen: Scan) -> bool:
+def smooth(seen: RestScan) -> bool:
     """True when no axis has noise that falls over longer means: what is left of the record is slow motion."""
     known = np.isfinite(seen.fall) & ~seen.counted
     return bool(np.count_nonzero(known) >= 3 and (seen.fall[known] > FLAT).all())
@@ -121,7 +121,7 @@ def _tail(share: float, dof: float, rest: float) -> float:
     return float(betainc(0.5 * rest, 0.5 * dof, 1 - share))
 
 
-def _span_means(cells: Cells, spans: Spans) -> Array:
+def _span_means(cells: ChannelCells, spans: Spans) -> Array:
     return np.array([cells.total[a:b].sum(axis=0) / cells.count[a:b].sum(axis=0) for a, b in spans])
 
 

@@ -17,7 +17,7 @@ __all__ = [
     "SENSORS",
     "UNITS",
     "AxisNumbers",
-    "Note",
+    "HeaderNote",
     "Number",
     "axes_rule",
     "channels_of",
@@ -137,7 +137,7 @@ class Number:
 
 
 @dataclass(frozen=True, slots=True)
-class Note:
+class HeaderNote:
     """What the head of a file says of one model: the parameters that it holds or leaves out, and no other."""
 
     numbers: tuple[Number, ...]
@@ -160,13 +160,13 @@ class AxisNumbers:
     name : str
     noise : float
         N in SI.
-    notes : tuple of Note
+    notes : tuple of HeaderNote
         One of each model.
     """
 
     name: str
     noise: float
-    notes: tuple[Note, ...]
+    notes: tuple[HeaderNote, ...]
 
 
 #: Terms that no consumer of noise has a slot for: their symbols, and the unit of a gyroscope's and an accelerometer's.

@@ -18,7 +18,7 @@ from allanite.errors import InputError
 from allanite.exporters.imu.axes import (
     SENSORS,
     AxisNumbers,
-    Note,
+    HeaderNote,
     Number,
     combined,
     parameter,
@@ -39,7 +39,7 @@ WALK_TIME = 1e6
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _Axis(AxisNumbers):
+class _MarkovAxis(AxisNumbers):
     sigma: float
     time: float
     K: float
@@ -122,7 +122,7 @@ def gauss_markov_imu(document: Json, consumer: Consumer, **options: Unpack[Noise
     )
 
 
-def _times(axes_of: Sequence[_Axis], axes: str, sensor: str) -> tuple[float, ...]:
+def _times(axes_of: Sequence[_MarkovAxis], axes: str, sensor: str) -> tuple[float, ...]:
     """Of the axis with the largest sigma for the worst one; the geometric mean for the root mean square."""
     times = [a.time for a in axes_of]
     if axes == "each":
@@ -135,7 +135,7 @@ def _times(axes_of: Sequence[_Axis], axes: str, sensor: str) -> tuple[float, ...
 # -- one axis -------------------------------------------------------------------------------------------------
 
 
-def _markov(channel: Json, consumer: Consumer, time: float | None) -> _Axis:
+def _markov(channel: Json, consumer: Consumer, time: float | None) -> _MarkovAxis:
     name, file = channel["name"], consumer.file
     models = channel["models"]
     noises = [parameter(name, m, "N", file) for m in models]
@@ -148,7 +148,7 @@ def _markov(channel: Json, consumer: Consumer, time: float | None) -> _Axis:
         sigma, bias = _bias_of(name, model, term, used, consumer)
         sigmas.append(sigma)
         walks.append(0.0 if k.is_out else k.value)
-        notes.append(Note((noise, *bias, k, *without_slot(model, channel["kind"]))))
+        notes.append(HeaderNote((noise, *bias, k, *without_slot(model, channel["kind"]))))
     if used is None and not consumer.holds_flicker:
         raise InputError(
             f"channel {name!r}: {file} needs the correlation time of a Gauss-Markov bias, and the model has flicker, "
@@ -159,7 +159,7 @@ def _markov(channel: Json, consumer: Consumer, time: float | None) -> _Axis:
             f"channel {name!r}: {consumer.name} needs noise and bias above zero, and N or the bias instability is "
             "zero here; walk='k-only' writes the random walk as the bias"
         )
-    return _Axis(
+    return _MarkovAxis(
         name=name,
         noise=max(v.value for v in noises),
         sigma=max(sigmas),
@@ -219,10 +219,10 @@ def _walk_of(name: str, model: Json, file: str, holds: bool) -> Number:
         return Number("K", math.nan, "unknown", is_out=True)
 
 
-def _walk_as_markov(channel: Json, choice: WalkChoice, consumer: Consumer) -> _Axis:
+def _walk_as_markov(channel: Json, choice: WalkChoice, consumer: Consumer) -> _MarkovAxis:
     own = walking(channel, choice, consumer.name, consumer.file)
     sigma = own.walk * math.sqrt(WALK_TIME / 2)
-    return _Axis(name=own.name, noise=own.noise, sigma=sigma, time=WALK_TIME, K=0.0, notes=own.notes)
+    return _MarkovAxis(name=own.name, noise=own.noise, sigma=sigma, time=WALK_TIME, K=0.0, notes=own.notes)
 
 
 # -- words ----------------------------------------------------------------------------------------------------

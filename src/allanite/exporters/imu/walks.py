@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 
 from allanite.errors import InputError
-from allanite.exporters.imu.axes import AxisNumbers, Note, Number, parameter, without_slot
+from allanite.exporters.imu.axes import AxisNumbers, HeaderNote, Number, parameter, without_slot
 from allanite.noise import FLICKER_FLOOR, SIGMA_PER_B, GaussMarkov
 
 __all__ = ["GAUSS_MARKOV", "WalkChoice", "Walking", "Words", "refuse_time", "walk_choice", "walking"]
@@ -104,7 +104,7 @@ def walking(channel: Json, choice: WalkChoice, consumer: str, file: str) -> Walk
         noises.append(noise.value)
         walks.append(walk)
         whole = Number("walk", walk, f"{walk:.4e}")
-        notes.append(Note((noise, *parts, whole, *without_slot(model, channel["kind"]))))
+        notes.append(HeaderNote((noise, *parts, whole, *without_slot(model, channel["kind"]))))
     if min(noises) <= 0 or max(walks) <= 0:
         raise InputError(
             f"channel {name!r}: {consumer} needs noise and walk above zero, and N or the walk is zero here"

@@ -25,7 +25,7 @@ class Write(Protocol):
         ...
 
 
-class Reader(Protocol[Read]):
+class ModelReader(Protocol[Read]):
     """`white_and_walk` or `gauss_markov_imu`."""
 
     def __call__(self, document: Json, consumer: Consumer, **options: Unpack[NoiseOptions]) -> Read:
@@ -33,7 +33,7 @@ class Reader(Protocol[Read]):
         ...
 
 
-def writer(template: Callable[[Numbers], list[str]], read: Reader[Numbers], consumer: Consumer) -> Write:
+def writer(template: Callable[[Numbers], list[str]], read: ModelReader[Numbers], consumer: Consumer) -> Write:
     """A function that reads the numbers of a study and writes them by a template, the lines of the file."""
 
     def write(document: Json, **options: Unpack[NoiseOptions]) -> str:

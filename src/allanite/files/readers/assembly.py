@@ -20,7 +20,7 @@ from allanite.files.readers.clock_table import as_clock
 from allanite.files.readers.column_look import is_counter
 from allanite.files.readers.headings import FITTING, Heading, measures, read_heading, with_unit
 from allanite.files.readers.numbering import clocks_beside, numbering_of, unseen_by_stamps
-from allanite.files.readers.part import Rows, rows_between
+from allanite.files.readers.part import TableRows, rows_between
 from allanite.files.readers.stamp_table import StampTable, TimeChoice
 from allanite.files.readers.stamps import choose_time, growing
 from allanite.files.readers.table import Options, Table
@@ -121,12 +121,12 @@ def assemble(table: Table, options: Options, name: str) -> Recording:
     return recording.window(options.start, options.stop)
 
 
-def _part(table: Table, rows: Rows) -> Table:
+def _part(table: Table, rows: TableRows) -> Table:
     start = None if table.start is None else table.start + round(rows.first * 1e9)
     return replace(table, columns=tuple(rows.of_column(c) for c in table.columns), start=start)
 
 
-def _time_of_part(time: TimeChoice, rows: Rows) -> TimeChoice:
+def _time_of_part(time: TimeChoice, rows: TableRows) -> TimeChoice:
     later = round(rows.first * 1e9)
     start = None if time.start is None else time.start + later
     return replace(time, stamps=rows.of_stamps(time.stamps), start=start, first_ns=time.first_ns + later)

@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from allanite.files.readers.filled_stamps import Filled
 
-__all__ = ["Coarse", "coarse_interval", "pauses_between", "shared_step", "without_place"]
+__all__ = ["CoarseStamps", "coarse_interval", "pauses_between", "shared_step", "without_place"]
 
 _Floats = NDArray[np.float64]
 _Ints = NDArray[np.int64]
@@ -44,7 +44,7 @@ _FEWEST = 0.015
 
 
 @dataclass(frozen=True, slots=True)
-class Coarse:
+class CoarseStamps:
     """Samples finer than their stamps, or nearly so.
 
     Attributes
@@ -81,7 +81,7 @@ def shared_step(stretches: list[_Floats]) -> float | None:
     return step if np.abs(multiples - np.round(multiples)).max(initial=0.0) < 10 * _NOISE else None
 
 
-def coarse_interval(stretches: list[_Floats], step: float) -> Coarse | None:
+def coarse_interval(stretches: list[_Floats], step: float) -> CoarseStamps | None:
     """The sample interval behind coarse stamps; None if no interval explains them.
 
     Over any number of samples two stamps of a run differ by one of two multiples of the step; pauses only add to it.
@@ -90,17 +90,17 @@ def coarse_interval(stretches: list[_Floats], step: float) -> Coarse | None:
     if interval is None or not _COARSE * interval < step or _in_bursts(stretches, interval, step):
         return None
     seen = [np.flatnonzero(np.diff(s) > 1.5 * max(step, interval)) + 1 for s in stretches]
-    guesses = (_slope(stretches, seen, interval), _longest(stretches, Coarse(interval, step)))
-    found = [_settled(stretches, Coarse(guess, step)) for guess in guesses if guess is not None]
+    guesses = (_slope(stretches, seen, interval), _longest(stretches, CoarseStamps(interval, step)))
+    found = [_settled(stretches, CoarseStamps(guess, step)) for guess in guesses if guess is not None]
     best = min(found, key=lambda each: each[1])[0]
     return best if _explains(stretches, best) else None
 
 
-def _settled(stretches: list[_Floats], coarse: Coarse) -> tuple[Coarse, float]:
+def _settled(stretches: list[_Floats], coarse: CoarseStamps) -> tuple[CoarseStamps, float]:
     """Least squares over the runs, as long as these grow no shorter; and how many pauses there are then."""
     best, fewest = coarse, np.inf
     for _ in range(_ROUNDS):
-        runs = [_Runs.of(stretch, coarse) for stretch in stretches]
+        runs = [_BoundedRuns.of(stretch, coarse) for stretch in stretches]
         pauses = sum(len(run.starts) for run in runs)
         if pauses > fewest:
             break
@@ -108,16 +108,16 @@ def _settled(stretches: list[_Floats], coarse: Coarse) -> tuple[Coarse, float]:
         finer = _slope(stretches, [run.starts[1:] for run in runs], coarse.interval)
         if finer is None or abs(finer / coarse.interval - 1.0) < 1e-12:
             break
-        coarse = Coarse(finer, coarse.step)
+        coarse = CoarseStamps(finer, coarse.step)
     return best, fewest
 
 
-def _explains(stretches: list[_Floats], coarse: Coarse) -> bool:
+def _explains(stretches: list[_Floats], coarse: CoarseStamps) -> bool:
     """True if the step explains far more differences that are not the usual one than pauses must: it is no chance."""
     usual = 0.5 + np.median(np.round(np.concatenate([np.diff(s) for s in stretches]) / coarse.step))
     told = untold = early = size = 0
     for stretch in stretches:
-        runs = _Runs.of(stretch, coarse)
+        runs = _BoundedRuns.of(stretch, coarse)
         odd = np.abs(np.diff(stretch) / coarse.step - usual + 0.5) > 0.5
         odd[runs.starts[1:] - 1] = False
         told += int(np.count_nonzero(odd))
@@ -130,7 +130,7 @@ def _explains(stretches: list[_Floats], coarse: Coarse) -> bool:
     return told >= _EVEN * (untold + 1) and early <= _EARLY * size and not rare
 
 
-def _longest(stretches: list[_Floats], coarse: Coarse) -> float:
+def _longest(stretches: list[_Floats], coarse: CoarseStamps) -> float:
     """The longest interval, up to the one given, at which hardly a sample comes too early.
 
     Pauses only make samples late.
@@ -139,8 +139,8 @@ def _longest(stretches: list[_Floats], coarse: Coarse) -> float:
     allowed = _EARLY * sum(map(len, stretches))
     trial = high
     for _ in range(_HALVINGS):
-        tried = Coarse(trial, coarse.step)
-        early = sum(int(np.count_nonzero(_Runs.of(s, tried).steps < 0)) for s in stretches)
+        tried = CoarseStamps(trial, coarse.step)
+        early = sum(int(np.count_nonzero(_BoundedRuns.of(s, tried).steps < 0)) for s in stretches)
         low, high = (trial, high) if early <= allowed else (low, trial)
         if low == coarse.interval:
             break
@@ -187,7 +187,7 @@ def _slope(stretches: list[_Floats], starts: list[_Ints], guess: float) -> float
 
 
 @dataclass(frozen=True, slots=True)
-class _Runs:
+class _BoundedRuns:
     """Samples between pauses: where each run begins, and between what bounds its place lies."""
 
     starts: _Ints
@@ -203,7 +203,7 @@ class _Runs:
         return (self.low + self.high)[1:] / 2 - (self.low_end + self.high_end)[:-1] / 2
 
     @classmethod
-    def of(cls, stamps: _Floats, coarse: Coarse) -> _Runs:
+    def of(cls, stamps: _Floats, coarse: CoarseStamps) -> _BoundedRuns:
         level = stamps - coarse.interval * np.arange(len(stamps))
         width = coarse.step + _SLACK * coarse.interval
         w = coarse.window
@@ -263,12 +263,12 @@ def _split(
     return last - back + int(len(part) - 1 - np.argmax(part[::-1])), back
 
 
-def pauses_between(stamps: _Floats, coarse: Coarse) -> tuple[_Ints, _Floats]:
+def pauses_between(stamps: _Floats, coarse: CoarseStamps) -> tuple[_Ints, _Floats]:
     """Differences that hold a pause: which, and how much longer than an interval [s]."""
-    runs = _Runs.of(stamps, coarse)
+    runs = _BoundedRuns.of(stamps, coarse)
     return runs.starts[1:] - 1, runs.steps
 
 
-def without_place(stamps: Filled, coarse: Coarse) -> int:
+def without_place(stamps: Filled, coarse: CoarseStamps) -> int:
     """Samples whose place such stamps do not tell to an interval: of a pause within a step, or of a run within one."""
-    return sum(_Runs.of(block, coarse).unplaced for _, _, block in stamps.blocks(0, 0))
+    return sum(_BoundedRuns.of(block, coarse).unplaced for _, _, block in stamps.blocks(0, 0))

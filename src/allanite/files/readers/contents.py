@@ -2,8 +2,8 @@
 """What is in a file with several tables, and which of them is read.
 
 A flight log holds dozens of message types with a clock each, a LabVIEW file holds groups. A reader lists them as
-`Part`, best first; the first one that has the channels asked for is read, unless the caller names another. Which one
-was taken, and what else there is, is said in the notes.
+`FilePart`, best first; the first one that has the channels asked for is read, unless the caller names another. Which
+one was taken, and what else there is, is said in the notes.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from allanite.files.readers.headings import canonical_group, read_heading
 from allanite.files.readers.table import Table
 from allanite.recording.records import ArrayColumn
 
-__all__ = ["Part", "choose_part", "has_channel", "listed", "message_table"]
+__all__ = ["FilePart", "choose_part", "has_channel", "listed", "message_table"]
 
 _MOST = 60  # parts that a message or the notes list
 _MOST_COLUMNS, _MOST_NAMED = 8, 20
@@ -28,7 +28,7 @@ _AS_FAST = 0.8  # of the highest rate: a part so fast is not set aside for its r
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Part:
+class FilePart:
     """A table of a file.
 
     Attributes
@@ -60,7 +60,7 @@ class Part:
         return f"{self.name} ({self.rows} rows{rate}{columns})"
 
 
-def listed(parts: Sequence[Part]) -> list[str]:
+def listed(parts: Sequence[FilePart]) -> list[str]:
     """The parts in words, for the notes."""
     return [str(p) for p in parts[:_MOST]] + (
         [f"and {len(parts) - _MOST} more"] if len(parts) > _MOST else []
@@ -68,19 +68,19 @@ def listed(parts: Sequence[Part]) -> list[str]:
 
 
 def choose_part(
-    parts: Sequence[Part],
+    parts: Sequence[FilePart],
     wanted: str | None,
     channels: Sequence[str] | None,
     *,
     file: str,
     option: str,
     what: str,
-) -> tuple[Part, list[str]]:
+) -> tuple[FilePart, list[str]]:
     """The part to read, and why, in words.
 
     Parameters
     ----------
-    parts : sequence of Part
+    parts : sequence of FilePart
     wanted : str or None
         Name of a part. "IMU" means the first of IMU[0], IMU[1].
     channels : sequence of str or None
@@ -117,14 +117,14 @@ def choose_part(
     return best, [f"of several {what}s {best.name} is read; {option}= (--{option}) takes another: {names}"]
 
 
-def _best(parts: Sequence[Part]) -> Part:
+def _best(parts: Sequence[FilePart]) -> FilePart:
     steady = [p for p in parts if not p.spare] or list(parts)
     fastest = max((p.rate or 0.0) for p in steady)
     fast = [p for p in steady if (p.rate or 0.0) >= _AS_FAST * fastest]
     return min(fast, key=lambda p: (p.rank, -p.rows))  # the first of equals
 
 
-def has_channel(part: Part, word: str) -> bool:
+def has_channel(part: FilePart, word: str) -> bool:
     """True if a part has a channel of this name, or of this group."""
     group = canonical_group(word)
     return any(

@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from allanite.errors import FormatError, InputError, LimitError
 from allanite.files.readers.arrays import length_of, one_record, picked, table_of
-from allanite.files.readers.contents import Part, choose_part, listed
+from allanite.files.readers.contents import FilePart, choose_part, listed
 from allanite.files.readers.extras import require
 from allanite.files.readers.hdf5_tree import Leaf, Tree, read_leaf, text_of, walk
 from allanite.files.readers.headings import may_be_time, read_heading
@@ -214,12 +214,12 @@ def _group_of(variable: str | None, tables: Mapping[str, Any]) -> str | None:
     return f"/{variable}" if f"/{variable}" in tables else variable
 
 
-def _part(name: str, leaves: list[Leaf]) -> Part:
+def _part(name: str, leaves: list[Leaf]) -> FilePart:
     columns = tuple(
         word for leaf in leaves if not _is_time(leaf) for word in (leaf.dtype.names or (_last(leaf),))
     )
     sensor = any(read_heading(c).group in ("gyro", "acc") for c in columns)
-    return Part(name=name, rows=length_of(leaves[0].shape), columns=columns, rank=0 if sensor else 1)
+    return FilePart(name=name, rows=length_of(leaves[0].shape), columns=columns, rank=0 if sensor else 1)
 
 
 def _unit(leaf: Leaf) -> str:

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import InputError
-from allanite.files.readers.contents import Part, choose_part, listed, message_table
+from allanite.files.readers.contents import FilePart, choose_part, listed, message_table
 from allanite.files.readers.extras import require
 from allanite.files.readers.sandbox import run
 from allanite.files.readers.table import Options, Table
@@ -178,9 +178,9 @@ def _called(key: tuple[str, int, int], keys: list[tuple[str, int, int]]) -> str:
     return kind if sum(k[0] == kind for k in keys) == 1 else f"{kind}[{system}.{component}]"
 
 
-def _part(name: str, kind: str, table: NDArray[np.float64], clock: str) -> Part:
+def _part(name: str, kind: str, table: NDArray[np.float64], clock: str) -> FilePart:
     span = float(np.ptp(table[:, 0])) * {"us": 1e-6, "ms": 1e-3}[clock]
-    return Part(
+    return FilePart(
         name=name,
         rows=len(table),
         columns=tuple(_FIELDS.values()),

@@ -22,7 +22,7 @@ from allanite.files.readers.timebase import Stamps
 from allanite.plain_files.counted import plural
 from allanite.recording.records import ArrayColumn, Column
 
-__all__ = ["Numbering", "clocks_beside", "numbering_of", "unseen_by_stamps"]
+__all__ = ["RowNumbering", "clocks_beside", "numbering_of", "unseen_by_stamps"]
 
 #: Where numbers begin anew: after 8, 16, 24, 32 bits, or after some decimal digits.
 _TURNS = tuple(sorted([256, 65_536, 1 << 24, 1 << 32, *(10**k for k in range(2, 10))]))
@@ -36,7 +36,7 @@ _SAME_RATE = 1e-3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Numbering:
+class RowNumbering:
     """The sample numbers of a table.
 
     Attributes
@@ -65,7 +65,7 @@ class Numbering:
 
 def numbering_of(
     headings: Sequence[Heading], columns: Sequence[Column], used: Collection[int], *, timed: bool
-) -> tuple[list[Numbering], list[str]]:
+) -> tuple[list[RowNumbering], list[str]]:
     """All columns that number the samples, and what is to be said of them.
 
     A name of its own makes one, and so do whole numbers that go on by the same step from row to row whatever the
@@ -78,8 +78,8 @@ def numbering_of(
     timed : bool
         There is a clock, which tells more of gaps than numbers do.
     """
-    found: list[Numbering] = []
-    unnamed: list[Numbering] = []
+    found: list[RowNumbering] = []
+    unnamed: list[RowNumbering] = []
     said: list[str] = []
     for place, (heading, column) in enumerate(zip(headings, columns, strict=True)):
         if heading.group == "counter":
@@ -101,7 +101,7 @@ def numbering_of(
     return sorted(found, key=lambda numbering: numbering.place), said
 
 
-def _unnamed(place: int, name: str, column: Column, *, timed: bool) -> Numbering | None:
+def _unnamed(place: int, name: str, column: Column, *, timed: bool) -> RowNumbering | None:
     """A column that numbers the rows by its values alone: nearly all steps are one and the same."""
     if not _steps_alike(column) and (place > 0 or name or not is_counter(column)):
         return None
@@ -162,7 +162,7 @@ def _goes_with(stamps: Stamps, column: Column) -> bool:
     return True
 
 
-def unseen_by_stamps(numberings: Sequence[Numbering], missing: int) -> list[str]:
+def unseen_by_stamps(numberings: Sequence[RowNumbering], missing: int) -> list[str]:
     """In words, samples that are missing by their numbers where the time stamps show no gap."""
     return [
         f"by its numbers, column {n.name}, {n.missing} samples are missing, by the time stamps {missing}: stamps "
@@ -172,9 +172,9 @@ def unseen_by_stamps(numberings: Sequence[Numbering], missing: int) -> list[str]
     ]
 
 
-def _numbering(place: int, name: str, column: Column) -> Numbering | None:
+def _numbering(place: int, name: str, column: Column) -> RowNumbering | None:
     if is_counter(column) and all((np.diff(part) > 0).all() for part in _parts(column)):
-        return Numbering(place=place, name=name, numbers=column)
+        return RowNumbering(place=place, name=name, numbers=column)
     steps = np.concatenate([np.diff(part) for part in _parts(column)] or [np.empty(0)])
     if len(steps) == 0 or not np.array_equal(steps, np.round(steps)):
         return None
@@ -199,7 +199,7 @@ def _numbering(place: int, name: str, column: Column) -> Numbering | None:
             f"the number in column {name} goes on by {stride:g} from row to row: one of {stride:g} is in the file"
         )
     numbers = np.concatenate(([0], np.cumsum(going / stride))).astype(np.int64)
-    return Numbering(place=place, name=name, numbers=ArrayColumn(numbers), said=tuple(said))
+    return RowNumbering(place=place, name=name, numbers=ArrayColumn(numbers), said=tuple(said))
 
 
 def _parts(column: Column) -> Iterator[NDArray[np.float64]]:

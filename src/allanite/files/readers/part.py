@@ -19,7 +19,7 @@ from allanite.files.readers.timebase import Stamps
 from allanite.recording.records import Column
 from allanite.recording.sample_columns import View
 
-__all__ = ["Rows", "rows_between"]
+__all__ = ["TableRows", "rows_between"]
 
 _ROWS = 1 << 20
 _EXACT = 1e-9  # a stamp so close to an end [s] is at the end: decimals are not binary
@@ -29,7 +29,7 @@ _EXACT = 1e-9  # a stamp so close to an end [s] is at the end: decimals are not 
 class _RunsOf(View):
     """Runs of rows of a column, one after another."""
 
-    rows: Rows
+    rows: TableRows
 
     def __len__(self) -> int:
         return len(self.rows)
@@ -43,7 +43,7 @@ class _StampsOf:
     """Stamps of runs of rows, from the first of them on."""
 
     of: Stamps
-    rows: Rows
+    rows: TableRows
 
     def __len__(self) -> int:
         return len(self.rows)
@@ -53,7 +53,7 @@ class _StampsOf:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Rows:
+class TableRows:
     """Rows of a table.
 
     Attributes
@@ -95,7 +95,7 @@ class Rows:
         return parts[0] if len(parts) == 1 else np.concatenate(parts or [np.zeros(0)])
 
 
-def rows_between(stamps: Stamps, start: float | None, stop: float | None) -> Rows:
+def rows_between(stamps: Stamps, start: float | None, stop: float | None) -> TableRows:
     """The rows whose stamps lie in [start, stop), seconds since the first; rows without a stamp go with the one before.
 
     Raises
@@ -133,7 +133,7 @@ def rows_between(stamps: Stamps, start: float | None, stop: float | None) -> Row
         )
     runs = np.array(changes, dtype=np.int64).reshape(-1, 2)
     edges = np.concatenate(([0], np.cumsum(runs[:, 1] - runs[:, 0]))).astype(np.int64)
-    return Rows(runs=runs, edges=edges, first=first, last=last)
+    return TableRows(runs=runs, edges=edges, first=first, last=last)
 
 
 def _just_before(end: float) -> float:

@@ -38,10 +38,10 @@ from allanite.plain_files.yaml_text import read_yaml_lines
 from allanite.plain_files.yaml_validation import Entry, Fault, Place, check_entries
 from allanite.quantities.units import Quantity, parse_unit
 
-__all__ = ["Clock", "Layout", "Lines", "RecordFrame", "WrittenClock", "read_layout"]
+__all__ = ["HexLines", "RecordFrame", "RecordLayout", "StampField", "WrittenClock", "read_layout"]
 
 
-class Clock(Entry):
+class StampField(Entry):
     """A time stamp in every record."""
 
     at: Offset
@@ -54,7 +54,7 @@ class RecordFrame(ByteRecord):
     """A record."""
 
     length: int | None = Field(default=None, ge=1, le=LONGEST)
-    time: Clock | None = None
+    time: StampField | None = None
 
     @property
     def size(self) -> int:
@@ -79,7 +79,7 @@ class WrittenClock(Entry):
     unit: str
 
 
-class Lines(Entry):
+class HexLines(Entry):
     """The records are lines of hexadecimal words.
 
     Attributes
@@ -93,14 +93,14 @@ class Lines(Entry):
     time: WrittenClock | None = None
 
 
-class Layout(Entry):
+class RecordLayout(Entry):
     """A file of records.
 
     Attributes
     ----------
     skip : int
         Bytes in front of the first record; lines, where the records are lines.
-    lines : Lines or None
+    lines : HexLines or None
         For a text in which the records are written in hexadecimal.
     rate : float or None [Hz]
         Records per second, where they hold no time.
@@ -109,11 +109,11 @@ class Layout(Entry):
 
     skip: int = Field(default=0, ge=0)
     rate: float | None = Field(default=None, gt=0, le=1e9, allow_inf_nan=False)
-    lines: Lines | None = None
+    lines: HexLines | None = None
     frame: RecordFrame
 
 
-def read_layout(source: str | os.PathLike[str] | Mapping[str, Any]) -> Layout:
+def read_layout(source: str | os.PathLike[str] | Mapping[str, Any]) -> RecordLayout:
     """A layout out of a YAML file, or of plain data.
 
     Raises
@@ -124,17 +124,17 @@ def read_layout(source: str | os.PathLike[str] | Mapping[str, Any]) -> Layout:
         Not YAML, or something is wrong with it: the message lists every fault with line and place.
     """
     if isinstance(source, Mapping):
-        return check_entries(Layout, source, "the layout", {}, _contradictions)
+        return check_entries(RecordLayout, source, "the layout", {}, _contradictions)
     if not isinstance(source, (str, os.PathLike)):
         raise InputError(f"layout must be a YAML file or a mapping of its entries, not {source!r}")
     place = Path(source)
     entries, lines = read_yaml_lines(place, "layout of records")
     if not isinstance(entries, Mapping):
         raise FormatError(f"{place} is no layout of records: it holds no entries like 'frame:'")
-    return check_entries(Layout, entries, str(place), lines, _contradictions)
+    return check_entries(RecordLayout, entries, str(place), lines, _contradictions)
 
 
-def _contradictions(layout: Layout) -> Iterator[Fault]:
+def _contradictions(layout: RecordLayout) -> Iterator[Fault]:
     frame = layout.frame
     yield from wrong_in_record(frame, frame.spans(), frame.size, where=("frame",), what="record")
     yield from wrong_measured(frame.fields, ("frame", "fields"))
@@ -153,7 +153,7 @@ def _wrong_time(unit: str, where: Place) -> Iterator[Fault]:
         yield where, str(error)
 
 
-def _wrong_lines(layout: Layout, lines: Lines) -> Iterator[Fault]:
+def _wrong_lines(layout: RecordLayout, lines: HexLines) -> Iterator[Fault]:
     frame = layout.frame
     wide = [one for one in frame.fields if TYPE_SIZES[one.type] > 1 and one.endian is None]
     if wide and "endian" not in frame.model_fields_set:

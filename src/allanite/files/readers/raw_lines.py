@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import DataQualityError
-from allanite.files.readers.raw_layout import Layout
+from allanite.files.readers.raw_layout import RecordLayout
 from allanite.files.readers.spool import GrowingColumn
 from allanite.files.readers.text.streams import opened, pieces
 
@@ -49,7 +49,7 @@ class WrittenRecords:
 
 @dataclass(slots=True)
 class _Gathered:
-    layout: Layout
+    layout: RecordLayout
     rows: list[bytes] = field(default_factory=list)
     stamps: list[float] = field(default_factory=list)
     damaged: list[bool] = field(default_factory=list)
@@ -84,7 +84,7 @@ class _Gathered:
         )
 
 
-def written_records(path: Path, layout: Layout) -> WrittenRecords:
+def written_records(path: Path, layout: RecordLayout) -> WrittenRecords:
     """The records in the lines of a text; lines before the first one are a header.
 
     Raises
@@ -125,7 +125,7 @@ def written_records(path: Path, layout: Layout) -> WrittenRecords:
     )
 
 
-def _record(line: str, layout: Layout) -> tuple[bytes, float] | None:
+def _record(line: str, layout: RecordLayout) -> tuple[bytes, float] | None:
     """Bytes and time of a line, or None if it holds no record."""
     cells = [cell.strip("\"'[](){}<>") for cell in _SEPARATORS.split(line.strip()) if cell]
     lines, stamp = layout.lines, float("nan")
@@ -149,7 +149,7 @@ def _record(line: str, layout: Layout) -> tuple[bytes, float] | None:
     return (found, stamp) if found and found.startswith(layout.frame.header) else None
 
 
-def _padded(words: list[str], layout: Layout) -> str:
+def _padded(words: list[str], layout: RecordLayout) -> str:
     """The digits of a record; words that are a field each are filled up from the left."""
     frame = layout.frame
     spans = sorted((start, stop) for _, start, stop in frame.spans())

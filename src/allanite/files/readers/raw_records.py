@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from allanite.errors import DataQualityError
 from allanite.files.byte_layout import TYPE_SIZES, ByteField
-from allanite.files.readers.raw_layout import Layout, RecordFrame
+from allanite.files.readers.raw_layout import RecordFrame, RecordLayout
 from allanite.files.readers.raw_lines import written_records
 from allanite.files.readers.record_chain import follow_chain
 from allanite.files.readers.spool import GrowingColumn
@@ -32,7 +32,7 @@ _WINDOW = 16 << 20  # bytes looked at at once
 _BLOCK = 1 << 18  # records looked at at once
 
 
-def table_of_records(path: Path, layout: Layout, file_format: str, sampling: Sampling) -> Table:
+def table_of_records(path: Path, layout: RecordLayout, file_format: str, sampling: Sampling) -> Table:
     """The records of a file as columns that are decoded as they are read.
 
     Raises
@@ -74,7 +74,7 @@ def table_of_records(path: Path, layout: Layout, file_format: str, sampling: Sam
     )
 
 
-def _mapped(path: Path, layout: Layout) -> tuple[_Raw, list[str], Column | None]:
+def _mapped(path: Path, layout: RecordLayout) -> tuple[_Raw, list[str], Column | None]:
     """The records of a binary file, and what is to be said of them."""
     frame, size = layout.frame, path.stat().st_size
     if size < layout.skip + frame.size:
@@ -87,7 +87,7 @@ def _mapped(path: Path, layout: Layout) -> tuple[_Raw, list[str], Column | None]
     return raw, guesses, None
 
 
-def _written(path: Path, layout: Layout) -> tuple[_Raw, list[str], Column | None]:
+def _written(path: Path, layout: RecordLayout) -> tuple[_Raw, list[str], Column | None]:
     """The records of a text, what is to be said of them, and their time."""
     records, size = written_records(path, layout), layout.frame.size
     raw = _Raw(records.data, size, None, len(records.data) // size, records.damaged)

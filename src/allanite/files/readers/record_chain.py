@@ -13,14 +13,14 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Chain", "follow_chain"]
+__all__ = ["RecordChain", "follow_chain"]
 
 _Ints = NDArray[np.int64]
 _Bools = NDArray[np.bool_]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Chain:
+class RecordChain:
     """What a window of the stream holds.
 
     Attributes
@@ -41,7 +41,7 @@ class Chain:
     breaks: int
 
 
-def follow_chain(marks: _Ints, follows: _Ints, *, reach: int, size: int, last: bool) -> Chain:
+def follow_chain(marks: _Ints, follows: _Ints, *, reach: int, size: int, last: bool) -> RecordChain:
     """The records among the marks of a window, whose first byte begins a record or is to be passed over.
 
     Parameters
@@ -67,7 +67,7 @@ def follow_chain(marks: _Ints, follows: _Ints, *, reach: int, size: int, last: b
     if last:
         good[follows == size] = True
     keep, end, skipped, breaks = _walk(marks, follows, good, link, rare, min(reach, size))
-    return Chain(keep=keep, end=end, skipped=skipped, breaks=breaks)
+    return RecordChain(keep=keep, end=end, skipped=skipped, breaks=breaks)
 
 
 def _walk(

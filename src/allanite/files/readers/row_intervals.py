@@ -19,7 +19,7 @@ from allanite.files.readers.headings import read_heading
 from allanite.recording.records import Column
 from allanite.recording.sample_columns import Calculated
 
-__all__ = ["Running", "holds_increments", "interval_unit", "is_period", "running_sum"]
+__all__ = ["RunningSum", "holds_increments", "interval_unit", "is_period", "running_sum"]
 
 _UNIT = r"(?:_?(?P<unit>s|[munµ]s|[mun]?secs?|seconds?|millis|micros|nanos|(?:milli|micro|nano)seconds?))?"
 _STRICT = re.compile(
@@ -61,7 +61,7 @@ def holds_increments(raw: Sequence[str]) -> bool:
 
 
 @dataclass(frozen=True, slots=True)
-class Running(Calculated):
+class RunningSum(Calculated):
     """The sum of intervals up to each row, 0 in the first."""
 
     of: Column
@@ -80,7 +80,7 @@ class Running(Calculated):
         return stamps[start - block * _ROWS :]
 
 
-def running_sum(column: Column, label: str, file: str) -> Running:
+def running_sum(column: Column, label: str, file: str) -> RunningSum:
     """Time by a column of intervals.
 
     Raises
@@ -101,4 +101,4 @@ def running_sum(column: Column, label: str, file: str) -> Running:
                 "another column, --time COLUMN[:UNIT]"
             )
         sums.append(sums[-1] + float(steps.sum()))
-    return Running(column, np.array(sums))
+    return RunningSum(column, np.array(sums))

@@ -15,7 +15,7 @@ from typing import Any, Final
 
 from allanite.errors import InputError
 from allanite.files.readers.table import Options, Table
-from allanite.files.store import Survey
+from allanite.files.store import RunSurvey
 from allanite.files.store.run import open_run
 
 NAME: Final = "run"
@@ -79,7 +79,7 @@ def read(path: Path, options: Options) -> Table:
     )
 
 
-def _missing(survey: Survey, manifest: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
+def _missing(survey: RunSurvey, manifest: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
     """Each gap on the grid of the recording, with the reason that was noted for it; what nobody noted has none.
 
     One of them is the gap behind the last sample, as far as it was noted. A gap may have several reasons, one after the

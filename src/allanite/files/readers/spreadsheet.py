@@ -20,7 +20,7 @@ from numpy.typing import NDArray
 
 from allanite.errors import FormatError
 from allanite.files.readers import text
-from allanite.files.readers.contents import Part, choose_part, listed
+from allanite.files.readers.contents import FilePart, choose_part, listed
 from allanite.files.readers.extras import require
 from allanite.files.readers.sandbox import run
 from allanite.files.readers.spool import ZIP_ERRORS, refuse_bomb, to_file
@@ -128,7 +128,7 @@ def text_in(path: str, variable: str | None) -> tuple[dict[str, Any], dict[str, 
         raise FormatError(f"{name}: the spreadsheet has a password; save it without one") from None
     except CalamineError as error:
         raise FormatError(f"{name}: damaged spreadsheet ({str(error)[:200]})") from None
-    parts = [Part(name=n, rows=s.height, columns=_headings(s)) for n, s in sheets.items()]
+    parts = [FilePart(name=n, rows=s.height, columns=_headings(s)) for n, s in sheets.items()]
     chosen = variable if variable in sheets else None
     part, guesses = choose_part(parts, chosen, None, file=name, option="variable", what="sheet")
     sheet = sheets[part.name]

@@ -23,7 +23,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import DataQualityError
-from allanite.files.readers.coarse_stamps import Coarse, coarse_interval, pauses_between, shared_step
+from allanite.files.readers.coarse_stamps import CoarseStamps, coarse_interval, pauses_between, shared_step
 from allanite.files.readers.filled_stamps import Filled
 from allanite.files.readers.jittered_stamps import (
     MARGIN,
@@ -75,11 +75,11 @@ class Probe:
     )
     window: int  # stamps on either side that judge it
     late: float | None = None  # stamps later than this, beside their interval, are brought forward [s]
-    coarse: Coarse | None = None
+    coarse: CoarseStamps | None = None
 
 
 @dataclass(frozen=True, slots=True)
-class _Look:
+class _StampStretches:
     """Stretches of the stamps, and what lies between stamps in them."""
 
     stretches: list[_Floats]
@@ -88,7 +88,7 @@ class _Look:
     bursts: bool
 
     @classmethod
-    def of(cls, stretches: list[_Floats]) -> _Look:
+    def of(cls, stretches: list[_Floats]) -> _StampStretches:
         differences = np.concatenate([np.diff(s) for s in stretches])
         median = float(np.median(differences))
         if median <= 0:
@@ -127,7 +127,7 @@ def probe_of(stamps: Filled, source: str, *, exact: bool = False) -> Probe:
         return _late(look, interval) or _irregular(look, interval)
 
 
-def _look(stamps: Filled, source: str) -> _Look:
+def _look(stamps: Filled, source: str) -> _StampStretches:
     n = len(stamps)
     length = min(n, 4096)
     starts = np.unique(np.linspace(0, n - length, min(64, max(1, n // length))).astype(np.int64))
@@ -140,10 +140,10 @@ def _look(stamps: Filled, source: str) -> _Look:
         raise no_grid(stamps, source, "they do not rise")
     if rising < 2 and n > 8:  # one step in the whole record tells no rate
         raise no_grid(stamps, source, "all but one are equal")
-    return _Look.of(stretches)
+    return _StampStretches.of(stretches)
 
 
-def _coarse(stamps: Filled, look: _Look) -> Probe | None:
+def _coarse(stamps: Filled, look: _StampStretches) -> Probe | None:
     step = shared_step(look.stretches)
     if step is None or np.mean(np.abs(look.differences - look.median) > 0.5 * step) < _FEW:
         return None
@@ -166,11 +166,11 @@ def _coarse(stamps: Filled, look: _Look) -> Probe | None:
     )
 
 
-def _even(look: _Look) -> Probe | None:
+def _even(look: _StampStretches) -> Probe | None:
     return _regular(look) or _jittered(look)
 
 
-def _late(look: _Look, interval: float) -> Probe | None:
+def _late(look: _StampStretches, interval: float) -> Probe | None:
     """Stamps that are even once the late ones among them are brought forward."""
     if not interval > 0:
         return None
@@ -189,7 +189,7 @@ def _late(look: _Look, interval: float) -> Probe | None:
         interval = interval_between_pauses(stretches, interval, lossy=True)
     if _steady(look, interval) < _STEADY or off_grid(in_time, interval) > _ON_GRID:
         return None
-    found = _even(_Look.of(stretches))
+    found = _even(_StampStretches.of(stretches))
     if found is None:
         return None
     return replace(
@@ -212,11 +212,11 @@ def _without_doubles(stamps: _Floats, interval: float) -> _Floats:
     return np.asarray(stamps[np.append(True, ~double)])
 
 
-def _steady(look: _Look, interval: float) -> float:
+def _steady(look: _StampStretches, interval: float) -> float:
     return float((look.differences < 2.5 * interval).mean())
 
 
-def _regular(look: _Look) -> Probe | None:
+def _regular(look: _StampStretches) -> Probe | None:
     ratio = look.differences / look.median
     near = np.abs(ratio - 1.0) <= 0.25
     # Whole multiples are lost samples, zeros are rows written twice: both leave the others regular.
@@ -237,7 +237,7 @@ def _regular(look: _Look) -> Probe | None:
     )
 
 
-def _jittered(look: _Look) -> Probe | None:
+def _jittered(look: _StampStretches) -> Probe | None:
     ratio = look.differences / look.median
     if look.bursts or (np.abs(ratio - np.round(ratio).clip(1)) <= 0.5).mean() <= 0.6:
         return None
@@ -254,7 +254,7 @@ def _jittered(look: _Look) -> Probe | None:
     )
 
 
-def _irregular(look: _Look, interval: float) -> Probe:
+def _irregular(look: _StampStretches, interval: float) -> Probe:
     differences = look.differences
     longest = float(np.quantile(differences[differences > 0], 0.995))
     burst = len(differences) / max(int(np.count_nonzero(differences > 1.5 * interval)), 1)
@@ -303,7 +303,7 @@ def _bursts(differences: _Floats, median: float) -> bool:
     return typical > 2.5 * median and bool(apart.std() < 0.3 * apart.mean())
 
 
-def _regular_interval(look: _Look) -> float:
+def _regular_interval(look: _StampStretches) -> float:
     """Median slope of the stretches that hold no odd difference; else that of all that lies between odd ones."""
     parts = [between([stretch], 0.5 * look.median, 1.5 * look.median) for stretch in look.stretches]
     slopes = [common_slope(part) for part in parts if len(part) == 1 and len(part[0]) > 1]
@@ -385,7 +385,7 @@ def _judge_coarse(
     block: _Floats, differences: _Floats, lead: int, count: int, interval: float, probe: Probe
 ) -> tuple[_Ints, _Floats]:
     """Pauses between runs of stamps that one place allows: where they are and how long [s]."""
-    at, step = pauses_between(block, probe.coarse or Coarse(interval, interval))
+    at, step = pauses_between(block, probe.coarse or CoarseStamps(interval, interval))
     own = (at >= lead) & (at < lead + count) & (np.abs(step) > 0.5 * interval)
     return at[own], step[own]
 

@@ -13,7 +13,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["EPOCH", "FACTORS", "Steps", "Told", "candidates", "tell"]
+__all__ = ["EPOCH", "FACTORS", "StampSteps", "Told", "candidates", "tell"]
 
 #: Seconds since 1970 between 2001 and 2052; later ones are those of another epoch (1904, 1900).
 EPOCH: Final = (1e9, 2.6e9)
@@ -38,7 +38,7 @@ _CLOSE = 0.05  # relative distance from the rate that the file states elsewhere
 
 
 @dataclass(frozen=True, slots=True)
-class Steps:
+class StampSteps:
     """What lies between stamps that follow each other, in their unit.
 
     Attributes
@@ -53,7 +53,7 @@ class Steps:
     whole: bool
 
     @classmethod
-    def of(cls, differences: NDArray[np.float64]) -> Steps | None:
+    def of(cls, differences: NDArray[np.float64]) -> StampSteps | None:
         """None where no stamp is later than the one before."""
         differences = differences[np.isfinite(differences) & (differences >= 0)]
         if not differences.any():
@@ -84,12 +84,12 @@ class Told:
     epoch: int | None = None
 
 
-def tell(steps: Steps, first: float, nominal: float | None, inertial: bool) -> Told | None:
+def tell(steps: StampSteps, first: float, nominal: float | None, inertial: bool) -> Told | None:
     """The unit of stamps, or None where several fit.
 
     Parameters
     ----------
-    steps : Steps
+    steps : StampSteps
     first : float
         The first stamp.
     nominal : float or None [Hz]
@@ -108,7 +108,7 @@ def tell(steps: Steps, first: float, nominal: float | None, inertial: bool) -> T
     return Told(fitting[0], FACTORS[fitting[0]]) if len(fitting) == 1 else None
 
 
-def candidates(steps: Steps, first: float, inertial: bool) -> list[str]:
+def candidates(steps: StampSteps, first: float, inertial: bool) -> list[str]:
     """Units that give the interval of a log."""
     step = steps.mean
     if not steps.whole and _PLAIN <= 1.0 / step <= _SENSOR[1]:
@@ -123,7 +123,7 @@ def candidates(steps: Steps, first: float, inertial: bool) -> list[str]:
     return list(dict.fromkeys([*(["s"] if slow else []), *([absolute.unit] if absolute else []), *fitting]))
 
 
-def _sure(absolute: Told, steps: Steps, first: float) -> bool:
+def _sure(absolute: Told, steps: StampSteps, first: float) -> bool:
     """False for a slow log whose stamps may as well be those of a fast one, a short while after a start."""
     return 1.0 / (steps.mean * absolute.factor) >= _SENSOR[0] or not any(
         _SENSOR[0] <= 1.0 / (steps.mean * factor) <= _SENSOR[1] and first * factor < _RECENT

@@ -32,7 +32,7 @@ from allanite.files.readers.packed_time import DAY, find_packed
 from allanite.files.readers.row_intervals import holds_increments, interval_unit, is_period, running_sum
 from allanite.files.readers.stamp_parts import find_parts, is_fraction
 from allanite.files.readers.stamp_table import Scaled, StampTable, Summed, TimeChoice
-from allanite.files.readers.stamp_units import EPOCH, FACTORS, Steps, Told, candidates, tell
+from allanite.files.readers.stamp_units import EPOCH, FACTORS, StampSteps, Told, candidates, tell
 from allanite.files.readers.stated_time import NO_TIME, StatedTime, parse_step, stated_time
 from allanite.files.readers.timebase import Stamps
 from allanite.files.readers.turning import unwrapped
@@ -141,7 +141,7 @@ def _running(
     if stated is not None and stated.factor is not None:
         unit, factor = stated.unit, stated.factor
     elif not unit:
-        steps = Steps.of(np.concatenate([part[1:] + column.origin for part in look(column)]))
+        steps = StampSteps.of(np.concatenate([part[1:] + column.origin for part in look(column)]))
         told = None if steps is None else tell(steps, 0.0, table.nominal, table.inertial)
         if steps is not None and told is None and not table.rate_said:
             raise _which_unit(table, chosen, steps, candidates(steps, 0.0, table.inertial))
@@ -264,7 +264,7 @@ def _unit(table: StampTable, chosen: int, guesses: list[str], stated: StatedTime
         unit, factor = (inside[1], step) if step else ("", 1.0)
     if unit:
         return Told(unit, factor, _since_1970(first, factor))
-    steps = Steps.of(np.concatenate([np.diff(part) for part in look(column)]))
+    steps = StampSteps.of(np.concatenate([np.diff(part) for part in look(column)]))
     if names_time_of_week(heading.name) and table.nominal is None:
         unit, factor = unit_of_week(column)
         if unit and steps and is_slow(column, factor) and not table.rate_said:
@@ -286,7 +286,7 @@ def _unit(table: StampTable, chosen: int, guesses: list[str], stated: StatedTime
 
 
 def _which_unit(
-    table: StampTable, chosen: int, steps: Steps, fitting: Sequence[str], ticks: bool = False
+    table: StampTable, chosen: int, steps: StampSteps, fitting: Sequence[str], ticks: bool = False
 ) -> InputError:
     """The question that the values of a time column leave open."""
     fitting = fitting or list(FACTORS)[:4]
@@ -338,8 +338,8 @@ def _of_gps(table: StampTable, stated: StatedTime | None) -> TimeChoice | None:
     if stated is not None and stated.factor is not None:
         unit, factor = stated.unit, stated.factor
     elif clock.open and not table.rate_said:
-        steps = Steps.of(np.concatenate([np.diff(part) for part in look(columns[clock.within])]))
-        raise _which_unit(table, clock.within, steps or Steps(1.0, True), ["s", "ms"])
+        steps = StampSteps.of(np.concatenate([np.diff(part) for part in look(columns[clock.within])]))
+        raise _which_unit(table, clock.within, steps or StampSteps(1.0, True), ["s", "ms"])
     time = _sum(
         columns, headings, (clock.week, WEEK), (clock.within, factor), list(used), "gps week + s", None
     )

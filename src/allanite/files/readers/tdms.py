@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import DataQualityError, InputError
-from allanite.files.readers.contents import Part, choose_part, listed
+from allanite.files.readers.contents import FilePart, choose_part, listed
 from allanite.files.readers.extras import require
 from allanite.files.readers.headings import read_heading
 from allanite.files.readers.sandbox import run
@@ -155,7 +155,7 @@ def _split(variable: str | None, groups: Mapping[str, Any]) -> tuple[str | None,
     return (holding[0], variable) if len(holding) == 1 else (variable, None)
 
 
-def _part(group: Any, channels: list[Any]) -> Part:
+def _part(group: Any, channels: list[Any]) -> FilePart:
     longest = max((len(c) for c in channels), default=0)
     step = next((s for c in channels if len(c) == longest and (s := _step(c))), None)
     copy = any(
@@ -163,7 +163,7 @@ def _part(group: Any, channels: list[Any]) -> Part:
         for p in [group.properties, *(c.properties for c in channels)]
     )
     names = tuple(c.name for c in channels if not _is_time(c))
-    return Part(
+    return FilePart(
         name=group.name, rows=longest, columns=names, rate=None if step is None else 1.0 / step, spare=copy
     )
 

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from allanite.recording.records import ArrayColumn, Column
 
-__all__ = ["Turned", "unwrapped"]
+__all__ = ["UnwrappedColumn", "unwrapped"]
 
 _BITS = (8, 12, 16, 20, 24, 31, 32, 48)
 _TICKS = (1.0, 1e-3, 1e-6, 1e-9)  # of a counter of 32 bits whose stamps are kept in seconds [s]
@@ -23,7 +23,7 @@ _ROWS = 1 << 18
 
 
 @dataclass(frozen=True, slots=True)
-class Turned:
+class UnwrappedColumn:
     """A column that goes on where it began anew.
 
     Attributes
@@ -39,7 +39,7 @@ class Turned:
     times: int
 
 
-def unwrapped(column: Column, factor: float | None, turn: float | None = None) -> Turned | None:
+def unwrapped(column: Column, factor: float | None, turn: float | None = None) -> UnwrappedColumn | None:
     """A column of stamps that begin anew, made to rise; None where they do not.
 
     Parameters
@@ -62,7 +62,7 @@ def unwrapped(column: Column, factor: float | None, turn: float | None = None) -
     values = column.read(0, len(column))
     gained = np.zeros(len(values))
     gained[falls[count]] = turn
-    return Turned(ArrayColumn(values + column.origin + np.cumsum(gained)), turn, int(count.sum()))
+    return UnwrappedColumn(ArrayColumn(values + column.origin + np.cumsum(gained)), turn, int(count.sum()))
 
 
 def _falls(column: Column) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64], float]:

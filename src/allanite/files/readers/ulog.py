@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import FormatError, InputError
-from allanite.files.readers.contents import Part, choose_part, listed, message_table
+from allanite.files.readers.contents import FilePart, choose_part, listed, message_table
 from allanite.files.readers.extras import require
 from allanite.files.readers.sandbox import run
 from allanite.files.readers.table import Options, Table
@@ -173,11 +173,11 @@ def _defined(log: Any) -> str:
     return ", ".join(names[:80]) or "none"
 
 
-def _part(key: str, message: Message) -> Part:
+def _part(key: str, message: Message) -> FilePart:
     kind = key.split("[")[0]
     stamps, columns, _, _ = _table(kind, message)
     span = (float(stamps[-1]) - float(stamps[0])) * 1e-6 if len(stamps) > 1 else 0.0
-    return Part(
+    return FilePart(
         name=key,
         rows=len(stamps),
         columns=tuple(columns),

@@ -16,10 +16,10 @@ A run is a folder::
 `host_clock` the clock of samples and manifest, which goes on while the host sleeps
 `manifest` its lines, and the lock against a second writer
 `writing`  `LogStore`: batches in
-`segment`  one segment read, from its beginning or from a `Position`
+`segment`  one segment read, from its beginning or from a `ReadPosition`
 `rows`     verified rows as columns that are read piece by piece
 `survey`   one pass over a run: where its samples and gaps are, and its rate
-`following` `Follower`: what has come since the last look, across segments and parts
+`following` `RunFollower`: what has come since the last look, across segments and parts
 `run`      `open_run`: batches and recordings out, finished or still going
 `recovery` `recover`: a damaged run made whole, and what was lost named
 `compaction` `compact`: a finished run as one Parquet file
@@ -33,8 +33,8 @@ from allanite.files.store.header import Header
 from allanite.files.store.host_clock import host_ns
 from allanite.files.store.recovery import Loss, Recovery, recover
 from allanite.files.store.run import Run, open_run
-from allanite.files.store.segment import Position
-from allanite.files.store.survey import Survey
+from allanite.files.store.segment import ReadPosition
+from allanite.files.store.survey import RunSurvey
 from allanite.files.store.writing import LogStore, Status
 
 __all__ = [
@@ -44,11 +44,11 @@ __all__ = [
     "Header",
     "LogStore",
     "Loss",
-    "Position",
+    "ReadPosition",
     "Recovery",
     "Run",
+    "RunSurvey",
     "Status",
-    "Survey",
     "compact",
     "host_ns",
     "open_run",

@@ -19,7 +19,7 @@ from allanite.files.store.batch import Batch
 from allanite.files.store.header import Header
 from allanite.files.store.manifest import is_sound
 from allanite.files.store.run import Run, open_run
-from allanite.files.store.survey import Piece, Survey
+from allanite.files.store.survey import Piece, RunSurvey
 from allanite.plain_files.arrow_numbers import arrow_of, numbers_of
 from allanite.plain_files.atomic_file import fresh
 from allanite.plain_files.json_values import parse_plain
@@ -130,7 +130,7 @@ def is_compact(path: Path) -> bool:
         return False
 
 
-def survey_of(path: str | os.PathLike[str]) -> tuple[Survey, str]:
+def survey_of(path: str | os.PathLike[str]) -> tuple[RunSurvey, str]:
     """What `Run.survey` says, of a file that `compact` wrote; and how the run ended.
 
     Raises
@@ -157,7 +157,7 @@ def survey_of(path: str | os.PathLike[str]) -> tuple[Survey, str]:
         raise FormatError(
             f"{place.name}: damaged ({type(error).__name__}); make it once more from the run"
         ) from None
-    return Survey.of(header, pieces, {}, torn=False, end=end), status
+    return RunSurvey.of(header, pieces, {}, torn=False, end=end), status
 
 
 def manifest_of(path: str | os.PathLike[str]) -> tuple[Mapping[str, Any], ...]:

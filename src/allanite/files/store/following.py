@@ -8,13 +8,13 @@ from pathlib import Path
 
 from allanite.files.store.batch import Batch
 from allanite.files.store.header import Header
-from allanite.files.store.segment import Position, opening_of, read_on, segment_name, segment_numbers
+from allanite.files.store.segment import ReadPosition, opening_of, read_on, segment_name, segment_numbers
 
-__all__ = ["Follower"]
+__all__ = ["RunFollower"]
 
 
 @dataclass(slots=True)
-class Follower:
+class RunFollower:
     """Follows a run.
 
     Parameters
@@ -34,10 +34,10 @@ class Follower:
     folder: Path
     header: Header
     part: int = 1
-    _position: Position = field(init=False)
+    _position: ReadPosition = field(init=False)
 
     def __post_init__(self) -> None:
-        self._position = Position(segment=min(segment_numbers(self.folder), default=1))
+        self._position = ReadPosition(segment=min(segment_numbers(self.folder), default=1))
 
     def take(self) -> list[Batch]:
         """The samples that have come, those of one segment as one batch; none where there is nothing new.

@@ -18,12 +18,12 @@ from allanite.plain_files.arrow_numbers import numbers_of
 from allanite.plain_files.regular_file import open_regular
 from allanite.recording.sample_columns import Calculated
 
-__all__ = ["RowColumn", "Rows", "SegmentRows"]
+__all__ = ["RowColumn", "RunRows", "SegmentRows"]
 
 _KEPT = 2
 
 
-class Rows(Protocol):
+class RunRows(Protocol):
     """Some consecutive rows of a run."""
 
     @property
@@ -58,7 +58,7 @@ class SegmentRows:
     count: int
 
     def read(self, name: str) -> NDArray[np.float64]:
-        """One channel; see `Rows`. The bytes that are decoded are those that are verified, at every reading.
+        """One channel; see `RunRows`. The bytes that are decoded are those that are verified, at every reading.
 
         Raises
         ------
@@ -85,7 +85,7 @@ class RowColumn(Calculated):
 
     __slots__ = ("_edges", "_kept", "_lock", "_name", "_rows")
 
-    def __init__(self, rows: Sequence[Rows], name: str) -> None:
+    def __init__(self, rows: Sequence[RunRows], name: str) -> None:
         self._rows, self._name = rows, name
         self._edges = np.cumsum([0, *(r.count for r in rows)])
         self._lock = threading.Lock()

@@ -17,8 +17,8 @@ from allanite.files.store.header import Header
 from allanite.files.store.manifest import Line, is_locked, read_manifest
 from allanite.files.store.message import END, Message, NoBatch
 from allanite.files.store.rows import SegmentRows
-from allanite.files.store.segment import Position, Segment, read_on, segment_name, segment_numbers
-from allanite.files.store.survey import Piece, Survey
+from allanite.files.store.segment import ReadPosition, Segment, read_on, segment_name, segment_numbers
+from allanite.files.store.survey import Piece, RunSurvey
 from allanite.recording.records import Recording
 
 __all__ = ["Run", "noted_end", "open_run"]
@@ -74,16 +74,16 @@ class Run:
                     counter = batch.last
                     yield batch
 
-    def tail(self, position: Position | None = None) -> tuple[list[Batch], Position]:
+    def tail(self, position: ReadPosition | None = None) -> tuple[list[Batch], ReadPosition]:
         """The samples that have come behind a position, and the position behind them; see `read_on`.
 
         Those of one segment, as one batch: who follows a run calls it until nothing comes, then waits.
         """
         return read_on(
-            self.folder, position or Position(segment=min(segment_numbers(self.folder), default=1))
+            self.folder, position or ReadPosition(segment=min(segment_numbers(self.folder), default=1))
         )
 
-    def survey(self, part: int | None = None) -> Survey:
+    def survey(self, part: int | None = None) -> RunSurvey:
         """One pass over all batches; see `batches` for the part.
 
         Raises
@@ -121,7 +121,9 @@ class Run:
                 f"; to see what can still be read: allanite recover --dry-run {self.folder}" if faults else ""
             )
             raise DataQualityError(f"{self.folder}: no samples in this run yet{said}{hint}")
-        return Survey.of(header, pieces, faults, torn=stop.torn, end=0 if more else noted_end(self.manifest))
+        return RunSurvey.of(
+            header, pieces, faults, torn=stop.torn, end=0 if more else noted_end(self.manifest)
+        )
 
     def recording(self, part: int | None = None) -> Recording:
         """The samples on an even grid by their counter, at the nominal rate; gaps are NaN.

@@ -25,7 +25,7 @@ from allanite.files.store.message import (
 from allanite.plain_files.limits import SEGMENTS, refuse_more
 from allanite.plain_files.regular_file import open_regular
 
-__all__ = ["Position", "Segment", "opening_of", "read_on", "segment_name", "segment_numbers"]
+__all__ = ["ReadPosition", "Segment", "opening_of", "read_on", "segment_name", "segment_numbers"]
 
 _NAME: Final = re.compile(r"(\d{6,18})\.arrows", re.ASCII)
 
@@ -143,7 +143,7 @@ def _opening(file: BinaryIO) -> tuple[Opening | None, NoBatch]:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Position:
+class ReadPosition:
     """How far somebody has read who follows a run.
 
     Attributes
@@ -162,7 +162,7 @@ class Position:
     opening: int | None = None
 
 
-def read_on(folder: Path, position: Position) -> tuple[list[Batch], Position]:
+def read_on(folder: Path, position: ReadPosition) -> tuple[list[Batch], ReadPosition]:
     """The samples behind a position, those of one segment as one batch, and the position behind them.
 
     A batch that is cut or does not verify is "not yet": it is waited for, until there is a whole one behind it, or a
@@ -189,7 +189,7 @@ def read_on(folder: Path, position: Position) -> tuple[list[Batch], Position]:
     return batches, position
 
 
-def _rest(segment: Segment, position: Position) -> tuple[list[Batch], Position]:
+def _rest(segment: Segment, position: ReadPosition) -> tuple[list[Batch], ReadPosition]:
     stretches = segment.stretches()
     if not stretches:
         return [], position
@@ -197,7 +197,7 @@ def _rest(segment: Segment, position: Position) -> tuple[list[Batch], Position]:
     if position.opening not in (None, end.opening.crc):
         raise DataQualityError(
             f"the settings change at {segment.name}: what follows is another part of the run, to be followed from "
-            f"Position(segment={position.segment})"
+            f"ReadPosition(segment={position.segment})"
         )
     batches = []
     for at, last in stretches:

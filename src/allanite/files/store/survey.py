@@ -12,12 +12,12 @@ from numpy.typing import NDArray
 
 from allanite.files.store.batch import count_flags
 from allanite.files.store.header import Header
-from allanite.files.store.rows import RowColumn, Rows
+from allanite.files.store.rows import RowColumn, RunRows
 from allanite.plain_files.limits import MISSING, MISSING_EACH, refuse_more
 from allanite.recording.records import Recording
 from allanite.recording.sample_columns import Spliced
 
-__all__ = ["Piece", "Survey", "clock_rate"]
+__all__ = ["Piece", "RunSurvey", "clock_rate"]
 
 #: Degrees of freedom from which the t distribution has a standard deviation.
 _FREEDOM = 3
@@ -31,7 +31,7 @@ class Piece:
 
     Attributes
     ----------
-    rows : Rows
+    rows : RunRows
     begins, counts : ndarray of int64, shape (n_stretches,)
         First number and length of each stretch of samples without a gap.
     clocks : ndarray of int64, shape (n, 3)
@@ -40,7 +40,7 @@ class Piece:
         Samples with each flag; see `count_flags`.
     """
 
-    rows: Rows
+    rows: RunRows
     begins: NDArray[np.int64]
     counts: NDArray[np.int64]
     clocks: NDArray[np.int64]
@@ -49,7 +49,7 @@ class Piece:
     @classmethod
     def of(
         cls,
-        rows: Rows,
+        rows: RunRows,
         counter: NDArray[np.int64],
         flags: NDArray[np.uint8],
         clocks: NDArray[np.int64],
@@ -66,13 +66,13 @@ class Piece:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Survey:
+class RunSurvey:
     """What one pass over all batches of a run, or of a part of it, has found.
 
     Attributes
     ----------
     header : Header
-    rows : tuple of Rows
+    rows : tuple of RunRows
         Where the samples are.
     begins, counts : ndarray of int64, shape (n_stretches,)
         First number and length of each stretch of samples without a gap.
@@ -89,7 +89,7 @@ class Survey:
     """
 
     header: Header
-    rows: tuple[Rows, ...] = field(repr=False)
+    rows: tuple[RunRows, ...] = field(repr=False)
     begins: NDArray[np.int64] = field(repr=False)
     counts: NDArray[np.int64] = field(repr=False)
     end: int

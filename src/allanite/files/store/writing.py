@@ -45,7 +45,7 @@ _ADVICE: Final = {
 }
 
 
-class _Segment:
+class _OpenSegment:
     """The segment that is being written, and what of it is on the medium."""
 
     def __init__(self, folder: Path, number: int, opening: Opening, disk: Disk) -> None:
@@ -144,7 +144,7 @@ class LogStore:
             )
             disk.sync_folder(folder.parent)
             disk.reserve(folder / RESERVE, _reserved(header))
-            self._segment = _Segment(folder, 1, self._opening, disk)
+            self._segment = _OpenSegment(folder, 1, self._opening, disk)
         except BaseException:
             self._manifest.close()
             raise
@@ -347,7 +347,7 @@ class LogStore:
 
     def _open_segment(self) -> None:
         self._number += 1
-        self._segment = _Segment(self.folder, self._number, self._opening, self._disk)
+        self._segment = _OpenSegment(self.folder, self._number, self._opening, self._disk)
 
     def _begin_anew(self, error: OSError) -> None:
         """After a failed write or sync: a new segment for all that is not acknowledged, or the end."""

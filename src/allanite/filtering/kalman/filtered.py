@@ -23,7 +23,7 @@ from allanite.filtering.kalman.channel import (
 )
 from allanite.filtering.kalman.consistency import Consistency, ConsistencySums
 from allanite.filtering.kalman.filtering import FilterRun, Form
-from allanite.filtering.kalman.series import Series, envelope, instants
+from allanite.filtering.kalman.series import BlockSeries, envelope, instants
 from allanite.filtering.kalman.smoothing import block_rows, smoothed_blocks
 from allanite.noise import NoiseModel
 from allanite.recording.records import ArrayColumn, Channel, Kind, Recording, Sampling
@@ -254,7 +254,7 @@ def filter_recording(
     states = channel_space(used, dt, sampling=source.sampling, record=max(source.rows, 1) * dt, ratio=ratio)
     if not (states.space.noise > 0 or np.trace(states.space.initial) > 0):
         raise InputError("the noise model has no noise in a sample: give it at least N, or a stationary term")
-    work = _Pass(source, states, smooth, form, progress)
+    work = _FilterPass(source, states, smooth, form, progress)
     work.run()
     notes = _notes(given, used, states.space.labels)
     if work.skipped and form == "covariance":
@@ -262,7 +262,7 @@ def filter_recording(
             *notes,
             f"{work.skipped} rows broke the covariance by rounding: the square-root form was used instead",
         )
-        work = _Pass(source, states, smooth, "square root", progress)
+        work = _FilterPass(source, states, smooth, "square root", progress)
         work.run()
     if work.skipped:
         notes = (
@@ -272,7 +272,7 @@ def filter_recording(
     return _result(source, used, states, work, notes)
 
 
-class _Pass:
+class _FilterPass:
     """One pass of the filter over a channel, and the way back of the smoother."""
 
     def __init__(
@@ -291,7 +291,7 @@ class _Pass:
         self._first, self._step = instants(source.rows)
         points = len(range(self._first, source.rows, self._step))
         self.values, self.sds = (np.empty((points, len(states.terms))) for _ in range(2))
-        self._series = {name: Series(source.rows) for name in ("corrected", "drift", "drift_sd")}
+        self._series = {name: BlockSeries(source.rows) for name in ("corrected", "drift", "drift_sd")}
         self.series: dict[str, Array] = {}
         self._sums = np.zeros(
             3
@@ -375,7 +375,7 @@ class _Pass:
 
 
 def _result(
-    source: SampleSource, model: NoiseModel, states: ChannelSpace, work: _Pass, notes: tuple[str, ...]
+    source: SampleSource, model: NoiseModel, states: ChannelSpace, work: _FilterPass, notes: tuple[str, ...]
 ) -> Filtered:
     level, level_sd = work.level
     measured, corrected = work.means

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 from allanite.errors import StorageError
 
-__all__ = ["IN_MEMORY", "Series", "envelope", "instants"]
+__all__ = ["IN_MEMORY", "BlockSeries", "envelope", "instants"]
 
 Array = NDArray[np.float64]
 
@@ -21,7 +21,7 @@ IN_MEMORY = 64 << 20
 POINTS = 1500
 
 
-class Series:
+class BlockSeries:
     """A series that is written block by block, in any order, and read as one array.
 
     Parameters

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from allanite import _kernels
 from allanite.errors import InputError
 from allanite.filtering.simulation.motion import Motion
-from allanite.filtering.simulation.signal import PerChannel, Scene, Signal, Temperature
+from allanite.filtering.simulation.signal import PerChannel, Signal, SimulatedScene, Temperature
 from allanite.noise import NoiseModel, Ramp, Sinusoid
 from allanite.noise.markov import MarkovForm, MarkovState
 from allanite.recording.records import ArrayColumn, Channel, Kind, Recording, Sampling, checked_rate
@@ -31,7 +31,7 @@ from allanite.recording.records import ArrayColumn, Channel, Kind, Recording, Sa
 __all__ = [
     "MOTION_STREAM",
     "THERMOMETER_STREAM",
-    "Process",
+    "MarkovProcess",
     "process_of",
     "readings_of",
     "simulate",
@@ -144,7 +144,7 @@ def simulate(
     n_samples = _sample_count(rate, duration)
     models = model if isinstance(model, Mapping) else {name or _name(model): model}
     channels = tuple(_channel(key, value, unit, sampling) for key, value in models.items())
-    scene = Scene(
+    scene = SimulatedScene(
         motion=motion,
         latitude=latitude,
         scale_error=scale_error,
@@ -265,7 +265,7 @@ def _counter(progress: Progress | None, total: int) -> Callable[[int], None]:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Process:
+class MarkovProcess:
     """The Markov form of a model, and known functions of the time [s] and a signal, both times a factor."""
 
     form: MarkovForm
@@ -276,14 +276,16 @@ class Process:
     limit: Callable[[Array], None] | None = None
 
 
-def process_of(model: NoiseModel, dt: float, n_samples: int, sampling: Sampling, factor: float) -> Process:
+def process_of(
+    model: NoiseModel, dt: float, n_samples: int, sampling: Sampling, factor: float
+) -> MarkovProcess:
     form, known = MarkovForm(), []
     for term in model.terms:
         if isinstance(term, (Ramp, Sinusoid)):
             known.append(_known(term, dt, sampling))
         else:
             form = form + term.markov(dt, sampling=sampling, record=dt * n_samples, ratio=FLICKER_RATIO)
-    return Process(form=form.scaled(factor), known=tuple(known), factor=factor, dt=dt)
+    return MarkovProcess(form=form.scaled(factor), known=tuple(known), factor=factor, dt=dt)
 
 
 def _known(term: Ramp | Sinusoid, dt: float, sampling: Sampling) -> Callable[[Array], Array]:
@@ -299,7 +301,7 @@ def _known(term: Ramp | Sinusoid, dt: float, sampling: Sampling) -> Callable[[Ar
 
 
 def _samples(
-    process: Process, n_samples: int, stream: np.random.SeedSequence, advance: Callable[[int], None]
+    process: MarkovProcess, n_samples: int, stream: np.random.SeedSequence, advance: Callable[[int], None]
 ) -> Array:
     """Draw the process, block by block: the streams run on through the blocks, which therefore leave no trace."""
     white, driving = (np.random.Generator(np.random.SFC64(s)) for s in stream.spawn(2))

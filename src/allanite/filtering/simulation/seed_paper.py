@@ -26,7 +26,7 @@ from allanite.filtering.simulation.record import simulate
 from allanite.noise import SIGMA_PER_B, Flicker, GaussMarkov, NoiseModel, Ramp, RandomWalk, White
 from allanite.recording.records import Recording
 
-__all__ = ["FAULTS", "TAKES", "Take", "sensor", "take", "take_motion", "week"]
+__all__ = ["FAULTS", "TAKES", "PublishedMeasurement", "sensor", "take", "take_motion", "week"]
 
 DEGREE = math.pi / 180
 
@@ -42,21 +42,21 @@ FULL_SCALE = 110 * DEGREE  # deg/s, class of the SiRRS01-03
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Take:
+class PublishedMeasurement:
     """One measurement of the Earth rate: its length [s], and the published result [rad/s]."""
 
     duration: float
     published: float
 
 
-TAKES: Mapping[int, Take] = {
-    1: Take(duration=7200.0, published=0.004396 * DEGREE),  # 2 h, deg/s
-    2: Take(duration=720.0, published=0.0004846 * DEGREE),  # 12 min
-    3: Take(duration=1500.0, published=0.002483 * DEGREE),  # 25 min
-    4: Take(duration=3600.0, published=-0.000193 * DEGREE),  # 60 min
+TAKES: Mapping[int, PublishedMeasurement] = {
+    1: PublishedMeasurement(duration=7200.0, published=0.004396 * DEGREE),  # 2 h, deg/s
+    2: PublishedMeasurement(duration=720.0, published=0.0004846 * DEGREE),  # 12 min
+    3: PublishedMeasurement(duration=1500.0, published=0.002483 * DEGREE),  # 25 min
+    4: PublishedMeasurement(duration=3600.0, published=-0.000193 * DEGREE),  # 60 min
 }
 #: Of take 4 alone: its last 13 min.
-TAKE_4_END = Take(duration=780.0, published=0.001132 * DEGREE)
+TAKE_4_END = PublishedMeasurement(duration=780.0, published=0.001132 * DEGREE)
 #: Take 4 began so long after power-on [s].
 POWER_ON = 900.0
 

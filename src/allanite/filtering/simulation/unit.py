@@ -129,9 +129,9 @@ def simulate_unit(
         )
     by_channel = _by_channel(models)
     course = motion.draw(stream_of(seed, MOTION_STREAM))
-    scene = _Scene(
+    scene = _UnitScene(
         course=course,
-        place=_Place.of(latitude, height, gravity),
+        place=_UnitPlace.of(latitude, height, gravity),
         mounting=axes_matrix(axes),
         dt=1 / rate,
         point=sampling == "point",
@@ -159,7 +159,7 @@ def simulate_unit(
     return unit if temperature is None else _with_readings(unit, temperature, seed, sampling)
 
 
-def _moved(noise: Recording, scene: _Scene) -> tuple[ArrayColumn, ...]:
+def _moved(noise: Recording, scene: _UnitScene) -> tuple[ArrayColumn, ...]:
     """Samples with what the triads show added to their noise."""
     sensors = tuple(s for s in CHANNELS if CHANNELS[s][0] in noise.names)
     columns = [column.read(0, len(column)) for column in noise.columns]
@@ -215,13 +215,13 @@ def true_attitudes(recording: Recording, t: ArrayLike) -> Array:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _Place:
+class _UnitPlace:
     latitude: float
     height: float
     gravity: float
 
     @classmethod
-    def of(cls, latitude: float, height: float, gravity: float | None) -> _Place:
+    def of(cls, latitude: float, height: float, gravity: float | None) -> _UnitPlace:
         """Latitude and height are checked by the gravity that they have, whether or not another is given."""
         normal = normal_gravity(finite("latitude", latitude), finite("height", height))
         given = normal if gravity is None else finite("gravity", gravity)
@@ -231,11 +231,11 @@ class _Place:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _Scene:
+class _UnitScene:
     """What the triads show without noise."""
 
     course: UnitCourse
-    place: _Place
+    place: _UnitPlace
     mounting: Array
     dt: float
     point: bool

@@ -266,7 +266,7 @@ class UnitMotion:
             _drawn(self.settling_angle, creep, count),
             _drawn(self.settling_time, creep, count),
         )
-        rows, at = _Rows(), attitudes[0]
+        rows, at = _MotionPieces(), attitudes[0]
         axis, left = np.array([0.0, 0.0, 1.0]), 0.0
         for k, dwell in enumerate(self.dwells):
             rows.add(SETTLE if left else REST, dwell, at, axis, left, constants[k])
@@ -283,7 +283,7 @@ class UnitMotion:
 
     def _rotating(self, at: Array) -> Pieces:
         """Revolution after revolution; between two of different sense the attitude goes on a little and comes back."""
-        rows, axis, rate, left = _Rows(), np.array([0.0, 0.0, 1.0]), self.spin, self.dwells[0]
+        rows, axis, rate, left = _MotionPieces(), np.array([0.0, 0.0, 1.0]), self.spin, self.dwells[0]
         revolution = 2 * math.pi / abs(self.spin)
         while left > 1e-9:
             part = min(revolution, left)
@@ -296,7 +296,7 @@ class UnitMotion:
         return rows.pieces(self.dwells[0])
 
 
-class _Rows:
+class _MotionPieces:
     """Pieces as they come."""
 
     def __init__(self) -> None:

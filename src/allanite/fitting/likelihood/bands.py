@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.fitting.likelihood.objective import Component, Objective, Point, inner_of
+from allanite.fitting.likelihood.objective import Objective, Point, RandomTerm, inner_of
 from allanite.fitting.likelihood.pool import Pool, contrasts
 
 __all__ = ["Band", "ModeBand", "bands", "explained", "first_guess"]
@@ -46,7 +46,7 @@ class Band:
     dof: float
     period: tuple[float, float]
 
-    def expected(self, objective: Objective, component: Component) -> float:
+    def expected(self, objective: Objective, component: RandomTerm) -> float:
         """Power of a unit process."""
         n = len(self.weights)
         return float(np.vdot(self.weights, objective.matrices(component)[self.pool][0, :n, :n]))
@@ -82,7 +82,7 @@ class ModeBand:
     dof: float
     period: tuple[float, float]
 
-    def expected(self, objective: Objective, component: Component) -> float:
+    def expected(self, objective: Objective, component: RandomTerm) -> float:
         """Power of a unit process."""
         return float(objective.variances(component)[0, self.places].mean())
 
@@ -150,7 +150,7 @@ def _period(n: int, block: int, places: slice) -> tuple[float, float]:
 
 
 def first_guess(
-    objective: Objective, components: tuple[Component, ...], found: Sequence[Band | ModeBand]
+    objective: Objective, components: tuple[RandomTerm, ...], found: Sequence[Band | ModeBand]
 ) -> Array:
     """Relative non-negative least squares on the bands: a safe start."""
     from scipy.optimize import nnls

@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 
 from allanite.errors import LimitError
 from allanite.filtering.kalman.contrasts import contrast_likelihood
-from allanite.fitting.likelihood.maximum import Peak, Search
-from allanite.fitting.likelihood.objective import Objective, Point, Value
+from allanite.fitting.likelihood.maximum import LikelihoodSearch, Peak
+from allanite.fitting.likelihood.objective import LikelihoodValue, Objective, Point
 from allanite.noise import NoiseModel, TermType
 
 __all__ = ["MOST_SAMPLES", "exact_log_likelihood", "sharpened", "shifted"]
@@ -63,7 +63,7 @@ def _sized(unit: TermType, size: float) -> TermType:
 
 
 def sharpened(
-    search: Search, objective: Objective, peak: Peak, samples: Callable[[], Array], sampling: str
+    search: LikelihoodSearch, objective: Objective, peak: Peak, samples: Callable[[], Array], sampling: str
 ) -> Peak:
     """The exact maximum near that of the composite; its information is the composite's.
 
@@ -97,10 +97,12 @@ def sharpened(
     return Peak(peak.at, replace(peak.value, log_likelihood=exact(peak.at)))
 
 
-def shifted(evaluate: Callable[[Point], Value], at: Peak, pull: Array) -> Callable[[Point], Value]:
+def shifted(
+    evaluate: Callable[[Point], LikelihoodValue], at: Peak, pull: Array
+) -> Callable[[Point], LikelihoodValue]:
     """The composite plus a linear function of coefficients and ln T."""
 
-    def sum_of_both(p: Point) -> Value:
+    def sum_of_both(p: Point) -> LikelihoodValue:
         value = evaluate(p)
         line = float(pull @ (_parameters(p) - _parameters(at.at)))
         return replace(value, log_likelihood=value.log_likelihood + line, gradient=value.gradient + pull)

@@ -21,7 +21,7 @@ from allanite.fitting.likelihood.profile import (
     time_set,
 )
 
-__all__ = ["FLICKER", "GAUSS_MARKOV", "TWO_GAUSS_MARKOV", "FamilyFit", "fit_family"]
+__all__ = ["FLICKER", "GAUSS_MARKOV", "TWO_GAUSS_MARKOV", "LikelihoodFamilyFit", "fit_family"]
 
 FLICKER = ("Q", "N", "B", "K")
 GAUSS_MARKOV = ("Q", "N", "G", "K")
@@ -31,7 +31,7 @@ _NEEDED = 6.0  # loss by leaving out all unsupported terms (95 % point for two) 
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class FamilyFit:
+class LikelihoodFamilyFit:
     """The fit of a sum of terms.
 
     Attributes
@@ -75,7 +75,7 @@ def fit_family(
     *,
     ramp: bool = True,
     keep: bool = False,
-) -> FamilyFit:
+) -> LikelihoodFamilyFit:
     """Sets, support and point estimates of a sum of terms whose best fit is known.
 
     Parameters
@@ -86,7 +86,7 @@ def fit_family(
         All terms are taken as given, and stay in the point estimates.
     """
     search = problem.search
-    without = [_Without(problem, letters, i, best) for i in range(len(letters))]
+    without = [_FitWithoutTerm(problem, letters, i, best) for i in range(len(letters))]
     sd = relative_sd(best)
     free = frozenset(
         i
@@ -104,7 +104,9 @@ def fit_family(
             critical = critical_value(best, place, supported, confidence)
             sets[place] = time_set(search, best, i, critical)
     slope = _slope_set(problem, letters, best, supported, confidence) if ramp else None
-    known = FamilyFit(letters=letters, best=best, selected=best, sets=sets, supported=supported, slope=slope)
+    known = LikelihoodFamilyFit(
+        letters=letters, best=best, selected=best, sets=sets, supported=supported, slope=slope
+    )
     return known if keep else _selected(problem, known)
 
 
@@ -127,7 +129,7 @@ def _slope_set(
     return max(found, key=lambda ends: ends[1] - ends[0])
 
 
-class _Without:
+class _FitWithoutTerm:
     """The best fit without one of the terms, found when first asked for."""
 
     def __init__(self, problem: LikelihoodProblem, letters: tuple[str, ...], place: int, best: Peak) -> None:
@@ -145,7 +147,7 @@ class _Without:
         return self._found
 
 
-def _selected(problem: LikelihoodProblem, fit: FamilyFit) -> FamilyFit:
+def _selected(problem: LikelihoodProblem, fit: LikelihoodFamilyFit) -> LikelihoodFamilyFit:
     """The supported terms, and as many more as the record needs though none of them is resolved by itself."""
     best = fit.best if fit.ramp else problem.search.climb(replace(fit.best.at, slope=0.0, averaged=False))
 

@@ -16,12 +16,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.fitting.likelihood.objective import Component, Point, Value
+from allanite.fitting.likelihood.objective import LikelihoodValue, Point, RandomTerm
 
-__all__ = ["Peak", "Search", "maximise"]
+__all__ = ["LikelihoodSearch", "Peak", "maximise"]
 
 Array = NDArray[np.float64]
-Evaluate = Callable[[Point], Value]
+Evaluate = Callable[[Point], LikelihoodValue]
 
 _STEPS = 60
 #: A step that promises less is the last one: 0.0014 standard deviations.
@@ -38,7 +38,7 @@ class Peak:
     """A maximum: where, and what the record says there."""
 
     at: Point
-    value: Value
+    value: LikelihoodValue
 
     @property
     def log_likelihood(self) -> float:
@@ -72,7 +72,7 @@ class Peak:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Search:
+class LikelihoodSearch:
     """What may move.
 
     Attributes
@@ -116,7 +116,7 @@ class Search:
                 break
         return Peak(at, value)
 
-    def _step(self, at: Point, value: Value, held: frozenset[int]) -> tuple[Array, float]:
+    def _step(self, at: Point, value: LikelihoodValue, held: frozenset[int]) -> tuple[Array, float]:
         """Step of (c, ln T), and how much it promises."""
         from scipy.optimize import nnls
 
@@ -157,15 +157,15 @@ class Search:
             if k.T is not None:
                 if step[j] != 0:
                     T = min(max(k.T * math.exp(step[j]), self.times[0]), self.times[1])
-                    components[i] = Component(k.symbol, T)
+                    components[i] = RandomTerm(k.symbol, T)
                 j += 1
         return replace(at, components=tuple(components), c=c)
 
 
 def maximise(
-    search: Search,
+    search: LikelihoodSearch,
     symbols: Sequence[str],
-    start: Callable[[tuple[Component, ...]], Array],
+    start: Callable[[tuple[RandomTerm, ...]], Array],
     *,
     slope: float | None = 0.0,
     averaged: bool = False,
@@ -189,7 +189,7 @@ def maximise(
     found: list[Peak] = []
     for times in _tried(search.times, sum(s == "G" for s in symbols), near):
         left = iter(times)
-        components = tuple(Component(s, next(left) if s == "G" else None) for s in symbols)
+        components = tuple(RandomTerm(s, next(left) if s == "G" else None) for s in symbols)
         c = found[-1].at.c if found else start(components)
         # two times that are both somewhat wrong mislead: there they move at once
         held = frozenset(range(len(c), len(c) + len(times))) if len(times) < 2 else frozenset()

@@ -27,10 +27,10 @@ from numpy.typing import NDArray
 
 from allanite.fitting.design import LINEAR
 from allanite.fitting.likelihood.pool import KINDS, Pool, autocovariance
-from allanite.fitting.likelihood.pyramid import Pyramid
+from allanite.fitting.likelihood.pyramid import LikelihoodPyramid
 from allanite.noise import GaussMarkov, TermType
 
-__all__ = ["Component", "Objective", "Point", "Value"]
+__all__ = ["LikelihoodValue", "Objective", "Point", "RandomTerm"]
 
 Array = NDArray[np.float64]
 
@@ -46,7 +46,7 @@ _LOG_2_PI = math.log(2 * math.pi)
 
 
 @dataclass(frozen=True, slots=True)
-class Component:
+class RandomTerm:
     """One random term: its letter (Q, N, B, K or G), and the correlation time of a G [samples]."""
 
     symbol: str
@@ -65,7 +65,7 @@ class Point:
 
     Attributes
     ----------
-    components : tuple of Component
+    components : tuple of RandomTerm
     c : ndarray, shape (n_components,)
         Variance coefficients, not negative.
     slope : float or None
@@ -75,14 +75,14 @@ class Point:
         likelihood), as it is for the level of the record. The noise is then not judged too small by what a ramp takes.
     """
 
-    components: tuple[Component, ...]
+    components: tuple[RandomTerm, ...]
     c: Array
     slope: float | None = 0.0
     averaged: bool = False
 
 
 @dataclass(frozen=True, slots=True)
-class Value:
+class LikelihoodValue:
     """What the record says there.
 
     Attributes
@@ -104,7 +104,7 @@ class Value:
 
 
 @dataclass(frozen=True, slots=True)
-class _Part:
+class _PoolVectors:
     """The vectors of a pool, or of what is given in it (sign -1)."""
 
     pool: int
@@ -135,22 +135,22 @@ class Objective:
 
     Attributes
     ----------
-    pyramid : Pyramid
+    pyramid : LikelihoodPyramid
     sampling : "mean" or "point"
     scale : float
         Root mean square of the contrasts of the first level: keeps all numbers of order one, whatever the unit.
     """
 
-    pyramid: Pyramid
+    pyramid: LikelihoodPyramid
     sampling: str
     scale: float
-    _parts: list[_Part] = field(default_factory=list)
+    _parts: list[_PoolVectors] = field(default_factory=list)
     _high: _Singles = field(default_factory=lambda: _Singles(0, np.zeros(0), np.zeros(0)))
-    _matrices: dict[Component, _Expected] = field(default_factory=dict)
+    _matrices: dict[RandomTerm, _Expected] = field(default_factory=dict)
     _nodes: dict[int, Array] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, pyramid: Pyramid, sampling: str) -> Objective:
+    def of(cls, pyramid: LikelihoodPyramid, sampling: str) -> Objective:
         """The objective of a record."""
         scale = _scale(pyramid)
         new = cls(pyramid, sampling, scale)
@@ -161,7 +161,7 @@ class Objective:
                 if start < pool.size:
                     at = slice(start, None)
                     new._parts.append(
-                        _Part(
+                        _PoolVectors(
                             pool=i,
                             sign=sign,
                             count=pool.count,
@@ -175,7 +175,7 @@ class Objective:
             x, tilt = modes.value / scale, modes.tilt
             low, high = slice(modes.low), slice(modes.low, None)
             new._parts.append(
-                _Part(
+                _PoolVectors(
                     pool=len(pyramid.pools),
                     sign=1,
                     count=1,
@@ -190,18 +190,18 @@ class Objective:
 
     # -- the model side -----------------------------------------------------------------------------------
 
-    def matrices(self, component: Component) -> list[Array]:
+    def matrices(self, component: RandomTerm) -> list[Array]:
         """E_t for every pool and the slowest modes, shape (1, d, d).
 
         Of a Gauss-Markov term its derivative with ln T too, shape (2, d, d).
         """
         return self._expected(component)[0]
 
-    def variances(self, component: Component) -> Array:
+    def variances(self, component: RandomTerm) -> Array:
         """Variances of all modes, shape (1, n) or (2, n)."""
         return self._expected(component)[1]
 
-    def _expected(self, component: Component) -> _Expected:
+    def _expected(self, component: RandomTerm) -> _Expected:
         if component not in self._matrices:
             if len(self._matrices) > _KEPT:
                 self._matrices = {k: v for k, v in self._matrices.items() if k.T is None}
@@ -213,7 +213,7 @@ class Objective:
                 )
         return self._matrices[component]
 
-    def _computed(self, component: Component) -> _Expected:
+    def _computed(self, component: RandomTerm) -> _Expected:
         units = [component.unit()]
         if component.T is not None:
             units += [component.unit(math.exp(_LOG_STEP)), component.unit(math.exp(-_LOG_STEP))]
@@ -247,7 +247,7 @@ class Objective:
     def _node(self, symbol: str, number: int) -> Array:
         """All covariances of a Gauss-Markov term at a correlation time of the grid in two rows."""
         if number not in self._nodes:
-            found, variances = self._computed(Component(symbol, math.exp(number * _SPACING)))
+            found, variances = self._computed(RandomTerm(symbol, math.exp(number * _SPACING)))
             self._nodes[number] = np.concatenate([*(m.reshape(2, -1) for m in found), variances], axis=1)
         return self._nodes[number]
 
@@ -277,7 +277,7 @@ class Objective:
                     found[:, len(_QUICK) + i] = own @ gaps.shape / gaps.walk
         return _with_derivative(found)
 
-    def _stacked(self, components: Sequence[Component], times: Sequence[int], pool: int, c: Array) -> Array:
+    def _stacked(self, components: Sequence[RandomTerm], times: Sequence[int], pool: int, c: Array) -> Array:
         """E_t of a pool, and what the logarithm of each correlation time changes, shape (n, d, d)."""
         return _with_times([self.matrices(k)[pool] for k in components], times, c)
 
@@ -287,12 +287,12 @@ class Objective:
         """Logarithm of the likelihood of the samples as they are (their unit included)."""
         return self._evaluate(at, times=(), derivatives=False).log_likelihood
 
-    def __call__(self, at: Point) -> Value:
+    def __call__(self, at: Point) -> LikelihoodValue:
         """Value, gradient and information; a covariance that is not positive definite has the value -inf."""
         times = tuple(i for i, k in enumerate(at.components) if k.T is not None)
         return self._evaluate(at, times=times, derivatives=True)
 
-    def _evaluate(self, at: Point, *, times: tuple[int, ...], derivatives: bool) -> Value:
+    def _evaluate(self, at: Point, *, times: tuple[int, ...], derivatives: bool) -> LikelihoodValue:
         n = len(at.c)
         size = n + len(times)
         stacks = [self._stacked(at.components, times, i, at.c) for i in range(self._parts[-1].pool + 1)]
@@ -344,7 +344,7 @@ class Objective:
         value += self.pyramid.log_volume
         if averaged:
             value += (_LOG_2_PI - math.log(slope_information)) / 2
-        return Value(
+        return LikelihoodValue(
             value, gradient, (information + information.T) / 2, slope * self.scale, slope_information
         )
 
@@ -361,7 +361,7 @@ class Objective:
         return (seen / information if information > 0 else 0.0), information / self.scale**2
 
 
-def _scale(pyramid: Pyramid) -> float:
+def _scale(pyramid: LikelihoodPyramid) -> float:
     """Root mean square of the contrasts of the first level, or of the last rows where there is no other."""
     if pyramid.pools:
         first = pyramid.pools[0]
@@ -371,8 +371,8 @@ def _scale(pyramid: Pyramid) -> float:
     return 0.0 if modes is None else math.sqrt(float(np.mean(modes.value**2)) / modes.block)
 
 
-def _impossible(size: int) -> Value:
-    return Value(-math.inf, np.zeros(size), np.zeros((size, size)), 0.0, 0.0)
+def _impossible(size: int) -> LikelihoodValue:
+    return LikelihoodValue(-math.inf, np.zeros(size), np.zeros((size, size)), 0.0, 0.0)
 
 
 def _with_times(found: list[Array], times: Sequence[int], c: Array) -> Array:

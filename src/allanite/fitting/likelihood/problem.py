@@ -16,8 +16,8 @@ from allanite.fitting.design import TIME_POWER
 from allanite.fitting.likelihood.bands import Band, ModeBand, bands, explained, first_guess
 from allanite.fitting.likelihood.exact import sharpened, shifted
 from allanite.fitting.likelihood.lines import FEWEST_PERIODS, Line, checked_lines, fit_lines, without
-from allanite.fitting.likelihood.maximum import Peak, Search, maximise
-from allanite.fitting.likelihood.objective import Component, Objective
+from allanite.fitting.likelihood.maximum import LikelihoodSearch, Peak, maximise
+from allanite.fitting.likelihood.objective import Objective, RandomTerm
 from allanite.fitting.likelihood.pyramid import build
 from allanite.noise import GaussMarkov, Ramp, Sinusoid, TermType, term_of
 from allanite.plain_files.counted import plural
@@ -218,11 +218,13 @@ class LikelihoodProblem:
         return LikelihoodProblem.of(self.recording, self.channel.name, block=block, lines=self.lines)
 
     @property
-    def search(self) -> Search:
+    def search(self) -> LikelihoodSearch:
         """What climbs the likelihood."""
         shortest = max(_SHORTEST, 2.0 * self.block)
         evaluate = self.objective if self.correction is None else shifted(self.objective, *self.correction)
-        return Search(evaluate=evaluate, times=(shortest, max(self.n_samples / _PART, 2 * shortest)))
+        return LikelihoodSearch(
+            evaluate=evaluate, times=(shortest, max(self.n_samples / _PART, 2 * shortest))
+        )
 
     def peak(
         self,
@@ -235,7 +237,7 @@ class LikelihoodProblem:
         """The maximum in sample units, for random terms (no R); the slope is free where it is None: see `Point`."""
         return maximise(self.search, letters, self.start, slope=slope, averaged=averaged, near=near)
 
-    def start(self, components: tuple[Component, ...]) -> Array:
+    def start(self, components: tuple[RandomTerm, ...]) -> Array:
         """Coefficients to begin with."""
         return first_guess(self.objective, components, list(self.octaves))
 

@@ -24,8 +24,8 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.fitting.likelihood.maximum import Peak, Search
-from allanite.fitting.likelihood.objective import Component
+from allanite.fitting.likelihood.maximum import LikelihoodSearch, Peak
+from allanite.fitting.likelihood.objective import RandomTerm
 
 __all__ = [
     "coefficient_set",
@@ -110,7 +110,7 @@ def _explained(root: Array, y: Array, loose: list[int], sided: list[int]) -> Arr
 # -- the slope of a ramp ----------------------------------------------------------------------------------
 
 
-def slope_set(search: Search, best: Peak, confidence: float) -> tuple[float, float]:
+def slope_set(search: LikelihoodSearch, best: Peak, confidence: float) -> tuple[float, float]:
     """Ends of the interval of the slope of a ramp, with its sign.
 
     The noise at the lowest frequencies, which the slope is judged by, is itself known from few degrees of freedom, so
@@ -130,7 +130,7 @@ def slope_set(search: Search, best: Peak, confidence: float) -> tuple[float, flo
     return best.value.slope - reach, best.value.slope + reach
 
 
-def _slope_variance_gradient(search: Search, best: Peak) -> tuple[list[int], Array]:
+def _slope_variance_gradient(search: LikelihoodSearch, best: Peak) -> tuple[list[int], Array]:
     """Parameters that the record knows something of, and what each changes the variance of the slope by."""
     at, H = best.at, best.value.information
     n, moving = len(at.c), best.moving()
@@ -143,7 +143,7 @@ def _slope_variance_gradient(search: Search, best: Peak) -> tuple[list[int], Arr
             c[i] += step
         else:
             k = components[timed[i - n]]
-            components[timed[i - n]] = Component(k.symbol, (k.T or 1.0) * math.exp(step))
+            components[timed[i - n]] = RandomTerm(k.symbol, (k.T or 1.0) * math.exp(step))
         return 1 / search.evaluate(replace(at, c=c, components=tuple(components))).slope_information
 
     change = []
@@ -172,7 +172,7 @@ def _allowed(best: Peak, places: list[int]) -> Array:
 
 
 def coefficient_set(
-    search: Search, best: Peak, i: int, critical: float, scanned: Callable[[], Peak]
+    search: LikelihoodSearch, best: Peak, i: int, critical: float, scanned: Callable[[], Peak]
 ) -> tuple[float, float]:
     """Ends of the set of variance coefficient i.
 
@@ -203,7 +203,7 @@ def coefficient_set(
     return lower, _edge(profile, max(estimate, unseen), +1, sd if estimate > unseen else 1.0, critical)
 
 
-def time_set(search: Search, best: Peak, j: int, critical: float) -> tuple[float, float]:
+def time_set(search: LikelihoodSearch, best: Peak, j: int, critical: float) -> tuple[float, float]:
     """Ends of the set of the correlation time of component j [samples]; those of `search.times` where it has none."""
     place = len(best.at.c) + [i for i, k in enumerate(best.at.components) if k.T is not None].index(j)
     ends = []
@@ -213,7 +213,7 @@ def time_set(search: Search, best: Peak, j: int, critical: float) -> tuple[float
         def profile(T: float) -> float:
             nonlocal near
             components = tuple(
-                Component(k.symbol, T) if i == j else k for i, k in enumerate(near.at.components)
+                RandomTerm(k.symbol, T) if i == j else k for i, k in enumerate(near.at.components)
             )
             near = search.climb(replace(near.at, components=components), held=frozenset({place}))
             return _root_distance(best, near) - math.sqrt(critical)

@@ -38,7 +38,7 @@ from numpy.typing import NDArray
 from allanite.fitting.likelihood.modes import Modes, modes_of
 from allanite.fitting.likelihood.pool import EXTRA, KINDS, LEVELS, Pool, contrasts
 
-__all__ = ["Pyramid", "block_sizes", "build"]
+__all__ = ["LikelihoodPyramid", "block_sizes", "build"]
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
@@ -87,7 +87,7 @@ class Gaps:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Pyramid:
+class LikelihoodPyramid:
     """What a record leaves.
 
     Attributes
@@ -112,7 +112,7 @@ class Pyramid:
     gaps: tuple[Gaps, ...] = ()
 
 
-def build(chunks: Iterable[Array], n_rows: int, block: int = 1) -> Pyramid:
+def build(chunks: Iterable[Array], n_rows: int, block: int = 1) -> LikelihoodPyramid:
     """The pyramid of a record that comes in chunks.
 
     Parameters
@@ -124,12 +124,12 @@ def build(chunks: Iterable[Array], n_rows: int, block: int = 1) -> Pyramid:
     block : int
         Samples in a row: 1 for the samples themselves.
     """
-    levels: list[_Level] = []
+    levels: list[_BlockLevel] = []
     lowest = block
     for size in block_sizes(n_rows):
-        levels.append(_Level(size=size, block=block, number=len(levels)))
+        levels.append(_BlockLevel(size=size, block=block, number=len(levels)))
         block *= size
-    top = _Rows([], [])
+    top = _NoisyRows([], [])
     present = 0
     for chunk in chunks:
         present += int(np.count_nonzero(np.isfinite(chunk)))
@@ -141,7 +141,7 @@ def build(chunks: Iterable[Array], n_rows: int, block: int = 1) -> Pyramid:
     modes = modes_of(values, extra, block)
     volume = -sum(np.log(level.size) / 2 * level.rows_made for level in levels) + np.log(block / lowest) / 2
     volume += modes.log_volume if modes else 0.0
-    return Pyramid(
+    return LikelihoodPyramid(
         pools=tuple(pools),
         modes=modes,
         present=present,
@@ -150,7 +150,7 @@ def build(chunks: Iterable[Array], n_rows: int, block: int = 1) -> Pyramid:
     )
 
 
-def _climb(levels: list[_Level], i: int, values: Array, extra: Array, top: _Rows) -> None:
+def _climb(levels: list[_BlockLevel], i: int, values: Array, extra: Array, top: _NoisyRows) -> None:
     """Rows into level i, its means into the next one, and so on."""
     for level in levels[i:]:
         values, extra = level.feed(values, extra)
@@ -159,7 +159,7 @@ def _climb(levels: list[_Level], i: int, values: Array, extra: Array, top: _Rows
 
 
 @dataclass(slots=True)
-class _Rows:
+class _NoisyRows:
     """Rows with their extra noise, piece by piece."""
 
     values: list[Array]
@@ -175,7 +175,7 @@ class _Rows:
 
 
 @dataclass(slots=True)
-class _Sums:
+class _VectorSums:
     """Sums over vectors."""
 
     size: int
@@ -214,7 +214,7 @@ class _Sums:
         )
 
 
-class _Level:
+class _BlockLevel:
     """Blocks of `size` rows, each row the mean over `block` samples."""
 
     def __init__(self, *, size: int, block: int, number: int) -> None:
@@ -223,8 +223,8 @@ class _Level:
         self.gap_shape, self.gap_walk = np.zeros(size), 0.0
         self._pending = np.zeros(0), np.zeros((0, EXTRA))
         self._held = np.zeros((0, size)), np.zeros((0, size, EXTRA))
-        self._linked = _Sums(size + self.edge + 2, 3 * size)
-        self._bare = _Sums(size, size)
+        self._linked = _VectorSums(size + self.edge + 2, 3 * size)
+        self._bare = _VectorSums(size, size)
         self._groups = {n: _Groups(n, size) for n in GROUPS if n <= size}
 
     def feed(self, values: Array, extra: Array) -> tuple[Array, Array]:
@@ -391,7 +391,7 @@ class _Groups:
     """Groups of n successive rows with gaps between them."""
 
     def __init__(self, n: int, size: int) -> None:
-        self.n, self.sums = n, _Sums(n, n)
+        self.n, self.sums = n, _VectorSums(n, n)
         self._lags = np.zeros((n, n, size))
         self._place = np.zeros(n)
 

@@ -16,7 +16,7 @@ from allanite.fitting.likelihood.family import (
     FLICKER,
     GAUSS_MARKOV,
     TWO_GAUSS_MARKOV,
-    FamilyFit,
+    LikelihoodFamilyFit,
     fit_family,
 )
 from allanite.fitting.likelihood.lines import GIVEN_WIDTHS, checked_lines, line_price
@@ -152,10 +152,10 @@ def _judged(looks: _Looks, confidence: float) -> NoiseModel:
     return models[0] if len(models) == 1 else replace(models[0], alternative=models[1])
 
 
-def _families(looks: _Looks, confidence: float) -> list[FamilyFit]:
+def _families(looks: _Looks, confidence: float) -> list[LikelihoodFamilyFit]:
     """The family the record supports, or both, the better one first."""
 
-    def fitted(candidate: Candidate, own: str) -> tuple[FamilyFit, bool]:
+    def fitted(candidate: Candidate, own: str) -> tuple[LikelihoodFamilyFit, bool]:
         fit = fit_family(looks.problem, *candidate, confidence)
         return fit, fit.supports(own)
 
@@ -185,7 +185,7 @@ def _with_verdict(models: list[NoiseModel]) -> list[NoiseModel]:
 # -- from sample units to a model -------------------------------------------------------------------------
 
 
-def _model(problem: LikelihoodProblem, fit: FamilyFit, confidence: float) -> NoiseModel:
+def _model(problem: LikelihoodProblem, fit: LikelihoodFamilyFit, confidence: float) -> NoiseModel:
     if problem.engine == "exact":
         fit = _exact(problem, fit, confidence)
     ramp = ("R",) if fit.ramp else ()
@@ -213,7 +213,7 @@ def _model(problem: LikelihoodProblem, fit: FamilyFit, confidence: float) -> Noi
     )
 
 
-def _exact(problem: LikelihoodProblem, fit: FamilyFit, confidence: float) -> FamilyFit:
+def _exact(problem: LikelihoodProblem, fit: LikelihoodFamilyFit, confidence: float) -> LikelihoodFamilyFit:
     """The same terms with the exact maximum; its profiles are those of the composite with the exact gradient."""
     search, objective = problem.search, problem.objective
     best = sharpened(search, objective, fit.best, problem.samples, problem.channel.sampling)
@@ -225,7 +225,7 @@ def _exact(problem: LikelihoodProblem, fit: FamilyFit, confidence: float) -> Fam
     return fit_family(corrected, fit.letters, again, confidence, ramp=ramp, keep=kept)
 
 
-def _estimates(problem: LikelihoodProblem, fit: FamilyFit) -> list[Estimate]:
+def _estimates(problem: LikelihoodProblem, fit: LikelihoodFamilyFit) -> list[Estimate]:
     """Amplitudes in the order of the letters, the ramp, then what belongs to the Gauss-Markov terms."""
     names, n = problem.names(fit.best), len(fit.letters)
     values, full = _point_values(problem, fit), problem.parameters(fit.best, ramp=False)
@@ -275,7 +275,7 @@ def _line_estimates(found: Maximum, confidence: float) -> Iterator[Estimate]:
             )
 
 
-def _point_values(problem: LikelihoodProblem, fit: FamilyFit) -> dict[str, float]:
+def _point_values(problem: LikelihoodProblem, fit: LikelihoodFamilyFit) -> dict[str, float]:
     """Point estimates by their names in the full sum."""
     values, names = problem.parameters(fit.selected, ramp=False), problem.names(fit.best)
     alone = [names[i] for i in fit.supported if fit.letters[i] == "G"]
@@ -285,7 +285,7 @@ def _point_values(problem: LikelihoodProblem, fit: FamilyFit) -> dict[str, float
 
 
 def _time_estimate(
-    problem: LikelihoodProblem, fit: FamilyFit, place: int, values: dict[str, float]
+    problem: LikelihoodProblem, fit: LikelihoodFamilyFit, place: int, values: dict[str, float]
 ) -> Estimate:
     name, dt = problem.names(fit.best)[place], problem.dt
     shortest, longest = problem.search.times
@@ -298,7 +298,7 @@ def _time_estimate(
     )
 
 
-def _slope_estimates(problem: LikelihoodProblem, fit: FamilyFit) -> list[Estimate]:
+def _slope_estimates(problem: LikelihoodProblem, fit: LikelihoodFamilyFit) -> list[Estimate]:
     """That of the ramp, where there may be one."""
     if fit.slope is None:
         return []

@@ -79,7 +79,7 @@ def plausible_variances(
     starts = curve.starts()
     part = None if starts is None else [starts[i] for i in np.flatnonzero(used)]
     lags = curve.lags[used]
-    sums = _Sums(
+    sums = _TermSums(
         variance=curve.variance[used, 0] / scale,
         lags=lags,
         n_samples=curve.n_samples,
@@ -100,7 +100,7 @@ def _symbols(model: NoiseModel, fitted_terms_only: bool) -> tuple[str, ...]:
     return tuple(s for s in every if s in held) if fitted_terms_only and held & set(every) else every
 
 
-def _start(sums: _Sums, model: NoiseModel, dt: float, scale: float, rng: np.random.Generator) -> Array:
+def _start(sums: _TermSums, model: NoiseModel, dt: float, scale: float, rng: np.random.Generator) -> Array:
     """Walkers around the fitted model, those of absent terms spread below the curve."""
     times = [t.T / dt for t in model.terms if isinstance(t, GaussMarkov)]
     amplitudes = _amplitudes(model)
@@ -133,7 +133,7 @@ def _amplitudes(model: NoiseModel) -> dict[str, float]:
 
 
 @dataclass(slots=True)
-class _Sums:
+class _TermSums:
     """Sums of terms in units of the sample interval, many at a time.
 
     A position is the logarithms of the variance coefficients, in the order of `symbols`, then those of the correlation

@@ -24,7 +24,7 @@ from allanite.fitting.likelihood.coarser import EXPLAINED, explained_part
 from allanite.fitting.likelihood.lines import GIVEN_WIDTHS, checked_lines, line_price
 from allanite.fitting.selection.lines import gains_of, steady_lines
 from allanite.fitting.selection.results import Candidate, ChosenLine, Selection
-from allanite.fitting.selection.search import Letters, Progress, Search
+from allanite.fitting.selection.search import Letters, Progress, TermSearch
 from allanite.recording.records import Recording, checked_recording
 
 __all__ = ["select"]
@@ -89,7 +89,7 @@ def select(
             raise InputError(
                 "the problem has its channel and its lines already: leave out channel= and lines="
             )
-        return _selected(Search(recording, progress), (), (), confidence)
+        return _selected(TermSearch(recording, progress), (), (), confidence)
     problem = LikelihoodProblem.of(checked_recording(recording, "select"), channel)
     frequencies, remarks, widths = _proposed(problem, lines, progress)
     if frequencies:
@@ -112,7 +112,7 @@ def _proposed(
     return checked_lines(lines), (), GIVEN_WIDTHS
 
 
-def _searched(problem: LikelihoodProblem, progress: Progress | None) -> tuple[Search, float]:
+def _searched(problem: LikelihoodProblem, progress: Progress | None) -> tuple[TermSearch, float]:
     """A search in which the rich sets are known, up to one that explains the record, and how well it does.
 
     Raises
@@ -120,7 +120,7 @@ def _searched(problem: LikelihoodProblem, progress: Progress | None) -> tuple[Se
     FitError
         None of them can describe the record at all.
     """
-    search, best = Search(problem, progress), -1.0
+    search, best = TermSearch(problem, progress), -1.0
     for letters in _RICHEST:
         if math.isfinite(search.score(letters)):
             best = max(best, search.maxima[letters].p)
@@ -133,7 +133,7 @@ def _searched(problem: LikelihoodProblem, progress: Progress | None) -> tuple[Se
     return search, best
 
 
-def _paying(search: Search, price: float) -> tuple[Search, tuple[ChosenLine, ...]]:
+def _paying(search: TermSearch, price: float) -> tuple[TermSearch, tuple[ChosenLine, ...]]:
     """Leave the weakest line out until all that are left pay; every line that was tried, those kept first."""
     left_out: list[ChosenLine] = []
     while search.problem.lines:
@@ -153,11 +153,11 @@ def _paying(search: Search, price: float) -> tuple[Search, tuple[ChosenLine, ...
             ChosenLine(frequency=frequencies[weakest], amplitude=math.nan, gain=min(gains), price=price),
         )
         rest = [f for i, f in enumerate(frequencies) if i != weakest]
-        search = Search(problem.with_lines(rest), search.progress)
+        search = TermSearch(problem.with_lines(rest), search.progress)
     return search, tuple(left_out)
 
 
-def _disguised(search: Search, letters: Letters) -> bool:
+def _disguised(search: TermSearch, letters: Letters) -> bool:
     """A Gauss-Markov term with the longest time that is tried is a random walk under another name."""
     found, longest = search.maxima[letters].parameters, search.problem.search.times[1] * search.problem.dt
     times = [(found[s.replace("T", "sigma")], found[s]) for s in found if s.startswith("T")]
@@ -165,7 +165,7 @@ def _disguised(search: Search, letters: Letters) -> bool:
 
 
 def _selected(
-    search: Search, lines: tuple[ChosenLine, ...], remarks: tuple[str, ...], confidence: float
+    search: TermSearch, lines: tuple[ChosenLine, ...], remarks: tuple[str, ...], confidence: float
 ) -> Selection:
     """All sets that were tried, by their scores."""
     problem = search.problem

@@ -30,7 +30,17 @@ from dataclasses import dataclass, field
 
 from allanite.fitting.likelihood import LikelihoodProblem, Maximum
 
-__all__ = ["MOST_MARKOV", "ORDER", "PRICE", "Letters", "Search", "all_sets", "named", "neighbours", "ordered"]
+__all__ = [
+    "MOST_MARKOV",
+    "ORDER",
+    "PRICE",
+    "Letters",
+    "TermSearch",
+    "all_sets",
+    "named",
+    "neighbours",
+    "ordered",
+]
 
 Letters = tuple[str, ...]
 Progress = Callable[[float, str], None]
@@ -88,7 +98,7 @@ def neighbours(letters: Letters) -> list[Letters]:
 
 
 @dataclass(slots=True)
-class Search:
+class TermSearch:
     """Sets whose likelihood is known, and the way to the best.
 
     Attributes

@@ -25,9 +25,9 @@ from allanite.errors import DataQualityError, InputError
 from allanite.fitting.rivals import supported_families
 from allanite.fitting.spectral.misfit import Explained, best_explained
 from allanite.fitting.spectral.ordinates import Ordinates, ordinates_of
-from allanite.fitting.spectral.profile import Fitted, fitted
+from allanite.fitting.spectral.profile import WhittleFit, fitted
 from allanite.fitting.spectral.result import model_of, verdict_of
-from allanite.fitting.spectral.whittle import Problem, Solution
+from allanite.fitting.spectral.whittle import WhittleProblem, WhittleSolution
 from allanite.noise import NoiseModel
 from allanite.noise.spectrum import SpectralLine, Spectrum, power_spectrum, sinusoids, without_stable_lines
 from allanite.plain_files.counted import plural
@@ -156,11 +156,11 @@ def _letters(terms: str | Sequence[str]) -> tuple[str, ...]:
     return letters
 
 
-def _families(found: Explained, confidence: float) -> list[Fitted]:
+def _families(found: Explained, confidence: float) -> list[WhittleFit]:
     """The family the record supports, or both, the better one first."""
     (flicker, best), (markov, other) = found
 
-    def judged(problem: Problem, at: Solution, own: str) -> tuple[Fitted, bool]:
+    def judged(problem: WhittleProblem, at: WhittleSolution, own: str) -> tuple[WhittleFit, bool]:
         fit = fitted(problem, at, confidence)
         return fit, problem.letters.index(own) in fit.supported
 

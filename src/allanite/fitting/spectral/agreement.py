@@ -24,7 +24,7 @@ from numpy.typing import NDArray
 from allanite.errors import FitError
 from allanite.fitting.spectral.ordinates import Ordinates
 from allanite.fitting.spectral.profile import deviations
-from allanite.fitting.spectral.whittle import Problem, Solution
+from allanite.fitting.spectral.whittle import WhittleProblem, WhittleSolution
 from allanite.noise import Flicker, GaussMarkov, NoiseModel, Quantisation, Ramp, RandomWalk, TermType, White
 from allanite.quantities.distributions import chi_square_tail, normal_quantile
 
@@ -125,7 +125,7 @@ def _seen(model: NoiseModel, data: Ordinates) -> Ordinates:
 
 def _of(model: NoiseModel, data: Ordinates) -> Disagreement | None:
     terms = [t for t in model.terms if type(t) in _LETTER]
-    problem = Problem(data=data, letters=tuple(_LETTER[type(t)] for t in terms))
+    problem = WhittleProblem(data=data, letters=tuple(_LETTER[type(t)] for t in terms))
     at = _placed(problem, terms)
     if at is None:
         return None
@@ -149,7 +149,7 @@ def _of(model: NoiseModel, data: Ordinates) -> Disagreement | None:
     )
 
 
-def _placed(problem: Problem, terms: list[TermType]) -> Solution | None:
+def _placed(problem: WhittleProblem, terms: list[TermType]) -> WhittleSolution | None:
     """The model as it is, without any fitting (but for the sign of a ramp)."""
     c = np.array([_coefficient(t) for t in terms])
     times = tuple(t.T for t in terms if isinstance(t, GaussMarkov))
@@ -159,7 +159,9 @@ def _placed(problem: Problem, terms: list[TermType]) -> Solution | None:
     slope = next((t.R for t in terms if isinstance(t, Ramp)), 0.0)
     fixed = {i: float(v) for i, v in enumerate(c)}
     held = dict(zip(problem.markov, times, strict=True))
-    near = Solution(c=c, times=times, ramp=slope, value=math.inf, mean=np.ones(len(problem.data.value)))
+    near = WhittleSolution(
+        c=c, times=times, ramp=slope, value=math.inf, mean=np.ones(len(problem.data.value))
+    )
     try:
         found = [problem.best(fixed=fixed, times=held, ramp=s, near=near) for s in {slope, -slope}]
     except FitError:
@@ -198,7 +200,9 @@ def _bands(x: Array) -> Iterator[tuple[int, int]]:
                 yield int(first), int(last)
 
 
-def _parted(problem: Problem, at: Solution, model: NoiseModel, terms: list[TermType]) -> Iterator[Parted]:
+def _parted(
+    problem: WhittleProblem, at: WhittleSolution, model: NoiseModel, terms: list[TermType]
+) -> Iterator[Parted]:
     """Parameters whose two estimates each lie outside the interval of the other."""
     again = problem.best(near=at)
     spread = deviations(problem, again)

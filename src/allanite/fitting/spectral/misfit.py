@@ -14,7 +14,7 @@ from dataclasses import replace
 
 from allanite.errors import FitError
 from allanite.fitting.spectral.ordinates import Ordinates
-from allanite.fitting.spectral.whittle import Problem, Solution
+from allanite.fitting.spectral.whittle import WhittleProblem, WhittleSolution
 from allanite.quantities.distributions import chi_square_tail
 
 __all__ = ["Explained", "best_explained", "chance"]
@@ -28,10 +28,10 @@ _WORST = 0.4  # a larger error describes nothing
 _BISECTIONS = 7
 
 #: Problems of one choice of ordinates with their minima.
-Explained = list[tuple[Problem, Solution]]
+Explained = list[tuple[WhittleProblem, WhittleSolution]]
 
 
-def chance(problem: Problem, at: Solution) -> float:
+def chance(problem: WhittleProblem, at: WhittleSolution) -> float:
     """Probability of a larger misfit if the model is true."""
     free = sum(c > 0 for c in at.c) + sum(at.c[g] > 0 for g in problem.markov)
     return chi_square_tail(problem.chi2(at), max(len(problem.data.value) - int(free), 1))
@@ -62,7 +62,7 @@ def best_explained(data: Ordinates, candidates: Sequence[tuple[str, ...]]) -> Ex
 
 
 def _solved(data: Ordinates, candidates: Sequence[tuple[str, ...]]) -> Explained:
-    problems = (Problem(data=data, letters=letters) for letters in candidates)
+    problems = (WhittleProblem(data=data, letters=letters) for letters in candidates)
     return [(p, p.best()) for p in problems]
 
 

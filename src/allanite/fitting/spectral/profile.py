@@ -17,10 +17,10 @@ from numpy.typing import NDArray
 
 from allanite.errors import FitError
 from allanite.fitting.sets import CERTAIN, cone_point
-from allanite.fitting.spectral.whittle import Problem, Solution
+from allanite.fitting.spectral.whittle import WhittleProblem, WhittleSolution
 from allanite.quantities.distributions import chi_square_quantile, student_quantile
 
-__all__ = ["Fitted", "covariance", "deviations", "fitted", "ramp_point"]
+__all__ = ["WhittleFit", "covariance", "deviations", "fitted", "ramp_point"]
 
 Array = NDArray[np.float64]
 
@@ -30,15 +30,15 @@ _NEEDED = 6.0  # loss by leaving out all unsupported terms (95 % point for two) 
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Fitted:
+class WhittleFit:
     """A sum of terms with the set of every parameter.
 
     Attributes
     ----------
-    problem : Problem
-    full : Solution
+    problem : WhittleProblem
+    full : WhittleSolution
         With every candidate term.
-    chosen : Solution
+    chosen : WhittleSolution
         With the supported terms alone, and as many more as the spectrum needs: the point estimates.
     supported : frozenset of int
         Places of the supported letters.
@@ -46,14 +46,16 @@ class Fitted:
         Variance coefficients by place (a ramp: its squared slope); correlation times [s] by place + number of letters.
     """
 
-    problem: Problem
-    full: Solution
-    chosen: Solution
+    problem: WhittleProblem
+    full: WhittleSolution
+    chosen: WhittleSolution
     supported: frozenset[int]
     sets: dict[int, tuple[float, float]]
 
 
-def fitted(problem: Problem, full: Solution, confidence: float, *, keep: bool = False) -> Fitted:
+def fitted(
+    problem: WhittleProblem, full: WhittleSolution, confidence: float, *, keep: bool = False
+) -> WhittleFit:
     """Sets, support and point estimates; with `keep` every term is taken as given and stays in the estimate."""
     plain = chi_square_quantile(confidence, 1)
     sd = deviations(problem, full)
@@ -77,10 +79,10 @@ def fitted(problem: Problem, full: Solution, confidence: float, *, keep: bool = 
             critical = _critical(problem, full, g + len(problem.letters), supported, confidence)
             sets[g + len(problem.letters)] = _time_set(problem, full, k, critical)
     chosen = full if keep else _chosen(problem, full, supported)
-    return Fitted(problem=problem, full=full, chosen=chosen, supported=supported, sets=sets)
+    return WhittleFit(problem=problem, full=full, chosen=chosen, supported=supported, sets=sets)
 
 
-def deviations(problem: Problem, at: Solution) -> dict[int, float]:
+def deviations(problem: WhittleProblem, at: WhittleSolution) -> dict[int, float]:
     """Relative standard deviation of each positive coefficient and of each correlation time, by place."""
     J, places = _whitened(problem, at)
     if not places:
@@ -89,22 +91,24 @@ def deviations(problem: Problem, at: Solution) -> dict[int, float]:
     return {p: math.sqrt(max(float(inverse[k, k]), 0.0)) for k, p in enumerate(places)}
 
 
-def covariance(problem: Problem, at: Solution) -> tuple[Array, tuple[int, ...]]:
+def covariance(problem: WhittleProblem, at: WhittleSolution) -> tuple[Array, tuple[int, ...]]:
     """Covariance of the logarithms of the positive coefficients and of the correlation times, and their places."""
     J, places = _whitened(problem, at)
     return np.asarray(np.linalg.pinv(J.T @ J, rcond=1e-12), dtype=np.float64), places
 
 
-def _whitened(problem: Problem, at: Solution) -> tuple[Array, tuple[int, ...]]:
+def _whitened(problem: WhittleProblem, at: WhittleSolution) -> tuple[Array, tuple[int, ...]]:
     slopes, places = problem.slopes(at)
     return problem.whitened(slopes, np.ones(len(slopes))), places
 
 
-def _size(problem: Problem, at: Solution, i: int) -> float:
+def _size(problem: WhittleProblem, at: WhittleSolution, i: int) -> float:
     return at.ramp**2 if problem.letters[i] == "R" else float(at.c[i])
 
 
-def _loss(problem: Problem, full: Solution, i: int, value: float, near: Solution | None = None) -> float:
+def _loss(
+    problem: WhittleProblem, full: WhittleSolution, i: int, value: float, near: WhittleSolution | None = None
+) -> float:
     """How much worse the best fit is with a coefficient held."""
     if problem.letters[i] == "R":
         return problem.best(ramp=math.sqrt(value), near=near or full).value - full.value
@@ -117,7 +121,7 @@ def _loss(problem: Problem, full: Solution, i: int, value: float, near: Solution
 
 
 def _critical(
-    problem: Problem, full: Solution, place: int, supported: frozenset[int], confidence: float
+    problem: WhittleProblem, full: WhittleSolution, place: int, supported: frozenset[int], confidence: float
 ) -> float:
     """Critical distance of a parameter: terms that are not supported sit at zero, where they may only grow."""
     n = len(problem.letters)
@@ -137,7 +141,7 @@ def _critical(
     return cone_point(columns, tuple(kinds[k] for k in kept), confidence)
 
 
-def ramp_point(problem: Problem, at: Solution, confidence: float) -> float:
+def ramp_point(problem: WhittleProblem, at: WhittleSolution, confidence: float) -> float:
     """Critical distance of a ramp: that of Student's law, for the density about it is itself estimated.
 
     A slope is told by the lowest contrasts alone, whose common level mu is known to var(ln mu) = 2/nu; the distance is
@@ -158,7 +162,7 @@ def ramp_point(problem: Problem, at: Solution, confidence: float) -> float:
 
 
 def _set(
-    problem: Problem, full: Solution, i: int, critical: float, sd: dict[int, float]
+    problem: WhittleProblem, full: WhittleSolution, i: int, critical: float, sd: dict[int, float]
 ) -> tuple[float, float]:
     """Ends of a coefficient's set."""
     here, spread = float(full.c[i]), sd.get(i, 1.0)
@@ -169,7 +173,7 @@ def _set(
     return lower, _edge(_Walk(problem, full, critical, i), start, +1, spread)
 
 
-def _ramp_set(problem: Problem, full: Solution, critical: float) -> tuple[float, float]:
+def _ramp_set(problem: WhittleProblem, full: WhittleSolution, critical: float) -> tuple[float, float]:
     """Ends of the set of the squared slope. L is a parabola in it, but for the other terms that give way."""
     n = len(problem.data.ramp)
     size = float(problem.data.weight[:n] / full.mean[:n] @ problem.data.ramp**2)
@@ -195,7 +199,7 @@ def _ramp_set(problem: Problem, full: Solution, critical: float) -> tuple[float,
     return (0.0 if ends[0] < 0 < ends[1] else sizes[0] ** 2), sizes[1] ** 2
 
 
-def _time_set(problem: Problem, full: Solution, k: int, critical: float) -> tuple[float, float]:
+def _time_set(problem: WhittleProblem, full: WhittleSolution, k: int, critical: float) -> tuple[float, float]:
     """Ends of the set of a correlation time; the ends of what is tried where the record sets none."""
     g, ends = problem.markov[k], []
     for limit in problem.data.times:
@@ -226,11 +230,11 @@ def _time_set(problem: Problem, full: Solution, k: int, critical: float) -> tupl
 class _Walk:
     """The profile of one coefficient, each value found from the last one."""
 
-    problem: Problem
-    full: Solution
+    problem: WhittleProblem
+    full: WhittleSolution
     critical: float
     place: int
-    near: Solution | None = None
+    near: WhittleSolution | None = None
 
     def __call__(self, value: float) -> float:
         self.near = self.problem.best(fixed={self.place: value}, near=self.near or self.full)
@@ -238,7 +242,7 @@ class _Walk:
         return math.sqrt(loss) - math.sqrt(self.critical)
 
 
-def _first_guess(problem: Problem, full: Solution, i: int) -> float:
+def _first_guess(problem: WhittleProblem, full: WhittleSolution, i: int) -> float:
     """A value of an absent coefficient that is surely not seen: a thousandth of what would fill the spectrum."""
     times = full.times
     return float(np.min(full.mean / problem.columns(times)[:, i])) * 1e-3
@@ -263,7 +267,7 @@ def _edge(profile: Callable[[float], float], centre: float, direction: int, spre
     return centre * math.exp(b)
 
 
-def _chosen(problem: Problem, full: Solution, supported: frozenset[int]) -> Solution:
+def _chosen(problem: WhittleProblem, full: WhittleSolution, supported: frozenset[int]) -> WhittleSolution:
     """The supported terms, and as many more as the spectrum needs though none of them is resolved by itself."""
     taken = set(supported)
     at = _only(problem, full, taken)
@@ -278,7 +282,7 @@ def _chosen(problem: Problem, full: Solution, supported: frozenset[int]) -> Solu
     return at
 
 
-def _only(problem: Problem, full: Solution, taken: set[int]) -> Solution:
+def _only(problem: WhittleProblem, full: WhittleSolution, taken: set[int]) -> WhittleSolution:
     absent = {i: 0.0 for i, s in enumerate(problem.letters) if i not in taken and s != "R"}
     noise = [i for i, s in enumerate(problem.letters) if s != "R"]
     if all(i in absent for i in noise):

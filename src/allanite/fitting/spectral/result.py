@@ -10,7 +10,7 @@ import numpy as np
 
 from allanite.fitting.estimates import amplitude_estimate, equivalent_flicker, time_estimate
 from allanite.fitting.spectral.misfit import chance
-from allanite.fitting.spectral.profile import Fitted, covariance
+from allanite.fitting.spectral.profile import WhittleFit, covariance
 from allanite.fitting.verdict import supported_words
 from allanite.noise import Estimate, GaussMarkov, NoiseModel, TermType, term_of
 from allanite.recording.records import Channel
@@ -18,7 +18,7 @@ from allanite.recording.records import Channel
 __all__ = ["model_of", "verdict_of"]
 
 
-def model_of(fit: Fitted, channel: Channel, confidence: float, left_out: int) -> NoiseModel:
+def model_of(fit: WhittleFit, channel: Channel, confidence: float, left_out: int) -> NoiseModel:
     """The model of a fit, its estimates in the order of the letters."""
     problem, at = fit.problem, fit.chosen
     estimates: list[Estimate] = []
@@ -49,17 +49,17 @@ def model_of(fit: Fitted, channel: Channel, confidence: float, left_out: int) ->
     )
 
 
-def _suffix(fit: Fitted, i: int) -> str:
+def _suffix(fit: WhittleFit, i: int) -> str:
     """Nothing for the first Gauss-Markov term, a number for the others."""
     rank = fit.problem.markov.index(i)
     return "" if rank == 0 else f"_{rank + 1}"
 
 
-def _time(fit: Fitted, i: int) -> float:
+def _time(fit: WhittleFit, i: int) -> float:
     return fit.chosen.times[fit.problem.markov.index(i)]
 
 
-def _terms(fit: Fitted) -> tuple[TermType, ...]:
+def _terms(fit: WhittleFit) -> tuple[TermType, ...]:
     found: list[TermType] = []
     for i, letter in enumerate(fit.problem.letters):
         if letter == "R":
@@ -76,12 +76,12 @@ def _terms(fit: Fitted) -> tuple[TermType, ...]:
     return tuple(found)
 
 
-def _coefficient(fit: Fitted, i: int, of_full: bool = False) -> float:
+def _coefficient(fit: WhittleFit, i: int, of_full: bool = False) -> float:
     at = fit.full if of_full else fit.chosen
     return at.ramp**2 if fit.problem.letters[i] == "R" else float(at.c[i])
 
 
-def _estimate(fit: Fitted, i: int, symbol: str) -> Estimate:
+def _estimate(fit: WhittleFit, i: int, symbol: str) -> Estimate:
     low, high = (math.sqrt(v) for v in fit.sets[i])
     return amplitude_estimate(
         symbol,
@@ -93,7 +93,7 @@ def _estimate(fit: Fitted, i: int, symbol: str) -> Estimate:
     )
 
 
-def _markov_estimates(fit: Fitted, i: int) -> list[Estimate]:
+def _markov_estimates(fit: WhittleFit, i: int) -> list[Estimate]:
     end = _suffix(fit, i)
     sigma, ends = _estimate(fit, i, "sigma" + end), fit.sets.get(i + len(fit.problem.letters))
     return [
@@ -103,7 +103,7 @@ def _markov_estimates(fit: Fitted, i: int) -> list[Estimate]:
     ]
 
 
-def _covariance(fit: Fitted) -> dict[str, Any]:
+def _covariance(fit: WhittleFit) -> dict[str, Any]:
     """Covariance of the natural logarithms of the amplitudes in the model (and of T)."""
     matrix, places = covariance(fit.problem, fit.chosen)
     if not places:
@@ -117,7 +117,7 @@ def _covariance(fit: Fitted) -> dict[str, Any]:
     }
 
 
-def _symbol(fit: Fitted, place: int) -> str:
+def _symbol(fit: WhittleFit, place: int) -> str:
     n = len(fit.problem.letters)
     letter = fit.problem.letters[place % n]
     if letter != "G":

@@ -35,7 +35,7 @@ from numpy.typing import NDArray
 from allanite.errors import FitError
 from allanite.fitting.spectral.ordinates import Ordinates
 
-__all__ = ["Problem", "Solution"]
+__all__ = ["WhittleProblem", "WhittleSolution"]
 
 Array = NDArray[np.float64]
 
@@ -47,7 +47,7 @@ _CLOSE = 1e-7  # of a common error, whose deviation is one
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Solution:
+class WhittleSolution:
     """A minimum of L.
 
     Attributes
@@ -72,7 +72,7 @@ class Solution:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Problem:
+class WhittleProblem:
     """Ordinates seen through a sum of terms: `letters` of Q, N, B, K, R and any number of G."""
 
     data: Ordinates
@@ -89,8 +89,8 @@ class Problem:
         fixed: Mapping[int, float] | None = None,
         times: Mapping[int, float] | None = None,
         ramp: float | None = None,
-        near: Solution | None = None,
-    ) -> Solution:
+        near: WhittleSolution | None = None,
+    ) -> WhittleSolution:
         """The minimum with some coefficients, correlation times (by place) or the slope held.
 
         Raises
@@ -105,7 +105,7 @@ class Problem:
             guess = tuple(times.get(g, t) for g, t in zip(self.markov, near.times, strict=True))
             return self._descend(start, guess, fixed, times, ramp, near.ramp)
         open_ = [g for g in self.markov if g not in times and fixed.get(g) != 0.0]
-        found: list[Solution] = []
+        found: list[WhittleSolution] = []
         for guess in self._guesses(open_, times):
             begin = self._start(guess, fixed)
             if begin is not None:
@@ -137,7 +137,7 @@ class Problem:
         ]
         return np.stack(parts, axis=1)
 
-    def slopes(self, at: Solution) -> tuple[Array, tuple[int, ...]]:
+    def slopes(self, at: WhittleSolution) -> tuple[Array, tuple[int, ...]]:
         """Relative change of the means with ln c of every positive coefficient and with ln T, and their places.
 
         The place of a correlation time is that of its term plus the number of letters.
@@ -192,7 +192,7 @@ class Problem:
         held: Mapping[int, float],
         ramp: float | None,
         slope: float,
-    ) -> Solution:
+    ) -> WhittleSolution:
         """Fisher scoring with halving of steps that lead up."""
         here = self._at(c, times, ramp, slope)
         if here is None:
@@ -200,7 +200,7 @@ class Problem:
             here = None if start is None else self._at(start, times, ramp, slope)
         if here is None:
             nothing = np.full(len(self.data.value), np.nan)
-            return Solution(c=c, times=times, ramp=0.0, value=math.inf, mean=nothing)
+            return WhittleSolution(c=c, times=times, ramp=0.0, value=math.inf, mean=nothing)
         low, high = (math.log(t) for t in self.data.times)
         for _ in range(_STEPS):
             step, turn = self._step(here, fixed, held)
@@ -220,7 +220,9 @@ class Problem:
                 break
         return here
 
-    def _at(self, c: Array, times: tuple[float, ...], ramp: float | None, near: float) -> Solution | None:
+    def _at(
+        self, c: Array, times: tuple[float, ...], ramp: float | None, near: float
+    ) -> WhittleSolution | None:
         mean = self.columns(times) @ c
         if not np.all(mean > 0) or not np.all(np.isfinite(mean)):
             return None
@@ -231,7 +233,7 @@ class Problem:
             e = self._shared(ratio)
             turn = self.data.common @ e
             value += float(self.data.weight @ (turn + ratio * np.expm1(-turn)) + e @ e)
-        return Solution(c=c, times=times, ramp=slope, value=value, mean=mean)
+        return WhittleSolution(c=c, times=times, ramp=slope, value=value, mean=mean)
 
     def _shared(self, ratio: Array) -> Array:
         """The common errors at which L is least, for ordinates over their means: eq. (2) is convex in them."""
@@ -279,7 +281,7 @@ class Problem:
         return float((w * d) @ self.data.contrast) / size if size > 0 else 0.0
 
     def _step(
-        self, at: Solution, fixed: Mapping[int, float], held: Mapping[int, float]
+        self, at: WhittleSolution, fixed: Mapping[int, float], held: Mapping[int, float]
     ) -> tuple[Array, Array]:
         """Step of the coefficients and of ln T to the minimum of the expected quadratic."""
         from scipy.optimize import nnls
@@ -307,12 +309,12 @@ class Problem:
 
     # -- how well ------------------------------------------------------------------------------------------
 
-    def chi2(self, at: Solution) -> float:
+    def chi2(self, at: WhittleSolution) -> float:
         """Sum of squared normal scores of the ordinates: chi-square with one degree of freedom for each."""
         z, e = self.scores(at), self._shared(self.values(at.ramp) / at.mean)
         return float(z @ z + e @ e)
 
-    def scores(self, at: Solution) -> Array:
+    def scores(self, at: WhittleSolution) -> Array:
         """Normal score of each ordinate: where it lies in the law that the model gives it."""
         from scipy.special import chdtr, chdtrc, ndtri
 
@@ -326,7 +328,7 @@ class Problem:
         scores: Array = np.where(low < 0.5, ndtri(np.maximum(low, tiny)), -ndtri(np.maximum(high, tiny)))
         return scores
 
-    def with_discrepancy(self, discrepancy: float) -> Problem:
+    def with_discrepancy(self, discrepancy: float) -> WhittleProblem:
         """The same with a relative error of the model at each ordinate."""
         return replace(self, data=replace(self.data, discrepancy=discrepancy))
 

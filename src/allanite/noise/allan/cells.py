@@ -28,7 +28,7 @@ from allanite.noise import NoiseModel, Ramp, TermType
 from allanite.noise.allan.covariance import cross_covariance, distance_nodes, in_samples
 from allanite.noise.allan.statistics import STATISTICS, Phase
 
-__all__ = ["Cells", "cell_covariance", "cells_of"]
+__all__ = ["AllanCells", "cell_covariance", "cells_of"]
 
 Array = NDArray[np.float64]
 Whole = NDArray[np.int64]
@@ -36,7 +36,7 @@ Spans = NDArray[np.int64]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Cells:
+class AllanCells:
     """Allan variances of windows of time at several lags: one cell for each, lag after lag.
 
     Attributes
@@ -81,14 +81,14 @@ class Cells:
         terms = np.bincount(self.row, self.count, len(self.lags))
         return np.asarray(np.bincount(self.row, self.count * self.variance, len(self.lags)) / terms)
 
-    def where(self, keep: NDArray[np.bool_]) -> Cells:
+    def where(self, keep: NDArray[np.bool_]) -> AllanCells:
         """The cells that are kept, shape (n_cells,), and their lags."""
         rows, row = np.unique(self.row[keep], return_inverse=True)
         parts = {name: getattr(self, name)[keep] for name in self.__slots__ if name not in ("lags", "row")}
-        return Cells(lags=self.lags[rows], row=row.astype(np.int64), **parts)
+        return AllanCells(lags=self.lags[rows], row=row.astype(np.int64), **parts)
 
 
-def cells_of(phase: Phase, lags: Sequence[int], windows: Sequence[int]) -> Cells:
+def cells_of(phase: Phase, lags: Sequence[int], windows: Sequence[int]) -> AllanCells:
     """Allan variance of every window of time at every lag; windows without a term are left out.
 
     Parameters
@@ -102,7 +102,7 @@ def cells_of(phase: Phase, lags: Sequence[int], windows: Sequence[int]) -> Cells
     names = ("start", "stop", "first", "last", "count", "variance")
     joined = {name: np.concatenate([part[name] for part in parts]) for name in names}
     row = np.repeat(np.arange(len(parts)), [len(part["start"]) for part in parts])
-    return Cells(lags=np.array(lags, dtype=np.int64), row=row, **joined)
+    return AllanCells(lags=np.array(lags, dtype=np.int64), row=row, **joined)
 
 
 def _cells_of_lag(phase: Phase, m: int, length: int) -> dict[str, NDArray[np.generic]]:
@@ -170,7 +170,7 @@ def _extents(runs: Spans, borders: Whole) -> tuple[Whole, Whole]:
 # -- covariance ----------------------------------------------------------------------------------------------
 
 
-def cell_covariance(cells: Cells, model: NoiseModel, n_samples: int, dt: float, sampling: str) -> Array:
+def cell_covariance(cells: AllanCells, model: NoiseModel, n_samples: int, dt: float, sampling: str) -> Array:
     """Covariance of all cells under a model, equations (1) and (2), shape (n_cells, n_cells) [SI^4].
 
     Where samples are missing within a window, its terms are taken as spread evenly from its first to its last, and
@@ -190,7 +190,7 @@ def cell_covariance(cells: Cells, model: NoiseModel, n_samples: int, dt: float, 
 
 
 def _block(
-    cells: Cells, first: Whole, second: Whole, terms: Sequence[TermType], n_samples: int, sampling: str
+    cells: AllanCells, first: Whole, second: Whole, terms: Sequence[TermType], n_samples: int, sampling: str
 ) -> Array:
     m1, m2 = int(cells.lag[first[0]]), int(cells.lag[second[0]])
     k, weight = distance_nodes(m1, m2, n_samples)

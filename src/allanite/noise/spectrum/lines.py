@@ -85,7 +85,7 @@ class SpectralLine:
 
 def find_lines(streams: Sequence[Periodogram]) -> tuple[SpectralLine, ...]:
     """Lines in the periodograms of one channel, by frequency. Amplitudes are in the periodograms' unit."""
-    searches = [_Search.of(p) for p in (*streams, *(p.merge(MERGED) for p in streams))]
+    searches = [_LineSearch.of(p) for p in (*streams, *(p.merge(MERGED) for p in streams))]
     tested = sum(s.tested for s in searches)
     if not tested:
         return ()
@@ -107,7 +107,7 @@ def _apart(line: SpectralLine, other: SpectralLine) -> bool:
     return abs(line.frequency - other.frequency) > 2 * max(line.width, other.width)
 
 
-def _harmonics(searches: Iterable[_Search], lines: Sequence[SpectralLine]) -> list[SpectralLine]:
+def _harmonics(searches: Iterable[_LineSearch], lines: Sequence[SpectralLine]) -> list[SpectralLine]:
     """Peaks at multiples of known lines: so few places are looked at that weaker peaks count."""
     targets = [(h * line.frequency, h * line.width / 2) for line in lines for h in range(2, HARMONICS + 1)]
     found: list[SpectralLine] = []
@@ -127,12 +127,12 @@ def without_lines(stream: Periodogram, lines: Iterable[SpectralLine]) -> Periodo
     if not len(bins):
         return stream
     density = stream.density.copy()
-    density[bins] = np.minimum(_Search.of(stream).background[bins], density[bins])
+    density[bins] = np.minimum(_LineSearch.of(stream).background[bins], density[bins])
     return replace(stream, density=density)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _Search:
+class _LineSearch:
     """A periodogram with its background; bins [first, last) may hold lines."""
 
     stream: Periodogram
@@ -142,7 +142,7 @@ class _Search:
     last: int
 
     @classmethod
-    def of(cls, stream: Periodogram) -> _Search:
+    def of(cls, stream: Periodogram) -> _LineSearch:
         if len(stream.density) < 4 * EDGE:  # no room for a background
             return cls(stream=stream, background=stream.density, uncertainty=0.0, first=0, last=0)
         background, uncertainty = _background(stream)

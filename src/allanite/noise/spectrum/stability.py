@@ -90,11 +90,11 @@ def without_stable_lines(recording: Recording, spectrum: Spectrum) -> Recording:
     scale = alone.channels[0].scale
     tones = tuple((line.amplitude / scale, line.frequency / recording.rate, line.phase) for line in lines)
     integrated = recording.rate if alone.channels[0].kind.integrated else 0.0
-    return replace(alone, columns=(_Without(alone.columns[0], tones, integrated),))
+    return replace(alone, columns=(_WithoutTones(alone.columns[0], tones, integrated),))
 
 
 @dataclass(frozen=True, slots=True)
-class _Without:
+class _WithoutTones:
     """A column without some sinusoids: (amplitude, cycles per sample, phase of the sine at the first sample).
 
     An amplitude is in the column's own unit, negative where the scale factor is.

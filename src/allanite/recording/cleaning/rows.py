@@ -21,7 +21,7 @@ from allanite.recording.cleaning.step import noted, surveys
 from allanite.recording.health.finding import percent, plural
 from allanite.recording.health.held import Hold, holds
 from allanite.recording.health.repeats import alternation
-from allanite.recording.health.survey import Survey
+from allanite.recording.health.survey import ChannelSurvey
 from allanite.recording.health.values import every
 from allanite.recording.records import BLOCK, Channel, Recording
 from allanite.recording.sample_columns import Column, Spliced, View
@@ -149,7 +149,7 @@ def _every_kth(recording: Recording, k: int) -> Recording | None:
     return noted(without_jitter(out), "drop_repeats", why, dropped, rate_before=recording.rate, first=phase)
 
 
-def _drop_uneven(recording: Recording, varying: list[Survey]) -> Recording:
+def _drop_uneven(recording: Recording, varying: list[ChannelSurvey]) -> Recording:
     equal = _equal_rows(recording)
     count = int(equal.sum())
     if count == 0:
@@ -215,7 +215,7 @@ def _missing_rows(recording: Recording) -> NDArray[np.bool_]:
     return missing
 
 
-def _refuse_coarse(repair: str, varying: list[Survey], share: float) -> None:
+def _refuse_coarse(repair: str, varying: list[ChannelSurvey], share: float) -> None:
     """Equal neighbours are readings where the step of the values makes them often enough."""
     chance = 1.0
     for s in varying:  # of two Gaussian values on the same step

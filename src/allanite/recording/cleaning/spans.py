@@ -20,7 +20,7 @@ from allanite.recording.health import disturbance, padding_of, values
 from allanite.recording.health.finding import Finding
 from allanite.recording.health.meaning import triads
 from allanite.recording.health.motion import LEAST, LENGTH, NOISE, TURNED
-from allanite.recording.health.survey import Survey
+from allanite.recording.health.survey import ChannelSurvey
 from allanite.recording.records import Kind, Recording
 from allanite.recording.sample_columns import merge_spans
 
@@ -44,7 +44,7 @@ ROUNDS = 4
 BESIDE = 1
 
 
-def _found(recording: Recording, *looks: Callable[[Survey], Iterator[Finding]]) -> dict[str, Spans]:
+def _found(recording: Recording, *looks: Callable[[ChannelSurvey], Iterator[Finding]]) -> dict[str, Spans]:
     """What detectors found in each channel."""
     out = {}
     for s in surveys(recording):

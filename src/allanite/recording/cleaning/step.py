@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.recording.health.survey import Survey, survey
+from allanite.recording.health.survey import ChannelSurvey, survey
 from allanite.recording.health.values import MINIMUM
 from allanite.recording.records import Recording
 from allanite.recording.sample_columns import Masked, merge_spans
@@ -20,7 +20,7 @@ __all__ = ["masked", "noted", "surveys"]
 Spans = NDArray[np.int64]
 
 
-def surveys(recording: Recording) -> list[Survey]:
+def surveys(recording: Recording) -> list[ChannelSurvey]:
     """The facts of each channel that bears noise and holds enough samples to tell."""
     facts = [survey(recording, c.name) for c in recording.channels if c.kind.noise_bearing]
     return [s for s in facts if s.present >= MINIMUM]

@@ -53,9 +53,9 @@ from allanite.recording.health import (
     tails,
     values,
 )
-from allanite.recording.health.catalogue import CATALOGUE, MOVES, Entry
+from allanite.recording.health.catalogue import CATALOGUE, MOVES, FindingKind
 from allanite.recording.health.finding import Finding, Severity
-from allanite.recording.health.survey import Survey, survey
+from allanite.recording.health.survey import ChannelSurvey, survey
 from allanite.recording.records import Recording, checked_recording, merge_spans
 
 __all__ = [
@@ -71,8 +71,8 @@ __all__ = [
     "STILL_DETECTORS",
     "STRETCH_DETECTORS",
     "WORD_DETECTORS",
-    "Entry",
     "Finding",
+    "FindingKind",
     "Severity",
     "check",
     "padding_of",
@@ -87,12 +87,12 @@ WORTH = 0.05
 _RESTLESS = ("not_at_rest", "motion", "disturbance")
 
 #: Functions of one channel's survey: the numbers are no readings at all. Then nothing else is said of the channel.
-NONSENSE_DETECTORS: tuple[Callable[[Survey], Iterator[Finding]], ...] = (
+NONSENSE_DETECTORS: tuple[Callable[[ChannelSurvey], Iterator[Finding]], ...] = (
     values.implausible_exponents,
     values.only_grows,
 )
 #: The same: what there is of samples.
-PRESENCE_DETECTORS: tuple[Callable[[Survey], Iterator[Finding]], ...] = (
+PRESENCE_DETECTORS: tuple[Callable[[ChannelSurvey], Iterator[Finding]], ...] = (
     values.no_samples,
     values.too_short,
     values.missing,
@@ -100,26 +100,29 @@ PRESENCE_DETECTORS: tuple[Callable[[Survey], Iterator[Finding]], ...] = (
     meaning.unit,
 )
 #: The same, for channels with enough samples: words of the converter, which are left out.
-RANGE_DETECTORS: tuple[Callable[[Survey], Iterator[Finding]], ...] = (values.saturated,)
+RANGE_DETECTORS: tuple[Callable[[ChannelSurvey], Iterator[Finding]], ...] = (values.saturated,)
 #: The same: values that are no readings and are left out.
-WORD_DETECTORS: tuple[Callable[[Survey], Iterator[Finding]], ...] = (padding.zero_filled, padding.fill_value)
+WORD_DETECTORS: tuple[Callable[[ChannelSurvey], Iterator[Finding]], ...] = (
+    padding.zero_filled,
+    padding.fill_value,
+)
 #: The same: stretches of one value.
-STRETCH_DETECTORS: tuple[Callable[[Survey], Iterator[Finding]], ...] = (repeats.stuck,)
+STRETCH_DETECTORS: tuple[Callable[[ChannelSurvey], Iterator[Finding]], ...] = (repeats.stuck,)
 #: Of all channels together: rows without a reading that one channel alone does not show, after either of the two.
-ROW_DETECTORS: tuple[Callable[[Sequence[Survey], Sequence[Finding]], Iterator[Finding]], ...] = (
+ROW_DETECTORS: tuple[Callable[[Sequence[ChannelSurvey], Sequence[Finding]], Iterator[Finding]], ...] = (
     padding.zero_rows,
     padding.shared_zeros,
 )
-STILL_DETECTORS: tuple[Callable[[Sequence[Survey], Sequence[Finding]], Iterator[Finding]], ...] = (
+STILL_DETECTORS: tuple[Callable[[Sequence[ChannelSurvey], Sequence[Finding]], Iterator[Finding]], ...] = (
     padding.shared_stretches,
 )
 #: Of one channel again, of what is left: what lies beside a gap, and single samples.
-SAMPLE_DETECTORS: tuple[Callable[[Survey], Iterator[Finding]], ...] = (
+SAMPLE_DETECTORS: tuple[Callable[[ChannelSurvey], Iterator[Finding]], ...] = (
     disturbance.half_before_gap,
     disturbance.impulses,
 )
 #: The same, of what is left then. A new detector is one line here and one entry in the catalogue.
-CHANNEL_DETECTORS: tuple[Callable[[Survey], Iterator[Finding]], ...] = (
+CHANNEL_DETECTORS: tuple[Callable[[ChannelSurvey], Iterator[Finding]], ...] = (
     values.clipping,
     resolution.no_noise_resolved,
     resolution.quantisation,
@@ -134,7 +137,7 @@ CHANNEL_DETECTORS: tuple[Callable[[Survey], Iterator[Finding]], ...] = (
     meaning.aliasing,
 )
 #: Functions of all channels' surveys together.
-RECORD_DETECTORS: tuple[Callable[[Sequence[Survey]], Iterator[Finding]], ...] = (
+RECORD_DETECTORS: tuple[Callable[[Sequence[ChannelSurvey]], Iterator[Finding]], ...] = (
     repeats.duplicate_channels,
     meaning.gravity,
     raw_counts.raw_counts,
@@ -217,7 +220,7 @@ def _found(recording: Recording, advance: Callable[[int], None]) -> list[Finding
     findings = [f for look in LOG_DETECTORS for f in look(recording)]
     findings += log.words(recording, surveys)
     of_channels: list[Finding] = []
-    enough: list[Survey] = []
+    enough: list[ChannelSurvey] = []
     for s in surveys:
         nonsense = [f for look in NONSENSE_DETECTORS for f in look(s)]
         of_channels += nonsense or [f for look in PRESENCE_DETECTORS for f in look(s)]
@@ -242,32 +245,32 @@ def _found(recording: Recording, advance: Callable[[int], None]) -> list[Finding
     return findings + [f for look in looks for f in look(enough)]
 
 
-def _left_out(surveys: Sequence[Survey]) -> tuple[list[Finding], list[Survey]]:
+def _left_out(surveys: Sequence[ChannelSurvey]) -> tuple[list[Finding], list[ChannelSurvey]]:
     """What is found of stretches that are no readings, and the surveys of what is left."""
     rails, left = _stretches(RANGE_DETECTORS, surveys)
     padded, left = _padding(left)
     return [*rails, *padded], left
 
 
-def _law(survey: Survey, renewed: Mapping[str, held.Hold]) -> tails.Tails:
+def _law(survey: ChannelSurvey, renewed: Mapping[str, held.Hold]) -> tails.Tails:
     """The law of a channel's white noise; values that repeat come in clusters, and hide theirs."""
-    return tails.Tails(law=tails.Law.UNKNOWN) if survey.name in renewed else tails.law_of_survey(survey)
+    return tails.Tails(law=tails.TailLaw.UNKNOWN) if survey.name in renewed else tails.law_of_survey(survey)
 
 
 def _noise_scales(
-    surveys: Sequence[Survey], renewed: Mapping[str, held.Hold], laws: Mapping[str, tails.Tails]
-) -> list[Survey]:
+    surveys: Sequence[ChannelSurvey], renewed: Mapping[str, held.Hold], laws: Mapping[str, tails.Tails]
+) -> list[ChannelSurvey]:
     """The surveys without the scales at which repeats, or a few wide samples, make the differences."""
     return [tails.without_short_scales(held.without_short_scales(s, renewed), laws[s.name]) for s in surveys]
 
 
 def _samples(
-    surveys: Sequence[Survey], laws: Mapping[str, tails.Tails]
-) -> tuple[list[Finding], list[Survey]]:
+    surveys: Sequence[ChannelSurvey], laws: Mapping[str, tails.Tails]
+) -> tuple[list[Finding], list[ChannelSurvey]]:
     """Single samples that are no readings, and what is left; those of contaminated noise are no spikes."""
 
-    def impulses(survey: Survey) -> Iterator[Finding]:
-        mixed = laws[survey.name].law is tails.Law.CONTAMINATED
+    def impulses(survey: ChannelSurvey) -> Iterator[Finding]:
+        mixed = laws[survey.name].law is tails.TailLaw.CONTAMINATED
         return iter(()) if mixed else disturbance.impulses(survey)
 
     return _stretches(
@@ -275,12 +278,12 @@ def _samples(
     )
 
 
-def padding_of(surveys: Sequence[Survey]) -> list[Finding]:
+def padding_of(surveys: Sequence[ChannelSurvey]) -> list[Finding]:
     """Zeros, words for "no value" and frozen readings in these channels, and in the rows that they share."""
     return _padding(surveys)[0]
 
 
-def _padding(surveys: Sequence[Survey]) -> tuple[list[Finding], list[Survey]]:
+def _padding(surveys: Sequence[ChannelSurvey]) -> tuple[list[Finding], list[ChannelSurvey]]:
     findings: list[Finding] = []
     left = list(surveys)
     for alone, shared in ((WORD_DETECTORS, ROW_DETECTORS), (STRETCH_DETECTORS, STILL_DETECTORS)):
@@ -293,8 +296,8 @@ def _padding(surveys: Sequence[Survey]) -> tuple[list[Finding], list[Survey]]:
 
 
 def _stretches(
-    looks: Sequence[Callable[[Survey], Iterator[Finding]]], surveys: Sequence[Survey]
-) -> tuple[list[Finding], list[Survey]]:
+    looks: Sequence[Callable[[ChannelSurvey], Iterator[Finding]]], surveys: Sequence[ChannelSurvey]
+) -> tuple[list[Finding], list[ChannelSurvey]]:
     """One detector after another: what one leaves out is no evidence for the next."""
     findings: list[Finding] = []
     left = list(surveys)
@@ -304,7 +307,7 @@ def _stretches(
     return findings, left
 
 
-def _without(surveys: Sequence[Survey], findings: Sequence[Finding]) -> list[Survey]:
+def _without(surveys: Sequence[ChannelSurvey], findings: Sequence[Finding]) -> list[ChannelSurvey]:
     """The surveys without what these findings leave out; those of channels with enough samples left."""
     spans: dict[str | None, list[NDArray[np.int64]]] = {}
     for f in findings:

@@ -22,8 +22,8 @@ from numpy.typing import NDArray
 
 from allanite.recording.health.disturbance import SLIGHT, amplitude_drop, excess_of, freedom_of
 from allanite.recording.health.finding import Finding, Severity, finding, percent, short
-from allanite.recording.health.survey import Survey
-from allanite.recording.health.tallies import Scale
+from allanite.recording.health.survey import ChannelSurvey
+from allanite.recording.health.tallies import BlockDifferences
 
 __all__ = ["noise_changes"]
 
@@ -38,10 +38,10 @@ NOTICED = 1.1
 
 
 @dataclass(frozen=True, slots=True)
-class _Parts:
+class _PartEnergies:
     """Energies of the parts of a record at one scale, and how much more they scatter than chance allows."""
 
-    scale: Scale
+    scale: BlockDifferences
     size: int
     energy: Samples
     excess: float
@@ -52,7 +52,7 @@ class _Parts:
         return math.sqrt(float(np.nanmax(self.energy) / np.nanmin(self.energy)))
 
 
-def noise_changes(survey: Survey) -> Iterator[Finding]:
+def noise_changes(survey: ChannelSurvey) -> Iterator[Finding]:
     """The noise is larger in some parts of the record than in others."""
     if survey.sigma == 0.0 or excess_of(survey) >= SLIGHT or survey.lattice.step > 2.0 * survey.sigma:
         return
@@ -77,7 +77,7 @@ def noise_changes(survey: Survey) -> Iterator[Finding]:
     )
 
 
-def _parts(scale: Scale, n_scales: int) -> _Parts | None:
+def _parts(scale: BlockDifferences, n_scales: int) -> _PartEnergies | None:
     join = max(1, len(scale.energy) // PARTS)
     rows = len(scale.energy) // join
     windows = scale.energy[: rows * join].reshape(rows, join)
@@ -93,7 +93,7 @@ def _parts(scale: Scale, n_scales: int) -> _Parts | None:
     level = float((energy[use] * edf).sum() / edf.sum())
     chi2 = float(((np.cbrt(energy[use] / level) - mean) ** 2 / spread).sum())
     bar = MARGIN * _quantile(int(use.sum()) - 1, 1.0 - ALARM / n_scales)
-    return _Parts(scale, join * scale.window, energy, chi2 / bar)
+    return _PartEnergies(scale, join * scale.window, energy, chi2 / bar)
 
 
 def _quantile(dof: int, p: float) -> float:

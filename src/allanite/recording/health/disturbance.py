@@ -22,8 +22,8 @@ from numpy.typing import NDArray
 from allanite.recording.health.finding import Finding, Severity, finding, percent, plural, short
 from allanite.recording.health.impulses import Spikes
 from allanite.recording.health.resolution import is_unresolved
-from allanite.recording.health.survey import Survey
-from allanite.recording.health.tallies import Energies, Scale
+from allanite.recording.health.survey import ChannelSurvey
+from allanite.recording.health.tallies import BlockDifferences, Energies
 from allanite.recording.records import OVERLOAD, merge_spans
 
 __all__ = [
@@ -60,7 +60,7 @@ MANY = 1e-3
 # -- impulses ---------------------------------------------------------------------------------------------
 
 
-def impulses(survey: Survey) -> Iterator[Finding]:
+def impulses(survey: ChannelSurvey) -> Iterator[Finding]:
     """Isolated samples far from their neighbours (battery B17); or too many of them to be isolated.
 
     An impulse of height A adds A^2/n to the variance of n samples of white noise, at every lag alike.
@@ -79,7 +79,7 @@ def impulses(survey: Survey) -> Iterator[Finding]:
     yield _spikes(survey, excess)
 
 
-def _heavy_tails(survey: Survey) -> Finding:
+def _heavy_tails(survey: ChannelSurvey) -> Finding:
     count = max(survey.impulses.crowded, len(survey.impulses.position))
     return finding(
         "heavy_tails",
@@ -91,7 +91,7 @@ def _heavy_tails(survey: Survey) -> Finding:
     )
 
 
-def _spikes(survey: Survey, excess: Samples) -> Finding:
+def _spikes(survey: ChannelSurvey, excess: Samples) -> Finding:
     outliers = survey.impulses
     bursts, sums = _bursts(outliers.position, excess)
     out = _largest(sums)
@@ -151,7 +151,7 @@ class Unrest:
 
     Attributes
     ----------
-    scale : Scale
+    scale : BlockDifferences
     ratio : ndarray, shape (n_windows,)
         Power over that of the quiet windows; NaN where samples are missing.
     out : ndarray of bool, shape (n_windows,)
@@ -160,30 +160,30 @@ class Unrest:
         What they add to the Allan variance at this lag, in units of the quiet variance.
     """
 
-    scale: Scale
+    scale: BlockDifferences
     ratio: Samples
     out: NDArray[np.bool_]
     excess: float
 
 
-def unrest(survey: Survey) -> tuple[Unrest, ...]:
+def unrest(survey: ChannelSurvey) -> tuple[Unrest, ...]:
     """The scales at which windows stand out, the worst first."""
     scales = (_stand_out(scale, len(survey.scales)) for scale in survey.scales)
     return tuple(sorted((u for u in scales if u is not None), key=lambda u: -u.excess))
 
 
-def excess_of(survey: Survey) -> float:
+def excess_of(survey: ChannelSurvey) -> float:
     """Largest excess of the Allan variance that restless windows cause, over the lags; 0.0 at rest."""
     restless = unrest(survey)
     return restless[0].excess if restless else 0.0
 
 
-def moved(survey: Survey) -> bool:
+def moved(survey: ChannelSurvey) -> bool:
     """True when the sensor was not at rest."""
     return 1.0 + excess_of(survey) >= MOVED
 
 
-def _stand_out(scale: Scale, n_scales: int) -> Unrest | None:
+def _stand_out(scale: BlockDifferences, n_scales: int) -> Unrest | None:
     there = ~np.isnan(scale.energy)
     windows = int(np.count_nonzero(there))
     quiet = _quiet(scale)
@@ -197,13 +197,13 @@ def _stand_out(scale: Scale, n_scales: int) -> Unrest | None:
     return Unrest(scale=scale, ratio=ratio, out=out, excess=float((ratio[out] - 1.0).sum()) / windows)
 
 
-def _quiet(scale: Scale) -> float:
+def _quiet(scale: BlockDifferences) -> float:
     """Power of the quiet windows: the lower quartile over that of chi-square."""
     energy = scale.energy[~np.isnan(scale.energy)]
     return float(np.quantile(energy, 0.25)) / _chi_square(freedom_of(scale), 0.25) if len(energy) else 0.0
 
 
-def freedom_of(scale: Scale) -> float:
+def freedom_of(scale: BlockDifferences) -> float:
     """Degrees of freedom of a window's energy, from the ratios of neighbours.
 
     The logarithm of chi-square over nu has variance psi'(nu/2), about 1/(nu/2 - 1/2). Neighbouring windows share
@@ -216,7 +216,7 @@ def freedom_of(scale: Scale) -> float:
     return min(float(scale.details), 1.0 + 2.0 / scatter) if scatter > 0.0 else float(scale.details)
 
 
-def quiet_deviations(survey: Survey) -> list[float]:
+def quiet_deviations(survey: ChannelSurvey) -> list[float]:
     """Allan deviation of the quiet windows at each scale, in the channel's unit."""
     return [math.sqrt(0.5 * _quiet(scale)) for scale in survey.scales]
 
@@ -227,7 +227,7 @@ def _chi_square(dof: float, p: float) -> float:
     return max(1.0 - spread + NormalDist().inv_cdf(p) * math.sqrt(spread), 0.0) ** 3
 
 
-def rest(survey: Survey) -> Iterator[Finding]:
+def rest(survey: ChannelSurvey) -> Iterator[Finding]:
     """Stretches in which the signal moves more than in the quiet ones (class 14)."""
     restless = unrest(survey)
     if not restless or restless[0].excess < SLIGHT or (is_unresolved(survey) and not moved(survey)):
@@ -267,7 +267,7 @@ def _covered(spans: Spans) -> int:
 # -- less than usual --------------------------------------------------------------------------------------
 
 
-def amplitude_drop(survey: Survey) -> Iterator[Finding]:
+def amplitude_drop(survey: ChannelSurvey) -> Iterator[Finding]:
     """Stretches whose noise, from sample to sample, has less than half its usual power."""
     if not survey.scales or excess_of(survey) >= NOTICED:
         return
@@ -296,7 +296,7 @@ def amplitude_drop(survey: Survey) -> Iterator[Finding]:
         )
 
 
-def half_before_gap(survey: Survey) -> Iterator[Finding]:
+def half_before_gap(survey: ChannelSurvey) -> Iterator[Finding]:
     """Half the level, or half the noise, just before a gap (class 4)."""
     if survey.channel.kind.integrated or survey.sigma == 0.0:
         return
@@ -317,7 +317,7 @@ def half_before_gap(survey: Survey) -> Iterator[Finding]:
         )
 
 
-def _half(survey: Survey, gap: int, steady: bool) -> tuple[int, int] | None:
+def _half(survey: ChannelSurvey, gap: int, steady: bool) -> tuple[int, int] | None:
     before = survey.recording.raw(survey.name, max(gap - 2048, 0), gap)
     bad = np.flatnonzero(~(np.abs(before) < OVERLOAD))
     before = (before[bad[-1] + 1 :] if len(bad) else before) + survey.origin

@@ -18,7 +18,7 @@ from allanite.recording.health.disturbance import moved
 from allanite.recording.health.finding import Finding, Severity, finding, percent
 from allanite.recording.health.renewal import Renewal, renewal_of
 from allanite.recording.health.repeats import hold_factor, repeated
-from allanite.recording.health.survey import Survey
+from allanite.recording.health.survey import ChannelSurvey
 
 __all__ = ["Hold", "by_chance", "held_samples", "holds", "without_short_scales"]
 
@@ -36,7 +36,7 @@ class Hold:
 
     Attributes
     ----------
-    survey : Survey
+    survey : ChannelSurvey
     factor : int
         How many times each value stands, the same all along; 1 where that varies.
     renewal : Renewal or None
@@ -45,7 +45,7 @@ class Hold:
         Samples that repeat the one before.
     """
 
-    survey: Survey
+    survey: ChannelSurvey
     factor: int
     renewal: Renewal | None
     share: float
@@ -58,7 +58,7 @@ class Hold:
         return 1.0 / self.factor if self.factor > 1 else 1.0 - self.share
 
 
-def holds(surveys: Sequence[Survey]) -> dict[str, Hold]:
+def holds(surveys: Sequence[ChannelSurvey]) -> dict[str, Hold]:
     """The channels whose values are held, by name."""
     repeating = [
         s
@@ -78,7 +78,7 @@ def holds(surveys: Sequence[Survey]) -> dict[str, Hold]:
     return by_name
 
 
-def _hold(survey: Survey, renewal: Renewal | None) -> Hold | None:
+def _hold(survey: ChannelSurvey, renewal: Renewal | None) -> Hold | None:
     factor = hold_factor(survey)
     if renewal is not None:
         slipped = abs(renewal.ratio * factor - 1.0) * survey.n_samples / factor
@@ -91,12 +91,12 @@ def _hold(survey: Survey, renewal: Renewal | None) -> Hold | None:
     return Hold(survey=survey, factor=1, renewal=None, share=share) if share > FEW else None
 
 
-def _repeats(survey: Survey) -> int:
+def _repeats(survey: ChannelSurvey) -> int:
     """Samples that equal the one before."""
     return int((np.arange(len(survey.equal_histogram)) - 1).clip(0) @ survey.equal_histogram)
 
 
-def _together(surveys: Sequence[Survey]) -> Iterator[list[Survey]]:
+def _together(surveys: Sequence[ChannelSurvey]) -> Iterator[list[ChannelSurvey]]:
     """Channels that are renewed at the same rows: all of them, those of one kind, or each alone."""
     if not surveys:
         return
@@ -111,7 +111,7 @@ def _together(surveys: Sequence[Survey]) -> Iterator[list[Survey]]:
         yield from ([s] for s in surveys)
 
 
-def _alike(surveys: Sequence[Survey]) -> bool:
+def _alike(surveys: Sequence[ChannelSurvey]) -> bool:
     """True where no channel is renewed less often than all of them together, but for neighbors equal by chance."""
     if len(surveys) == 1:
         return True
@@ -126,7 +126,7 @@ def _alike(surveys: Sequence[Survey]) -> bool:
     )
 
 
-def by_chance(survey: Survey) -> float:
+def by_chance(survey: ChannelSurvey) -> float:
     """Share of neighboring values that are equal by the step in which they come.
 
     Of two Gaussian values of standard deviation s on steps of q it is q/(s sqrt(4 pi)). The values that differ give s:
@@ -194,7 +194,7 @@ def _with_uncertainty(rate: float, sd: float) -> str:
     return f"{rate:.{digits}f} Hz (standard uncertainty {sd:.1g} Hz)"
 
 
-def without_short_scales(survey: Survey, held: Mapping[str, Hold]) -> Survey:
+def without_short_scales(survey: ChannelSurvey, held: Mapping[str, Hold]) -> ChannelSurvey:
     """The facts without the scales at which repeats, not noise, make the differences; a sensor that moved keeps all."""
     hold = held.get(survey.name)
     if hold is None or moved(survey):

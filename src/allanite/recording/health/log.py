@@ -14,7 +14,7 @@ from typing import Any
 from allanite.errors import InputError
 from allanite.quantities.units import Quantity, parse_unit
 from allanite.recording.health.finding import PLACES, Finding, Severity, finding, percent, plural
-from allanite.recording.health.survey import Survey
+from allanite.recording.health.survey import ChannelSurvey
 from allanite.recording.health.values import TOLERATED
 from allanite.recording.records import Kind, Recording
 
@@ -359,7 +359,7 @@ def _counted(names: Mapping[str, int]) -> str:
     return ", ".join(shown) + (f" and {len(names) - PLACES} more" if len(names) > PLACES else "")
 
 
-def words(recording: Recording, surveys: Sequence[Survey]) -> Iterator[Finding]:
+def words(recording: Recording, surveys: Sequence[ChannelSurvey]) -> Iterator[Finding]:
     """Overload words of a text log that came in as missing samples (battery B2)."""
     count = int(_number(_notes(recording, "text"), "overload_words"))
     surveyed = sum(s.overload for s in surveys)

@@ -13,7 +13,7 @@ from allanite.recording.channel_names import unit_option
 from allanite.recording.health.disturbance import NOTICED, excess_of, moved, quiet_deviations
 from allanite.recording.health.finding import Finding, Severity, finding
 from allanite.recording.health.resolution import is_unresolved
-from allanite.recording.health.survey import Survey
+from allanite.recording.health.survey import ChannelSurvey
 from allanite.recording.records import Kind
 
 __all__ = [
@@ -49,7 +49,7 @@ BIAS_OVER_NOISE = 100.0 / 60.0
 BY_CHANCE = 0.01
 
 
-def unit(survey: Survey) -> Iterator[Finding]:
+def unit(survey: ChannelSurvey) -> Iterator[Finding]:
     """No unit, or counts (battery B18; class 13)."""
     if survey.channel.kind is Kind.UNKNOWN:
         yield finding(
@@ -70,11 +70,11 @@ def unit(survey: Survey) -> Iterator[Finding]:
         )
 
 
-def _all_unknown(survey: Survey) -> list[str]:
+def _all_unknown(survey: ChannelSurvey) -> list[str]:
     return [c.name for c in survey.recording.channels if c.kind is Kind.UNKNOWN]
 
 
-def aliasing(survey: Survey) -> Iterator[Finding]:
+def aliasing(survey: ChannelSurvey) -> Iterator[Finding]:
     """An aperture shorter than the interval: wide-band noise folds down (class 10)."""
     aperture = survey.channel.aperture
     if aperture is None or aperture >= 0.999 * survey.dt:
@@ -90,7 +90,7 @@ def aliasing(survey: Survey) -> Iterator[Finding]:
     )
 
 
-def unit_trap(survey: Survey) -> Iterator[Finding]:
+def unit_trap(survey: ChannelSurvey) -> Iterator[Finding]:
     """More noise than any gyro's: degrees labelled as radians, or no rate at all (battery B18)."""
     channel = survey.channel
     if channel.kind is not Kind.RATE or excess_of(survey) >= NOTICED:
@@ -108,7 +108,7 @@ def unit_trap(survey: Survey) -> Iterator[Finding]:
         )
 
 
-def _too_noisy(survey: Survey, noise: float) -> tuple[str, str | None]:
+def _too_noisy(survey: ChannelSurvey, noise: float) -> tuple[str, str | None]:
     """What a rate with so much noise [deg/s/sqrt(Hz)] may be instead, and what to do."""
     unit, fewer = survey.channel.unit, math.radians(noise)
     if _angle_of(unit) == "rad" and math.radians(fewer) <= NOISIEST_GYRO:
@@ -125,7 +125,7 @@ def _angle_of(unit: str) -> str | None:
     return next((angle for angle in ("rad", "deg") if angle in unit.replace("°", "deg")), None)
 
 
-def known_step(survey: Survey) -> Iterator[Finding]:
+def known_step(survey: ChannelSurvey) -> Iterator[Finding]:
     """The step of a gyro is that of a common range, but in the other unit of angle (battery B18)."""
     step, channel = survey.lattice.step, survey.channel
     if channel.kind is not Kind.RATE or step <= 0.0 or survey.lattice.codes < 8 or not channel.unit:
@@ -155,7 +155,7 @@ def known_step(survey: Survey) -> Iterator[Finding]:
 # -- the whole recording ----------------------------------------------------------------------------------
 
 
-def bias_removed(surveys: Sequence[Survey]) -> Iterator[Finding]:
+def bias_removed(surveys: Sequence[ChannelSurvey]) -> Iterator[Finding]:
     """Gyro means that are zero within their own standard error, and nearer than chance brings them (class 9).
 
     At rest a gyro shows its bias and its part of the Earth's rotation: over orientations evenly spread that part is
@@ -210,7 +210,7 @@ class _Zero(NamedTuple):
         return abs(self.mean) + self.reach
 
 
-def _zero_of(survey: Survey) -> _Zero | None:
+def _zero_of(survey: ChannelSurvey) -> _Zero | None:
     """The mean with its standard error from the scatter of sixteen parts, so slow noise counts; None if unknown."""
     parts = survey.parts[~np.isnan(survey.parts)]
     if not survey.scales or 2 * len(parts) < len(survey.parts) or excess_of(survey) >= NOTICED:
@@ -255,7 +255,7 @@ def _deg_h(rate: float) -> str:
     return f"{math.degrees(rate) * 3600.0:.3g}"
 
 
-def gravity(surveys: Sequence[Survey]) -> Iterator[Finding]:
+def gravity(surveys: Sequence[ChannelSurvey]) -> Iterator[Finding]:
     """The mean of an accelerometer triad is not 1 g long (battery B18)."""
     if any(moved(s) for s in surveys):
         return
@@ -273,9 +273,9 @@ def gravity(surveys: Sequence[Survey]) -> Iterator[Finding]:
         )
 
 
-def triads(sensors: Sequence[Survey]) -> list[tuple[Survey, ...]]:
+def triads(sensors: Sequence[ChannelSurvey]) -> list[tuple[ChannelSurvey, ...]]:
     """Threes of channels whose names differ in the axis alone; three unrelated names are one triad too."""
-    groups: dict[str, list[Survey]] = {}
+    groups: dict[str, list[ChannelSurvey]] = {}
     for s in sensors:
         stem = "".join(c for c in s.name.casefold() if c not in "xyz0123")
         groups.setdefault(stem, []).append(s)

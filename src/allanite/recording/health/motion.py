@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from allanite.recording.health.finding import Finding, Severity, finding
 from allanite.recording.health.meaning import triads
-from allanite.recording.health.survey import Survey
+from allanite.recording.health.survey import ChannelSurvey
 from allanite.recording.records import Kind
 
 __all__ = ["motion"]
@@ -32,7 +32,7 @@ CANDIDATES = 256
 NOISE = 7.0
 
 
-def motion(surveys: Sequence[Survey]) -> Iterator[Finding]:
+def motion(surveys: Sequence[ChannelSurvey]) -> Iterator[Finding]:
     """The direction of gravity changes: the unit was turned."""
     for triad in triads([s for s in surveys if s.channel.kind is Kind.ACCELERATION and s.present]):
         starts, means, size = _means(triad)
@@ -54,7 +54,7 @@ def motion(surveys: Sequence[Survey]) -> Iterator[Finding]:
         )
 
 
-def _means(triad: Sequence[Survey]) -> tuple[NDArray[np.int64], Samples, int]:
+def _means(triad: Sequence[ChannelSurvey]) -> tuple[NDArray[np.int64], Samples, int]:
     """First samples and mean vectors [m/s^2] of blocks of a second in the probes of the three channels."""
     size = max(round(LENGTH / triad[0].dt), LEAST)
     starts, means = [], []
@@ -83,7 +83,7 @@ def _angles(means: Samples) -> Samples:
     return np.asarray(2 * np.arcsin(np.minimum(0.5 * np.linalg.norm(unit - usual, axis=1), 1.0)))
 
 
-def _bar(triad: Sequence[Survey], means: Samples, size: int) -> float:
+def _bar(triad: Sequence[ChannelSurvey], means: Samples, size: int) -> float:
     """Angle that noise makes of a mean [rad]."""
     noise = max(abs(s.channel.scale) * s.sigma for s in triad) / math.sqrt(size)
     length = float(np.median(np.linalg.norm(means, axis=1)))

@@ -16,7 +16,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.recording.health.finding import Finding, Severity, finding, listed, percent, plural
-from allanite.recording.health.survey import Survey, lattice_among
+from allanite.recording.health.survey import ChannelSurvey, lattice_among
 from allanite.recording.health.tallies import Extreme
 from allanite.recording.health.values import MINIMUM, spans_equal
 from allanite.recording.records import merge_spans
@@ -52,14 +52,14 @@ class _Word(NamedTuple):
 # -- one channel ------------------------------------------------------------------------------------------
 
 
-def zero_filled(survey: Survey) -> Iterator[Finding]:
+def zero_filled(survey: ChannelSurvey) -> Iterator[Finding]:
     """Exact zeros far from the level: one, some here and there, the beginning, the tail (battery B16; class 4)."""
     word = _word(survey, -survey.origin)
     if word is not None:
         yield _of_word(survey, "zero_filled", word)
 
 
-def fill_value(survey: Survey) -> Iterator[Finding]:
+def fill_value(survey: ChannelSurvey) -> Iterator[Finding]:
     """One value far from all others, again and again: a word for "no value" such as -999 (class 4)."""
     for extreme in (survey.high, survey.low):
         if _stands_alone(extreme) and extreme.values[0] != -survey.origin:
@@ -72,7 +72,7 @@ def _stands_alone(extreme: Extreme) -> bool:
     return bool(len(extreme.values) > 1 and extreme.samples[0] >= WORDS)
 
 
-def _of_word(survey: Survey, code: str, word: _Word) -> Finding:
+def _of_word(survey: ChannelSurvey, code: str, word: _Word) -> Finding:
     spans = spans_equal(survey, [word.value])
     count = int(np.diff(spans, axis=1).sum())
     share = count / survey.present
@@ -89,7 +89,7 @@ def _of_word(survey: Survey, code: str, word: _Word) -> Finding:
     )
 
 
-def _where(survey: Survey, spans: Index) -> list[str]:
+def _where(survey: ChannelSurvey, spans: Index) -> list[str]:
     where = []
     if spans[0, 0] == 0:
         where.append(_end("first", int(spans[0, 1])))
@@ -103,7 +103,7 @@ def _end(which: str, count: int) -> str:
     return f"the {which} sample" if count == 1 else f"the {which} {count} samples"
 
 
-def _word(survey: Survey, value: float) -> _Word | None:
+def _word(survey: ChannelSurvey, value: float) -> _Word | None:
     """The value as a word for "no value"; None where it may be a reading."""
     if survey.channel.kind.integrated or survey.constant or not _occurs(survey, value):
         return None
@@ -120,19 +120,19 @@ def _word(survey: Survey, value: float) -> _Word | None:
     return _Word(value, away / spread)
 
 
-def _occurs(survey: Survey, value: float) -> bool:
+def _occurs(survey: ChannelSurvey, value: float) -> bool:
     outer = np.concatenate([survey.high.values, survey.low.values])
     return bool((outer == value).any()) or any(bool((values == value).any()) for _, values in survey.probes)
 
 
-def _readings(survey: Survey, value: float) -> Samples:
+def _readings(survey: ChannelSurvey, value: float) -> Samples:
     """The samples looked at that are there and are not this value."""
     values = np.concatenate([values for _, values in survey.probes])
     readings: Samples = values[(values != value) & np.isfinite(values)]
     return readings
 
 
-def _noise(survey: Survey, value: float) -> float:
+def _noise(survey: ChannelSurvey, value: float) -> float:
     """Noise from sample to sample of the readings alone, deaf to outliers."""
     steps = np.concatenate([np.diff(values[values != value]) for _, values in survey.probes])
     size = np.abs(steps[np.isfinite(steps)])
@@ -142,7 +142,7 @@ def _noise(survey: Survey, value: float) -> float:
 # -- several channels -------------------------------------------------------------------------------------
 
 
-def zero_rows(surveys: Sequence[Survey], findings: Sequence[Finding]) -> Iterator[Finding]:
+def zero_rows(surveys: Sequence[ChannelSurvey], findings: Sequence[Finding]) -> Iterator[Finding]:
     """Rows in which every channel is exactly 0, oftener than the channels' own zeros meet by chance (class 4).
 
     Where a channel's own zeros were found, the others are looked at by `shared_zeros`.
@@ -166,12 +166,12 @@ def zero_rows(surveys: Sequence[Survey], findings: Sequence[Finding]) -> Iterato
         )
 
 
-def _zeros_looked_at(surveys: Sequence[Survey]) -> Iterator[NDArray[np.bool_]]:
+def _zeros_looked_at(surveys: Sequence[ChannelSurvey]) -> Iterator[NDArray[np.bool_]]:
     for probes in zip(*(s.probes for s in surveys), strict=True):
         yield np.stack([values == -s.origin for (_, values), s in zip(probes, surveys, strict=True)])
 
 
-def shared_zeros(surveys: Sequence[Survey], findings: Sequence[Finding]) -> Iterator[Finding]:
+def shared_zeros(surveys: Sequence[ChannelSurvey], findings: Sequence[Finding]) -> Iterator[Finding]:
     """Zeros of one channel that others show in the same rows, where their own values tell nothing."""
     rows, where = _rows_of("zero_filled", findings)
     for s in surveys:
@@ -181,7 +181,7 @@ def shared_zeros(surveys: Sequence[Survey], findings: Sequence[Finding]) -> Iter
                 yield _together(s, "zero_filled", zeros, f"exactly 0 {where}")
 
 
-def shared_stretches(surveys: Sequence[Survey], findings: Sequence[Finding]) -> Iterator[Finding]:
+def shared_stretches(surveys: Sequence[ChannelSurvey], findings: Sequence[Finding]) -> Iterator[Finding]:
     """Readings that froze in one channel while others stood still as well."""
     rows, where = _rows_of("stuck", findings)
     for s in surveys:
@@ -199,7 +199,7 @@ def _rows_of(code: str, findings: Sequence[Finding]) -> tuple[Index, str]:
     return rows, f"in the rows in which {listed(sorted({str(f.channel) for f in of_code}))} show it"
 
 
-def _together(survey: Survey, code: str, spans: Index, what: str) -> Finding:
+def _together(survey: ChannelSurvey, code: str, spans: Index, what: str) -> Finding:
     share = _length(spans) / survey.present
     return finding(
         code,
@@ -212,7 +212,7 @@ def _together(survey: Survey, code: str, spans: Index, what: str) -> Finding:
     )
 
 
-def _zeros_in(survey: Survey, rows: Index) -> Index:
+def _zeros_in(survey: ChannelSurvey, rows: Index) -> Index:
     """The rows in which the channel is 0, if it is in nearly all of those in which it has a value."""
     if len(rows) == 0:
         return rows
@@ -224,7 +224,7 @@ def _zeros_in(survey: Survey, rows: Index) -> Index:
     return zeros if there and _length(looked_at) >= ALSO * there else rows[:0]
 
 
-def _stands_still(survey: Survey, start: int, stop: int) -> bool:
+def _stands_still(survey: ChannelSurvey, start: int, stop: int) -> bool:
     return not np.diff(survey.recording.raw(survey.name, start, stop)).any()  # NaN counts as a change
 
 

@@ -14,7 +14,7 @@ from allanite.recording.channel_names import sensor_called, unit_option
 from allanite.recording.health.disturbance import moved
 from allanite.recording.health.finding import Finding, Severity, finding
 from allanite.recording.health.meaning import triads
-from allanite.recording.health.survey import Survey
+from allanite.recording.health.survey import ChannelSurvey
 from allanite.recording.records import Kind
 
 __all__ = ["looks_raw", "raw_counts"]
@@ -31,7 +31,7 @@ _SENSITIVITIES = (
 _AGREES = 0.05  # biases and scale errors of MEMS accelerometers reach some 50 mg
 
 
-def looks_raw(survey: Survey) -> bool:
+def looks_raw(survey: ChannelSurvey) -> bool:
     """True for whole numbers of several values that nobody gave a unit, or counts without a scale factor."""
     step, ends = survey.lattice.step, _ends(survey)
     whole = (
@@ -48,14 +48,14 @@ def looks_raw(survey: Survey) -> bool:
     )
 
 
-def _ends(survey: Survey) -> tuple[float, float]:
+def _ends(survey: ChannelSurvey) -> tuple[float, float]:
     """Smallest and largest value, as they stand in the file; NaN where there is none."""
     if len(survey.low.values) == 0:
         return math.nan, math.nan
     return survey.origin + float(survey.low.values[0]), survey.origin + float(survey.high.values[0])
 
 
-def raw_counts(surveys: Sequence[Survey]) -> Iterator[Finding]:
+def raw_counts(surveys: Sequence[ChannelSurvey]) -> Iterator[Finding]:
     """Channels that hold raw counts, with the option that scales them; a hint alone where they are called counts."""
     for kind in (Kind.UNKNOWN, Kind.COUNTS):
         raw = [s for s in surveys if s.channel.kind is kind and looks_raw(s)]
@@ -69,7 +69,7 @@ def raw_counts(surveys: Sequence[Survey]) -> Iterator[Finding]:
                 yield _found(group, *advise(group))
 
 
-def _found(group: Sequence[Survey], more: str, advice: str) -> Finding:
+def _found(group: Sequence[ChannelSurvey], more: str, advice: str) -> Finding:
     low, high = min(_ends(s)[0] for s in group), max(_ends(s)[1] for s in group)
     unknown = group[0].channel.kind is Kind.UNKNOWN
     names, asked = ", ".join(s.name for s in group), " without a unit: raw counts?" if unknown else "."
@@ -82,7 +82,7 @@ def _found(group: Sequence[Survey], more: str, advice: str) -> Finding:
     )
 
 
-def _gyro(group: Sequence[Survey]) -> tuple[str, str]:
+def _gyro(group: Sequence[ChannelSurvey]) -> tuple[str, str]:
     bits = max(_bits(s) for s in group)
     scales = ", ".join(f"{_digits(2.0 ** (bits - 1) / full)} for ±{full:g} deg/s" for full in _RANGES)
     scale = _digits(2.0 ** (bits - 1) / _RANGES[0])
@@ -92,7 +92,7 @@ def _gyro(group: Sequence[Survey]) -> tuple[str, str]:
     )
 
 
-def _accelerometer(group: Sequence[Survey]) -> tuple[str, str]:
+def _accelerometer(group: Sequence[ChannelSurvey]) -> tuple[str, str]:
     key = _key(group)
     for triad in triads(group):
         norm = math.sqrt(sum(s.mean**2 for s in triad))
@@ -108,14 +108,14 @@ def _accelerometer(group: Sequence[Survey]) -> tuple[str, str]:
     )
 
 
-def _thermometer(group: Sequence[Survey]) -> tuple[str, str]:
+def _thermometer(group: Sequence[ChannelSurvey]) -> tuple[str, str]:
     return (
         "",
         f"if so, {unit_option((s.name for s in group), 'LSB')}: a temperature needs no scale factor here",
     )
 
 
-def _unnamed(group: Sequence[Survey]) -> tuple[str, str]:
+def _unnamed(group: Sequence[ChannelSurvey]) -> tuple[str, str]:
     name = group[0].name
     return "", (
         f"if so, {unit_option([name], 'LSB')}, and --scale-factor '{name}=131 LSB/(deg/s)' with the number of the data "
@@ -123,7 +123,7 @@ def _unnamed(group: Sequence[Survey]) -> tuple[str, str]:
     )
 
 
-def _bits(survey: Survey) -> int:
+def _bits(survey: ChannelSurvey) -> int:
     """The word that holds all values, with their sign."""
     low, high = _ends(survey)
     largest = max(-low, high + 1.0, 1.0)
@@ -131,7 +131,7 @@ def _bits(survey: Survey) -> int:
     return next((bits for bits in _WORDS if bits >= needed), 64)
 
 
-def _key(group: Sequence[Survey]) -> str:
+def _key(group: Sequence[ChannelSurvey]) -> str:
     """What all names of a group begin with, where `--scale-factor` finds exactly these; else the first name."""
     first = group[0].name
     stem = first[

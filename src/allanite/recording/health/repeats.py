@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from allanite.recording.health.finding import Finding, Severity, finding, percent, plural
 from allanite.recording.health.padding import MOSTLY
 from allanite.recording.health.resolution import is_unresolved
-from allanite.recording.health.survey import Survey
+from allanite.recording.health.survey import ChannelSurvey
 
 __all__ = [
     "Alternation",
@@ -39,7 +39,7 @@ QUARTERS = 4
 # -- frozen readings --------------------------------------------------------------------------------------
 
 
-def stuck(survey: Survey) -> Iterator[Finding]:
+def stuck(survey: ChannelSurvey) -> Iterator[Finding]:
     """A value that repeats longer than chance allows (battery B16; class 4)."""
     if survey.constant or is_unresolved(survey):
         return
@@ -65,7 +65,7 @@ def stuck(survey: Survey) -> Iterator[Finding]:
     )
 
 
-def longest_by_chance(survey: Survey) -> int:
+def longest_by_chance(survey: ChannelSurvey) -> int:
     """Length of equal runs that noise on these steps exceeds in one record of 10 000.
 
     The number of runs of at least L falls geometrically. The chance of going on by one more is measured at the
@@ -89,7 +89,7 @@ def longest_by_chance(survey: Survey) -> int:
 # -- samples held -----------------------------------------------------------------------------------------
 
 
-def hold_factor(survey: Survey) -> int:
+def hold_factor(survey: ChannelSurvey) -> int:
     """How many times each value stands in a row, the same all along; 1 if it does not."""
     equal = [np.diff(values) == 0.0 for _, values in survey.probes]
     equal = [e for e in equal if len(e) >= 256 and 0.4 < e.mean() < 0.995]
@@ -107,7 +107,7 @@ def _is_held(equal: NDArray[np.bool_], factor: int) -> bool:
     return bool(share[0] < 0.9 and share[1] > 0.99)
 
 
-def repeated(survey: Survey) -> float:
+def repeated(survey: ChannelSurvey) -> float:
     """Share of repeats beyond what the steps of the values allow.
 
     Differences of rounded Gaussian samples have log-concave chances, so those of 0, 1 and 2 steps obey
@@ -136,7 +136,7 @@ def _allowed(jump: Samples, step: float) -> float:
     return max(one * one / two, 1.1 * one) + 4.0 * math.sqrt(one / len(jump))
 
 
-def _quietest(survey: Survey) -> float:
+def _quietest(survey: ChannelSurvey) -> float:
     """Noise from sample to sample in the quietest twentieth of the record."""
     energy = survey.scales[0].energy if survey.scales else np.zeros(0)
     energy = energy[~np.isnan(energy)]
@@ -154,7 +154,7 @@ class Alternation(NamedTuple):
     noise: float
 
 
-def alternation(survey: Survey) -> Alternation | None:
+def alternation(survey: ChannelSurvey) -> Alternation | None:
     """How the rows alternate; None where they do not."""
     if survey.channel.kind.integrated or survey.constant:
         return None
@@ -212,7 +212,7 @@ def _agreed(patterns: Samples, doubt: Samples) -> float:
     return float(np.median(apart)) if np.quantile(apart - doubt, 0.1, method="lower") > 0.0 else 0.0
 
 
-def interleaved(survey: Survey) -> Iterator[Finding]:
+def interleaved(survey: ChannelSurvey) -> Iterator[Finding]:
     """Levels or noises that alternate from row to row (class 3)."""
     pattern = alternation(survey)
     if pattern is None:
@@ -318,7 +318,7 @@ def _doubt_of_powers(squares: Samples) -> float:
 # -- two names for one sensor -----------------------------------------------------------------------------
 
 
-def duplicate_channels(surveys: Sequence[Survey]) -> Iterator[Finding]:
+def duplicate_channels(surveys: Sequence[ChannelSurvey]) -> Iterator[Finding]:
     """Two channels with the same samples, or one a fixed multiple of the other."""
     for i, one in enumerate(surveys):
         for other in surveys[:i]:
@@ -334,7 +334,7 @@ def duplicate_channels(surveys: Sequence[Survey]) -> Iterator[Finding]:
                 )
 
 
-def _ratio(one: Survey, other: Survey) -> float | None:
+def _ratio(one: ChannelSurvey, other: ChannelSurvey) -> float | None:
     """The constant ratio of two channels; None if there is none."""
     if one.constant or other.constant or not one.probes:
         return None

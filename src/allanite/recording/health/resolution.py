@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from allanite.recording.health.finding import Finding, Severity, finding, percent
-from allanite.recording.health.survey import Survey
+from allanite.recording.health.survey import ChannelSurvey
 
 __all__ = ["float_step", "is_unresolved", "no_noise_resolved", "quantisation", "quantisation_not_white"]
 
@@ -22,7 +22,7 @@ NOTICED = 0.5
 PATTERN = 0.30
 
 
-def no_noise_resolved(survey: Survey) -> Iterator[Finding]:
+def no_noise_resolved(survey: ChannelSurvey) -> Iterator[Finding]:
     """All samples equal (battery B4)."""
     if not survey.constant or survey.present < 2:
         return
@@ -36,11 +36,11 @@ def no_noise_resolved(survey: Survey) -> Iterator[Finding]:
     )
 
 
-def _origin(survey: Survey) -> float:
+def _origin(survey: ChannelSurvey) -> float:
     return 0.0 if survey.channel.kind.integrated else survey.origin
 
 
-def quantisation(survey: Survey) -> Iterator[Finding]:
+def quantisation(survey: ChannelSurvey) -> Iterator[Finding]:
     """The converter's step against the noise (battery B5, C10; class 10)."""
     step, sigma = survey.lattice.step, survey.sigma
     if step == 0.0 or survey.constant:
@@ -69,7 +69,7 @@ def quantisation(survey: Survey) -> Iterator[Finding]:
         yield from _step(survey)
 
 
-def is_unresolved(survey: Survey) -> bool:
+def is_unresolved(survey: ChannelSurvey) -> bool:
     """The noise moves the values by so little that the step makes what is seen of it.
 
     Either they rarely change, or they change between two neighbouring codes only: Gaussian noise of 0.41 step
@@ -81,7 +81,7 @@ def is_unresolved(survey: Survey) -> bool:
     return survey.sigma < DITHERED * step or float(np.median(_two_codes(survey))) > 0.99
 
 
-def _two_codes(survey: Survey) -> list[float]:
+def _two_codes(survey: ChannelSurvey) -> list[float]:
     """Share of the two most frequent codes, probe by probe."""
     shares = []
     for _, values in survey.probes:
@@ -91,7 +91,7 @@ def _two_codes(survey: Survey) -> list[float]:
     return shares or [0.0]
 
 
-def _step(survey: Survey) -> Iterator[Finding]:
+def _step(survey: ChannelSurvey) -> Iterator[Finding]:
     """The step, where it is worth knowing: a fiftieth of the noise, or several counts."""
     step = survey.lattice.step
     several = survey.dtype.kind in "iu" or survey.channel.kind.value == "counts"
@@ -110,7 +110,7 @@ def _step(survey: Survey) -> Iterator[Finding]:
     )
 
 
-def quantisation_not_white(survey: Survey) -> Iterator[Finding]:
+def quantisation_not_white(survey: ChannelSurvey) -> Iterator[Finding]:
     """Rounding errors of an angle that follow a pattern (battery C9).
 
     With phase increments of r steps and standard deviation s steps, the first harmonic of the correlation of
@@ -137,7 +137,7 @@ def _local_variance(increments: np.ndarray, size: int = 64) -> list[float]:
     return [float(v) for v in rows.var(axis=1, ddof=1)]
 
 
-def float_step(survey: Survey) -> Iterator[Finding]:
+def float_step(survey: ChannelSurvey) -> Iterator[Finding]:
     """A level so large that the number type cannot hold the noise (battery B9)."""
     ratio = _float_ratio(survey)
     if ratio >= 0.1 and not survey.constant:
@@ -153,7 +153,7 @@ def float_step(survey: Survey) -> Iterator[Finding]:
         )
 
 
-def _float_ratio(survey: Survey) -> float:
+def _float_ratio(survey: ChannelSurvey) -> float:
     """Spacing of the number type at the level of the samples, in units of the noise; 0.0 for integers."""
     if survey.sigma == 0.0 or survey.dtype.kind != "f":
         return 0.0
@@ -162,7 +162,7 @@ def _float_ratio(survey: Survey) -> float:
     return float(np.spacing(kind.type(size))) / survey.sigma if size < 1e30 else 0.0
 
 
-def _level(survey: Survey) -> float:
+def _level(survey: ChannelSurvey) -> float:
     """Where the samples lie: their median, which no wild value moves; the largest for an angle or a velocity."""
     values = np.concatenate([values for _, values in survey.probes]) if survey.probes else np.zeros(0)
     values = values[np.isfinite(values)]
@@ -173,7 +173,7 @@ def _level(survey: Survey) -> float:
     )
 
 
-def _is_single(survey: Survey) -> bool:
+def _is_single(survey: ChannelSurvey) -> bool:
     """True for float32, and for float64 that holds nothing but float32 numbers."""
     if survey.dtype == np.float32:
         return True

@@ -15,17 +15,17 @@ from numpy.typing import NDArray
 
 from allanite.recording.health.impulses import Impulses, Spikes
 from allanite.recording.health.tallies import (
+    BlockDifferences,
     Energies,
     EqualRuns,
     Extreme,
     Extremes,
     MissingRuns,
     PartSums,
-    Scale,
 )
 from allanite.recording.records import BLOCK, OVERLOAD, Channel, Recording
 
-__all__ = ["Lattice", "Survey", "lattice_among", "lattice_of", "probes", "survey"]
+__all__ = ["ChannelSurvey", "Lattice", "lattice_among", "lattice_of", "probes", "survey"]
 
 Samples = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -58,7 +58,7 @@ class Lattice:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Survey:
+class ChannelSurvey:
     """Facts of one channel. Values are in the channel's own unit, less `origin`; the mean is as written.
 
     Attributes
@@ -90,7 +90,7 @@ class Survey:
     equal_spans, equal_shortest
         Runs of at least `equal_shortest` samples, by place.
     impulses : Impulses
-    scales : tuple of Scale
+    scales : tuple of BlockDifferences
         Energy of the differences, per lag and window.
     """
 
@@ -116,7 +116,7 @@ class Survey:
     equal_spans: Index = field(repr=False)
     equal_shortest: int
     impulses: Impulses = field(repr=False)
-    scales: tuple[Scale, ...] = field(repr=False)
+    scales: tuple[BlockDifferences, ...] = field(repr=False)
 
     @property
     def name(self) -> str:
@@ -156,7 +156,7 @@ class Survey:
         """Time of a position, for a message."""
         return f"{position * self.dt:.6g} s"
 
-    def without(self, spans: Index) -> Survey:
+    def without(self, spans: Index) -> ChannelSurvey:
         """The facts of what is left when these spans are left out of the analysis: one more pass over the channel.
 
         What is left out must not speak for another finding: a frozen tail is no held sample, a wild value no step.
@@ -168,7 +168,7 @@ class Survey:
         )
 
 
-def survey(recording: Recording, name: str, advance: Callable[[int], None] | None = None) -> Survey:
+def survey(recording: Recording, name: str, advance: Callable[[int], None] | None = None) -> ChannelSurvey:
     """Gather the facts of a channel in one pass.
 
     Parameters
@@ -176,10 +176,10 @@ def survey(recording: Recording, name: str, advance: Callable[[int], None] | Non
     advance : callable, optional
         Called with the number of samples of each block that is done.
     """
-    return _Pass(recording, name).run(advance)
+    return _SurveyPass(recording, name).run(advance)
 
 
-class _Pass:
+class _SurveyPass:
     """One pass over a channel: the tallies and what must be carried from block to block."""
 
     def __init__(self, recording: Recording, name: str) -> None:
@@ -196,7 +196,7 @@ class _Pass:
         self.probes: list[tuple[int, Samples]] = []
         self.sums = PartSums(n)
 
-    def run(self, advance: Callable[[int], None] | None) -> Survey:
+    def run(self, advance: Callable[[int], None] | None) -> ChannelSurvey:
         for start in range(0, self.n, BLOCK):
             stop = min(start + BLOCK, self.n)
             self._block(self.recording.raw(self.channel.name, start, stop), start)
@@ -256,10 +256,10 @@ class _Pass:
         origin = 0.0 if self.integrated else self.recording.origin(self.channel.name)
         return float(self.sums.total.sum()) / terms + origin
 
-    def _facts(self) -> Survey:
+    def _facts(self) -> ChannelSurvey:
         high, low = self.high.result(), self.low.result()
         scales = self.energies.result()
-        return Survey(
+        return ChannelSurvey(
             recording=self.recording,
             channel=self.channel,
             n_samples=self.n,
@@ -301,7 +301,9 @@ def _probe_starts(n: int) -> list[int]:
     return [int(start) for start in np.linspace(0, n - PROBE, PROBES)]
 
 
-def _sigma(scales: tuple[Scale, ...], probes: list[tuple[int, Samples]], integrated: bool) -> float:
+def _sigma(
+    scales: tuple[BlockDifferences, ...], probes: list[tuple[int, Samples]], integrated: bool
+) -> float:
     """Noise from sample to sample; a median over windows, so that a disturbance does not count."""
     energy = scales[0].energy if scales else np.zeros(0)
     energy = energy[~np.isnan(energy)]

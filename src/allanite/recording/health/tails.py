@@ -37,13 +37,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.recording.health.finding import Finding, Severity, finding, percent
-from allanite.recording.health.survey import Survey, lattice_of, probes
+from allanite.recording.health.survey import ChannelSurvey, lattice_of, probes
 from allanite.recording.health.tallies import Extremes
 from allanite.recording.records import Recording
 
 __all__ = [
     "ALARM",
-    "Law",
+    "TailLaw",
     "Tails",
     "contaminated",
     "law_of",
@@ -76,7 +76,7 @@ NEAR = 4
 PARTS = 16
 
 
-class Law(StrEnum):
+class TailLaw(StrEnum):
     """What the samples of the white noise follow.
 
     UNKNOWN
@@ -104,7 +104,7 @@ class Tails:
 
     Attributes
     ----------
-    law : Law
+    law : TailLaw
     samples : int
         Samples looked at.
     kurtosis : float
@@ -117,7 +117,7 @@ class Tails:
         Standard deviation of the others, in the unit of the samples, and its relative standard error.
     """
 
-    law: Law
+    law: TailLaw
     samples: int = 0
     kurtosis: float = 0.0
     share: float = 0.0
@@ -133,9 +133,9 @@ class Tails:
         return math.sqrt(1.0 + self.share * (self.ratio**2 - 1.0)) - 1.0
 
 
-def contaminated(survey: Survey, tails: Tails) -> Iterator[Finding]:
+def contaminated(survey: ChannelSurvey, tails: Tails) -> Iterator[Finding]:
     """A mixture of two normal laws in the white noise."""
-    if tails.law is not Law.CONTAMINATED:
+    if tails.law is not TailLaw.CONTAMINATED:
         return
     yield finding(
         "contaminated",
@@ -161,29 +161,29 @@ def tails_of(stretches: Sequence[Samples], step: float = 0.0) -> Tails:
     samples = _rows(stretches)
     n = samples.size
     if n < FEWEST:
-        return Tails(law=Law.UNKNOWN, samples=n)
+        return Tails(law=TailLaw.UNKNOWN, samples=n)
     rows = _about_level(samples)
     values = rows.ravel()
     if not np.median(np.abs(values)) > 0.0:
-        return Tails(law=Law.UNKNOWN, samples=n)
+        return Tails(law=TailLaw.UNKNOWN, samples=n)
     spread = float(np.median(np.abs(values))) / 0.6745
     if step > COARSE * spread or abs(_neighbors(rows, spread)) > WHITE:
-        return Tails(law=Law.UNKNOWN, samples=n)
+        return Tails(law=TailLaw.UNKNOWN, samples=n)
     square = float(np.mean(values**2))
     excess = float(np.mean(values**4)) / square**2 - 3.0
     if excess < SLIGHT or _kurtosis_deviate(excess, n) < _bar():
-        return Tails(law=Law.GAUSSIAN, samples=n)
+        return Tails(law=TailLaw.GAUSSIAN, samples=n)
     binned = _Binned.of(values / spread)
     share, ratio, core = _mixture(binned)
     if not _scattered(rows, spread * core, share, ratio):
-        return Tails(law=Law.CLUSTERED, samples=n, kurtosis=excess)
+        return Tails(law=TailLaw.CLUSTERED, samples=n, kurtosis=excess)
     plausible = RARE <= share <= COMMON and share * n >= COUNTED and ratio >= APART
     if not plausible or not _explained(binned, share, ratio, core):
-        return Tails(law=Law.HEAVY, samples=n, kurtosis=excess)
+        return Tails(law=TailLaw.HEAVY, samples=n, kurtosis=excess)
     share_sd, ratio_sd, core_sd = _errors(binned, share, ratio, core)
     variance = 1.0 - share + share * ratio**2
     return Tails(
-        law=Law.CONTAMINATED,
+        law=TailLaw.CONTAMINATED,
         samples=n,
         kurtosis=3.0 * (1.0 - share + share * ratio**4) / variance**2 - 3.0,
         share=share,
@@ -195,19 +195,19 @@ def tails_of(stretches: Sequence[Samples], step: float = 0.0) -> Tails:
     )
 
 
-def law_of_survey(survey: Survey) -> Tails:
+def law_of_survey(survey: ChannelSurvey) -> Tails:
     """The law of the white noise of a channel that was surveyed."""
     if survey.channel.kind.integrated or survey.constant:
-        return Tails(law=Law.UNKNOWN)
+        return Tails(law=TailLaw.UNKNOWN)
     return tails_of([values for _, values in survey.probes], survey.lattice.step)
 
 
-def without_short_scales(survey: Survey, tails: Tails) -> Survey:
+def without_short_scales(survey: ChannelSurvey, tails: Tails) -> ChannelSurvey:
     """The facts without the scales at which contaminated samples make windows stand out.
 
     The mean of m samples has 1/m of their excess kurtosis.
     """
-    if tails.law is not Law.CONTAMINATED:
+    if tails.law is not TailLaw.CONTAMINATED:
         return survey
     scales = tuple(s for s in survey.scales if s.lag >= tails.kurtosis)
     return replace(survey, scales=scales or survey.scales[-1:])
@@ -216,7 +216,7 @@ def without_short_scales(survey: Survey, tails: Tails) -> Survey:
 def law_of(recording: Recording, name: str) -> Tails:
     """The law of the white noise of a channel, from the stretches that a survey keeps."""
     if recording[name].kind.integrated:
-        return Tails(law=Law.UNKNOWN)
+        return Tails(law=TailLaw.UNKNOWN)
     stretches = probes(recording, name)
     high, low = Extremes(+1), Extremes(-1)
     return tails_of(stretches, lattice_of(stretches, high.result(), low.result()).step)

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 __all__ = [
     "DETAILS",
+    "BlockDifferences",
     "Energies",
     "EqualRuns",
     "Extreme",
@@ -20,7 +21,6 @@ __all__ = [
     "MissingRuns",
     "PartSums",
     "Runs",
-    "Scale",
 ]
 
 Samples = NDArray[np.float64]
@@ -291,7 +291,7 @@ DETAILS = 16
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Scale:
+class BlockDifferences:
     """Mean square difference of adjacent block means, window by window.
 
     Attributes
@@ -354,10 +354,11 @@ class Energies:
             means, present = _mean_of_four(means, present)
             lag *= 4
 
-    def result(self) -> tuple[Scale, ...]:
+    def result(self) -> tuple[BlockDifferences, ...]:
         """The scales, smallest lag first."""
         scales = [
-            Scale(lag=m, window=self._windows[m], energy=_joined(self._energy[m])) for m in self._windows
+            BlockDifferences(lag=m, window=self._windows[m], energy=_joined(self._energy[m]))
+            for m in self._windows
         ]
         means, lag = _joined(self._means), self._top
         while lag and lag * 4 in self._lags:
@@ -366,7 +367,7 @@ class Energies:
             enough = (~np.isnan(rows)).sum(axis=1) >= 3
             means = np.full(len(rows), np.nan)
             means[enough] = np.nanmean(rows[enough], axis=1)
-            scales.append(Scale(lag=lag, window=2 * DETAILS * lag, energy=_energy(means, DETAILS)))
+            scales.append(BlockDifferences(lag=lag, window=2 * DETAILS * lag, energy=_energy(means, DETAILS)))
         return tuple(scales)
 
 

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.recording.health.finding import Finding, Severity, finding, percent, plural
-from allanite.recording.health.survey import Survey
+from allanite.recording.health.survey import ChannelSurvey
 from allanite.recording.health.tallies import Extreme, Runs
 from allanite.recording.records import BLOCK, OVERLOAD
 
@@ -47,7 +47,7 @@ _BOTTOMS = frozenset({-32768.0, -8388608.0, -2147483648.0})
 # -- missing ----------------------------------------------------------------------------------------------
 
 
-def no_samples(survey: Survey) -> Iterator[Finding]:
+def no_samples(survey: ChannelSurvey) -> Iterator[Finding]:
     """Nothing but gaps (battery B3)."""
     if survey.present == 0:
         yield finding(
@@ -59,7 +59,7 @@ def no_samples(survey: Survey) -> Iterator[Finding]:
         )
 
 
-def too_short(survey: Survey) -> Iterator[Finding]:
+def too_short(survey: ChannelSurvey) -> Iterator[Finding]:
     """Fewer samples than a noise model needs (battery B3)."""
     if 0 < survey.present < MINIMUM:
         yield finding(
@@ -71,7 +71,7 @@ def too_short(survey: Survey) -> Iterator[Finding]:
         )
 
 
-def missing(survey: Survey) -> Iterator[Finding]:
+def missing(survey: ChannelSurvey) -> Iterator[Finding]:
     """Gaps, and whether anything unbroken is left between them (battery B1, B15; classes 3 and 14)."""
     if survey.present == 0:
         return
@@ -92,7 +92,7 @@ def missing(survey: Survey) -> Iterator[Finding]:
         )
 
 
-def _broken_up(survey: Survey) -> Finding:
+def _broken_up(survey: ChannelSurvey) -> Finding:
     spacing = every(survey)
     pattern = f": values come every {spacing} rows" if spacing else ""
     advice = None
@@ -111,7 +111,7 @@ def _broken_up(survey: Survey) -> Finding:
     )
 
 
-def every(survey: Survey) -> int | None:
+def every(survey: ChannelSurvey) -> int | None:
     """Spacing of the values, if they come every k-th row."""
     for _, values in survey.probes:
         place = np.flatnonzero(~np.isnan(values))
@@ -123,7 +123,7 @@ def every(survey: Survey) -> int | None:
 # -- ends of the range ------------------------------------------------------------------------------------
 
 
-def overload(survey: Survey) -> Iterator[Finding]:
+def overload(survey: ChannelSurvey) -> Iterator[Finding]:
     """Overload words and infinities (battery B2, Q8): never numbers."""
     if survey.overload:
         share = survey.overload / survey.n_samples
@@ -139,7 +139,7 @@ def overload(survey: Survey) -> Iterator[Finding]:
         )
 
 
-def saturated(survey: Survey) -> Iterator[Finding]:
+def saturated(survey: ChannelSurvey) -> Iterator[Finding]:
     """The extreme code of an integer word, repeated or far from the rest (battery B2)."""
     codes = [code for code in _rails(survey) if _is_rail(survey, *code)]
     if codes:
@@ -158,7 +158,7 @@ def saturated(survey: Survey) -> Iterator[Finding]:
         )
 
 
-def _rails(survey: Survey) -> list[tuple[Extreme, frozenset[float]]]:
+def _rails(survey: ChannelSurvey) -> list[tuple[Extreme, frozenset[float]]]:
     tops, bottoms = _TOPS, _BOTTOMS
     if survey.dtype.kind in "iu":
         limits = np.iinfo(survey.dtype)
@@ -166,7 +166,7 @@ def _rails(survey: Survey) -> list[tuple[Extreme, frozenset[float]]]:
     return [(survey.high, tops), (survey.low, bottoms)]
 
 
-def _is_rail(survey: Survey, extreme: Extreme, rails: frozenset[float]) -> bool:
+def _is_rail(survey: ChannelSurvey, extreme: Extreme, rails: frozenset[float]) -> bool:
     if len(extreme.values) == 0 or float(extreme.values[0]) + survey.origin not in rails:
         return False
     repeats = bool(extreme.runs[0] < extreme.samples[0])
@@ -174,7 +174,7 @@ def _is_rail(survey: Survey, extreme: Extreme, rails: frozenset[float]) -> bool:
     return (repeats or far) and not survey.constant
 
 
-def clipping(survey: Survey) -> Iterator[Finding]:
+def clipping(survey: ChannelSurvey) -> Iterator[Finding]:
     """The range ends inside the noise (battery B6).
 
     In the tail of a noise the density falls outwards, so of the samples at and near the outermost value at most
@@ -212,7 +212,7 @@ def clipping(survey: Survey) -> Iterator[Finding]:
     )
 
 
-def _explained(survey: Survey, extreme: Extreme) -> bool:
+def _explained(survey: ChannelSurvey, extreme: Extreme) -> bool:
     """Another finding speaks of that value: an integer's end, or exact zeros."""
     value = float(extreme.values[0]) + survey.origin
     if value == 0.0 and abs(survey.mean) > 6.0 * survey.sigma:
@@ -220,7 +220,7 @@ def _explained(survey: Survey, extreme: Extreme) -> bool:
     return any(_is_rail(survey, e, r) and e is extreme for e, r in _rails(survey))
 
 
-def _is_clipped(survey: Survey, extreme: Extreme) -> bool:
+def _is_clipped(survey: ChannelSurvey, extreme: Extreme) -> bool:
     values, runs = extreme.values, extreme.runs
     if len(values) < 2 or runs[0] < 2:
         return False
@@ -242,7 +242,7 @@ def _jumps(runs: NDArray[np.int64]) -> bool:
     return bool(runs[0] - runs[1] > 6.0 * math.sqrt(float(runs[0] + runs[1])))
 
 
-def _float_spacing(survey: Survey, value: float) -> float:
+def _float_spacing(survey: ChannelSurvey, value: float) -> float:
     kind = survey.dtype if survey.dtype.kind == "f" else np.dtype(np.float64)
     return float(np.spacing(np.abs(kind.type(value))))
 
@@ -260,7 +260,7 @@ def _tail(hits: int, trials: int, p: float) -> float:
     return math.exp(-trials * divergence)
 
 
-def spans_equal(survey: Survey, values: list[float], *, within: float = 0.0) -> Spans:
+def spans_equal(survey: ChannelSurvey, values: list[float], *, within: float = 0.0) -> Spans:
     """All runs of samples that have one of these values, or lie so close to it: one more pass over the channel."""
     runs = Runs()
     pairs: list[tuple[NDArray[np.int64], NDArray[np.int64]]] = []
@@ -277,7 +277,7 @@ def spans_equal(survey: Survey, values: list[float], *, within: float = 0.0) -> 
 # -- nonsense ---------------------------------------------------------------------------------------------
 
 
-def implausible_exponents(survey: Survey) -> Iterator[Finding]:
+def implausible_exponents(survey: ChannelSurvey) -> Iterator[Finding]:
     """Powers of two from one end to the other: the bytes are in the wrong order (battery B19).
 
     The middle 90 % of a Gaussian's magnitudes span 5 powers of two; 60 is far beyond any sensor.
@@ -298,7 +298,7 @@ def implausible_exponents(survey: Survey) -> Iterator[Finding]:
         )
 
 
-def only_grows(survey: Survey) -> Iterator[Finding]:
+def only_grows(survey: ChannelSurvey) -> Iterator[Finding]:
     """Values that only grow, or fall: a time, a counter, an accumulated angle; no noise does that (class 1).
 
     Of noise one difference in two is negative; 2 % are where it drifts by three standard deviations from each sample to

@@ -25,7 +25,7 @@ from numpy.typing import NDArray
 
 from allanite.stability.environment.climate import Climate
 
-__all__ = ["BRANCH", "DRIFT", "QUADRATIC", "RATE", "TEMPERATURE", "Decay", "Design", "play"]
+__all__ = ["BRANCH", "DRIFT", "QUADRATIC", "RATE", "TEMPERATURE", "EnvironmentDesign", "WarmUpDecay", "play"]
 
 Array = NDArray[np.float64]
 
@@ -42,7 +42,7 @@ WAY_BACK = 0.1
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Decay:
+class WarmUpDecay:
     """A warm-up that dies away with the time constant T [s]; with `slope`, its derivative to ln T beside it.
 
     The derivative, as a column of its own, allows to first order for the error of a T that was fitted.
@@ -68,7 +68,7 @@ class Decay:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Design:
+class EnvironmentDesign:
     """Columns by name, and how to make them at any instant.
 
     Attributes
@@ -76,12 +76,12 @@ class Design:
     climate : Climate
     reference : float [K]
         r, above the mean temperature.
-    decays : tuple of Decay
+    decays : tuple of WarmUpDecay
     """
 
     climate: Climate
     reference: float = 0.0
-    decays: tuple[Decay, ...] = ()
+    decays: tuple[WarmUpDecay, ...] = ()
 
     @property
     def names(self) -> tuple[str, ...]:

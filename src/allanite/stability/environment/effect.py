@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.recording.sample_columns import Calculated, Column
-from allanite.stability.environment.design import Design
+from allanite.stability.environment.design import EnvironmentDesign
 
 __all__ = ["Effect", "Freed"]
 
@@ -25,13 +25,13 @@ class Effect:
 
     Attributes
     ----------
-    design : Design
+    design : EnvironmentDesign
     names : tuple of str
         Columns of the design that make it.
     values : ndarray, shape (k,)
     """
 
-    design: Design = field(repr=False)
+    design: EnvironmentDesign = field(repr=False)
     names: tuple[str, ...]
     values: Array
 

@@ -22,8 +22,8 @@ from allanite.stability.environment.design import (
     QUADRATIC,
     RATE,
     TEMPERATURE,
-    Decay,
-    Design,
+    EnvironmentDesign,
+    WarmUpDecay,
 )
 from allanite.stability.environment.effect import Effect, Freed
 from allanite.stability.environment.noise_left_open import Noise, Weighed
@@ -32,9 +32,9 @@ from allanite.stability.environment.results import (
     Coefficient,
     Environment,
     EnvironmentEstimate,
+    EnvironmentSeries,
     Hysteresis,
     Lag,
-    Series,
     WarmUp,
 )
 from allanite.stability.environment.verdict import judge
@@ -262,11 +262,11 @@ class _Case:
 
     # -- warm-up ------------------------------------------------------------------------------------------
 
-    def warming(self, treatment: Treatment) -> tuple[WarmUp, tuple[Decay, ...], NoiseModel | None]:
+    def warming(self, treatment: Treatment) -> tuple[WarmUp, tuple[WarmUpDecay, ...], NoiseModel | None]:
         """The warm-up, the exponentials of the regression, and the noise that was found on the way."""
         climate = Climate.of(self.recording, self.channel, self.temperature)
         decays = offered(climate)
-        design = Design(climate=climate, decays=decays)
+        design = EnvironmentDesign(climate=climate, decays=decays)
         names = _names_of(climate)
         noise = Noise.of(
             climate, design.blocks, design.names, design=[*names, *together(decays)], model=self.model
@@ -280,7 +280,7 @@ class _Case:
             )
             return none, (), noise.best
         fitted = self._exponentials(climate, noise, base, look.best)
-        design = Design(climate=climate, decays=fitted)
+        design = EnvironmentDesign(climate=climate, decays=fitted)
         noise = Noise.of(
             climate,
             design.blocks,
@@ -308,16 +308,16 @@ class _Case:
         return replace(made, action="cut", cut=cut), (), noise.best
 
     def _exponentials(
-        self, climate: Climate, noise: Noise, base: Sequence[str], first: Decay
-    ) -> tuple[Decay, ...]:
+        self, climate: Climate, noise: Noise, base: Sequence[str], first: WarmUpDecay
+    ) -> tuple[WarmUpDecay, ...]:
         """One exponential with its time constant fitted, or two where the record asks for a second one."""
-        plain = Design(climate=climate)
+        plain = EnvironmentDesign(climate=climate)
         columns = np.column_stack(
             [np.ones(climate.size), plain.blocks[:, [plain.names.index(n) for n in base]]]
         )
         one = refined(climate, columns, noise.best, [first])
         more = [d for d in offered(climate) if not 1 / 3 < d.T / one[0].T < 3]
-        design = Design(climate=climate, decays=(*one, *more))
+        design = EnvironmentDesign(climate=climate, decays=(*one, *more))
         beside = [*base, *(n for d in one for n in d.names)]
         again = Noise.of(
             climate, design.blocks, design.names, design=[*beside, *together(more)], model=self.model, near=noise.best
@@ -331,11 +331,11 @@ class _Case:
     # -- temperature --------------------------------------------------------------------------------------
 
     def estimate(
-        self, warming: WarmUp, decays: tuple[Decay, ...], near: NoiseModel | None
+        self, warming: WarmUp, decays: tuple[WarmUpDecay, ...], near: NoiseModel | None
     ) -> EnvironmentEstimate:
         """Coefficients, what is taken off, and the residual."""
         climate = Climate.of(self.recording, self.channel, self.temperature)
-        design = Design(climate=climate, decays=decays)
+        design = EnvironmentDesign(climate=climate, decays=decays)
         tails = [n for d in decays for n in d.names]
         columns = np.column_stack([design.blocks, climate.noise_left])
         noise = Noise.of(
@@ -412,7 +412,7 @@ class _Case:
         return tuple(found)
 
     def _freed(
-        self, noise: Noise, fit: Weighed, design: Design, taken: Sequence[str], climate: Climate
+        self, noise: Noise, fit: Weighed, design: EnvironmentDesign, taken: Sequence[str], climate: Climate
     ) -> tuple[Effect | None, Any, Recording]:
         if not taken:
             return None, None, self.recording
@@ -476,7 +476,9 @@ def _base(noise: Noise, names: Sequence[str], tails: Sequence[str] = ()) -> list
     return base
 
 
-def _at_best_reference(noise: Noise, design: Design, names: Sequence[str]) -> tuple[Noise, Design]:
+def _at_best_reference(
+    noise: Noise, design: EnvironmentDesign, names: Sequence[str]
+) -> tuple[Noise, EnvironmentDesign]:
     """The reference temperature at which slope and curvature are not correlated: the slope is best known there."""
     if QUADRATIC not in names:
         return noise, design
@@ -493,7 +495,7 @@ def _at_best_reference(noise: Noise, design: Design, names: Sequence[str]) -> tu
     return noise.with_columns(change), replace(design, reference=r)
 
 
-def _reference(climate: Climate, design: Design) -> float | None:
+def _reference(climate: Climate, design: EnvironmentDesign) -> float | None:
     if climate.thermometer is None:
         return None
     return climate.thermometer.mean + design.reference / climate.thermometer.scale
@@ -523,7 +525,7 @@ def _why(name: str, climate: Climate) -> str:
     return "it cannot be told from the temperature itself in this record"
 
 
-def _series(climate: Climate, effect: Effect | None) -> Series:
+def _series(climate: Climate, effect: Effect | None) -> EnvironmentSeries:
     """Means over neighbouring blocks, few enough for a picture."""
     from allanite.stability.environment.design import play
 
@@ -543,7 +545,7 @@ def _series(climate: Climate, effect: Effect | None) -> Series:
 
     thermometer = climate.thermometer
     warm = np.zeros(0) if thermometer is None else thermometer.mean + climate.warmth / thermometer.scale
-    return Series(
+    return EnvironmentSeries(
         time=joined(climate.middle),
         signal=joined(signal),
         residual=joined(signal - off),

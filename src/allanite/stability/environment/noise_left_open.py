@@ -29,7 +29,7 @@ from allanite.filtering.regression import LEVEL, Whitener
 from allanite.noise import Flicker, NoiseModel, RandomWalk, White
 from allanite.stability.environment.climate import Climate
 
-__all__ = ["Fit", "Noise", "Weighed"]
+__all__ = ["Noise", "RegressionFit", "Weighed"]
 
 Array = NDArray[np.float64]
 
@@ -51,7 +51,7 @@ RANGE = (-9.0, 14.0)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Fit:
+class RegressionFit:
     """Least squares in noise of one model.
 
     Attributes
@@ -81,7 +81,7 @@ class Node:
     logs: float
     products: Array
 
-    def fit(self, picked: NDArray[np.int64], rows: int) -> Fit:
+    def fit(self, picked: NDArray[np.int64], rows: int) -> RegressionFit:
         """Least squares of the signal on some of the columns."""
         a = self.products[np.ix_(picked, picked)]
         b, square = self.products[picked, -1], float(self.products[-1, -1])
@@ -95,7 +95,9 @@ class Node:
         chi2 = max(square - float(b @ coefficients), 1e-14 * square)
         logs = float(np.log(values[keep]).sum()) + 2 * float(np.log(length).sum())
         likelihood = -0.5 * (self.logs + logs + dof * math.log(chi2))
-        return Fit(coefficients=coefficients, inverse=inverse, chi2=chi2, dof=dof, log_likelihood=likelihood)
+        return RegressionFit(
+            coefficients=coefficients, inverse=inverse, chi2=chi2, dof=dof, log_likelihood=likelihood
+        )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -208,7 +210,7 @@ class Noise:
         DataQualityError
             Samples that do not vary.
         """
-        rows = _Rows.of(climate, columns)
+        rows = _ScaledTable.of(climate, columns)
         every = (LEVEL, *names)
         if model is not None:
             nodes: tuple[Node, ...] = (rows.node_of(model),)
@@ -216,7 +218,7 @@ class Noise:
                 names=every, scales=rows.scales, nodes=nodes, cells=np.ones(1), rows=rows.count, given=True, best=model
             )  # fmt: skip
         picked = np.array([every.index(n) for n in (LEVEL, *(names if design is None else design))])
-        search = _Search(rows, picked)
+        search = _NoiseSearch(rows, picked)
         nodes, cells = search.grid(near)
         size = (
             math.sqrt(nodes[0].fit(picked, rows.count).chi2 / nodes[0].fit(picked, rows.count).dof)
@@ -318,7 +320,7 @@ class Noise:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _Rows:
+class _ScaledTable:
     """The table to whiten: level, columns and signal, each divided by its size."""
 
     table: Array
@@ -327,7 +329,7 @@ class _Rows:
     climate: Climate
 
     @classmethod
-    def of(cls, climate: Climate, columns: Array) -> _Rows:
+    def of(cls, climate: Climate, columns: Array) -> _ScaledTable:
         y = climate.blocks.mean
         present = climate.blocks.part > 0
         level = float(np.mean(y[present]))
@@ -369,10 +371,10 @@ class _Rows:
         return Node(flicker=flicker, walk=walk, logs=logs, products=white.T @ white)
 
 
-class _Search:
+class _NoiseSearch:
     """Finds the best B/N and K/N, and lays a grid around them."""
 
-    def __init__(self, rows: _Rows, picked: NDArray[np.int64]) -> None:
+    def __init__(self, rows: _ScaledTable, picked: NDArray[np.int64]) -> None:
         self._rows, self._picked = rows, picked
         length = rows.climate.size * rows.climate.dt
         # B and K whose Allan variance is that of N = 1 at the end of the record

@@ -20,9 +20,9 @@ __all__ = [
     "Coefficient",
     "Environment",
     "EnvironmentEstimate",
+    "EnvironmentSeries",
     "Hysteresis",
     "Lag",
-    "Series",
     "WarmUp",
     "WarmUpTerm",
 ]
@@ -142,7 +142,7 @@ class WarmUp:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Series:
+class EnvironmentSeries:
     """The picture: some 800 instants of the record.
 
     Attributes
@@ -194,7 +194,7 @@ class EnvironmentEstimate:
         What was taken off, at any instant.
     residual : Recording
         The recording, this channel free of what was taken off, with a step in its history.
-    series : Series
+    series : EnvironmentSeries
     """
 
     channel: str
@@ -217,7 +217,7 @@ class EnvironmentEstimate:
     correction: Correction | None
     effect: Effect | None = field(repr=False)
     residual: Recording = field(repr=False)
-    series: Series = field(repr=False)
+    series: EnvironmentSeries = field(repr=False)
 
     def __getitem__(self, name: str) -> Coefficient:
         """A coefficient by its name.

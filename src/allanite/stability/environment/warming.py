@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from allanite.filtering.regression import Whitener
 from allanite.noise import NoiseModel
 from allanite.stability.environment.climate import Climate
-from allanite.stability.environment.design import Decay
+from allanite.stability.environment.design import WarmUpDecay
 from allanite.stability.environment.noise_left_open import Noise
 from allanite.stability.environment.results import WarmUpTerm
 
@@ -45,13 +45,13 @@ class Look:
     ----------
     p : float
         Of the best exponential, charged for all.
-    best : Decay
+    best : WarmUpDecay
     tries : int
         How many those are.
     """
 
     p: float
-    best: Decay
+    best: WarmUpDecay
     tries: int
 
     @property
@@ -59,19 +59,19 @@ class Look:
         return self.p < FOUND
 
 
-def offered(climate: Climate) -> tuple[Decay, ...]:
+def offered(climate: Climate) -> tuple[WarmUpDecay, ...]:
     """Time constants that a record of this length can show."""
     length = climate.size * climate.dt
     count = int(math.log(LONGEST * length / (SHORTEST * climate.dt)) / math.log(RATIO)) + 1
-    return tuple(Decay(T=LONGEST * length / RATIO**k) for k in range(count))
+    return tuple(WarmUpDecay(T=LONGEST * length / RATIO**k) for k in range(count))
 
 
-def together(decays: Sequence[Decay]) -> list[str]:
+def together(decays: Sequence[WarmUpDecay]) -> list[str]:
     """Names of those beside which the noise is fitted."""
     return [d.name for d in decays[::TOGETHER]]
 
 
-def look_for_warm_up(noise: Noise, base: Sequence[str], decays: Sequence[Decay]) -> Look:
+def look_for_warm_up(noise: Noise, base: Sequence[str], decays: Sequence[WarmUpDecay]) -> Look:
     """The exponential that is least likely under noise alone.
 
     Parameters
@@ -88,7 +88,9 @@ def look_for_warm_up(noise: Noise, base: Sequence[str], decays: Sequence[Decay])
     return Look(p=min(chances[best] * len(decays), 1.0), best=decays[best], tries=len(decays))
 
 
-def refined(climate: Climate, columns: Array, model: NoiseModel, start: Sequence[Decay]) -> tuple[Decay, ...]:
+def refined(
+    climate: Climate, columns: Array, model: NoiseModel, start: Sequence[WarmUpDecay]
+) -> tuple[WarmUpDecay, ...]:
     """Time constants that leave the smallest residuals, one after the other, thrice where there are several.
 
     Parameters
@@ -126,10 +128,10 @@ def refined(climate: Climate, columns: Array, model: NoiseModel, start: Sequence
                 options={"xatol": 1e-3},
             )
             constants[i] = math.exp(float(found.x))
-    return tuple(Decay(T=T, slope=True) for T in sorted(constants))
+    return tuple(WarmUpDecay(T=T, slope=True) for T in sorted(constants))
 
 
-def terms_of(noise: Noise, base: Sequence[str], decays: Sequence[Decay]) -> tuple[WarmUpTerm, ...]:
+def terms_of(noise: Noise, base: Sequence[str], decays: Sequence[WarmUpDecay]) -> tuple[WarmUpTerm, ...]:
     """Amplitudes and time constants with their standard deviations."""
     names = [*base, *(n for d in decays for n in d.names)]
     fit = noise.fit(names)

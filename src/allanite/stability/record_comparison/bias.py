@@ -21,7 +21,7 @@ import numpy as np
 from allanite.noise import Flicker, GaussMarkov, NoiseModel, RandomWalk, White
 from allanite.quantities.distributions import normal_quantile
 from allanite.stability.record_comparison.profiles import Profile, normal_profile
-from allanite.stability.record_comparison.series import Series
+from allanite.stability.record_comparison.series import FittedChannel
 
 __all__ = ["bias_profiles", "mean_sd"]
 
@@ -62,7 +62,7 @@ def _kept(a: np.ndarray) -> np.ndarray:
 
 
 def bias_profiles(
-    series: Sequence[Series], models: Sequence[NoiseModel], confidence: float
+    series: Sequence[FittedChannel], models: Sequence[NoiseModel], confidence: float
 ) -> list[Profile] | None:
     """The bias of each record as a normal estimate; None where a mean is not known."""
     if any(s.mean is None for s in series):

@@ -21,10 +21,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.fitting.objective import Solution
-from allanite.stability.record_comparison.null_law import Law
+from allanite.fitting.objective import CurveSolution
+from allanite.stability.record_comparison.null_law import ScaledChiSquare
 from allanite.stability.record_comparison.pooled import JointDesign, seen_by
-from allanite.stability.record_comparison.series import Series
+from allanite.stability.record_comparison.series import FittedChannel
 
 __all__ = ["CurveTest", "Ratio", "compared", "ratios"]
 
@@ -82,7 +82,7 @@ class CurveTest:
     rest: tuple[float, ...]
 
 
-def ratios(design: JointDesign, pooled: Solution) -> list[Ratio]:
+def ratios(design: JointDesign, pooled: CurveSolution) -> list[Ratio]:
     """Every curve over the pooled model, on the lags of the record whose lags are farthest apart."""
     series = design.series
     taus = [s.curve.tau[s.fit.used] for s in series]
@@ -90,7 +90,7 @@ def ratios(design: JointDesign, pooled: Solution) -> list[Ratio]:
     return [_ratio(s, seen_by(design, i, pooled), grid) for i, s in enumerate(series)]
 
 
-def _ratio(series: Series, null: Solution, grid: Array) -> Ratio:
+def _ratio(series: FittedChannel, null: CurveSolution, grid: Array) -> Ratio:
     data = series.fit.data
     if null.weight is None:
         return Ratio(tau=grid[:0], z=grid[:0], covariance=np.zeros((0, 0)))
@@ -135,13 +135,13 @@ def compared(parts: Sequence[Ratio]) -> CurveTest:
         others = [p for j, p in enumerate(parts) if j != i]
         q, d = _together(others)
         gain, lost = max(statistic - q, 0.0), dof - d
-        records.append((gain, lost, Law(dof=lost).tail(gain)))
-        rest.append(Law(dof=d).tail(q))
+        records.append((gain, lost, ScaledChiSquare(dof=lost).tail(gain)))
+        rest.append(ScaledChiSquare(dof=d).tail(q))
     return CurveTest(
         tau=tau,
         statistic=statistic,
         dof=dof,
-        p=Law(dof=dof).tail(statistic),
+        p=ScaledChiSquare(dof=dof).tail(statistic),
         lag_p=single,
         lag_p_adjusted=holm(single),
         records=tuple(records),
@@ -183,7 +183,7 @@ def _one_lag(parts: Sequence[Ratio], tau: float) -> float:
     weight = 1 / np.array(variance)
     middle = float(weight @ z) / float(weight.sum())
     q = float(weight @ (np.array(z) - middle) ** 2)
-    return Law(dof=len(z) - 1.0).tail(q)
+    return ScaledChiSquare(dof=len(z) - 1.0).tail(q)
 
 
 def holm(p: Array) -> Array:

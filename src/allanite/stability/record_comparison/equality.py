@@ -26,9 +26,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.fitting.design import TIME_POWER
-from allanite.fitting.objective import Solution, distance
+from allanite.fitting.objective import CurveSolution, distance
 from allanite.stability.record_comparison.evidence import Evidence
-from allanite.stability.record_comparison.null_law import Directions, Law, law_of_equality
+from allanite.stability.record_comparison.null_law import Directions, ScaledChiSquare, law_of_equality
 from allanite.stability.record_comparison.pooled import JointDesign, seen_by
 from allanite.stability.record_comparison.profiles import Profile
 
@@ -133,7 +133,7 @@ def detectable(profiles: Sequence[Profile]) -> float | None:
     sd = np.sort([p.sd for p in profiles if p.supported])
     if len(sd) < 2:
         return None
-    law = Law(dof=float(len(sd) - 1))
+    law = ScaledChiSquare(dof=float(len(sd) - 1))
     noncentral = float(chndtrinc(law.quantile(1 - _TEST), law.dof, 1 - _POWER))
     i = len(sd) // 2
     others = np.delete(sd, i)
@@ -143,7 +143,7 @@ def detectable(profiles: Sequence[Profile]) -> float | None:
 # -- laws and the joint test ---------------------------------------------------------------------------------------
 
 
-def parameter_law(found: Sequence[Evidence], symbol: str) -> Law:
+def parameter_law(found: Sequence[Evidence], symbol: str) -> ScaledChiSquare:
     """The law of Q of one parameter (SI name).
 
     Other coefficients that a record does not show are taken to stand at zero, the least favourable case, as in the sets
@@ -165,10 +165,10 @@ def parameter_law(found: Sequence[Evidence], symbol: str) -> Law:
             )
         )
     if len(records) < 2:
-        return Law(dof=0.0)
+        return ScaledChiSquare(dof=0.0)
     law = law_of_equality(records, [math.inf])
-    plain = Law(dof=len(records) - 1.0)
-    return Law(dof=plain.dof, scale=max(law.quantile(1 - _TEST) / plain.quantile(1 - _TEST), 1.0))
+    plain = ScaledChiSquare(dof=len(records) - 1.0)
+    return ScaledChiSquare(dof=plain.dof, scale=max(law.quantile(1 - _TEST) / plain.quantile(1 - _TEST), 1.0))
 
 
 def _unit_of(e: Evidence, inner: str, first: Evidence) -> float:
@@ -183,7 +183,7 @@ def _table(columns: Sequence[Array], n: int) -> Array:
     return np.stack(columns, axis=1) if columns else np.zeros((n, 0))
 
 
-def joint_loss(design: JointDesign, pooled: Solution, found: Sequence[Evidence]) -> Array:
+def joint_loss(design: JointDesign, pooled: CurveSolution, found: Sequence[Evidence]) -> Array:
     """Loss of each record under the pooled model (eq. 2), shape (n_records,)."""
     losses = []
     for i, e in enumerate(found):
@@ -192,7 +192,7 @@ def joint_loss(design: JointDesign, pooled: Solution, found: Sequence[Evidence])
     return np.array(losses)
 
 
-def joint_law(design: JointDesign, pooled: Solution, found: Sequence[Evidence]) -> Law:
+def joint_law(design: JointDesign, pooled: CurveSolution, found: Sequence[Evidence]) -> ScaledChiSquare:
     """The law of the sum of `joint_loss`."""
     names = [s for s in pooled.symbols if all(s in e.columns for e in found)]
     timed = "T" in found[0].columns and all("T" in e.columns for e in found)

@@ -29,7 +29,13 @@ from allanite.stability.record_comparison.results import (
     Outlier,
     ParameterComparison,
 )
-from allanite.stability.record_comparison.series import Record, Series, matched, record_of, refuse_other_kinds
+from allanite.stability.record_comparison.series import (
+    FittedChannel,
+    Record,
+    matched,
+    record_of,
+    refuse_other_kinds,
+)
 
 __all__ = ["compare"]
 
@@ -89,7 +95,7 @@ def compare(
     pairs = matched(given, channels)
     found, done = [], 0
 
-    def fitted(task: tuple[Record, str]) -> Series:
+    def fitted(task: tuple[Record, str]) -> FittedChannel:
         nonlocal done
         record, channel = task
         series = record.series(channel)
@@ -137,7 +143,7 @@ def _named(records: Sequence[Record], names: Sequence[str] | None) -> list[Recor
     return made
 
 
-def _refuse_twins(series: Sequence[Series]) -> None:
+def _refuse_twins(series: Sequence[FittedChannel]) -> None:
     for a, b in itertools.combinations(series, 2):
         if np.array_equal(a.curve.deviation, b.curve.deviation, equal_nan=True):
             raise InputError(
@@ -146,7 +152,7 @@ def _refuse_twins(series: Sequence[Series]) -> None:
             )
 
 
-def _facts(record: Record, series: Series) -> ComparedRecord:
+def _facts(record: Record, series: FittedChannel) -> ComparedRecord:
     return ComparedRecord(
         name=record.name,
         source=record.source,
@@ -161,7 +167,7 @@ def _facts(record: Record, series: Series) -> ComparedRecord:
 
 
 def _channel(
-    name: str, series: Sequence[Series], confidence: float, level: float, pool: ThreadPoolExecutor
+    name: str, series: Sequence[FittedChannel], confidence: float, level: float, pool: ThreadPoolExecutor
 ) -> ChannelComparison:
     family, families = _family(series)
     design, pooled = pooled_fit(series, FLICKER if family == "flicker" else GAUSS_MARKOV)
@@ -200,7 +206,7 @@ def _equality(statistic: float, dof: float, p: float) -> Equality:
     return Equality(statistic=statistic, dof=dof, p=p, p_adjusted=min(2 * p, 1.0))
 
 
-def _family(series: Sequence[Series]) -> tuple[str, tuple[str, ...]]:
+def _family(series: Sequence[FittedChannel]) -> tuple[str, tuple[str, ...]]:
     """The family that all records together prefer, and what each supports by itself."""
     flicker, markov, each = 0.0, 0.0, []
     for s in series:

@@ -11,11 +11,11 @@ from numpy.typing import NDArray
 
 from allanite.fitting.design import TIME_POWER
 from allanite.fitting.families import Family
-from allanite.fitting.objective import Curve, Solution, distance, sensitivity
+from allanite.fitting.objective import CurveData, CurveSolution, distance, sensitivity
 from allanite.fitting.sets import CERTAIN, critical_value, fisher_sd
 from allanite.noise import SIGMA_PER_B
 from allanite.stability.record_comparison.profiles import Profile, limit, normal_profile, traced
-from allanite.stability.record_comparison.series import Series
+from allanite.stability.record_comparison.series import FittedChannel
 
 __all__ = ["Evidence", "evidence_of"]
 
@@ -32,10 +32,10 @@ class Evidence:
 
     Attributes
     ----------
-    series : Series
+    series : FittedChannel
     symbols : tuple of str
         Of the family.
-    best : Solution
+    best : CurveSolution
     profiles : dict of str to Profile
         Logarithm of the SI value; "B_equiv" stands for "G", and "T" and "q" are there where the Gauss-Markov term is
         supported.
@@ -45,15 +45,15 @@ class Evidence:
         Symbols whose coefficient is well away from zero.
     """
 
-    series: Series
+    series: FittedChannel
     symbols: tuple[str, ...]
-    best: Solution
+    best: CurveSolution
     profiles: dict[str, Profile] = field(repr=False)
     columns: dict[str, Array] = field(repr=False)
     present: frozenset[str]
 
 
-def evidence_of(series: Series, symbols: tuple[str, ...], confidence: float) -> Evidence:
+def evidence_of(series: FittedChannel, symbols: tuple[str, ...], confidence: float) -> Evidence:
     """Profiles of the parameters of a sum of these terms."""
     family = Family(series.fit.data, symbols)
     best = series.best(symbols)
@@ -75,7 +75,7 @@ def evidence_of(series: Series, symbols: tuple[str, ...], confidence: float) -> 
 class _Tracer:
     """Walks along one parameter after the other, each fit beginning where the last one ended."""
 
-    def __init__(self, series: Series, family: Family, best: Solution, confidence: float) -> None:
+    def __init__(self, series: FittedChannel, family: Family, best: CurveSolution, confidence: float) -> None:
         self.series, self.family, self.best, self.confidence = series, family, best, confidence
         self.data = series.fit.data
         self.sd = fisher_sd(self.data, best)
@@ -86,7 +86,7 @@ class _Tracer:
             return False
         return self.sd.get(symbol, 1.0) < CERTAIN or self._loss(symbol, 0.0) > _THERE
 
-    def _loss(self, symbol: str, c: float, near: Solution | None = None) -> float:
+    def _loss(self, symbol: str, c: float, near: CurveSolution | None = None) -> float:
         start = near or (self.best if symbol == "G" else None)
         return distance(self.data, self.family({symbol: c}, start), self.best.T)
 
@@ -160,7 +160,7 @@ class _Tracer:
         return traced(loss, x, sd, critical, at_zero=None, bounds=(x - 4.0, x + 4.0))
 
 
-def _columns(data: Curve, at: Solution, present: frozenset[str]) -> dict[str, Array]:
+def _columns(data: CurveData, at: CurveSolution, present: frozenset[str]) -> dict[str, Array]:
     if at.weight is None:
         return {}
     A = data.design.columns(at.symbols, at.T)

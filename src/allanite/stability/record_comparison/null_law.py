@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 
 from allanite.quantities.distributions import chi_square_quantile, chi_square_tail
 
-__all__ = ["Directions", "Law", "law_of_equality"]
+__all__ = ["Directions", "ScaledChiSquare", "law_of_equality"]
 
 Array = NDArray[np.float64]
 
@@ -34,7 +34,7 @@ _CERTAIN = 4.0  # standard deviations from zero beyond which the border is out o
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Law:
+class ScaledChiSquare:
     """A scaled chi-square law."""
 
     dof: float
@@ -68,7 +68,7 @@ class Directions:
     floor: Array
 
 
-def law_of_equality(records: Sequence[Directions], floor: Sequence[float]) -> Law:
+def law_of_equality(records: Sequence[Directions], floor: Sequence[float]) -> ScaledChiSquare:
     """The law of the loss of making the shared parameters equal.
 
     Parameters
@@ -82,7 +82,7 @@ def law_of_equality(records: Sequence[Directions], floor: Sequence[float]) -> La
     bounded = _bounded(shared, np.asarray(floor, dtype=np.float64))
     rank = sum(_rank(s) for s in shared) - _rank(np.concatenate(shared))
     if not bounded.any() and all(own.shape[1] == 0 for _, own, _ in reduced):
-        return Law(dof=float(rank))
+        return ScaledChiSquare(dof=float(rank))
     rng = np.random.default_rng(952)
     offset = np.where(bounded, floor, 0.0)
     n = shared[0].shape[1]
@@ -95,8 +95,10 @@ def law_of_equality(records: Sequence[Directions], floor: Sequence[float]) -> La
     draws = together(np.concatenate(y, axis=1)) - np.sum(apart, axis=0)
     mean = float(draws.mean())
     if mean < 1e-9:
-        return Law(dof=0.0)
-    return Law(dof=mean, scale=float(np.quantile(draws, _LEVEL)) / chi_square_quantile(_LEVEL, mean))
+        return ScaledChiSquare(dof=0.0)
+    return ScaledChiSquare(
+        dof=mean, scale=float(np.quantile(draws, _LEVEL)) / chi_square_quantile(_LEVEL, mean)
+    )
 
 
 def _reduced(record: Directions) -> tuple[Array, Array, Array]:

@@ -16,15 +16,15 @@ from allanite.stability.record_comparison.equality import (
     without_each,
 )
 from allanite.stability.record_comparison.evidence import Evidence
-from allanite.stability.record_comparison.null_law import Law
+from allanite.stability.record_comparison.null_law import ScaledChiSquare
 from allanite.stability.record_comparison.population import population_of
 from allanite.stability.record_comparison.profiles import Profile
 from allanite.stability.record_comparison.results import (
     Equality,
     Outlier,
     ParameterComparison,
-    Scatter,
-    Value,
+    RecordParameter,
+    SensorSpread,
 )
 
 __all__ = ["bias_comparison", "parameter_comparison"]
@@ -65,7 +65,7 @@ def bias_comparison(
 ) -> ParameterComparison:
     """The means of the records; their p is not adjusted yet."""
     centre, q = least(profiles)
-    law = Law(dof=len(profiles) - 1.0)
+    law = ScaledChiSquare(dof=len(profiles) - 1.0)
     return ParameterComparison(
         symbol="mean",
         records=tuple(_value(p, float) for p in profiles),
@@ -86,30 +86,30 @@ def _exp(x: float) -> float:
     return math.exp(x) if x < _LARGEST else math.inf
 
 
-def _unknown() -> Value:
-    return Value(value=None, lower=0.0, upper=math.inf, supported=False)
+def _unknown() -> RecordParameter:
+    return RecordParameter(value=None, lower=0.0, upper=math.inf, supported=False)
 
 
-def _value(profile: Profile, scale: Scale) -> Value:
+def _value(profile: Profile, scale: Scale) -> RecordParameter:
     low, high = profile.interval
     value = scale(profile.best) if profile.supported else None
-    return Value(value=value, lower=scale(low), upper=scale(high), supported=profile.supported)
+    return RecordParameter(value=value, lower=scale(low), upper=scale(high), supported=profile.supported)
 
 
-def _common(profiles: Sequence[Profile], centre: float, scale: Scale) -> Value:
+def _common(profiles: Sequence[Profile], centre: float, scale: Scale) -> RecordParameter:
     low, high = level_set(profiles, max(p.critical for p in profiles))
     bounded = math.isfinite(low) and math.isfinite(high)
-    return Value(
+    return RecordParameter(
         value=scale(centre) if bounded else None, lower=scale(low), upper=scale(high), supported=bounded
     )
 
 
-def _scatter(profiles: Sequence[Profile], confidence: float, scale: Scale) -> Scatter | None:
+def _scatter(profiles: Sequence[Profile], confidence: float, scale: Scale) -> SensorSpread | None:
     found = population_of(profiles, confidence)
     if found is None:
         return None
     ahead = [None if x is None else scale(x) for x in (found.next_lower, found.next_upper)]
-    return Scatter(
+    return SensorSpread(
         resolved=found.resolved,
         mean=scale(found.middle),
         lower=scale(found.lower),
@@ -129,19 +129,19 @@ def _worst(records: Sequence[str], profiles: Sequence[Profile]) -> tuple[str | N
         return None, None
     i = max(resolved, key=lambda j: profiles[j].best)
     others = [j for j in range(len(profiles)) if j != i]
-    leads = [Law(dof=1.0).tail(least([profiles[i], profiles[j]])[1]) for j in others]
+    leads = [ScaledChiSquare(dof=1.0).tail(least([profiles[i], profiles[j]])[1]) for j in others]
     return records[i], min(max(leads) * len(others), 1.0)
 
 
-def _outlier(records: Sequence[str], profiles: Sequence[Profile], law: Law) -> Outlier | None:
+def _outlier(records: Sequence[str], profiles: Sequence[Profile], law: ScaledChiSquare) -> Outlier | None:
     k = len(profiles)
     if k < 3 or law.dof <= 0:
         return None
     falls = without_each(profiles)
     i = int(np.argmax(falls))
     rest = [p for j, p in enumerate(profiles) if j != i]
-    one = Law(dof=1.0, scale=law.scale)
-    others = Law(dof=k - 2.0, scale=law.scale)
+    one = ScaledChiSquare(dof=1.0, scale=law.scale)
+    others = ScaledChiSquare(dof=k - 2.0, scale=law.scale)
     return Outlier(
         record=records[i],
         p=min(one.tail(float(falls[i])) * k, 1.0),

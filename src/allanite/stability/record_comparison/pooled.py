@@ -17,11 +17,11 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.fitting.design import TIME_POWER, Design
+from allanite.fitting.design import TIME_POWER, CurveDesign
 from allanite.fitting.families import Family
-from allanite.fitting.objective import Curve, Solution, distance, solve
+from allanite.fitting.objective import CurveData, CurveSolution, distance, solve
 from allanite.noise import GaussMarkov, NoiseModel, TermType, term_of
-from allanite.stability.record_comparison.series import Series
+from allanite.stability.record_comparison.series import FittedChannel
 
 __all__ = ["JointDesign", "model_of", "pooled_fit", "seen_by"]
 
@@ -34,14 +34,14 @@ _SHOWN, _SHOWN_BY_ONE = 3.84, 6.63
 
 
 @dataclass(slots=True)
-class JointDesign(Design):
+class JointDesign(CurveDesign):
     """Columns and covariance of several records, for the coefficients of the first."""
 
-    series: Sequence[Series] = ()
+    series: Sequence[FittedChannel] = ()
     _factors: dict[tuple[int, str], float] = field(default_factory=dict)
 
     @classmethod
-    def of(cls, series: Sequence[Series]) -> JointDesign:
+    def of(cls, series: Sequence[FittedChannel]) -> JointDesign:
         """The design of these records together."""
         first = series[0]
         own = first.fit.data.design
@@ -87,7 +87,9 @@ class JointDesign(Design):
         return out
 
 
-def pooled_fit(series: Sequence[Series], symbols: tuple[str, ...]) -> tuple[JointDesign, Solution]:
+def pooled_fit(
+    series: Sequence[FittedChannel], symbols: tuple[str, ...]
+) -> tuple[JointDesign, CurveSolution]:
     """The best single model of a family for all records, and with it the terms that they are compared by.
 
     Without quantisation and ramp, unless all records together or one of them show it: a term that may only add and is
@@ -96,7 +98,7 @@ def pooled_fit(series: Sequence[Series], symbols: tuple[str, ...]) -> tuple[Join
     """
     design = JointDesign.of(series)
     variance = np.concatenate([s.fit.data.variance for s in series])
-    curve = Curve(variance, design, max(s.fit.data.discrepancy for s in series))
+    curve = CurveData(variance, design, max(s.fit.data.discrepancy for s in series))
     best = Family(curve, symbols)({})
     for symbol in (s for s in _RARE if s in symbols):
         kept = best.symbols
@@ -108,19 +110,19 @@ def pooled_fit(series: Sequence[Series], symbols: tuple[str, ...]) -> tuple[Join
     return design, best
 
 
-def _loss_without(family: Family, best: Solution, symbol: str) -> float:
+def _loss_without(family: Family, best: CurveSolution, symbol: str) -> float:
     if best.coefficient(symbol) <= 0:
         return 0.0
     return distance(family.curve, family({symbol: 0.0}, best), best.T)
 
 
-def seen_by(design: JointDesign, i: int, pooled: Solution) -> Solution:
+def seen_by(design: JointDesign, i: int, pooled: CurveSolution) -> CurveSolution:
     """The pooled model as a solution of record i: its coefficients there, and the weights that they give."""
     fixed = {s: pooled.coefficient(s) * design.factor(i, s) for s in pooled.symbols}
     return solve(design.series[i].fit.data, pooled.symbols, T=design.time(i, pooled.T), fixed=fixed)
 
 
-def model_of(series: Series, at: Solution) -> NoiseModel:
+def model_of(series: FittedChannel, at: CurveSolution) -> NoiseModel:
     """A solution of one record as a noise model in SI."""
     dt, scale = series.curve.dt, series.fit.scale
     terms: list[TermType] = []

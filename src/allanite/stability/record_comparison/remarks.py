@@ -7,12 +7,14 @@ from collections.abc import Sequence
 
 from allanite.recording.records import Kind
 from allanite.stability.record_comparison.results import ChannelComparison
-from allanite.stability.record_comparison.series import Series
+from allanite.stability.record_comparison.series import FittedChannel
 
 __all__ = ["remarks_of"]
 
 
-def remarks_of(groups: Sequence[Sequence[Series]], channels: Sequence[ChannelComparison]) -> tuple[str, ...]:
+def remarks_of(
+    groups: Sequence[Sequence[FittedChannel]], channels: Sequence[ChannelComparison]
+) -> tuple[str, ...]:
     """Differences of the records that were allowed for, and limits of what they can say."""
     made: list[str] = []
     first = groups[0]
@@ -36,7 +38,7 @@ def remarks_of(groups: Sequence[Sequence[Series]], channels: Sequence[ChannelCom
     return tuple(made)
 
 
-def _of_channel(series: Sequence[Series], channel: ChannelComparison) -> list[str]:
+def _of_channel(series: Sequence[FittedChannel], channel: ChannelComparison) -> list[str]:
     made = []
     name = channel.name
     sure = {f for f in channel.families if f != "both"}

@@ -22,8 +22,8 @@ __all__ = [
     "Equality",
     "Outlier",
     "ParameterComparison",
-    "Scatter",
-    "Value",
+    "RecordParameter",
+    "SensorSpread",
 ]
 
 Array = NDArray[np.float64]
@@ -54,7 +54,7 @@ class ComparedRecord:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Value:
+class RecordParameter:
     """A parameter of one record [SI].
 
     Attributes
@@ -114,7 +114,7 @@ class Outlier:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Scatter:
+class SensorSpread:
     """Middle and spread of the kind of sensor [SI].
 
     Attributes
@@ -149,14 +149,14 @@ class ParameterComparison:
     ----------
     symbol : str
         Q, N, B, B_equiv, T, q, K, R, or "mean" for the bias.
-    records : tuple of Value
+    records : tuple of RecordParameter
     equality : Equality or None
         None where fewer than two records say anything of it.
-    common : Value
+    common : RecordParameter
         The one value, if it is the same in all.
     detectable : float or None
         Relative change of one record that the test would see in four of five cases; for a bias [SI].
-    population : Scatter or None
+    population : SensorSpread or None
         None where fewer than two records resolve it.
     worst : str or None
         The record with the largest value; None for times, and where none is resolved.
@@ -167,11 +167,11 @@ class ParameterComparison:
     """
 
     symbol: str
-    records: tuple[Value, ...]
+    records: tuple[RecordParameter, ...]
     equality: Equality | None
-    common: Value
+    common: RecordParameter
     detectable: float | None
-    population: Scatter | None
+    population: SensorSpread | None
     worst: str | None
     worst_p: float | None
     outlier: Outlier | None

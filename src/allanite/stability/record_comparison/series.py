@@ -12,14 +12,14 @@ from numpy.typing import NDArray
 
 from allanite.errors import DataQualityError, FitError, FormatError, InputError
 from allanite.fitting.families import Family
-from allanite.fitting.misfit import Candidate, best_explained, candidate
+from allanite.fitting.misfit import LagChoice, best_explained, candidate
 from allanite.fitting.moments import lags_used
-from allanite.fitting.objective import Solution
+from allanite.fitting.objective import CurveSolution
 from allanite.noise.allan import AllanCurve
 from allanite.plain_files.counted import plural
 from allanite.recording.records import Channel, Kind
 
-__all__ = ["Part", "Record", "Series", "matched", "record_of", "refuse_other_kinds"]
+__all__ = ["FittedChannel", "Record", "UnfittedChannel", "matched", "record_of", "refuse_other_kinds"]
 
 Json = Mapping[str, Any]
 
@@ -28,7 +28,7 @@ _FEWEST = 3  # lags that a fit needs
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Series:
+class FittedChannel:
     """One channel of one record.
 
     Attributes
@@ -36,7 +36,7 @@ class Series:
     record, channel : str
     curve : AllanCurve
         Of this channel alone; oadev.
-    fit : Candidate
+    fit : LagChoice
         The lags that are fitted, and the best fit of both families.
     mean : float or None [SI]
         Mean of the samples; None where only the curve is known.
@@ -47,11 +47,11 @@ class Series:
     record: str
     channel: str
     curve: AllanCurve
-    fit: Candidate
+    fit: LagChoice
     mean: float | None
     present: int
 
-    def best(self, symbols: tuple[str, ...]) -> Solution:
+    def best(self, symbols: tuple[str, ...]) -> CurveSolution:
         """The best fit of a family, or of some of its terms."""
         whole = self.fit.markov if "G" in symbols else self.fit.flicker
         if symbols == whole.symbols:
@@ -82,7 +82,7 @@ class Series:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Part:
+class UnfittedChannel:
     """One channel before it is fitted.
 
     Attributes
@@ -108,7 +108,7 @@ class Record:
     Attributes
     ----------
     name : str
-    channels : dict of str to Part
+    channels : dict of str to UnfittedChannel
     sha256 : str or None
         Of the log behind it.
     source : str
@@ -116,11 +116,11 @@ class Record:
     """
 
     name: str
-    channels: Mapping[str, Part] = field(repr=False)
+    channels: Mapping[str, UnfittedChannel] = field(repr=False)
     sha256: str | None = None
     source: str = ""
 
-    def series(self, channel: str) -> Series:
+    def series(self, channel: str) -> FittedChannel:
         """One channel, fitted.
 
         Raises
@@ -134,7 +134,7 @@ class Record:
             fit = _fitted(part)
         except (DataQualityError, FitError) as refusal:
             raise type(refusal)(f"{self.name}, channel {channel!r}: {refusal}") from None
-        return Series(
+        return FittedChannel(
             record=self.name,
             channel=channel,
             curve=curve,
@@ -144,7 +144,7 @@ class Record:
         )
 
 
-def _fitted(part: Part) -> Candidate:
+def _fitted(part: UnfittedChannel) -> LagChoice:
     chosen = lags_used(part.curve) if part.used is None else part.used
     if int(chosen.sum()) < _FEWEST:
         raise DataQualityError(
@@ -183,7 +183,9 @@ def record_of(source: object, name: str | None = None) -> Record:
 
 def _of_curve(curve: AllanCurve, name: str) -> Record:
     _refuse_other(curve.statistic, name)
-    return Record(name=name, channels={channel: Part(curve=curve[channel]) for channel in curve.names})
+    return Record(
+        name=name, channels={channel: UnfittedChannel(curve=curve[channel]) for channel in curve.names}
+    )
 
 
 def _of_study(document: Json, name: str | None) -> Record:
@@ -196,7 +198,7 @@ def _of_study(document: Json, name: str | None) -> Record:
         curve = _curve_of(entry["curve"], Channel.from_json(known[entry["name"]]))
         discrepancy = max((m["goodness"].get("discrepancy", 0.0) for m in entry["models"]), default=0.0)
         used = np.array(entry["curve"]["used"], dtype=bool) if entry["models"] else None
-        parts[entry["name"]] = Part(
+        parts[entry["name"]] = UnfittedChannel(
             curve=curve, used=used, mean=entry["mean"], discrepancy=float(discrepancy)
         )
     return Record(name=label, channels=parts, sha256=origin.get("sha256"), source=origin["source"])
@@ -279,7 +281,7 @@ def _given(records: Sequence[Record], wanted: str | Sequence[str]) -> tuple[str,
     return names[0] if len(set(names)) == 1 else " / ".join(dict.fromkeys(names)), names
 
 
-def refuse_other_kinds(series: Sequence[Series]) -> None:
+def refuse_other_kinds(series: Sequence[FittedChannel]) -> None:
     """Rates are compared with rates; counts only with counts of the same name.
 
     Raises
@@ -295,5 +297,5 @@ def refuse_other_kinds(series: Sequence[Series]) -> None:
             )
 
 
-def _measured(series: Series) -> str:
+def _measured(series: FittedChannel) -> str:
     return f"{series.kind.value} in {series.unit}" if series.unit else series.kind.value

@@ -15,6 +15,6 @@ Three: C_11 - C_12 - C_13 + C_23 is that of e_1, whatever all three share (three
 """
 
 from allanite.stability.shared_noise.estimation import separate_noise
-from allanite.stability.shared_noise.results import Part, Separation
+from allanite.stability.shared_noise.results import NoisePart, Separation
 
-__all__ = ["Part", "Separation", "separate_noise"]
+__all__ = ["NoisePart", "Separation", "separate_noise"]

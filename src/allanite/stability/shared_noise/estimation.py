@@ -26,7 +26,7 @@ from allanite.recording.records import Recording, merge_spans
 from allanite.stability.shared_noise.agreement import delay_of, listed, same_to_all, shared_sign
 from allanite.stability.shared_noise.fiducial import LEAST_FREEDOM, interval_of
 from allanite.stability.shared_noise.quadratic import common_form, covariance_of, own_basis, own_form
-from allanite.stability.shared_noise.results import COMMON, Part, Separation
+from allanite.stability.shared_noise.results import COMMON, NoisePart, Separation
 from allanite.stability.shared_noise.terms import SYMBOLS, FittedTerms, fit_terms
 
 __all__ = ["separate_noise"]
@@ -261,13 +261,13 @@ class _Estimator:
         with np.errstate(divide="ignore", invalid="ignore"):
             return np.asarray(np.where(variance > 0, 2.0 * squares / variance, np.nan))
 
-    def own(self, i: int, enough: NDArray[np.bool_]) -> Part:
+    def own(self, i: int, enough: NDArray[np.bool_]) -> NoisePart:
         basis = own_basis(self.n, i)
         edf = self.freedom(own_form(self.n, i))
         reduced = self._of_differences(basis)
         return self._part(self.names[i], i, np.array([[0.0, 0.5], [0.5, 0.0]]), reduced, edf, enough)
 
-    def common(self, enough: NDArray[np.bool_]) -> Part:
+    def common(self, enough: NDArray[np.bool_]) -> NoisePart:
         form = common_form(self.n)
         return self._part(COMMON, self.n, form, self.matrix.covariance, self.freedom(form), enough)
 
@@ -285,7 +285,7 @@ class _Estimator:
 
     def _part(
         self, name: str, row: int, form: Array, matrix: Array, edf: Array, enough: NDArray[np.bool_]
-    ) -> Part:
+    ) -> NoisePart:
         variance = np.einsum("ij,lij->l", form, matrix)
         ends = np.array(
             [
@@ -297,7 +297,7 @@ class _Estimator:
         seen = low > 0
         # where chance takes even the upper end below zero, the limit is what chance alone would leave
         room = np.where(high > 0, high, (high - low) / 2)
-        return Part(
+        return NoisePart(
             name=name,
             variance=variance[enough],
             variance_lower=low,
@@ -342,7 +342,7 @@ class _Estimator:
 # -- words -----------------------------------------------------------------------------------------------------------
 
 
-def _verdict(sign: int, common: Part, own: Sequence[Part], tau: Array) -> tuple[str, str]:
+def _verdict(sign: int, common: NoisePart, own: Sequence[NoisePart], tau: Array) -> tuple[str, str]:
     if sign == 0:
         return "no shared noise is seen", "no pair is correlated at any lag by more than chance"
     if sign < 0:

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from allanite.noise import NoiseModel
 from allanite.plain_files.json_values import plain
 
-__all__ = ["COMMON", "Part", "Separation"]
+__all__ = ["COMMON", "NoisePart", "Separation"]
 
 Array = NDArray[np.float64]
 
@@ -21,7 +21,7 @@ COMMON = "common"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Part:
+class NoisePart:
     """Own noise of one sensor, or the common part.
 
     Attributes
@@ -75,8 +75,8 @@ class Separation:
     tau : ndarray, shape (n_lags,) [s]
     total, total_lower, total_upper : ndarray, shape (n_lags, n) [SI]
         Deviation of each channel as it is, with its interval.
-    own : tuple of Part
-    common : Part
+    own : tuple of NoisePart
+    common : NoisePart
     correlation : ndarray, shape (n_lags, n_pairs)
         Of every pair, in the order of `pairs`.
     pairs : tuple of (str, str)
@@ -102,8 +102,8 @@ class Separation:
     total: Array = field(repr=False)
     total_lower: Array = field(repr=False)
     total_upper: Array = field(repr=False)
-    own: tuple[Part, ...]
-    common: Part
+    own: tuple[NoisePart, ...]
+    common: NoisePart
     correlation: Array = field(repr=False)
     pairs: tuple[tuple[str, str], ...]
     verdict: str
@@ -117,11 +117,11 @@ class Separation:
     source: str = ""
 
     @property
-    def parts(self) -> tuple[Part, ...]:
+    def parts(self) -> tuple[NoisePart, ...]:
         """The own noise of every sensor, then the common part."""
         return (*self.own, self.common)
 
-    def __getitem__(self, name: str) -> Part:
+    def __getitem__(self, name: str) -> NoisePart:
         """One part by the name of its channel, or "common".
 
         Raises

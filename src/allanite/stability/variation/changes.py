@@ -22,12 +22,12 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.noise.allan.cells import Cells
-from allanite.stability.variation.constancy import Scatter, Whitened, together
-from allanite.stability.variation.shapes import EVERYTHING, Shape
+from allanite.noise.allan.cells import AllanCells
+from allanite.stability.variation.constancy import Whitened, WindowScatter, together
+from allanite.stability.variation.shapes import EVERYTHING, ChangeShape
 from allanite.stability.variation.sizes import FoundChange, Misfit, joint_effect, placed, sized
 
-__all__ = ["Scan", "find_changes", "undivided"]
+__all__ = ["ChangeScan", "find_changes", "undivided"]
 
 Array = NDArray[np.float64]
 
@@ -43,7 +43,7 @@ _KEPT = 1e-5  # of the scores' variance may be lost in their simulation
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Scan:
+class ChangeScan:
     """Result of the search.
 
     Attributes
@@ -65,14 +65,14 @@ class Scan:
 
 
 def find_changes(
-    cells: Cells,
-    scatter: Scatter,
+    cells: AllanCells,
+    scatter: WindowScatter,
     shares: Mapping[str, Array],
     doubts: Mapping[str, Array],
     *,
     level: float,
     confidence: float,
-) -> Scan:
+) -> ChangeScan:
     """Look for steps and drifts of the terms until what is left may be chance.
 
     Parameters
@@ -105,10 +105,10 @@ def find_changes(
             break
         accepted = placed(_likeliest(tried, accepted, p, misfit), misfit, confidence)
     ordered = sorted(accepted, key=lambda c: -1.0 if c.shape.time is None else c.shape.time)
-    return Scan(changes=tuple(ordered), p=first, left=left_over, visible=visible)
+    return ChangeScan(changes=tuple(ordered), p=first, left=left_over, visible=visible)
 
 
-def undivided(changes: Sequence[FoundChange], cells: Cells) -> NDArray[np.bool_]:
+def undivided(changes: Sequence[FoundChange], cells: AllanCells) -> NDArray[np.bool_]:
     """Windows that lie on one side of every step, wherever its time may be if that is known to a window or two."""
     keep = np.ones(len(cells), dtype=np.bool_)
     near = 2.0 * float((cells.stop - cells.start).min())
@@ -121,30 +121,30 @@ def undivided(changes: Sequence[FoundChange], cells: Cells) -> NDArray[np.bool_]
     return keep
 
 
-def _of_lags(shares: Mapping[str, Array], cells: Cells, keep: NDArray[np.bool_]) -> dict[str, Array]:
+def _of_lags(shares: Mapping[str, Array], cells: AllanCells, keep: NDArray[np.bool_]) -> dict[str, Array]:
     """Shares at the lags of the cells that are kept."""
     rows = np.unique(cells.row[keep])
     return {symbol: share[rows] for symbol, share in shares.items()}
 
 
-def _shapes(cells: Cells, shares: Mapping[str, Array]) -> list[Shape]:
+def _shapes(cells: AllanCells, shares: Mapping[str, Array]) -> list[ChangeShape]:
     """Steps at every border of the shortest windows, and a drift, of every term."""
     borders = np.unique(cells.start[cells.row == 0])[1:]
     times: list[float | None] = [None, *map(float, borders)]
-    return [Shape(symbol=s, time=t) for s in shares for t in times]
+    return [ChangeShape(symbol=s, time=t) for s in shares for t in times]
 
 
 # -- the largest score -------------------------------------------------------------------------------------------
 
 
 def _largest(
-    shapes: Sequence[Shape],
-    known: Sequence[Shape],
-    cells: Cells,
+    shapes: Sequence[ChangeShape],
+    known: Sequence[ChangeShape],
+    cells: AllanCells,
     shares: Mapping[str, Array],
     left: Whitened,
     level: float,
-) -> tuple[list[Shape], float, float]:
+) -> tuple[list[ChangeShape], float, float]:
     """The shapes with the largest scores, the probability that chance makes one as large, and the score needed.
 
     One step and one drift of each term: scores are of first order, and do not tell terms that change by much apart.
@@ -157,14 +157,14 @@ def _largest(
     tried = [s for s, use in zip(shapes, able, strict=True) if use]
     scores = np.abs(unit.T @ left.residual)
     p, needed = _chance(unit, float(scores.max()), level)
-    best = dict[tuple[str, bool], Shape]()
+    best = dict[tuple[str, bool], ChangeShape]()
     for i in np.argsort(-scores):
         best.setdefault((tried[i].symbol, tried[i].time is None), tried[i])
     return list(best.values()), p, needed
 
 
 def _likeliest(
-    shapes: Sequence[Shape], known: Sequence[FoundChange], p: float, misfit: Misfit
+    shapes: Sequence[ChangeShape], known: Sequence[FoundChange], p: float, misfit: Misfit
 ) -> list[FoundChange]:
     """The known changes with the one of the shapes that explains the most; one term rather than all of them, unless
     that explains clearly less."""
@@ -177,7 +177,7 @@ def _likeliest(
         # the window that a step divides looks like its louder side: the border that leaves it there may be the next
         i = 0 if shape.time is None else int(np.searchsorted(borders, shape.time))
         times = [None] if shape.time is None else borders[max(i - 1, 0) : i + 2].tolist()
-        for at in (Shape(symbol=shape.symbol, time=time) for time in times):
+        for at in (ChangeShape(symbol=shape.symbol, time=time) for time in times):
             for beta in _starts(at, ratio, cells, shares):
                 new = FoundChange(shape=at, lower=None, upper=None, beta=beta, sd=0.0, p=p)
                 changes, loss = sized([*known, new], misfit)
@@ -185,7 +185,7 @@ def _likeliest(
     return min(found, key=lambda one: one[0])[1]
 
 
-def _starts(shape: Shape, ratio: Array, cells: Cells, shares: Mapping[str, Array]) -> list[float]:
+def _starts(shape: ChangeShape, ratio: Array, cells: AllanCells, shares: Mapping[str, Array]) -> list[float]:
     """Where to look for the size: at none, and of a step of a large factor where the windows of one lag say."""
     if shape.time is None:
         return [0.0]
@@ -197,16 +197,18 @@ def _starts(shape: Shape, ratio: Array, cells: Cells, shares: Mapping[str, Array
     return [0.0] if abs(beta) < _NEAR else [0.0, beta]
 
 
-def _visible(needed: float, cells: Cells, shares: Mapping[str, Array], left: Whitened) -> dict[str, float]:
-    middle = [Shape(symbol=s, time=float(cells.stop.max()) / 2) for s in shares]
+def _visible(
+    needed: float, cells: AllanCells, shares: Mapping[str, Array], left: Whitened
+) -> dict[str, float]:
+    middle = [ChangeShape(symbol=s, time=float(cells.stop.max()) / 2) for s in shares]
     _, sizes = _free(middle, (), cells, shares, left)
     return {s.symbol: math.exp(min(1.5 * needed / size, 99.0)) for s, size in zip(middle, sizes, strict=True)}
 
 
 def _free(
-    shapes: Sequence[Shape],
-    known: Sequence[Shape],
-    cells: Cells,
+    shapes: Sequence[ChangeShape],
+    known: Sequence[ChangeShape],
+    cells: AllanCells,
     shares: Mapping[str, Array],
     left: Whitened,
 ) -> tuple[Array, Array]:

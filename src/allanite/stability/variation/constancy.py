@@ -33,9 +33,9 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.noise.allan.cells import Cells
+from allanite.noise.allan.cells import AllanCells
 
-__all__ = ["Scatter", "Whitened", "excess_kurtosis", "together", "window_scores"]
+__all__ = ["Whitened", "WindowScatter", "excess_kurtosis", "together", "window_scores"]
 
 Array = NDArray[np.float64]
 
@@ -46,7 +46,7 @@ _ENOUGH = 1 << 21
 
 
 @dataclass(frozen=True, slots=True)
-class Scatter:
+class WindowScatter:
     """How windows scatter by chance: covariance of z, and degrees of freedom.
 
     Attributes
@@ -59,7 +59,7 @@ class Scatter:
     covariance: Array
 
     @classmethod
-    def of(cls, relative: Array) -> Scatter:
+    def of(cls, relative: Array) -> WindowScatter:
         """From the covariance of the variances over the product of their expectations, equation (1)."""
         spread = np.diag(relative)
         edf = 2.0 / spread
@@ -72,9 +72,9 @@ class Scatter:
         """Mean of a u, shape (n_cells,)."""
         return 1.0 - 2.0 / (9.0 * self.edf)
 
-    def of_cells(self, keep: NDArray[np.intp]) -> Scatter:
+    def of_cells(self, keep: NDArray[np.intp]) -> WindowScatter:
         """Of some of the cells."""
-        return Scatter(self.edf[keep], self.covariance[np.ix_(keep, keep)])
+        return WindowScatter(self.edf[keep], self.covariance[np.ix_(keep, keep)])
 
 
 @dataclass(frozen=True, slots=True)
@@ -99,7 +99,7 @@ class Whitened:
     root: Array
 
     @classmethod
-    def of(cls, variance: Array, row: NDArray[np.int64], scatter: Scatter) -> Whitened:
+    def of(cls, variance: Array, row: NDArray[np.int64], scatter: WindowScatter) -> Whitened:
         """Levels at which the residuals of (1) are orthogonal to their means.
 
         Least squares over the levels would take u, which scatters, for the regressor, and find every level too low.
@@ -123,7 +123,7 @@ class Whitened:
         return np.asarray(made - self.levels @ (self.levels.T @ made))
 
 
-def window_scores(variance: Array, scatter: Scatter) -> tuple[float, Array]:
+def window_scores(variance: Array, scatter: WindowScatter) -> tuple[float, Array]:
     """Chi-square of the windows of one lag, and z of each over its standard deviation, shape (n_windows,).
 
     A window takes part in the level that it is compared with; the standard deviation allows for it.
@@ -135,7 +135,7 @@ def window_scores(variance: Array, scatter: Scatter) -> tuple[float, Array]:
     return fitted.chi2, np.asarray(scores)
 
 
-def together(variance: Array, row: NDArray[np.int64], scatter: Scatter) -> tuple[float, float]:
+def together(variance: Array, row: NDArray[np.int64], scatter: WindowScatter) -> tuple[float, float]:
     """Chi-square of the windows of all lags, and its degrees of freedom, which are no whole number: equation (2).
 
     No degrees of freedom where no lag has two windows.
@@ -167,7 +167,7 @@ def _inverse_root(covariance: Array) -> Array:
     return np.asarray(np.linalg.solve(root, np.diag(1.0 / sd)))
 
 
-def excess_kurtosis(x: Array, cells: Cells) -> float:
+def excess_kurtosis(x: Array, cells: AllanCells) -> float:
     """Excess kurtosis of the white noise from the second differences of a phase; 0 where it may be chance.
 
     The mean over the windows of the shortest lag, so that a level of noise that changes does not look like tails.

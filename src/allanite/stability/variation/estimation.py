@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from allanite.errors import DataQualityError, FitError, InputError
 from allanite.noise import NoiseModel, term_of
 from allanite.noise.allan import AllanCurve, allan_curve
-from allanite.noise.allan.cells import Cells, cell_covariance, cells_of
+from allanite.noise.allan.cells import AllanCells, cell_covariance, cells_of
 from allanite.noise.allan.degrees import chi_square_factors
 from allanite.noise.allan.statistics import Phase, phase_of, rounding_variance
 from allanite.noise.given_models import models_of
@@ -25,8 +25,8 @@ from allanite.plain_files.counted import plural
 from allanite.quantities.distributions import chi_square_tail, normal_quantile
 from allanite.recording.clock_channels import without_noise
 from allanite.recording.records import Channel, Recording
-from allanite.stability.variation.changes import Scan, find_changes, undivided
-from allanite.stability.variation.constancy import Scatter, excess_kurtosis, together, window_scores
+from allanite.stability.variation.changes import ChangeScan, find_changes, undivided
+from allanite.stability.variation.constancy import WindowScatter, excess_kurtosis, together, window_scores
 from allanite.stability.variation.results import (
     CHANGES,
     CONSTANT,
@@ -176,14 +176,14 @@ def _channel(
 
 
 def _scan(
-    cells: Cells,
-    scatter: Scatter,
+    cells: AllanCells,
+    scatter: WindowScatter,
     model: NoiseModel,
     dt: float,
     sampling: str,
     level: float,
     confidence: float,
-) -> Scan:
+) -> ChangeScan:
     shares, doubts = (of(model, cells.lags, dt, sampling) for of in (shares_of, doubts_of))
     return find_changes(cells, scatter, shares, doubts, level=level, confidence=confidence)
 
@@ -191,7 +191,7 @@ def _scan(
 # -- windows and how they scatter ----------------------------------------------------------------------------------
 
 
-def _cells(phase: Phase, windows: int, channel: Channel) -> tuple[Cells, tuple[Array, Array]]:
+def _cells(phase: Phase, windows: int, channel: Channel) -> tuple[AllanCells, tuple[Array, Array]]:
     """Windows that hold noise, and start and stop of those of the shortest lag that hold none."""
     n = phase.n_samples
     while windows >= FEWEST and n // windows < LEAST:
@@ -217,13 +217,13 @@ def _cells(phase: Phase, windows: int, channel: Channel) -> tuple[Cells, tuple[A
     return _enough(found.where(noisy), channel.name), _silent(found, noisy)
 
 
-def _silent(cells: Cells, noisy: NDArray[np.bool_]) -> tuple[Array, Array]:
+def _silent(cells: AllanCells, noisy: NDArray[np.bool_]) -> tuple[Array, Array]:
     """Start and stop of the windows of the shortest lag that hold one and the same value [samples]."""
     here = (cells.row == 0) & ~noisy
     return cells.start[here].astype(np.float64), cells.stop[here].astype(np.float64)
 
 
-def _enough(cells: Cells, name: str) -> Cells:
+def _enough(cells: AllanCells, name: str) -> AllanCells:
     """Lags of which at least four windows are there."""
     there = np.bincount(cells.row, minlength=len(cells.lags))
     keep = there[cells.row] >= FEWEST if len(cells) else np.zeros(0, dtype=np.bool_)
@@ -265,8 +265,8 @@ def _rough(curve: AllanCurve, channel: Channel) -> NoiseModel:
 
 
 def _scatter(
-    cells: Cells, model: NoiseModel, n_samples: int, dt: float, sampling: str, tails: float
-) -> tuple[Cells, Scatter]:
+    cells: AllanCells, model: NoiseModel, n_samples: int, dt: float, sampling: str, tails: float
+) -> tuple[AllanCells, WindowScatter]:
     mean = model.avar_sampled(cells.lag.astype(np.float64), dt, sampling)
     relative = cell_covariance(cells, model, n_samples, dt, sampling) / np.outer(mean, mean)
     if tails:
@@ -286,14 +286,14 @@ def _scatter(
     keep = known & (there[cells.row] >= FEWEST)
     if not keep.any():
         raise DataQualityError("too few samples in the windows: use fewer windows, or record longer")
-    return cells.where(keep), Scatter.of(relative[np.ix_(keep, keep)])
+    return cells.where(keep), WindowScatter.of(relative[np.ix_(keep, keep)])
 
 
 # -- what is told ---------------------------------------------------------------------------------------------------
 
 
 def _lag_tests(
-    cells: Cells, scatter: Scatter, dt: float, scale: float, confidence: float, false_alarm: float
+    cells: AllanCells, scatter: WindowScatter, dt: float, scale: float, confidence: float, false_alarm: float
 ) -> tuple[LagTest, ...]:
     bar = normal_quantile(1 - false_alarm / (2 * len(cells)))
     whole = cells.whole
@@ -376,7 +376,9 @@ def _silence(start: Array, stop: Array, dt: float) -> str:
     )
 
 
-def _reason(verdict: str, changes: Sequence[Change], lags: Sequence[LagTest], p: float, scan: Scan) -> str:
+def _reason(
+    verdict: str, changes: Sequence[Change], lags: Sequence[LagTest], p: float, scan: ChangeScan
+) -> str:
     if verdict == CHANGES:
         return "; ".join(c.says for c in changes)
     if verdict == FLUCTUATES:

@@ -32,9 +32,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.noise import GaussMarkov, NoiseModel, Ramp, TermType
-from allanite.noise.allan.cells import Cells
+from allanite.noise.allan.cells import AllanCells
 
-__all__ = ["EVERYTHING", "Shape", "doubt_of_effect", "doubts_of", "effect_of", "shares_of", "spread_of"]
+__all__ = ["EVERYTHING", "ChangeShape", "doubt_of_effect", "doubts_of", "effect_of", "shares_of", "spread_of"]
 
 Array = NDArray[np.float64]
 
@@ -47,7 +47,7 @@ _STEP = 0.01  # of the logarithm of a parameter, for derivatives
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Shape:
+class ChangeShape:
     """One way to change.
 
     Attributes
@@ -61,17 +61,17 @@ class Shape:
     symbol: str
     time: float | None
 
-    def after(self, cells: Cells) -> Array:
+    def after(self, cells: AllanCells) -> Array:
         """Mean of x over the differences of each window; for a drift where its middle lies, 0 to 1."""
         if self.time is None:
             return np.asarray((cells.start + cells.stop) / 2.0 / cells.stop.max())
         return _mean_after(cells, self.time, 1)
 
-    def reaches(self, cells: Cells, lower: float, upper: float) -> NDArray[np.bool_]:
+    def reaches(self, cells: AllanCells, lower: float, upper: float) -> NDArray[np.bool_]:
         """Windows with a difference that holds samples of both sides of a step between two times."""
         return np.asarray((cells.first < upper) & (cells.last - 1 + 2 * cells.lag > lower))
 
-    def growth(self, cells: Cells, beta: float) -> Array:
+    def growth(self, cells: AllanCells, beta: float) -> Array:
         """Mean of exp(2 beta x) over each window."""
         x = self.after(cells)
         if self.time is None:
@@ -80,7 +80,7 @@ class Shape:
             return np.asarray(np.exp(2 * beta * (x[:, None] + width[:, None] * inner)).mean(axis=1))
         return np.asarray(1.0 + x * np.expm1(2 * beta))
 
-    def spread(self, cells: Cells, beta: float, shares: Mapping[str, Array]) -> Array:
+    def spread(self, cells: AllanCells, beta: float, shares: Mapping[str, Array]) -> Array:
         """Relative variance of each window over that under constant noise, edf_0/edf of equation (1)."""
         if self.time is None:
             return np.ones(len(cells))
@@ -89,7 +89,7 @@ class Shape:
         square = 1.0 + 2.0 * more * first + more**2 * second
         return np.asarray(np.maximum(square / (1.0 + more * first) ** 2, 1.0))
 
-    def column(self, cells: Cells, shares: Mapping[str, Array]) -> Array:
+    def column(self, cells: AllanCells, shares: Mapping[str, Array]) -> Array:
         """First-order change of ln v of every cell with 2 beta."""
         return np.asarray(shares[self.symbol][cells.row] * self.after(cells))
 
@@ -163,7 +163,9 @@ def _moved(model: NoiseModel, symbol: str, step: float) -> NoiseModel:
     return NoiseModel.of(*(other if t is term else t for t in model.terms))
 
 
-def effect_of(shapes: Sequence[Shape], beta: Array, cells: Cells, shares: Mapping[str, Array]) -> Array:
+def effect_of(
+    shapes: Sequence[ChangeShape], beta: Array, cells: AllanCells, shares: Mapping[str, Array]
+) -> Array:
     """Variance of every cell under these changes, over that of the whole record, shape (n_cells,)."""
     rest = 1.0 - sum(
         (shares[s] for s in {h.symbol for h in shapes} - {EVERYTHING}), np.zeros(len(cells.lags))
@@ -175,9 +177,9 @@ def effect_of(shapes: Sequence[Shape], beta: Array, cells: Cells, shares: Mappin
 
 
 def doubt_of_effect(
-    shapes: Sequence[Shape],
+    shapes: Sequence[ChangeShape],
     beta: Array,
-    cells: Cells,
+    cells: AllanCells,
     shares: Mapping[str, Array],
     doubts: Mapping[str, Array],
 ) -> Array:
@@ -190,7 +192,9 @@ def doubt_of_effect(
     return out
 
 
-def spread_of(shapes: Sequence[Shape], beta: Array, cells: Cells, shares: Mapping[str, Array]) -> Array:
+def spread_of(
+    shapes: Sequence[ChangeShape], beta: Array, cells: AllanCells, shares: Mapping[str, Array]
+) -> Array:
     """Relative variance of every cell under these changes, over that of constant noise, shape (n_cells,)."""
     out = np.ones(len(cells))
     for shape, size in zip(shapes, beta, strict=True):
@@ -198,7 +202,7 @@ def spread_of(shapes: Sequence[Shape], beta: Array, cells: Cells, shares: Mappin
     return out
 
 
-def _mean_after(cells: Cells, time: float, power: int) -> Array:
+def _mean_after(cells: AllanCells, time: float, power: int) -> Array:
     """Mean of x or x^2 over the differences of each window, x being the part of the 2 m samples after a step."""
     lag = cells.lag.astype(np.float64)
 
@@ -214,7 +218,7 @@ def _mean_after(cells: Cells, time: float, power: int) -> Array:
     return np.asarray((total(cells.last) - total(cells.first)) / (cells.last - cells.first))
 
 
-def _growth(shapes: Sequence[Shape], beta: Array, cells: Cells, symbol: str) -> Array:
+def _growth(shapes: Sequence[ChangeShape], beta: Array, cells: AllanCells, symbol: str) -> Array:
     """Growth of one term in every window over its mean over the record (the levels of the lags are free)."""
     out = np.ones(len(cells))
     for shape, size in zip(shapes, beta, strict=True):

@@ -30,10 +30,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.noise.allan.cells import Cells
+from allanite.noise.allan.cells import AllanCells
 from allanite.quantities.distributions import normal_quantile
-from allanite.stability.variation.constancy import Scatter, Whitened
-from allanite.stability.variation.shapes import Shape, doubt_of_effect, effect_of, spread_of
+from allanite.stability.variation.constancy import Whitened, WindowScatter
+from allanite.stability.variation.shapes import ChangeShape, doubt_of_effect, effect_of, spread_of
 
 __all__ = ["FoundChange", "Misfit", "joint_effect", "placed", "ratio_of", "sized"]
 
@@ -51,7 +51,7 @@ class FoundChange:
 
     Attributes
     ----------
-    shape : Shape
+    shape : ChangeShape
     lower, upper : float or None [samples]
         Set of times of a step.
     beta, sd : float
@@ -61,7 +61,7 @@ class FoundChange:
         Chance of one as clear in a record whose noise is constant.
     """
 
-    shape: Shape
+    shape: ChangeShape
     lower: float | None
     upper: float | None
     beta: float
@@ -69,7 +69,7 @@ class FoundChange:
     p: float
 
 
-def joint_effect(changes: Sequence[FoundChange], cells: Cells, shares: Mapping[str, Array]) -> Array:
+def joint_effect(changes: Sequence[FoundChange], cells: AllanCells, shares: Mapping[str, Array]) -> Array:
     """Variance of every cell under all changes over that of the whole record, shape (n_cells,)."""
     return effect_of([c.shape for c in changes], np.array([c.beta for c in changes]), cells, shares)
 
@@ -95,7 +95,7 @@ class Misfit:
         Means of the cells of each lag times C^-1: what levels are solved with.
     """
 
-    cells: Cells
+    cells: AllanCells
     shares: Mapping[str, Array]
     doubts: Mapping[str, Array]
     edf: Array
@@ -106,7 +106,11 @@ class Misfit:
 
     @classmethod
     def of(
-        cls, cells: Cells, scatter: Scatter, shares: Mapping[str, Array], doubts: Mapping[str, Array]
+        cls,
+        cells: AllanCells,
+        scatter: WindowScatter,
+        shares: Mapping[str, Array],
+        doubts: Mapping[str, Array],
     ) -> Misfit:
         """Of the cells of a record."""
         factor = Whitened.of(cells.variance, cells.row, scatter).factor
@@ -115,7 +119,7 @@ class Misfit:
         instrument = (scatter.centre[:, None] * member).T @ inverse
         return cls(cells, shares, doubts, scatter.edf, scatter.centre, inverse, instrument, member)
 
-    def __call__(self, shapes: Sequence[Shape], beta: Array) -> float:
+    def __call__(self, shapes: Sequence[ChangeShape], beta: Array) -> float:
         """L under these changes, levels solved for."""
         if np.abs(beta).max(initial=0.0) > _LARGEST:
             return math.inf
@@ -144,7 +148,7 @@ class Misfit:
         return float(z @ white + scale) + self._doubted(shapes, beta, weight, levels, white)
 
     def _doubted(
-        self, shapes: Sequence[Shape], beta: Array, mean: Array, levels: Array, white: Array
+        self, shapes: Sequence[ChangeShape], beta: Array, mean: Array, levels: Array, white: Array
     ) -> float:
         """What L changes by with equation (2) in place of C: G of rank k, free of the levels (Woodbury)."""
         G = mean[:, None] / 3 * doubt_of_effect(shapes, beta, self.cells, self.shares, self.doubts)
@@ -155,7 +159,7 @@ class Misfit:
         seen = G.T @ white
         return float(np.linalg.slogdet(own)[1] - seen @ np.linalg.solve(own, seen))
 
-    def _widened(self, shapes: Sequence[Shape], beta: Array) -> Array:
+    def _widened(self, shapes: Sequence[ChangeShape], beta: Array) -> Array:
         """Degrees of freedom under constant noise over those under these changes."""
         return np.minimum(
             spread_of(shapes, beta, self.cells, self.shares), np.maximum(self.edf / _FEWEST, 1.0)
@@ -264,7 +268,7 @@ def _timed(
     ends = _ends(known, level, float(np.diff(borders).max()) / _FINE)
     return replace(
         change,
-        shape=Shape(symbol=change.shape.symbol, time=best),
+        shape=ChangeShape(symbol=change.shape.symbol, time=best),
         lower=max(ends[0], 0.0),
         upper=min(ends[1], float(borders[-1])),
     )
@@ -288,7 +292,7 @@ def _ends(known: Mapping[float, float], level: float, fine: float) -> tuple[floa
 
 def _least(time: float, change: FoundChange, others: Sequence[FoundChange], misfit: Misfit) -> float:
     """L of a step at a time, least over its size: two steps of Newton's method from the size at the best time."""
-    shapes = [Shape(symbol=change.shape.symbol, time=time), *(c.shape for c in others)]
+    shapes = [ChangeShape(symbol=change.shape.symbol, time=time), *(c.shape for c in others)]
     fixed = [c.beta for c in others]
     trials = {}
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from allanite.views.figures.compass import card, point_on, rate_gauge
-from allanite.views.figures.drawing import Drawing, Shape, Words, arc, arrow, circle, line, wedge
+from allanite.views.figures.drawing import Drawing, DrawnShape, Words, arc, arrow, circle, line, wedge
 from allanite.views.figures.earth import DEG_H
 from allanite.views.figures.panel import Axis, Curve, Panel, around, array
 from allanite.views.figures.records import clock
@@ -19,7 +19,7 @@ from allanite.views.wording import arcs_words, direction_words, number
 __all__ = ["VIEWS", "compass_panel", "convergence_panels", "residual_panels"]
 
 Json = Mapping[str, Any]
-_Parts = list[Shape | Words]
+_Parts = list[DrawnShape | Words]
 
 VIEWS = ("whole", "compass", "convergence", "residuals")
 _CENTRE, _RADIUS, _WORDS = (22.0, 21.0), 15.0, 47.0

@@ -5,14 +5,14 @@ from __future__ import annotations
 
 import math
 
-from allanite.views.figures.drawing import Drawing, Shape, Words, arc, arrow, box, circle, line
+from allanite.views.figures.drawing import Drawing, DrawnShape, Words, arc, arrow, box, circle, line
 
 __all__ = ["bench"]
 
 _WIDTH, _HEIGHT = 100.0, 48.5
 _TOP = 8.0  # of the bench, on which everything stands
 _AXLE = 21.0  # where the turntable's axis stands
-_Parts = list[Shape | Words]
+_Parts = list[DrawnShape | Words]
 
 
 def bench() -> Drawing:
@@ -88,9 +88,9 @@ def _hand(plate: float) -> _Parts:
         (left - 1.0, plate + 3.9),
     )
     return [
-        Shape(points=sleeve, closed=True, fill="paper", name="sleeve"),
-        Shape(points=sleeve, closed=True, fill="purple", opacity=0.22, colour=None),
-        Shape(points=cuff, closed=True, fill="paper", name="cuff"),
+        DrawnShape(points=sleeve, closed=True, fill="paper", name="sleeve"),
+        DrawnShape(points=sleeve, closed=True, fill="purple", opacity=0.22, colour=None),
+        DrawnShape(points=cuff, closed=True, fill="paper", name="cuff"),
         box(left, plate - 1.3, 4.9, 4.6, round_=1.5, fill="paper", name="hand"),
         *fingers,
     ]

@@ -9,7 +9,18 @@ from typing import Any
 
 import numpy as np
 
-from allanite.views.figures.drawing import Drawing, Point, Shape, Words, arc, arrow, box, circle, line, wedge
+from allanite.views.figures.drawing import (
+    Drawing,
+    DrawnShape,
+    Point,
+    Words,
+    arc,
+    arrow,
+    box,
+    circle,
+    line,
+    wedge,
+)
 from allanite.views.figures.earth import DEG_H, level, quantile
 from allanite.views.figures.panel import Array, Axis, Curve, Panel, around, array
 from allanite.views.figures.records import clock
@@ -18,7 +29,7 @@ from allanite.views.wording import interval, number
 __all__ = ["VIEWS", "card", "compass", "compass_panel", "point_on", "rate_gauge", "running_panels"]
 
 Json = Mapping[str, Any]
-_Parts = list[Shape | Words]
+_Parts = list[DrawnShape | Words]
 
 VIEWS = ("whole", "compass", "running")
 _CENTRE: Point = (22.0, 21.0)

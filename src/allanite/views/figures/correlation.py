@@ -8,7 +8,7 @@ from collections.abc import Sequence
 
 from numpy.typing import ArrayLike
 
-from allanite.views.figures.drawing import Drawing, Shape, Words, box, line
+from allanite.views.figures.drawing import Drawing, DrawnShape, Words, box, line
 from allanite.views.figures.panel import Panel, array
 
 __all__ = ["correlation", "correlation_panel"]
@@ -40,7 +40,7 @@ def correlation(names: Sequence[str], matrix: ArrayLike) -> Drawing:
     words = max((_CHARACTER * size * len(name) for name in names), default=0.0) + 2.0
     cell = min((_WIDTH - words) / max(n, 1), _LARGEST)
     left, top = 0.5 * (_WIDTH - n * cell - words), _KEY + n * cell + 1.0
-    parts: list[Shape | Words] = []
+    parts: list[DrawnShape | Words] = []
     for i, name in enumerate(names):
         y = top - (i + 0.5) * cell
         parts += _frame(i, n, left, top, cell)
@@ -54,7 +54,7 @@ def correlation(names: Sequence[str], matrix: ArrayLike) -> Drawing:
     return Drawing(width=_WIDTH, height=top + 1.0, parts=(*parts, *_legend(cell)))
 
 
-def _frame(i: int, n: int, left: float, top: float, cell: float) -> list[Shape]:
+def _frame(i: int, n: int, left: float, top: float, cell: float) -> list[DrawnShape]:
     """Above row i and right of column i, so that the eye finds along them from a square to its two names."""
     y, x = top - i * cell, left + (i + 1) * cell
     across = line((left, y), (left + i * cell, y), colour="grid", width=0.7)
@@ -62,7 +62,7 @@ def _frame(i: int, n: int, left: float, top: float, cell: float) -> list[Shape]:
     return [across, down] if i < n - 1 else [across]
 
 
-def _square(r: float, x: float, y: float, cell: float) -> list[Shape]:
+def _square(r: float, x: float, y: float, cell: float) -> list[DrawnShape]:
     """Its area is the correlation."""
     if not math.isfinite(r) or abs(r) < _UNSEEN:
         return []
@@ -78,8 +78,8 @@ def _square(r: float, x: float, y: float, cell: float) -> list[Shape]:
     ]  # fmt: skip
 
 
-def _legend(cell: float) -> list[Shape | Words]:
-    x, parts = 20.0, list[Shape | Words]()
+def _legend(cell: float) -> list[DrawnShape | Words]:
+    x, parts = 20.0, list[DrawnShape | Words]()
     for r in _EXAMPLES:
         parts += _square(r, x, 0.5 * _KEY - 0.5, cell)
         text = f"{r:g}".replace("-", "−")

@@ -35,7 +35,7 @@ from allanite.views.figures.panel import (
     decades,
     positive_range,
 )
-from allanite.views.wording import Group, number, reading
+from allanite.views.wording import ChannelGroup, number, reading
 
 __all__ = [
     "STATISTICS",
@@ -96,7 +96,7 @@ def series_colours(names: Sequence[str]) -> list[tuple[str, str]]:
 # -- panels -----------------------------------------------------------------------------------------------
 
 
-def channel_panels(group: Group) -> list[Panel]:
+def channel_panels(group: ChannelGroup) -> list[Panel]:
     """One panel per channel: its curve, its model with all terms, and what it bounds; all in one common frame."""
     looks = series_colours([c["name"] for c in group.channels])
     parts = [_ChannelParts(c, look) for c, look in zip(group.channels, looks, strict=True)]
@@ -146,7 +146,7 @@ class _ChannelParts:
         )
 
 
-def group_panel(group: Group) -> Panel:
+def group_panel(group: ChannelGroup) -> Panel:
     """All channels of one kind together, each with its model; guides at the mean coefficient of the axes."""
     statistic = group.channels[0]["curve"]["statistic"]
     unit, factor = _unit(statistic, group.kind, group.unit)

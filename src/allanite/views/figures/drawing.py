@@ -12,7 +12,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
 from typing import Literal
 
-__all__ = ["Drawing", "Point", "Shape", "Words", "arc", "arrow", "box", "circle", "line", "wedge"]
+__all__ = ["Drawing", "DrawnShape", "Point", "Words", "arc", "arrow", "box", "circle", "line", "wedge"]
 
 Point = tuple[float, float]
 
@@ -22,7 +22,7 @@ _CORNER = (0.0, 0.5 * math.pi, math.pi, 1.5 * math.pi)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Shape:
+class DrawnShape:
     """A line through points, or the area inside them.
 
     Attributes
@@ -80,16 +80,16 @@ class Drawing:
 
     width: float
     height: float
-    parts: tuple[Shape | Words, ...]
+    parts: tuple[DrawnShape | Words, ...]
 
     @property
     def words(self) -> tuple[str, ...]:
         """All that is written in it."""
         return tuple(part.text for part in self.parts if isinstance(part, Words))
 
-    def named(self, name: str) -> tuple[Shape, ...]:
+    def named(self, name: str) -> tuple[DrawnShape, ...]:
         """The shapes of one name."""
-        return tuple(part for part in self.parts if isinstance(part, Shape) and part.name == name)
+        return tuple(part for part in self.parts if isinstance(part, DrawnShape) and part.name == name)
 
 
 # -- outlines ---------------------------------------------------------------------------------------------
@@ -97,9 +97,9 @@ class Drawing:
 
 def line(
     *points: Point, colour: str = "ink", width: float = 1.0, dashed: bool = False, name: str = ""
-) -> Shape:
+) -> DrawnShape:
     """An open line."""
-    return Shape(points=points, colour=colour, width=width, dashed=dashed, name=name)
+    return DrawnShape(points=points, colour=colour, width=width, dashed=dashed, name=name)
 
 
 def box(
@@ -114,14 +114,14 @@ def box(
     opacity: float = 1.0,
     line_width: float = 1.0,
     name: str = "",
-) -> Shape:
+) -> DrawnShape:
     """A rectangle; `round_` is the radius of its corners."""
     right, top, r = left + width, bottom + height, round_
     centres = ((right - r, top - r), (left + r, top - r), (left + r, bottom + r), (right - r, bottom + r))
     points: list[Point] = []
     for centre, start in zip(centres, _CORNER, strict=True):
         points += _round(centre, r, start, start + 0.5 * math.pi) if r > 0 else [centre]
-    return Shape(
+    return DrawnShape(
         points=tuple(points),
         closed=True,
         colour=colour,
@@ -142,10 +142,10 @@ def circle(
     opacity: float = 1.0,
     width: float = 1.0,
     name: str = "",
-) -> Shape:
+) -> DrawnShape:
     """A circle, or with `flat` < 1 one that is seen from the side."""
     points = tuple(_round(centre, radius, 0.0, 2 * math.pi, flat)[:-1])
-    return Shape(
+    return DrawnShape(
         points=points, closed=True, colour=colour, fill=fill, opacity=opacity, width=width, name=name
     )
 
@@ -165,10 +165,10 @@ def wedge(
     opacity: float = 0.2,
     colour: str | None = None,
     name: str = "",
-) -> Shape:
+) -> DrawnShape:
     """A sector of a circle [rad]."""
     points = (centre, *_round(centre, radius, start, stop))
-    return Shape(points=points, closed=True, colour=colour, fill=fill, opacity=opacity, name=name)
+    return DrawnShape(points=points, closed=True, colour=colour, fill=fill, opacity=opacity, name=name)
 
 
 def arrow(
@@ -178,7 +178,7 @@ def arrow(
     both: bool = False,
     head: float | None = None,
     name: str = "",
-) -> tuple[Shape, ...]:
+) -> tuple[DrawnShape, ...]:
     """A line with a head at its last point, and with `both` at its first one too."""
     length = head or _HEAD * (0.5 + 0.5 * width)
     body = list(points)
@@ -190,7 +190,9 @@ def arrow(
         ]  # a curved line ends where its head begins
         body.insert(len(body) if end == -1 else 0, foot)
         heads.append(
-            Shape(points=outline, closed=True, colour=None, fill=colour, name=f"{name} head" if name else "")
+            DrawnShape(
+                points=outline, closed=True, colour=None, fill=colour, name=f"{name} head" if name else ""
+            )
         )
     return (line(*body, colour=colour, width=width, name=name), *heads)
 

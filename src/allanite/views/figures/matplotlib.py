@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.plain_files.printable import printable
-from allanite.views.figures.drawing import Drawing, Shape, Words
+from allanite.views.figures.drawing import Drawing, DrawnShape, Words
 from allanite.views.figures.panel import (
     DARK,
     LIGHT,
@@ -26,8 +26,8 @@ from allanite.views.figures.panel import (
     Limit,
     Panel,
     Rug,
+    ShadedSpan,
     Sheet,
-    Span,
     decades,
     thinned,
 )
@@ -78,7 +78,7 @@ _RC: dict[Any, Any] = {
 
 
 @dataclass(frozen=True, slots=True)
-class _Look:
+class _PanelLook:
     """What holds for all of a panel: its colours, whether there is room for words, whether nobody will zoom it."""
 
     colours: Mapping[str, str]
@@ -102,7 +102,7 @@ def _figure(sheet: Sheet, *, dark: bool, still: bool) -> Figure:
     with mpl.rc_context(_RC):
         size, boxes = _layout(sheet)
         crowded = sheet.columns > 1
-        look = _Look(DARK if dark else LIGHT, crowded, still)
+        look = _PanelLook(DARK if dark else LIGHT, crowded, still)
         made = Figure(figsize=size, facecolor=look["paper"])
         common: dict[str, Any] = {}
         labelled = [sheet.labelled(i) for i, row in enumerate(sheet.rows) for _ in row]
@@ -157,7 +157,7 @@ def _above(row: tuple[Panel, ...], width: float, *, titled: bool) -> float:
     return (_TITLE if titled else 0.0) + (_LANDMARKS if landmarks else _TIGHT) + _KEY * keys
 
 
-def _draw(axes: Axes, panel: Panel, look: _Look, *, titled: bool, room: int) -> None:
+def _draw(axes: Axes, panel: Panel, look: _PanelLook, *, titled: bool, room: int) -> None:
     columns, rows = panel.key_grid(room) if panel.key == "above" else (1, 0)
     landmarks = 12 if panel.x.landmarks else 0  # points
     if titled:
@@ -190,7 +190,7 @@ def _draw(axes: Axes, panel: Panel, look: _Look, *, titled: bool, room: int) -> 
         _legend(axes, _entries(axes), look, loc="best", borderaxespad=0.5)
 
 
-def _frame(axes: Axes, panel: Panel, look: _Look) -> None:
+def _frame(axes: Axes, panel: Panel, look: _PanelLook) -> None:
     for direction, axis in (("x", panel.x), ("y", panel.y)):
         if axis.log:
             getattr(axes, f"set_{direction}scale")("log")
@@ -205,7 +205,7 @@ def _frame(axes: Axes, panel: Panel, look: _Look) -> None:
     _landmarks(axes, panel.x, look)
 
 
-def _axes_of(axes: Axes, look: _Look, *, numbered: bool) -> None:
+def _axes_of(axes: Axes, look: _PanelLook, *, numbered: bool) -> None:
     """Grid, ticks and their labels."""
     axes.set_axisbelow(True)
     if look.still:
@@ -242,7 +242,7 @@ def _names_between(axis: Axis) -> bool:
     return axis.limits is not None and decades(axis.limits) < 2
 
 
-def _minor_ticks(axes: Axes, panel: Panel, look: _Look) -> None:
+def _minor_ticks(axes: Axes, panel: Panel, look: _PanelLook) -> None:
     """Ticks between the powers of ten as one line of markers: Matplotlib's own take half the time of a figure."""
     from matplotlib.markers import TICKDOWN, TICKLEFT
 
@@ -281,7 +281,7 @@ def _two_and_five(value: float, _position: int | None = None) -> str:
     return f"{value:g}" if first in (2, 5) else ""
 
 
-def _landmarks(axes: Axes, axis: Axis, look: _Look) -> None:
+def _landmarks(axes: Axes, axis: Axis, look: _PanelLook) -> None:
     for at, name in axis.landmarks:
         axes.annotate(
             name,
@@ -299,7 +299,7 @@ def _landmarks(axes: Axes, axis: Axis, look: _Look) -> None:
         )
 
 
-def _curve(axes: Axes, curve: Curve, look: _Look) -> None:
+def _curve(axes: Axes, curve: Curve, look: _PanelLook) -> None:
     colour = look[curve.colour]
     data = curve.marker is not None
     (line,) = axes.plot(
@@ -329,7 +329,7 @@ def _curve(axes: Axes, curve: Curve, look: _Look) -> None:
         axes.fill_between(curve.x, curve.lower, curve.upper, label=curve.band_label or "_nolegend_", **band)
 
 
-def _hollow(axes: Axes, curve: Curve, colour: str, size: float, look: _Look) -> None:
+def _hollow(axes: Axes, curve: Curve, colour: str, size: float, look: _PanelLook) -> None:
     if curve.hollow is None or not curve.hollow.any() or curve.marker is None:
         return
     axes.plot(
@@ -346,14 +346,14 @@ def _hollow(axes: Axes, curve: Curve, colour: str, size: float, look: _Look) -> 
     )
 
 
-def _envelope(axes: Axes, envelope: Envelope, look: _Look, *, named: bool) -> None:
+def _envelope(axes: Axes, envelope: Envelope, look: _PanelLook, *, named: bool) -> None:
     colour = look[envelope.colour]
     area: dict[str, Any] = {"color": colour, "alpha": 0.55, "linewidth": 0.3}
     name = _plain(envelope.label) if named else "_nolegend_"
     axes.fill_between(envelope.x, envelope.low, envelope.high, label=name, **area)
 
 
-def _guide(axes: Axes, guide: Guide, look: _Look) -> None:
+def _guide(axes: Axes, guide: Guide, look: _PanelLook) -> None:
     axes.plot(guide.x, guide.y, color=look["guide"], linewidth=0.7, zorder=2)
     axes.text(
         guide.name_x,
@@ -370,7 +370,7 @@ def _guide(axes: Axes, guide: Guide, look: _Look) -> None:
     )
 
 
-def _limit(axes: Axes, limit: Limit, look: _Look) -> None:
+def _limit(axes: Axes, limit: Limit, look: _PanelLook) -> None:
     colour = look["limit"]
     axes.plot(limit.x, limit.y, color=colour, linestyle=_STYLES["dotted"], linewidth=1.1, zorder=2.2)
     axes.annotate(  # the head is the text's end, so the arrow is drawn backwards: from its foot, with "<|-"
@@ -384,7 +384,7 @@ def _limit(axes: Axes, limit: Limit, look: _Look) -> None:
     _words(axes, limit.at, limit.text, colour, limit.side, look, lower=9)
 
 
-def _label(axes: Axes, label: Label, look: _Look) -> None:
+def _label(axes: Axes, label: Label, look: _PanelLook) -> None:
     colour = look[label.colour]
     if label.place == "line":
         axes.axvline(label.x, color=colour, linewidth=0.8, linestyle=_STYLES["dashed"], zorder=1.5)
@@ -424,7 +424,13 @@ def _label(axes: Axes, label: Label, look: _Look) -> None:
 
 
 def _words(
-    axes: Axes, point: tuple[float, float], text: str, colour: str, side: str, look: _Look, lower: float = 0
+    axes: Axes,
+    point: tuple[float, float],
+    text: str,
+    colour: str,
+    side: str,
+    look: _PanelLook,
+    lower: float = 0,
 ) -> None:
     dx, dy = np.sum([_OFFSETS[word] for word in side.split()], axis=0)
     axes.annotate(
@@ -441,7 +447,7 @@ def _words(
     )
 
 
-def _span(axes: Axes, span: Span, look: _Look) -> None:
+def _span(axes: Axes, span: ShadedSpan, look: _PanelLook) -> None:
     kind = SPAN_LOOKS[span.kind]
     colour = look[kind.colour]
     paint: dict[str, Any] = {
@@ -455,7 +461,7 @@ def _span(axes: Axes, span: Span, look: _Look) -> None:
     axes.axvspan(span.start, span.stop, ymax=kind.top, label=kind.words or "_nolegend_", **paint)
 
 
-def _rug(axes: Axes, rug: Rug, look: _Look) -> None:
+def _rug(axes: Axes, rug: Rug, look: _PanelLook) -> None:
     place: dict[str, Any] = {"transform": axes.get_xaxis_transform(), "zorder": 4}
     axes.vlines(rug.x, 0.0, 0.06, color=look[rug.colour], linewidth=0.6, label=_plain(rug.label), **place)
 
@@ -463,7 +469,7 @@ def _rug(axes: Axes, rug: Rug, look: _Look) -> None:
 # -- drawings ---------------------------------------------------------------------------------------------
 
 
-def _drawing(axes: Axes, drawing: Drawing, look: _Look) -> None:
+def _drawing(axes: Axes, drawing: Drawing, look: _PanelLook) -> None:
     axes.set_axis_off()
     axes.set_xlim(0, drawing.width)
     axes.set_ylim(0, drawing.height)
@@ -474,7 +480,7 @@ def _drawing(axes: Axes, drawing: Drawing, look: _Look) -> None:
             _shape(axes, part, look, order)
 
 
-def _shape(axes: Axes, shape: Shape, look: _Look, order: int) -> None:
+def _shape(axes: Axes, shape: DrawnShape, look: _PanelLook, order: int) -> None:
     from matplotlib.colors import to_rgba
     from matplotlib.patches import Polygon
 
@@ -493,7 +499,7 @@ def _shape(axes: Axes, shape: Shape, look: _Look, order: int) -> None:
     )
 
 
-def _written(axes: Axes, words: Words, look: _Look, order: int) -> None:
+def _written(axes: Axes, words: Words, look: _PanelLook, order: int) -> None:
     axes.text(
         words.x,
         words.y,
@@ -519,7 +525,7 @@ def _entries(axes: Axes) -> dict[str, Any]:
 
 
 def _legend(
-    target: Axes | Figure, entries: dict[str, Any], look: _Look, *, least: int = 2, **place: Any
+    target: Axes | Figure, entries: dict[str, Any], look: _PanelLook, *, least: int = 2, **place: Any
 ) -> None:
     if len(entries) >= least:
         frame: dict[str, Any] = {

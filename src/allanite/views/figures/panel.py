@@ -31,8 +31,8 @@ __all__ = [
     "Limit",
     "Panel",
     "Rug",
+    "ShadedSpan",
     "Sheet",
-    "Span",
     "SpanLook",
     "around",
     "array",
@@ -202,7 +202,7 @@ SpanKind = Literal["gap", "finding", "quiet", "turn", "dead", "disturbed", "unkn
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Span:
+class ShadedSpan:
     """A stretch of the horizontal axis; `SPAN_LOOKS` says how its kind is drawn."""
 
     start: float
@@ -269,7 +269,7 @@ class Panel:
     guides: tuple[Guide, ...] = ()
     labels: tuple[Label, ...] = ()
     limits: tuple[Limit, ...] = ()
-    spans: tuple[Span, ...] = ()
+    spans: tuple[ShadedSpan, ...] = ()
     rugs: tuple[Rug, ...] = ()
     square: bool = False
     height: float | None = None

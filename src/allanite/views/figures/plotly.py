@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.views.figures.drawing import Drawing, Shape, Words
+from allanite.views.figures.drawing import Drawing, DrawnShape, Words
 from allanite.views.figures.panel import (
     DARK,
     LIGHT,
@@ -29,8 +29,8 @@ from allanite.views.figures.panel import (
     Limit,
     Panel,
     Rug,
+    ShadedSpan,
     Sheet,
-    Span,
     SpanLook,
     decades,
 )
@@ -93,7 +93,7 @@ def spec(sheet: Sheet, *, dark: bool = False) -> Json:
 
 
 def _spec(sheet: Sheet) -> Json:
-    parts = _Parts()
+    parts = _PlotlyParts()
     titled = len(sheet.panels) > 1
     across = _WIDTH * max(1.0, 0.52 * sheet.columns) - _MARGIN["l"] - _MARGIN["r"]
     each = (across - _BESIDE * (sheet.columns - 1)) / sheet.columns
@@ -194,7 +194,7 @@ _LOOK: Json = {
 }
 
 
-class _Parts:
+class _PlotlyParts:
     """Traces and layout while they grow."""
 
     def __init__(self) -> None:
@@ -472,7 +472,7 @@ def _limit_words(limit: Limit) -> list[Json]:
     return [{**arrow, **head, **place}, {**_words(limit.text, "limit"), **_beside(limit.side, 8), **place}]
 
 
-def _span(span: Span, panel: Panel) -> Json:
+def _span(span: ShadedSpan, panel: Panel) -> Json:
     look = SPAN_LOOKS[span.kind]
     edge = {"line": {"width": 1, "color": LIGHT[look.colour]}, "layer": "below" if look.top == 1 else "above"}
     common = {"opacity": look.opacity, "name": look.colour, **edge}
@@ -482,7 +482,7 @@ def _span(span: Span, panel: Panel) -> Json:
     return {"type": "rect", "x0": span.start, "x1": span.stop, "y0": 0, "y1": look.top, **fill, **common}
 
 
-def _hatching(span: Span, panel: Panel) -> str:
+def _hatching(span: ShadedSpan, panel: Panel) -> str:
     """Oblique strokes over the whole height, cut at both ends of the span."""
     whole = panel.x.limits[1] - panel.x.limits[0] if panel.x.limits else 1.0
     step, reach = 0.02 * whole, panel.aspect * whole  # a stroke of 45 deg goes so far across
@@ -522,7 +522,7 @@ def _entry(words: str, colour: str, marker: Json) -> Json:
 # -- drawings ---------------------------------------------------------------------------------------------
 
 
-def _outlines(shape: Shape) -> list[Json]:
+def _outlines(shape: DrawnShape) -> list[Json]:
     """The area of a shape and its line: one shape has one colour."""
     path = "M " + " L ".join(f"{x:.6g},{y:.6g}" for x, y in shape.points) + (" Z" if shape.closed else "")
     made: list[Json] = []

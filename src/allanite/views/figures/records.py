@@ -12,8 +12,8 @@ from numpy.typing import NDArray
 from allanite.quantities.display_units import display_unit
 from allanite.recording.records import Recording
 from allanite.views.figures.curves import series_colours
-from allanite.views.figures.panel import Array, Axis, Envelope, Panel, Span, array
-from allanite.views.wording import Group
+from allanite.views.figures.panel import Array, Axis, Envelope, Panel, ShadedSpan, array
+from allanite.views.wording import ChannelGroup
 
 __all__ = ["channel_record_panel", "clock", "group_record_panels", "overview", "recording_panels"]
 
@@ -24,7 +24,7 @@ _THINNED = 800  # blocks of an overview out of a study: no screen and no paper s
 _MOST_SPANS = 60
 
 
-def group_record_panels(group: Group, study: Json) -> list[Panel]:
+def group_record_panels(group: ChannelGroup, study: Json) -> list[Panel]:
     """One panel per channel of a group, on a common time axis."""
     looks = series_colours([c["name"] for c in group.channels])
     most = min(_THINNED, 6 * _THINNED // len(study["channels"]))
@@ -150,10 +150,11 @@ def _panel(
     unit, factor = display_unit(kind, "sd", own)
     name_of_unit, second = clock(duration)
     spans = [
-        Span(start=a / second, stop=b / second, kind="gap", text="no samples") for a, b in gaps[:_MOST_SPANS]
+        ShadedSpan(start=a / second, stop=b / second, kind="gap", text="no samples")
+        for a, b in gaps[:_MOST_SPANS]
     ]
     spans += [
-        Span(start=a / second, stop=b / second, kind="finding", text=text)
+        ShadedSpan(start=a / second, stop=b / second, kind="finding", text=text)
         for a, b, text in places[:_MOST_SPANS]
     ]
     return Panel(

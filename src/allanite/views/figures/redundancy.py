@@ -16,7 +16,7 @@ from allanite.views.figures.panel import (
     Curve,
     Label,
     Panel,
-    Span,
+    ShadedSpan,
     array,
     positive_range,
 )
@@ -50,7 +50,7 @@ def parity_panel(document: Json) -> Panel:
         for i, windows in enumerate(parity["windows"])
     ]
     spans = tuple(
-        Span(
+        ShadedSpan(
             start=f["start"] / second,
             stop=f["stop"] / second,
             kind="finding" if f["sensor"] is None else "disturbed",

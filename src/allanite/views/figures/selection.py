@@ -12,7 +12,7 @@ import numpy as np
 
 from allanite.quantities.display_units import display_unit
 from allanite.views.figures.curves import measured_curve, model_curve
-from allanite.views.figures.drawing import Drawing, Shape, Words, box
+from allanite.views.figures.drawing import Drawing, DrawnShape, Words, box
 from allanite.views.figures.panel import Axis, Panel, Style, positive_range
 from allanite.views.wording import weight_words
 
@@ -38,7 +38,7 @@ def _bars(channel: Json) -> Drawing:
     shown = channel["candidates"][:_BARS]
     full = _WIDTH - _LEFT - _RIGHT
     height = 2 * _MARGIN + _ROW * (len(shown) + 1)
-    parts: list[Shape | Words] = []
+    parts: list[DrawnShape | Words] = []
     for row, candidate in enumerate(shown):
         y = height - _MARGIN - _ROW * (row + 0.5)
         parts += _bar(candidate["words"], candidate["weight"], y, full, bold=row == 0)
@@ -49,7 +49,7 @@ def _bars(channel: Json) -> Drawing:
 
 def _bar(
     words: str, weight: float, y: float, full: float, *, bold: bool = False, faint: bool = False
-) -> list[Shape | Words]:
+) -> list[DrawnShape | Words]:
     colour = "guide" if faint else "ink"
     length = max(weight * full, 0.3)
     fill = "guide" if faint else "z"

@@ -20,7 +20,7 @@ from allanite.noise.spectrum.windows import window_of
 from allanite.quantities.display_units import display_unit
 from allanite.views.figures.curves import series_colours
 from allanite.views.figures.panel import Axis, Curve, Label, Panel, array, positive_range
-from allanite.views.wording import Group, density_unit
+from allanite.views.wording import ChannelGroup, density_unit
 
 __all__ = ["VIEWS", "group_spectrum_panel", "ratio_panel", "spectrum_panel"]
 
@@ -38,7 +38,7 @@ _NAMES = {
 }
 
 
-def group_spectrum_panel(group: Group) -> Panel:
+def group_spectrum_panel(group: ChannelGroup) -> Panel:
     """The spectra of all channels of one kind."""
     unit, factor = display_unit(group.kind, "N", group.unit)
     looks = series_colours([c["name"] for c in group.channels])

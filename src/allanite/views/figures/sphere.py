@@ -17,7 +17,7 @@ from typing import Literal
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from allanite.views.figures.drawing import Drawing, Point, Shape, Words, circle, line
+from allanite.views.figures.drawing import Drawing, DrawnShape, Point, Words, circle, line
 from allanite.views.figures.panel import Panel
 
 __all__ = ["SPOT_LOOKS", "Spot", "SpotLook", "sphere", "sphere_panel"]
@@ -97,7 +97,7 @@ def sphere(spots: Sequence[Spot], *, words: Mapping[str, str] | None = None) -> 
     words : mapping of str to str, optional
         Words of the legend, by kind, in place of the usual ones.
     """
-    parts: list[Shape | Words] = []
+    parts: list[DrawnShape | Words] = []
     for side, centre in zip((1.0, -1.0), _CENTRES, strict=True):
         globe = _Globe(centre, side, spots)
         parts += [*globe.ground(), *globe.axes(), *globe.marks(), *globe.numbers()]
@@ -136,11 +136,11 @@ class _Globe:
 
     # -- the sphere itself
 
-    def ground(self) -> list[Shape | Words]:
+    def ground(self) -> list[DrawnShape | Words]:
         """The rim, and the three circles in which two axes lie."""
         x, y = self.centre
         said = "+x, +y and +z" if self.side > 0 else "−x, −y and −z"
-        parts: list[Shape | Words] = [
+        parts: list[DrawnShape | Words] = [
             circle(self.centre, _RADIUS, fill="gap", opacity=0.1, colour="guide", name="globe"),
             Words(x=x, y=y + _RADIUS + 2.3, text=f"seen from between {said}", colour="guide", size=0.92),
         ]
@@ -148,7 +148,7 @@ class _Globe:
             parts += self._great_circle(np.array(first), np.array(second))
         return parts
 
-    def _great_circle(self, first: Array, second: Array) -> list[Shape]:
+    def _great_circle(self, first: Array, second: Array) -> list[DrawnShape]:
         angles = np.radians(np.arange(0.0, 361.0, 3.0))
         points = [self.place(math.cos(a) * first + math.sin(a) * second) for a in angles]
         runs: list[list[Point]] = [[]]
@@ -160,9 +160,9 @@ class _Globe:
         self.lines += [_around(point, 0.1) for run in runs for point in run]
         return [line(*run, colour="guide", width=0.6, name="plane") for run in runs if len(run) > 1]
 
-    def axes(self) -> list[Shape | Words]:
+    def axes(self) -> list[DrawnShape | Words]:
         """The ends of the axes with their names."""
-        parts: list[Shape | Words] = []
+        parts: list[DrawnShape | Words] = []
         for name, axis in _AXES:
             end = self.place(self.side * np.array(axis))
             if end is None:
@@ -182,11 +182,11 @@ class _Globe:
 
     # -- positions
 
-    def marks(self) -> list[Shape | Words]:
+    def marks(self) -> list[DrawnShape | Words]:
         """A mark for each position on this half."""
         return [_mark(point, spot.kind) for point, spot in self.here]
 
-    def numbers(self) -> list[Shape | Words]:
+    def numbers(self) -> list[DrawnShape | Words]:
         """Their numbers; positions that fall together share one place. Those that stand out come first."""
         groups = sorted(_groups(self.here), key=lambda g: all(spot.kind == "used" for _, spot in g))
         return [words for group in groups for words in self._number(group)]
@@ -221,7 +221,7 @@ class _Globe:
 # -- marks and words --------------------------------------------------------------------------------------
 
 
-def _mark(point: Point, kind: SpotKind) -> Shape:
+def _mark(point: Point, kind: SpotKind) -> DrawnShape:
     look = SPOT_LOOKS[kind]
     edge, fill = ("paper", look.colour) if look.filled else (look.colour, "paper")
     size, width = _DOT * look.size, 0.8 if look.filled else 1.2
@@ -229,16 +229,16 @@ def _mark(point: Point, kind: SpotKind) -> Shape:
         return circle(point, size, width=width, name=kind, colour=edge, fill=fill)
     angles = [math.pi / 2 + 2 * math.pi * i / look.corners for i in range(look.corners)]
     points = tuple((point[0] + size * math.cos(a), point[1] + size * math.sin(a)) for a in angles)
-    return Shape(points=points, closed=True, width=width, name=kind, colour=edge, fill=fill)
+    return DrawnShape(points=points, closed=True, width=width, name=kind, colour=edge, fill=fill)
 
 
-def _legend(spots: Sequence[Spot], words: Mapping[str, str]) -> list[Shape | Words]:
+def _legend(spots: Sequence[Spot], words: Mapping[str, str]) -> list[DrawnShape | Words]:
     """Forms that occur, in a row below."""
     present = [kind for kind in SPOT_LOOKS if any(spot.kind == kind for spot in spots)]
     said = [words.get(kind, SPOT_LOOKS[kind].words) for kind in present]
     widths = [4.0 + 0.95 * len(text) for text in said]
     x = 0.5 * (_WIDTH - sum(widths))
-    parts: list[Shape | Words] = []
+    parts: list[DrawnShape | Words] = []
     for kind, text, width in zip(present, said, widths, strict=True):
         parts.append(_mark((x, _KEY), kind))
         parts.append(Words(x=x + 1.9, y=_KEY, text=text, across="left", size=0.92))

@@ -15,7 +15,7 @@ import numpy as np
 from allanite.quantities.display_units import display_unit
 from allanite.recording.records import Recording
 from allanite.views.figures.curves import series_colours
-from allanite.views.figures.panel import Axis, Curve, Envelope, Panel, Span, array
+from allanite.views.figures.panel import Axis, Curve, Envelope, Panel, ShadedSpan, array
 from allanite.views.figures.records import clock, overview
 
 __all__ = ["VIEWS", "document_of", "level_panels", "record_panels"]
@@ -132,10 +132,12 @@ def _numbers(document: Json, second: float) -> tuple[tuple[float, str], ...]:
     return tuple(named)
 
 
-def _spans(document: Json) -> tuple[Span, ...]:
+def _spans(document: Json) -> tuple[ShadedSpan, ...]:
     _, second = clock(document["duration"])
     found = [
-        Span(start=s["start_s"] / second, stop=s["stop_s"] / second, kind="quiet", text=f"static span {i}")
+        ShadedSpan(
+            start=s["start_s"] / second, stop=s["stop_s"] / second, kind="quiet", text=f"static span {i}"
+        )
         for i, s in enumerate(document["spans"], 1)
     ]
     rate = document["rate"] * second
@@ -150,6 +152,6 @@ def _spans(document: Json) -> tuple[Span, ...]:
         if part["why"] in kinds:
             kind: Any = kinds[part["why"]]
             found.append(
-                Span(start=part["start"] / rate, stop=part["stop"] / rate, kind=kind, text=part["why"])
+                ShadedSpan(start=part["start"] / rate, stop=part["stop"] / rate, kind=kind, text=part["why"])
             )
     return tuple(found)

@@ -13,7 +13,7 @@ from allanite.errors import InputError
 from allanite.experiments.reversals.sides import direction_of
 from allanite.quantities.display_units import display_unit
 from allanite.recording.records import Kind, Recording
-from allanite.views.figures.panel import Array, Axis, Envelope, Panel, Rug, Span, SpanKind, array
+from allanite.views.figures.panel import Array, Axis, Envelope, Panel, Rug, ShadedSpan, SpanKind, array
 from allanite.views.figures.records import clock, overview
 
 __all__ = ["only_rate", "reversals_of", "turned_panel", "turned_panels", "window_panels", "zoom_window"]
@@ -126,7 +126,7 @@ def _panel(
         y=Axis(label=f"Measured rate [{unit}]" if unit == "deg/s" else f"Measured [{unit}]", limits=limits),
         envelopes=(envelope,),
         spans=tuple(
-            Span(start=max(a, window[0]) / second, stop=min(b, window[1]) / second, kind=kind)
+            ShadedSpan(start=max(a, window[0]) / second, stop=min(b, window[1]) / second, kind=kind)
             for a, b, kind in spans
         ),
         rugs=(Rug(x=middles, label="turns", colour="purple"),) if many else (),

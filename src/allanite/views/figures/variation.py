@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from allanite.views.figures.drawing import Drawing, Shape, Words, box, line
+from allanite.views.figures.drawing import Drawing, DrawnShape, Words, box, line
 from allanite.views.figures.panel import Axis, Curve, Label, Panel, array, level
 from allanite.views.figures.records import clock
 from allanite.views.wording import duration, part_name, probability
@@ -40,7 +40,7 @@ def _map(channel: Json, length: float) -> Drawing:
     top = _FOOT + _ROW * len(lags)
     deepest = _deepest(lags)
     across = (_WIDTH - _LEFT - _RIGHT) / length
-    parts: list[Shape | Words] = []
+    parts: list[DrawnShape | Words] = []
     for row, lag in enumerate(lags):
         parts += _row(lag, _FOOT + row * _ROW, across, deepest)
     parts += [f for row, lag in enumerate(lags) for f in _frames(lag, _FOOT + row * _ROW, across)]
@@ -67,7 +67,7 @@ def _deepest(lags: Sequence[Json]) -> float:
     return min(max([_LEAST, *told]), _MOST)
 
 
-def _row(lag: Json, y: float, across: float, deepest: float) -> list[Shape]:
+def _row(lag: Json, y: float, across: float, deepest: float) -> list[DrawnShape]:
     """Windows of one lag; neighbours of one depth are one box."""
     level = np.rint(_LEVELS * np.clip(np.log(array(lag["ratio"])) / deepest, -1, 1)).astype(int)
     depth = np.where(lag["significant"], 1.0, _PALE)
@@ -86,7 +86,7 @@ def _row(lag: Json, y: float, across: float, deepest: float) -> list[Shape]:
     return found
 
 
-def _frames(lag: Json, y: float, across: float) -> list[Shape]:
+def _frames(lag: Json, y: float, across: float) -> list[DrawnShape]:
     return [
         box(
             _LEFT + across * a + 0.08, y + 0.15, max(across * (b - a) - 0.16, 0.1), _ROW - 0.3, line_width=0.7,
@@ -97,9 +97,9 @@ def _frames(lag: Json, y: float, across: float) -> list[Shape]:
     ]  # fmt: skip
 
 
-def _axes(lags: Sequence[Json], length: float, across: float, top: float) -> list[Shape | Words]:
+def _axes(lags: Sequence[Json], length: float, across: float, top: float) -> list[DrawnShape | Words]:
     right = _LEFT + across * length
-    parts: list[Shape | Words] = [
+    parts: list[DrawnShape | Words] = [
         box(_LEFT, _FOOT, right - _LEFT, top - _FOOT, colour="guide", line_width=0.7, name="frame")
     ]
     step = max(1, -(-len(lags) // 10))
@@ -129,8 +129,8 @@ def _round_values(length: float) -> list[float]:
     return [round(i * step, 12) for i in range(int(length / step + 1e-9) + 1)]
 
 
-def _key(deepest: float, y: float) -> list[Shape | Words]:
-    parts: list[Shape | Words] = []
+def _key(deepest: float, y: float) -> list[DrawnShape | Words]:
+    parts: list[DrawnShape | Words] = []
     x = _LEFT
     for k in (-_LEVELS, -_LEVELS // 2, 0, _LEVELS // 2, _LEVELS):
         fill = None if k == 0 else "x" if k > 0 else "z"

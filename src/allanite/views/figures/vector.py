@@ -17,7 +17,17 @@ from allanite.quantities.display_units import display_unit
 from allanite.recording.records import Recording
 from allanite.views.figures.curves import series_colours
 from allanite.views.figures.earth import DEG_H, known_rate, level
-from allanite.views.figures.panel import Array, Axis, Curve, Envelope, Panel, Span, SpanKind, around, array
+from allanite.views.figures.panel import (
+    Array,
+    Axis,
+    Curve,
+    Envelope,
+    Panel,
+    ShadedSpan,
+    SpanKind,
+    around,
+    array,
+)
 from allanite.views.figures.records import clock, overview
 from allanite.views.wording import duration, interval
 
@@ -139,7 +149,7 @@ def record_panels(document: Json) -> list[Panel]:
     whole = document["duration"]
     unit, second = clock(whole)
     stretches = [
-        Span(start=start / second, stop=stop / second, kind=kind)
+        ShadedSpan(start=start / second, stop=stop / second, kind=kind)
         for start, stop, kind in _stretches(document)
     ]
     panels = []

@@ -25,7 +25,7 @@ from allanite.views.report.blocks import (
 from allanite.views.report.measurement import judgement, known_facts, measurement_page, rate_budget
 from allanite.views.wording import (
     DEG_H,
-    Estimate,
+    EarthRateWording,
     angle,
     axis_facts,
     budget_lines,
@@ -144,7 +144,7 @@ def contradiction_banners(document: Json) -> list[Block]:
     return [banner("fatal", "Signal and list contradict each other.", w) for w in contradictions(document)]
 
 
-def estimates_table(lines: Iterable[Estimate], caption: str) -> list[Block]:
+def estimates_table(lines: Iterable[EarthRateWording], caption: str) -> list[Block]:
     """Estimates in deg/h and deg/s; the one that counts stands out."""
     rows, kept = [], []
     for line in lines:

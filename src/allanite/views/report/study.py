@@ -17,7 +17,7 @@ from allanite.views.wording import (
     COLUMNS,
     GUARANTEE,
     ONE_RECORD,
-    Group,
+    ChannelGroup,
     coefficient_lines,
     duration,
     effect_lines,
@@ -118,7 +118,7 @@ def _environment(found: Json) -> dict[str, Any]:
 # -- one group of channels --------------------------------------------------------------------------------
 
 
-def _section(index: int, group: Group, study: Json) -> dict[str, Any]:
+def _section(index: int, group: ChannelGroup, study: Json) -> dict[str, Any]:
     names = ", ".join(c["name"] for c in group.channels)
     document = {**study, "channels": list(group.channels)}
     curve = group.channels[0]["curve"]
@@ -159,7 +159,7 @@ def _section(index: int, group: Group, study: Json) -> dict[str, Any]:
     }
 
 
-def _table(group: Group) -> dict[str, Any]:
+def _table(group: ChannelGroup) -> dict[str, Any]:
     heads = headings(group)
     return {
         "heads": [
@@ -170,7 +170,7 @@ def _table(group: Group) -> dict[str, Any]:
     }
 
 
-def _channel(id_: str, channel: Json, group: Group, document: Json) -> dict[str, Any]:
+def _channel(id_: str, channel: Json, group: ChannelGroup, document: Json) -> dict[str, Any]:
     unit, factor = display_unit(channel["kind"], "mean", channel.get("unit") or "")
     spread, spread_factor = display_unit(channel["kind"], "sd", channel.get("unit") or "")
     curve = channel["curve"]
@@ -225,7 +225,7 @@ def _summary(channel: Json) -> str:
     return "; ".join(f"{shown_symbol(s)} {r.text}" for s, r in readings(channel).items()) or "no model"
 
 
-def _model(model: Json, channel: Json, group: Group) -> dict[str, Any]:
+def _model(model: Json, channel: Json, group: ChannelGroup) -> dict[str, Any]:
     goodness = model.get("goodness") or {}
     rows = [
         (
@@ -251,7 +251,7 @@ def _order(symbol: str) -> int:
     return 2 * (order.index(base) if base in order else len(order)) + (base != symbol)
 
 
-def _symbol_name(symbol: str, group: Group) -> str:
+def _symbol_name(symbol: str, group: ChannelGroup) -> str:
     extra = {
         "B_equiv": "B with the same peak",
         "sigma": "Gauss-Markov deviation",

@@ -38,7 +38,7 @@ from allanite.views.wording import (
 if TYPE_CHECKING:
     from rich.console import Console
 
-    from allanite.views.wording.rates import Estimate
+    from allanite.views.wording.rates import EarthRateWording
 
 __all__ = [
     "show_aided",
@@ -329,7 +329,7 @@ def _estimates(out: Console, document: Json) -> None:
     _rates(out, "Earth rate", document, earth_rate_lines(document))
 
 
-def _rates(out: Console, what: str, document: Json, lines: Iterable[Estimate]) -> None:
+def _rates(out: Console, what: str, document: Json, lines: Iterable[EarthRateWording]) -> None:
     """Rates in two units, each with its interval; the one that is kept in bold."""
     from rich.text import Text
 

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
     from allanite.noise.allan import AllanCurve
 
-__all__ = ["Scale", "octave_table"]
+__all__ = ["LogScale", "octave_table"]
 
 #: Characters that a drawing has at least and at most, and those between two columns.
 _NARROW, _BROAD, _BETWEEN = 12, 72, 3
@@ -26,7 +26,7 @@ _STEPS = (1.0, 2.0, 5.0)
 
 
 @dataclass(frozen=True, slots=True)
-class Scale:
+class LogScale:
     """A log scale on so many characters.
 
     Attributes
@@ -123,7 +123,7 @@ def _said(middle: float, lower: float, upper: float) -> tuple[str, str]:
     return value, f"[{low}, {high}]" if math.isfinite(lower) and math.isfinite(upper) else "–"
 
 
-def _drawn(scale: Scale, middle: float, lower: float, upper: float) -> Text:
+def _drawn(scale: LogScale, middle: float, lower: float, upper: float) -> Text:
     from rich.text import Text
 
     if not (math.isfinite(middle) and middle > 0):
@@ -132,7 +132,7 @@ def _drawn(scale: Scale, middle: float, lower: float, upper: float) -> Text:
     return scale.bar(low, middle, high)
 
 
-def _scale(values: Sequence[float], width: int) -> Scale | None:
+def _scale(values: Sequence[float], width: int) -> LogScale | None:
     """From the smallest to the largest value; none where there is no room or nothing to draw."""
     found = [v for v in values if math.isfinite(v) and v > 0]
     if width < _NARROW or not found:
@@ -140,4 +140,4 @@ def _scale(values: Sequence[float], width: int) -> Scale | None:
     low, high = min(found), max(found)
     if high < 1.5 * low:  # a level line in the middle
         low, high = low / 1.5, high * 1.5
-    return Scale(low, high, width)
+    return LogScale(low, high, width)

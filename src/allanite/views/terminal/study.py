@@ -15,8 +15,8 @@ from allanite.views.wording import (
     EQUIVALENT,
     GUARANTEE,
     ONE_RECORD,
-    Group,
-    Reading,
+    ChannelGroup,
+    CoefficientWording,
     duration,
     environment_sentences,
     finding_kinds,
@@ -272,7 +272,7 @@ def _parameters(out: Console, channels: Sequence[Json]) -> None:
     out.print()
 
 
-def _group_table(group: Group, *, si: bool) -> Table:
+def _group_table(group: ChannelGroup, *, si: bool) -> Table:
     heads = headings(group)
     units = {s: si_unit(group.kind, s, group.unit) if si else unit for s, (_, unit) in heads.items()}
     table = table_of(
@@ -284,7 +284,7 @@ def _group_table(group: Group, *, si: bool) -> Table:
     return table
 
 
-def _list_table(group: Group, *, si: bool) -> Table:
+def _list_table(group: ChannelGroup, *, si: bool) -> Table:
     """One coefficient per line, for a terminal that is too narrow for one channel per line."""
     from rich.text import Text
 
@@ -300,7 +300,7 @@ def _list_table(group: Group, *, si: bool) -> Table:
     return table
 
 
-def _cell(found: Reading | None, *, si: bool) -> Any:
+def _cell(found: CoefficientWording | None, *, si: bool) -> Any:
     from rich.text import Text
 
     if found is None:

@@ -19,7 +19,7 @@ def number(value: float | None, digits: int = 3) -> str:
         return "–"
     if math.isinf(value):
         return "∞" if value > 0 else "−∞"
-    return _Layout.of(abs(value), abs(value), digits).write(value)
+    return _NumberLayout.of(abs(value), abs(value), digits).write(value)
 
 
 def interval(value: float, lower: float | None, upper: float | None) -> tuple[str, str, str]:
@@ -36,7 +36,7 @@ def interval(value: float, lower: float | None, upper: float | None) -> tuple[st
         if not (width > 0 and size > 0)
         else 2 + math.floor(math.log10(size)) - math.floor(math.log10(width))
     )
-    layout = _Layout.of(size, abs(value), min(max(digits, 2), 7))
+    layout = _NumberLayout.of(size, abs(value), min(max(digits, 2), 7))
     low, high = (layout.write(e) if e is not None and math.isfinite(e) else number(e) for e in (lower, upper))
     return layout.write(value), low, high
 
@@ -69,14 +69,14 @@ def with_parentheses(value: float, sd: float) -> str:
 
 
 @dataclass(frozen=True, slots=True)
-class _Layout:
+class _NumberLayout:
     """Decimals and, where one is needed, the power of ten before which they stand."""
 
     decimals: int
     power: int | None
 
     @classmethod
-    def of(cls, size: float, lead: float, digits: int) -> _Layout:
+    def of(cls, size: float, lead: float, digits: int) -> _NumberLayout:
         """So many significant digits of `size`; an exponent that leaves `lead` one digit before the point."""
         if size == 0.0:
             return cls(0, None)

@@ -23,8 +23,8 @@ __all__ = [
     "AIDED",
     "DEG",
     "DEG_H",
-    "Check",
-    "Estimate",
+    "CheckWording",
+    "EarthRateWording",
     "PlanTable",
     "WeekLine",
     "aided_lines",
@@ -187,7 +187,7 @@ def _coefficient(kind: str, unit: str, symbol: str, value: float) -> str:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Estimate:
+class EarthRateWording:
     """One estimate of the Earth rate as people read it.
 
     Attributes
@@ -218,10 +218,10 @@ def estimate_of(
     name: str = "",
     note: str = "",
     kept: bool = False,
-) -> Estimate:
+) -> EarthRateWording:
     """A rate [rad/s] and the ends of its interval in both units."""
     shown = [_scaled(rate, low, high, factor) for factor in (DEG_H, DEG)]
-    return Estimate(
+    return EarthRateWording(
         name=name,
         note=note,
         value=shown[0][0],
@@ -241,7 +241,7 @@ def _scaled(rate: float | None, low: float | None, high: float | None, factor: f
     return middle, f"[{lower}, {upper}]"
 
 
-def earth_rate_lines(document: Json) -> list[Estimate]:
+def earth_rate_lines(document: Json) -> list[EarthRateWording]:
     """The regression, the simple estimators beside it with the same confidence, and the known rate."""
     percent = f"{100 * document['confidence']:g} %"
     low, high = document["interval"]
@@ -269,9 +269,9 @@ def earth_rate_lines(document: Json) -> list[Estimate]:
     return lines
 
 
-def known_rate(value: float) -> Estimate:
+def known_rate(value: float) -> EarthRateWording:
     """The rotation of the Earth as it is known."""
-    return Estimate(
+    return EarthRateWording(
         name="known",
         note="rotation of the Earth to the stars",
         value=f"{value / DEG_H:.3f}",
@@ -308,7 +308,7 @@ def budget_lines(document: Json) -> list[tuple[str, str, str]]:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Check:
+class CheckWording:
     """One question put to the residuals, and the answer."""
 
     name: str
@@ -318,10 +318,10 @@ class Check:
     says: str
 
 
-def check_lines(checks: Iterable[Json]) -> list[Check]:
+def check_lines(checks: Iterable[Json]) -> list[CheckWording]:
     """Checks, those that did not pass first."""
     rows = [
-        Check(
+        CheckWording(
             name=c["name"],
             passed=bool(c["passed"]),
             measure=f"{number(c['statistic'], 3)} ({round(c['dof'], 1):g})",

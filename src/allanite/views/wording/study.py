@@ -18,8 +18,8 @@ __all__ = [
     "EQUIVALENT",
     "GUARANTEE",
     "ONE_RECORD",
-    "Group",
-    "Reading",
+    "ChannelGroup",
+    "CoefficientWording",
     "column_of",
     "finding_kinds",
     "groups",
@@ -126,7 +126,7 @@ def _place(column: str) -> tuple[int, int, int]:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Group:
+class ChannelGroup:
     """Channels of a study that share their units: the axes of one triad.
 
     Attributes
@@ -158,7 +158,7 @@ class Group:
         return _SHARED_NAMES.get(symbol) or names.get(symbol, symbol)
 
 
-def groups(channels: Iterable[Json]) -> tuple[Group, ...]:
+def groups(channels: Iterable[Json]) -> tuple[ChannelGroup, ...]:
     """Channels sorted into groups of equal units, in the order of their first appearance.
 
     Channels without a known unit are grouped by their names: gx, gy, gz apart from ax, ay, az.
@@ -170,7 +170,9 @@ def groups(channels: Iterable[Json]) -> tuple[Group, ...]:
         key = (family, "", "") if known else (family, channel.get("unit") or "", _stem(channel["name"]))
         found.setdefault(key, []).append(channel)
     return tuple(
-        Group(title=_title(family, own, members), kind=members[0]["kind"], unit=own, channels=tuple(members))
+        ChannelGroup(
+            title=_title(family, own, members), kind=members[0]["kind"], unit=own, channels=tuple(members)
+        )
         for (family, own, _), members in found.items()
     )
 
@@ -187,7 +189,7 @@ def _title(family: str, unit: str, members: Sequence[Json]) -> str:
     return f"{names} ({unit or 'unknown unit'})"
 
 
-def headings(group: Group) -> dict[str, tuple[str, str]]:
+def headings(group: ChannelGroup) -> dict[str, tuple[str, str]]:
     """Columns that at least one channel of the group has something to say about: symbol -> (head, people's unit)."""
     present = {symbol for channel in group.channels for symbol in readings(channel)}
     heads = {s: shown_symbol(s) for s in sorted(present, key=_place)}
@@ -200,7 +202,7 @@ def headings(group: Group) -> dict[str, tuple[str, str]]:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Reading:
+class CoefficientWording:
     """One coefficient as people read it.
 
     Attributes
@@ -239,13 +241,13 @@ class Reading:
         return " ".join(part for part in (self.value, self.range, self.unit) if part)
 
 
-def reading(kind: str, unit: str, estimate: Json, *, read_off: bool = False) -> Reading:
+def reading(kind: str, unit: str, estimate: Json, *, read_off: bool = False) -> CoefficientWording:
     """An entry of a model's "estimates" as people read it; `read_off`: by slopes, a value without an interval."""
     symbol = estimate["symbol"]
     text, factor = display_unit(kind, symbol, unit)
     shown, si = (_scaled(estimate, f, read_off) for f in (factor, 1.0))
     amount = estimate["value"] if estimate["supported"] or read_off else estimate["upper"]
-    return Reading(
+    return CoefficientWording(
         symbol=symbol,
         unit=text,
         si_unit=si_unit(kind, column_of(symbol), unit),
@@ -294,7 +296,7 @@ def _scaled(estimate: Json, factor: float, read_off: bool) -> tuple[str, str]:
     return f"< {number(upper)}", ""
 
 
-def readings(channel: Json, model: Json | None = None) -> dict[str, Reading]:
+def readings(channel: Json, model: Json | None = None) -> dict[str, CoefficientWording]:
     """Coefficients of a channel's first model (or of the one given), keyed by their columns.
 
     Columns are those of `COLUMNS`, numbered from the second term of a kind on (B_2, T_2), and amplitude and frequency
@@ -304,7 +306,7 @@ def readings(channel: Json, model: Json | None = None) -> dict[str, Reading]:
     if model is None:
         model = channel["models"][0] if channel["models"] else {"estimates": ()}
     read_off = model.get("family") == "slopes"
-    found: dict[str, Reading] = {}
+    found: dict[str, CoefficientWording] = {}
     for estimate in model["estimates"]:
         column = column_of(estimate["symbol"])
         symbol = _split(column)[0]
@@ -380,7 +382,7 @@ def worst(findings: Sequence[Json]) -> Json | None:
     return min(serious, key=severity_order, default=None)
 
 
-def verdict(group: Group) -> list[str]:
+def verdict(group: ChannelGroup) -> list[str]:
     """What the record says about a group of channels: one plain sentence per statement."""
     sentences = [s for symbol in COLUMNS if (s := _statement(group, symbol))]
     absent = [a for symbol in COLUMNS if (a := _absent(group, symbol))]
@@ -408,7 +410,7 @@ def _is_poor(channel: Json) -> bool:
     return p is not None and p < 0.01
 
 
-def _statement(group: Group, symbol: str) -> str:
+def _statement(group: ChannelGroup, symbol: str) -> str:
     """Where a term is resolved, and where it is only bounded; "" where no channel resolves it."""
     seen, limits = _seen_and_limits(group, symbol)
     if not seen:
@@ -420,19 +422,21 @@ def _statement(group: Group, symbol: str) -> str:
     )
 
 
-def _absent(group: Group, symbol: str) -> str:
+def _absent(group: ChannelGroup, symbol: str) -> str:
     """A term that no channel resolves, with the largest of its limits."""
     seen, limits = _seen_and_limits(group, symbol)
     return "" if seen or not limits else f"{_SHOWN.get(symbol, symbol)} {_spread(limits.values())}"
 
 
-def _seen_and_limits(group: Group, symbol: str) -> tuple[dict[str, Reading], dict[str, Reading]]:
+def _seen_and_limits(
+    group: ChannelGroup, symbol: str
+) -> tuple[dict[str, CoefficientWording], dict[str, CoefficientWording]]:
     found = {c["name"]: r for c in group.channels if (r := readings(c).get(symbol)) and r.amount is not None}
     seen = {name: r for name, r in found.items() if r.supported}
     return seen, {name: r for name, r in found.items() if not r.supported}
 
 
-def _where(some: Mapping[str, Reading], group: Group) -> str:
+def _where(some: Mapping[str, CoefficientWording], group: ChannelGroup) -> str:
     count = len(group.channels)
     if count == 1:
         return ""
@@ -441,7 +445,7 @@ def _where(some: Mapping[str, Reading], group: Group) -> str:
     return f" on {_listed(list(some))}"
 
 
-def _spread(found: Iterable[Reading]) -> str:
+def _spread(found: Iterable[CoefficientWording]) -> str:
     """Smallest to largest value; of limits the largest, which holds for all."""
     some = sorted((r for r in found if r.amount is not None), key=lambda r: r.amount or 0.0)
     low, high = (r.value.removeprefix("< ") for r in (some[0], some[-1]))

@@ -9,7 +9,7 @@ from typing import Any
 
 from allanite.quantities.earth import EARTH_RATE
 from allanite.views.wording.numbers import duration, interval, number
-from allanite.views.wording.rates import DEG_H, Estimate, angle, budget_lines, estimate_of, known_rate
+from allanite.views.wording.rates import DEG_H, EarthRateWording, angle, budget_lines, estimate_of, known_rate
 
 __all__ = [
     "EMPTY_BUDGET",
@@ -32,7 +32,7 @@ EMPTY_BUDGET = "The interval holds the noise alone: no uncertainty of scale fact
 # -- rate vector ------------------------------------------------------------------------------------------
 
 
-def length_lines(document: Json) -> list[Estimate]:
+def length_lines(document: Json) -> list[EarthRateWording]:
     """The length and the known rate."""
     low, high = document["interval"]
     note = "bias and Earth together, everything in the budget included"

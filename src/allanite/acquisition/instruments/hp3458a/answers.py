@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from allanite.acquisition.instruments import Flag
 from allanite.recording.records import OVERLOAD
 
-__all__ = ["Lines", "beyond_scale", "parse_dint", "parse_lines"]
+__all__ = ["ParsedReadings", "beyond_scale", "parse_dint", "parse_lines"]
 
 #: Sign or blank, one digit, point, eight digits, exponent: 15 characters.
 _READING = re.compile(rb"[ +-]\d\.\d{8}E[+-]\d\d")
@@ -31,7 +31,7 @@ LONGEST_LINE = 64
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Lines:
+class ParsedReadings:
     """Readings found in a stretch of bytes.
 
     Attributes
@@ -66,7 +66,7 @@ def beyond_scale(size: Any, range_volts: float) -> Any:
     return (size > part * range_volts) & (size < OVERLOAD)
 
 
-def parse_lines(data: bytes, range_volts: float) -> Lines:
+def parse_lines(data: bytes, range_volts: float) -> ParsedReadings:
     """Whole ASCII readings of `data`; what is none on this range is set aside with its place."""
     values: list[float] = []
     flags: list[int] = []
@@ -85,7 +85,7 @@ def parse_lines(data: bytes, range_volts: float) -> Lines:
         overload = not abs(value) < OVERLOAD
         values.append(np.nan if overload else value)
         flags.append(Flag.OVERLOAD if overload else 0)
-    return Lines(
+    return ParsedReadings(
         values=np.array(values, dtype=np.float64),
         flags=np.array(flags, dtype=np.uint8),
         breaks=tuple(breaks),

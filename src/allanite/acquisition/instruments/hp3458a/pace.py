@@ -14,7 +14,7 @@ from dataclasses import dataclass, field
 
 from allanite.acquisition.instruments.hp3458a.drift import Drift
 
-__all__ = ["Judgement", "Pace"]
+__all__ = ["Pace", "PaceJudgement"]
 
 #: Readings, and at most blocks, after which the smallest lateness is taken anew: before its rate is known, the clock of
 #: a meter that is off by a hundredth of a percent drifts by a fifth of a period in the first.
@@ -37,7 +37,7 @@ PHASE = 1 / 12
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Judgement:
+class PaceJudgement:
     """What the clock says of a block.
 
     Attributes
@@ -101,7 +101,7 @@ class Pace:
         awaited: bool = True,
         silent: bool = False,
         twins: int = 0,
-    ) -> Judgement:
+    ) -> PaceJudgement:
         """Judge `n` readings that end at `now` [ns of the meter's time]; `rejected` lines stood among them.
 
         `awaited`: the host waited for the last of them, so that its lateness is not that of a queue. `silent`: they
@@ -112,27 +112,27 @@ class Pace:
             # The first readings after a start or a pause set the scale of lateness.
             return self._anchor(n, now, rejected)
         if self.speed is None:
-            return Judgement(missing=rejected)
+            return PaceJudgement(missing=rejected)
         late = self._lateness(n, now)
         usual = self._usual(n, late)
         if awaited and late - usual > STALL * 1e9 * self.speed + 3 * self.period_ns:
-            return Judgement(stalled=True)
+            return PaceJudgement(stalled=True)
         periods = (late - usual) / self.period_ns
         if rejected or silent:
             self._seen += 1
             if not (awaited and self.judges):
-                return Judgement(missing=rejected)
+                return PaceJudgement(missing=rejected)
             missing = max(round(periods), 0)
-            return Judgement(missing=missing, uncertainty=self._unsure(missing) if missing else None)
+            return PaceJudgement(missing=missing, uncertainty=self._unsure(missing) if missing else None)
         if periods < -EARLY and self._seen >= SETTLED and self.judges:
             # Too early for its number. With an equal pair in sight less of it is proof; else the next block decides.
             sure = periods < -1 + EARLY or twins == max(round(-periods), 1)
-            return Judgement(surplus=max(round(-periods), 1) if sure else 0)
+            return PaceJudgement(surplus=max(round(-periods), 1) if sure else 0)
         missing = self._lost(late, periods) if awaited else 0
         self._learn(late - missing * self.period_ns, n + missing)
         if awaited and not missing:
             self._delay += ((late - usual) ** 2 - self._delay) / MEMORY
-        return Judgement(missing=missing, uncertainty=self._unsure(missing) if missing else None)
+        return PaceJudgement(missing=missing, uncertainty=self._unsure(missing) if missing else None)
 
     @property
     def judges(self) -> bool:
@@ -168,7 +168,7 @@ class Pace:
         assert self._origin is not None  # noqa: S101
         return now - self._origin - (self.count + n) * self.period_ns
 
-    def _anchor(self, n: int, now: int, rejected: int) -> Judgement:
+    def _anchor(self, n: int, now: int, rejected: int) -> PaceJudgement:
         missing, unsure = rejected, None
         if self._origin is None:
             self._origin = round(now - (self.count + n + missing) * self.period_ns)
@@ -181,7 +181,7 @@ class Pace:
         self.rebase()
         late = now - self._origin - (self.count + n + missing) * self.period_ns
         self._within = _Earliest(late=late, number=self.count + n + missing)
-        return Judgement(missing=missing, uncertainty=unsure)
+        return PaceJudgement(missing=missing, uncertainty=unsure)
 
     def _due_in_pause(self, n: int, now: int) -> float:
         """Readings that the meter would have made between the last one and `n` that end now."""

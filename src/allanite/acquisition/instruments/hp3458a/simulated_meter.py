@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from allanite.acquisition.instruments import host_ns
 from allanite.acquisition.instruments.hp3458a.commands import OFF_ON, WORDS, rounded_nplc
 
-__all__ = ["Fault", "SimulatedIdentity", "SimulatedMeter", "counting"]
+__all__ = ["MeterFault", "SimulatedIdentity", "SimulatedMeter", "counting"]
 
 Signal = Callable[[NDArray[np.int64]], NDArray[np.float64]]
 Kind = Literal[
@@ -56,7 +56,7 @@ class SimulatedIdentity:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Fault:
+class MeterFault:
     """One misbehaviour.
 
     Attributes
@@ -93,7 +93,7 @@ class SimulatedMeter:
     ----------
     signal : callable
         Voltage of readings by their number since power-on.
-    faults : sequence of Fault
+    faults : sequence of MeterFault
     speed : float or None
         The meter's time against the host's; None: every reading is due at once.
     mains_hz : float
@@ -103,14 +103,14 @@ class SimulatedMeter:
         self,
         *,
         signal: Signal = counting,
-        faults: Sequence[Fault] = (),
+        faults: Sequence[MeterFault] = (),
         speed: float | None = 1.0,
         identity: SimulatedIdentity | None = None,
         mains_hz: float = 50.0,
     ) -> None:
         self.identity = identity or SimulatedIdentity()
         self.executed: list[str] = []
-        self.dropped: Fault | None = None
+        self.dropped: MeterFault | None = None
         self.index = 0  # readings made since power-on
         self._signal, self._speed, self._mains = signal, speed, mains_hz
         self._faults = sorted((f for f in faults if isinstance(f.at, int)), key=lambda f: int(f.at))
@@ -118,7 +118,7 @@ class SimulatedMeter:
         self._silent_until = 0
         self.power_on()
 
-    def come_back(self, fault: Fault) -> None:
+    def come_back(self, fault: MeterFault) -> None:
         """Switched on again after a "drop"."""
         self.identity = fault.identity or self.identity
         self._mains = fault.mains_hz or self._mains
@@ -321,7 +321,7 @@ class SimulatedMeter:
         self._done += n
         self._left -= n
 
-    def _misbehave(self, fault: Fault) -> bytes:
+    def _misbehave(self, fault: MeterFault) -> bytes:
         if fault.kind == "overload":
             plain, self._signal = self._signal, lambda index: np.full(len(index), 1e38)
             out = self._encode(1)

@@ -13,14 +13,14 @@ from allanite.plain_files.yaml_validation import Fault, Place, name_of
 
 if TYPE_CHECKING:
     from allanite.acquisition.instruments.serial_imu.description import (
-        Cell,
+        BinaryFrame,
         CellStatus,
         Description,
-        Frame,
         FrameChecksum,
         FrameField,
-        Lines,
+        LineColumn,
         Status,
+        TextLines,
     )
 
 __all__ = ["contradictions"]
@@ -51,13 +51,13 @@ def _top(described: Description) -> Iterator[Fault]:
 def _channels(described: Description) -> Iterator[Fault]:
     where: Place = ("frame", "fields") if described.frame is not None else ("lines", "columns")
     yield from wrong_measured(described.measured, where, described.sampling, described.aperture)
-    entries: Sequence[FrameField | Cell] = described.measured
+    entries: Sequence[FrameField | LineColumn] = described.measured
     for i, entry in enumerate(entries):
         if entry.limits is not None and not entry.limits[0] < entry.limits[1]:
             yield (*where, i, "limits"), "the first one is not below the second"
 
 
-def _frame(frame: Frame | None) -> Iterator[Fault]:
+def _frame(frame: BinaryFrame | None) -> Iterator[Fault]:
     if frame is None:
         return
     fixed = frame.length if isinstance(frame.length, int) else None
@@ -68,7 +68,7 @@ def _frame(frame: Frame | None) -> Iterator[Fault]:
         yield from _checksum(frame.checksum, fixed, longest)
 
 
-def _spans(frame: Frame) -> Iterator[Span]:
+def _spans(frame: BinaryFrame) -> Iterator[Span]:
     """Place in the description and bytes of all that has one in the frame."""
     for i, (field, start) in enumerate(zip(frame.fields, frame.places, strict=True)):
         yield ("frame", "fields", i), start, start + TYPE_SIZES[field.type]
@@ -132,7 +132,7 @@ def _statuses(words: Iterable[Status | CellStatus], names: list[str], where: Pla
                     )
 
 
-def _lines(lines: Lines | None) -> Iterator[Fault]:
+def _lines(lines: TextLines | None) -> Iterator[Fault]:
     if lines is None:
         return
     if lines.decimal == lines.separator:

@@ -34,8 +34,8 @@ from allanite.files.byte_layout import (
     ByteRecord,
     Endian,
     HexBytes,
-    Measured,
     Offset,
+    RawChannel,
     UnsignedType,
 )
 from allanite.plain_files.yaml_text import read_yaml_lines
@@ -43,20 +43,20 @@ from allanite.plain_files.yaml_validation import Entry, Place, check_entries
 from allanite.recording.records import Channel
 
 __all__ = [
-    "Answer",
-    "Cell",
+    "BinaryFrame",
     "CellCounter",
     "CellStatus",
     "Description",
-    "Frame",
     "FrameChecksum",
     "FrameField",
+    "IdentityQuery",
     "LengthField",
     "LineChecksum",
-    "Lines",
+    "LineColumn",
     "PortSettings",
     "Status",
     "StatusBit",
+    "TextLines",
     "WireText",
     "read_description",
 ]
@@ -81,7 +81,7 @@ class WireText(Entry):
         return self.hex if self.hex is not None else (self.text or "").encode("latin-1", "replace")
 
 
-class Answer(Entry):
+class IdentityQuery(Entry):
     """How to ask for the identity: what to send, and a regular expression with the groups serial and firmware."""
 
     ask: WireText
@@ -170,7 +170,7 @@ class FrameField(ByteField, _Limited):
     """A field of a frame."""
 
 
-class Frame(ByteRecord):
+class BinaryFrame(ByteRecord):
     """A binary frame."""
 
     fields: tuple[FrameField, ...] = Field(min_length=1)
@@ -184,7 +184,7 @@ class Frame(ByteRecord):
     identical: Literal["keep", "drop"] = "keep"
 
 
-class Cell(Measured, _Limited):
+class LineColumn(RawChannel, _Limited):
     """A column of a line, counted from 0."""
 
     column: int = Field(ge=0, le=1000)
@@ -220,14 +220,14 @@ class LineChecksum(Entry):
     mark: str = Field(default="*", min_length=1, max_length=8)
 
 
-class Lines(Entry):
+class TextLines(Entry):
     """Lines of text."""
 
     separator: str = Field(default=",", min_length=1, max_length=8)
     decimal: Literal[".", ","] = "."
     begins: str | None = Field(default=None, min_length=1, max_length=40)
     cells: int | None = Field(default=None, ge=1, le=1000)
-    columns: tuple[Cell, ...] = Field(min_length=1)
+    columns: tuple[LineColumn, ...] = Field(min_length=1)
     counter: CellCounter | None = None
     status: tuple[CellStatus, ...] = ()
     checksum: LineChecksum | None = None
@@ -253,12 +253,12 @@ class Description(Entry):
     sampling : "mean" or "point"
     aperture : float or None [s]
     port : PortSettings
-    frame : Frame or None
-    lines : Lines or None
+    frame : BinaryFrame or None
+    lines : TextLines or None
         One of the two.
     start, stop : tuple of WireText
         What makes the device begin and end; nothing for one that always sends.
-    identity : Answer or None
+    identity : IdentityQuery or None
     """
 
     maker: str = Field(default="", max_length=_LONGEST_NAME)
@@ -268,11 +268,11 @@ class Description(Entry):
     sampling: Literal["mean", "point"] = "mean"
     aperture: float | None = Field(default=None, gt=0, allow_inf_nan=False)
     port: PortSettings = PortSettings()
-    frame: Frame | None = None
-    lines: Lines | None = None
+    frame: BinaryFrame | None = None
+    lines: TextLines | None = None
     start: tuple[WireText, ...] = Field(default=(), max_length=_MOST_TEXTS)
     stop: tuple[WireText, ...] = Field(default=(), max_length=_MOST_TEXTS)
-    identity: Answer | None = None
+    identity: IdentityQuery | None = None
 
     @classmethod
     def of(cls, entries: Mapping[str, Any]) -> Description:
@@ -300,7 +300,7 @@ class Description(Entry):
         return tuple(field.channel(self.sampling, self.aperture) for field in self.measured)
 
     @property
-    def measured(self) -> tuple[FrameField, ...] | tuple[Cell, ...]:
+    def measured(self) -> tuple[FrameField, ...] | tuple[LineColumn, ...]:
         """The fields or columns that are measured."""
         if self.frame is not None:
             return self.frame.fields

@@ -8,10 +8,10 @@ import struct
 from collections.abc import Sequence
 
 from allanite.acquisition.instruments.serial_imu.description import (
+    BinaryFrame,
     Description,
-    Frame,
-    Lines,
     StatusBit,
+    TextLines,
 )
 from allanite.acquisition.instruments.serial_imu.frames import with_checksum
 from allanite.acquisition.instruments.serial_imu.lines import with_line_checksum
@@ -50,7 +50,7 @@ class Encoder:
         return _text(self._lines, number, values, flags)
 
 
-def _binary(frame: Frame, number: int, values: Sequence[float], flags: int) -> bytes:
+def _binary(frame: BinaryFrame, number: int, values: Sequence[float], flags: int) -> bytes:
     length = frame.length if isinstance(frame.length, int) else _shortest(frame)
     body = bytearray(length)
     body[: len(frame.header)] = frame.header
@@ -74,7 +74,7 @@ def _binary(frame: Frame, number: int, values: Sequence[float], flags: int) -> b
     return with_checksum(frame, bytes(body))
 
 
-def _shortest(frame: Frame) -> int:
+def _shortest(frame: BinaryFrame) -> int:
     """A frame of the shortest length that holds everything, its checksum at the end."""
     from allanite.acquisition.instruments.serial_imu.checksums import SIZES
 
@@ -104,7 +104,7 @@ def _word(bits: Sequence[StatusBit], flags: int) -> int:
     return word
 
 
-def _text(lines: Lines, number: int, values: Sequence[float], flags: int) -> bytes:
+def _text(lines: TextLines, number: int, values: Sequence[float], flags: int) -> bytes:
     cells = ["0"] * lines.n_cells
     if lines.begins is not None:
         cells[0] = lines.begins

@@ -19,8 +19,8 @@ from numpy.typing import NDArray
 from allanite.acquisition.instruments import Flag
 from allanite.acquisition.instruments.serial_imu.checksums import SIZES, checksum
 from allanite.acquisition.instruments.serial_imu.description import (
+    BinaryFrame,
     Description,
-    Frame,
     Status,
     StatusBit,
 )
@@ -40,22 +40,22 @@ class FrameSplitter:
     def __init__(self, described: Description) -> None:
         frame = described.frame
         assert frame is not None  # noqa: S101 - the description was checked
-        self._frame: Frame = frame
+        self._frame: BinaryFrame = frame
         self._buffer = bytearray()
         self._columns = [
-            _Column(at, field.type, field.endian or frame.endian)
+            _FieldPlace(at, field.type, field.endian or frame.endian)
             for field, at in zip(frame.fields, frame.places, strict=True)
         ]
-        self._words = [_Column(word.at, word.type, word.endian or frame.endian) for word in frame.status]
+        self._words = [_FieldPlace(word.at, word.type, word.endian or frame.endian) for word in frame.status]
         counter = frame.counter
         self._counter = (
-            None if counter is None else _Column(counter.at, counter.type, counter.endian or frame.endian)
+            None if counter is None else _FieldPlace(counter.at, counter.type, counter.endian or frame.endian)
         )
         length = frame.length
         self._length = (
             None
             if isinstance(length, int)
-            else _Column(length.at, length.type, length.endian or frame.endian)
+            else _FieldPlace(length.at, length.type, length.endian or frame.endian)
         )
         self._check = _Check(frame)
         parts = [*self._columns, *self._words, *([self._counter] if self._counter else [])]
@@ -163,7 +163,7 @@ class FrameSplitter:
         return values, flags
 
 
-class _Column:
+class _FieldPlace:
     """Where a number stands in a frame."""
 
     def __init__(self, at: int, kind: str, endian: str) -> None:
@@ -193,7 +193,7 @@ class _Column:
 class _Check:
     """The checksum of a frame."""
 
-    def __init__(self, frame: Frame) -> None:
+    def __init__(self, frame: BinaryFrame) -> None:
         self._entry = frame.checksum
         if self._entry is None:
             return
@@ -236,7 +236,7 @@ class _Check:
         return at, start, stop
 
 
-def with_checksum(frame: Frame, body: bytes) -> bytes:
+def with_checksum(frame: BinaryFrame, body: bytes) -> bytes:
     """The bytes of a frame with the checksum that they should have."""
     return _Check(frame).written(body)
 

@@ -17,7 +17,7 @@ from allanite.acquisition.instruments import Flag
 from allanite.acquisition.instruments.serial_imu.description import Description
 from allanite.acquisition.instruments.serial_imu.frames import FrameSplitter
 from allanite.acquisition.instruments.serial_imu.lines import LineSplitter, ParsedLine
-from allanite.acquisition.instruments.serial_imu.sequence import Placed, Sequence
+from allanite.acquisition.instruments.serial_imu.sequence import PlacedFrame, Sequence
 from allanite.acquisition.instruments.serial_imu.tally import Tally
 
 __all__ = ["Framer", "Jump", "Samples"]
@@ -131,7 +131,7 @@ class Framer:
     def feed(self, arrived: bytes) -> Samples:
         """The samples that are whole now."""
         tally = self._tally
-        placed: list[Placed[Any]] = []
+        placed: list[PlacedFrame[Any]] = []
         for piece, skipped in self._splitter.take(arrived, tally):
             placed += self._place(piece, skipped)
         if not placed:
@@ -160,7 +160,7 @@ class Framer:
             flags[rows] |= Flag.MISSING
             self._tally.impossible += int(rows.sum())
 
-    def _place(self, piece: Any, skipped: int) -> list[Placed[Any]]:
+    def _place(self, piece: Any, skipped: int) -> list[PlacedFrame[Any]]:
         """The sample or samples that this frame brings, in their order."""
         if self._sequence is not None:
             placed = self._sequence.admit(self._splitter.counter_of(piece), piece, self._tally)
@@ -172,7 +172,7 @@ class Framer:
         self._tally.frames += len(placed)
         return placed
 
-    def _next(self, piece: Any, skipped: int) -> list[Placed[Any]]:
+    def _next(self, piece: Any, skipped: int) -> list[PlacedFrame[Any]]:
         """Without a counter: what was skipped before a frame is all that tells of a gap."""
         content = piece.text if isinstance(piece, ParsedLine) else piece
         if self._drop_equal and content == self._before:
@@ -180,4 +180,4 @@ class Framer:
             return []
         broken = skipped != self._skipped and self._tally.frames > 0
         self._before, self._skipped = content, skipped
-        return [Placed(piece=piece, number=0, jumped=broken)]
+        return [PlacedFrame(piece=piece, number=0, jumped=broken)]

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.acquisition.instruments.serial_imu.checksums import SIZES, checksum
-from allanite.acquisition.instruments.serial_imu.description import Description, Lines
+from allanite.acquisition.instruments.serial_imu.description import Description, TextLines
 from allanite.acquisition.instruments.serial_imu.frames import apply_bits, flag_numbers
 from allanite.acquisition.instruments.serial_imu.tally import Tally
 
@@ -44,7 +44,7 @@ class LineSplitter:
     def __init__(self, described: Description) -> None:
         lines = described.lines
         assert lines is not None  # noqa: S101 - the description was checked
-        self._lines: Lines = lines
+        self._lines: TextLines = lines
         self._buffer = bytearray()
         # the first line may have begun before we listened; a mark or a checksum tells, else it is dropped
         self._is_certain = lines.begins is not None or lines.checksum is not None
@@ -195,7 +195,7 @@ def _whole(cell: str, numbers: str) -> int:
     return int(cell, 10 if numbers == "decimal" else 16)
 
 
-def with_line_checksum(lines: Lines, body: str) -> str:
+def with_line_checksum(lines: TextLines, body: str) -> str:
     """The text of a line with the checksum that it should have."""
     entry = lines.checksum
     if entry is None:

@@ -17,7 +17,7 @@ from typing import Generic, TypeVar
 
 from allanite.acquisition.instruments.serial_imu.tally import Tally
 
-__all__ = ["NEAR", "OLD", "Placed", "Sequence"]
+__all__ = ["NEAR", "OLD", "PlacedFrame", "Sequence"]
 
 #: Steps that still count as near, as long as they are less than a sixteenth of the modulus.
 NEAR = 64
@@ -28,7 +28,7 @@ Piece = TypeVar("Piece")
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Placed(Generic[Piece]):
+class PlacedFrame(Generic[Piece]):
     """A frame and its place.
 
     Attributes
@@ -81,11 +81,11 @@ class Sequence(Generic[Piece]):
         self._held.clear()
         self._is_cut = self._last is not None
 
-    def admit(self, raw: int, piece: Piece, tally: Tally) -> list[Placed[Piece]]:
+    def admit(self, raw: int, piece: Piece, tally: Tally) -> list[PlacedFrame[Piece]]:
         """What can be given out now that a frame with this counter has come, in order."""
         if self._last is None:
             self._last = raw
-            return [Placed(piece=piece, number=0)]
+            return [PlacedFrame(piece=piece, number=0)]
         if self._is_cut:
             self._is_cut = False
             return [self._jump(raw, piece, tally)]
@@ -122,16 +122,16 @@ class Sequence(Generic[Piece]):
         assert self._last is not None  # noqa: S101 - for the type checker
         return max(1, round((raw - self._last) % self._modulus / self._step))
 
-    def _follow(self, raw: int, piece: Piece, tally: Tally) -> Placed[Piece]:
+    def _follow(self, raw: int, piece: Piece, tally: Tally) -> PlacedFrame[Piece]:
         gone = self._samples(raw)
         self._last = raw
         self._number += gone
         if gone > 1:
             tally.jumps += 1
             tally.lost += gone - 1
-        return Placed(piece=piece, number=self._number, jumped=gone > 1, turned=gone)
+        return PlacedFrame(piece=piece, number=self._number, jumped=gone > 1, turned=gone)
 
-    def _jump(self, raw: int, piece: Piece, tally: Tally) -> Placed[Piece]:
+    def _jump(self, raw: int, piece: Piece, tally: Tally) -> PlacedFrame[Piece]:
         """The far jump that turned out to be one."""
         gone = self._samples(raw)
         restarted = self._is_back(raw)
@@ -142,4 +142,4 @@ class Sequence(Generic[Piece]):
             tally.restarts += 1
         else:
             tally.lost += gone - 1
-        return Placed(piece=piece, number=self._number, jumped=True, far=True, turned=gone)
+        return PlacedFrame(piece=piece, number=self._number, jumped=True, far=True, turned=gone)

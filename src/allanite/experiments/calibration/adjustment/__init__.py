@@ -24,15 +24,15 @@ from allanite.experiments.calibration.adjustment.rounds import (
     nominal_of,
     plausible_of,
 )
-from allanite.experiments.calibration.adjustment.solution import Earth, Solution
+from allanite.experiments.calibration.adjustment.solution import CalibrationSolution, Earth
 
 __all__ = [
     "OPEN",
     "RESOLVED",
     "Adjustment",
+    "CalibrationSolution",
     "Earth",
     "Intervals",
-    "Solution",
     "adjust",
     "earth_prior",
     "interval_covariance",

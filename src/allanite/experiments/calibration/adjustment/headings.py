@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.experiments.calibration.adjustment.design import Observed, State
-from allanite.experiments.calibration.adjustment.solution import Earth, Solution
+from allanite.experiments.calibration.adjustment.solution import CalibrationSolution, Earth
 from allanite.experiments.calibration.adjustment.weights import Weights, groups_of
 from allanite.quantities.attitude import rotation
 from allanite.recording.calibration import GYRO
@@ -40,7 +40,7 @@ def with_unknown_headings(observed: Observed, weights: Weights, earth: Earth, at
     return replace(weights, at_rest={**weights.at_rest, GYRO: weights.at_rest[GYRO] + unknown})
 
 
-def headed_by_earth(observed: Observed, solution: Solution) -> State | None:
+def headed_by_earth(observed: Observed, solution: CalibrationSolution) -> State | None:
     """The state with better headings of the chains that begin anew; None where there are none."""
     chains = _chains(observed)
     state = solution.state

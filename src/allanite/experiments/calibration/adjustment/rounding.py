@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["Steps", "of_integrals", "of_means"]
+__all__ = ["RoundingSteps", "of_integrals", "of_means"]
 
 Array = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -33,7 +33,7 @@ _SQUARES = np.arange(1, 40, dtype=np.float64) ** 2
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Steps:
+class RoundingSteps:
     """The steps of a channel: those of floating-point numbers grow with the number.
 
     Attributes
@@ -48,7 +48,7 @@ class Steps:
     step: Array
 
     @classmethod
-    def of(cls, channel: Array) -> Steps:
+    def of(cls, channel: Array) -> RoundingSteps:
         """From all samples of a channel; the step is 0 where values near are no multiples of one."""
         levels = np.unique(channel[np.isfinite(channel)])
         if not 2 <= len(levels) <= MANY:
@@ -68,7 +68,7 @@ class Steps:
         return np.asarray(self.step[place])
 
 
-def of_means(steps: Steps, spans: Sequence[Array]) -> Array:
+def of_means(steps: RoundingSteps, spans: Sequence[Array]) -> Array:
     """Covariance of the means of spans, shape (n, n).
 
     Notes
@@ -95,12 +95,12 @@ def of_means(steps: Steps, spans: Sequence[Array]) -> Array:
     return np.asarray(same * np.outer(error, error) * (1 - 1e-9 * (1 - np.eye(n))))
 
 
-def of_integrals(steps: Steps, samples: Array, edges: Index, dt: float) -> Array:
+def of_integrals(steps: RoundingSteps, samples: Array, edges: Index, dt: float) -> Array:
     """Variance of the integrals over stretches, shape (m,): that of every run of equal samples as one error.
 
     Parameters
     ----------
-    steps : Steps
+    steps : RoundingSteps
     samples : ndarray, shape (n,)
         Of all stretches, one after the other.
     edges : ndarray of int64, shape (m + 1,)

@@ -14,7 +14,7 @@ from allanite.experiments.calibration.adjustment.design import SENSITIVITY, Obse
 from allanite.experiments.calibration.adjustment.headings import headed_by_earth, with_unknown_headings
 from allanite.experiments.calibration.adjustment.scatter import (
     Contrasts,
-    Group,
+    ScatterGroup,
     Sizes,
     group_of,
     parameter_dof,
@@ -22,8 +22,8 @@ from allanite.experiments.calibration.adjustment.scatter import (
     shift,
     sizes_of,
 )
-from allanite.experiments.calibration.adjustment.solution import Earth, Solution, solve
-from allanite.experiments.calibration.adjustment.turning import Motion
+from allanite.experiments.calibration.adjustment.solution import CalibrationSolution, Earth, solve
+from allanite.experiments.calibration.adjustment.turning import TurningSamples
 from allanite.experiments.calibration.adjustment.weights import DRIFT, GROUPS, TURNS, Weights, groups_of
 from allanite.experiments.calibration.results import EarthSeen
 from allanite.plain_files.counted import plural
@@ -110,10 +110,10 @@ class Adjustment:
     ----------
     observed : Observed
         With the specific force among the causes of the gyros' biases where that was needed.
-    solution : Solution
+    solution : CalibrationSolution
     weights : Weights
     rows : dict of str to ndarray of int64
-    pure : dict of str to Group
+    pure : dict of str to ScatterGroup
         Chi-square of each kind of observation under the noise and the scatter of the other kinds.
     kinds : dict of str to (float, int)
         The `shift` of each kind of observation under the noise and all that is beyond it.
@@ -127,10 +127,10 @@ class Adjustment:
     """
 
     observed: Observed
-    solution: Solution
+    solution: CalibrationSolution
     weights: Weights
     rows: dict[str, Index]
-    pure: dict[str, Group]
+    pure: dict[str, ScatterGroup]
     kinds: dict[str, tuple[float, int]]
     shapes: dict[str, Array]
     sizes: Sizes
@@ -234,7 +234,7 @@ def _unheaded(
     return _finished(blind, None)
 
 
-def _refuse_untold(observed: Observed, solution: Solution) -> None:
+def _refuse_untold(observed: Observed, solution: CalibrationSolution) -> None:
     lacking = [
         name for name, rows in groups_of(observed).items() if group_of(solution, rows).dof < LEAST_TOLD
     ]
@@ -280,7 +280,7 @@ def _excess(fit: Adjustment) -> float:
 def _following_gravity(observed: Observed, state: State) -> Observed:
     """With gyros that follow gravity; during the turns it is that of the calibrated accelerometers."""
     turning = observed.turning
-    if isinstance(turning, Motion) and turning.force is not None:
+    if isinstance(turning, TurningSamples) and turning.force is not None:
         errors = observed.triads[0].errors(state.values[observed.place(ACCELEROMETER)])
         turning = replace(turning, force=errors.true(turning.force))
     return replace(observed, triads=(observed.triads[0], observed.gyro.following_gravity), turning=turning)
@@ -332,14 +332,14 @@ def _widened(
     )
 
 
-def _wanted(pure: dict[str, Group]) -> set[str]:
+def _wanted(pure: dict[str, ScatterGroup]) -> set[str]:
     """What the residuals ask for."""
     alarmed = {n for n, g in pure.items() if g.p < SCATTER_ALARM}
     return alarmed | {DRIFT[n] for n in alarmed if n in DRIFT}
 
 
 def _shapes(
-    observed: Observed, weights: Weights, solution: Solution, rows: dict[str, Index]
+    observed: Observed, weights: Weights, solution: CalibrationSolution, rows: dict[str, Index]
 ) -> dict[str, Array]:
     """Covariance of everything that may be beyond the noise, of unit size."""
     predicted = linearise(observed, solution.state)
@@ -359,7 +359,7 @@ def _sum(shapes: dict[str, Array], beyond: dict[str, float], but: str = "") -> A
     return out
 
 
-def _fit(observed: Observed, weights: Weights, start: State, earth: Earth | None) -> Solution:
+def _fit(observed: Observed, weights: Weights, start: State, earth: Earth | None) -> CalibrationSolution:
     names = observed.names
     return solve(
         observed, weights, start, plausible=plausible_of(names), nominal=nominal_of(names), earth=earth
@@ -382,7 +382,7 @@ def _finished(fit: Adjustment, earth: Earth | None) -> Adjustment:
     )
 
 
-def unknowns_of(observed: Observed, solution: Solution, earth: Earth | None) -> Array:
+def unknowns_of(observed: Observed, solution: CalibrationSolution, earth: Earth | None) -> Array:
     """Columns of the design that the observations determine."""
     predicted = linearise(observed, solution.state)
     plausible = plausible_of(observed.names)
@@ -396,7 +396,7 @@ def unknowns_of(observed: Observed, solution: Solution, earth: Earth | None) -> 
     return np.asarray(table[:, np.abs(table).sum(axis=0) > 0])
 
 
-def _seen(solution: Solution, earth: Earth) -> EarthSeen:
+def _seen(solution: CalibrationSolution, earth: Earth) -> EarthSeen:
     """The part of the Earth's rotation that was looked for, and whether it was found."""
     vector = solution.state.earth
     part = earth.free.T @ vector

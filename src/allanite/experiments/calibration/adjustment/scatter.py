@@ -24,13 +24,13 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.experiments.calibration.adjustment.solution import Solution
+from allanite.experiments.calibration.adjustment.solution import CalibrationSolution
 from allanite.quantities.distributions import chi_square_tail
 
 __all__ = [
     "Contrasts",
     "Deletion",
-    "Group",
+    "ScatterGroup",
     "Sizes",
     "deletion",
     "f_tail",
@@ -54,7 +54,7 @@ CONTROLLED = 1e-3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Group:
+class ScatterGroup:
     """Chi-square of one kind of observation by the noise, in the residuals.
 
     Attributes
@@ -77,7 +77,7 @@ class Group:
         return math.sqrt(self.chi2 / self.dof) if self.dof > 0 else 1.0
 
 
-def group_of(solution: Solution, rows: Index) -> Group:
+def group_of(solution: CalibrationSolution, rows: Index) -> ScatterGroup:
     """Of the rows of one kind, under the noise of the solution."""
     place = np.ix_(rows, rows)
     return _group(
@@ -85,12 +85,12 @@ def group_of(solution: Solution, rows: Index) -> Group:
     )
 
 
-def _group(projector: Array, noise: Array, seen: Array) -> Group:
+def _group(projector: Array, noise: Array, seen: Array) -> ScatterGroup:
     product = projector @ noise
     mean, square = float(np.trace(product)), float(np.einsum("ij,ji->", product, product))
     if mean < 0.05:  # nothing controls these observations
-        return Group(chi2=0.0, dof=0.0)
-    return Group(chi2=float(seen @ noise @ seen) * mean / square, dof=mean**2 / square)
+        return ScatterGroup(chi2=0.0, dof=0.0)
+    return ScatterGroup(chi2=float(seen @ noise @ seen) * mean / square, dof=mean**2 / square)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -123,7 +123,7 @@ class Contrasts:
         """Covariance of the contrasts, shape (c, c)."""
         return np.asarray(self.basis @ shape @ self.basis.T)
 
-    def group(self, rows: Index, beyond: Array) -> Group:
+    def group(self, rows: Index, beyond: Array) -> ScatterGroup:
         """Chi-square of rows with something beyond the noise, shape (r, r)."""
         inverse = np.linalg.inv(np.eye(len(self.seen)) + self.of_shape(beyond))
         part = self.basis[:, rows]
@@ -209,7 +209,7 @@ def _scores(contrasts: Contrasts, parts: list[Array], x: Array) -> tuple[tuple[A
     return (0.5 * (found - expected) * x, ratio), 0.5 * curve * np.outer(x, x)
 
 
-def parameter_dof(solution: Solution, shapes: Mapping[str, Array], sizes: Sizes) -> Array:
+def parameter_dof(solution: CalibrationSolution, shapes: Mapping[str, Array], sizes: Sizes) -> Array:
     """Degrees of freedom of the variance of each parameter, infinite where nothing beyond the noise was found."""
     gain = solution.gain
     parts = [np.einsum("ki,ij,kj->k", gain, shapes[n], gain) * v**2 for n, v in sizes.values.items()]
@@ -255,7 +255,7 @@ class Deletion:
         return math.sqrt(self.chi2 / self.dof) if self.dof else math.nan
 
 
-def shift(solution: Solution, rows: Index) -> tuple[float, int]:
+def shift(solution: CalibrationSolution, rows: Index) -> tuple[float, int]:
     """By how much chi-square falls if these rows are left out, and how many combinations of them are controlled."""
     projector = solution.projector[np.ix_(rows, rows)]
     factor = np.linalg.cholesky(solution.noise[np.ix_(rows, rows)])
@@ -265,12 +265,14 @@ def shift(solution: Solution, rows: Index) -> tuple[float, int]:
     return float((seen[used] ** 2 / control[used]).sum()), int(used.sum())
 
 
-def deletion(solution: Solution, rows: Index, kind: tuple[float, int], beyond_dof: float) -> Deletion:
+def deletion(
+    solution: CalibrationSolution, rows: Index, kind: tuple[float, int], beyond_dof: float
+) -> Deletion:
     """The deletion residual of rows of one kind.
 
     Parameters
     ----------
-    solution : Solution
+    solution : CalibrationSolution
     rows : ndarray of int64
     kind : (float, int)
         The `shift` of all rows of their kind.

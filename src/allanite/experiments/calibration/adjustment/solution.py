@@ -18,7 +18,7 @@ from allanite.experiments.calibration.adjustment.design import Observed, Predict
 from allanite.experiments.calibration.adjustment.weights import Weights
 from allanite.recording.calibration import ACCELEROMETER
 
-__all__ = ["Earth", "Solution", "covariance_at", "decompose", "solve"]
+__all__ = ["CalibrationSolution", "Earth", "covariance_at", "decompose", "solve"]
 
 Array = NDArray[np.float64]
 
@@ -82,7 +82,7 @@ class Earth:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Solution:
+class CalibrationSolution:
     """A state with the smallest sum of squares, and the linear algebra there.
 
     Attributes
@@ -158,7 +158,7 @@ def decompose(by_value: Array, nuisance: Array, count: int | None = None) -> Dec
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _System:
+class _WhitenedProblem:
     """The whitened linear problem at a state."""
 
     parts: Decomposed
@@ -182,7 +182,7 @@ def _system(
     earth: Earth | None,
     fixed: NDArray[np.bool_],
     count: int | None = None,
-) -> _System:
+) -> _WhitenedProblem:
     rows = len(predicted.residual)
     directions = np.zeros((3, 0)) if earth is None else earth.directions(state.earth)
     attitudes = predicted.by_attitude[:, ~fixed]
@@ -198,12 +198,12 @@ def _system(
     prior[k:, p + k : -1] = np.eye(a) / ATTITUDE
     full = np.vstack([white, prior])
     parts = decompose(full[:, :p], full[:, p:-1], count)
-    return _System(
+    return _WhitenedProblem(
         parts=parts, residual=full[:, -1], half=plausible, earth=directions, free=~fixed, rows=rows
     )
 
 
-def _step(system: _System, offset: Array) -> tuple[Array, Array, Array]:
+def _step(system: _WhitenedProblem, offset: Array) -> tuple[Array, Array, Array]:
     """Change of the values, of the Earth and of the attitudes (n, 3). `offset` is values less nominal."""
     d, p = system.parts, system.half
     safe = np.where(d.determined, d.values, 1.0)
@@ -225,7 +225,7 @@ def solve(
     plausible: Array,
     nominal: Array,
     earth: Earth | None,
-) -> Solution:
+) -> CalibrationSolution:
     """The unknowns that fit best.
 
     Parameters
@@ -272,7 +272,7 @@ def solve(
 
 def covariance_at(
     observed: Observed, weights: Weights, state: State, *, plausible: Array, earth: Earth | None
-) -> Solution:
+) -> CalibrationSolution:
     """What `solve` would know if it ended in this state, without a step."""
     predicted = linearise(observed, state)
     whitener = _whitener(weights, observed, state, predicted)
@@ -303,15 +303,15 @@ def _length(change: tuple[Array, Array, Array], plausible: Array) -> float:
     return 1.0 if longest <= 1 else 1 / longest
 
 
-def _small(values: Array, system: _System, plausible: Array, close: float = CLOSE) -> bool:
+def _small(values: Array, system: _WhitenedProblem, plausible: Array, close: float = CLOSE) -> bool:
     d = system.parts
     along = np.abs(d.right @ (values / plausible))
     return bool(np.all((along * d.values < close) | (along < EXACT)))
 
 
 def _told(
-    state: State, system: _System, inverse: Array, predicted: Predicted, count: int, converged: bool
-) -> Solution:
+    state: State, system: _WhitenedProblem, inverse: Array, predicted: Predicted, count: int, converged: bool
+) -> CalibrationSolution:
     d, p, rows = system.parts, system.half, system.rows
     kept = d.right[d.determined] * p
     half = kept.T / d.values[d.determined]
@@ -325,7 +325,7 @@ def _told(
     k = system.earth.shape[1]
     headings = np.zeros(len(system.free))
     headings[system.free] = np.sqrt(np.diag(spread)[k:])
-    return Solution(
+    return CalibrationSolution(
         state=state,
         covariance=half @ half.T + (open_ * p[:, None]) @ (open_ * p[:, None]).T,
         open=open_,

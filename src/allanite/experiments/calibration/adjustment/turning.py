@@ -22,7 +22,7 @@ from numpy.typing import NDArray
 from allanite.quantities.attitude import accumulated, with_coning
 from allanite.recording.calibration import TriadErrors
 
-__all__ = ["Moments", "Motion", "Turning", "constant_rate_turns"]
+__all__ = ["Moments", "Turning", "TurningSamples", "constant_rate_turns"]
 
 Array = NDArray[np.float64]
 
@@ -68,7 +68,7 @@ class Turning(Protocol):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Motion:
+class TurningSamples:
     """Samples of the gyros between the spans.
 
     Attributes
@@ -141,7 +141,7 @@ class Motion:
         return self._sums(half @ np.swapaxes(half, -1, -2), power=2)
 
 
-def constant_rate_turns(vectors: Array, seconds: Array) -> Motion:
+def constant_rate_turns(vectors: Array, seconds: Array) -> TurningSamples:
     """Turns about fixed axes of the body at a constant rate, for planning.
 
     Parameters
@@ -152,7 +152,7 @@ def constant_rate_turns(vectors: Array, seconds: Array) -> Motion:
     """
     rates = vectors / seconds[:, None]
     count = len(vectors) * PLANNED_STEPS
-    return Motion(
+    return TurningSamples(
         y=np.repeat(rates, PLANNED_STEPS, axis=0),
         warmer=np.zeros(count),
         edges=np.arange(0, count + 1, PLANNED_STEPS, dtype=np.int64),

@@ -13,8 +13,8 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.experiments.rate_table.motion import RateTable, Steps
-from allanite.experiments.rate_table.record.fit import Solution
+from allanite.experiments.rate_table.motion import RateSteps, RateTable
+from allanite.experiments.rate_table.record.fit import TableSolution
 from allanite.experiments.rate_table.record.rows import RATE
 from allanite.experiments.rate_table.results import Aided
 from allanite.experiments.reference_aided import reference_aided
@@ -34,7 +34,7 @@ MOST = 20_000_000
 
 
 def aided_of(
-    recording: Recording, channel: str, table: RateTable, found: Solution, model: NoiseModel
+    recording: Recording, channel: str, table: RateTable, found: TableSolution, model: NoiseModel
 ) -> tuple[Aided, Array] | None:
     """The filtered record, and what is left of each stretch of the table; None where the model has no such filter."""
     slow = [t for t in model.terms if isinstance(t, (Flicker, GaussMarkov))]
@@ -68,7 +68,7 @@ def aided_of(
         _means(rows.span, rows.part, left, count),
         _means(rows.span, rows.part, corrected, count),
     )
-    before, after = (_size(v) if isinstance(table, Steps) else math.nan for v in (raw_of, corrected_of))
+    before, after = (_size(v) if isinstance(table, RateSteps) else math.nan for v in (raw_of, corrected_of))
     every = max(len(drift) // POINTS, 1)
     time: Array = (np.arange(len(drift), dtype=np.float64) + 0.5) * rows.dt
     fitted = found.predicted()
@@ -101,7 +101,7 @@ def _size(values: Array) -> float:
     return float(np.sqrt(np.nanmean(values**2))) if np.isfinite(values).any() else math.nan
 
 
-def _slope(found: Solution, y: Array) -> float:
+def _slope(found: TableSolution, y: Array) -> float:
     """By least squares, beside a level and the shape of the fit."""
     rows = found.rows
     used = rows.used & np.isfinite(y)

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 
 from allanite.experiments.rate_table.motion import Sinusoids
-from allanite.experiments.rate_table.record.rows import LAG, RATE, Rows, Window
+from allanite.experiments.rate_table.record.rows import LAG, RATE, RegressionRows, SampleSelection
 from allanite.experiments.rate_table.results import FrequencyPoint
 from allanite.noise import NoiseModel
 from allanite.recording.records import Recording
@@ -27,7 +27,7 @@ def dead_time(table: Sinusoids, row: int) -> float:
 
 
 def frequency_response(
-    recording: Recording, channel: str, table: Sinusoids, window: Window, model: NoiseModel
+    recording: Recording, channel: str, table: Sinusoids, window: SampleSelection, model: NoiseModel
 ) -> tuple[FrequencyPoint, ...]:
     """Every sinusoid that holds samples, by itself: a level, and the two waves in and out of phase."""
     points = []
@@ -37,7 +37,7 @@ def frequency_response(
         spans, _ = own.spans(table)
         if not len(spans) or spans[0, 0] >= recording.duration or spans[0, 1] <= 0:
             continue
-        rows = Rows.of(recording, channel, table, own, model=model)
+        rows = RegressionRows.of(recording, channel, table, own, model=model)
         # The derivative is a difference over two samples: what it loses of the cosine is known.
         frequency, step = float(table.frequency[row]), recording.dt
         whole = 2 * math.pi * frequency * float(np.sinc(frequency * step))

@@ -9,8 +9,8 @@ from collections.abc import Sequence
 import numpy as np
 
 from allanite.errors import InputError
-from allanite.experiments.rate_table.motion import Clock, RateTable
-from allanite.experiments.rate_table.record.rows import RATE, Rows, Window
+from allanite.experiments.rate_table.motion import RateTable, TableClock
+from allanite.experiments.rate_table.record.rows import RATE, RegressionRows, SampleSelection
 from allanite.experiments.rate_table.record.timing import coarse_offset
 from allanite.recording.records import Channel, Kind, Recording
 
@@ -85,8 +85,8 @@ def _most(recording: Recording, table: RateTable, offered: Sequence[str]) -> str
     """The channel with the largest response, by plain least squares."""
 
     def response(name: str) -> float:
-        window = Window(clock=Clock(offset=coarse_offset(recording, name, table).offset))
-        rows = Rows.of(recording, name, table, window)
+        window = SampleSelection(clock=TableClock(offset=coarse_offset(recording, name, table).offset))
+        rows = RegressionRows.of(recording, name, table, window)
         u, y = rows.column(RATE)[rows.used], rows.mean[rows.used]
         u = u - u.mean()
         return abs(float(u @ y) / max(float(u @ u), 1e-300)) if np.isfinite(y).all() else 0.0

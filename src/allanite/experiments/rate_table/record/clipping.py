@@ -14,8 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.experiments.rate_table.motion import RateTable, Steps
-from allanite.experiments.rate_table.record.rows import Window
+from allanite.experiments.rate_table.motion import RateSteps, RateTable
+from allanite.experiments.rate_table.record.rows import SampleSelection
 from allanite.recording.records import Recording
 
 __all__ = ["Clipped", "find_clipped"]
@@ -57,7 +57,7 @@ class Clipped:
         return bool(self.steps.any() or math.isfinite(self.below) or math.isfinite(self.above))
 
 
-def find_clipped(recording: Recording, channel: str, table: RateTable, window: Window) -> Clipped:
+def find_clipped(recording: Recording, channel: str, table: RateTable, window: SampleSelection) -> Clipped:
     """Steps, or rates, at which the channel is clipped."""
     y = recording.values(channel)
     spans, numbers = window.spans(table)
@@ -69,13 +69,13 @@ def find_clipped(recording: Recording, channel: str, table: RateTable, window: W
         return nothing
     ends = np.clip(np.round(spans * recording.rate), 0, len(y)).astype(np.int64)
     parts = [y[a:b][np.isfinite(y[a:b])] for a, b in ends]
-    if isinstance(table, Steps):
+    if isinstance(table, RateSteps):
         return _of_steps(table, numbers, parts, recording[channel].scale, nothing)
     return _of_samples(recording, channel, table, window, y, nothing)
 
 
 def _of_steps(
-    table: Steps, numbers: NDArray[np.int64], parts: list[Array], scale: float, nothing: Clipped
+    table: RateSteps, numbers: NDArray[np.int64], parts: list[Array], scale: float, nothing: Clipped
 ) -> Clipped:
     sizes = np.array([len(p) for p in parts])
     if not sizes.any():
@@ -112,7 +112,7 @@ def _of_steps(
 
 
 def _of_samples(
-    recording: Recording, channel: str, table: RateTable, window: Window, y: Array, nothing: Clipped
+    recording: Recording, channel: str, table: RateTable, window: SampleSelection, y: Array, nothing: Clipped
 ) -> Clipped:
     mean = recording[channel].sampling == "mean"
     t: Array = np.arange(len(y), dtype=np.float64) * recording.dt

@@ -8,16 +8,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from allanite.experiments.rate_table.motion import Clock, Sinusoids, Steps
+from allanite.experiments.rate_table.motion import RateSteps, Sinusoids, TableClock
 from allanite.experiments.rate_table.record.bandwidth import dead_time as swing_dead_time
 from allanite.experiments.rate_table.record.clipping import Clipped
-from allanite.experiments.rate_table.record.fit import Follower, fit_clock
-from allanite.experiments.rate_table.record.rows import Window
+from allanite.experiments.rate_table.record.fit import TableChannel, fit_clock
+from allanite.experiments.rate_table.record.rows import SampleSelection
 from allanite.experiments.rate_table.record.timing import find_edges, settling
 from allanite.quantities.distributions import chi_square_quantile, student_quantile
 from allanite.quantities.residual_tests import ALARM
 
-__all__ = ["Comparison", "Timing"]
+__all__ = ["ClockComparison", "Timing"]
 
 #: Dead time where no change of the rate can be seen, as a part of a step, and at most [s].
 BLIND, LONGEST_BLIND = 0.25, 2.0
@@ -33,7 +33,7 @@ class Timing:
 
     Attributes
     ----------
-    window : Window
+    window : SampleSelection
     source : str
         "found", "given" or "not seen".
     lags : tuple of str
@@ -48,7 +48,7 @@ class Timing:
         Steps settle.
     """
 
-    window: Window
+    window: SampleSelection
     source: str
     lags: tuple[str, ...] = ()
     seen: float = math.nan
@@ -59,7 +59,7 @@ class Timing:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Comparison:
+class ClockComparison:
     """How the clocks are to be compared, and what to leave out.
 
     Attributes
@@ -74,13 +74,13 @@ class Comparison:
     offset: float | None
     dead_time: float | None
 
-    def timing(self, follower: Follower) -> Timing:
+    def timing(self, follower: TableChannel) -> Timing:
         """Of the whole record."""
-        return self._timing(follower, Window(clock=Clock(offset=self.start)))
+        return self._timing(follower, SampleSelection(clock=TableClock(offset=self.start)))
 
-    def without(self, clipped: Clipped, follower: Follower, timing: Timing) -> Timing:
+    def without(self, clipped: Clipped, follower: TableChannel, timing: Timing) -> Timing:
         """The same without what clips, whose changes say nothing of the clock either."""
-        window = Window(
+        window = SampleSelection(
             clock=timing.window.clock,
             chosen=~clipped.steps if clipped.steps.any() else None,
             below=clipped.below,
@@ -88,12 +88,12 @@ class Comparison:
         )
         return self._timing(follower, window)
 
-    def _timing(self, follower: Follower, window: Window) -> Timing:
-        if isinstance(follower.table, Steps):
+    def _timing(self, follower: TableChannel, window: SampleSelection) -> Timing:
+        if isinstance(follower.table, RateSteps):
             return self._of_steps(follower, follower.table, window)
         return self._of_motion(follower, window)
 
-    def _of_motion(self, follower: Follower, window: Window) -> Timing:
+    def _of_motion(self, follower: TableChannel, window: SampleSelection) -> Timing:
         """Of a rate that changes all the time."""
         own = self.dead_time
         if own is None:
@@ -108,13 +108,13 @@ class Comparison:
             seen=found.window.clock.offset,
         )
 
-    def _of_steps(self, follower: Follower, table: Steps, window: Window) -> Timing:
+    def _of_steps(self, follower: TableChannel, table: RateSteps, window: SampleSelection) -> Timing:
         recording, channel = follower.recording, follower.channel
         edges = find_edges(recording, channel, table, window.clock.offset, window.chosen)
         if edges is None:
             return self._unseen(table, window)
         seen, sd, drift_sd = edges.clock(student_quantile(SURE, max(len(edges.seen) - 2, 1)))
-        clock = seen if self.offset is None else Clock(offset=self.offset)
+        clock = seen if self.offset is None else TableClock(offset=self.offset)
         settled = settling(recording, channel, table, edges, clock)
         guard = settled.guard if self.dead_time is None else min(settled.guard, self.dead_time)
         blur = table.blur
@@ -135,11 +135,11 @@ class Comparison:
             settles=settled.settles,
         )
 
-    def _unseen(self, table: Steps, window: Window) -> Timing:
+    def _unseen(self, table: RateSteps, window: SampleSelection) -> Timing:
         """No change of the rate can be seen."""
         dwell = float(np.quantile(table.stop - table.start, 0.2))
         blind = min(BLIND * dwell, LONGEST_BLIND) if self.dead_time is None else self.dead_time
         return Timing(
-            window=replace(window, clock=Clock(offset=self.offset or 0.0), dead_time=blind),
+            window=replace(window, clock=TableClock(offset=self.offset or 0.0), dead_time=blind),
             source="not seen" if self.offset is None else "given",
         )

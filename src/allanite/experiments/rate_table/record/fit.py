@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import InputError
-from allanite.experiments.rate_table.motion import Clock, RateTable
+from allanite.experiments.rate_table.motion import RateTable, TableClock
 from allanite.experiments.rate_table.record.rows import (
     ABSOLUTE,
     LAG,
@@ -26,8 +26,8 @@ from allanite.experiments.rate_table.record.rows import (
     RATE,
     TEMPERATURE,
     WARM_RATE,
-    Rows,
-    Window,
+    RegressionRows,
+    SampleSelection,
     power,
 )
 from allanite.filtering.regression import LEVEL, Regression
@@ -35,9 +35,9 @@ from allanite.noise import Flicker, NoiseModel, White
 from allanite.recording.records import Recording
 
 __all__ = [
-    "Follower",
     "Shape",
-    "Solution",
+    "TableChannel",
+    "TableSolution",
     "companions",
     "design",
     "fit_clock",
@@ -64,18 +64,18 @@ def shape_of(nonlinearity: int | str) -> Shape:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Solution:
+class TableSolution:
     """A fit with the rows that it was made of.
 
     Attributes
     ----------
-    rows : Rows
+    rows : RegressionRows
     fit : Regression
     shape : tuple of str
         Columns of the deviation from the straight line.
     """
 
-    rows: Rows
+    rows: RegressionRows
     fit: Regression
     shape: Shape
 
@@ -143,17 +143,17 @@ class Solution:
         return out
 
 
-def design(rows: Rows, shape: Shape, others: Sequence[str]) -> tuple[Array, tuple[str, ...]]:
+def design(rows: RegressionRows, shape: Shape, others: Sequence[str]) -> tuple[Array, tuple[str, ...]]:
     """Columns of the regression with their names."""
     columns = [np.ones_like(rows.mean), rows.column(RATE), *(rows.straight(name) for name in shape)]
     columns += [rows.column(name) for name in others]
     return np.column_stack(columns), (LEVEL, RATE, *shape, *others)
 
 
-def solve(rows: Rows, model: NoiseModel, shape: Shape, others: Sequence[str] = ()) -> Solution:
+def solve(rows: RegressionRows, model: NoiseModel, shape: Shape, others: Sequence[str] = ()) -> TableSolution:
     """The regression with these columns beside level and rate."""
     table, names = design(rows, shape, others)
-    return Solution(rows=rows, fit=rows.regress(table, names, model), shape=shape)
+    return TableSolution(rows=rows, fit=rows.regress(table, names, model), shape=shape)
 
 
 def companions(temperature: str | None) -> tuple[str, ...]:
@@ -165,7 +165,7 @@ def companions(temperature: str | None) -> tuple[str, ...]:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Follower:
+class TableChannel:
     """A channel, the table that it follows, its noise where that is known, and the shape of its response."""
 
     recording: Recording
@@ -174,10 +174,10 @@ class Follower:
     model: NoiseModel | None
     shape: Shape
 
-    def solved(self, window: Window, lags: tuple[str, ...]) -> Solution:
+    def solved(self, window: SampleSelection, lags: tuple[str, ...]) -> TableSolution:
         """The fit with these columns for the clock."""
         noise = self.model or NoiseModel.of(White(N=1.0))
-        rows = Rows.of(self.recording, self.channel, self.table, window, model=noise)
+        rows = RegressionRows.of(self.recording, self.channel, self.table, window, model=noise)
         return solve(rows, noise, self.shape, lags)
 
 
@@ -187,17 +187,17 @@ class ClockFit:
 
     Attributes
     ----------
-    window : Window
+    window : SampleSelection
         With the clock that was found.
     lags : tuple of str
         Columns that keep its uncertainty in the covariance.
     """
 
-    window: Window
+    window: SampleSelection
     lags: tuple[str, ...]
 
 
-def fit_clock(follower: Follower, window: Window, alarm: float) -> ClockFit:
+def fit_clock(follower: TableChannel, window: SampleSelection, alarm: float) -> ClockFit:
     """Offset of the clocks by Gauss and Newton; and their drift, where it takes more than `alarm` off chi-square."""
     window = _converged(follower, window, (LAG,))
     with_drift = follower.solved(window, (LAG, LATE))
@@ -210,7 +210,7 @@ def fit_clock(follower: Follower, window: Window, alarm: float) -> ClockFit:
     return ClockFit(window=window, lags=(LAG,))
 
 
-def _converged(follower: Follower, window: Window, lags: tuple[str, ...]) -> Window:
+def _converged(follower: TableChannel, window: SampleSelection, lags: tuple[str, ...]) -> SampleSelection:
     dt, duration = follower.recording.dt, follower.recording.duration
     for _ in range(MOST_STEPS):
         found = follower.solved(window, lags)
@@ -224,7 +224,7 @@ def _converged(follower: Follower, window: Window, lags: tuple[str, ...]) -> Win
         clock = window.clock
         # The lag at the record's time t is offset + drift t, to first order in both.
         drift = moved[1] if len(moved) > 1 else 0.0
-        window = replace(window, clock=Clock(offset=clock.offset + moved[0], drift=clock.drift + drift))
+        window = replace(window, clock=TableClock(offset=clock.offset + moved[0], drift=clock.drift + drift))
         still = max(STILL, min(1e-3 * abs(found.fit[LAG][1] / k), 1e-2 * dt))
         if abs(moved[0]) < still and abs(drift) * duration < still:
             break
@@ -234,7 +234,7 @@ def _converged(follower: Follower, window: Window, lags: tuple[str, ...]) -> Win
 # -- noise of the record itself ---------------------------------------------------------------------------------
 
 
-def fit_noise(rows: Rows, shape: Shape, others: Sequence[str], kind: str) -> NoiseModel:
+def fit_noise(rows: RegressionRows, shape: Shape, others: Sequence[str], kind: str) -> NoiseModel:
     """White noise and flicker from the record, by restricted maximum likelihood (Harville 1977).
 
     The contrasts in which no coefficient appears carry the likelihood: fitting the response does not make the noise

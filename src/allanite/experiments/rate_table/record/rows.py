@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import InputError
-from allanite.experiments.rate_table.motion import Clock, RateTable, Sampled, Sinusoids, Steps
+from allanite.experiments.rate_table.motion import RateSteps, RateTable, Sampled, Sinusoids, TableClock
 from allanite.filtering.block_means import longest_block
 from allanite.filtering.regression import Regression, regress
 from allanite.noise import NoiseModel, White
@@ -29,8 +29,8 @@ __all__ = [
     "RATE",
     "TEMPERATURE",
     "WARM_RATE",
-    "Rows",
-    "Window",
+    "RegressionRows",
+    "SampleSelection",
     "power",
 ]
 
@@ -62,12 +62,12 @@ def power(k: int) -> str:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Window:
+class SampleSelection:
     """Which samples are used: those whose rate is known and settled.
 
     Attributes
     ----------
-    clock : Clock
+    clock : TableClock
     dead_time : float [s]
         Left out at the beginning of each stretch of the table.
     guard : float [s]
@@ -78,7 +78,7 @@ class Window:
         Rates beyond these are left out: the sensor clips there.
     """
 
-    clock: Clock = field(default_factory=Clock)
+    clock: TableClock = field(default_factory=TableClock)
     dead_time: float = 0.0
     guard: float = 0.0
     chosen: NDArray[np.bool_] | None = None
@@ -96,7 +96,7 @@ class Window:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Rows:
+class RegressionRows:
     """Block means of one channel and of the columns of its regression.
 
     Attributes
@@ -141,12 +141,12 @@ class Rows:
         recording: Recording,
         channel: str,
         table: RateTable,
-        window: Window,
+        window: SampleSelection,
         *,
         model: NoiseModel | None = None,
         temperature: str | None = None,
         size: int | None = None,
-    ) -> Rows:
+    ) -> RegressionRows:
         """Blocks so short that nothing is lost in noise of this model.
 
         Raises
@@ -206,19 +206,21 @@ class Rows:
             sampling=self.sampling,
         )
 
-    def trusting(self, trust: Array) -> Rows:
+    def trusting(self, trust: Array) -> RegressionRows:
         """The same rows, their white noise 1/trust times as large."""
         return replace(self, trust=trust)
 
 
-def block_size(recording: Recording, table: RateTable, window: Window, model: NoiseModel | None) -> int:
+def block_size(
+    recording: Recording, table: RateTable, window: SampleSelection, model: NoiseModel | None
+) -> int:
     """Samples in a block."""
     least = -(-recording.n_samples // MOST_BLOCKS)
     if isinstance(table, Sinusoids):
         chosen = slice(None) if window.chosen is None else window.chosen
         length = 1 / (PER_PERIOD * float(table.frequency[chosen].max()))
         return max(int(length * recording.rate), least, 1)
-    if isinstance(table, Steps):
+    if isinstance(table, RateSteps):
         spans, _ = window.spans(table)
         dwell = float(np.quantile(spans[:, 1] - spans[:, 0], 0.2)) if len(spans) else recording.duration
     else:
@@ -234,12 +236,12 @@ def _turnover(table: Sampled) -> float:
     return float(np.abs(rate).max() / max(np.quantile(slope, 0.95), 1e-12))
 
 
-def _full_scale(table: RateTable, window: Window) -> float:
+def _full_scale(table: RateTable, window: SampleSelection) -> float:
     """Largest rate among the stretches that take part."""
     if isinstance(table, Sampled):
         found = table.full_scale
     else:
-        sizes = np.abs(table.rate if isinstance(table, Steps) else table.amplitude)
+        sizes = np.abs(table.rate if isinstance(table, RateSteps) else table.amplitude)
         found = float((sizes if window.chosen is None else sizes[window.chosen]).max(initial=0.0))
     found = min(found, max(window.above, -window.below))
     if found <= 0:
@@ -254,14 +256,14 @@ class _Maker:
     recording: Recording
     channel: str
     table: RateTable
-    window: Window
+    window: SampleSelection
     temperature: str | None
     size: int
     edges: Array
     numbers: NDArray[np.int64]
     full_scale: float
 
-    def rows(self) -> Rows:
+    def rows(self) -> RegressionRows:
         facts, n_spans = self.recording[self.channel], len(self.table.spans)
         warmth = self._warmth()
         totals: dict[str, Array] = {}
@@ -290,7 +292,7 @@ class _Maker:
             )
         with np.errstate(invalid="ignore"):
             averages = {name: total / totals["count"] for name, total in totals.items()}
-        return Rows(
+        return RegressionRows(
             dt=self.size / self.recording.rate,
             part=part,
             trust=np.ones_like(part),
@@ -333,7 +335,7 @@ class _Maker:
         columns = {RATE: u, ABSOLUTE: np.abs(u), CONSTANCY: u * (t / self.recording.duration - 0.5)}
         for k in range(2, POWERS + 1):
             columns[power(k)] = columns[power(k - 1)] * u
-        if isinstance(self.table, Steps):
+        if isinstance(self.table, RateSteps):
             columns[DIRECTION] = self.table.direction[np.maximum(span, 0)]
         else:
             step = max(dt, self.table.interval if isinstance(self.table, Sampled) else dt)

@@ -15,10 +15,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.experiments.rate_table.motion import Clock, RateTable, Sampled, Steps
+from allanite.experiments.rate_table.motion import RateSteps, RateTable, Sampled, TableClock
 from allanite.recording.records import OVERLOAD, Recording
 
-__all__ = ["Coarse", "Edges", "Settling", "coarse_offset", "find_edges", "settling"]
+__all__ = ["CoarseOffset", "Edges", "Settling", "coarse_offset", "find_edges", "settling"]
 
 Array = NDArray[np.float64]
 
@@ -44,7 +44,7 @@ CREEP = 1e-3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Coarse:
+class CoarseOffset:
     """Where the table's motion fits the record, to a part of its changes.
 
     Attributes
@@ -61,7 +61,7 @@ class Coarse:
     either_sign: bool = False
 
 
-def coarse_offset(recording: Recording, channel: str, table: RateTable) -> Coarse:
+def coarse_offset(recording: Recording, channel: str, table: RateTable) -> CoarseOffset:
     """Offset of the clocks by the correlation of the record with the table's rates, over what both of them hold.
 
     Of offsets that fit equally well the response that grows with the rate is taken, then the smallest offset.
@@ -73,7 +73,7 @@ def coarse_offset(recording: Recording, channel: str, table: RateTable) -> Coars
     at = (first + np.arange(max(math.ceil(spans[-1, 1] / step) - first, 1))) * step
     inside = np.searchsorted(spans.ravel(), at + step / 2, side="right") % 2 == 1
     if not (inside.any() and np.isfinite(y).any()):
-        return Coarse()
+        return CoarseOffset()
     fit, shared = _correlation(y, np.where(inside, table.means(at, step), np.nan))
     lag = np.arange(len(fit))
     lag = np.where(lag < len(y), lag, lag - len(fit)) - first
@@ -82,7 +82,7 @@ def coarse_offset(recording: Recording, channel: str, table: RateTable) -> Coars
         (size_of >= np.roll(size_of, 1)) & (size_of >= np.roll(size_of, -1)) & (size_of > 0)
     )
     if not len(peaks):
-        return Coarse()
+        return CoarseOffset()
     unexplained = 1 - size_of[peaks] ** 2
     peaks = peaks[unexplained <= AS_GOOD * unexplained.min() + BLUR]
     peaks = peaks[shared[peaks] >= AS_LONG * shared[peaks].max()]
@@ -96,7 +96,7 @@ def coarse_offset(recording: Recording, channel: str, table: RateTable) -> Coars
     if left.min() > UNCLEAR:
         rest = []
     rest.sort(key=lambda i: abs(offsets[i] - offsets[chosen]))
-    return Coarse(
+    return CoarseOffset(
         offset=float(offsets[chosen]),
         others=tuple(float(offsets[i]) for i in rest),
         either_sign=any(sign[i] != sign[chosen] for i in rest),
@@ -109,7 +109,7 @@ def _step(recording: Recording, table: RateTable) -> tuple[float, int]:
     fine = float(np.quantile(spans[:, 1] - spans[:, 0], 0.2)) / 40
     if isinstance(table, Sampled):
         fine = max(table.interval, (spans[-1, 1] - spans[0, 0]) / 20_000)
-    elif not isinstance(table, Steps):
+    elif not isinstance(table, RateSteps):
         fine = 1 / (48 * float(table.frequency.min()))
     whole = max(recording.duration, spans[-1, 1] - spans[0, 0])
     size = max(round(max(fine, 2 * whole / POINTS) * recording.rate), 1)
@@ -201,7 +201,7 @@ class Edges:
     after: Array
     reach: Array
 
-    def clock(self, quantile: float) -> tuple[Clock, float, float]:
+    def clock(self, quantile: float) -> tuple[TableClock, float, float]:
         """Clock with the standard deviations of offset and drift; the drift is 0 where none is seen.
 
         The scatter of the edges widens both: a table does not take the same time for each step.
@@ -213,23 +213,23 @@ class Edges:
         spread = math.sqrt(max(float((((late - offset) * weight) ** 2).sum()) / max(len(late) - 1, 1), 1.0))
         sd = spread / float(np.sqrt((weight**2).sum()))
         if len(late) < 4:
-            return Clock(offset=offset), sd, math.inf
+            return TableClock(offset=offset), sd, math.inf
         fit = np.linalg.lstsq(table, weight * late, rcond=None)[0]
         left = float((((late - fit[0] - fit[1] * (self.commanded - middle)) * weight) ** 2).sum()) / (
             len(late) - 2
         )
         own = math.sqrt(max(left, 1.0)) / max(float(np.linalg.norm(table[:, 1])), 1e-300)
         if abs(fit[1]) <= quantile * own:
-            return Clock(offset=offset), sd, own
+            return TableClock(offset=offset), sd, own
         drift = float(fit[1])
         start = float(fit[0]) - drift * middle
-        return Clock(offset=start, drift=drift), math.hypot(sd, own * middle), own
+        return TableClock(offset=start, drift=drift), math.hypot(sd, own * middle), own
 
 
 def find_edges(
     recording: Recording,
     channel: str,
-    table: Steps,
+    table: RateSteps,
     offset: float,
     chosen: NDArray[np.bool_] | None = None,
 ) -> Edges | None:
@@ -253,7 +253,7 @@ def find_edges(
 
 
 def _edge(
-    recording: Recording, channel: str, table: Steps, i: int, offset: float
+    recording: Recording, channel: str, table: RateSteps, i: int, offset: float
 ) -> tuple[float, ...] | None:
     """Number, commanded and seen time, its sd, means before and after, half window; None where it cannot be seen."""
     gap = float(table.start[i + 1] - table.stop[i])
@@ -318,7 +318,9 @@ class Settling:
     settles: bool
 
 
-def settling(recording: Recording, channel: str, table: Steps, edges: Edges, clock: Clock) -> Settling:
+def settling(
+    recording: Recording, channel: str, table: RateSteps, edges: Edges, clock: TableClock
+) -> Settling:
     """When a step has settled, from the mean of all transitions."""
     span = 2 * float(np.quantile(edges.reach, 0.2))
     width = max(span / BINS, 1 / recording.rate)

@@ -14,11 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.files.readers.ardupilot.records import Format, Records
-from allanite.files.readers.contents import Part
+from allanite.files.readers.contents import FilePart
 from allanite.files.readers.spool import GrowingColumn
 from allanite.plain_files.counted import plural
 
-__all__ = ["Batch", "batches_in"]
+__all__ = ["SensorBatches", "batches_in"]
 
 _IN_BLOCK: Final = 32  # samples of a ISBD message
 _TYPES: Final = {0: ("acc", "Acc", "m/s²"), 1: ("gyro", "Gyr", "rad/s")}
@@ -29,7 +29,7 @@ Arrays = dict[str, NDArray[Any]]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Batch:
+class SensorBatches:
     """The batches of one sensor.
 
     Attributes
@@ -94,7 +94,7 @@ def _grow(growing: list[GrowingColumn], blocks: NDArray[Any], heads: NDArray[Any
         grown.append((blocks[axis] / heads["mul"].astype(np.float64)[:, None]).ravel())
 
 
-def batches_in(records: Records) -> Iterator[tuple[Part, Batch]]:
+def batches_in(records: Records) -> Iterator[tuple[FilePart, SensorBatches]]:
     """The sensors of which there are batches."""
     forms = _forms(records)
     if forms is None or not len(records.places[forms[0].kind]):
@@ -108,7 +108,7 @@ def batches_in(records: Records) -> Iterator[tuple[Part, Batch]]:
             continue
         word, letter, _ = _TYPES[kind]
         rows = int(own["smp_cnt"].astype(np.int64).sum())
-        part = Part(
+        part = FilePart(
             name=f"batch.{word}[{instance}]",
             rows=rows,
             columns=tuple(f"{letter}{a}" for a in "XYZ"),
@@ -116,7 +116,7 @@ def batches_in(records: Records) -> Iterator[tuple[Part, Batch]]:
             rank=1 - kind,  # the gyro first
             spare=True,
         )
-        yield part, Batch(kind=kind, instance=instance, rate=float(np.median(rates)))
+        yield part, SensorBatches(kind=kind, instance=instance, rate=float(np.median(rates)))
 
 
 def _heads(records: Records, head: Format) -> NDArray[Any]:

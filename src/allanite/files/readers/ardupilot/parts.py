@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from allanite.errors import FormatError
 from allanite.files.readers.ardupilot import batches
 from allanite.files.readers.ardupilot.records import Format, Records, find_records
-from allanite.files.readers.contents import Part, choose_part, listed
+from allanite.files.readers.contents import FilePart, choose_part, listed
 from allanite.files.readers.spool import GrowingColumn
 from allanite.plain_files.counted import plural
 
@@ -34,7 +34,7 @@ Arrays = dict[str, NDArray[Any]]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _Place:
+class _PartPlace:
     """Where a part is: a type of record and, if it has one, an instance."""
 
     form: Format
@@ -51,7 +51,7 @@ def table_in(path: str, topic: str | None, channels: list[str] | None) -> tuple[
     if not records.places or not any(len(p) for p in records.places.values()):
         raise FormatError(f"{Path(path).name}: no record of this log is whole")
     stated = _stated_units(records)
-    parts: dict[str, tuple[Part, _Place | batches.Batch]] = {}
+    parts: dict[str, tuple[FilePart, _PartPlace | batches.SensorBatches]] = {}
     for part, place in _parts(records, topic, stated):
         parts.setdefault(part.name, (part, place))
     chosen, guesses = choose_part(
@@ -63,7 +63,7 @@ def table_in(path: str, topic: str | None, channels: list[str] | None) -> tuple[
         what="message",
     )
     place = parts[chosen.name][1]
-    if isinstance(place, batches.Batch):
+    if isinstance(place, batches.SensorBatches):
         arrays, units, more = place.samples(records)
         rate: float | None = place.rate
     else:
@@ -97,7 +97,7 @@ def _loss(records: Records) -> list[str]:
 
 def _parts(
     records: Records, topic: str | None, stated: dict[int, dict[str, str]]
-) -> Iterator[tuple[Part, _Place | batches.Batch]]:
+) -> Iterator[tuple[FilePart, _PartPlace | batches.SensorBatches]]:
     """Every message of an inertial sensor and the one asked for; inertial ones without records, too."""
     by_name = {form.name: form for form in records.formats.values()}
     asked = "" if topic is None else topic.split("[")[0]
@@ -117,7 +117,7 @@ def _clock(form: Format) -> str | None:
 
 def _instances(
     records: Records, form: Format, stated: dict[int, dict[str, str]]
-) -> Iterator[tuple[Part, _Place]]:
+) -> Iterator[tuple[FilePart, _PartPlace]]:
     column = next((c for c in form.numbers if c == "I" or stated.get(form.kind, {}).get(c) == "#"), None)
     clock = str(_clock(form))
     seen: dict[int | None, list[float]] = {}  # instance -> rows, first and last stamp
@@ -130,14 +130,14 @@ def _instances(
             entry[0], entry[2] = entry[0] + len(own), float(own[-1])
     for instance, (rows, first, last) in sorted(seen.items(), key=lambda s: s[0] or 0):
         span = (last - first) * (1e-3 if clock == "TimeMS" else 1e-6)
-        part = Part(
+        part = FilePart(
             name=form.name if instance is None else f"{form.name}[{instance}]",
             rows=int(rows),
             columns=tuple(_wanted(form, column)),
             rate=(rows - 1) / span if rows > 1 and span > 0 else None,
             rank=_RANKS.get(form.name[:3], 9),
         )
-        yield part, _Place(form=form, instance=instance, column=column)
+        yield part, _PartPlace(form=form, instance=instance, column=column)
 
 
 def _wanted(form: Format, instance: str | None) -> list[str]:
@@ -187,7 +187,7 @@ def _unit(form: Format, column: str, stated: dict[str, str]) -> str:
 
 
 def _columns(
-    records: Records, place: _Place, stated: dict[int, dict[str, str]]
+    records: Records, place: _PartPlace, stated: dict[int, dict[str, str]]
 ) -> tuple[Arrays, list[str], list[str]]:
     """Stamps and channels of one part, their units, and remarks."""
     form, clock = place.form, str(_clock(place.form))

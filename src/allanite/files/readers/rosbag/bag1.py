@@ -28,7 +28,7 @@ Fields = dict[bytes, bytes]
 
 
 @dataclass(frozen=True, slots=True)
-class _Layout:
+class _HeaderLayout:
     """Header of a message as this writer lays it out, so that the next one is taken apart at once."""
 
     length: int
@@ -37,7 +37,7 @@ class _Layout:
     time_first: bool
 
     @classmethod
-    def of(cls, header: bytes) -> _Layout | None:
+    def of(cls, header: bytes) -> _HeaderLayout | None:
         """The layout of a header with op, conn and time; None for any other."""
         at = {name: header.find(name + b"=") for name in (b"conn", b"time")}
         if min(at.values()) < 0:
@@ -67,7 +67,7 @@ class Bag1(Chunked):
 
     def __init__(self, path: Path) -> None:
         super().__init__(path)
-        self._layout: _Layout | None = None
+        self._layout: _HeaderLayout | None = None
         version = self._file.readline(40).strip()
         if version != b"#ROSBAG V2.0":
             raise FormatError(
@@ -222,7 +222,7 @@ class Bag1(Chunked):
                         self._connect(fields, chunk[middle + 4 : at])
                     if op != _MESSAGE:
                         continue
-                    self._layout = layout = _Layout.of(header)
+                    self._layout = layout = _HeaderLayout.of(header)
                     if layout is None:
                         raise FormatError(f"{self._name}: a message without connection or time")
                     _, one, _, two, _ = layout.parts.unpack_from(chunk, begin)

@@ -21,8 +21,8 @@ from allanite.files.readers.rosbag.storage import Connection, Storage
 from allanite.files.readers.rosbag.types import (
     MAGNETIC_FIELD,
     TEMPERATURE,
-    Layout,
-    Place,
+    ImuPlace,
+    MessageLayout,
     layout_of,
     typestore_of,
 )
@@ -31,7 +31,7 @@ from allanite.plain_files.counted import plural
 if TYPE_CHECKING:
     from rosbags.typesys.store import Typestore
 
-__all__ = ["Companion", "Placed", "beside", "companions_of"]
+__all__ = ["Companion", "CompanionChannel", "beside", "companions_of"]
 
 _NEAR = 0.75  # of a sample interval of the IMU: further away no sample of it belongs to a companion
 _MOST_AWAY = 0.1  # share of the companion's samples in the span of the IMU that may lie so far away
@@ -47,7 +47,7 @@ class Companion:
 
     connection: Connection
     store: Typestore
-    layout: Layout
+    layout: MessageLayout
 
     @property
     def topic(self) -> str:
@@ -56,12 +56,12 @@ class Companion:
     def decoder(self) -> Decoder:
         """Of its messages."""
         return Decoder(
-            connection=self.connection, store=self.store, layout=self.layout, place=Place((), True)
+            connection=self.connection, store=self.store, layout=self.layout, place=ImuPlace((), True)
         )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Placed:
+class CompanionChannel:
     """A channel of a companion.
 
     Attributes
@@ -114,7 +114,7 @@ def companions_of(
     return found, said
 
 
-def _means(word: str, layout: Layout) -> bool:
+def _means(word: str, layout: MessageLayout) -> bool:
     group = canonical_group(word)
     return word.lower() in layout.names or (group != "" and group == layout.names[0])
 
@@ -131,7 +131,7 @@ def _shared(one: str, other: str) -> int:
 
 def beside(
     time: _Ints, found: Sequence[tuple[Companion, _Finished]], *, zero: bool
-) -> tuple[list[Placed], list[str]]:
+) -> tuple[list[CompanionChannel], list[str]]:
     """Channels of companions, each sample at its row of the IMU; and what is to be said.
 
     Parameters
@@ -141,7 +141,7 @@ def beside(
     zero : bool
         `time` is that of reception.
     """
-    placed: list[Placed] = []
+    placed: list[CompanionChannel] = []
     said: list[str] = []
     for companion, (stamps, received, numbers) in found:
         names = companion.layout.names
@@ -160,7 +160,7 @@ def beside(
         key = f"rows {names[0]}"
         for name, unit, values in zip(names, companion.layout.units, numbers, strict=True):
             arrays = {name: np.ascontiguousarray(values[kept]), key: rows}
-            placed.append(Placed(name=name, unit=unit, rows=key, arrays=arrays))
+            placed.append(CompanionChannel(name=name, unit=unit, rows=key, arrays=arrays))
     return placed, said
 
 

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 
 from allanite.errors import InputError
 from allanite.files.readers.rosbag.storage import Connection
-from allanite.files.readers.rosbag.types import Layout, Place
+from allanite.files.readers.rosbag.types import ImuPlace, MessageLayout
 
 if TYPE_CHECKING:
     from rosbags.typesys.store import Typestore
@@ -46,8 +46,8 @@ class Decoder:
 
     connection: Connection
     store: Typestore
-    layout: Layout
-    place: Place
+    layout: MessageLayout
+    place: ImuPlace
     absent: tuple[bool, ...] = ()
     fast: int = 0
     _looked: bool = field(default=False)

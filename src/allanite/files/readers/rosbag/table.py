@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import FormatError, InputError
-from allanite.files.readers.contents import Part, choose_part
+from allanite.files.readers.contents import FilePart, choose_part
 from allanite.files.readers.rosbag.bag1 import Bag1
 from allanite.files.readers.rosbag.companions import Companion, beside, companions_of
 from allanite.files.readers.rosbag.decoding import Decoder
@@ -23,7 +23,7 @@ from allanite.files.readers.rosbag.mcap import Mcap
 from allanite.files.readers.rosbag.sqlite import MAGIC as SQLITE
 from allanite.files.readers.rosbag.sqlite import Sqlite
 from allanite.files.readers.rosbag.storage import Connection, Storage
-from allanite.files.readers.rosbag.types import IMU, Place, may_hold_imu, places_in, typestore_of
+from allanite.files.readers.rosbag.types import IMU, ImuPlace, may_hold_imu, places_in, typestore_of
 from allanite.files.readers.spool import GrowingColumn, refuse_bomb, to_file
 from allanite.plain_files.limits import PARTS, TYPE_CHARACTERS, refuse_more
 from allanite.plain_files.regular_file import open_regular, regular
@@ -150,7 +150,7 @@ class _Choice:
     """The topic that is read, and where in its messages the samples stand."""
 
     def __init__(
-        self, name: str, place: Place, connections: dict[tuple[int, int], Connection], guesses: list[str]
+        self, name: str, place: ImuPlace, connections: dict[tuple[int, int], Connection], guesses: list[str]
     ) -> None:
         self.name, self.place, self.connections, self.guesses = name, place, connections, guesses
         self.topic = next(iter(connections.values())).topic
@@ -176,8 +176,8 @@ def _choose(storages: Sequence[Storage], topic: str | None, name: str) -> _Choic
         "Keep the topics of sensors",
     )
     listed = sorted({f"{c.topic} ({c.kind}, {c.count})" for c in everything.values()})
-    places: dict[str, tuple[Connection, Place]] = {}
-    known: dict[tuple[str, str], list[Place]] = {}
+    places: dict[str, tuple[Connection, ImuPlace]] = {}
+    known: dict[tuple[str, str], list[ImuPlace]] = {}
     for c in everything.values():
         kind = (c.kind, c.definition)
         if kind not in known:
@@ -198,7 +198,7 @@ def _choose(storages: Sequence[Storage], topic: str | None, name: str) -> _Choic
             messages[c.topic, c.kind] += c.count
         counts = {label: messages[c.topic, c.kind] for label, (c, _) in places.items()}
         parts = [
-            Part(name=label, rows=counts[label], columns=IMU.names, rank=_rank(c, p))
+            FilePart(name=label, rows=counts[label], columns=IMU.names, rank=_rank(c, p))
             for label, (c, p) in places.items()
         ]
         parts.sort(key=lambda part: part.name)
@@ -215,11 +215,11 @@ def _choose(storages: Sequence[Storage], topic: str | None, name: str) -> _Choic
     return _Choice(name_read, place, same, guesses)
 
 
-def _one_row(part: Part) -> Part:
-    return Part(name=part.name, rows=1, columns=part.columns, rank=part.rank)
+def _one_row(part: FilePart) -> FilePart:
+    return FilePart(name=part.name, rows=1, columns=part.columns, rank=part.rank)
 
 
-def _rank(connection: Connection, place: Place) -> int:
+def _rank(connection: Connection, place: ImuPlace) -> int:
     """The usual topics first, then any Imu, then one inside of another message, then what only looks like one."""
     for rank, usual in enumerate(_USUAL):
         if connection.topic == usual:
@@ -233,11 +233,11 @@ def _rank(connection: Connection, place: Place) -> int:
 
 def _asked(
     topic: str,
-    places: dict[str, tuple[Connection, Place]],
+    places: dict[str, tuple[Connection, ImuPlace]],
     topics: Sequence[str],
     listed: Sequence[str],
     name: str,
-) -> tuple[str, Place]:
+) -> tuple[str, ImuPlace]:
     """The place that the caller names: a topic, a topic with a field, or one of a list in it."""
     topic = "/" + topic.lstrip("/")
     if topic in places:

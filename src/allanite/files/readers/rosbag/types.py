@@ -23,8 +23,8 @@ __all__ = [
     "IMU",
     "MAGNETIC_FIELD",
     "TEMPERATURE",
-    "Layout",
-    "Place",
+    "ImuPlace",
+    "MessageLayout",
     "layout_of",
     "may_hold_imu",
     "places_in",
@@ -40,7 +40,7 @@ _DEEPEST, _MOST_PLACES = 6, 64
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Layout:
+class MessageLayout:
     """What is read of a message.
 
     Attributes
@@ -64,21 +64,21 @@ class Layout:
 
 
 # Bytes from the end: behind each field of float64 stand the rest and the covariances.
-IMU: Final = Layout(
+IMU: Final = MessageLayout(
     fields=(("angular_velocity", 192), ("linear_acceleration", 96)),
     vector=True,
     names=("gyro_x", "gyro_y", "gyro_z", "acc_x", "acc_y", "acc_z"),
     units=("rad/s",) * 3 + ("m/s²",) * 3,
     shortest=4 + 8 + 4 + 37 * 8,
 )
-TEMPERATURE: Final = Layout(
+TEMPERATURE: Final = MessageLayout(
     fields=(("temperature", 16),),
     vector=False,
     names=("temperature",),
     units=("°C",),
     shortest=4 + 8 + 4 + 16,
 )
-MAGNETIC_FIELD: Final = Layout(
+MAGNETIC_FIELD: Final = MessageLayout(
     fields=(("magnetic_field", 96),),
     vector=True,
     names=("mag_x", "mag_y", "mag_z"),
@@ -92,13 +92,13 @@ _STANDARD: Final = {
 }
 
 
-def layout_of(kind: str) -> Layout | None:
+def layout_of(kind: str) -> MessageLayout | None:
     """Layout of a standard message."""
     return _STANDARD.get(kind)
 
 
 @dataclass(frozen=True, slots=True)
-class Place:
+class ImuPlace:
     """Where an Imu stands in the messages of a type.
 
     Attributes
@@ -120,10 +120,10 @@ class Place:
         """A message holds a list of them."""
         return any(k is not None and k < 0 for _, k in self.path)
 
-    def at(self, position: int) -> Place:
+    def at(self, position: int) -> ImuPlace:
         """One of the list."""
         path = tuple((f, position if k is not None and k < 0 else k) for f, k in self.path)
-        return Place(path, self.standard)
+        return ImuPlace(path, self.standard)
 
 
 def may_hold_imu(connection: Connection) -> bool:
@@ -162,7 +162,7 @@ def _idl_files(text: str) -> list[str]:
     return [part.split("\n", 1)[-1] for part in text.split(line)[1:]]
 
 
-def places_in(store: Typestore, kind: str) -> list[Place]:
+def places_in(store: Typestore, kind: str) -> list[ImuPlace]:
     """Where Imu messages stand in the messages of a type, first the ones on top."""
     found = list(islice(_walk(store, kind, (), _DEEPEST, _leading(store)), _MOST_PLACES))
     return sorted(found, key=lambda p: (not p.standard, len(p.path)))
@@ -200,9 +200,9 @@ def _leading(store: Typestore) -> frozenset[str]:
     return frozenset(found)
 
 
-def _walk(store: Typestore, kind: str, path: Way, deep: int, leading: frozenset[str]) -> Iterator[Place]:
+def _walk(store: Typestore, kind: str, path: Way, deep: int, leading: frozenset[str]) -> Iterator[ImuPlace]:
     if kind == _IMU or _looks_like_imu(store, kind):
-        yield Place(path, kind == _IMU)
+        yield ImuPlace(path, kind == _IMU)
         return
     if deep == 0 or kind not in leading:
         return

@@ -21,7 +21,7 @@ from allanite.errors import InputError
 from allanite.files.readers.headings import is_unit, read_heading, shared_unit
 from allanite.files.readers.stated_time import date_order, option_text
 from allanite.files.readers.table import Options, Table
-from allanite.files.readers.text.cells import Cells
+from allanite.files.readers.text.cells import TextColumns
 from allanite.files.readers.text.dates import HALVES, in_halves, moments_column, unwrap_midnight
 from allanite.files.readers.text.dialect import Dialect, detect, split
 from allanite.files.readers.text.labels import Labels, find_labels
@@ -100,7 +100,7 @@ def read_stream(stream: TextStream, path: Path, options: Options) -> Table:
             dialect = _of_sentences(dialect, sentences)
         elif chosen is None:
             keep = _kept_rows([*lines[dialect.skip :], *others], dialect, options.variable, path.name)
-        cells = Cells(dialect, path.name, stream.codec, keep, date_order(options.time))
+        cells = TextColumns(dialect, path.name, stream.codec, keep, date_order(options.time))
         for piece, line in pieces(stream, dialect.skip, path.name):
             cells.feed(sentences.piece(piece) if sentences else piece, line)
         columns = cells.finish()
@@ -112,7 +112,7 @@ def read_stream(stream: TextStream, path: Path, options: Options) -> Table:
 
 def _of_labview(lvm: Lvm, stream: TextStream, path: Path, lines: list[str]) -> Table:
     """The table of a LabVIEW measurement file: names, units and clock are those of its header."""
-    cells = Cells(lvm.dialect, path.name)
+    cells = TextColumns(lvm.dialect, path.name)
     for piece, line in pieces(stream, 0, path.name):
         cells.feed(lvm.piece(piece), line)
     table = _table(path, stream, lines, lvm.dialect, cells, cells.finish())
@@ -126,7 +126,7 @@ def _labeled(labels: Labels, stream: TextStream, path: Path, options: Options, l
     keep = None
     if not labels.of_kinds:
         keep = _kept_rows(labels.sample, dialect, options.variable, path.name)
-    cells = Cells(dialect, path.name, keep=keep, order=date_order(options.time))
+    cells = TextColumns(dialect, path.name, keep=keep, order=date_order(options.time))
     for piece, line in pieces(stream, dialect.skip, path.name):
         cells.feed(labels.piece(piece), line)
     columns = cells.finish()
@@ -155,7 +155,7 @@ def _of_sentences(dialect: Dialect, sentences: Sentences) -> Dialect:
     )
 
 
-def _with_sums(table: Table, sentences: Sentences, cells: Cells) -> Table:
+def _with_sums(table: Table, sentences: Sentences, cells: TextColumns) -> Table:
     """The table with what became of the checksums in its notes."""
     facts = {
         "sentence": sentences.kind,
@@ -237,7 +237,7 @@ def _table(
     stream: TextStream,
     lines: list[str],
     dialect: Dialect,
-    cells: Cells,
+    cells: TextColumns,
     columns: list[Column],
 ) -> Table:
     rate, rate_from, doubts = rate_in(dialect.preamble)
@@ -291,7 +291,7 @@ def _table(
 
 
 def _with_suffixes(
-    cells: Cells, headings: tuple[str, ...], units: tuple[str, ...], units_from: str
+    cells: TextColumns, headings: tuple[str, ...], units: tuple[str, ...], units_from: str
 ) -> tuple[tuple[str, ...], str, dict[str, dict[str, int]]]:
     """Units of the columns where those behind the numbers count, too; and all that stands there, by column."""
     found, told = list(units), dict[str, dict[str, int]]()
@@ -303,7 +303,7 @@ def _with_suffixes(
     return tuple(found), "cells" if units_from == "none" and any(found) else units_from, told
 
 
-def _facts(stream: TextStream, dialect: Dialect, cells: Cells) -> dict[str, Any]:
+def _facts(stream: TextStream, dialect: Dialect, cells: TextColumns) -> dict[str, Any]:
     return {
         "delimiter": dialect.delimiter,
         "decimal": dialect.decimal,
@@ -351,7 +351,7 @@ def _units(dialect: Dialect, guesses: list[str]) -> tuple[tuple[str, ...], str]:
     return shared_unit(unit, dialect.headings, guesses), "preamble"
 
 
-def _questions(name: str, headings: Sequence[str], cells: Cells) -> dict[int, str]:
+def _questions(name: str, headings: Sequence[str], cells: TextColumns) -> dict[int, str]:
     """By column of the file, what is asked where dates do not tell their order."""
     questions: dict[int, str] = {}
     for i, dates in cells.dates.items():

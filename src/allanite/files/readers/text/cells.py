@@ -30,7 +30,7 @@ from allanite.recording.records import Column
 if TYPE_CHECKING:
     import pyarrow as pa
 
-__all__ = ["Cells"]
+__all__ = ["TextColumns"]
 
 _PART = 1 << 15  # bytes; a piece of this size is read cell by cell
 _HEXADECIMAL = re.compile(r"(?:0[xX])?(?:[0-9A-Fa-f]{4}){1,4}")
@@ -55,7 +55,7 @@ _NULLS = sorted(
 )
 
 
-class Cells:
+class TextColumns:
     """Columns that grow as pieces of the text are fed in.
 
     Attributes

@@ -30,7 +30,7 @@ _CLOSE = 1e-9  # relative, of intervals that are the same
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _Segment:
+class _LabviewSegment:
     """The header of a segment.
 
     Attributes
@@ -53,9 +53,9 @@ class _Segment:
     delta: tuple[float, ...]
     moment: int | None
 
-    def only(self, places: Sequence[int]) -> _Segment:
+    def only(self, places: Sequence[int]) -> _LabviewSegment:
         """The segment with some of its channels."""
-        return _Segment(
+        return _LabviewSegment(
             names=tuple(self.names[i] for i in places),
             units=tuple(self.units[i] for i in places),
             values=tuple(self.values[i] for i in places),
@@ -72,7 +72,7 @@ class Lvm:
 
     Attributes
     ----------
-    first : _Segment
+    first : _LabviewSegment
     unit : str
         Of the X values.
     segments : int
@@ -85,7 +85,7 @@ class Lvm:
     decimal: str
     columns: str
     variable: str | None
-    first: _Segment
+    first: _LabviewSegment
     unit: str
     segments: int = 0
     _begin: float = 0.0
@@ -238,7 +238,9 @@ def _factor(unit: str) -> float:
     return parse_unit(unit, Quantity.TIME).factor
 
 
-def _segment(header: list[str], sign: str, decimal: str, columns: str, unit: str, name: str) -> _Segment:
+def _segment(
+    header: list[str], sign: str, decimal: str, columns: str, unit: str, name: str
+) -> _LabviewSegment:
     tags = _tags(header[:-1], sign)
     cells = [cell.strip() for cell in header[-1].split(sign)]
     values = tuple(i for i, cell in enumerate(cells) if cell not in ("", "X_Value", "Comment"))
@@ -257,7 +259,7 @@ def _segment(header: list[str], sign: str, decimal: str, columns: str, unit: str
         delta = [1.0] * count
     x0 = [_number(cell, decimal) * _factor(unit) for cell in tags.get("X0", [])[:count]]
     labels = [*tags.get("Y_Unit_Label", []), *[""] * count][:count]
-    return _Segment(
+    return _LabviewSegment(
         names=tuple(cells[i] for i in values),
         units=tuple(labels),
         values=values,
@@ -268,7 +270,7 @@ def _segment(header: list[str], sign: str, decimal: str, columns: str, unit: str
     )
 
 
-def _chosen(segment: _Segment, variable: str | None, name: str) -> _Segment:
+def _chosen(segment: _LabviewSegment, variable: str | None, name: str) -> _LabviewSegment:
     """The segment with the channels of one clock."""
     if variable is not None:
         if variable not in segment.names:

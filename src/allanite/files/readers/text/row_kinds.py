@@ -17,7 +17,7 @@ import numpy as np
 
 from allanite.errors import InputError
 from allanite.files.readers.column_look import rises
-from allanite.files.readers.contents import Part, choose_part, has_channel, listed
+from allanite.files.readers.contents import FilePart, choose_part, has_channel, listed
 from allanite.files.readers.headings import measures, read_heading
 from allanite.files.readers.stamp_table import StampTable, TimeChoice
 from allanite.files.readers.stamps import choose_time
@@ -183,7 +183,7 @@ def _rank(kind: str) -> int:
     return 0 if group == "gyro" or "imu" in kind.lower() else 1 if group == "acc" else 2
 
 
-def _parts(stream: TextStream, kinds: KindsOfRows) -> tuple[list[Part], dict[str, str | None]]:
+def _parts(stream: TextStream, kinds: KindsOfRows) -> tuple[list[FilePart], dict[str, str | None]]:
     """Every kind of the file with its rows, in the order in which they are met; and the time of each."""
     pattern = re.compile(_word(kinds.column).pattern.encode())
     counts: Counter[str] = Counter()
@@ -214,7 +214,7 @@ def _parts(stream: TextStream, kinds: KindsOfRows) -> tuple[list[Part], dict[str
     shared = next((said[kind] for kind in often if said[kind]), None)
     times = {kind: said[kind] if own[kind] else _shared(table, shared) for kind, table in tables.items()}
     parts = [
-        Part(
+        FilePart(
             name=kind,
             rows=counts[kind],
             columns=(kind,),

@@ -8,16 +8,16 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from allanite.recording.health.catalogue.entry import Entry
+from allanite.recording.health.catalogue.entry import FindingKind
 from allanite.recording.health.catalogue.log import LOG
 from allanite.recording.health.catalogue.look_alikes import LOOK_ALIKES
 from allanite.recording.health.catalogue.samples import SAMPLES
 from allanite.recording.health.catalogue.sensor import SENSOR
 
-__all__ = ["CATALOGUE", "LOOK_ALIKES", "MOVES", "Entry", "findings_page"]
+__all__ = ["CATALOGUE", "LOOK_ALIKES", "MOVES", "FindingKind", "findings_page"]
 
 #: Code -> what it means. The order is the order of the printed table.
-CATALOGUE: dict[str, Entry] = SAMPLES | LOG | SENSOR
+CATALOGUE: dict[str, FindingKind] = SAMPLES | LOG | SENSOR
 
 #: Findings of a log that moves: they come before all others, since nothing else then means what it says.
 MOVES = ("not_at_rest", "motion")

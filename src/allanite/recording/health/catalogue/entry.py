@@ -5,11 +5,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-__all__ = ["Entry"]
+__all__ = ["FindingKind"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Entry:
+class FindingKind:
     """One kind of finding.
 
     Attributes

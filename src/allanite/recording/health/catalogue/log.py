@@ -3,14 +3,14 @@
 
 from __future__ import annotations
 
-from allanite.recording.health.catalogue.entry import Entry
+from allanite.recording.health.catalogue.entry import FindingKind
 
 __all__ = ["LOG"]
 
 _TIME, _TEXT, _RUN = ("Time", "Text", "What was noted")
 
-LOG: dict[str, Entry] = {
-    "time_stamps": Entry(
+LOG: dict[str, FindingKind] = {
+    "time_stamps": FindingKind(
         group=_TIME,
         severity="fatal",
         means="time stamps contradict each other: steps back, or over 0.1 % duplicates",
@@ -19,7 +19,7 @@ LOG: dict[str, Entry] = {
         advice="sort or repair the rows, or give --rate, which sets the stamps aside",
         repair="drop_duplicate_rows",
     ),
-    "duplicate_stamps": Entry(
+    "duplicate_stamps": FindingKind(
         group=_TIME,
         severity="warning",
         means="a few rows carry the stamp of the row before",
@@ -28,7 +28,7 @@ LOG: dict[str, Entry] = {
         advice="look at the rows listed",
         repair="drop_duplicate_rows",
     ),
-    "rate_jitter": Entry(
+    "rate_jitter": FindingKind(
         group=_TIME,
         severity="info, warning",
         means="time stamps scatter about the even grid",
@@ -36,7 +36,7 @@ LOG: dict[str, Entry] = {
         done="samples are taken as even in time; the effect is estimated and stated",
         advice="use the sample counter or clock of the sensor, or of the counter that measures a clock",
     ),
-    "rate_not_median": Entry(
+    "rate_not_median": FindingKind(
         group=_TIME,
         severity="info",
         means="the median interval tells another rate than the count of samples over the span",
@@ -44,7 +44,7 @@ LOG: dict[str, Entry] = {
         done="the rate is that of the stamps as a whole",
         advice="none needed; tools that use the median get the time axis wrong",
     ),
-    "clock_rate": Entry(
+    "clock_rate": FindingKind(
         group=_TIME,
         severity="warning",
         means="the stamps, or the rate given, differ from the header's rate by more than 100 ppm",
@@ -52,7 +52,7 @@ LOG: dict[str, Entry] = {
         done="the rate given, else that of the stamps, is used",
         advice="check which clock is right",
     ),
-    "clock_drift": Entry(
+    "clock_drift": FindingKind(
         group=_TIME,
         severity="warning",
         means="the clock of the stamps runs faster at one end of the record than at the other, by more than 100 ppm",
@@ -60,7 +60,7 @@ LOG: dict[str, Entry] = {
         done="kept; the mean rate of the stamps is used",
         advice="take stamps from the sensor's own clock, or let the clock of the logger warm up",
     ),
-    "decimated": Entry(
+    "decimated": FindingKind(
         group=_TIME,
         severity="warning",
         means="the rate is a whole fraction of the nominal one: every k-th sample was logged",
@@ -68,7 +68,7 @@ LOG: dict[str, Entry] = {
         done="kept",
         advice="log at the full rate, or average k samples",
     ),
-    "coarse_stamps": Entry(
+    "coarse_stamps": FindingKind(
         group=_TIME,
         severity="info, warning",
         means="the stamps are coarser than the sample interval",
@@ -76,7 +76,7 @@ LOG: dict[str, Entry] = {
         done="the rate is that of the stamps between pauses",
         advice="log finer stamps, or name another time column (`--time`)",
     ),
-    "no_time_stamps": Entry(
+    "no_time_stamps": FindingKind(
         group=_TIME,
         severity="info",
         means="there are no time stamps, or --rate sets them aside: lost samples cannot be seen",
@@ -84,7 +84,7 @@ LOG: dict[str, Entry] = {
         done="the rate that was given is used",
         advice="check the rate; log time stamps",
     ),
-    "ragged_rows": Entry(
+    "ragged_rows": FindingKind(
         group=_TEXT,
         severity="warning",
         means="rows with too few or too many cells",
@@ -92,7 +92,7 @@ LOG: dict[str, Entry] = {
         done="read as missing",
         advice="look at the rows listed",
     ),
-    "checksum_failed": Entry(
+    "checksum_failed": FindingKind(
         group=_TEXT,
         severity="warning",
         means="sentences ($NAME,...*HH) that were damaged on the wire, by their checksum",
@@ -100,7 +100,7 @@ LOG: dict[str, Entry] = {
         done="read as missing samples; lines whose kind cannot be told are left out and counted",
         advice="lower the load of the serial line: fewer sentences, a higher baud rate, a shorter cable",
     ),
-    "labeled_lines": Entry(
+    "labeled_lines": FindingKind(
         group=_TEXT,
         severity="info, warning",
         means="lines of labeled values (gx=0.1 gy=0.2) that lack a label, break with the others, or hold none",
@@ -109,7 +109,7 @@ LOG: dict[str, Entry] = {
         "left out and counted",
         advice="log time stamps; lower the load of the serial line",
     ),
-    "cell_suffix": Entry(
+    "cell_suffix": FindingKind(
         group=_TEXT,
         severity="info, warning",
         means="cells that begin with a number and go on: a unit, or a mark such as * or !",
@@ -117,7 +117,7 @@ LOG: dict[str, Entry] = {
         done="the number is read; a unit is the unit of the channel",
         advice="look up the mark in the logger's manual; --unit decides on the unit",
     ),
-    "cells_missing": Entry(
+    "cells_missing": FindingKind(
         group=_TEXT,
         severity="info",
         means="cells that are empty or hold words such as NaN or undefined",
@@ -125,7 +125,7 @@ LOG: dict[str, Entry] = {
         done="read as missing",
         advice="none needed",
     ),
-    "unterminated_last_line": Entry(
+    "unterminated_last_line": FindingKind(
         group=_TEXT,
         severity="warning",
         means="the last line has no end: its last number may be cut",
@@ -133,7 +133,7 @@ LOG: dict[str, Entry] = {
         done="the line is dropped",
         advice="none needed; the logger was interrupted",
     ),
-    "nul_bytes": Entry(
+    "nul_bytes": FindingKind(
         group=_TEXT,
         severity="warning",
         means="NUL bytes in the text: a block of the disk was never written",
@@ -141,7 +141,7 @@ LOG: dict[str, Entry] = {
         done="skipped and counted",
         advice="look for lost rows",
     ),
-    "dialect_guessed": Entry(
+    "dialect_guessed": FindingKind(
         group=_TEXT,
         severity="info",
         means="decisions about delimiter, decimal sign, columns, units or topic that the file does not settle",
@@ -149,7 +149,7 @@ LOG: dict[str, Entry] = {
         done="stated",
         advice="check them; --delimiter, --decimal, --unit, --channels and --topic decide",
     ),
-    "repaired": Entry(
+    "repaired": FindingKind(
         group=_RUN,
         severity="info",
         means="the recording was repaired before it was looked at, as was asked for by name",
@@ -157,7 +157,7 @@ LOG: dict[str, Entry] = {
         done="stated, with the samples that went and why; what was left out is a gap",
         advice="compare with the analysis of the log as it is",
     ),
-    "gap_reasons": Entry(
+    "gap_reasons": FindingKind(
         group=_RUN,
         severity="info",
         means="samples are missing, and the recorder noted why",
@@ -165,7 +165,7 @@ LOG: dict[str, Entry] = {
         done="they keep their place in time, as gaps",
         advice="none needed; `allanite info` shows the table",
     ),
-    "doubtful_samples": Entry(
+    "doubtful_samples": FindingKind(
         group=_RUN,
         severity="warning",
         means="the driver of the instrument could not vouch for these samples: its counter was in doubt, or a reading "
@@ -174,7 +174,7 @@ LOG: dict[str, Entry] = {
         done="counted, and kept",
         advice="the remarks in manifest.jsonl say what happened; look at the series there",
     ),
-    "instrument_remarks": Entry(
+    "instrument_remarks": FindingKind(
         group=_RUN,
         severity="info",
         means="the driver rejected lines, passed over garbage, dropped repeated frames, or the instrument began anew",
@@ -182,7 +182,7 @@ LOG: dict[str, Entry] = {
         done="what it rejected is no sample; what is missing for it is a gap",
         advice="none needed where they are few; else look at cable, earth and baud rate: manifest.jsonl tells of each",
     ),
-    "autozero_off": Entry(
+    "autozero_off": FindingKind(
         group=_RUN,
         severity="info",
         means="the voltmeter was read without measuring its zero each time",
@@ -190,7 +190,7 @@ LOG: dict[str, Entry] = {
         done="stated",
         advice="record a shorted input as long as the sensor: its curve is the floor of the meter",
     ),
-    "scale_uncertain": Entry(
+    "scale_uncertain": FindingKind(
         group=_RUN,
         severity="info",
         means="the standard uncertainty of the scale factor was stated",

@@ -3,14 +3,14 @@
 
 from __future__ import annotations
 
-from allanite.recording.health.catalogue.entry import Entry
+from allanite.recording.health.catalogue.entry import FindingKind
 
 __all__ = ["SAMPLES"]
 
 _MISSING, _RANGE, _STEPS, _REPEATS = ("Missing samples", "Range", "Resolution", "Repeated samples")
 
-SAMPLES: dict[str, Entry] = {
-    "no_samples": Entry(
+SAMPLES: dict[str, FindingKind] = {
+    "no_samples": FindingKind(
         group=_MISSING,
         severity="fatal",
         means="a channel holds no sample at all",
@@ -18,7 +18,7 @@ SAMPLES: dict[str, Entry] = {
         done="refused",
         advice="choose other channels, or look for the fault in the log",
     ),
-    "too_short": Entry(
+    "too_short": FindingKind(
         group=_MISSING,
         severity="fatal",
         means="fewer samples than a noise model needs",
@@ -26,7 +26,7 @@ SAMPLES: dict[str, Entry] = {
         done="refused",
         advice="record longer",
     ),
-    "rows_of_means": Entry(
+    "rows_of_means": FindingKind(
         group=_MISSING,
         severity="fatal",
         means="a table with one row for each position: few rows, gravity of one length from many sides",
@@ -34,7 +34,7 @@ SAMPLES: dict[str, Entry] = {
         done="refused",
         advice="if each row is the mean of one position, say so: --means, of calibrate, align or north",
     ),
-    "broken_up": Entry(
+    "broken_up": FindingKind(
         group=_MISSING,
         severity="fatal",
         means="no stretch without a missing sample is long enough; often two sensors share the rows of one log",
@@ -43,7 +43,7 @@ SAMPLES: dict[str, Entry] = {
         advice="if the values come every k-th row, keep these rows",
         repair="split_interleaved",
     ),
-    "missing": Entry(
+    "missing": FindingKind(
         group=_MISSING,
         severity="info, warning",
         means="samples are missing (NaN, empty cells, gaps in the time stamps)",
@@ -52,7 +52,7 @@ SAMPLES: dict[str, Entry] = {
         advice="none needed; where the curve ends too early: allanite characterize LOG --method likelihood takes all "
         "samples",
     ),
-    "overload": Entry(
+    "overload": FindingKind(
         group=_RANGE,
         severity="warning, fatal",
         means="overload words (9.9E37, 9.91E37, 1E38, infinity): the instrument was out of range",
@@ -62,7 +62,7 @@ SAMPLES: dict[str, Entry] = {
         excludes=True,
         repair="drop_saturated",
     ),
-    "saturated": Entry(
+    "saturated": FindingKind(
         group=_RANGE,
         severity="warning, fatal",
         means="the extreme code of an integer word (32767, -32768, 65535, ...) stands far from the rest or repeats",
@@ -72,7 +72,7 @@ SAMPLES: dict[str, Entry] = {
         excludes=True,
         repair="drop_saturated",
     ),
-    "clipping": Entry(
+    "clipping": FindingKind(
         group=_RANGE,
         severity="warning, fatal",
         means="more samples stand at the outermost value than the values next to it allow: the range ends there",
@@ -80,7 +80,7 @@ SAMPLES: dict[str, Entry] = {
         done="kept as they are; fatal where the range ends within about 3 standard deviations",
         advice="choose a wider range and record again",
     ),
-    "implausible_exponents": Entry(
+    "implausible_exponents": FindingKind(
         group=_RANGE,
         severity="fatal",
         means="the values spread over tens of powers of ten, as no sensor's do: wrong byte order or wrong type",
@@ -88,7 +88,7 @@ SAMPLES: dict[str, Entry] = {
         done="refused",
         advice="read the file again with the other byte order or another number type",
     ),
-    "only_grows": Entry(
+    "only_grows": FindingKind(
         group=_RANGE,
         severity="fatal",
         means="the values only grow, or only fall, from row to row: a time, a counter or an accumulated quantity",
@@ -96,7 +96,7 @@ SAMPLES: dict[str, Entry] = {
         done="refused",
         advice="choose the channels that hold readings: --channels; state the unit of an accumulated angle: --unit",
     ),
-    "no_noise_resolved": Entry(
+    "no_noise_resolved": FindingKind(
         group=_STEPS,
         severity="fatal",
         means="all samples are equal: the noise is below the resolution, or the channel is dead",
@@ -104,7 +104,7 @@ SAMPLES: dict[str, Entry] = {
         done="refused",
         advice="raise the gain or the number of digits; check the wiring",
     ),
-    "quantisation_limited": Entry(
+    "quantisation_limited": FindingKind(
         group=_STEPS,
         severity="fatal",
         means="the noise from sample to sample is less than half a step of the values",
@@ -112,7 +112,7 @@ SAMPLES: dict[str, Entry] = {
         done="refused",
         advice="raise the gain or log more digits; averages long enough to cross many steps are less affected",
     ),
-    "quantisation": Entry(
+    "quantisation": FindingKind(
         group=_STEPS,
         severity="warning",
         means="the step of the values is more than half the noise from sample to sample",
@@ -120,7 +120,7 @@ SAMPLES: dict[str, Entry] = {
         done="kept; the share is stated. It is white and belongs to N, not to Q",
         advice="log more digits or raise the gain",
     ),
-    "quantisation_not_white": Entry(
+    "quantisation_not_white": FindingKind(
         group=_STEPS,
         severity="warning",
         means="an angle moves on by too regular a part of its step: the rounding errors follow a pattern",
@@ -128,7 +128,7 @@ SAMPLES: dict[str, Entry] = {
         done="kept",
         advice="do not read Q as step/sqrt(12); record finer angles",
     ),
-    "resolution_step": Entry(
+    "resolution_step": FindingKind(
         group=_STEPS,
         severity="info",
         means="the values are multiples of a step, which is stated with its ratio to the noise",
@@ -136,7 +136,7 @@ SAMPLES: dict[str, Entry] = {
         done="kept; harmless",
         advice="none needed",
     ),
-    "float_step": Entry(
+    "float_step": FindingKind(
         group=_STEPS,
         severity="warning",
         means="the level is so large that neighbouring floating-point numbers lie more than a tenth of the noise apart",
@@ -144,7 +144,7 @@ SAMPLES: dict[str, Entry] = {
         done="kept; the share is stated",
         advice="subtract the level before storing, or store float64",
     ),
-    "stuck": Entry(
+    "stuck": FindingKind(
         group=_REPEATS,
         severity="warning, fatal",
         means="one value repeats longer than chance allows (once in 10 000 records): a frozen reading",
@@ -154,7 +154,7 @@ SAMPLES: dict[str, Entry] = {
         excludes=True,
         repair="drop_padding",
     ),
-    "zero_filled": Entry(
+    "zero_filled": FindingKind(
         group=_REPEATS,
         severity="warning, fatal",
         means="exact zeros far from the level, or in all channels at once: lost samples written as 0",
@@ -164,7 +164,7 @@ SAMPLES: dict[str, Entry] = {
         excludes=True,
         repair="drop_padding",
     ),
-    "fill_value": Entry(
+    "fill_value": FindingKind(
         group=_REPEATS,
         severity="warning, fatal",
         means="one value far from all others recurs: a code for 'no value' (-999, 9999)",
@@ -174,7 +174,7 @@ SAMPLES: dict[str, Entry] = {
         excludes=True,
         repair="drop_padding",
     ),
-    "held_samples": Entry(
+    "held_samples": FindingKind(
         group=_REPEATS,
         severity="warning",
         means="samples repeat the one before: the sensor updates less often than the log has rows",
@@ -184,7 +184,7 @@ SAMPLES: dict[str, Entry] = {
         advice="take each value once",
         repair="drop_repeats",
     ),
-    "interleaved": Entry(
+    "interleaved": FindingKind(
         group=_REPEATS,
         severity="warning, fatal",
         means="rows k, 2k, ... differ from the rows between them in level or in noise: two sensors in one column",
@@ -193,7 +193,7 @@ SAMPLES: dict[str, Entry] = {
         advice="split the log by sensor",
         repair="split_interleaved",
     ),
-    "half_before_gap": Entry(
+    "half_before_gap": FindingKind(
         group=_REPEATS,
         severity="warning",
         means="just before a gap the level or the noise is half of what it is elsewhere: a block cut short",
@@ -203,7 +203,7 @@ SAMPLES: dict[str, Entry] = {
         excludes=True,
         repair="drop_cut_blocks",
     ),
-    "duplicate_channels": Entry(
+    "duplicate_channels": FindingKind(
         group=_REPEATS,
         severity="warning",
         means="two channels hold the same samples, or one is a fixed multiple of the other",

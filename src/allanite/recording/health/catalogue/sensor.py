@@ -3,14 +3,14 @@
 
 from __future__ import annotations
 
-from allanite.recording.health.catalogue.entry import Entry
+from allanite.recording.health.catalogue.entry import FindingKind
 
 __all__ = ["SENSOR"]
 
 _REST, _MEANING, _SPECTRUM, _ENVIRONMENT, _TURNS = ("Rest", "Meaning", "Spectrum", "Environment", "Turns")
 
-SENSOR: dict[str, Entry] = {
-    "spikes": Entry(
+SENSOR: dict[str, FindingKind] = {
+    "spikes": FindingKind(
         group=_REST,
         severity="info, warning",
         means="samples far from those around, alone or in short bursts, beyond what noise does once in 1000 records",
@@ -20,7 +20,7 @@ SENSOR: dict[str, Entry] = {
         excludes=True,
         repair="drop_spikes",
     ),
-    "heavy_tails": Entry(
+    "heavy_tails": FindingKind(
         group=_REST,
         severity="warning",
         means="so many large steps that they are no isolated impulses: vibration, or noise that is not Gaussian",
@@ -28,7 +28,7 @@ SENSOR: dict[str, Entry] = {
         done="kept",
         advice="look at the time series",
     ),
-    "contaminated": Entry(
+    "contaminated": FindingKind(
         group=_REST,
         severity="warning",
         means="the white noise is a mixture: a few percent of the samples, spread evenly over the record, scatter "
@@ -38,7 +38,7 @@ SENSOR: dict[str, Entry] = {
         "than 1 of 10 000 records of Gaussian noise",
         advice="look for lost bits, radio or switching loads, and compare the two values of N",
     ),
-    "disturbance": Entry(
+    "disturbance": FindingKind(
         group=_REST,
         severity="info, warning",
         means="in some stretches the signal moves much more than in the quiet ones: vibration, a turn, a warm-up",
@@ -47,7 +47,7 @@ SENSOR: dict[str, Entry] = {
         advice="analyze the quiet part alone: --from, --to",
         repair="cut_motion",
     ),
-    "not_at_rest": Entry(
+    "not_at_rest": FindingKind(
         group=_REST,
         severity="fatal",
         means="the signal's movement is over 17 times that of its quiet parts at some lag: the sensor was moved",
@@ -56,7 +56,7 @@ SENSOR: dict[str, Entry] = {
         advice="analyze a quiet part alone (--from, --to), or record at rest",
         repair="cut_motion",
     ),
-    "motion": Entry(
+    "motion": FindingKind(
         group=_REST,
         severity="warning",
         means="the direction of gravity in three accelerometers changes by over 2 deg: the unit was turned",
@@ -65,7 +65,7 @@ SENSOR: dict[str, Entry] = {
         advice="of a record that is meant to be at rest, analyze the part before the turn alone: --from, --to",
         repair="cut_motion",
     ),
-    "amplitude_drop": Entry(
+    "amplitude_drop": FindingKind(
         group=_REST,
         severity="info",
         means="in some stretches the noise has less than half its usual power",
@@ -73,7 +73,7 @@ SENSOR: dict[str, Entry] = {
         done="kept",
         advice="check for a change of range, filter or power mode",
     ),
-    "noise_changes": Entry(
+    "noise_changes": FindingKind(
         group=_REST,
         severity="warning",
         means="the noise is larger in some parts of the record than in others, by more than chance",
@@ -81,7 +81,7 @@ SENSOR: dict[str, Entry] = {
         done="kept; noise, flicker and random walk alone set this off in less than 1 of 1000 records",
         advice="see when and in which term: allanite variation LOG; analyze the parts alone: --from, --to",
     ),
-    "raw_counts": Entry(
+    "raw_counts": FindingKind(
         group=_MEANING,
         severity="info, warning",
         means="whole numbers without a unit, as a converter gives them",
@@ -89,7 +89,7 @@ SENSOR: dict[str, Entry] = {
         done="kept in counts; gravity tells the scale factor of an accelerometer, usual ranges are named for a gyro",
         advice="--scale-factor with the number of the data sheet",
     ),
-    "unit_missing": Entry(
+    "unit_missing": FindingKind(
         group=_MEANING,
         severity="warning",
         means="nobody knows the unit of the channel",
@@ -97,7 +97,7 @@ SENSOR: dict[str, Entry] = {
         done="kept in its own unit; never guessed",
         advice="state it: --unit NAME=UNIT",
     ),
-    "counts": Entry(
+    "counts": FindingKind(
         group=_MEANING,
         severity="info",
         means="the channel is in counts",
@@ -105,7 +105,7 @@ SENSOR: dict[str, Entry] = {
         done="results stay in LSB",
         advice="give the scale factor of the data sheet: --scale-factor 'NAME=131 LSB/(deg/s)'",
     ),
-    "gravity": Entry(
+    "gravity": FindingKind(
         group=_MEANING,
         severity="warning",
         means="the mean vector of an accelerometer triad is not 1 g long (by over 1 %), or gravity was subtracted",
@@ -113,7 +113,7 @@ SENSOR: dict[str, Entry] = {
         done="kept; a ratio near 9.8 is named as a unit mix-up",
         advice="check unit and scale factor",
     ),
-    "unit_trap": Entry(
+    "unit_trap": FindingKind(
         group=_MEANING,
         severity="warning",
         means="a gyro noisier than any: degrees labelled as radians (57.3), counts, volts or thousandths of a degree; "
@@ -122,7 +122,7 @@ SENSOR: dict[str, Entry] = {
         done="kept",
         advice="check the unit: --unit NAME=deg/s",
     ),
-    "bias_removed": Entry(
+    "bias_removed": FindingKind(
         group=_MEANING,
         severity="warning",
         means="the gyro's mean is zero within its standard error, and nearer to it than bias and the Earth's rotation "
@@ -133,7 +133,7 @@ SENSOR: dict[str, Entry] = {
         done="kept; N is not affected",
         advice="log the uncalibrated gyro if the Earth's rotation or the bias matter; ignore it for simulated data",
     ),
-    "floor_taken_off": Entry(
+    "floor_taken_off": FindingKind(
         group=_MEANING,
         severity="info",
         means="the instrument's own noise, from a record of its shorted input, is taken off the curve",
@@ -141,7 +141,7 @@ SENSOR: dict[str, Entry] = {
         done="the model is that of the sensor without the instrument; both curves are shown",
         advice="see that the input was shorted with the settings of the measurement",
     ),
-    "floor_dominates": Entry(
+    "floor_dominates": FindingKind(
         group=_MEANING,
         severity="warning",
         means="the instrument makes more than half of the variance at some lags, or its record is too short for them",
@@ -149,7 +149,7 @@ SENSOR: dict[str, Entry] = {
         done="stated; the intervals hold it, and what is not resolved is an upper limit",
         advice="raise the gain before the instrument, or record its shorted input longer",
     ),
-    "aliasing": Entry(
+    "aliasing": FindingKind(
         group=_MEANING,
         severity="info, warning",
         means="each sample averages over less than its interval",
@@ -157,7 +157,7 @@ SENSOR: dict[str, Entry] = {
         done="kept; the factor sqrt(interval/aperture) is stated",
         advice="average over the whole interval, or divide N by the factor if the sensor's band is wide",
     ),
-    "spectral_line": Entry(
+    "spectral_line": FindingKind(
         group=_SPECTRUM,
         severity="warning",
         means="a line in the spectrum: mains, a motor, a dither",
@@ -166,7 +166,7 @@ SENSOR: dict[str, Entry] = {
         "lags that others bend are kept out",
         advice="find the source",
     ),
-    "lag_and_frequency_disagree": Entry(
+    "lag_and_frequency_disagree": FindingKind(
         group=_SPECTRUM,
         severity="warning",
         means="the spectrum of the record is not that of the model fitted to its Allan curve",
@@ -174,7 +174,7 @@ SENSOR: dict[str, Entry] = {
         done="stated; the model stays that of the curve",
         advice="look at the spectrum with the model over it, and compare: allanite fit LOG --method spectral",
     ),
-    "short_lags_left_out": Entry(
+    "short_lags_left_out": FindingKind(
         group=_SPECTRUM,
         severity="warning",
         means="the shortest lags follow no sum of noise terms: a filter, vibration, repeated samples",
@@ -182,7 +182,7 @@ SENSOR: dict[str, Entry] = {
         done="the fit begins at a longer lag",
         advice="look at the spectrum; record the sensor unfiltered",
     ),
-    "model_discrepancy": Entry(
+    "model_discrepancy": FindingKind(
         group=_SPECTRUM,
         severity="warning",
         means="no sum of noise terms explains the curve within its own uncertainty",
@@ -190,7 +190,7 @@ SENSOR: dict[str, Entry] = {
         done="every lag gets that share as a model error, and the intervals hold it",
         advice="look for disturbance, temperature or vibration in the record",
     ),
-    "not_fitted": Entry(
+    "not_fitted": FindingKind(
         group=_SPECTRUM,
         severity="warning",
         means="too few lags are free of lines, filter and gaps for a noise model",
@@ -198,7 +198,7 @@ SENSOR: dict[str, Entry] = {
         done="the curve is shown, no model is fitted",
         advice="record longer, or remove what bends the curve",
     ),
-    "band_limited": Entry(
+    "band_limited": FindingKind(
         group=_SPECTRUM,
         severity="info, warning",
         means="the spectrum falls towards half the sample rate: the sensor's low-pass filter",
@@ -206,7 +206,7 @@ SENSOR: dict[str, Entry] = {
         done="those lags are kept out of the fit",
         advice="none needed",
     ),
-    "environment_taken_off": Entry(
+    "environment_taken_off": FindingKind(
         group=_ENVIRONMENT,
         severity="info",
         means="an effect of the temperature, or a warm-up, was taken off as asked",
@@ -214,7 +214,7 @@ SENSOR: dict[str, Entry] = {
         done="curve and noise model are those of the residual; what the regression took off the noise is added again",
         advice="none needed",
     ),
-    "temperature_not_resolved": Entry(
+    "temperature_not_resolved": FindingKind(
         group=_ENVIRONMENT,
         severity="warning",
         means="the effect of the temperature is lost in the noise, or cannot be told from a drift of the sensor",
@@ -222,7 +222,7 @@ SENSOR: dict[str, Entry] = {
         done="nothing was taken off for the temperature",
         advice="record while the temperature goes up and down again",
     ),
-    "hysteresis": Entry(
+    "hysteresis": FindingKind(
         group=_ENVIRONMENT,
         severity="warning",
         means="at one temperature the signal is another after warming than after cooling, beyond what a lag would do",
@@ -230,7 +230,7 @@ SENSOR: dict[str, Entry] = {
         done="stated; not taken off",
         advice="state the bias with both branches",
     ),
-    "warm_up": Entry(
+    "warm_up": FindingKind(
         group=_ENVIRONMENT,
         severity="info, warning",
         means="the bias settles as after power-on, beyond what the noise allows",
@@ -238,7 +238,7 @@ SENSOR: dict[str, Entry] = {
         done="modelled or cut where that was asked for, otherwise left in",
         advice="model it or cut it (--warm-up), or begin the record later",
     ),
-    "turns_by_size": Entry(
+    "turns_by_size": FindingKind(
         group=_TURNS,
         severity="info, warning",
         means="surges of equal size, no half turns by their angle: a gyro turned across its axis, or another unit",
@@ -246,7 +246,7 @@ SENSOR: dict[str, Entry] = {
         done="they count as half turns",
         advice="none if the gyro was turned across its axis; else check unit and scale factor, or list the turns",
     ),
-    "turns_by_rhythm": Entry(
+    "turns_by_rhythm": FindingKind(
         group=_TURNS,
         severity="warning",
         means="surges without an angle, as long as turns, at even intervals",
@@ -254,7 +254,7 @@ SENSOR: dict[str, Entry] = {
         done="they count as half turns",
         advice="list the turns",
     ),
-    "turn_unlike": Entry(
+    "turn_unlike": FindingKind(
         group=_TURNS,
         severity="warning",
         means="a turn that is not half a turn",
@@ -262,7 +262,7 @@ SENSOR: dict[str, Entry] = {
         done="after a quarter turn the direction counts as unknown",
         advice="turn again, or list the turns",
     ),
-    "turns_clipped": Entry(
+    "turns_clipped": FindingKind(
         group=_TURNS,
         severity="info",
         means="turns beyond the range of the converter",
@@ -270,7 +270,7 @@ SENSOR: dict[str, Entry] = {
         done="their angle is a lower bound",
         advice="none needed",
     ),
-    "turn_missed": Entry(
+    "turn_missed": FindingKind(
         group=_TURNS,
         severity="info",
         means="a dwell much longer than the others",
@@ -278,7 +278,7 @@ SENSOR: dict[str, Entry] = {
         done="the direction is counted by the turns that were made",
         advice="none needed",
     ),
-    "turn_doubled": Entry(
+    "turn_doubled": FindingKind(
         group=_TURNS,
         severity="warning",
         means="a dwell much shorter than the others: turned twice, or one of the turns is none",
@@ -286,7 +286,7 @@ SENSOR: dict[str, Entry] = {
         done="every turn that was seen counts",
         advice="compare with the notes taken",
     ),
-    "turn_hidden": Entry(
+    "turn_hidden": FindingKind(
         group=_TURNS,
         severity="warning",
         means="a turn that no signal shows, told by the others",
@@ -294,7 +294,7 @@ SENSOR: dict[str, Entry] = {
         done="it counts",
         advice="compare with the notes taken",
     ),
-    "direction_unknown": Entry(
+    "direction_unknown": FindingKind(
         group=_TURNS,
         severity="info, warning",
         means="a stretch without readings that may hide a turn",
@@ -302,7 +302,7 @@ SENSOR: dict[str, Entry] = {
         done="what follows is left out of the rate until its direction is known",
         advice="list the turns",
     ),
-    "gap_without_turn": Entry(
+    "gap_without_turn": FindingKind(
         group=_TURNS,
         severity="info",
         means="a stretch without readings that hides no turn, by what surrounds it",
@@ -310,7 +310,7 @@ SENSOR: dict[str, Entry] = {
         done="the direction is kept",
         advice="none needed",
     ),
-    "dwell_disturbed": Entry(
+    "dwell_disturbed": FindingKind(
         group=_TURNS,
         severity="info",
         means="a knock or another disturbance that is no turn",
@@ -318,7 +318,7 @@ SENSOR: dict[str, Entry] = {
         done="it is cut out of the dwell",
         advice="none needed",
     ),
-    "dwell_stuck": Entry(
+    "dwell_stuck": FindingKind(
         group=_TURNS,
         severity="warning",
         means="one repeated value for a while",
@@ -326,7 +326,7 @@ SENSOR: dict[str, Entry] = {
         done="it is left out of the dwell",
         advice="find why the reading froze",
     ),
-    "turn_not_listed": Entry(
+    "turn_not_listed": FindingKind(
         group=_TURNS,
         severity="warning",
         means="a turn in the signal that the list of turns does not hold",
@@ -334,7 +334,7 @@ SENSOR: dict[str, Entry] = {
         done="it is cut out, without a change of direction",
         advice="compare list and signal",
     ),
-    "turn_not_seen": Entry(
+    "turn_not_seen": FindingKind(
         group=_TURNS,
         severity="warning",
         means="a listed turn that is not in the signal",
