@@ -182,12 +182,12 @@ def sensor_sheet(entries: Mapping[str, object]) -> SensorSheet:
     if not {e.symbol for e in stated} - {"T"}:
         raise InputError("this data sheet states no noise: give angle_random_walk, bias_instability, ...")
     terms = _terms(stated, implied)
-    said = "; ".join(f"{e.name} {e.text}{': ' * bool(e.reading)}{e.reading}" for e in stated)
+    statements = "; ".join(f"{e.name} {e.text}{': ' * bool(e.reading)}{e.reading}" for e in stated)
     return SensorSheet(
         entries=stated,
         terms=tuple(terms),
         kind=read.kind,
-        verdict=f"From a data sheet: {said}.",
+        verdict=f"From a data sheet: {statements}.",
     )
 
 
@@ -238,10 +238,10 @@ def _word(name: str, given: str) -> str:
 
 
 def _value(name: str, given: str) -> tuple[float, Quantity]:
-    found = _VALUE.fullmatch(given)
-    if found is None:
+    match = _VALUE.fullmatch(given)
+    if match is None:
         raise InputError(f"{name}: {given!r} is not a number with its unit, like '0.3 deg/√h'")
-    number, unit = float(found[1]), found[2]
+    number, unit = float(match[1]), match[2]
     try:
         parsed = parse_unit(unit, _QUANTITIES[name])
     except InputError as error:
@@ -372,22 +372,22 @@ def _below_minimum(
     N, K = (0.0 if e is None else e.value for e in (white, walk))
     implied: tuple[TermType, ...] = ()
     if place is not None and K > 0:
-        own = math.sqrt(3) * N / K
-        if not 1 / _AGREES <= own / place <= _AGREES:
+        tau = math.sqrt(3) * N / K
+        if not 1 / _AGREES <= tau / place <= _AGREES:
             raise InputError(
                 f"bias_instability_tau {read.texts['bias_instability_tau']} and the random walk contradict one "
-                f"another: N and K put the minimum at {own:.3g} s; leave out one of them"
+                f"another: N and K put the minimum at {tau:.3g} s; leave out one of them"
             )
     elif place is not None and N > 0:
         K = math.sqrt(3) * N / place
         implied = (RandomWalk(K=K),)
     left = minimum**2 - 2 * N * K / math.sqrt(3)
     if left < 0:
-        own = math.sqrt(2 * N * K / math.sqrt(3)) / minimum
+        times = math.sqrt(2 * N * K / math.sqrt(3)) / minimum
         raise InputError(
             f"bias_instability {read.texts['bias_instability']} as a minimum contradicts the white noise and the "
-            f"random walk, whose own minimum is {own:.3g} times as high: are they typical and it the best, or is it of "
-            "another averaging time?"
+            f"random walk, whose own minimum is {times:.3g} times as high: are they typical and it the best, or is it "
+            "of another averaging time?"
         )
     return (Flicker(B=math.sqrt(left) / FLICKER_FLOOR), *implied) if left > 0 else implied
 

@@ -53,17 +53,17 @@ def models_of(
     else:
         role_of = {name: role for role, names in roles.items() for name in names}
     if isinstance(model, NoiseModel):
-        found = _of_its_kind(model, kinds, role_of)
+        models = _of_its_kind(model, kinds, role_of)
     else:
-        own = {name: model.get(name, model.get(role_of.get(name, name))) for name in kinds}
-        found = {name: given for name, given in own.items() if given is not None}
-        _refuse_other_kinds(found, kinds)
-    missing = [name for name in kinds if name not in found]
+        by_channel = {name: model.get(name, model.get(role_of.get(name, name))) for name in kinds}
+        models = {name: given for name, given in by_channel.items() if given is not None}
+        _refuse_other_kinds(models, kinds)
+    missing = [name for name in kinds if name not in models]
     if missing and needed:
         raise InputError(
             f"no noise model for {', '.join(missing)}{_instead(model, [kinds[n] for n in missing])}"
         )
-    return found
+    return models
 
 
 def _instead(model: NoiseModel | Mapping[str, NoiseModel], kinds: Sequence[Kind]) -> str:
@@ -87,11 +87,11 @@ def _of_its_kind(
 
 
 def _refuse_other_kinds(models: Mapping[str, NoiseModel], kinds: Mapping[str, Kind]) -> None:
-    for name, own in models.items():
-        if not _fits(own, kinds[name]):
+    for name, model in models.items():
+        if not _fits(model, kinds[name]):
             raise InputError(
-                f"the noise model of {name!r} is of {own.kind}, not of {kinds[name].value}: give it in the unit of the "
-                "channel, or the scale factor of the data sheet with the record"
+                f"the noise model of {name!r} is of {model.kind}, not of {kinds[name].value}: give it in the unit of "
+                "the channel, or the scale factor of the data sheet with the record"
             )
 
 

@@ -138,8 +138,8 @@ def _sums(x: Array, m: int, runs: Spans, length: int, windows: int) -> Array:
         if len(part):
             blocks = min(int(part[-1, 1] - 1) // block + 1, windows - into)
             ends = np.array([0, len(part)], dtype=np.int64)
-            found = _kernels.difference_squares(x[shift:], 2, lags, part, ends, 0, blocks, block)
-            sums[into : into + blocks] = found[:, 0]
+            squares = _kernels.difference_squares(x[shift:], 2, lags, part, ends, 0, blocks, block)
+            sums[into : into + blocks] = squares[:, 0]
     return sums
 
 

@@ -92,7 +92,7 @@ def interval_error(
         raise InputError(
             f"{statistic} is that of a clock: read the log with --kind phase or --kind frequency (kind=)"
         )
-    found = []
+    errors = []
     for name in names:
         x = _time_error(recording, name)
         if len(x) < 3:
@@ -101,7 +101,7 @@ def interval_error(
             )
         lags = choose_lags(taus, len(x) - 1, recording.dt, len(x) - 1)
         both = [(_greatest if statistic == "mtie" else _rms)(x, int(m)) for m in lags]
-        found.append(
+        errors.append(
             IntervalError(
                 statistic=statistic,
                 name=name,
@@ -111,7 +111,7 @@ def interval_error(
                 count=np.array([count for _, count in both], dtype=np.int64),
             )
         )
-    return tuple(found)
+    return tuple(errors)
 
 
 def _time_error(recording: Recording, name: str) -> Array:

@@ -73,10 +73,10 @@ def allan_matrix(phases: Array, missing: Spans, lags: NDArray[np.int64]) -> Alla
         sums = _kernels.difference_squares(x, 2, lags, flat, offsets, 0, -(-(points - 1) // _BLOCK), _BLOCK)
         return np.asarray(sums.sum(axis=0) / norm)
 
-    own = np.stack([variance(x) for x in phases], axis=1)
+    variances = np.stack([variance(x) for x in phases], axis=1)
     difference = np.zeros((len(lags), n, n))
     for i in range(n):
         for j in range(i):
             difference[:, i, j] = difference[:, j, i] = variance(phases[i] - phases[j])
-    covariance = 0.5 * (own[:, :, None] + own[:, None, :] - difference)
+    covariance = 0.5 * (variances[:, :, None] + variances[:, None, :] - difference)
     return AllanMatrix(lags=lags, covariance=covariance, difference=difference, count=count)

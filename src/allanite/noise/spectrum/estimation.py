@@ -122,9 +122,9 @@ def power_spectrum(
     lines = (
         find_lines(streams) if (window, overlap) == ("hann", 0.5) else ()
     )  # their law is that of this window
-    found = _spectrum(recording, name, streams, lines, method, window, confidence)
-    found = replace(found, overlap=overlap)
-    return replace(found, lines=examined(recording, found)) if lines else found
+    spectrum = _spectrum(recording, name, streams, lines, method, window, confidence)
+    spectrum = replace(spectrum, overlap=overlap)
+    return replace(spectrum, lines=examined(recording, spectrum)) if lines else spectrum
 
 
 def _is_number(value: object) -> bool:
@@ -204,9 +204,9 @@ def _welch(
             f"segments of this record are from {least:.3g} to {most:.3g} s long, not {segment:g} s"
         )
     while length >= SHORTEST_SEGMENT:
-        found = welch(recording, name, length, window=shape, overlap=overlap, progress=progress)
-        if found.segments >= FEWEST_SEGMENTS or segment is not None:
-            return [found] if found.segments else []
+        periodogram = welch(recording, name, length, window=shape, overlap=overlap, progress=progress)
+        if periodogram.segments >= FEWEST_SEGMENTS or segment is not None:
+            return [periodogram] if periodogram.segments else []
         length = length // 8 * 2 // 2 * 2  # gaps leave no room for segments of this length
     return []
 
@@ -266,10 +266,10 @@ def _interval(
     from scipy.special import gammaincinv
 
     back = bridged.put_back(frequency)
-    seen = np.maximum(density - back, 0.0)
+    measured = np.maximum(density - back, 0.0)
     common = (density**2 * (shared**2).sum(axis=1) + bridged.white**2 * bridged.coupling) / 2
-    dof = 1 / (1 / edf + np.divide(common, seen**2, out=np.zeros_like(seen), where=seen > 0))
+    dof = 1 / (1 / edf + np.divide(common, measured**2, out=np.zeros_like(measured), where=measured > 0))
     half, tail = np.maximum(dof, 1.0) / 2, (1 - confidence) / 2
-    ends = (seen * half / gammaincinv(half, part) for part in (1 - tail, tail))
+    ends = (measured * half / gammaincinv(half, part) for part in (1 - tail, tail))
     lower, upper = (back + end for end in ends)
     return lower, upper

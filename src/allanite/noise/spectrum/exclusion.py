@@ -75,7 +75,7 @@ def lags_to_exclude(
     return Exclusion(np.array([bool(r) for r in reasons], dtype=bool), tuple(reasons))
 
 
-def without_spans(found: Exclusion, tau: ArrayLike, spans: Sequence[tuple[float, float]]) -> Exclusion:
+def without_spans(exclusion: Exclusion, tau: ArrayLike, spans: Sequence[tuple[float, float]]) -> Exclusion:
     """The exclusion with the lags that somebody leaves out besides.
 
     Parameters
@@ -98,8 +98,8 @@ def without_spans(found: Exclusion, tau: ArrayLike, spans: Sequence[tuple[float,
                 f"exclude: {tuple(span)} is no span of averaging times: give (from, to) in seconds"
             )
         out |= (times >= span[0] * (1 - _CLOSE)) & (times <= span[1] * (1 + _CLOSE))
-    reasons = [r or ("left out by hand" if o else "") for r, o in zip(found.reasons, out, strict=True)]
-    return Exclusion(found.excluded | out, tuple(reasons))
+    reasons = [r or ("left out by hand" if o else "") for r, o in zip(exclusion.reasons, out, strict=True)]
+    return Exclusion(exclusion.excluded | out, tuple(reasons))
 
 
 def quiet_lags(spectrum: Spectrum, lags: ArrayLike, *, reach: float = 1.2) -> NDArray[np.int64]:

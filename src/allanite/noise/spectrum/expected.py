@@ -52,8 +52,8 @@ class Sight:
 
     def __call__(self, density: Callable[[Array], Array]) -> Array:
         """Expected value of each bin, shape (size,), for a two-sided folded density."""
-        seen = self.weight * density(self.frequency)
-        return np.asarray(np.bincount(self.owner, seen, self.size), dtype=np.float64)
+        power = self.weight * density(self.frequency)
+        return np.asarray(np.bincount(self.owner, power, self.size), dtype=np.float64)
 
 
 def sight_of(bins: ArrayLike, resolution: ArrayLike, nyquist: float, window: Window) -> Sight:
@@ -77,9 +77,9 @@ def sight_of(bins: ArrayLike, resolution: ArrayLike, nyquist: float, window: Win
             f.append((np.add.outer(near, offsets) * step).ravel())
             weight.append(np.tile(share / (last - first), len(near)))
         if len(far):
-            seen = far if len(far) <= _FEW else far[0] + (np.arange(_FEW) + 0.5) / _FEW * len(far) - 0.5
-            f.append(seen * step)
-            weight.append(np.full(len(seen), len(far) / len(seen) / (last - first)))
+            points = far if len(far) <= _FEW else far[0] + (np.arange(_FEW) + 0.5) / _FEW * len(far) - 0.5
+            f.append(points * step)
+            weight.append(np.full(len(points), len(far) / len(points) / (last - first)))
         owner.append(np.full(sum(map(len, f)) - sum(map(len, owner)), i, dtype=np.int64))
     around = np.mod(np.concatenate(f), 2 * nyquist)
     frequency = np.minimum(around, 2 * nyquist - around)

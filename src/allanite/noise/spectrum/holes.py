@@ -161,20 +161,20 @@ class Bridge:
         """Autocovariance of the errors from distance 0, averaged over all samples: a density at dt = 1."""
         return np.asarray(self._lacking / max(self._samples, 1))
 
-    def account(self, dt: float, seen: int) -> Bridged:
-        """What to put back into the density of `seen` samples of interval dt."""
-        if not self._lacking[0] > 0 or not seen:
+    def account(self, dt: float, count: int) -> Bridged:
+        """What to put back into the density of `count` samples of interval dt."""
+        if not self._lacking[0] > 0 or not count:
             return Bridged(dt=dt)
         return Bridged(
             lacking=tuple((self.lacking * dt).tolist()),
             share=self._filled / self._samples,
             dt=dt,
-            errors=self._errors(min(seen, self._samples)),
+            errors=self._errors(min(count, self._samples)),
             coupling=self._filled
             / self._samples
             * (1 - self._filled / self._samples)
             * 2
-            / min(seen, self._samples),
+            / min(count, self._samples),
         )
 
     def _errors(self, n: int) -> tuple[tuple[float, ...], ...]:
@@ -200,10 +200,10 @@ class Bridge:
         level = float(np.nanmean(block))
         covariance = _autocovariance(np.where(missing, 0.0, block - level), ~missing)
         out = block.copy()
-        for own, places in _batches(short):
+        for count, places in _batches(short):
             value, shares = _expected(block - level, ~missing, places, covariance)
-            out[places[:own]] = value[:own] + level
-            self._lacking += _lacking(places, shares, own, covariance)
+            out[places[:count]] = value[:count] + level
+            self._lacking += _lacking(places, shares, count, covariance)
         return out
 
     def _count(self, there: NDArray[np.bool_], bridged: NDArray[np.int64]) -> None:
@@ -231,8 +231,8 @@ class Bridge:
 def _batches(places: NDArray[np.int64]) -> Iterator[tuple[int, NDArray[np.int64]]]:
     """How many places are those of the batch, and these with the ones that follow within reach."""
     for first in range(0, len(places), _BATCH):
-        own = min(_BATCH, len(places) - first)
-        yield own, places[first : first + own + _REACH]
+        size = min(_BATCH, len(places) - first)
+        yield size, places[first : first + size + _REACH]
 
 
 def _short(missing: NDArray[np.bool_]) -> NDArray[np.int64]:
@@ -240,19 +240,19 @@ def _short(missing: NDArray[np.bool_]) -> NDArray[np.int64]:
     edges = np.flatnonzero(np.diff(np.concatenate([[False], missing, [False]]).astype(np.int8)))
     runs = edges.reshape(-1, 2)
     runs = runs[(np.diff(runs, axis=1)[:, 0] <= LONGEST_RUN) & (runs[:, 0] > 0) & (runs[:, 1] < len(missing))]
-    found = [np.arange(a, b) for a, b in runs]
-    return np.concatenate(found) if found else np.zeros(0, dtype=np.int64)
+    places = [np.arange(a, b) for a, b in runs]
+    return np.concatenate(places) if places else np.zeros(0, dtype=np.int64)
 
 
 def _autocovariance(values: Array, present: NDArray[np.bool_]) -> Array:
     """R(0) about the mean of the block, and R(h) = R(0) - D(h)/2 by mean squared differences D: no cancellation."""
     whole = float(values @ values) / max(int(present.sum()), 1)
-    found = [whole]
+    covariance = [whole]
     for h in range(1, 3 * _REACH + 1):
         both = present[h:] & present[:-h]
         apart = float(np.sum(np.where(both, values[h:] - values[:-h], 0.0) ** 2)) / max(int(both.sum()), 1)
-        found.append(whole - apart / 2)
-    return _definite(np.array(found))
+        covariance.append(whole - apart / 2)
+    return _definite(np.array(covariance))
 
 
 def _definite(covariance: Array) -> Array:
@@ -293,12 +293,12 @@ def _between(covariance: Array, apart: int) -> Array:
     return np.asarray(covariance[np.abs(np.subtract.outer(_OFFSETS, _OFFSETS + apart))])
 
 
-def _lacking(places: NDArray[np.int64], shares: Array, own: int, covariance: Array) -> Array:
-    """Sum over the first `own` places of cov(e_i, e_i+h), h = 0 ... `_REACH`; e is a sample less its estimate."""
+def _lacking(places: NDArray[np.int64], shares: Array, count: int, covariance: Array) -> Array:
+    """Sum over the first `count` places of cov(e_i, e_i+h), h = 0 ... `_REACH`; e is a sample less its estimate."""
     total = np.zeros(_REACH + 1)
     for h in range(_REACH + 1):
-        i = np.arange(own)
-        j = np.searchsorted(places, places[:own] + h)
+        i = np.arange(count)
+        j = np.searchsorted(places, places[:count] + h)
         both = j < len(places)
         both[both] = places[j[both]] == places[i[both]] + h
         a, b = shares[i[both]], shares[j[both]]

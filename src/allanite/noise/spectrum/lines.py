@@ -93,11 +93,11 @@ def find_lines(streams: Sequence[Periodogram]) -> tuple[SpectralLine, ...]:
     return _distinct([*lines, *_harmonics(searches, lines)])
 
 
-def _distinct(found: Sequence[SpectralLine]) -> tuple[SpectralLine, ...]:
+def _distinct(peaks: Sequence[SpectralLine]) -> tuple[SpectralLine, ...]:
     """One line for each peak, by frequency: the sharpest view of it, if it is no ghost of a far stronger line."""
-    weakest = math.sqrt(DYNAMIC_RANGE) * max((line.amplitude for line in found), default=0.0)
+    weakest = math.sqrt(DYNAMIC_RANGE) * max((line.amplitude for line in peaks), default=0.0)
     kept: list[SpectralLine] = []
-    for line in sorted(found, key=lambda line: (line.width, -line.significance)):
+    for line in sorted(peaks, key=lambda line: (line.width, -line.significance)):
         if line.amplitude > weakest and all(_apart(line, other) for other in kept):
             kept.append(line)
     return tuple(sorted(kept, key=lambda line: line.frequency))
@@ -110,14 +110,14 @@ def _apart(line: SpectralLine, other: SpectralLine) -> bool:
 def _harmonics(searches: Iterable[_LineSearch], lines: Sequence[SpectralLine]) -> list[SpectralLine]:
     """Peaks at multiples of known lines: so few places are looked at that weaker peaks count."""
     targets = [(h * line.frequency, h * line.width / 2) for line in lines for h in range(2, HARMONICS + 1)]
-    found: list[SpectralLine] = []
+    peaks: list[SpectralLine] = []
     for search in searches:
         near = [search.near(f, spread) for f, spread in targets]
         places = np.unique(np.concatenate([*near, np.zeros(0, dtype=np.int64)]))
         if len(places):
             tests = len(places) * len(lines)
-            found += search.peaks(math.log(FALSE_ALARM / tests), tests, places)
-    return found
+            peaks += search.peaks(math.log(FALSE_ALARM / tests), tests, places)
+    return peaks
 
 
 def without_lines(stream: Periodogram, lines: Iterable[SpectralLine]) -> Periodogram:

@@ -135,10 +135,10 @@ def periodograms(
     """
     longest, best, kept = SEGMENT, 0.0, list[Periodogram]()
     while longest >= SHORTEST_SEGMENT and best < ENOUGH:
-        found = _run(recording, name, longest, least, progress)
-        share = min((p.segments / (p.segments + p.skipped) for p in found), default=0.0)
+        streams = _run(recording, name, longest, least, progress)
+        share = min((p.segments / (p.segments + p.skipped) for p in streams), default=0.0)
         if share > best:
-            best, kept = share, found
+            best, kept = share, streams
         longest //= 8
     return kept
 
@@ -247,7 +247,7 @@ def _feed(streams: list[_Stream], block: Array) -> None:
 
 
 def _shares(streams: list[_Stream]) -> list[Periodogram]:
-    found: list[Periodogram] = []
+    shares: list[Periodogram] = []
     for stream, slower in zip(streams, [*streams[1:], None], strict=True):
         frequency = np.arange(stream.welch.length // 2 + 1) / (stream.welch.length * stream.dt)
         gain = np.ones_like(frequency)
@@ -255,7 +255,7 @@ def _shares(streams: list[_Stream]) -> list[Periodogram]:
             gain *= _response(frequency * dt)
         below = USABLE / slower.dt if slower else 0.0
         top = int(USABLE * stream.welch.length) if stream.stages else len(frequency)
-        found.append(
+        shares.append(
             Periodogram(
                 frequency=frequency,
                 density=stream.welch.density() * stream.dt / gain,
@@ -268,7 +268,7 @@ def _shares(streams: list[_Stream]) -> list[Periodogram]:
                 edf=stream.welch.edf(),
             )
         )
-    return found
+    return shares
 
 
 # -- segments ---------------------------------------------------------------------------------------------

@@ -69,8 +69,8 @@ def _gauss_markov(term: GaussMarkov, cosine: Array, sine: Array, dt: float, mean
     if not means:
         return np.asarray(term.sigma**2 * dt * rest * (1 + phi) / denominator)
     neighbour = (rest / a) ** 2
-    own = 2 * (a - rest) / a**2 if a > 1e-3 else 1 - a / 3 + a**2 / 12
-    return np.asarray(term.sigma**2 * dt * (own + 2 * neighbour * (cosine - phi) / denominator))
+    variance = 2 * (a - rest) / a**2 if a > 1e-3 else 1 - a / 3 + a**2 / 12
+    return np.asarray(term.sigma**2 * dt * (variance + 2 * neighbour * (cosine - phi) / denominator))
 
 
 def _folded_cubes(x: Array) -> Array:

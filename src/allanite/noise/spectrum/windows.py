@@ -68,11 +68,11 @@ class Window:
             Samples of the segment.
         """
         x = np.asarray(bins, dtype=np.float64)
-        seen = np.zeros(x.shape, dtype=np.complex128)
+        amplitude = np.zeros(x.shape, dtype=np.complex128)
         for m, a in enumerate(self.weights):
             for side in (0,) if m == 0 else (m, -m):
-                seen += (-1) ** m * a / (1 if m == 0 else 2) * _dirichlet(x - side, length)
-        return np.asarray(np.abs(seen) ** 2 / _energy(self.weights))
+                amplitude += (-1) ** m * a / (1 if m == 0 else 2) * _dirichlet(x - side, length)
+        return np.asarray(np.abs(amplitude) ** 2 / _energy(self.weights))
 
     def overlap(self, length: int, hop: int) -> Array:
         """Correlation of the powers of one bin in segments 0, 1, 2, ... hops apart, for white noise."""
