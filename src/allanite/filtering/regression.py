@@ -327,8 +327,8 @@ def _running(columns: Array, y: Array, lengths: Array, checkpoints: Sequence[int
     for i, stop in enumerate(checkpoints):
         part = table[done:stop]
         products, done = products + part.T @ part, max(done, stop)
-        own = np.sqrt(np.diag(products)[:k])
-        scale = np.where(own > 0, own, 1.0)
+        sizes = np.sqrt(np.diag(products)[:k])
+        scale = np.where(sizes > 0, sizes, 1.0)
         values, vectors = np.linalg.eigh(products[:k, :k] / np.outer(scale, scale))
         if values[0] <= RANK:
             out[i, 1] = np.inf

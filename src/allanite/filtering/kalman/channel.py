@@ -113,9 +113,9 @@ def chosen(
 
 
 def _refuse_other_kind(channel: Channel, model: NoiseModel) -> None:
-    own = channel.kind.rate
+    kind = channel.kind.rate
     silent = model.kind == Kind.RATE and not model.estimates  # the default of a model made by hand
-    if not silent and own != model.kind and Kind.UNKNOWN not in (own, model.kind):
+    if not silent and kind != model.kind and Kind.UNKNOWN not in (kind, model.kind):
         raise InputError(
             f"channel {channel.name!r} is one of {channel.kind.value}, the noise model is one of {model.kind}: "
             "give the model of this channel"
@@ -165,7 +165,7 @@ def channel_space(
     rest = np.zeros(space.size - drifting.size)
     terms = {}
     for label in dict.fromkeys(drifting.labels):
-        row = np.where([own == label for own in drifting.labels], drifting.rate, 0.0)
+        row = np.where([other == label for other in drifting.labels], drifting.rate, 0.0)
         if row.any():
             terms[label] = np.concatenate([row, rest])
     terms[LEVEL] = np.eye(space.size)[-1]

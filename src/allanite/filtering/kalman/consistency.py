@@ -217,16 +217,16 @@ def _untested(confidence: float, lags: int) -> Consistency:
 
 def _verdict(nis: float, nis_p: float, r: Array, pairs: NDArray[np.int64], p: float) -> str:
     """What is wrong, "" for nothing."""
-    said = []
+    faults = []
     if nis_p < SMALL:
         larger = "larger" if nis > 1 else "smaller"
-        said.append(f"the noise is {larger} than the model says by {_ratio(math.sqrt(nis))}")
+        faults.append(f"the noise is {larger} than the model says by {_ratio(math.sqrt(nis))}")
     if p < SMALL:
         worst = int(np.argmax(np.abs(r) * np.sqrt(pairs)))
         chance = f"p = {p:.1g}" if p > 0 else "p below 1e-300"
         largest = f"correlation {r[worst]:+.2g} at lag {worst + 1} ({chance})"
-        said.append(f"the innovations are not white: {largest}; {_cause(r, pairs, worst)}")
-    return "; ".join(said)
+        faults.append(f"the innovations are not white: {largest}; {_cause(r, pairs, worst)}")
+    return "; ".join(faults)
 
 
 def _cause(r: Array, pairs: NDArray[np.int64], worst: int) -> str:

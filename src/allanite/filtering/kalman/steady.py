@@ -103,9 +103,9 @@ def steady_state(space: StateSpace) -> SteadyState:
         space.output[driven] * size,
         space.noise,
     ) * np.outer(size, size)
-    seen = predicted @ space.output
-    variance = float(space.output @ seen) + space.noise
-    gain = seen / variance
+    cross = predicted @ space.output
+    variance = float(space.output @ cross) + space.noise
+    gain = cross / variance
     keep = np.eye(space.size) - np.outer(gain, space.output)
     covariance = keep @ predicted @ keep.T + space.noise * np.outer(gain, gain)
     for array in (gain, covariance, predicted):

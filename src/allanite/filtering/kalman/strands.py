@@ -110,13 +110,13 @@ def run_strands(
         begin = start + length * group
         return _four_strands(space, guesses[group : group + LANES], rows, begin, length, square_root)
 
-    found: list[Strand] = []
+    strands: list[Strand] = []
     with ThreadPoolExecutor(threads or _processors()) as pool:
         for four in pool.map(run, range(0, N_STRANDS, LANES)):
             if not four:
                 break
-            found += four
-    return found
+            strands += four
+    return strands
 
 
 def _processors() -> int:

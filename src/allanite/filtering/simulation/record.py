@@ -223,9 +223,13 @@ def _channel(
 
 def _describes(model: NoiseModel, kind: Kind) -> bool:
     """The model's coefficients are numbers of this kind, as far as one can know."""
-    own = _RATE_OF.get(model.kind, model.kind)
-    silent = own == Kind.RATE and not model.estimates  # the default: nobody need have chosen it
-    return own == kind or Kind.UNKNOWN in (own, kind) or (silent and kind in (Kind.ACCELERATION, Kind.COUNTS))
+    described = _RATE_OF.get(model.kind, model.kind)
+    silent = described == Kind.RATE and not model.estimates  # the default: nobody need have chosen it
+    return (
+        described == kind
+        or Kind.UNKNOWN in (described, kind)
+        or (silent and kind in (Kind.ACCELERATION, Kind.COUNTS))
+    )
 
 
 def _streams(seed: int, count: int) -> list[np.random.SeedSequence]:

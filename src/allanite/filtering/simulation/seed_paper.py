@@ -170,13 +170,13 @@ def take(
     motion = take_motion(dwell, faults=faults, **options)
     if isinstance(seed, bool) or not isinstance(seed, (int, np.integer)) or seed < 0:
         raise InputError(f"seed must be a whole number, not negative; got {seed!r}")
-    own, chance = np.random.SeedSequence([int(seed), number]).spawn(2)
+    noise, chance = np.random.SeedSequence([int(seed), number]).spawn(2)
     model = sensor(flicker=flicker)
     return simulate(
         model + Ramp(R=DRIFT) if "drift" in faults else model,
         rate=RATE,
         duration=TAKES[number].duration,
-        seed=int(own.generate_state(1)[0]),
+        seed=int(noise.generate_state(1)[0]),
         unit="deg/s",
         motion=motion,
         latitude=LATITUDE,

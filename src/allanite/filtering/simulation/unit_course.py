@@ -110,11 +110,11 @@ class Pieces:
         """theta and theta' of the pieces i, (m,), at the times s since their start, (m, nodes)."""
         theta, speed = np.zeros_like(s), np.zeros_like(s)
         for kind, law in _LAWS.items():
-            own = np.flatnonzero(self.kind[i] == kind)
-            if len(own):
-                j = i[own]
+            at = np.flatnonzero(self.kind[i] == kind)
+            if len(at):
+                j = i[at]
                 span, size, time = (x[j][:, None] for x in (self.stop - self.start, self.size, self.time))
-                theta[own], speed[own] = law(s[own], span, size, time)
+                theta[at], speed[at] = law(s[at], span, size, time)
         return theta, speed
 
     @property
@@ -227,10 +227,12 @@ class UnitCourse:
         for some, nodes in ((short, FEW), (~short, MANY)):
             at = np.flatnonzero((p.kind[i] != REST) & some)
             shaken = (p.kind[i[at]] == TURN) & (self.tremor is not None or self.sway is not None)
-            for own, way in ((at[~shaken], self._turning), (at[shaken], self._in_hand)):
-                if len(own):
-                    parts = way(i[own], a[own], b[own], nodes, out.rate[own], (out.force[own], force))
-                    out.rate[own], out.force[own] = parts
+            for chosen, way in ((at[~shaken], self._turning), (at[shaken], self._in_hand)):
+                if len(chosen):
+                    parts = way(
+                        i[chosen], a[chosen], b[chosen], nodes, out.rate[chosen], (out.force[chosen], force)
+                    )
+                    out.rate[chosen], out.force[chosen] = parts
         return out
 
     def _pace(self) -> Array:

@@ -368,10 +368,10 @@ def _downs(directions: Array) -> Array:
     at = np.eye(3)
     out = []
     for direction in directions:
-        seen = at @ direction
-        turn = np.cross(seen, [0.0, 0.0, 1.0])
+        turned = at @ direction
+        turn = np.cross(turned, [0.0, 0.0, 1.0])
         length = float(np.linalg.norm(turn))
-        angle = math.atan2(length, seen[2])
+        angle = math.atan2(length, turned[2])
         at = rotation(turn / length * angle if length > 0 else [angle, 0.0, 0.0]) @ at
         out.append(at)
     return np.array(out)
