@@ -66,9 +66,9 @@ def display_unit(kind: str, symbol: str, unit: str = "") -> tuple[str, float]:
     if kind in _DISPLAY_COLUMN:
         text = _DISPLAY_UNITS[symbol][_DISPLAY_COLUMN[kind]]
         return text, parse_unit(text).factor
-    own = "V" if kind == "voltage" else unit or "units"
+    base = "V" if kind == "voltage" else unit or "units"
     pattern = _DISPLAY_UNITS[symbol][2]
-    return pattern.format(f"({own})" if "/" in own and pattern != "{}" else own), 1.0
+    return pattern.format(f"({base})" if "/" in base and pattern != "{}" else base), 1.0
 
 
 _SI_BASES = {"rate": "rad/s", "angle": "rad/s", "acceleration": "m/s²", "velocity": "m/s²", "voltage": "V"}
@@ -97,8 +97,10 @@ def si_unit(kind: str, symbol: str, unit: str = "") -> str:
     base = _SI_BASES.get(kind, "")
     if (base, symbol) in _SI_SHORT:
         return _SI_SHORT[base, symbol]
-    own = unit or "units"
-    return _SI_PATTERNS.get(symbol, "{}").format(base or (f"({own})" if "/" in own else own))
+    channel_unit = unit or "units"
+    return _SI_PATTERNS.get(symbol, "{}").format(
+        base or (f"({channel_unit})" if "/" in channel_unit else channel_unit)
+    )
 
 
 def _symbol(symbol: str) -> str:

@@ -57,25 +57,25 @@ def parse_leading_number(text: str) -> tuple[UncertainNumber, str] | None:
     >>> parse_leading_number("(24.0 ± 0.5 %) mV/(deg/s)")
     (UncertainNumber(value=24.0, sd=0.12), 'mV/(deg/s)')
     """
-    found = _NUMBER.fullmatch(text)
-    if found is None:
+    match = _NUMBER.fullmatch(text)
+    if match is None:
         return None
-    exponent = found["exponent"] or ""
-    value = float(found["mantissa"] + exponent)
-    if found["digits"] and found["sd"]:
+    exponent = match["exponent"] or ""
+    value = float(match["mantissa"] + exponent)
+    if match["digits"] and match["sd"]:
         raise InputError(
             f"{text.strip()!r} states two uncertainties: write one of them, 24.0(2) or 24.0 ± 0.2"
         )
     sd = None
-    if found["digits"]:
-        sd = _of_digits(found["mantissa"], found["digits"]) * float("1" + exponent)
-    elif found["sd"]:
-        sd = float(found["sd"]) * (abs(value) / 100 if found["percent"] else 1.0)
+    if match["digits"]:
+        sd = _of_digits(match["mantissa"], match["digits"]) * float("1" + exponent)
+    elif match["sd"]:
+        sd = float(match["sd"]) * (abs(value) / 100 if match["percent"] else 1.0)
     if sd is not None and not (math.isfinite(sd) and sd > 0):
         raise InputError(
             f"{text.strip()!r}: a standard uncertainty is a positive number; leave it out where nobody knows it"
         )
-    return UncertainNumber(value, sd), found["rest"].strip()
+    return UncertainNumber(value, sd), match["rest"].strip()
 
 
 def _of_digits(mantissa: str, digits: str) -> float:

@@ -505,10 +505,10 @@ _EXAMPLES = {
 }
 
 
-def _wrong_class(text: str, found: Quantity, wanted: tuple[Quantity, ...]) -> str:
-    meant = [_MEANT.get((found, w), _EXAMPLES.get(w, w.value)) for w in wanted]
+def _wrong_class(text: str, given: Quantity, wanted: tuple[Quantity, ...]) -> str:
+    meant = [_MEANT.get((given, w), _EXAMPLES.get(w, w.value)) for w in wanted]
     needed = " or ".join(w.value for w in wanted)
-    return f"unit {text!r} is of class '{found.value}', but '{needed}' is needed: did you mean {', or '.join(meant)}?"
+    return f"unit {text!r} is of class '{given.value}', but '{needed}' is needed: did you mean {', or '.join(meant)}?"
 
 
 # -- scale factors ----------------------------------------------------------------------------------------
@@ -550,10 +550,10 @@ def parse_scale_factor(text: str) -> ScaleFactor:
         No number, a zero or infinite one, an uncertainty that is none, or a unit that is not volts or counts against a
         physical unit.
     """
-    found = parse_leading_number(text) if isinstance(text, str) else None
-    if found is None:
+    parsed = parse_leading_number(text) if isinstance(text, str) else None
+    if parsed is None:
         raise InputError(f"scale factor {text!r} must be a number and a unit, e.g. '24.0 mV/(deg/s)'")
-    (number, sd), unit = (found[0].value, found[0].sd), found[1]
+    (number, sd), unit = (parsed[0].value, parsed[0].sd), parsed[1]
     if not (math.isfinite(number) and number != 0.0):
         raise InputError(f"scale factor {text!r}: the number must be finite and not zero")
     if not unit:
