@@ -24,10 +24,10 @@ def plural(count: int, noun: str, verb: str = "") -> str:
     >>> plural(1, "stretch"), plural(2, "stretch"), plural(1, "position", "determine"), plural(3, "lag", "can be used")
     ('1 stretch', '2 stretches', '1 position determines', '3 lags can be used')
     """
-    said = f"{count} {noun}" if count == 1 else f"{count} {noun}{'es' if noun.endswith(_HISSING) else 's'}"
+    counted = f"{count} {noun}" if count == 1 else f"{count} {noun}{'es' if noun.endswith(_HISSING) else 's'}"
     if not verb:
-        return said
+        return counted
     first, _, rest = verb.partition(" ")
     if count == 1:
         first = _SINGULAR.get(first) or first + ("es" if first.endswith(_HISSING) else "s")
-    return f"{said} {first} {rest}".rstrip()
+    return f"{counted} {first} {rest}".rstrip()

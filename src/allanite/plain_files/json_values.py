@@ -45,11 +45,11 @@ def parse_plain(text: str | bytes) -> Any:
         Not JSON, more than 64 levels deep, a whole number of more than 40 digits, or a number that is infinite.
     """
     try:
-        found = json.loads(text, parse_int=_whole, parse_float=_finite, parse_constant=_constant)
+        data = json.loads(text, parse_int=_whole, parse_float=_finite, parse_constant=_constant)
     except RecursionError:
         raise ValueError(f"lists and objects more than {DEPTH} deep") from None
-    _refuse_depth(found)
-    return found
+    _refuse_depth(data)
+    return data
 
 
 def _whole(digits: str) -> int:
@@ -71,9 +71,9 @@ def _constant(word: str) -> float:
     return math.nan
 
 
-def _refuse_depth(found: Any) -> None:
+def _refuse_depth(data: Any) -> None:
     """Level by level, so that depth costs no stack."""
-    level = [found]
+    level = [data]
     for _ in range(DEPTH):
         inner = [list(v.values()) if isinstance(v, dict) else v for v in level if isinstance(v, (dict, list))]
         level = [v for several in inner for v in several]

@@ -49,9 +49,9 @@ def read_yaml(place: Path, what: str) -> Any:
         Too large, too deep, or with more entries than a person writes.
     """
     with _refusals_of(place):
-        found = _loaded(_text(place, what), "safe")
-        _refuse_digits(found)
-        return found
+        content = _loaded(_text(place, what), "safe")
+        _refuse_digits(content)
+        return content
 
 
 def read_yaml_texts(place: Path, what: str) -> Any:
@@ -161,19 +161,19 @@ def _refusals_of(place: Path) -> Iterator[None]:
     except (OSError, UnicodeDecodeError) as error:
         raise FormatError(f"{place} cannot be read: {error}") from None
     except (YAMLError, *_FAILURES) as error:
-        said = " ".join(str(error).split())[:200]
-        raise FormatError(f"{place} is not YAML: {said}") from None
+        reason = " ".join(str(error).split())[:200]
+        raise FormatError(f"{place} is not YAML: {reason}") from None
 
 
 def _plain(node: Any, path: tuple[str | int, ...], lines: LineNumbers) -> Any:
     """The node without what a round trip of YAML keeps; notes the lines on the way."""
     if isinstance(node, Mapping):
         made = {}
-        own = node.lc.data or {}  # type: ignore[attr-defined]  # none of what `<<` merges: its lines are elsewhere
+        positions = node.lc.data or {}  # type: ignore[attr-defined]  # none of what `<<` merges: its lines are elsewhere
         for key, value in node.items():
             step = key if isinstance(key, int) else str(key)
-            if key in own:
-                lines[(*path, step)] = own[key][0] + 1
+            if key in positions:
+                lines[(*path, step)] = positions[key][0] + 1
             made[str(key)] = _plain(value, (*path, step), lines)
         return made
     if isinstance(node, list):

@@ -68,11 +68,11 @@ def name_of(place: Place) -> str:
 
 
 def _wrong(error: ValidationError, entries: Mapping[str, Any]) -> list[Fault]:
-    found = error.errors()
-    places = [_place_of(one["loc"], entries) for one in found]
+    errors = error.errors()
+    places = [_place_of(one["loc"], entries) for one in errors]
     return [
         (place, _said(one))
-        for place, one in zip(places, found, strict=True)
+        for place, one in zip(places, errors, strict=True)
         # a list whose entries are wrong counts as empty: that is no fault of its own
         if one["type"] != "too_short" or not any(p != place and p[: len(place)] == place for p in places)
     ]
@@ -95,20 +95,20 @@ def _place_of(loc: Place, entries: object) -> Place:
     return tuple(place)
 
 
-def _said(found: Any) -> str:
-    if found["type"] == "missing":
+def _said(error: Any) -> str:
+    if error["type"] == "missing":
         return "is missing"
-    if found["type"] == "extra_forbidden":
+    if error["type"] == "extra_forbidden":
         return "is no entry that is known here; see the how-to for those that are"
-    said = str(found["msg"]).removeprefix("Value error, ")
-    said = said.replace("Input should", "should")
-    return said if found["type"] == "value_error" else f"{said}, not {str(found['input'])[:60]!r}"
+    message = str(error["msg"]).removeprefix("Value error, ")
+    message = message.replace("Input should", "should")
+    return message if error["type"] == "value_error" else f"{message}, not {str(error['input'])[:60]!r}"
 
 
 def _listed(wrong: list[Fault], source: str, lines: Mapping[Place, int]) -> str:
     in_order = sorted(wrong, key=lambda fault: _line(fault[0], lines) or 0)
-    told = list(dict.fromkeys(f"  {_where(place, lines)}: {what}" for place, what in in_order))
-    return f"{source} has {len(told)} {'fault' if len(told) == 1 else 'faults'}:\n" + "\n".join(told)
+    faults = list(dict.fromkeys(f"  {_where(place, lines)}: {what}" for place, what in in_order))
+    return f"{source} has {len(faults)} {'fault' if len(faults) == 1 else 'faults'}:\n" + "\n".join(faults)
 
 
 def _where(place: Place, lines: Mapping[Place, int]) -> str:
