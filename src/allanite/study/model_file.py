@@ -71,26 +71,26 @@ def load_models(path: str | os.PathLike[str]) -> tuple[dict[str, NoiseModel], fl
         model = model_of(str(path))
         return {"gyro" if model.kind == "rate" else "accelerometer": model}, None
     try:
-        found = load_plain(path, _WANTED)
+        content = load_plain(path, _WANTED)
     except FormatError:
         other = _of_yaml(Path(path))  # whatever the file is called
         if other is None:
             raise
         return other
-    if isinstance(found, Mapping) and found.get("format") == "allanite-study":
+    if isinstance(content, Mapping) and content.get("format") == "allanite-study":
         from allanite.study.study import Study
 
-        study = Study.from_json(found)
+        study = Study.from_json(content)
         return study.models, study.document["recording"]["rate"]
-    if isinstance(found, Mapping) and "terms" in found:
-        return {str(found.get("name") or "sensor"): NoiseModel.from_json(found)}, None
+    if isinstance(content, Mapping) and "terms" in content:
+        return {str(content.get("name") or "sensor"): NoiseModel.from_json(content)}, None
     if (
-        isinstance(found, Mapping)
-        and found
-        and all(isinstance(m, Mapping) and "terms" in m for m in found.values())
+        isinstance(content, Mapping)
+        and content
+        and all(isinstance(m, Mapping) and "terms" in m for m in content.values())
     ):
-        return {str(name): NoiseModel.from_json(model) for name, model in found.items()}, None
-    other = models_of_matlab(found, Path(path)) if isinstance(found, Mapping) else None
+        return {str(name): NoiseModel.from_json(model) for name, model in content.items()}, None
+    other = models_of_matlab(content, Path(path)) if isinstance(content, Mapping) else None
     if other is not None:
         return other
     raise FormatError(
@@ -108,9 +108,9 @@ def _of_yaml(path: Path) -> tuple[dict[str, NoiseModel], float | None] | None:
         return None
     if not _ENTRY.search(head):  # a log, say, which the reader of YAML would take minutes for
         return None
-    found = models_of_yaml(path)
-    if found is not None:
-        return found
+    models = models_of_yaml(path)
+    if models is not None:
+        return models
     try:
         return _of_sheet(path)
     except AllaniteError:
@@ -197,10 +197,10 @@ def model_of(text: str) -> NoiseModel:
 
 def _coefficient(text: str) -> tuple[str, float, str]:
     """Symbol, SI value and kind of sensor of one coefficient in words; no kind for a time."""
-    found = _WORDS.fullmatch(text)
-    if found is None:
+    match = _WORDS.fullmatch(text)
+    if match is None:
         raise InputError(f"{text.strip()!r} is no noise term: write for example 'N=0.3 deg/√h, B=5 deg/h'")
-    symbol, number, unit = found.groups()
+    symbol, number, unit = match.groups()
     parsed = parse_unit(unit, _CLASSES[symbol])
     kind = "" if symbol == "T" else ("rate", "acceleration")[_CLASSES[symbol].index(parsed.quantity)]
     return symbol, float(number) * parsed.factor, kind

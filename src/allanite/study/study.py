@@ -73,12 +73,12 @@ class Study:
     @property
     def models(self) -> dict[str, NoiseModel]:
         """The noise model of each channel that has one, with its `alternative` where the record cannot decide."""
-        found = {}
+        by_channel = {}
         for c in self.document["channels"]:
             if c["models"]:
                 first, *rest = (NoiseModel.from_json(m) for m in c["models"])
-                found[c["name"]] = replace(first, alternative=rest[0]) if rest else first
-        return found
+                by_channel[c["name"]] = replace(first, alternative=rest[0]) if rest else first
+        return by_channel
 
     def __getitem__(self, name: str) -> Mapping[str, Any]:
         """One channel's part of the document.

@@ -266,13 +266,13 @@ def _open(entry: SheetEntry, note: str) -> StatementVerdict:
 def _estimate(symbol: str, models: Sequence[NoiseModel]) -> tuple[float | None, float, float, str]:
     """A coefficient over all families that the record cannot tell apart: the first one's value, all their intervals."""
     names = ("B", "B_equiv") if symbol == "B" else (symbol,)
-    found = [e for m in models for e in m.estimates if e.symbol in names]
-    if not found:
+    estimates = [e for m in models for e in m.estimates if e.symbol in names]
+    if not estimates:
         words = "no Gauss-Markov term" if symbol in ("sigma", "T") else "no such term"
         return None, 0.0, math.inf, f"the fitted model holds {words}"
-    first = found[0]
-    lower, upper = min(e.lower for e in found), max(e.upper for e in found)
-    value = first.value if all(e.supported for e in found) else None
+    first = estimates[0]
+    lower, upper = min(e.lower for e in estimates), max(e.upper for e in estimates)
+    value = first.value if all(e.supported for e in estimates) else None
     note = "" if value is not None else "upper limit: the record does not show it"
     if symbol == "B" and first.symbol == "B_equiv":
         note = "of the Gauss-Markov term: the B with the same peak"
@@ -327,8 +327,8 @@ def _together(channels: Sequence[ChannelVerdict]) -> dict[str, str]:
     there = [name for name, verdict in named if verdict == worst]
     more = f" and {len(there) - 6} more" if len(there) > 6 else ""
     counts = {v: sum(v == verdict for _, verdict in named) for v in (MEETS, FAILS, OPEN)}
-    said = ", ".join(f"{n} {v}" for v, n in counts.items() if n and v != worst)
+    others = ", ".join(f"{n} {v}" for v, n in counts.items() if n and v != worst)
     return {
         "verdict": WHOLE[worst],
-        "reason": f"{', '.join(there[:6])}{more}" + (f" ({said})" if said else ""),
+        "reason": f"{', '.join(there[:6])}{more}" + (f" ({others})" if others else ""),
     }

@@ -120,10 +120,10 @@ def read_datasheet(path: str | os.PathLike[str]) -> Datasheet:
     NoiseModel(N=8.727e-05)
     """
     place = Path(path)
-    found = read_yaml(place, "data sheet")
-    if not isinstance(found, Mapping) or not all(isinstance(key, str) for key in found):
+    content = read_yaml(place, "data sheet")
+    if not isinstance(content, Mapping) or not all(isinstance(key, str) for key in content):
         raise FormatError(f"{place} is no data sheet: it holds no sections like 'gyro:'")
-    words = {key: found[key] for key in _FOR_THE_READER if key in found}
+    words = {key: content[key] for key in _FOR_THE_READER if key in content}
     wrong = [key for key, value in words.items() if not isinstance(value, (str, int, float))]
     if wrong:
         raise FormatError(f"{place}: {wrong[0]} is a line of text, not {words[wrong[0]]!r}")
@@ -131,7 +131,7 @@ def read_datasheet(path: str | os.PathLike[str]) -> Datasheet:
         return Datasheet.of(
             str(words.get("sensor", "")),
             str(words.get("source", "")),
-            **{key: value for key, value in found.items() if key not in _FOR_THE_READER},
+            **{key: value for key, value in content.items() if key not in _FOR_THE_READER},
         )
     except InputError as error:
         raise InputError(f"{place}: {error}") from None
