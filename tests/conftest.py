@@ -42,8 +42,8 @@ def stills() -> Iterator[dict[bytes, str]]:
 
     That the same sheet gives the same picture is what `test_figures` and `test_report` look at.
     """
+    from allanite.views import pieces
     from allanite.views.figures import matplotlib
-    from allanite.views.report import pieces
 
     drawn: dict[bytes, str] = {}
 

@@ -22,6 +22,7 @@ import inspect
 import os
 import re
 import shlex
+import typing
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
@@ -31,6 +32,7 @@ import pytest
 from verification.findings import look_alikes_page
 from verification.proof import proof_page
 
+from allanite.quantities.result import Result, entries_of
 from allanite.recording.health.catalogue import findings_page
 from shell import Run
 
@@ -331,7 +333,43 @@ def exports_reference() -> str:
     return "\n".join(lines) + "\n"
 
 
+def documents_page() -> str:
+    """The documents of results that have a view, by the docstrings of their classes."""
+    from allanite.study.result_document import Origin
+    from allanite.views.registry import VIEWS
+
+    about = (
+        "What `--json` prints and `--out` leaves of these results, key by key, in SI units; a number that does not "
+        "exist is null. Beside the keys of the result stand those of its [origin](#origin). Documents of an earlier "
+        "version are read. Other documents: [study-format](study-format.md)."
+    )
+    lines = ["# Documents of results", "", about, ""]
+    listed: list[type[Result]] = []
+    for module, name, _ in VIEWS.values():
+        listed += [
+            kind for kind in parts_of(getattr(importlib.import_module(module), name)) if kind not in listed
+        ]
+    for kind in [*listed, *parts_of(Origin)]:
+        heading = f"{kind.FORMAT}, version {kind.VERSION}" if kind.FORMAT else kind.__name__
+        lines += [f"## {heading}", "", f"{inspect.getdoc(kind).partition(chr(10))[0]}", ""]  # type: ignore[union-attr]
+        lines += ["| key | | unit | |", "|---|---|---|---|"]
+        lines += [f"| `{e.name}` | {e.type} | {e.unit} | {e.meaning} |" for e in entries_of(kind)]
+        lines += [""]
+    return "\n".join(lines)
+
+
+def parts_of(kind: type[Result]) -> list[type[Result]]:
+    """A result and the results that it is made of, each once."""
+    found = [kind]
+    for hint in typing.get_type_hints(kind).values():
+        for inner in (hint, *typing.get_args(hint)):
+            if isinstance(inner, type) and issubclass(inner, Result):
+                found += [part for part in parts_of(inner) if part not in found]
+    return found
+
+
 GENERATED = {
+    "docs/reference/documents.md": documents_page,
     "docs/reference/cli.md": command_reference,
     "docs/reference/exports.md": exports_reference,
     "docs/reference/findings.md": findings_page,

@@ -121,13 +121,9 @@ def _changed(root: int, case: int, i: int) -> tuple[bool, bool, bool, bool, floa
     if len(found.changes) != 1:
         return bool(found.changes), False, False, False, math.nan
     one = found.changes[0]
-    right = one.symbol == symbol and (one.kind == "drift") == (place is None)
-    timed = place is None or (
-        one.time_lower is not None
-        and one.time_upper is not None
-        and one.time_lower <= place * SAMPLES <= one.time_upper
-    )
-    return True, right, one.lower <= factor <= one.upper, timed, one.ratio
+    right = one.symbol == symbol and (one.time is None) == (place is None)
+    timed = place is None or (one.time is not None and one.time.lower <= place * SAMPLES <= one.time.upper)
+    return True, right, one.ratio.lower <= factor <= one.ratio.upper, timed, one.ratio.value
 
 
 def run_changes(

@@ -18,8 +18,9 @@ import pytest
 
 import allanite as al
 import sample_study
-from allanite.commands.cli import STATISTICS, ByChannel, Duration, Lags, cli, main
+from allanite.commands.cli import ByChannel, Duration, Lags, cli, main
 from allanite.commands.cli.options import Renamed
+from allanite.commands.option import STATISTICS
 from allanite.commands.study import RESULTS, curve_of
 from allanite.errors import InputError
 from allanite.study.model_file import load_models, model_of

@@ -18,14 +18,13 @@ from allanite.recording.health import check
 from allanite.recording.records import Recording
 from allanite.stability.shared_noise import Separation, separate_noise
 from allanite.stability.variation import Variation, examine_variation
+from allanite.views.blocks import Pairs, TableBlock
 from allanite.views.figures import sheet_of
-from allanite.views.report import html_of
+from allanite.views.report import html_of, page_of
 from allanite.views.wording import (
-    change_lines,
     part_lines,
     part_term_lines,
     separation_facts,
-    variation_facts,
 )
 from pages import Balance, document_of, text_of
 from shell import Run
@@ -64,8 +63,8 @@ def test_variation_prints_the_change_and_leaves_files(run: Run, gyro: Recording,
     options = ("--windows", "16", "--model", "N=0.344 deg/√h")
     done = run("variation", log, *options, "--out", tmp_path / "out", "--plot", tmp_path / "map.svg")
     assert done.code == 0, done.err
-    assert done.out.startswith("The noise changes: N grew by")
-    assert "times [" in done.out and "p < 0.001" in done.out
+    assert done.out.startswith("The noise changes. N grew by")
+    assert " 1.492 [" in done.out and "p < 0.001" in done.out
     rows = list(csv.DictReader((tmp_path / "out" / "variation.csv").open()))
     assert {"channel", "tau", "start", "stop", "deviation", "lower", "upper", "significant"} <= set(rows[0])
     document = json.loads((tmp_path / "out" / "variation.json").read_text())
@@ -145,10 +144,13 @@ def test_words_of_a_level_stand_in_the_legend_and_not_on_the_data(
 
 
 def test_words_say_values_with_intervals_and_limits(varied: Variation, separated: Separation) -> None:
-    ((name, what, when, size, chance),) = change_lines(varied.to_json())
+    blocks = list(page_of(varied).blocks())
+    changes = next(block for block in blocks if isinstance(block, TableBlock))
+    name, what, when, size, chance = (cell.text for cell in changes.rows[0][0])
     assert (name, what, chance) == ("gyro", "N", "p < 0.001")
     assert when.startswith("6.") and "min [" in when and size.startswith("1.")
-    assert "5 % of channels" in dict(variation_facts(varied.to_json()))["false alarms"]
+    facts = next(block for block in blocks if isinstance(block, Pairs))
+    assert "5 % of channels" in dict(facts.rows)["False alarms"]
     heads, rows = part_lines(separated.to_json())
     assert heads[1:] == ["a alone [deg/h]", "b alone [deg/h]", "c alone [deg/h]", "common [deg/h]"]
     assert "[" in rows[0][1] and any(row[4].startswith("< ") for row in rows)

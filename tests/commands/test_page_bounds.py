@@ -23,12 +23,13 @@ from hypothesis import strategies as st
 from starlette.routing import Route
 
 from allanite.commands.cli import cli
-from allanite.commands.page import attached, bounds, captures, options
+from allanite.commands.option import Option, OptionType
+from allanite.commands.page import attached, bounds, captures
 from allanite.commands.page.attached import Attached, Named
 from allanite.commands.page.captures import INSTRUMENTS
 from allanite.commands.page.instruments_file import read_instruments
 from allanite.commands.page.kinds import KINDS
-from allanite.commands.page.options import READING, Option
+from allanite.commands.page.options import READING
 from allanite.commands.page.replies import Refused
 from allanite.commands.page.work import work_of
 from allanite.errors import InputError
@@ -601,7 +602,7 @@ def test_security_says_what_bounds_every_option_and_every_route(browser: Browser
     assert found, "SECURITY.md has no section on what a request to the page can set"
     named = set(re.findall(r"`([^`]+)`", section.partition("\n## ")[0]))
     routes = {r.path for r in browser.app.app.routes if isinstance(r, Route)}
-    wanted = {*get_args(options.Type), *(r for r in routes if not r.startswith("/plotly"))}
+    wanted = {*get_args(OptionType), *(r for r in routes if not r.startswith("/plotly"))}
     assert wanted - named == set()
     stale = {n for n in named if n.startswith("/") and n not in routes and not n.startswith("/plotly")}
     assert stale == set()

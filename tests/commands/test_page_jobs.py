@@ -21,16 +21,18 @@ import pytest
 
 import allanite as al
 from allanite.commands.cli import cli
+from allanite.commands.option import Option
 from allanite.commands.page import jobs as page_jobs
-from allanite.commands.page.documents import figure_of, parameters_of, said_of
+from allanite.commands.page.documents import figure_of, parameters_of
 from allanite.commands.page.kinds import KINDS
-from allanite.commands.page.options import READING, Option
+from allanite.commands.page.options import READING
 from allanite.commands.page.work import Work, work_of
 from allanite.errors import InputError
 from allanite.files.recording_file import write_recording
 from allanite.fitting import selection  # noqa: F401 - imported before the clocks run
 from allanite.recording.records import Recording
 from allanite.views import report as al_report
+from allanite.views.plain_page import plain_page
 from page_client import Browser, application, noise, small_log
 from pages import text_of
 from shell import Run
@@ -175,7 +177,7 @@ _REQUESTS: dict[str, dict[str, Any]] = {
 
 def said_as_by(report: str, document: dict[str, Any]) -> None:
     """The page says what the report says."""
-    said = json.loads(json.dumps(said_of(document)))
+    said = json.loads(json.dumps(plain_page(document)))
     blocks = [block for section in said["sections"] for block in section["blocks"]]
     kinds = {block["kind"] for block in blocks}
     assert said["title"] in report and {"table", "figure"} <= kinds <= set(BLOCKS)
@@ -259,11 +261,11 @@ def test_planner_answers_while_a_slider_moves(browser: Browser, study: dict[str,
 
 
 def _example(option: Option, name: str) -> Any:
-    if option.type in ("number", "integer", "seconds", "degrees", "deg/s", "deg/h", "deg/h/g"):
+    if option.type in ("number", "share", "integer", "seconds", "degrees", "deg/s", "deg/h", "deg/h/g"):
         return 1
     special = {"names": ["a", "b"], "texts": ["drop_repeats"], "by-channel": {"a": "deg/s"}, "flag": True,
                "seconds-list": [1, 2], "spans": [[1, 2]], "headings": [[1, 2, 3]], "model": _WORDS}  # fmt: skip
-    if option.type == "choice":
+    if option.choices:
         return option.choices[0]
     return ["missing"] if name == "accept" else "a" if option.type == "text" else special.get(option.type)
 

@@ -118,7 +118,7 @@ def test_one_wild_first_row_is_a_wild_first_row(rng: np.random.Generator) -> Non
     found = codes(of_six(y))
     assert set(found) == {"spikes"}
     assert all(f.message.startswith("the first sample is far from those after it") for f in found["spikes"])
-    (entry,) = wording.said_of([f.to_json() for f in found["spikes"]])
+    (entry,) = wording.said_of(found["spikes"])
     assert entry.startswith("gyro_x, gyro_y, gyro_z, acc_x, acc_y and acc_z. gyro_")
 
 
@@ -139,7 +139,7 @@ def test_motion_comes_before_everything_else(rng: np.random.Generator) -> None:
     found = check(of_six(y))
     assert found[0].code in ("motion", "not_at_rest")
     assert "clipping" in {f.code for f in found}
-    words = wording.movement([f.to_json() for f in found])
+    words = wording.movement(found)
     assert words is not None
     assert words.startswith("This log moves")
-    assert wording.movement([f.to_json() for f in check(of_six(six(rng)))]) is None
+    assert wording.movement(check(of_six(six(rng)))) is None

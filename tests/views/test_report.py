@@ -15,7 +15,8 @@ import pytest
 import allanite as al
 import sample_study
 from allanite.errors import StorageError
-from allanite.views.report import html_of, pieces
+from allanite.views.report import html_of
+from allanite.views.report.powers import with_powers
 from pages import Balance, document_of, text_of
 
 NASTY = "</script><img src=x onerror=alert(1)>{{ 7*7 }}\"'&"
@@ -48,7 +49,7 @@ def test_every_estimate_stands_in_it_with_its_interval_and_in_si(study: dict[str
         for model in channel["models"]:
             for found in readings(channel, model).values():
                 for part in (found.value, found.range, found.si):
-                    assert str(pieces.with_powers(part)) in text, f"{channel['name']} {found.symbol}: {part}"
+                    assert str(with_powers(part)) in text, f"{channel['name']} {found.symbol}: {part}"
 
 
 def test_verdict_findings_advice_and_provenance_stand_in_it(study: dict[str, Any], page: str) -> None:
@@ -82,10 +83,10 @@ def test_a_record_without_faults_says_so() -> None:
 
 
 def test_exponents_are_written_as_powers_and_shared_by_the_ends_of_an_interval() -> None:
-    assert pieces.with_powers("1.2e-05") == "1.2\u202f×\u202f10<sup>−5</sup>"
-    assert pieces.with_powers("[1.1e-05, 1.3e-05]") == "[1.1, 1.3]\u202f×\u202f10<sup>−5</sup>"
-    assert pieces.with_powers("[9.1e-06, 1.3e-05]").count("<sup>") == 2
-    assert pieces.with_powers("<b>T_b -3") == "&lt;b&gt;<i>T</i><sub>b</sub> −3"
+    assert with_powers("1.2e-05") == "1.2\u202f×\u202f10<sup>−5</sup>"
+    assert with_powers("[1.1e-05, 1.3e-05]") == "[1.1, 1.3]\u202f×\u202f10<sup>−5</sup>"
+    assert with_powers("[9.1e-06, 1.3e-05]").count("<sup>") == 2
+    assert with_powers("<b>T_b -3") == "&lt;b&gt;<i>T</i><sub>b</sub> −3"
 
 
 # -- the file -----------------------------------------------------------------------------------------------

@@ -23,9 +23,9 @@ from allanite.experiments.reference_aided import reference_aided
 from allanite.experiments.reversals import Position, Reversals
 from allanite.filtering.kalman import filter_recording
 from allanite.filtering.simulation import Motion, seed_paper, simulate
+from allanite.views.blocks import Section, Text, page_of, table
 from allanite.views.figures.records import overview
 from allanite.views.report import _filled, html_of, render_file
-from allanite.views.report.blocks import Section, page_of, table, text
 from pages import Balance, document_of, text_of
 
 NASTY = "</script><img src=x onerror=alert(1)>{{ 7*7 }}\"'&"
@@ -310,7 +310,7 @@ def test_no_printed_page_ends_with_the_head_of_a_table(browser: Any, tmp_path: P
     sections = []
     for k in range(40):  # tables at every height of a page, short and long ones
         rows = [(f"ROW{k}", "x")] * (3 if k % 2 else 14)
-        spacers = [text(f"spacer {i}") for i in range(k % 13)]
+        spacers = [Text(f"spacer {i}") for i in range(k % 13)]
         made = table((f"HEAD{k}", "b"), rows, caption=f"CAPTION{k}")
         sections.append(Section(id=f"s{k}", title=f"Section {k}", blocks=[*spacers, *made]))
     place = tmp_path / "tables.html"

@@ -12,8 +12,9 @@ import allanite as al
 import sample_study
 from allanite.noise import RandomWalk, White
 from allanite.quantities.display_units import si_unit
+from allanite.quantities.number_words import probability
+from allanite.recording.health import Finding, Severity
 from allanite.views import wording
-from allanite.views.wording.numbers import probability
 
 
 @pytest.mark.parametrize(
@@ -136,10 +137,11 @@ def test_the_limit_of_several_channels_is_the_largest() -> None:
 
 
 def test_an_accepted_finding_comes_after_an_open_one_of_its_severity() -> None:
-    findings = sample_study.build()["findings"]
-    assert next(f["code"] for kind in wording.finding_kinds(findings) for f in kind) == "clipping"
-    assert wording.worst([f for f in findings if not f["accepted"]])["code"] == "gap"  # type: ignore[index]
-    assert wording.worst([f for f in findings if f["severity"] == "info"]) is None
+    findings = [Finding.from_json(f) for f in sample_study.build()["findings"]]
+    assert next(f.code for kind in wording.finding_kinds(findings) for f in kind) == "clipping"
+    worst = wording.worst(f for f in findings if not f.accepted)
+    assert worst is not None and worst.code == "gap"
+    assert wording.worst(f for f in findings if f.severity is Severity.INFO) is None
 
 
 # -- standard deviations and the demonstration --------------------------------------------------------------

@@ -23,15 +23,19 @@ from typing import TYPE_CHECKING, Any
 from allanite.commands.pictures import Delivered, refuse_figure, save_figure
 from allanite.plain_files.atomic_file import fresh, make_folder, refuse_existing
 from allanite.plain_files.csv_cells import as_label
+from allanite.plain_files.regular_file import file_sha256
 
 if TYPE_CHECKING:
+    from allanite.quantities.result import Result
     from allanite.recording.health import Finding
     from allanite.recording.records import Recording
+    from allanite.study.result_document import ResultDocument
 
 __all__ = [
     "MeasurementResult",
     "beside",
     "file_names",
+    "origin_of",
     "provenance",
     "refuse_measurement",
     "save_json",
@@ -52,8 +56,8 @@ class MeasurementResult:
     Attributes
     ----------
     result : EarthRateEstimate, NorthEstimate, Filtered, ReferenceAided or Plan
-    document : mapping
-        Its plain document with what is known besides.
+    document : mapping, or ResultDocument
+        Its document with what is known besides.
     name : str
         Of its files: ``<name>.json``.
     tables : mapping of str to list of mapping
@@ -63,13 +67,31 @@ class MeasurementResult:
     """
 
     result: Any
-    document: Json
+    document: Json | ResultDocument[Result]
     name: str
     tables: Mapping[str, Sequence[Json]]
     lossy: bool
 
+    @property
+    def plain(self) -> Json:
+        """The document as plain data."""
+        return self.document if isinstance(self.document, Mapping) else self.document.to_json()
+
 
 # -- what stands beside a result ----------------------------------------------------------------------------
+
+
+def origin_of(
+    recording: Recording, findings: Iterable[Finding], log: str | os.PathLike[str], command: str | None
+) -> dict[str, Any]:
+    """What a `ResultDocument` holds of the log that it is made from."""
+    from allanite.study.result_document import Provenance, RecordFacts
+
+    return {
+        "provenance": Provenance(**provenance(recording.source, file_sha256(log), command)),
+        "recording": RecordFacts.of(recording),
+        "findings": tuple(findings),
+    }
 
 
 def beside(
@@ -162,7 +184,7 @@ def write_measurement(
         place = Path(folder)
         make_folder(place)
         files.append(render(measured.document, place / "report.html", force=force))
-        files.append(save_json(measured.document, place / f"{measured.name}.json", force=force))
+        files.append(save_json(measured.plain, place / f"{measured.name}.json", force=force))
         files += [_save_table(rows, place / name, force=force) for name, rows in measured.tables.items()]
     return Delivered(files=tuple(files), notes=())
 

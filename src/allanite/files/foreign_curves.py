@@ -31,7 +31,7 @@ from allanite.noise.allan.curve import AllanCurve, curve_of_sums
 from allanite.noise.allan.statistics import STATISTICS, longest_lag
 from allanite.plain_files.counted import plural
 from allanite.plain_files.limits import refuse_more
-from allanite.quantities.units import Quantity, parse_unit
+from allanite.quantities.units import QuantityKind, parse_unit
 from allanite.recording.records import Channel, Sampling, checked_rate
 
 __all__ = ["STATED", "ForeignCurve", "read_curve"]
@@ -421,7 +421,7 @@ def _grid(tau: _Column | None, lag: _Column | None, name: str) -> _LagGrid:
         return _LagGrid(None, None if lag is None else lag.values)
     suffix = _TIME_SUFFIX.search(tau.plain)
     unit = tau.heading.unit or (suffix[1] if suffix else "s")
-    seconds = tau.values * parse_unit(unit, Quantity.TIME).factor
+    seconds = tau.values * parse_unit(unit, QuantityKind.TIME).factor
     if not np.all(np.isfinite(seconds) & (seconds > 0)):
         row = int(np.flatnonzero(~(np.isfinite(seconds) & (seconds > 0)))[0]) + 1
         raise DataQualityError(f"{name}: row {row} of {tau.shown!r} holds no averaging time; remove the row")

@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from allanite.noise import NoiseModel
+from allanite.plain_files.counted import listed
 
 __all__ = ["supported_words"]
 
@@ -30,14 +31,10 @@ def supported_words(models: Sequence[NoiseModel]) -> str:
     """
     named = [e for e in models[0].estimates if e.symbol in _NAMES]
     found = [_NAMES[e.symbol] for e in named if e.supported]
-    text = f"the record supports {_listed(found)}." if found else "the record supports no term by itself."
+    text = f"the record supports {listed(found)}." if found else "the record supports no term by itself."
     needed = [_NAMES[e.symbol] for e in named if e.needed]
     if needed:
-        text += f" It needs {_listed(needed)} or a term like it, and cannot tell which."
+        text += f" It needs {listed(needed)} or a term like it, and cannot tell which."
     if len(models) == 2:
         text += " It cannot tell flicker from a single Gauss-Markov term: both are shown."
     return text
-
-
-def _listed(words: Sequence[str]) -> str:
-    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"

@@ -50,7 +50,7 @@ from allanite.noise.terms import (
     TermType,
     White,
 )
-from allanite.quantities.units import Quantity, parse_unit
+from allanite.quantities.units import QuantityKind, parse_unit
 
 __all__ = ["ENTRIES", "DatasheetEntries", "SensorSheet", "SheetEntry", "sensor_sheet"]
 
@@ -78,24 +78,30 @@ class DatasheetEntries(TypedDict, total=False):
 
 
 #: Entries with a value -> what its unit may be: that of a gyro, that of an accelerometer.
-_QUANTITIES: dict[str, tuple[Quantity, ...]] = {
-    "angle_random_walk": (Quantity.GYRO_N,),
-    "velocity_random_walk": (Quantity.ACCEL_N,),
-    "noise_density": (Quantity.GYRO_N, Quantity.ACCEL_N),
-    "rms_noise": (Quantity.ANGLE_RATE, Quantity.ACCELERATION),
-    "bandwidth": (Quantity.FREQUENCY,),
-    "bias_instability": (Quantity.ANGLE_RATE, Quantity.ACCELERATION),
-    "bias_instability_tau": (Quantity.TIME,),
-    "bias_stability": (Quantity.ANGLE_RATE, Quantity.ACCELERATION),
-    "correlation_time": (Quantity.TIME,),
-    "rate_random_walk": (Quantity.GYRO_K,),
-    "acceleration_random_walk": (Quantity.ACCEL_K,),
-    "rate_ramp": (Quantity.GYRO_R,),
-    "acceleration_ramp": (Quantity.ACCEL_R,),
-    "quantisation": (Quantity.ANGLE, Quantity.VELOCITY),
+_QUANTITIES: dict[str, tuple[QuantityKind, ...]] = {
+    "angle_random_walk": (QuantityKind.GYRO_N,),
+    "velocity_random_walk": (QuantityKind.ACCEL_N,),
+    "noise_density": (QuantityKind.GYRO_N, QuantityKind.ACCEL_N),
+    "rms_noise": (QuantityKind.ANGLE_RATE, QuantityKind.ACCELERATION),
+    "bandwidth": (QuantityKind.FREQUENCY,),
+    "bias_instability": (QuantityKind.ANGLE_RATE, QuantityKind.ACCELERATION),
+    "bias_instability_tau": (QuantityKind.TIME,),
+    "bias_stability": (QuantityKind.ANGLE_RATE, QuantityKind.ACCELERATION),
+    "correlation_time": (QuantityKind.TIME,),
+    "rate_random_walk": (QuantityKind.GYRO_K,),
+    "acceleration_random_walk": (QuantityKind.ACCEL_K,),
+    "rate_ramp": (QuantityKind.GYRO_R,),
+    "acceleration_ramp": (QuantityKind.ACCEL_R,),
+    "quantisation": (QuantityKind.ANGLE, QuantityKind.VELOCITY),
 }
 _OF_GYROS = frozenset(
-    {Quantity.GYRO_N, Quantity.ANGLE_RATE, Quantity.GYRO_K, Quantity.GYRO_R, Quantity.ANGLE}
+    {
+        QuantityKind.GYRO_N,
+        QuantityKind.ANGLE_RATE,
+        QuantityKind.GYRO_K,
+        QuantityKind.GYRO_R,
+        QuantityKind.ANGLE,
+    }
 )
 #: Noise-equivalent bandwidth over the -3 dB corner.
 _BANDWIDTHS = {"noise-equivalent": 1.0, "first-order": math.pi / 2, "second-order": math.pi / math.sqrt(8)}
@@ -215,7 +221,7 @@ class _Read:
                 texts[name] = _word(name, given)
                 continue
             values[name], quantity = _value(name, given)
-            if quantity not in (Quantity.TIME, Quantity.FREQUENCY):
+            if quantity not in (QuantityKind.TIME, QuantityKind.FREQUENCY):
                 kinds[name] = "rate" if quantity in _OF_GYROS else "acceleration"
         if len(set(kinds.values())) > 1:
             named = ", ".join(f"{name} ({kind})" for name, kind in kinds.items())
@@ -237,7 +243,7 @@ def _word(name: str, given: str) -> str:
     return word
 
 
-def _value(name: str, given: str) -> tuple[float, Quantity]:
+def _value(name: str, given: str) -> tuple[float, QuantityKind]:
     match = _VALUE.fullmatch(given)
     if match is None:
         raise InputError(f"{name}: {given!r} is not a number with its unit, like '0.3 deg/√h'")

@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Numbers in sentences: the noun and the verb beside a count agree with it."""
+"""Counts and lists in sentences: the noun and the verb beside a count agree with it."""
 
 from __future__ import annotations
 
-__all__ = ["plural"]
+from collections.abc import Sequence
+
+__all__ = ["listed", "plural"]
 
 _HISSING = ("ch", "sh", "s", "x")
 #: Verbs of the singular that no ending makes.
@@ -31,3 +33,12 @@ def plural(count: int, noun: str, verb: str = "") -> str:
     if count == 1:
         first = _SINGULAR.get(first) or first + ("es" if first.endswith(_HISSING) else "s")
     return f"{counted} {first} {rest}".rstrip()
+
+
+def listed(names: Sequence[str]) -> str:
+    """Names as people list them.
+
+    >>> listed(["x"]), listed(["x", "y", "z"]), listed([])
+    ('x', 'x, y and z', '')
+    """
+    return " and ".join(filter(None, [", ".join(names[:-1]), *names[-1:]]))

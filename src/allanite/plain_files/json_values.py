@@ -20,7 +20,7 @@ __all__ = ["load_plain", "parse_plain", "plain"]
 
 
 def plain(value: Any) -> Any:
-    """Lists, dictionaries and finite numbers; None for what is not a number."""
+    """Lists, dictionaries and finite numbers; None for what is not a number; of a result its document."""
     if isinstance(value, (np.ndarray, np.generic)):
         return plain(value.tolist())
     if isinstance(value, Enum):
@@ -31,6 +31,8 @@ def plain(value: Any) -> Any:
         return [plain(v) for v in value]
     if isinstance(value, Mapping):
         return {k: plain(v) for k, v in value.items()}
+    if hasattr(value, "to_json"):
+        return value.to_json()
     if hasattr(value, "__dataclass_fields__"):
         return {name: plain(getattr(value, name)) for name in value.__dataclass_fields__}
     return value

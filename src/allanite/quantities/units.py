@@ -5,7 +5,7 @@ A unit text becomes a factor and a class of quantity. The class keeps the root: 
 walk and can never pass for the rate ``deg/h``. ``g``, ``mg`` and ``µg`` are multiples of standard gravity,
 never grams. Densities are roots of *two-sided* power spectral densities, so ``N² = S(f)`` of the white part.
 
->>> parse_unit("deg/√h").quantity is Quantity.GYRO_N
+>>> parse_unit("deg/√h").quantity is QuantityKind.GYRO_N
 True
 >>> math.isclose(parse_scale_factor("131 LSB/(deg/s)").factor * 131, parse_unit("deg/s").factor)
 True
@@ -25,7 +25,7 @@ from allanite.quantities.uncertain_number import parse_leading_number
 
 __all__ = [
     "STANDARD_GRAVITY",
-    "Quantity",
+    "QuantityKind",
     "ScaleFactor",
     "Unit",
     "parse_scale_factor",
@@ -38,7 +38,7 @@ STANDARD_GRAVITY = 9.80665
 _LONGEST_TEXT = 80
 
 
-class Quantity(StrEnum):
+class QuantityKind(StrEnum):
     """Classes of quantity; two units may be compared only inside one class."""
 
     ANGLE_RATE = "angle rate"
@@ -85,14 +85,14 @@ class Unit:
         As it was written.
     factor : float
         SI value of one unit.
-    quantity : Quantity
+    quantity : QuantityKind
     offset : float
         SI value of zero units (273.15 for °C); 0.0 for all but temperatures.
     """
 
     text: str
     factor: float
-    quantity: Quantity
+    quantity: QuantityKind
     offset: float = 0.0
 
 
@@ -106,7 +106,7 @@ class ScaleFactor:
         As it was written.
     factor : float
         Physical SI units per SI unit of the sample (per V, or per count).
-    sample, physical : Quantity
+    sample, physical : QuantityKind
         Class of the samples (voltage or counts) and of what they mean.
     uncertainty : float or None
         Standard uncertainty, relative; None where none is stated.
@@ -114,8 +114,8 @@ class ScaleFactor:
 
     text: str
     factor: float
-    sample: Quantity
-    physical: Quantity
+    sample: QuantityKind
+    physical: QuantityKind
     uncertainty: float | None = None
 
 
@@ -137,48 +137,48 @@ _KELVIN: _Dimension = (0, 0, 0, 0, 0, 2, 0, 0)
 _TESLA: _Dimension = (0, 0, 0, 0, 0, 0, 2, 0)
 _PASCAL: _Dimension = (0, 0, 0, 0, 0, 0, 0, 2)
 
-_CLASSES: dict[_Dimension, Quantity] = {
-    _NONE: Quantity.RATIO,
-    _dim(angle=1): Quantity.ANGLE,
-    _dim(angle=1, time=-1): Quantity.ANGLE_RATE,
-    _dim(angle=1, time=-0.5): Quantity.GYRO_N,
-    _dim(angle=1, time=-1.5): Quantity.GYRO_K,
-    _dim(angle=1, time=-2): Quantity.GYRO_R,
-    _dim(angle=2, time=-1): Quantity.GYRO_PSD,
-    _dim(angle=1, time=1, length=-1): Quantity.GYRO_G,
-    _dim(length=1): Quantity.LENGTH,
-    _dim(length=1, time=-1): Quantity.VELOCITY,
-    _dim(length=1, time=-2): Quantity.ACCELERATION,
-    _dim(length=1, time=-1.5): Quantity.ACCEL_N,
-    _dim(length=1, time=-2.5): Quantity.ACCEL_K,
-    _dim(length=1, time=-3): Quantity.ACCEL_R,
-    _dim(length=2, time=-3): Quantity.ACCEL_PSD,
-    _dim(volt=1): Quantity.VOLTAGE,
-    _dim(volt=1, time=0.5): Quantity.VOLTAGE_N,
-    _dim(volt=1, time=-0.5): Quantity.VOLTAGE_K,
-    _dim(volt=1, time=-1): Quantity.VOLTAGE_R,
-    _dim(volt=1, time=1): Quantity.VOLTAGE_Q,
-    _dim(volt=2, time=1): Quantity.VOLTAGE_PSD,
-    _dim(count=1): Quantity.COUNTS,
-    _dim(count=1, time=0.5): Quantity.COUNTS_N,
-    _dim(count=1, time=-0.5): Quantity.COUNTS_K,
-    _dim(count=1, time=-1): Quantity.COUNTS_R,
-    _dim(count=1, time=1): Quantity.COUNTS_Q,
-    _dim(time=1): Quantity.TIME,
-    _dim(time=-1): Quantity.FREQUENCY,
-    _KELVIN: Quantity.TEMPERATURE,
-    _TESLA: Quantity.MAGNETIC,
-    _PASCAL: Quantity.PRESSURE,
+_CLASSES: dict[_Dimension, QuantityKind] = {
+    _NONE: QuantityKind.RATIO,
+    _dim(angle=1): QuantityKind.ANGLE,
+    _dim(angle=1, time=-1): QuantityKind.ANGLE_RATE,
+    _dim(angle=1, time=-0.5): QuantityKind.GYRO_N,
+    _dim(angle=1, time=-1.5): QuantityKind.GYRO_K,
+    _dim(angle=1, time=-2): QuantityKind.GYRO_R,
+    _dim(angle=2, time=-1): QuantityKind.GYRO_PSD,
+    _dim(angle=1, time=1, length=-1): QuantityKind.GYRO_G,
+    _dim(length=1): QuantityKind.LENGTH,
+    _dim(length=1, time=-1): QuantityKind.VELOCITY,
+    _dim(length=1, time=-2): QuantityKind.ACCELERATION,
+    _dim(length=1, time=-1.5): QuantityKind.ACCEL_N,
+    _dim(length=1, time=-2.5): QuantityKind.ACCEL_K,
+    _dim(length=1, time=-3): QuantityKind.ACCEL_R,
+    _dim(length=2, time=-3): QuantityKind.ACCEL_PSD,
+    _dim(volt=1): QuantityKind.VOLTAGE,
+    _dim(volt=1, time=0.5): QuantityKind.VOLTAGE_N,
+    _dim(volt=1, time=-0.5): QuantityKind.VOLTAGE_K,
+    _dim(volt=1, time=-1): QuantityKind.VOLTAGE_R,
+    _dim(volt=1, time=1): QuantityKind.VOLTAGE_Q,
+    _dim(volt=2, time=1): QuantityKind.VOLTAGE_PSD,
+    _dim(count=1): QuantityKind.COUNTS,
+    _dim(count=1, time=0.5): QuantityKind.COUNTS_N,
+    _dim(count=1, time=-0.5): QuantityKind.COUNTS_K,
+    _dim(count=1, time=-1): QuantityKind.COUNTS_R,
+    _dim(count=1, time=1): QuantityKind.COUNTS_Q,
+    _dim(time=1): QuantityKind.TIME,
+    _dim(time=-1): QuantityKind.FREQUENCY,
+    _KELVIN: QuantityKind.TEMPERATURE,
+    _TESLA: QuantityKind.MAGNETIC,
+    _PASCAL: QuantityKind.PRESSURE,
 }
 
 #: What a scale factor may turn volts or counts into.
 _PHYSICAL = (
-    Quantity.ANGLE_RATE,
-    Quantity.ANGLE,
-    Quantity.ACCELERATION,
-    Quantity.VELOCITY,
-    Quantity.VOLTAGE,
-    Quantity.TEMPERATURE,
+    QuantityKind.ANGLE_RATE,
+    QuantityKind.ANGLE,
+    QuantityKind.ACCELERATION,
+    QuantityKind.VELOCITY,
+    QuantityKind.VOLTAGE,
+    QuantityKind.TEMPERATURE,
 )
 
 _DEG = math.pi / 180.0
@@ -417,14 +417,14 @@ def _evaluate(text: str, acceleration: bool = False) -> _Value:
     return factor, dimension
 
 
-def parse_unit(text: str, expected: Quantity | Collection[Quantity] | None = None) -> Unit:
+def parse_unit(text: str, expected: QuantityKind | Collection[QuantityKind] | None = None) -> Unit:
     """Read a unit as people write it.
 
     Parameters
     ----------
     text : str
         E.g. "deg/√h", "°/sqrt(hr)", "mdps/rtHz", "µg", "m s^-2", "[rad/s]", "m_s2".
-    expected : Quantity or collection of Quantity, optional
+    expected : QuantityKind or collection of QuantityKind, optional
         What the place in question needs; another class is refused. It also settles "G", which is gauss
         or gravity.
 
@@ -443,10 +443,10 @@ def parse_unit(text: str, expected: Quantity | Collection[Quantity] | None = Non
     if not text.strip():
         raise InputError("no unit given; it is never assumed: give e.g. 'deg/s', 'g', 'V', or 'unknown'")
     wanted = _wanted(expected)
-    factor, dimension = _evaluate(text.strip(), acceleration=Quantity.ACCELERATION in wanted)
+    factor, dimension = _evaluate(text.strip(), acceleration=QuantityKind.ACCELERATION in wanted)
     quantity = _CLASSES.get(dimension)
     if quantity is None and _scale_parts(factor, dimension) is not None:
-        quantity = Quantity.SCALE_FACTOR
+        quantity = QuantityKind.SCALE_FACTOR
     if quantity is None:
         raise InputError(f"unit {text!r} measures nothing that a sensor log or a noise model holds")
     if wanted and quantity not in wanted:
@@ -455,57 +455,63 @@ def parse_unit(text: str, expected: Quantity | Collection[Quantity] | None = Non
     return Unit(text.strip(), factor, quantity, offset)
 
 
-def _wanted(expected: Quantity | Collection[Quantity] | None) -> tuple[Quantity, ...]:
+def _wanted(expected: QuantityKind | Collection[QuantityKind] | None) -> tuple[QuantityKind, ...]:
     if expected is None:
         return ()
-    return (expected,) if isinstance(expected, Quantity) else tuple(expected)
+    return (expected,) if isinstance(expected, QuantityKind) else tuple(expected)
 
 
 # Data sheets drop the root or add one: what was probably meant, by (class found, class needed).
 _MEANT = {
-    (Quantity.ANGLE_RATE, Quantity.GYRO_N): "deg/√h or deg/s/√Hz (the root is often lost in print)",
-    (Quantity.GYRO_K, Quantity.GYRO_N): "deg/√h (data sheets print deg/s/√h for it) or deg/s/√Hz",
-    (Quantity.GYRO_N, Quantity.ANGLE_RATE): "deg/h or deg/s, without the root",
-    (Quantity.GYRO_N, Quantity.GYRO_K): "deg/h/√h",
-    (Quantity.ANGLE_RATE, Quantity.GYRO_K): "deg/h/√h",
-    (Quantity.GYRO_PSD, Quantity.GYRO_N): "its root, e.g. deg/h/√Hz; say whether it is one- or two-sided",
-    (Quantity.ANGLE, Quantity.ANGLE_RATE): "deg/s or deg/h",
-    (Quantity.ANGLE_RATE, Quantity.GYRO_G): "deg/h/g or deg/s/g, a rate for each g",
-    (Quantity.ACCELERATION, Quantity.ACCEL_N): "µg/√Hz or m/s/√h",
-    (Quantity.ACCEL_K, Quantity.ACCEL_N): "m/s/√h or µg/√Hz (mg/√h is sometimes printed for it)",
-    (Quantity.VELOCITY, Quantity.ACCEL_N): "m/s/√h",
-    (Quantity.ACCEL_N, Quantity.ACCELERATION): "µg or m/s², without the root",
-    (Quantity.ACCEL_N, Quantity.ACCEL_K): "µg/√h",
-    (Quantity.VELOCITY, Quantity.ACCELERATION): "m/s²",
-    (Quantity.ACCEL_PSD, Quantity.ACCEL_N): "its root, e.g. µg/√Hz; say whether it is one- or two-sided",
-    (Quantity.VOLTAGE, Quantity.VOLTAGE_N): "V/√Hz",
-    (Quantity.VOLTAGE_PSD, Quantity.VOLTAGE_N): "V/√Hz, its root",
-    (Quantity.TEMPERATURE, Quantity.ANGLE): "deg (C alone is degree Celsius)",
-    (Quantity.ANGLE, Quantity.TEMPERATURE): "°C (deg is an angle)",
+    (QuantityKind.ANGLE_RATE, QuantityKind.GYRO_N): "deg/√h or deg/s/√Hz (the root is often lost in print)",
+    (QuantityKind.GYRO_K, QuantityKind.GYRO_N): "deg/√h (data sheets print deg/s/√h for it) or deg/s/√Hz",
+    (QuantityKind.GYRO_N, QuantityKind.ANGLE_RATE): "deg/h or deg/s, without the root",
+    (QuantityKind.GYRO_N, QuantityKind.GYRO_K): "deg/h/√h",
+    (QuantityKind.ANGLE_RATE, QuantityKind.GYRO_K): "deg/h/√h",
+    (
+        QuantityKind.GYRO_PSD,
+        QuantityKind.GYRO_N,
+    ): "its root, e.g. deg/h/√Hz; say whether it is one- or two-sided",
+    (QuantityKind.ANGLE, QuantityKind.ANGLE_RATE): "deg/s or deg/h",
+    (QuantityKind.ANGLE_RATE, QuantityKind.GYRO_G): "deg/h/g or deg/s/g, a rate for each g",
+    (QuantityKind.ACCELERATION, QuantityKind.ACCEL_N): "µg/√Hz or m/s/√h",
+    (QuantityKind.ACCEL_K, QuantityKind.ACCEL_N): "m/s/√h or µg/√Hz (mg/√h is sometimes printed for it)",
+    (QuantityKind.VELOCITY, QuantityKind.ACCEL_N): "m/s/√h",
+    (QuantityKind.ACCEL_N, QuantityKind.ACCELERATION): "µg or m/s², without the root",
+    (QuantityKind.ACCEL_N, QuantityKind.ACCEL_K): "µg/√h",
+    (QuantityKind.VELOCITY, QuantityKind.ACCELERATION): "m/s²",
+    (
+        QuantityKind.ACCEL_PSD,
+        QuantityKind.ACCEL_N,
+    ): "its root, e.g. µg/√Hz; say whether it is one- or two-sided",
+    (QuantityKind.VOLTAGE, QuantityKind.VOLTAGE_N): "V/√Hz",
+    (QuantityKind.VOLTAGE_PSD, QuantityKind.VOLTAGE_N): "V/√Hz, its root",
+    (QuantityKind.TEMPERATURE, QuantityKind.ANGLE): "deg (C alone is degree Celsius)",
+    (QuantityKind.ANGLE, QuantityKind.TEMPERATURE): "°C (deg is an angle)",
 }
 _EXAMPLES = {
-    Quantity.ANGLE_RATE: "deg/s",
-    Quantity.ANGLE: "deg",
-    Quantity.ACCELERATION: "m/s² or g",
-    Quantity.VELOCITY: "m/s",
-    Quantity.VOLTAGE: "V",
-    Quantity.COUNTS: "LSB",
-    Quantity.TIME: "s",
-    Quantity.FREQUENCY: "Hz",
-    Quantity.TEMPERATURE: "°C",
-    Quantity.GYRO_N: "deg/√h",
-    Quantity.GYRO_K: "deg/h/√h",
-    Quantity.GYRO_R: "deg/h/h",
-    Quantity.GYRO_G: "deg/h/g",
-    Quantity.ACCEL_N: "m/s/√h",
-    Quantity.ACCEL_K: "µg/√h",
-    Quantity.ACCEL_R: "µg/h",
-    Quantity.VOLTAGE_N: "V/√Hz",
-    Quantity.SCALE_FACTOR: "mV/(deg/s)",
+    QuantityKind.ANGLE_RATE: "deg/s",
+    QuantityKind.ANGLE: "deg",
+    QuantityKind.ACCELERATION: "m/s² or g",
+    QuantityKind.VELOCITY: "m/s",
+    QuantityKind.VOLTAGE: "V",
+    QuantityKind.COUNTS: "LSB",
+    QuantityKind.TIME: "s",
+    QuantityKind.FREQUENCY: "Hz",
+    QuantityKind.TEMPERATURE: "°C",
+    QuantityKind.GYRO_N: "deg/√h",
+    QuantityKind.GYRO_K: "deg/h/√h",
+    QuantityKind.GYRO_R: "deg/h/h",
+    QuantityKind.GYRO_G: "deg/h/g",
+    QuantityKind.ACCEL_N: "m/s/√h",
+    QuantityKind.ACCEL_K: "µg/√h",
+    QuantityKind.ACCEL_R: "µg/h",
+    QuantityKind.VOLTAGE_N: "V/√Hz",
+    QuantityKind.SCALE_FACTOR: "mV/(deg/s)",
 }
 
 
-def _wrong_class(text: str, given: Quantity, wanted: tuple[Quantity, ...]) -> str:
+def _wrong_class(text: str, given: QuantityKind, wanted: tuple[QuantityKind, ...]) -> str:
     meant = [_MEANT.get((given, w), _EXAMPLES.get(w, w.value)) for w in wanted]
     needed = " or ".join(w.value for w in wanted)
     return f"unit {text!r} is of class '{given.value}', but '{needed}' is needed: did you mean {', or '.join(meant)}?"
@@ -514,9 +520,9 @@ def _wrong_class(text: str, given: Quantity, wanted: tuple[Quantity, ...]) -> st
 # -- scale factors ----------------------------------------------------------------------------------------
 
 
-def _scale_parts(factor: float, dimension: _Dimension) -> tuple[float, Quantity, Quantity] | None:
+def _scale_parts(factor: float, dimension: _Dimension) -> tuple[float, QuantityKind, QuantityKind] | None:
     """(physical SI per sample SI, sample, physical) of a unit such as V/(rad/s) or (rad/s)/count."""
-    for axis, sample in ((4, Quantity.COUNTS), (3, Quantity.VOLTAGE)):
+    for axis, sample in ((4, QuantityKind.COUNTS), (3, QuantityKind.VOLTAGE)):
         twice = dimension[axis]
         if abs(twice) != 2:
             continue

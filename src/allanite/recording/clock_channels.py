@@ -20,7 +20,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from allanite.errors import InputError
-from allanite.quantities.units import Quantity, parse_unit
+from allanite.quantities.units import QuantityKind, parse_unit
 from allanite.recording.records import ArrayColumn, Channel, Kind, Recording, checked_samples
 from allanite.recording.sample_columns import Column
 
@@ -132,18 +132,18 @@ def clock_unit(unit: str, kind: Kind, carrier: float | None = None) -> ClockUnit
         if text.lower() in _CYCLES:
             return ClockUnit(1.0 / _needed(f0, text))
         parsed = parse_unit(text)
-        if parsed.quantity is Quantity.TIME:
+        if parsed.quantity is QuantityKind.TIME:
             return ClockUnit(parsed.factor)
-        if parsed.quantity is Quantity.ANGLE:
+        if parsed.quantity is QuantityKind.ANGLE:
             return ClockUnit(parsed.factor / (2.0 * math.pi) / _needed(f0, text))
         raise InputError(f"a phase is in s, ns, ps, or in cycles, rad or deg of a carrier, not in {unit!r}")
     power = _POWER_OF_TEN.fullmatch(text)
     if power or text.lower() in _PARTS:
         return ClockUnit(10.0 ** int(power[1]) if power else _PARTS[text.lower()])
     parsed = parse_unit(text)
-    if parsed.quantity is Quantity.RATIO:
+    if parsed.quantity is QuantityKind.RATIO:
         return ClockUnit(parsed.factor)
-    if parsed.quantity is Quantity.FREQUENCY:
+    if parsed.quantity is QuantityKind.FREQUENCY:
         f0 = _needed(f0, text)
         return ClockUnit(parsed.factor / f0, f0 / parsed.factor)
     raise InputError(

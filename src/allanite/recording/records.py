@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from allanite.errors import InputError
-from allanite.quantities.units import Quantity, parse_scale_factor, parse_unit
+from allanite.quantities.units import QuantityKind, parse_scale_factor, parse_unit
 from allanite.recording.sample_columns import (
     ArrayColumn,
     Column,
@@ -95,13 +95,13 @@ class Kind(StrEnum):
 
 _RATE_OF = {Kind.ANGLE: Kind.RATE, Kind.VELOCITY: Kind.ACCELERATION, Kind.PHASE: Kind.FREQUENCY}
 _KIND_OF = {
-    Quantity.ANGLE_RATE: Kind.RATE,
-    Quantity.ANGLE: Kind.ANGLE,
-    Quantity.ACCELERATION: Kind.ACCELERATION,
-    Quantity.VELOCITY: Kind.VELOCITY,
-    Quantity.VOLTAGE: Kind.VOLTAGE,
-    Quantity.COUNTS: Kind.COUNTS,
-    Quantity.TEMPERATURE: Kind.TEMPERATURE,
+    QuantityKind.ANGLE_RATE: Kind.RATE,
+    QuantityKind.ANGLE: Kind.ANGLE,
+    QuantityKind.ACCELERATION: Kind.ACCELERATION,
+    QuantityKind.VELOCITY: Kind.VELOCITY,
+    QuantityKind.VOLTAGE: Kind.VOLTAGE,
+    QuantityKind.COUNTS: Kind.COUNTS,
+    QuantityKind.TEMPERATURE: Kind.TEMPERATURE,
 }
 
 

@@ -21,17 +21,17 @@ from allanite.noise import (
 from allanite.plain_files.atomic_file import fresh
 from allanite.plain_files.json_values import load_plain
 from allanite.plain_files.regular_file import open_regular
-from allanite.quantities.units import Quantity, parse_unit
+from allanite.quantities.units import QuantityKind, parse_unit
 
 __all__ = ["load_models", "model_of", "save_models"]
 
 _CLASSES = {  # what the unit of a coefficient may be: that of a gyro, or that of an accelerometer
-    "Q": (Quantity.ANGLE, Quantity.VELOCITY),
-    "N": (Quantity.GYRO_N, Quantity.ACCEL_N),
-    "B": (Quantity.ANGLE_RATE, Quantity.ACCELERATION),
-    "K": (Quantity.GYRO_K, Quantity.ACCEL_K),
-    "R": (Quantity.GYRO_R, Quantity.ACCEL_R),
-    "T": (Quantity.TIME,),
+    "Q": (QuantityKind.ANGLE, QuantityKind.VELOCITY),
+    "N": (QuantityKind.GYRO_N, QuantityKind.ACCEL_N),
+    "B": (QuantityKind.ANGLE_RATE, QuantityKind.ACCELERATION),
+    "K": (QuantityKind.GYRO_K, QuantityKind.ACCEL_K),
+    "R": (QuantityKind.GYRO_R, QuantityKind.ACCEL_R),
+    "T": (QuantityKind.TIME,),
 }
 _WANTED = (
     "a study (study.json of 'allanite characterize LOG'), models (-o of 'allanite fit LOG'), a data sheet or a file of "

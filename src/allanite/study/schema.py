@@ -17,7 +17,7 @@ class _Part(BaseModel):
     model_config = ConfigDict(extra="allow")
 
 
-class Provenance(_Part):
+class ProvenanceEntry(_Part):
     allanite: str
     created: str
     source: str
@@ -112,7 +112,7 @@ class StudyDocument(_Part):
 
     format: Literal["allanite-study"]
     version: Literal[1]
-    provenance: Provenance
+    provenance: ProvenanceEntry
     recording: RecordingFacts
     findings: list[FindingEntry]
     channels: list[ChannelEntry]

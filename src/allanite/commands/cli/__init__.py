@@ -21,7 +21,7 @@ from allanite.commands.cli import calibration
 from allanite.commands.cli import alignment
 from allanite.commands.cli import redundancy
 from allanite.commands.cli import separation
-from allanite.commands.cli import variation
+from allanite.commands.cli import declared
 from allanite.commands.cli import environment
 from allanite.commands.cli import datasheet
 from allanite.commands.cli import difference
@@ -32,11 +32,10 @@ from allanite.commands.cli import demo
 from allanite.commands.cli import serve
 
 # isort: on
-from allanite.commands.cli.options import STATISTICS, ByChannel, Duration, Lags
+from allanite.commands.cli.options import ByChannel, Duration, Lags
 from allanite.commands.cli.program import cli, main
 
 __all__ = [
-    "STATISTICS",
     "ByChannel",
     "Duration",
     "Lags",
@@ -46,6 +45,7 @@ __all__ = [
     "comparison",
     "datasheet",
     "dead_reckoning",
+    "declared",
     "demo",
     "difference",
     "earth",
@@ -64,5 +64,4 @@ __all__ = [
     "separation",
     "serve",
     "spectrum",
-    "variation",
 ]

@@ -14,7 +14,7 @@ from allanite.commands.cli.repeated import Listed
 from allanite.commands.cli.results import Destination, result_options
 
 if TYPE_CHECKING:
-    from allanite.quantities.units import Quantity
+    from allanite.quantities.units import QuantityKind
 
 __all__ = ["dead_reckon"]
 
@@ -43,18 +43,18 @@ class Initial(Listed):
         except InputError as error:
             self.fail(str(error), param, ctx)
 
-    def _quantity(self, name: str, param: click.Parameter | None, ctx: click.Context | None) -> Quantity:
-        from allanite.quantities.units import Quantity
+    def _quantity(self, name: str, param: click.Parameter | None, ctx: click.Context | None) -> QuantityKind:
+        from allanite.quantities.units import QuantityKind
 
         found = {
-            "position": Quantity.LENGTH,
-            "velocity": Quantity.VELOCITY,
-            "tilt": Quantity.ANGLE,
-            "heading": Quantity.ANGLE,
-            "gyro.bias": Quantity.ANGLE_RATE,
-            "accelerometer.bias": Quantity.ACCELERATION,
-            **{f"{s}.scale": Quantity.RATIO for s in ("gyro", "accelerometer")},
-            **{f"{s}.misalignment": Quantity.ANGLE for s in ("gyro", "accelerometer")},
+            "position": QuantityKind.LENGTH,
+            "velocity": QuantityKind.VELOCITY,
+            "tilt": QuantityKind.ANGLE,
+            "heading": QuantityKind.ANGLE,
+            "gyro.bias": QuantityKind.ANGLE_RATE,
+            "accelerometer.bias": QuantityKind.ACCELERATION,
+            **{f"{s}.scale": QuantityKind.RATIO for s in ("gyro", "accelerometer")},
+            **{f"{s}.misalignment": QuantityKind.ANGLE for s in ("gyro", "accelerometer")},
         }
         if name not in found:
             self.fail(f"{name!r} is no initial error; there are: {', '.join(found)}", param, ctx)

@@ -10,21 +10,22 @@ import shlex
 import shutil
 import sys
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 import click
 
 from allanite.commands.cli.repeated import Listed
+from allanite.commands.option import ACCEPT, READING, STATISTICS, Option
+from allanite.commands.option import MODEL as _MODEL
 
 if TYPE_CHECKING:
-    from allanite.quantities.units import Quantity
+    from allanite.quantities.units import QuantityKind
 
 __all__ = [
     "ENGINES",
     "MODEL",
-    "STATISTICS",
     "Acceleration",
     "Aim",
     "Angle",
@@ -41,6 +42,7 @@ __all__ = [
     "Rate",
     "Share",
     "accept_option",
+    "click_option",
     "environment_options",
     "exclude_option",
     "floor_option",
@@ -54,19 +56,17 @@ __all__ = [
     "statistic_option",
     "turn_options",
     "typed",
+    "with_options",
 ]
 
-STATISTICS = (
-    "oadev", "adev", "mdev", "tdev", "hdev", "ohdev", "totdev", "haar", "robust", "theo1", "theobr", "theoh",
-)  # fmt: skip
+MODEL = _MODEL.help
 ENGINES = ("exact", "decimated", "auto")
-MODEL = "Noise of the sensor at rest: a study, what `fit --json` printed, or words as for `simulate`."
 _MOST_RADIANS = 1.6
 """A latitude below this in degrees may be one in radians: half of pi is 1.571."""
 _SECONDS = {"": 1.0, "s": 1.0, "ms": 1e-3, "min": 60.0, "h": 3600.0, "d": 86400.0, "w": 604800.0}
 
 
-def in_si(text: str, quantity: Quantity, unit: str = "") -> float:
+def in_si(text: str, quantity: QuantityKind, unit: str = "") -> float:
     """A number with its unit in SI; with `unit`, if that is given, where it has none.
 
     Raises
@@ -250,12 +250,12 @@ class Angle(click.ParamType[Any]):
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
         if isinstance(value, (int, float)):
             return float(value)
-        from allanite.quantities.units import Quantity
+        from allanite.quantities.units import QuantityKind
 
         words = str(value).strip()
         text, side = re.fullmatch(r"(.*?)\s*([NSEW]?)", words, re.S).groups()  # type: ignore[union-attr]
         try:
-            size = in_si(text, Quantity.ANGLE, "deg")
+            size = in_si(text, QuantityKind.ANGLE, "deg")
         except ValueError:
             self.fail(f"{value!r} is no angle: write -23.31, 23.31S, 0.1deg or 2mrad", param, ctx)
         if side in ("S", "W"):
@@ -301,10 +301,10 @@ class _WithUnit(click.ParamType[Any]):
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
         if isinstance(value, (int, float)):
             return float(value)
-        from allanite.quantities.units import Quantity
+        from allanite.quantities.units import QuantityKind
 
         try:
-            return in_si(str(value), Quantity[self.quantity])
+            return in_si(str(value), QuantityKind[self.quantity])
         except ValueError:
             self.fail(f"{value!r} is no {self.wanted}", param, ctx)
 
@@ -377,33 +377,7 @@ class FindingCode(click.ParamType[Any]):
 
 def log_options(command: Callable[..., Any]) -> Callable[..., Any]:
     """What every command that reads a log understands."""
-    options = [
-        click.option("--unit", type=ByChannel(), help="Unit of the samples: deg/s, or gyro=deg/s,acc=g; of each of "
-                     "several logs: a.csv=g,b.csv=m/s², b.csv:acc=g."),
-        click.option("--time", type=PerLog(click.STRING), metavar="COLUMN[:UNIT]",
-                     help="Time column, by name or number: t:ms, 'cnt:1/1000 s', Date:dmy, none."),
-        click.option("--rate", type=PerLog(click.FLOAT), help="Samples per second, for a log without time."),
-        click.option("--scale-factor", type=ByChannel(), help="Of a sensor read in volts or counts: '24 mV/(deg/s)'."),
-        click.option("--sampling", type=click.Choice(["mean", "point"]), default="mean", show_default=True,
-                     help="Samples are means over their interval, or values at an instant."),
-        click.option("--channels", type=Names(), help="Names or groups to keep: gyro or gyro_x,gyro_y."),
-        click.option("--from", "start", type=Duration(), help="Begin so long after the first stamp."),
-        click.option("--to", "stop", type=Duration(), help="End so long after the first stamp."),
-        click.option("--kind", type=click.Choice(["phase", "frequency"]),
-                     help="Samples of a clock: time error (phase), or fractional frequency."),
-        click.option("--carrier", type=float, help="Of a phase in cycles or a frequency in Hz: the carrier in Hz."),
-        click.option("--topic", help="Topic of a ROS log, message of a flight log: GYR[0]."),
-        click.option("--variable", help="Array, group or table of a file with several."),
-        click.option("--layout", type=click.Path(exists=True, dir_okay=False),
-                     help="YAML file that describes a raw binary log."),
-        click.option("--delimiter", help="Of a text file: , ; tab blank |"),
-        click.option("--decimal", help="Decimal point or comma of a text file."),
-        click.option("--repair", multiple=True, metavar="REPAIR",
-                     help="Repair by name what a finding says, before anything else (repeatable): drop_repeats."),
-    ]  # fmt: skip
-    for option in reversed(options):
-        command = option(command)
-    return command
+    return with_options(READING)(command)
 
 
 def environment_options(command: Callable[..., Any]) -> Callable[..., Any]:
@@ -455,8 +429,7 @@ def force_option(command: Callable[..., Any]) -> Callable[..., Any]:
 
 def accept_option(command: Callable[..., Any]) -> Callable[..., Any]:
     """Fatal findings are refused, one by one."""
-    text = "Go on in spite of this finding (repeatable)."
-    return click.option("--accept", type=FindingCode(), multiple=True, metavar="FINDING", help=text)(command)
+    return click_option(ACCEPT)(command)
 
 
 def statistic_option(what: str, *more: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
@@ -482,6 +455,58 @@ def model_channels_option(function: Callable[..., Any]) -> Callable[..., Any]:
         metavar="NAMES",
         help="What --model calls the channels of the LOG, where that differs: wx=gyro_x,wy=gyro_y.",
     )(function)
+
+
+# -- options that are declared ------------------------------------------------------------------------------
+
+_KINDS: dict[str, click.ParamType[Any]] = {
+    "number": click.FLOAT,
+    "integer": click.INT,
+    "share": Share(),
+    "names": Names(),
+    "findings": FindingCode(),
+    "by-channel": ByChannel(),
+    "seconds": Duration(),
+    "degrees": Angle(),
+    "file": click.Path(exists=True, dir_okay=False),
+}
+"""Type of an `Option` -> that of the command line; any other is text."""
+
+
+def click_option(declared: Option) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """An option as the command line takes it."""
+    kind = (
+        click.Choice(declared.choices)
+        if declared.type == "choice"
+        else _KINDS.get(declared.type, click.STRING)
+    )
+    more: dict[str, Any] = {}
+    if declared.type in ("texts", "findings"):
+        more["multiple"] = True
+    if declared.default is not None:
+        shown = f"{100 * declared.default:g}%" if declared.type == "share" else declared.default
+        more |= {"default": shown, "show_default": True}
+    if declared.metavar:
+        more["metavar"] = declared.metavar
+    if declared.type == "flag":
+        more["is_flag"] = True
+    else:
+        more["type"] = PerLog(kind) if declared.per_log else kind
+    text = declared.help.removesuffix(".") + " (repeatable)." if "multiple" in more else declared.help
+    if declared.otherwise:
+        text += f"  [default: {declared.otherwise}]"
+    return click.option(declared.flag, declared.python, help=text, **more)
+
+
+def with_options(options: Iterable[Option]) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """A command with options, in their order."""
+
+    def bundled(command: Callable[..., Any]) -> Callable[..., Any]:
+        for declared in reversed(tuple(options)):
+            command = click_option(declared)(command)
+        return command
+
+    return bundled
 
 
 def place_of(name: str) -> Path:

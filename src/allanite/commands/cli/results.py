@@ -72,7 +72,7 @@ class Destination:
         saved = [] if save is None else [save(found)]
         done = write_measurement(found, self.folder, self.figure, force=self.force)
         if self.as_json:
-            print_json(found.document)
+            print_json(found.plain)
         else:
             show(found.document, [*saved, *done.files])
         return LOSS if found.lossy else 0

@@ -24,10 +24,11 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
+from allanite.commands.option import Option
 from allanite.commands.page.attached import KINDS, Attached, Named
 from allanite.commands.page.bounds import own_folder, read_inside
 from allanite.commands.page.catalogue import Catalogue, utc
-from allanite.commands.page.options import Option, checked, described, given_in
+from allanite.commands.page.options import checked, described, given_in
 from allanite.commands.page.replies import Refused
 from allanite.commands.page.settings import Settings
 from allanite.commands.page.work import model_word, path_word

@@ -1,16 +1,14 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Results as the page shows them: what their report says, figures with terms switched off, the table of a study."""
+"""Results as the page shows them: figures with terms switched off, the table of a study."""
 
 from __future__ import annotations
 
-import re
-from collections.abc import Collection, Iterable, Mapping, Sequence
-from dataclasses import asdict
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
 from allanite.errors import FormatError, InputError
 
-__all__ = ["figure_of", "parameters_of", "said_of"]
+__all__ = ["figure_of", "parameters_of"]
 
 Json = Mapping[str, Any]
 
@@ -33,10 +31,6 @@ _UNITS: Mapping[str, Mapping[str, tuple[str, ...]]] = {
         "T": ("s", "min", "h"),
     },
 }
-#: What the page leaves to the report.
-_LEFT_OUT = frozenset({"method", "provenance"})
-_POWER = re.compile(r"(?<=[\d\]])e([+-]?\d+)")
-_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _ALIKE = {"angle": "rate", "velocity": "acceleration"}
 
 
@@ -162,72 +156,6 @@ def _row(group: Any, channel: Json, symbol: str, reading: Any, estimates: Json) 
         "unit": reading.si_unit,
         "units": _units(channel["kind"], symbol, channel.get("unit") or ""),
     }
-
-
-def said_of(document: Json, *, dark: bool = False) -> dict[str, Any]:
-    """What the report of a result says, without its method and provenance, as plain data.
-
-    Returns
-    -------
-    dict
-        "title", "kicker", "facts", and "sections", each with an "id", a "title" and "blocks" as
-        `allanite.views.report.blocks` makes them; numbers as people write them.
-
-    Raises
-    ------
-    InputError
-        Nothing that has a report of sections.
-    FormatError
-        A document that is damaged.
-    """
-    from allanite.views.report import page_of
-
-    try:
-        page = page_of(document)
-        sections = [
-            {"id": s.id, "title": s.title, "blocks": [*_plain_blocks(s.blocks, dark)]}
-            for s in page["sections"] if s.id not in _LEFT_OUT
-        ]  # fmt: skip
-    except (ArithmeticError, AttributeError, LookupError, TypeError) as error:
-        raise FormatError(f"the document is damaged: {type(error).__name__}: {error}") from error
-    facts = [[name, _with_powers(value)] for name, value in page["facts"]]
-    return {"title": page["title"], "kicker": page["kicker"], "facts": facts, "sections": sections}
-
-
-def _plain_blocks(blocks: Iterable[Json], dark: bool) -> Iterable[Json]:
-    from allanite.views.figures.plotly import spec
-
-    for block in blocks:
-        kind = block["kind"]
-        if kind == "figure":
-            f = block["figure"]
-            drawing = spec(f.sheet, dark=dark)
-            yield {"kind": kind, "id": f.id, "caption": f.caption, "words": f.words, "spec": drawing}
-        elif kind == "table":
-            rows = [[[*map(_cell, cells)], kept] for cells, kept in block["rows"]]
-            yield {**block, "heads": [*map(_with_powers, block["heads"])], "rows": rows}
-        elif kind == "cards":
-            items = [[title, [*_plain_blocks(inner, dark)]] for title, inner in block["items"]]
-            yield {**block, "items": items}
-        elif kind == "details":
-            yield {**block, "blocks": [*_plain_blocks(block["blocks"], dark)]}
-        elif kind == "findings":
-            yield {"kind": kind, "rows": [f for group in block["rows"] for f in group]}
-        elif kind not in ("equation", "references"):
-            yield {key: _with_powers(value) for key, value in block.items()}
-
-
-def _cell(cell: Any) -> dict[str, str]:
-    return {k: _with_powers(v) for k, v in asdict(cell).items()}
-
-
-def _with_powers(value: Any) -> Any:
-    """1.2e-05 as 1.2 × 10⁻⁵, in texts and lists of them."""
-    if isinstance(value, str):
-        return _POWER.sub(lambda m: f"\u202f×\u202f10{str(int(m[1])).translate(_RAISED)}", value)
-    if isinstance(value, Sequence):
-        return [_with_powers(part) for part in value]
-    return value
 
 
 def _units(kind: str, symbol: str, own: str) -> list[dict[str, Any]]:

@@ -12,7 +12,10 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from allanite.commands.page.options import Code, Option, Spelt, code_of, described
+from allanite.commands.declaration import Command
+from allanite.commands.option import ACCEPT, MODEL, STATISTICS, Option, option
+from allanite.commands.page.options import Code, Spelt, code_of, described
+from allanite.commands.registry import COMMANDS
 
 __all__ = ["KINDS", "JobKind", "described_kinds", "lines_of", "plan_lines"]
 
@@ -160,6 +163,13 @@ def _measured_lines(kind: JobKind, subjects: Sequence[str], reading: Spelt, own:
     )
 
 
+def _declared_lines(kind: JobKind, subjects: Sequence[str], reading: Spelt, own: Spelt, out: str) -> str:
+    call = _call("commands.measure", [kind.command, *subjects], own, reading)
+    return (
+        f"from allanite import commands\n\nmeasured = {call}\ncommands.write_measurement(measured, {out!r})"
+    )
+
+
 def _fit_lines(kind: JobKind, subjects: Sequence[str], reading: Spelt, own: Spelt, out: str) -> str:
     call = _call("commands.fit_file", subjects, own, reading)
     models = '{c["name"]: commands.joined(c["models"]) for c in fitted.channels if c["models"]}'
@@ -181,10 +191,19 @@ def _report_lines(kind: JobKind, subjects: Sequence[str], reading: Spelt, own: S
 
 # -- options ----------------------------------------------------------------------------------------------
 
-_ACCEPT = Option(
-    type="texts", flag="--accept", python="accept", help="Go on in spite of this finding (its code)."
-)
-_MODEL = Option(type="model", flag="--model", python="model", help="Noise of the sensor at rest.")
+
+def _declared(command: Command) -> JobKind:
+    """The kind of work of a command that is declared."""
+    return JobKind(
+        title=command.title,
+        command=command.name,
+        takes="recording",
+        options={o.python: o for o in command.options},
+        lines=_declared_lines,
+        results=(f"{command.name}.json",),
+    )
+
+
 _CONFIDENCE = Option(
     type="number", flag="--confidence", python="confidence", inside="estimate", default=0.95,
     help="Level of the intervals.",
@@ -210,14 +229,6 @@ _STATED = {
         type="degrees", flag="--heading-uncertainty", python="heading", stated=True, help="Of the axis."
     ),
 }  # fmt: skip
-_STATISTICS = (
-    "oadev", "adev", "mdev", "tdev", "hdev", "ohdev", "totdev", "haar", "robust", "theo1", "theobr", "theoh",
-)  # fmt: skip
-
-
-def _own(type_: Any, flag: str, help_: str, **more: Any) -> Option:
-    """An option whose argument has its name."""
-    return Option(type=type_, flag=flag, python=flag.strip("-").replace("-", "_"), help=help_, **more)
 
 
 KINDS: Mapping[str, JobKind] = {
@@ -235,18 +246,18 @@ KINDS: Mapping[str, JobKind] = {
         command="characterize",
         takes="recording",
         options={
-            "method": _own(
+            "method": option(
                 "choice", "--method", "Fit the curve, or the samples: smaller errors, no unbroken stretches needed.",
                 choices=("moments", "likelihood"), default="moments",
             ),
-            "exclude": _own("spans", "--exclude", "Averaging times to leave out of the fit: [[from, to], …]."),
-            "accept": _ACCEPT,
-            "statistic": _own(
-                "choice", "--statistic", "Of the curve that is shown.", choices=_STATISTICS, default="oadev"
+            "exclude": option("spans", "--exclude", "Averaging times to leave out of the fit: [[from, to], …]."),
+            "accept": ACCEPT,
+            "statistic": option(
+                "choice", "--statistic", "Of the curve that is shown.", choices=STATISTICS, default="oadev"
             ),
-            "temperature": _own("by-channel", "--temperature", "Take the effect of this column off."),
-            "warm_up": _own("choice", "--warm-up", "What to do with a warm-up.", choices=("model", "cut")),
-            "floor": _own("recording", "--floor", "Log of the instrument with its input shorted."),
+            "temperature": option("by-channel", "--temperature", "Take the effect of this column off."),
+            "warm_up": option("choice", "--warm-up", "What to do with a warm-up.", choices=("model", "cut")),
+            "floor": option("recording", "--floor", "Log of the instrument with its input shorted."),
         },
         lines=_study_lines,
         results=("study.json",),
@@ -256,12 +267,12 @@ KINDS: Mapping[str, JobKind] = {
         command="fit",
         takes="recording",
         options={
-            "method": _own(
+            "method": option(
                 "choice", "--method", "How to fit.", choices=("moments", "slopes", "likelihood", "spectral"),
                 default="moments",
             ),
-            "terms": _own("text", "--terms", "The sum of terms, for likelihood and spectral: NBK, NGGK."),
-            "accept": _ACCEPT,
+            "terms": option("text", "--terms", "The sum of terms, for likelihood and spectral: NBK, NGGK."),
+            "accept": ACCEPT,
         },
         lines=_fit_lines,
         out="--output",
@@ -272,44 +283,28 @@ KINDS: Mapping[str, JobKind] = {
         command="spectrum",
         takes="recording",
         options={
-            "model": _MODEL,
-            "method": _own("choice", "--method", "Bins.", choices=("log", "welch"), inside="estimate", default="log"),
-            "segment": _own("seconds", "--segment", "Length of Welch's segments.", inside="estimate"),
-            "window": _own(
+            "model": MODEL,
+            "method": option("choice", "--method", "Bins.", choices=("log", "welch"), inside="estimate", default="log"),
+            "segment": option("seconds", "--segment", "Length of Welch's segments.", inside="estimate"),
+            "window": option(
                 "choice", "--window", "Of Welch's segments.", choices=("hann", "blackman", "blackman-harris"),
                 inside="estimate", default="hann",
             ),
-            "overlap": _own("number", "--overlap", "Of Welch's segments: 0.5.", inside="estimate", default=0.5),
+            "overlap": option("number", "--overlap", "Of Welch's segments: 0.5.", inside="estimate", default=0.5),
             "confidence": _CONFIDENCE,
         },
         lines=_measured_lines,
         function="spectra_of",
         results=("spectrum.json",),
     ),
-    "variation": JobKind(
-        title="Does the noise change?",
-        command="variation",
-        takes="recording",
-        options={
-            "model": _MODEL,
-            "windows": _own("integer", "--windows", "Of the short averaging times.", inside="estimate", default=64),
-            "false_alarm": _own(
-                "number", "--false-alarm", "Per channel that is constant.", inside="estimate", default=0.05
-            ),
-            "confidence": _CONFIDENCE,
-            "accept": _ACCEPT,
-        },
-        lines=_measured_lines,
-        function="variation_of",
-        results=("variation.json",),
-    ),
+    **{name: _declared(command) for name, command in COMMANDS.items()},
     "select": JobKind(
         title="Which terms?",
         command="select",
         takes="recording",
         options={
-            "confidence": _own("number", "--confidence", "Level of the intervals.", default=0.95),
-            "accept": _ACCEPT,
+            "confidence": option("number", "--confidence", "Level of the intervals.", default=0.95),
+            "accept": ACCEPT,
         },
         lines=_measured_lines,
         function="selection_of",
@@ -321,26 +316,26 @@ KINDS: Mapping[str, JobKind] = {
         takes="recording",
         options={
             "latitude": _LATITUDE,
-            "model": _MODEL,
-            "first": _own(
+            "model": MODEL,
+            "first": option(
                 "choice", "--first", "Where the axis points at first.", choices=("north", "south", "up", "down")
             ),
-            "turns": _own("spans", "--turns", "Turns by hand: [[start, stop], …]."),
-            "dwell": _own("seconds", "--dwell", "Turned so often, for turns that do not show."),
+            "turns": option("spans", "--turns", "Turns by hand: [[start, stop], …]."),
+            "dwell": option("seconds", "--dwell", "Turned so often, for turns that do not show."),
             "dead_time": _DEAD_TIME,
-            "vector": _own("flag", "--vector", "Three axes at rest: the rate vector and its length."),
-            "settling": _own("flag", "--settling", "Fit a rotation that settles after each turn.", inside="estimate"),
-            "warm_up": _own("flag", "--warm-up", "Fit an exponential warm-up.", inside="estimate"),
-            "temperature": _own("text", "--temperature", "Fit this channel, too.", inside="estimate"),
+            "vector": option("flag", "--vector", "Three axes at rest: the rate vector and its length."),
+            "settling": option("flag", "--settling", "Fit a rotation that settles after each turn.", inside="estimate"),
+            "warm_up": option("flag", "--warm-up", "Fit an exponential warm-up.", inside="estimate"),
+            "temperature": option("text", "--temperature", "Fit this channel, too.", inside="estimate"),
             **_STATED,
             "bias_uncertainty": Option(
                 type="deg/h", flag="--bias-uncertainty", python="bias", help="Of each of three axes [deg/h]."
             ),
-            "g_sensitivity": _own(
+            "g_sensitivity": option(
                 "deg/h/g", "--g-sensitivity", "Of an axis turned between up and down [deg/h/g].", inside="estimate"
             ),
             "confidence": _CONFIDENCE,
-            "accept": _ACCEPT,
+            "accept": ACCEPT,
         },
         required=("latitude",),
         lines=_measured_lines,
@@ -353,16 +348,16 @@ KINDS: Mapping[str, JobKind] = {
         takes="recording",
         options={
             "latitude": _LATITUDE,
-            "model": _MODEL,
-            "headings": _own("headings", "--headings", "Positions by hand: [[start, stop, heading], …]."),
-            "rotation": _own("deg/s", "--rotation", "Of a table that turned all the time [deg/s]."),
-            "heading_at_start": _own("degrees", "--heading-at-start", "Of the first axis, with a rotation."),
-            "null": _own("flag", "--null", "Test east against west: does a bias follow the turns?"),
+            "model": MODEL,
+            "headings": option("headings", "--headings", "Positions by hand: [[start, stop, heading], …]."),
+            "rotation": option("deg/s", "--rotation", "Of a table that turned all the time [deg/s]."),
+            "heading_at_start": option("degrees", "--heading-at-start", "Of the first axis, with a rotation."),
+            "null": option("flag", "--null", "Test east against west: does a bias follow the turns?"),
             "dead_time": _DEAD_TIME,
             **_STATED,
-            "misalignment": _own("degrees", "--misalignment", "Of the axes on the table.", inside="estimate"),
+            "misalignment": option("degrees", "--misalignment", "Of the axes on the table.", inside="estimate"),
             "confidence": _CONFIDENCE,
-            "accept": _ACCEPT,
+            "accept": ACCEPT,
         },
         required=("latitude", "model"),
         lines=_measured_lines,
@@ -375,15 +370,15 @@ KINDS: Mapping[str, JobKind] = {
         takes="model",
         options={
             "latitude": _LATITUDE,
-            "channel": _own("text", "--channel", "Whose model, where there are several."),
+            "channel": option("text", "--channel", "Whose model, where there are several."),
             "north": Option(type="flag", flag="--north", python="what", help="Plan a search for north."),
-            "goal": _own("number", "--goal", "One standard deviation: a share (0.03), or degrees with north."),
-            "dead_time": _own("seconds", "--dead-time", "Lost at each turn.", default=2.0),
-            "dwells": _own("seconds-list", "--dwells", "Times from turn to turn."),
-            "durations": _own("seconds-list", "--durations", "Lengths of record."),
-            "axes": _own("integer", "--axes", "Horizontal axes, with north.", default=1),
-            "positions": _own("integer", "--positions", "Around the table, with north."),
-            "misalignment": _own("degrees", "--misalignment", "Of the axes on the table, with north."),
+            "goal": option("number", "--goal", "One standard deviation: a share (0.03), or degrees with north."),
+            "dead_time": option("seconds", "--dead-time", "Lost at each turn.", default=2.0),
+            "dwells": option("seconds-list", "--dwells", "Times from turn to turn."),
+            "durations": option("seconds-list", "--durations", "Lengths of record."),
+            "axes": option("integer", "--axes", "Horizontal axes, with north.", default=1),
+            "positions": option("integer", "--positions", "Around the table, with north."),
+            "misalignment": option("degrees", "--misalignment", "Of the axes on the table, with north."),
             **_STATED,
         },
         required=("latitude",),
@@ -397,10 +392,10 @@ KINDS: Mapping[str, JobKind] = {
         command="compare",
         takes="recordings",
         options={
-            "names": _own("names", "--names", "Of the records."),
-            "confidence": _own("number", "--confidence", "Level of the intervals.", inside="compare", default=0.95),
-            "level": _own("number", "--level", "Of the tests.", inside="compare", default=0.05),
-            "accept": _ACCEPT,
+            "names": option("names", "--names", "Of the records."),
+            "confidence": option("number", "--confidence", "Level of the intervals.", inside="compare", default=0.95),
+            "level": option("number", "--level", "Of the tests.", inside="compare", default=0.05),
+            "accept": ACCEPT,
         },
         lines=_measured_lines,
         function="comparison_of",
@@ -412,25 +407,25 @@ KINDS: Mapping[str, JobKind] = {
         takes="document",
         options={
             "consumer": Option(type="text", flag="", python="consumer", help="Whose format."),
-            "walk": _own("text", "--walk", "What becomes of flicker: upper-bound, k-only or horizon=<seconds>."),
-            "axes": _own("choice", "--axes", "Of three axes.", choices=("worst", "rms", "each")),
-            "inflate": _own("number", "--inflate", "Factor on all numbers."),
-            "correlation_time": _own("seconds", "--correlation-time", "T of the term that stands for flicker."),
-            "gyroscope": _own("names", "--gyroscope", "Channels of the gyroscopes."),
-            "accelerometer": _own("names", "--accelerometer", "Channels of the accelerometers."),
-            "digits": _own("integer", "--digits", "Digits after the point."),
-            "rostopic": _own("text", "--rostopic", "Topic of the IMU."),
-            "part": _own("text", "--part", "Name of the part in the JSON file."),
-            "channel": _own("text", "--channel", "Of one axis: which."),
-            "filter_rate": _own("number", "--filter-rate", "Steps per second of the filter or simulator."),
-            "scalar": _own("choice", "--scalar", "Precision of the filter.", choices=("float", "double")),
-            "flicker": _own("choice", "--flicker", "States for flicker.", choices=("sum", "single")),
-            "horizon": _own("seconds", "--horizon", "Time over which flicker must hold."),
-            "model": _own("document", "--model", "Study with the noise."),
-            "intrinsics": _own("choice", "--intrinsics", "Convention of the matrices.", choices=("kalibr", "rpng")),
-            "rate": _own("number", "--rate", "Samples per second of the log."),
-            "overbound": _own("number", "--overbound", "A bound above the sensor with this probability: 0.95."),
-            "bound_until": _own("seconds", "--bound-until", "Longest averaging time of the bound."),
+            "walk": option("text", "--walk", "What becomes of flicker: upper-bound, k-only or horizon=<seconds>."),
+            "axes": option("choice", "--axes", "Of three axes.", choices=("worst", "rms", "each")),
+            "inflate": option("number", "--inflate", "Factor on all numbers."),
+            "correlation_time": option("seconds", "--correlation-time", "T of the term that stands for flicker."),
+            "gyroscope": option("names", "--gyroscope", "Channels of the gyroscopes."),
+            "accelerometer": option("names", "--accelerometer", "Channels of the accelerometers."),
+            "digits": option("integer", "--digits", "Digits after the point."),
+            "rostopic": option("text", "--rostopic", "Topic of the IMU."),
+            "part": option("text", "--part", "Name of the part in the JSON file."),
+            "channel": option("text", "--channel", "Of one axis: which."),
+            "filter_rate": option("number", "--filter-rate", "Steps per second of the filter or simulator."),
+            "scalar": option("choice", "--scalar", "Precision of the filter.", choices=("float", "double")),
+            "flicker": option("choice", "--flicker", "States for flicker.", choices=("sum", "single")),
+            "horizon": option("seconds", "--horizon", "Time over which flicker must hold."),
+            "model": option("document", "--model", "Study with the noise."),
+            "intrinsics": option("choice", "--intrinsics", "Convention of the matrices.", choices=("kalibr", "rpng")),
+            "rate": option("number", "--rate", "Samples per second of the log."),
+            "overbound": option("number", "--overbound", "A bound above the sensor with this probability: 0.95."),
+            "bound_until": option("seconds", "--bound-until", "Longest averaging time of the bound."),
         },
         required=("consumer",),
         lines=_export_lines,

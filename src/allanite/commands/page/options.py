@@ -11,16 +11,13 @@ import math
 import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
-from typing import Any, Literal
+from typing import Any
 
+from allanite.commands import option
+from allanite.commands.option import Option
 from allanite.commands.page.replies import Refused
 
-__all__ = ["READING", "Code", "Option", "Spelt", "checked", "code_of", "described", "given_in", "number_text"]
-
-Type = Literal[
-    "number", "integer", "text", "flag", "choice", "names", "texts", "by-channel", "seconds", "seconds-list", "degrees",
-    "deg/s", "deg/h", "deg/h/g", "spans", "headings", "model", "recording", "document", "attached", "description",
-]  # fmt: skip
+__all__ = ["READING", "Code", "Spelt", "checked", "code_of", "described", "given_in", "number_text"]
 
 _LONGEST = 2000  # characters of a text
 _MOST = 1000  # members of a list
@@ -31,34 +28,6 @@ class Code:
     """A piece of Python, as it stands in a line."""
 
     text: str
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
-class Option:
-    """One option.
-
-    Attributes
-    ----------
-    type : str
-        What its value is; times are seconds, angles degrees.
-    flag : str
-        As the command line has it; "" for one that is no word of the command.
-    python : str
-        As the function has it.
-    inside : str
-        Name of the mapping of the function that holds it; "" where it is an argument itself.
-    stated : bool
-        A standard uncertainty of what the user states.
-    """
-
-    type: Type
-    flag: str
-    python: str
-    help: str
-    choices: tuple[str, ...] = ()
-    inside: str = ""
-    stated: bool = False
-    default: Any = None
 
 
 def given_in(request: Mapping[str, Any], name: str) -> dict[str, Any]:
@@ -75,11 +44,15 @@ def given_in(request: Mapping[str, Any], name: str) -> dict[str, Any]:
     return dict(found or {})
 
 
+#: Types that the page shows as others.
+_ON_THE_PAGE = {"share": "number", "findings": "texts"}
+
+
 def described(options: Mapping[str, Option]) -> dict[str, Any]:
     """For the page: what each is called and takes."""
     return {
         name: {
-            "type": o.type,
+            "type": "choice" if o.choices else _ON_THE_PAGE.get(o.type, o.type),
             "help": o.help,
             **({"choices": list(o.choices)} if o.choices else {}),
             **({} if o.default is None else {"default": o.default}),
@@ -139,20 +112,20 @@ def _spelt(option: Option, name: str, value: Any, place: Place) -> tuple[list[st
             if value is not True:
                 raise Refused(400, f"{name} is yes or no (true, false)")
             return [None], True
-        case "number" | "seconds" | "degrees" | "deg/s" | "deg/h" | "deg/h/g":
+        case "number" | "share" | "seconds" | "degrees" | "deg/s" | "deg/h" | "deg/h/g":
             return _number(option.type, _real(name, value))
         case "integer":
             whole = _real(name, value)
             if whole != int(whole):
                 raise Refused(400, f"{name} must be a whole number")
             return [str(int(whole))], int(whole)
-        case "choice":
+        case "choice" | "text" if option.choices:
             if value not in option.choices:
                 raise Refused(400, f"{name} must be one of {', '.join(option.choices)}")
             return [str(value)], value
         case "text":
             return [_text(name, value)], value
-        case "texts":
+        case "texts" | "findings":
             found = [_text(name, v) for v in _list(name, value)]
             return list(found), found
         case "names":
@@ -255,44 +228,5 @@ def code_of(value: Any) -> str:
     return number_text(value) if isinstance(value, float) else repr(value)
 
 
-READING: Mapping[str, Option] = {
-    "unit": Option(type="by-channel", flag="--unit", python="unit", help="Unit of the samples: deg/s, or by channel."),
-    "time": Option(
-        type="text", flag="--time", python="time", help="Time column and its unit: t:ms, cnt:1/1000 s, Date:dmy, none."
-    ),
-    "rate": Option(type="number", flag="--rate", python="rate", help="Samples per second, for a log without time."),
-    "scale_factor": Option(
-        type="by-channel", flag="--scale-factor", python="scale_factor",
-        help="Of a sensor read in volts or counts: 24 mV/(deg/s).",
-    ),
-    "sampling": Option(
-        type="choice", flag="--sampling", python="sampling", choices=("mean", "point"), default="mean",
-        help="Samples are means over their interval, or values at an instant.",
-    ),
-    "channels": Option(type="names", flag="--channels", python="channels", help="Names or groups to keep."),
-    "start": Option(type="seconds", flag="--from", python="start", help="Begin so long after the first stamp."),
-    "stop": Option(type="seconds", flag="--to", python="stop", help="End so long after the first stamp."),
-    "kind": Option(
-        type="choice", flag="--kind", python="kind", choices=("phase", "frequency"),
-        help="Samples of a clock: time error (phase), or fractional frequency.",
-    ),
-    "carrier": Option(
-        type="number", flag="--carrier", python="carrier",
-        help="Of a phase in cycles or a frequency in Hz: the carrier in Hz.",
-    ),
-    "topic": Option(type="text", flag="--topic", python="topic", help="Topic of a ROS log, message of a flight log."),
-    "variable": Option(
-        type="text", flag="--variable", python="variable", help="Array, group or table of a file with several."
-    ),
-    "delimiter": Option(
-        type="choice", flag="--delimiter", python="delimiter", choices=(",", ";", "tab", "blank", "|"),
-        help="Of a text file.",
-    ),
-    "decimal": Option(
-        type="choice", flag="--decimal", python="decimal", choices=(".", ","), help="Of a text file."
-    ),
-    "repair": Option(
-        type="texts", flag="--repair", python="repair", help="Repair by name what a finding says: drop_repeats."
-    ),
-}  # fmt: skip
-"""What every kind of work that reads a log understands."""
+READING: Mapping[str, Option] = {o.python: o for o in option.READING if o.type != "file"}
+"""What every kind of work that reads a log understands; files are attached."""

@@ -74,11 +74,10 @@ def parameters(task: Json, advance: Advance) -> Json:
 
 
 def said(task: Json, advance: Advance) -> Json:
-    """A result in words, tables and figures; see `allanite.commands.page.documents.said_of`."""
-    from allanite.commands.page.documents import said_of
+    """A result in words, tables and figures."""
+    from allanite.views.plain_page import plain_page
 
-    document = load_plain(task["document"], _RESULT)
-    return said_of(document, dark=bool(task.get("dark")))
+    return plain_page(load_plain(task["document"], _RESULT), dark=bool(task.get("dark")))
 
 
 def live_curve(task: Json, advance: Advance) -> Json:

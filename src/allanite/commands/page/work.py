@@ -12,9 +12,10 @@ from itertools import count
 from pathlib import Path
 from typing import Any
 
+from allanite.commands.option import Option
 from allanite.commands.page.catalogue import Catalogue, Document, Recorded
 from allanite.commands.page.kinds import KINDS, JobKind, lines_of, plan_lines
-from allanite.commands.page.options import READING, Option, Spelt, checked, given_in, number_text
+from allanite.commands.page.options import READING, Spelt, checked, given_in, number_text
 from allanite.commands.page.replies import Refused
 from allanite.commands.page.settings import RESULTS, Settings
 from allanite.errors import InputError

@@ -26,7 +26,7 @@ from allanite.experiments.rate_table.motion import RateSteps, RateTable, Sampled
 from allanite.files.readers.headings import is_unit, read_heading
 from allanite.plain_files.counted import plural
 from allanite.plain_files.regular_file import read_regular
-from allanite.quantities.units import Quantity, parse_unit
+from allanite.quantities.units import QuantityKind, parse_unit
 
 __all__ = ["read_rate_table"]
 
@@ -38,14 +38,14 @@ MOST = 1 << 28
 EPOCH = 1e8
 
 _QUANTITIES = {
-    "start": Quantity.TIME,
-    "stop": Quantity.TIME,
-    "time": Quantity.TIME,
-    "rate": Quantity.ANGLE_RATE,
-    "amplitude": Quantity.ANGLE_RATE,
-    "angle": Quantity.ANGLE,
-    "phase": Quantity.ANGLE,
-    "frequency": Quantity.FREQUENCY,
+    "start": QuantityKind.TIME,
+    "stop": QuantityKind.TIME,
+    "time": QuantityKind.TIME,
+    "rate": QuantityKind.ANGLE_RATE,
+    "amplitude": QuantityKind.ANGLE_RATE,
+    "angle": QuantityKind.ANGLE,
+    "phase": QuantityKind.ANGLE,
+    "frequency": QuantityKind.FREQUENCY,
 }
 #: Units that go without saying.
 _UNITS = {"start": "s", "stop": "s", "time": "s", "frequency": "Hz", "phase": "deg"}
@@ -126,7 +126,7 @@ def read_rate_table(path: str | os.PathLike[str]) -> RateTable:
 
 def _since_the_first(columns: Mapping[str, Array]) -> dict[str, Array]:
     """Times that count from an epoch, less the first of them."""
-    times = [name for name in columns if _QUANTITIES[name] is Quantity.TIME]
+    times = [name for name in columns if _QUANTITIES[name] is QuantityKind.TIME]
     first = float(columns[times[0]][0])
     return {n: c - first if n in times and abs(first) > EPOCH else c for n, c in columns.items()}
 
@@ -263,7 +263,7 @@ def _value(text: str, name: str, factor: float) -> float:
     except ValueError:
         pass
     try:
-        date = datetime.fromisoformat(text) if _QUANTITIES[name] is Quantity.TIME else None
+        date = datetime.fromisoformat(text) if _QUANTITIES[name] is QuantityKind.TIME else None
     except ValueError:
         return math.nan
     if date is None:

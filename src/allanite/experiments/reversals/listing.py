@@ -19,7 +19,7 @@ from allanite.errors import FormatError, InputError, LimitError
 from allanite.files.readers.headings import read_heading
 from allanite.plain_files.counted import plural
 from allanite.plain_files.regular_file import read_regular_text
-from allanite.quantities.units import Quantity, parse_unit
+from allanite.quantities.units import QuantityKind, parse_unit
 from allanite.recording.records import Recording
 
 __all__ = ["Listing", "read_listing"]
@@ -27,7 +27,7 @@ __all__ = ["Listing", "read_listing"]
 #: A list by hand has no more bytes than this.
 MOST = 16 << 20
 
-_QUANTITIES = {"start": Quantity.TIME, "stop": Quantity.TIME, "heading": Quantity.ANGLE}
+_QUANTITIES = {"start": QuantityKind.TIME, "stop": QuantityKind.TIME, "heading": QuantityKind.ANGLE}
 _UNITS = {"start": "s", "stop": "s", "heading": "deg"}
 _TAIL = re.compile(r"_(s|sec|seconds|ms|min|h|deg|rad)$")
 

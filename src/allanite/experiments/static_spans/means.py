@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from allanite.errors import InputError
 from allanite.plain_files.limits import refuse_more
-from allanite.quantities.units import Quantity, parse_unit
+from allanite.quantities.units import QuantityKind, parse_unit
 from allanite.recording.position_rows import MOST
 from allanite.recording.records import Channel, Kind, Recording
 
@@ -43,10 +43,10 @@ _COLUMNS = {
     "number": {"position", "pose", "no", "nr", "number", "index", "id", "row"},
 }
 _QUANTITIES = {
-    "duration": Quantity.TIME,
-    "start": Quantity.TIME,
-    "stop": Quantity.TIME,
-    "heading": Quantity.ANGLE,
+    "duration": QuantityKind.TIME,
+    "start": QuantityKind.TIME,
+    "stop": QuantityKind.TIME,
+    "heading": QuantityKind.ANGLE,
 }
 _PLAIN = {"heading": math.radians(1.0)}
 #: Digits after the decimal point up to which a table may have been rounded.

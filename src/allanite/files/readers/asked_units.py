@@ -7,7 +7,7 @@ import re
 
 from allanite.errors import InputError
 from allanite.files.readers.headings import Heading
-from allanite.quantities.units import Quantity, parse_unit
+from allanite.quantities.units import QuantityKind, parse_unit
 
 __all__ = ["refuse_open_unit"]
 
@@ -34,11 +34,11 @@ def refuse_open_unit(heading: Heading) -> None:
     if _SUMMED.search(heading.name):
         return
     rate = heading.group == "gyro" or bool(_RATE.search(heading.name))
-    if quantity is Quantity.ANGLE and rate:
+    if quantity is QuantityKind.ANGLE and rate:
         raise _question(heading, "a gyro measures a rate", "an angle", "a rate")
-    if quantity is Quantity.ANGLE and heading.group == "" and _COUNTED.fullmatch(heading.unit):
+    if quantity is QuantityKind.ANGLE and heading.group == "" and _COUNTED.fullmatch(heading.unit):
         raise _question(heading, "nothing says which of the two it is", "a phase", "a frequency")
-    if quantity is Quantity.VELOCITY and heading.group == "acc":
+    if quantity is QuantityKind.VELOCITY and heading.group == "acc":
         raise _question(heading, "an accelerometer measures an acceleration", "a velocity", "an acceleration")
 
 

@@ -26,14 +26,14 @@ from allanite.files.readers.stamps import choose_time, growing
 from allanite.files.readers.table import Options, Table
 from allanite.files.readers.timebase import Stamps, Timebase, even_grid, fit_grid
 from allanite.plain_files.limits import COLUMNS, refuse_more
-from allanite.quantities.units import Quantity
+from allanite.quantities.units import QuantityKind
 from allanite.recording.health.catalogue import CATALOGUE
 from allanite.recording.position_rows import MOST, are_positions
 from allanite.recording.records import Column, Recording, Spliced, checked_rate
 
 __all__ = ["assemble", "time_of"]
 
-_INERTIAL = {Quantity.ANGLE_RATE, Quantity.ANGLE, Quantity.ACCELERATION, Quantity.VELOCITY}
+_INERTIAL = {QuantityKind.ANGLE_RATE, QuantityKind.ANGLE, QuantityKind.ACCELERATION, QuantityKind.VELOCITY}
 #: A rate in the name of a file: static_200Hz.csv, imu-1kHz, 62p5hz.
 _RATE_IN_NAME = re.compile(r"(?<![\d.])(\d+(?:[.p]\d+)?)[ _-]?(k?)(?:hz|sps)(?![a-z])", re.IGNORECASE)
 #: A column that numbers positions, or says how they lay.

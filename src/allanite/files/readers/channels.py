@@ -11,7 +11,7 @@ from allanite.errors import InputError
 from allanite.files.readers.asked_units import refuse_open_unit
 from allanite.files.readers.headings import FITTING, Heading, canonical_group
 from allanite.files.readers.table import Options, Table
-from allanite.quantities.units import Quantity, parse_scale_factor, parse_unit
+from allanite.quantities.units import QuantityKind, parse_scale_factor, parse_unit
 from allanite.recording.records import Channel, Kind, Sampling
 
 __all__ = ["channels_of", "selected", "units_differ"]
@@ -75,9 +75,9 @@ def _channel(
     if factor is not None and not unit:
         sample = parse_scale_factor(factor).sample
         volts = _VOLTS.search(heading.name)
-        if sample is Quantity.COUNTS:
+        if sample is QuantityKind.COUNTS:
             unit = "LSB"
-        elif sample is Quantity.VOLTAGE:
+        elif sample is QuantityKind.VOLTAGE:
             unit = volts[1] if volts else "V"
             guesses.append(
                 f"{heading.name} is taken to be in {unit}, as its scale factor needs; --unit {heading.name}=mV if not"
@@ -195,7 +195,9 @@ def _group_by_unit(unit: str) -> str:
     """The group of a name that says nothing (w_RS_S_x), where the unit leaves no doubt."""
     if not unit or not _known(unit):
         return ""
-    return {Quantity.ANGLE_RATE: "gyro", Quantity.ACCELERATION: "acc"}.get(parse_unit(unit).quantity, "")
+    return {QuantityKind.ANGLE_RATE: "gyro", QuantityKind.ACCELERATION: "acc"}.get(
+        parse_unit(unit).quantity, ""
+    )
 
 
 def _is_prefix(key: str, heading: Heading) -> bool:

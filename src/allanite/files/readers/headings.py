@@ -15,7 +15,7 @@ from typing import Final, Literal
 
 from allanite.errors import InputError
 from allanite.plain_files.printable import printable
-from allanite.quantities.units import Quantity, parse_unit
+from allanite.quantities.units import QuantityKind, parse_unit
 
 __all__ = [
     "FITTING",
@@ -36,8 +36,8 @@ Group = Literal["gyro", "acc", "temperature", "other", "time", "counter", "ident
 #: Groups whose columns are companions of the sensor, never unknown sensor output.
 #: What the columns of a sensor may hold.
 FITTING: Final = {
-    "gyro": {Quantity.ANGLE_RATE, Quantity.ANGLE, Quantity.VOLTAGE, Quantity.COUNTS},
-    "acc": {Quantity.ACCELERATION, Quantity.VELOCITY, Quantity.VOLTAGE, Quantity.COUNTS},
+    "gyro": {QuantityKind.ANGLE_RATE, QuantityKind.ANGLE, QuantityKind.VOLTAGE, QuantityKind.COUNTS},
+    "acc": {QuantityKind.ACCELERATION, QuantityKind.VELOCITY, QuantityKind.VOLTAGE, QuantityKind.COUNTS},
 }
 GROUPS: Final = ("gyro", "acc", "temperature", "other", "time", "counter", "identity")
 
@@ -229,21 +229,21 @@ def read_heading(text: str) -> Heading:
 
 def with_unit(heading: Heading, unit: str) -> Heading:
     """The heading with a unit; T in °C is a temperature, and no time."""
-    warm = heading.group == "time" and unit != "" and measures(unit) is Quantity.TEMPERATURE
+    warm = heading.group == "time" and unit != "" and measures(unit) is QuantityKind.TEMPERATURE
     return replace(heading, unit=unit, group="temperature" if warm else heading.group)
 
 
-def measures(unit: str) -> Quantity | None:
+def measures(unit: str) -> QuantityKind | None:
     """What a unit measures, with or without brackets ("G" counts); None where it is none."""
     try:
-        return parse_unit(unbracketed(unit), tuple(Quantity)).quantity
+        return parse_unit(unbracketed(unit), tuple(QuantityKind)).quantity
     except InputError:
         return None
 
 
 def shared_unit(unit: str, headings: Sequence[str], guesses: list[str]) -> tuple[str, ...]:
     """The unit of each column where a file states one for all: none where the name of a column speaks against it."""
-    quantity = parse_unit(unit, tuple(Quantity)).quantity
+    quantity = parse_unit(unit, tuple(QuantityKind)).quantity
     found = [read_heading(heading) for heading in headings]
     against = [h.name for h in found if h.group in FITTING and quantity not in FITTING[h.group]]
     if against:

@@ -36,7 +36,7 @@ from allanite.files.byte_layout import (
 )
 from allanite.plain_files.yaml_text import read_yaml_lines
 from allanite.plain_files.yaml_validation import Entry, Fault, Place, check_entries
-from allanite.quantities.units import Quantity, parse_unit
+from allanite.quantities.units import QuantityKind, parse_unit
 
 __all__ = ["HexLines", "RecordFrame", "RecordLayout", "StampField", "WrittenClock", "read_layout"]
 
@@ -148,7 +148,7 @@ def _contradictions(layout: RecordLayout) -> Iterator[Fault]:
 
 def _wrong_time(unit: str, where: Place) -> Iterator[Fault]:
     try:
-        parse_unit(unit, Quantity.TIME)
+        parse_unit(unit, QuantityKind.TIME)
     except InputError as error:
         yield where, str(error)
 

@@ -36,7 +36,7 @@ from allanite.files.readers.stamp_units import EPOCH, FACTORS, StampSteps, Told,
 from allanite.files.readers.stated_time import NO_TIME, StatedTime, parse_step, stated_time
 from allanite.files.readers.timebase import Stamps
 from allanite.files.readers.turning import unwrapped
-from allanite.quantities.units import Quantity, parse_unit
+from allanite.quantities.units import QuantityKind, parse_unit
 from allanite.recording.records import ArrayColumn, Column
 
 __all__ = ["choose_time", "growing"]
@@ -310,7 +310,7 @@ def _stated(unit: str) -> tuple[str, float]:
     if not unit:
         return "", 1.0
     try:
-        factor = parse_unit(unit, Quantity.TIME).factor
+        factor = parse_unit(unit, QuantityKind.TIME).factor
     except InputError:
         return "", 1.0
     return _SHORT_NAMES.get(factor, unit), factor

@@ -14,7 +14,7 @@ from typing import Final
 
 from allanite.errors import InputError
 from allanite.files.readers.headings import read_heading
-from allanite.quantities.units import Quantity, parse_unit
+from allanite.quantities.units import QuantityKind, parse_unit
 
 __all__ = ["NO_TIME", "ORDERS", "StatedTime", "date_order", "option_text", "parse_step", "stated_time"]
 
@@ -116,7 +116,7 @@ def _counted(place: int, told: list[str], said: str) -> StatedTime:
     turn = _turn(told[1], said) if len(told) == 2 else None
     unit = told[0]
     try:
-        factor = parse_unit(unit, Quantity.TIME).factor
+        factor = parse_unit(unit, QuantityKind.TIME).factor
     except InputError:
         step = parse_step(unit)
         if step is None or len(told) > 2:
@@ -137,11 +137,11 @@ def parse_step(text: str) -> float | None:
     if not 0.0 < size < float("inf"):
         return None
     try:
-        unit = parse_unit(match[3].strip(), (Quantity.TIME, Quantity.FREQUENCY))
+        unit = parse_unit(match[3].strip(), (QuantityKind.TIME, QuantityKind.FREQUENCY))
     except InputError:
         return None
     size *= unit.factor
-    return size if unit.quantity is Quantity.TIME else 1.0 / size
+    return size if unit.quantity is QuantityKind.TIME else 1.0 / size
 
 
 def _turn(text: str, said: str) -> float:

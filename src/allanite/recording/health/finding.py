@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from typing import Any
@@ -16,7 +16,7 @@ from allanite.plain_files.counted import plural
 from allanite.recording.health.catalogue import CATALOGUE
 from allanite.recording.records import merge_spans
 
-__all__ = ["PLACES", "Finding", "Severity", "finding", "listed", "percent", "plural", "short"]
+__all__ = ["PLACES", "Finding", "Severity", "finding", "percent", "plural", "short"]
 
 Spans = NDArray[np.int64]
 
@@ -197,11 +197,6 @@ def finding(
 def percent(share: float) -> str:
     """A share as people write it: "0.12 %"."""
     return f"{100.0 * share:.{2 if share < 0.1 else 3}g} %"
-
-
-def listed(names: Sequence[str]) -> str:
-    """Names as people list them: "x, y and z"."""
-    return " and ".join(filter(None, [", ".join(names[:-1]), *names[-1:]]))
 
 
 def short(value: float) -> str:

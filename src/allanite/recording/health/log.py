@@ -12,7 +12,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from allanite.errors import InputError
-from allanite.quantities.units import Quantity, parse_unit
+from allanite.quantities.units import QuantityKind, parse_unit
 from allanite.recording.health.finding import PLACES, Finding, Severity, finding, percent, plural
 from allanite.recording.health.survey import ChannelSurvey
 from allanite.recording.health.values import TOLERATED
@@ -301,7 +301,7 @@ def _suffixes(notes: Notes) -> Iterator[Finding]:
 
 def _is_unit(text: str) -> bool:
     try:
-        parse_unit(text, tuple(Quantity))
+        parse_unit(text, tuple(QuantityKind))
     except InputError:
         return False
     return True

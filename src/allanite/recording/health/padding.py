@@ -15,7 +15,8 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.recording.health.finding import Finding, Severity, finding, listed, percent, plural
+from allanite.plain_files.counted import listed
+from allanite.recording.health.finding import Finding, Severity, finding, percent, plural
 from allanite.recording.health.survey import ChannelSurvey, lattice_among
 from allanite.recording.health.tallies import Extreme
 from allanite.recording.health.values import MINIMUM, spans_equal

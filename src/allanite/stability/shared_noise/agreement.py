@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,7 +12,7 @@ from allanite.noise.allan.covariance import complete_starts
 from allanite.quantities.distributions import chi_square_tail, normal_quantile
 from allanite.stability.shared_noise.quadratic import covariance_of
 
-__all__ = ["delay_of", "listed", "same_to_all", "shared_sign"]
+__all__ = ["delay_of", "same_to_all", "shared_sign"]
 
 Array = NDArray[np.float64]
 Spans = NDArray[np.int64]
@@ -102,8 +101,3 @@ def delay_of(first: Array, second: Array, missing: Spans, lag: int, edf: float) 
     zero = z[int(np.flatnonzero(shifts == 0)[0])]
     best = int(np.argmax(z))
     return int(shifts[best]) if z[best] - max(zero, 0.0) > _CLEARER else 0
-
-
-def listed(names: Sequence[str]) -> str:
-    """ "a", "a and b", "a, b and c"."""
-    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"

@@ -21,9 +21,10 @@ from allanite.noise.allan.degrees import chi_square_factors
 from allanite.noise.allan.lags import octave_lags
 from allanite.noise.allan.matrix import AllanMatrix, allan_matrix
 from allanite.noise.allan.statistics import Phase, phase_of, rounding_variance
+from allanite.plain_files.counted import listed
 from allanite.quantities.distributions import normal_quantile
 from allanite.recording.records import Recording, merge_spans
-from allanite.stability.shared_noise.agreement import delay_of, listed, same_to_all, shared_sign
+from allanite.stability.shared_noise.agreement import delay_of, same_to_all, shared_sign
 from allanite.stability.shared_noise.fiducial import LEAST_FREEDOM, interval_of
 from allanite.stability.shared_noise.quadratic import common_form, covariance_of, own_basis, own_form
 from allanite.stability.shared_noise.results import COMMON, NoisePart, Separation

@@ -6,10 +6,11 @@
 ``changes``     the search for changes, and how often chance makes one as clear.
 ``sizes``       time and size of a change by maximum likelihood.
 ``shapes``      steps and drifts of one noise term, and what they do to every window.
-``results``     Variation and what it is made of.
+``results``     Variation and what it is made of; ``verdict`` what it may come to, ``words`` says it in a sentence.
 """
 
 from allanite.stability.variation.estimation import examine_variation
 from allanite.stability.variation.results import Change, ChannelVariation, LagTest, Variation
+from allanite.stability.variation.verdict import VariationVerdict
 
-__all__ = ["Change", "ChannelVariation", "LagTest", "Variation", "examine_variation"]
+__all__ = ["Change", "ChannelVariation", "LagTest", "Variation", "VariationVerdict", "examine_variation"]

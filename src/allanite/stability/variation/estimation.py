@@ -23,21 +23,15 @@ from allanite.noise.allan.statistics import Phase, phase_of, rounding_variance
 from allanite.noise.given_models import models_of
 from allanite.plain_files.counted import plural
 from allanite.quantities.distributions import chi_square_tail, normal_quantile
+from allanite.quantities.quantity import Quantity
 from allanite.recording.clock_channels import without_noise
 from allanite.recording.records import Channel, Recording
 from allanite.stability.variation.changes import ChangeScan, find_changes, undivided
 from allanite.stability.variation.constancy import WindowScatter, excess_kurtosis, together, window_scores
-from allanite.stability.variation.results import (
-    CHANGES,
-    CONSTANT,
-    FLUCTUATES,
-    Change,
-    ChannelVariation,
-    LagTest,
-    Variation,
-)
-from allanite.stability.variation.shapes import EVERYTHING, doubts_of, shares_of
+from allanite.stability.variation.results import Change, ChannelVariation, LagTest, Variation
+from allanite.stability.variation.shapes import doubts_of, shares_of
 from allanite.stability.variation.sizes import FoundChange, ratio_of
+from allanite.stability.variation.verdict import ModelSource, VariationVerdict
 
 __all__ = ["examine_variation"]
 
@@ -131,7 +125,7 @@ def _channel(
     channel, dt = recording[name], recording.dt
     phase = phase_of(recording, name)
     cells, silent = _cells(phase, windows, channel)
-    model, remarks = (given, []) if given is not None else _fitted(recording, name)
+    model, model_source = (given, ModelSource.GIVEN) if given is not None else _fitted(recording, name)
     level = false_alarm / 2
     tails = excess_kurtosis(phase.x, cells)
     cells, scatter = _scatter(cells, model, phase.n_samples, dt, channel.sampling, tails)
@@ -142,36 +136,34 @@ def _channel(
         tails = calm
         cells, scatter = _scatter(cells, model, phase.n_samples, dt, channel.sampling, tails)
         scan = _scan(cells, scatter, model, dt, channel.sampling, level, confidence)
-    if tails:
-        remarks.append(f"the white noise has excess kurtosis {tails:.2g}: the intervals allow for it")
     chi2, dof = together(cells.variance, cells.row, scatter)
     p = chi_square_tail(chi2, dof)
     lags = _lag_tests(cells, scatter, dt, abs(channel.scale), confidence, false_alarm)
-    changes = () if len(silent[0]) else tuple(_change(c, dt, confidence) for c in scan.changes)
-    verdict = CHANGES if changes else FLUCTUATES if p < level or len(silent[0]) else CONSTANT
-    p_left = chi_square_tail(*scan.left) if scan.left[1] > 0 else 1.0
-    if any(not math.isfinite(c.upper) for c in changes):
-        remarks.append("the search ended at a change whose size the windows do not tell: there may be others")
-    if changes and p_left < level:
-        remarks.append("steps and drifts do not explain all of it: look at the picture")
-    reason = _silence(*silent, dt) if len(silent[0]) else _reason(verdict, changes, lags, p, scan)
+    changes = () if len(silent) else tuple(_change(c, dt, confidence) for c in scan.changes)
+    fluctuates = p < level or len(silent) > 0
     return ChannelVariation(
         name=name,
         kind=channel.kind.value,
         unit=channel.unit,
-        verdict=verdict,
-        reason=reason,
+        verdict=(
+            VariationVerdict.CHANGES
+            if changes
+            else VariationVerdict.FLUCTUATES
+            if fluctuates
+            else VariationVerdict.CONSTANT
+        ),
         lags=lags,
         changes=changes,
+        silent=tuple((start * dt, stop * dt) for start, stop in silent.tolist()),
         chi2=chi2,
         dof=dof,
         p=p,
         p_change=scan.p,
-        p_left=p_left,
+        p_left=chi_square_tail(*scan.left) if scan.left[1] > 0 else 1.0,
         visible=scan.visible,
         kurtosis=tails,
         model=model,
-        remarks=tuple(remarks),
+        model_source=model_source,
     )
 
 
@@ -191,8 +183,8 @@ def _scan(
 # -- windows and how they scatter ----------------------------------------------------------------------------------
 
 
-def _cells(phase: Phase, windows: int, channel: Channel) -> tuple[AllanCells, tuple[Array, Array]]:
-    """Windows that hold noise, and start and stop of those of the shortest lag that hold none."""
+def _cells(phase: Phase, windows: int, channel: Channel) -> tuple[AllanCells, Array]:
+    """Windows that hold noise, and start and stop of those of the shortest lag that hold none, shape (n, 2)."""
     n = phase.n_samples
     while windows >= FEWEST and n // windows < LEAST:
         windows //= 2
@@ -217,10 +209,10 @@ def _cells(phase: Phase, windows: int, channel: Channel) -> tuple[AllanCells, tu
     return _enough(found.where(noisy), channel.name), _silent(found, noisy)
 
 
-def _silent(cells: AllanCells, noisy: NDArray[np.bool_]) -> tuple[Array, Array]:
+def _silent(cells: AllanCells, noisy: NDArray[np.bool_]) -> Array:
     """Start and stop of the windows of the shortest lag that hold one and the same value [samples]."""
     here = (cells.row == 0) & ~noisy
-    return cells.start[here].astype(np.float64), cells.stop[here].astype(np.float64)
+    return np.column_stack([cells.start[here], cells.stop[here]]).astype(np.float64)
 
 
 def _enough(cells: AllanCells, name: str) -> AllanCells:
@@ -232,7 +224,7 @@ def _enough(cells: AllanCells, name: str) -> AllanCells:
     return cells.where(keep)
 
 
-def _fitted(recording: Recording, name: str) -> tuple[NoiseModel, list[str]]:
+def _fitted(recording: Recording, name: str) -> tuple[NoiseModel, ModelSource]:
     """The fit to the whole record; a rough sum of terms where no fit explains the curve."""
     from allanite.fitting import fit
 
@@ -240,12 +232,10 @@ def _fitted(recording: Recording, name: str) -> tuple[NoiseModel, list[str]]:
     try:
         model = fit(curve)
         if model.terms:
-            return model, []
+            return model, ModelSource.FITTED
     except (FitError, DataQualityError):
         pass
-    return _rough(curve, recording[name]), [
-        "no sum of noise terms explains the whole record: the scatter of the windows rests on a rough one"
-    ]
+    return _rough(curve, recording[name]), ModelSource.ROUGH
 
 
 def _rough(curve: AllanCurve, channel: Channel) -> NoiseModel:
@@ -289,7 +279,7 @@ def _scatter(
     return cells.where(keep), WindowScatter.of(relative[np.ix_(keep, keep)])
 
 
-# -- what is told ---------------------------------------------------------------------------------------------------
+# -- results ---------------------------------------------------------------------------------------------------
 
 
 def _lag_tests(
@@ -327,69 +317,17 @@ def _lag_tests(
 
 def _change(found: FoundChange, dt: float, confidence: float) -> Change:
     ratio, lower, upper = ratio_of(found, confidence)
-    time = found.shape.time
     return Change(
         symbol=found.shape.symbol,
-        kind="drift" if time is None else "step",
-        time=None if time is None else time * dt,
-        time_lower=None if found.lower is None else found.lower * dt,
-        time_upper=None if found.upper is None else found.upper * dt,
-        ratio=ratio,
-        lower=lower,
-        upper=upper,
+        time=_time(found, dt),
+        ratio=Quantity.of(ratio, (lower, upper), "1"),
         p=found.p,
-        says=_says(found.shape.symbol, ratio, lower, upper, None if time is None else time * dt),
     )
 
 
-def _says(symbol: str, ratio: float, lower: float, upper: float, time: float | None) -> str:
-    """ "N grew by 30 % (20 to 41) at 5.2 h"."""
-    who = {EVERYTHING: "the noise as a whole", "sigma": "the Gauss-Markov term"}.get(symbol, symbol)
-    when = "steadily from the first to the last sample" if time is None else f"at {_when(time)}"
-    if not math.isfinite(upper):
-        return f"{who} {'grew' if ratio >= 1 else 'fell'} {when}, by how much the windows do not tell"
-    if ratio >= 3:
-        return f"{who} grew {_short(ratio)} times ({_short(lower)} to {_short(upper)}) {when}"
-    verb, ends = ("grew", (lower - 1, upper - 1)) if ratio >= 1 else ("fell", (1 - upper, 1 - lower))
-    size = abs(ratio - 1)
-    digits = max(0, 1 - math.floor(math.log10(max(100 * (ends[1] - ends[0]) / 2, 1e-9))))
-    first, *others = (f"{100 * v:.{min(digits, 4)}f}" for v in (size, *ends))
-    return f"{who} {verb} by {first} % ({others[0]} to {others[1]}) {when}"
-
-
-def _short(value: float) -> str:
-    return f"{value:.3g}" if value < 1000 else f"{value:.0f}"
-
-
-def _when(seconds: float) -> str:
-    for unit, size, least in (("d", 86400.0, 2.0), ("h", 3600.0, 1.0), ("min", 60.0, 2.0)):
-        if seconds >= least * size:
-            return f"{seconds / size:.3g} {unit}"
-    return f"{seconds:.3g} s"
-
-
-def _silence(start: Array, stop: Array, dt: float) -> str:
-    return (
-        f"{plural(len(start), 'window', 'hold')} one and the same value throughout, the first from "
-        f"{_when(start[0] * dt)} to {_when(stop[0] * dt)}: steps of the noise cannot be told beside them; take them "
-        "out (gaps), or record with a finer resolution"
-    )
-
-
-def _reason(
-    verdict: str, changes: Sequence[Change], lags: Sequence[LagTest], p: float, scan: ChangeScan
-) -> str:
-    if verdict == CHANGES:
-        return "; ".join(c.says for c in changes)
-    if verdict == FLUCTUATES:
-        worst = min(lags, key=lambda one: one.p)
-        at = int(np.argmax(np.abs(np.log(worst.ratio)) * np.sqrt(worst.edf)))
-        return (
-            f"no step or drift of a term explains the windows (p = {p:.1g}); the clearest is at {worst.tau:.3g} s from "
-            f"{_when(float(worst.start[at]))} to {_when(float(worst.stop[at]))}: {worst.ratio[at]:.3g} times the "
-            "deviation of the whole record"
-        )
-    able = [f"{s} by {100 * (f - 1):.2g} %" for s, f in scan.visible.items() if s != EVERYTHING and f < 3]
-    seen = f"; a step in the middle would show of {', '.join(able)}" if able else ""
-    chance = min(2 * min(p, scan.p), 1.0)
-    return f"no window differs from the others by more than chance (p = {chance:.2g}, doubled for two tests){seen}"
+def _time(found: FoundChange, dt: float) -> Quantity | None:
+    """Of a step."""
+    if found.shape.time is None:
+        return None
+    ends = (math.nan if end is None else end * dt for end in (found.lower, found.upper))
+    return Quantity.of(found.shape.time * dt, (next(ends), next(ends)), "s")

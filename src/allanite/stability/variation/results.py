@@ -5,31 +5,30 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.noise import NoiseModel
-from allanite.plain_files.json_values import plain
+from allanite.quantities.quantity import Quantity
+from allanite.quantities.result import Result
+from allanite.stability.variation.verdict import ModelSource, VariationVerdict
+from allanite.stability.variation.words import change_sentence, channel_reason, reason
 
-__all__ = ["CONSTANT", "Change", "ChannelVariation", "LagTest", "Variation"]
+__all__ = ["Change", "ChannelVariation", "LagTest", "Variation"]
 
 Array = NDArray[np.float64]
 
-#: Verdict on a channel whose noise may be the same all the time.
-CONSTANT = "constant within its intervals"
-CHANGES = "the noise changes"
-FLUCTUATES = "the noise fluctuates"
-
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class LagTest:
+class LagTest(Result):
     """The windows of one lag.
 
     Attributes
     ----------
     tau : float [s]
+        Averaging time.
     window : float [s]
         Length of the windows.
     start, stop : ndarray, shape (n_windows,) [s]
@@ -37,15 +36,17 @@ class LagTest:
     deviation, lower, upper : ndarray, shape (n_windows,) [SI unit of the rate or acceleration]
         With the interval of each window.
     edf : ndarray, shape (n_windows,)
+        Degrees of freedom.
     ratio : ndarray, shape (n_windows,)
         Deviation over that of the whole record.
     significant : ndarray of bool, shape (n_windows,)
         The window differs from the others by more than chance makes any of all windows and lags.
-    whole : float
+    whole : float [SI unit of the rate or acceleration]
         Deviation of the whole record.
     chi2, p : float
+        Constancy of the windows of this lag alone; NaN for a single window.
     dof : int
-        Constancy of the windows of this lag alone; NaN and 0 for a single window.
+        Of `chi2`.
     """
 
     tau: float
@@ -63,51 +64,55 @@ class LagTest:
     dof: int
     p: float
 
+    @property
+    def clearest(self) -> int:
+        """The window that differs from the whole record by the most standard deviations."""
+        return int(np.argmax(np.abs(np.log(self.ratio)) * np.sqrt(self.edf)))
+
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Change:
+class Change(Result):
     """One change of the noise.
 
     Attributes
     ----------
     symbol : str
         Term that changed: Q, N, B, sigma, K; "all" for the noise as a whole.
-    kind : "step" or "drift"
-        At once, or steadily from the first to the last sample.
-    time, time_lower, time_upper : float or None [s]
-        Of a step, with its interval.
-    ratio, lower, upper : float
-        Amplitude after over before (at the end over at the beginning), with its interval.
+    time : Quantity or None
+        Of a step, since the first sample; None for a drift, steadily from the first to the last sample.
+    ratio : Quantity
+        Amplitude after over before, of a drift at the end over at the beginning; not resolved where the windows do not
+        tell it.
     p : float
         Chance of one as clear where the noise is constant.
-    says : str
     """
 
     symbol: str
-    kind: str
-    time: float | None
-    time_lower: float | None
-    time_upper: float | None
-    ratio: float
-    lower: float
-    upper: float
+    time: Quantity | None
+    ratio: Quantity
     p: float
-    says: str
+
+    def __str__(self) -> str:
+        return change_sentence(self)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ChannelVariation:
+class ChannelVariation(Result):
     """One channel.
 
     Attributes
     ----------
     name, kind, unit : str
-    verdict : str
-        "constant within its intervals", "the noise changes" (with `changes`) or "the noise fluctuates" (no step or
-        drift explains it).
-    reason : str
+        Of the channel.
+    verdict : VariationVerdict
+        "changes" (with `changes`), "constant", or "fluctuates": no step or drift explains it.
     lags : tuple of LagTest
+        From the shortest.
     changes : tuple of Change
+        In the order of time; drifts first.
+    silent : tuple of (float, float) [s]
+        Start and stop of windows of the shortest lag that hold one and the same value throughout: steps cannot be
+        told beside them.
     chi2, dof, p : float
         All windows of all lags together; lags that see the same noise count as fewer degrees of freedom.
     p_change : float
@@ -120,16 +125,17 @@ class ChannelVariation:
         Excess of the white noise, which widens the intervals; 0 where it may be Gaussian.
     model : NoiseModel
         Whose covariance the intervals and tests rest on.
-    remarks : tuple of str
+    model_source : ModelSource
+        "given", "fitted" to the whole record, or "rough": no sum of terms explains the whole record.
     """
 
     name: str
     kind: str
     unit: str
-    verdict: str
-    reason: str
+    verdict: VariationVerdict
     lags: tuple[LagTest, ...] = field(repr=False)
     changes: tuple[Change, ...]
+    silent: tuple[tuple[float, float], ...] = field(repr=False)
     chi2: float
     dof: float
     p: float
@@ -138,32 +144,39 @@ class ChannelVariation:
     visible: Mapping[str, float]
     kurtosis: float
     model: NoiseModel = field(repr=False)
-    remarks: tuple[str, ...] = ()
+    model_source: ModelSource
 
-    def to_json(self) -> dict[str, Any]:
-        """Plain data, SI units; null for what does not exist."""
-        names = (
-            "name", "kind", "unit", "verdict", "reason", "lags", "changes", "chi2", "dof", "p", "p_change", "p_left",
-            "visible", "kurtosis", "remarks",
-        )  # fmt: skip
-        return {**{k: plain(getattr(self, k)) for k in names}, "model": self.model.to_json()}
+    @property
+    def reason(self) -> str:
+        """What was found, in a sentence."""
+        return channel_reason(self)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Variation:
+class Variation(Result):
     """All channels of a record.
 
     Attributes
     ----------
+    verdict : VariationVerdict
+        That of the worst channel.
     channels : tuple of ChannelVariation
+        Those that bear noise.
     rate : float [Hz]
+        Samples per second.
     duration : float [s]
+        Of the record.
     confidence : float
         Of the intervals.
     false_alarm : float
         Probability that a channel with constant noise is said to change.
     source : str
+        Of the record.
     """
+
+    FORMAT: ClassVar[str] = "allanite-variation"
+    VERSION: ClassVar[int] = 2
+    STATED: ClassVar[tuple[str, ...]] = ("verdict",)
 
     channels: tuple[ChannelVariation, ...]
     rate: float
@@ -188,27 +201,17 @@ class Variation:
         raise InputError(f"no channel {name!r}; there are: {', '.join(c.name for c in self.channels)}")
 
     @property
-    def verdict(self) -> str:
+    def verdict(self) -> VariationVerdict:
         """That of the worst channel."""
-        order = (CHANGES, FLUCTUATES, CONSTANT)
-        return min((c.verdict for c in self.channels), key=order.index)
+        return min((c.verdict for c in self.channels), key=list(VariationVerdict).index)
 
     @property
     def reason(self) -> str:
-        """What was found, channel by channel; the constant ones are not listed beside others."""
-        told = [c for c in self.channels if c.verdict != CONSTANT] or list(self.channels)
-        if len(self.channels) == 1:
-            return told[0].reason
-        if self.verdict == CONSTANT:
-            return f"no window of {len(self.channels)} channels differs from the others by more than chance"
-        return "; ".join(f"{c.name}: {c.reason}" for c in told)
+        """What was found, channel by channel."""
+        return reason(self)
 
-    def to_json(self) -> dict[str, Any]:
-        """Plain data, SI units; null for what does not exist."""
-        names = ("source", "verdict", "reason", "rate", "duration", "confidence", "false_alarm")
-        return {
-            "format": "allanite-variation",
-            "version": 1,
-            **{k: plain(getattr(self, k)) for k in names},
-            "channels": [c.to_json() for c in self.channels],
-        }
+    @classmethod
+    def _upgraded(cls, data: Mapping[str, object]) -> Mapping[str, object]:
+        from allanite.stability.variation.version_1 import upgraded
+
+        return upgraded(data) if data.get("version") == 1 else data

@@ -435,16 +435,17 @@ def _selection(found: Any, *, view: str = "whole", channels: Sequence[str] | Non
 
 
 def _variation(found: Any, *, view: str = "whole", channels: Sequence[str] | None = None) -> Sheet:
+    from allanite.stability.variation import Variation
     from allanite.views.figures import variation
 
     _known_view(view, variation.VIEWS, "a variation")
-    document = found if isinstance(found, Mapping) else found.to_json()
+    result: Variation = Variation.from_json(found) if isinstance(found, Mapping) else found
     panels: list[Panel] = []
-    for channel in _chosen(document["channels"], channels):
+    for channel in result.channels if channels is None else [result[name] for name in channels]:
         if view in ("whole", "map"):
-            panels.append(variation.map_panel(channel, document["duration"]))
+            panels.append(variation.map_panel(channel, result.duration))
         if view in ("whole", "lines"):
-            panels += variation.line_panels(channel, document["duration"])
+            panels += variation.line_panels(channel, result.duration)
     return _column(panels)
 
 

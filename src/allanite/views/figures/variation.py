@@ -4,20 +4,19 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from itertools import groupby
-from typing import Any
 
 import numpy as np
 
+from allanite.quantities.number_words import duration, probability
+from allanite.stability.variation import ChannelVariation, LagTest
+from allanite.stability.variation.words import part_name
 from allanite.views.figures.drawing import Drawing, DrawnShape, Words, box, line
-from allanite.views.figures.panel import Axis, Curve, Label, Panel, array, level
+from allanite.views.figures.panel import Axis, Curve, Label, Panel, level
 from allanite.views.figures.records import clock
-from allanite.views.wording import duration, part_name, probability
 
 __all__ = ["VIEWS", "line_panels", "map_panel"]
-
-Json = Mapping[str, Any]
 
 VIEWS = ("whole", "map", "lines")
 
@@ -28,15 +27,15 @@ _PALE = 0.4  # of the depth, where chance makes such a window
 _TICKS = (1.0, 2.0, 5.0, 10.0)
 
 
-def map_panel(channel: Json, length: float) -> Panel:
+def map_panel(channel: ChannelVariation, length: float) -> Panel:
     """Ratio of every window to the whole record as depth of colour, lag over time; significant windows are framed."""
     return Panel(
-        title=f"{channel['name']}: deviation over that of the whole record", drawing=_map(channel, length)
+        title=f"{channel.name}: deviation over that of the whole record", drawing=_map(channel, length)
     )
 
 
-def _map(channel: Json, length: float) -> Drawing:
-    lags = channel["lags"]
+def _map(channel: ChannelVariation, length: float) -> Drawing:
+    lags = channel.lags
     top = _FOOT + _ROW * len(lags)
     deepest = _deepest(lags)
     across = (_WIDTH - _LEFT - _RIGHT) / length
@@ -45,33 +44,33 @@ def _map(channel: Json, length: float) -> Drawing:
         parts += _row(lag, _FOOT + row * _ROW, across, deepest)
     parts += [f for row, lag in enumerate(lags) for f in _frames(lag, _FOOT + row * _ROW, across)]
     parts += _axes(lags, length, across, top)
-    for change in channel["changes"]:
-        if change["time"] is not None:
-            x = _LEFT + across * change["time"]
+    for change in channel.changes:
+        if change.time is not None:
+            x = _LEFT + across * change.time.value
             parts.append(line((x, _FOOT), (x, top + 0.8), dashed=True, name="change"))
-            words = f"{part_name(change['symbol'])} × {change['ratio']:.3g}"
+            words = f"{part_name(change.symbol)} × {change.ratio.value:.3g}"
             parts.append(
                 Words(x=x, y=top + 1.9, text=words, across="right" if x > 0.75 * _WIDTH else "left", size=0.9)
             )
     return Drawing(width=_WIDTH, height=top + _HEAD + 3.0, parts=(*parts, *_key(deepest, top + _HEAD + 1.0)))
 
 
-def _deepest(lags: Sequence[Json]) -> float:
+def _deepest(lags: Sequence[LagTest]) -> float:
     """Logarithm of the ratio that has the deepest colour: the largest that is no chance."""
     told = [
         abs(math.log(r))
         for lag in lags
-        for r, s in zip(lag["ratio"], lag["significant"], strict=True)
+        for r, s in zip(lag.ratio, lag.significant, strict=True)
         if s and r > 0
     ]
     return min(max([_LEAST, *told]), _MOST)
 
 
-def _row(lag: Json, y: float, across: float, deepest: float) -> list[DrawnShape]:
+def _row(lag: LagTest, y: float, across: float, deepest: float) -> list[DrawnShape]:
     """Windows of one lag; neighbours of one depth are one box."""
-    level = np.rint(_LEVELS * np.clip(np.log(array(lag["ratio"])) / deepest, -1, 1)).astype(int)
-    depth = np.where(lag["significant"], 1.0, _PALE)
-    cells = list(zip(level.tolist(), depth.tolist(), lag["start"], lag["stop"], strict=True))
+    level = np.rint(_LEVELS * np.clip(np.log(lag.ratio) / deepest, -1, 1)).astype(int)
+    depth = np.where(lag.significant, 1.0, _PALE)
+    cells = list(zip(level.tolist(), depth.tolist(), lag.start, lag.stop, strict=True))
     found = []
     for (k, pale), members in groupby(cells, key=lambda cell: cell[:2]):
         run = list(members)
@@ -86,18 +85,18 @@ def _row(lag: Json, y: float, across: float, deepest: float) -> list[DrawnShape]
     return found
 
 
-def _frames(lag: Json, y: float, across: float) -> list[DrawnShape]:
+def _frames(lag: LagTest, y: float, across: float) -> list[DrawnShape]:
     return [
         box(
             _LEFT + across * a + 0.08, y + 0.15, max(across * (b - a) - 0.16, 0.1), _ROW - 0.3, line_width=0.7,
             name="significant",
         )
-        for a, b, s in zip(lag["start"], lag["stop"], lag["significant"], strict=True)
+        for a, b, s in zip(lag.start, lag.stop, lag.significant, strict=True)
         if s
     ]  # fmt: skip
 
 
-def _axes(lags: Sequence[Json], length: float, across: float, top: float) -> list[DrawnShape | Words]:
+def _axes(lags: Sequence[LagTest], length: float, across: float, top: float) -> list[DrawnShape | Words]:
     right = _LEFT + across * length
     parts: list[DrawnShape | Words] = [
         box(_LEFT, _FOOT, right - _LEFT, top - _FOOT, colour="guide", line_width=0.7, name="frame")
@@ -105,7 +104,7 @@ def _axes(lags: Sequence[Json], length: float, across: float, top: float) -> lis
     step = max(1, -(-len(lags) // 10))
     for row in range(0, len(lags), step):
         y = _FOOT + (row + 0.5) * _ROW
-        parts.append(Words(x=_LEFT - 0.8, y=y, text=duration(lags[row]["tau"]), across="right", size=0.9))
+        parts.append(Words(x=_LEFT - 0.8, y=y, text=duration(lags[row].tau), across="right", size=0.9))
     unit, second = clock(length)
     for value in _round_values(length / second):
         x = _LEFT + across * value * second
@@ -146,30 +145,34 @@ def _key(deepest: float, y: float) -> list[DrawnShape | Words]:
     return [*parts, Words(x=x + 3.7, y=y, text=said, across="left", size=0.9, colour="guide")]
 
 
-def line_panels(channel: Json, length: float, *, most: int = 3) -> list[Panel]:
+def line_panels(channel: ChannelVariation, length: float, *, most: int = 3) -> list[Panel]:
     """Deviation of the windows of some lags over that of the whole record, with the interval of every window."""
     unit, second = clock(length)
     labels = tuple(
         Label(
-            x=change["time"] / second, y=1.0, text=part_name(change["symbol"]), colour="guide", place="line"
+            x=change.time.value / second, y=1.0, text=part_name(change.symbol), colour="guide", place="line"
         )
-        for change in channel["changes"]
-        if change["time"] is not None
+        for change in channel.changes
+        if change.time is not None
     )
     return [
-        _lag_panel(channel, channel["lags"][i], unit, second, length, labels)
-        for i in _told(channel["lags"], most)
+        _lag_panel(channel, channel.lags[i], unit, second, length, labels) for i in _told(channel.lags, most)
     ]
 
 
 def _lag_panel(
-    channel: Json, lag: Json, unit: str, second: float, length: float, labels: tuple[Label, ...]
+    channel: ChannelVariation,
+    lag: LagTest,
+    unit: str,
+    second: float,
+    length: float,
+    labels: tuple[Label, ...],
 ) -> Panel:
-    ratio, whole = array(lag["ratio"]), lag["whole"]
-    low, high = array(lag["lower"]) / whole, array(lag["upper"]) / whole
-    middle = (array(lag["start"]) + array(lag["stop"])) / 2 / second
+    ratio, whole = lag.ratio, lag.whole
+    low, high = lag.lower / whole, lag.upper / whole
+    middle = (lag.start + lag.stop) / 2 / second
     bottom, top = float(min(low.min(), 0.95)), float(max(high.max(), 1.05))
-    marks = np.asarray(lag["significant"], dtype=bool)
+    marks = lag.significant
     curves = [
         Curve(x=middle, y=ratio, lower=low, upper=high, label="window, with its interval", colour="z", marker="circle"),
     ]  # fmt: skip
@@ -180,7 +183,7 @@ def _lag_panel(
             )
         )
     return Panel(
-        title=f"{channel['name']}: over {duration(lag['tau'])} ({probability(lag['p'])} for constant)",
+        title=f"{channel.name}: over {duration(lag.tau)} ({probability(lag.p)} for constant)",
         x=Axis(label=f"Time since the first sample [{unit}]", limits=(0.0, length / second)),
         y=Axis(
             label="Over whole record", limits=(bottom - 0.02 * (top - bottom), top + 0.02 * (top - bottom))
@@ -192,8 +195,8 @@ def _lag_panel(
     )
 
 
-def _told(lags: Sequence[Json], most: int) -> list[int]:
+def _told(lags: Sequence[LagTest], most: int) -> list[int]:
     """The shortest lag, the least constant one, and one in the middle of the longer ones."""
-    worst = min(range(len(lags)), key=lambda i: lags[i]["p"])
-    wide = [i for i in range(len(lags)) if len(lags[i]["start"]) >= 8] or [0]
+    worst = min(range(len(lags)), key=lambda i: lags[i].p)
+    wide = [i for i in range(len(lags)) if len(lags[i].start) >= 8] or [0]
     return sorted(dict.fromkeys((0, worst, wide[len(wide) // 2], wide[-1])))[:most]

@@ -2,9 +2,7 @@
 """A result as one self-contained HTML file: opens offline, prints, and reads without JavaScript.
 
 ``study``, ``earth_rate``, ``rate_vector``, ``filtered``, ``north``, ``calibration``, ``alignment``, ``plan``, ...
-    What the page of each result says, as plain data, from the plain document of the result.
-``blocks``, ``pieces``
-    What pages are made of.
+    What the page of each result says, from its plain document; of a result that has a view, that says it.
 ``frame.html``
     How every page is laid out; ``study.html`` and ``sections.html`` fill it, ``page.css`` and ``page.js`` are put
     into it.
@@ -23,6 +21,11 @@ from allanite.errors import AllaniteError, FormatError, InputError
 from allanite.plain_files.atomic_file import fresh
 from allanite.plain_files.json_values import load_plain
 from allanite.plain_files.printable import printable
+from allanite.quantities.result import Result
+from allanite.study.result_document import ResultDocument
+from allanite.views.blocks import Page, figures_of
+from allanite.views.figures.panel import DARK, LIGHT
+from allanite.views.registry import VIEWS, document_of, view_of
 
 if TYPE_CHECKING:
     from jinja2 import Environment
@@ -31,32 +34,31 @@ __all__ = ["html_of", "page_of", "render", "render_file"]
 
 _HERE = Path(__file__).parent
 
-#: Format of a document -> the module that makes its page, and the template.
+#: Format of a document -> the module that makes its page; results with a view stand in `allanite.views.registry`.
 _PAGES = {
-    "allanite-study": ("study", "study.html"),
-    "allanite-earth-rate": ("earth_rate", "sections.html"),
-    "allanite-rate-vector": ("rate_vector", "sections.html"),
-    "allanite-east-west-null": ("null_test", "sections.html"),
-    "allanite-filtered": ("filtered", "sections.html"),
-    "allanite-reference-aided": ("filtered", "sections.html"),
-    "allanite-north": ("north", "sections.html"),
-    "allanite-rate-table": ("rate_table", "sections.html"),
-    "allanite-alignment": ("alignment", "sections.html"),
-    "allanite-calibration-estimate": ("calibration", "sections.html"),
-    "allanite-plan": ("plan", "sections.html"),
-    "allanite-position-plan": ("position_plan", "sections.html"),
-    "allanite-dead-reckoning": ("dead_reckoning", "sections.html"),
-    "allanite-environment": ("environment", "sections.html"),
-    "allanite-combination": ("combination", "sections.html"),
-    "allanite-selection": ("selection", "sections.html"),
-    "allanite-separation": ("separation", "sections.html"),
-    "allanite-variation": ("variation", "sections.html"),
-    "allanite-comparison": ("comparison", "sections.html"),
-    "allanite-datasheet": ("datasheet", "sections.html"),
-    "allanite-difference": ("difference", "sections.html"),
-    "allanite-overbound": ("datasheet", "sections.html"),
-    "allanite-spectrum": ("spectrum", "sections.html"),
-    "allanite-demonstration": ("demonstration", "sections.html"),
+    "allanite-study": "study",
+    "allanite-earth-rate": "earth_rate",
+    "allanite-rate-vector": "rate_vector",
+    "allanite-east-west-null": "null_test",
+    "allanite-filtered": "filtered",
+    "allanite-reference-aided": "filtered",
+    "allanite-north": "north",
+    "allanite-rate-table": "rate_table",
+    "allanite-alignment": "alignment",
+    "allanite-calibration-estimate": "calibration",
+    "allanite-plan": "plan",
+    "allanite-position-plan": "position_plan",
+    "allanite-dead-reckoning": "dead_reckoning",
+    "allanite-environment": "environment",
+    "allanite-combination": "combination",
+    "allanite-selection": "selection",
+    "allanite-separation": "separation",
+    "allanite-comparison": "comparison",
+    "allanite-datasheet": "datasheet",
+    "allanite-difference": "difference",
+    "allanite-overbound": "datasheet",
+    "allanite-spectrum": "spectrum",
+    "allanite-demonstration": "demonstration",
 }
 #: Results whose plain document does not name its format.
 _FORMATS = {"Filtered": "allanite-filtered", "ReferenceAided": "allanite-reference-aided"}
@@ -93,27 +95,49 @@ def render(result: Any, path: str | os.PathLike[str], *, force: bool = False) ->
 
 def html_of(result: Any) -> str:
     """The page as text."""
-    document = result if isinstance(result, Mapping) else _document(result)
-    return _filled(_named(document)[1], page_of(document))
+    made = _made(result)
+    return _filled("sections.html", _content(made)) if isinstance(made, Page) else _filled("study.html", made)
 
 
-def page_of(document: Mapping[str, Any]) -> dict[str, Any]:
-    """What the report of a document says, as its template takes it.
+def page_of(result: Any) -> Page:
+    """What the report of a result says.
 
     Raises
     ------
     InputError
-        Nothing that has a report.
+        Nothing that has a report of sections.
     """
-    made: dict[str, Any] = import_module(f"{__name__}.{_named(document)[0]}").page(document)
+    made = _made(result)
+    if not isinstance(made, Page):
+        raise InputError("the report of a study has no sections of blocks: see its own")
     return made
 
 
-def _named(document: Mapping[str, Any]) -> tuple[str, str]:
-    """Its module and its template."""
-    if document.get("format") not in _PAGES:
-        raise InputError(f"no report of {document.get('format')!r}; there are those of {', '.join(_PAGES)}")
-    return _PAGES[document["format"]]
+def _made(result: Any) -> Page | dict[str, Any]:
+    """What the template of a result takes."""
+    if isinstance(result, Result):
+        return view_of(result if isinstance(result, ResultDocument) else ResultDocument(result=result))
+    document = result if isinstance(result, Mapping) else _document(result)
+    name = document.get("format")
+    if name in VIEWS:
+        return view_of(document_of(document))
+    if name not in _PAGES:
+        raise InputError(f"no report of {name!r}; there are those of {', '.join((*_PAGES, *VIEWS))}")
+    made: Page | dict[str, Any] = import_module(f"{__name__}.{_PAGES[name]}").page(document)
+    return made
+
+
+def _content(page: Page) -> dict[str, Any]:
+    """What ``sections.html`` needs."""
+    figures = {f.id: f.spec for f in figures_of(page.blocks())}
+    return {
+        "title": page.title,
+        "kicker": page.kicker,
+        "facts": page.facts,
+        "sections": page.sections,
+        "figures": figures,
+        "palettes": {"light": LIGHT, "dark": DARK},
+    }
 
 
 def render_file(source: str | os.PathLike[str], path: str | os.PathLike[str], *, force: bool = False) -> Path:
@@ -145,18 +169,18 @@ def _loaded(path: Path) -> Mapping[str, Any]:
     document = load_plain(
         path, "a result of allanite, study.json of 'allanite characterize LOG' or what another --out holds"
     )
-    found = document.get("format") if isinstance(document, Mapping) else None
-    if found not in _PAGES:
-        names = ", ".join(name.removeprefix("allanite-") for name in _PAGES)
-        said = "it names no format" if found is None else f"its format is {found!r}"
-        raise FormatError(f"{path} is no result of allanite: {said}; there are reports of {names}")
-    if found == "allanite-study":
+    name = document.get("format") if isinstance(document, Mapping) else None
+    if name not in _PAGES and name not in VIEWS:
+        names = ", ".join(known.removeprefix("allanite-") for known in (*_PAGES, *VIEWS))
+        stated = "it names no format" if name is None else f"its format is {name!r}"
+        raise FormatError(f"{path} is no result of allanite: {stated}; there are reports of {names}")
+    if name == "allanite-study":
         from allanite.study.study import Study
 
         return Study.from_json(document).document
-    if document.get("version") != 1:
+    if name in _PAGES and document.get("version") != 1:
         version = document.get("version")
-        raise FormatError(f"{path} is version {version!r} of {found}; this allanite reads version 1")
+        raise FormatError(f"{path} is version {version!r} of {name}; this allanite reads version 1")
     return dict(document)
 
 
@@ -189,7 +213,8 @@ def _templates() -> Environment:
     """Our templates, each compiled once in a process."""
     from jinja2 import Environment, FileSystemLoader, StrictUndefined
 
-    from allanite.views.report.pieces import with_powers
+    from allanite.views.pieces import finding_rows
+    from allanite.views.report.powers import with_powers
 
     environment = Environment(
         loader=FileSystemLoader(_HERE),
@@ -200,6 +225,7 @@ def _templates() -> Environment:
         lstrip_blocks=True,
     )
     environment.filters["power"] = with_powers
+    environment.globals["finding_rows"] = finding_rows
     return environment
 
 

@@ -6,17 +6,18 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from allanite.views.report.blocks import (
-    Block,
-    details,
+from allanite.views.blocks import (
+    Details,
+    Hero,
+    Page,
+    PageBlock,
+    References,
+    Text,
     drawn,
     equation,
     findings,
-    hero,
     pairs,
-    references,
     table,
-    text,
 )
 from allanite.views.report.earth_rate import ROSENBERG, checks_table
 from allanite.views.report.measurement import judgement, measurement_page
@@ -52,7 +53,7 @@ SHUSTER = (
 )
 
 
-def page(document: Json) -> dict[str, Any]:
+def page(document: Json) -> Page:
     """The page of an alignment."""
     channels = document["channels"]
     return measurement_page(
@@ -78,14 +79,14 @@ def page(document: Json) -> dict[str, Any]:
     )
 
 
-def _verdict(document: Json) -> list[Block]:
+def _verdict(document: Json) -> list[PageBlock]:
     verdict, last = document["verdict"], document["last"]
     percent = f"{100 * document['confidence']:g} %"
     blocks = judgement(document)
     rate = horizontal_line(document)
     axis = last["heading_axis"]
     blocks.append(
-        hero(
+        Hero(
             direction_words(last),
             f"heading of the {axis} axis, from north over east",
             f"{percent} interval: {arcs_words([last['interval']])}",
@@ -100,7 +101,7 @@ def _verdict(document: Json) -> list[Block]:
         caption="Roll, pitch and heading are those of forward, right, down.",
     )
     if document["statement"]:
-        blocks.append(text(sentence(document["statement"]), note=True))
+        blocks.append(Text(sentence(document["statement"]), note=True))
     rows = alignment_budget(document)
     blocks += table(
         ("Source", "Standard uncertainty of the heading, deg"),
@@ -111,7 +112,7 @@ def _verdict(document: Json) -> list[Block]:
     return blocks
 
 
-def _pictures(document: Json) -> list[Block]:
+def _pictures(document: Json) -> list[PageBlock]:
     last = document["last"]
     return [
         *drawn(
@@ -139,12 +140,12 @@ def _pictures(document: Json) -> list[Block]:
     ]
 
 
-def _record(document: Json) -> list[Block]:
+def _record(document: Json) -> list[PageBlock]:
     rows = [(str(i + 1), *stand_words(s)) for i, s in enumerate(document["stands"])]
     heads = ("Attitude", "Time", "At rest", "Turned since the first", "Roll", "Pitch")
     stands = table(heads, rows, caption="Attitudes in the order of time.")
     if len(rows) > _MOST_ROWS:
-        stands = [details(f"All {len(rows)} attitudes", stands)]
+        stands = [Details(f"All {len(rows)} attitudes", stands)]
     biases = table(
         ("Gyro", "Bias, deg/h", "Standard deviation", "Known before to", "Told"),
         [(name, *bias_words(bias)) for name, bias in document["biases"].items()],
@@ -171,7 +172,7 @@ def _record(document: Json) -> list[Block]:
     ]
 
 
-def _checks(document: Json) -> list[Block]:
+def _checks(document: Json) -> list[PageBlock]:
     gravity = document["gravity"]
     said = (
         ""
@@ -184,7 +185,7 @@ def _checks(document: Json) -> list[Block]:
     ]
 
 
-def _method(document: Json) -> list[Block]:
+def _method(document: Json) -> list[PageBlock]:
     turning = document["mode"] == "rotation"
     words = (
         "The unit turned about one axis. In the plane across it the Earth's rotation is modulated by the turning; "
@@ -198,14 +199,14 @@ def _method(document: Json) -> list[Block]:
         "interval holds them all."
     )
     return [
-        text("At rest gyro and accelerometer show, in attitude C:"),
+        Text("At rest gyro and accelerometer show, in attitude C:"),
         *equation("alignment"),
-        text(words),
-        text(
+        Text(words),
+        Text(
             "The length of e is not taken from the latitude: that it agrees is a check. A heading is not a number on a "
             "line: the interval may wrap, and it is the whole circle where no rotation is seen."
         ),
         *equation("least_squares"),
         pairs([(f"Noise of {name}", model_words(model)) for name, model in document["models"].items()]),
-        references([BLACK, SHUSTER, ROSENBERG]),
+        References([BLACK, SHUSTER, ROSENBERG]),
     ]

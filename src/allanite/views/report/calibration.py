@@ -6,23 +6,24 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from allanite.views.report.blocks import (
-    Block,
+from allanite.views.blocks import (
     Cell,
+    Details,
+    Hero,
+    Page,
+    PageBlock,
+    References,
     Section,
+    Subheading,
+    Text,
     bullets,
-    details,
     drawn,
     equation,
     findings,
-    heading,
-    hero,
     page_of,
     pairs,
     provenance,
-    references,
     table,
-    text,
 )
 from allanite.views.report.earth_rate import checks_table
 from allanite.views.report.measurement import judgement
@@ -64,7 +65,7 @@ BIRGE = (
 WGS84 = "NGA.STND.0036_1.0.0_WGS84 (2014), equations 4-1 and 4-3: normal gravity by latitude and height."
 
 
-def page(document: Json) -> dict[str, Any]:
+def page(document: Json) -> Page:
     """The page of a self-calibration."""
     return page_of(
         title=document.get("source") or "Calibration",
@@ -96,12 +97,12 @@ def _sensors(document: Json) -> list[str]:
     return list(dict.fromkeys(row["name"].partition(".")[0] for row in document["parameters"]))
 
 
-def _verdict(document: Json) -> list[Block]:
+def _verdict(document: Json) -> list[PageBlock]:
     verdict, rows = document["verdict"], document["parameters"]
     known = sum(row["status"] not in ("assumed", "not resolved") for row in rows)
     return [
         *judgement(document),
-        hero(
+        Hero(
             f"{known} of {len(rows)}",
             "parameters known",
             calibrated_words(document),
@@ -109,11 +110,11 @@ def _verdict(document: Json) -> list[Block]:
             tone(verdict),
         ),
         *_open(document),
-        *(text(sentence(words), note=True) for words in document["remarks"]),
+        *(Text(sentence(words), note=True) for words in document["remarks"]),
     ]
 
 
-def _open(document: Json) -> list[Block]:
+def _open(document: Json) -> list[PageBlock]:
     """What the positions leave open, and which to add."""
     rows = [
         (Cell(text=capitalised(names)), Cell(text=capitalised(advice or "–"), look="words"))
@@ -126,8 +127,8 @@ def _open(document: Json) -> list[Block]:
     )
 
 
-def _parameters(document: Json) -> list[Block]:
-    groups, blocks = parameter_groups(document), list[Block]()
+def _parameters(document: Json) -> list[PageBlock]:
+    groups, blocks = parameter_groups(document), list[PageBlock]()
     percent = f"{100 * document['confidence']:g} % interval"
     for sensor in dict.fromkeys(group.sensor for group in groups):
         rows: list[Sequence[str | Cell]] = []
@@ -143,7 +144,7 @@ def _parameters(document: Json) -> list[Block]:
                         line.status,
                     )
                 )
-        blocks.append(heading(sensor_words(sensor)))
+        blocks.append(Subheading(sensor_words(sensor)))
         blocks += table(
             ("Parameter", "Unit", "Estimate", percent, ""), rows, caption=_caption(document, sensor)
         )
@@ -172,7 +173,7 @@ def _caption(document: Json, sensor: str) -> str:
     return f"Channels {', '.join(channels)} along x, y, z." if channels else ""
 
 
-def _positions(document: Json) -> list[Block]:
+def _positions(document: Json) -> list[PageBlock]:
     unit, _ = rest_unit(document)
     heads = ("Position", "Up", "Time", f"|f| − g, {unit}", "Rate, deg/h (worst axis)", "Misfit", "")
     caption = (
@@ -192,7 +193,7 @@ def _positions(document: Json) -> list[Block]:
     ]
 
 
-def _residuals(document: Json) -> list[Block]:
+def _residuals(document: Json) -> list[PageBlock]:
     turned = ("Turn", "Angle", "Left of it", "Misfit", "")
     return [
         *drawn(
@@ -212,18 +213,20 @@ def _residuals(document: Json) -> list[Block]:
     ]
 
 
-def _folded(summary: str, heads: Sequence[str], rows: Sequence[Sequence[str]], caption: str) -> list[Block]:
+def _folded(
+    summary: str, heads: Sequence[str], rows: Sequence[Sequence[str]], caption: str
+) -> list[PageBlock]:
     """A table that is folded away where it is long."""
     marked: list[Sequence[str | Cell]] = [(*row[:-1], _state(row[-1])) for row in rows]
     made = table(heads, marked, caption=caption)
-    return [details(f"{summary} ({len(rows)})", made)] if len(rows) > _MOST_ROWS else made
+    return [Details(f"{summary} ({len(rows)})", made)] if len(rows) > _MOST_ROWS else made
 
 
 def _state(words: str) -> Cell:
     return Cell(text=words, look="fatal" if words == "outlier" else "")
 
 
-def _log(document: Json) -> list[Block]:
+def _log(document: Json) -> list[PageBlock]:
     """The log with its rests; nothing in a document that was made without the record."""
     rests = document.get("static_spans")
     if rests is None:
@@ -239,7 +242,7 @@ def _log(document: Json) -> list[Block]:
     ]
 
 
-def _checks(document: Json) -> list[Block]:
+def _checks(document: Json) -> list[PageBlock]:
     caption = (
         "Questions put to what the calibration leaves. Chance: of so large a value if the answer is yes."
     )
@@ -247,10 +250,10 @@ def _checks(document: Json) -> list[Block]:
     return [*checks_table(document["checks"], caption), pairs(facts)]
 
 
-def _method(document: Json) -> list[Block]:
+def _method(document: Json) -> list[PageBlock]:
     sensors = _sensors(document)
-    blocks: list[Block] = [
-        text(
+    blocks: list[PageBlock] = [
+        Text(
             "What three axes show of a true vector x: scale factors S, misalignments E, biases b, noise n; of gyros "
             "also what the specific force f adds to the biases, where they are seen to follow it."
         ),
@@ -258,7 +261,7 @@ def _method(document: Json) -> list[Block]:
     ]
     if "accelerometer" in sensors:
         blocks += [
-            text(
+            Text(
                 "At rest the accelerometers feel gravity, of known length and unknown direction. Each position is one "
                 "equation for the parameters, and two for its own attitude:"
             ),
@@ -266,7 +269,7 @@ def _method(document: Json) -> list[Block]:
         ]
     if "gyro" in sensors:
         blocks += [
-            text(
+            Text(
                 "The gyros turn with the Earth at rest, and between two rests they must turn the one direction of "
                 "gravity into the other; the latter gives their scale factors and misalignments, in the axes of the "
                 "accelerometers:"
@@ -275,16 +278,16 @@ def _method(document: Json) -> list[Block]:
         ]
     return [
         *blocks,
-        text(
+        Text(
             "All parameters and attitudes are fitted together, by generalised least squares in the noise of the model: "
             "its drift goes on from one position to the next. A parameter is called observable by the singular values "
             "of that fit, not by the number of positions. What is not keeps its nominal value, with what was assumed "
             "of it as its interval, and takes part in the correlations."
         ),
         *equation("least_squares"),
-        text(_frame_words(document)),
+        Text(_frame_words(document)),
         pairs([(f"Noise of {name}", model_words(model)) for name, model in document["models"].items()]),
-        references([TEDALDI, FROSIO, BIRGE, WGS84]),
+        References([TEDALDI, FROSIO, BIRGE, WGS84]),
     ]
 
 

@@ -6,16 +6,17 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from allanite.views.report.blocks import (
-    Block,
-    banner,
+from allanite.views.blocks import (
+    Banner,
+    Page,
+    PageBlock,
+    References,
+    Text,
     bullets,
     equation,
     findings,
     pairs,
-    references,
     table,
-    text,
 )
 from allanite.views.report.measurement import known_facts, measurement_page, views
 from allanite.views.wording import (
@@ -48,7 +49,7 @@ MEHRA = (
 )
 
 
-def page(document: Json) -> dict[str, Any]:
+def page(document: Json) -> Page:
     """The page of a combination."""
     return measurement_page(
         document,
@@ -70,17 +71,17 @@ def page(document: Json) -> dict[str, Any]:
     )
 
 
-def _verdict(document: Json) -> list[Block]:
+def _verdict(document: Json) -> list[PageBlock]:
     return [
         # the reason may begin with the name of a channel: as it is written
-        banner(tone(document["verdict"]), sentence(document["verdict"]), f"{document['reason']}."),
+        Banner(tone(document["verdict"]), sentence(document["verdict"]), f"{document['reason']}."),
         *table(("Fault", "Sensor", "From", "To", "Size"), fault_lines(document)),
         *bullets([sentence(remark) for remark in document["remarks"]]),
         known_facts(combination_facts(document)),
     ]
 
 
-def _pictures(document: Json) -> list[Block]:
+def _pictures(document: Json) -> list[PageBlock]:
     pictures = (
         ("parity", "Parity of the sensors over time: what contradicts them stands above the threshold."),
         ("deviation", "Allan deviation of the combined axes beside the best sensor."),
@@ -89,7 +90,7 @@ def _pictures(document: Json) -> list[Block]:
     return views(document, pictures)
 
 
-def _noise(document: Json) -> list[Block]:
+def _noise(document: Json) -> list[PageBlock]:
     heads, rows = weight_lines(document)
     percent = f"{100 * document['confidence']:g} % interval"
     return [
@@ -117,11 +118,11 @@ def _noise(document: Json) -> list[Block]:
     ]
 
 
-def _method(document: Json) -> list[Block]:
+def _method(document: Json) -> list[PageBlock]:
     return [
-        text("Each sensor shows what is measured along its axis, and its own noise:"),
+        Text("Each sensor shows what is measured along its axis, and its own noise:"),
         *equation("redundant"),
-        text(
+        Text(
             "The weights W are the best linear unbiased ones for one averaging time, constant in time: what is "
             "measured passes unchanged at every frequency, and the noise of the combined axes is a sum of terms that "
             "every other command takes. The parity p does not depend on what is measured. Under the noise models it is "
@@ -130,5 +131,5 @@ def _method(document: Json) -> list[Block]:
             "the likelihood most: step, drift, spike, more noise. Sensors that explain it nearly as well stay "
             "candidates."
         ),
-        references([AITKEN, POTTER, MEHRA]),
+        References([AITKEN, POTTER, MEHRA]),
     ]

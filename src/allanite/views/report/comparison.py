@@ -6,16 +6,17 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from allanite.views.report.blocks import (
-    Block,
+from allanite.views.blocks import (
+    Page,
+    PageBlock,
+    References,
+    Subheading,
+    Text,
     bullets,
     drawn,
     equation,
-    heading,
     pairs,
-    references,
     table,
-    text,
 )
 from allanite.views.report.measurement import judgement, known_facts, measurement_page
 from allanite.views.wording import (
@@ -53,7 +54,7 @@ NAGASHIMA = (
 )
 
 
-def page(document: Json) -> dict[str, Any]:
+def page(document: Json) -> Page:
     """The page of a comparison."""
     records = document["records"]
     lengths = sorted({duration(r["duration"]) for r in records})
@@ -76,7 +77,7 @@ def page(document: Json) -> dict[str, Any]:
     )
 
 
-def _verdict(document: Json) -> list[Block]:
+def _verdict(document: Json) -> list[PageBlock]:
     return [
         *judgement(document, ()),
         *table(
@@ -93,17 +94,17 @@ def _verdict(document: Json) -> list[Block]:
     ]
 
 
-def _curves(document: Json) -> list[Block]:
+def _curves(document: Json) -> list[PageBlock]:
     words = "Allan deviation of all records with their intervals; dotted: one noise model for all."
     return drawn("curves", document, words, words, view="curves")
 
 
-def _parameters(document: Json) -> list[Block]:
-    blocks: list[Block] = []
+def _parameters(document: Json) -> list[PageBlock]:
+    blocks: list[PageBlock] = []
     for channel in document["channels"]:
         heads, rows = channel_table(document, channel)
         blocks += [
-            heading(channel["name"]),
+            Subheading(channel["name"]),
             *table(heads, rows, kept=[row[0] in _TOGETHER for row in rows]),
             pairs([("One noise for all", model_words(channel["model"]))]),
         ]
@@ -113,7 +114,7 @@ def _parameters(document: Json) -> list[Block]:
     )
     return [
         *blocks,
-        text(
+        Text(
             "“Equal?” is answered with p adjusted for the number of parameters; “would be seen” is the change of one "
             "record that the test sees in four of five cases. Spread: standard deviation of the true values between "
             "records, relative to the value, apart from what each record's own uncertainty adds.",
@@ -123,18 +124,18 @@ def _parameters(document: Json) -> list[Block]:
     ]
 
 
-def _records(document: Json) -> list[Block]:
+def _records(document: Json) -> list[PageBlock]:
     return [
         *table(("Record", "Log", "Rate", "Length", "Samples"), record_lines(document)),
         known_facts(comparison_facts(document)),
     ]
 
 
-def _method(document: Json) -> list[Block]:
+def _method(document: Json) -> list[PageBlock]:
     return [
-        text("Each record says of a parameter how much worse its fit gets away from the best value:"),
+        Text("Each record says of a parameter how much worse its fit gets away from the best value:"),
         *equation("compared"),
-        text(
+        Text(
             "D is the loss of the fit (minus twice a log-likelihood ratio) with the parameter held and all others "
             "free; an upper limit takes part with all that it excludes. For normal estimates Q at τ = 0 is Cochran's "
             "chi-square [1]; where coefficients stand at zero its law is drawn from the linearised problem [2]. The "
@@ -143,5 +144,5 @@ def _method(document: Json) -> list[Block]:
             "differ. The spread τ is where Q takes its expectation [3], its interval where Q takes the quantiles of "
             "chi-square [4]; middle and next sensor follow from all τ with their weights [5]."
         ),
-        references([COCHRAN, SELF, PAULE, VIECHTBAUER, NAGASHIMA]),
+        References([COCHRAN, SELF, PAULE, VIECHTBAUER, NAGASHIMA]),
     ]

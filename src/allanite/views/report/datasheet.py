@@ -6,16 +6,17 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from allanite.views.report.blocks import (
-    Block,
+from allanite.views.blocks import (
+    Cards,
     Cell,
-    cards,
+    Page,
+    PageBlock,
+    References,
+    Subheading,
+    Text,
     findings,
-    heading,
     pairs,
-    references,
     table,
-    text,
 )
 from allanite.views.report.measurement import judgement, measurement_page, views
 from allanite.views.wording import (
@@ -45,7 +46,7 @@ BESAG = (
 GOODMAN = "J. Goodman, J. Weare, “Ensemble samplers with affine invariance”, Comm. App. Math. Comp. Sci. 5 (2010) 65."
 
 
-def page(document: Json) -> dict[str, Any]:
+def page(document: Json) -> Page:
     """The page of a data sheet, or of bounds."""
     return _sheet(document) if document["format"] == "allanite-datasheet" else _bounds(document)
 
@@ -53,7 +54,7 @@ def page(document: Json) -> dict[str, Any]:
 # -- data sheet ---------------------------------------------------------------------------------------------
 
 
-def _sheet(document: Json) -> dict[str, Any]:
+def _sheet(document: Json) -> Page:
     recording = document.get("recording")
     return measurement_page(
         document,
@@ -73,7 +74,7 @@ def _sheet(document: Json) -> dict[str, Any]:
     )
 
 
-def _sheet_verdict(document: Json) -> list[Block]:
+def _sheet_verdict(document: Json) -> list[PageBlock]:
     blocks = judgement(document, ())
     for channel in document["channels"]:
         heads = ("Statement", "Data sheet", "Measured, 95 % interval", "Ratio", "Verdict")
@@ -87,34 +88,34 @@ def _sheet_verdict(document: Json) -> list[Block]:
             )
             for s in statement_lines(channel)
         ]
-        blocks += [heading(channel["name"]), *table(heads, rows)]
+        blocks += [Subheading(channel["name"]), *table(heads, rows)]
     models = [(name, model_words(s["model"])) for name, s in document["sections"].items()]
     return [*blocks, pairs([(f"The sheet as a model, {name}", words) for name, words in models])]
 
 
-def _sheet_pictures(document: Json) -> list[Block]:
+def _sheet_pictures(document: Json) -> list[PageBlock]:
     pictures = [("curves", "Allan deviation, measured and as the data sheet states it.")]
     if document["channels"]:
         pictures.append(("ratio", "Measured over stated, with the 95 % interval of the measurement."))
     return views(document, pictures)
 
 
-def _sheet_method(document: Json) -> list[Block]:
+def _sheet_method(document: Json) -> list[PageBlock]:
     return [
-        text(
+        Text(
             "Each statement is held against the interval of the same quantity: it is met where the whole interval lies "
             "at or below the stated value, not met where it lies above, and not resolved where the stated value is "
             "inside. A minimum of the Allan deviation is measured at the lag where the fitted model has its own."
         ),
         pairs([(f"As read, {name}", s["model"]["verdict"]) for name, s in document["sections"].items()]),
-        references([IEEE_952]),
+        References([IEEE_952]),
     ]
 
 
 # -- bounds -------------------------------------------------------------------------------------------------
 
 
-def _bounds(document: Json) -> dict[str, Any]:
+def _bounds(document: Json) -> Page:
     return measurement_page(
         document,
         title=(document.get("provenance") or {}).get("source") or "Bounds",
@@ -127,7 +128,7 @@ def _bounds(document: Json) -> dict[str, Any]:
     )
 
 
-def _bound_tables(document: Json) -> list[Block]:
+def _bound_tables(document: Json) -> list[PageBlock]:
     items = []
     for channel in document["channels"]:
         facts = channel["bound"]["overbound"]
@@ -135,15 +136,15 @@ def _bound_tables(document: Json) -> list[Block]:
             (
                 channel["name"],
                 [
-                    text(f"{sentence(bound_words(facts))} {sentence(inflation_words(facts))}"),
+                    Text(f"{sentence(bound_words(facts))} {sentence(inflation_words(facts))}"),
                     *table(("Term", "Fitted", "Bound", "Inflation"), bound_lines(channel)),
                 ],
             )
         )
-    return [cards(items)]
+    return [Cards(items)]
 
 
-def _bound_pictures(document: Json) -> list[Block]:
+def _bound_pictures(document: Json) -> list[PageBlock]:
     pictures = (
         ("curves", "Measured Allan deviation, the fitted model, and the bound above the sensor."),
         ("inflation", "How many times the fitted deviation the bound is."),
@@ -151,14 +152,14 @@ def _bound_pictures(document: Json) -> list[Block]:
     return views(document, pictures)
 
 
-def _bound_method(_: Json) -> list[Block]:
+def _bound_method(_: Json) -> list[PageBlock]:
     return [
-        text(
+        Text(
             "Curves of noise that the record does not contradict are drawn from the likelihood of the whole measured "
             "curve, with all terms of the family, also those that the record does not show. A band that the stated "
             "share of them stays below everywhere at once is covered by the sum of terms with the least mean excess; "
             "no term is smaller than in the fit. Beyond the record a bound is an extrapolation of what the record "
             "cannot exclude. The probability is that of each channel by itself."
         ),
-        references([BESAG, GOODMAN]),
+        References([BESAG, GOODMAN]),
     ]

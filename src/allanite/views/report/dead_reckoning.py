@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from allanite.views.report.blocks import Block, banner, hero, references, table, text
+from allanite.views.blocks import Banner, Hero, Page, PageBlock, References, Text, table
 from allanite.views.report.measurement import known_facts, measurement_page, views
 from allanite.views.wording import (
     BUDGET_QUANTITIES,
@@ -32,7 +32,7 @@ ZOU = (
 )
 
 
-def page(document: Json) -> dict[str, Any]:
+def page(document: Json) -> Page:
     """The page of a budget of dead reckoning."""
     return measurement_page(
         document,
@@ -49,7 +49,7 @@ def page(document: Json) -> dict[str, Any]:
     )
 
 
-def _verdict(document: Json) -> list[Block]:
+def _verdict(document: Json) -> list[PageBlock]:
     column = document["quantities"].index("position_horizontal")
     low, high = document["lower"][-1][column], document["upper"][-1][column]
     known = (
@@ -59,15 +59,15 @@ def _verdict(document: Json) -> list[Block]:
     )
     heads, rows = growth_rows(document)
     return [
-        hero(
+        Hero(
             f"{number(document['sd'][-1][column])} m",
             f"horizontal position after {duration(document['duration'])}",
             known,
             "one standard deviation, unaided",
             "good",
         ),
-        text(sentence(document["says"])),
-        *(banner("warning", "Mind.", sentence(note)) for note in document["notes"]),
+        Text(sentence(document["says"])),
+        *(Banner("warning", "Mind.", sentence(note)) for note in document["notes"]),
         *table(heads, rows, caption=_caption(document)),
     ]
 
@@ -80,7 +80,7 @@ def _caption(document: Json) -> str:
     )
 
 
-def _pictures(document: Json) -> list[Block]:
+def _pictures(document: Json) -> list[PageBlock]:
     wanted = [("position", "Horizontal position"), ("velocity", "Horizontal velocity")]
     wanted += [] if document["held"] else [("height", "Height")]
     wanted += [("tilt", "Tilt"), ("heading", "Heading")]
@@ -90,7 +90,7 @@ def _pictures(document: Json) -> list[Block]:
     )  # fmt: skip
 
 
-def _sources(document: Json) -> list[Block]:
+def _sources(document: Json) -> list[PageBlock]:
     heads, rows = budget_rows(document)
     last = [row[0] == "together" for row in rows]
     blocks = table(heads, rows, caption=f"After {duration(document['duration'])}.", kept=last)
@@ -101,20 +101,20 @@ def _sources(document: Json) -> list[Block]:
     return blocks
 
 
-def _method(document: Json) -> list[Block]:
+def _method(document: Json) -> list[PageBlock]:
     return [
-        text(
+        Text(
             "The covariance of the linear error model of a level navigator at rest on the rotating ellipsoid, "
             "Schuler’s and Foucault’s oscillation included, driven by each noise term as an exact process: nothing is "
             "stepped. Flicker is the sum of Gauss-Markov states that the filter uses, from a sample to five times the "
             "whole length; the constant level that it has besides belongs to the turn-on bias. The axes are "
             "independent."
         ),
-        text(
+        Text(
             "Each parameter of a noise model makes a part of the variance, whose ends follow from its own interval; "
             "the distances of the ends add as the estimates correlate. What the record does not resolve has an upper "
             "limit only, and enters the upper end."
         ),
         known_facts(budget_facts(document)),
-        references([TITTERTON, ZOU]),
+        References([TITTERTON, ZOU]),
     ]

@@ -6,25 +6,26 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from allanite.views.report.blocks import (
-    Block,
+from allanite.views.blocks import (
+    Banner,
     Cell,
+    Drawn,
+    Page,
+    PageBlock,
+    References,
     Section,
-    banner,
+    Subheading,
+    Text,
     bullets,
     equation,
-    heading,
     page_of,
     pairs,
     provenance,
-    references,
-    shown,
     table,
-    text,
 )
+from allanite.views.pieces import Figure
 from allanite.views.report.earth_rate import ROSENBERG, SEED
 from allanite.views.report.filtered import READINGS, aided_table
-from allanite.views.report.pieces import Figure
 from allanite.views.wording import (
     AIDED,
     DEG_H,
@@ -54,7 +55,7 @@ _FAULTS = {
 _SEEN = 3.0
 
 
-def page(document: Json) -> dict[str, Any]:
+def page(document: Json) -> Page:
     """The page of the whole experiment; `document["figures"]` holds the figures by file name."""
     week, figures = document["week"], document["figures"]
     return page_of(
@@ -87,18 +88,18 @@ def page(document: Json) -> dict[str, Any]:
     )
 
 
-def _figure(figures: Mapping[str, Any], name: str) -> Block:
+def _figure(figures: Mapping[str, Any], name: str) -> PageBlock:
     """A figure of the paper with its number, title and caption."""
     found = figures[name]
     label = f"Figure {found.number} of the paper" if found.number <= 13 else "Beyond the paper"
     caption = f"{label}. {found.title}. {found.caption} As a file: figures/{name}.pdf"
-    return shown(Figure.of(name, found.sheet, caption, f"{label}: {found.title}."))
+    return Drawn(Figure.of(name, found.sheet, caption, f"{label}: {found.title}."))
 
 
 # -- in short ---------------------------------------------------------------------------------------------
 
 
-def _short(document: Json) -> list[Block]:
+def _short(document: Json) -> list[PageBlock]:
     rows = [row for row in document["takes"] if not row.get("remark")]
     resolved = [row for row in rows if row["verdict"] == "resolved"]
     minute = next(row for row in document["bound"] if not row["flicker"] and row["dead_time"] == 0)["sd"][0]
@@ -112,14 +113,14 @@ def _short(document: Json) -> list[Block]:
         _errors(document),
     ]
     return [
-        banner(
+        Banner(
             "good",
             "Everything here is simulated, so the truth is known.",
             "Each number was found without it: the turns from the signal, the noise model from the simulated week.",
         ),
         *bullets(items),
         _figure(document["figures"], "four-takes"),
-        text("Take 4 is shown with its warm-up fitted beside the rate.", note=True),
+        Text("Take 4 is shown with its warm-up fitted beside the rate.", note=True),
     ]
 
 
@@ -164,7 +165,7 @@ def _errors(document: Json) -> str:
 # -- the week ---------------------------------------------------------------------------------------------
 
 
-def _week(week: Json, figures: Mapping[str, Any]) -> list[Block]:
+def _week(week: Json, figures: Mapping[str, Any]) -> list[PageBlock]:
     rows = [
         (
             line.symbol,
@@ -178,7 +179,7 @@ def _week(week: Json, figures: Mapping[str, Any]) -> list[Block]:
     low, model, flicker = (week[k] for k in ("minimum", "minimum_of_model", "minimum_of_flicker"))
     true_time = next(r["published"] for r in week["parameters"] if r["symbol"] == "T")
     return [
-        text(
+        Text(
             f"{duration(week['duration'])} at 32 Hz, {samples} samples, from the noise model that the paper "
             f"publishes. {sentence(week['verdict'])}"
         ),
@@ -190,8 +191,8 @@ def _week(week: Json, figures: Mapping[str, Any]) -> list[Block]:
         _figure(figures, "figure-01"),
         _figure(figures, "figure-02"),
         _figure(figures, "figure-03"),
-        heading("Why the minimum of the curve does not give the correlation time"),
-        text(
+        Subheading("Why the minimum of the curve does not give the correlation time"),
+        Text(
             f"A Gauss-Markov process alone peaks at 1.89 T_b, which is {1.89 * true_time:.0f} s here. But white noise "
             f"comes down and the random walk goes up under that peak, and together they put the lowest point of the "
             f"curve at {model:.0f} s under the paper's own model ({low:.0f} s in this week), and at {flicker:.0f} s if "
@@ -204,10 +205,10 @@ def _week(week: Json, figures: Mapping[str, Any]) -> list[Block]:
 # -- the takes --------------------------------------------------------------------------------------------
 
 
-def _takes(figures: Mapping[str, Any]) -> list[Block]:
+def _takes(figures: Mapping[str, Any]) -> list[PageBlock]:
     return [
         _figure(figures, "figure-04"),
-        text(
+        Text(
             "The sensitive axis is horizontal and is turned by hand between north and south every 30 s, each turn in "
             "one to three seconds and beyond the full scale. The Earth is a step of some 28 deg/h between dwells in a "
             "signal whose samples scatter by 250 deg/h."
@@ -217,15 +218,15 @@ def _takes(figures: Mapping[str, Any]) -> list[Block]:
     ]
 
 
-def _rate(document: Json) -> list[Block]:
+def _rate(document: Json) -> list[PageBlock]:
     return [
-        text(
+        Text(
             "Each take by three estimators: the paper's pairs of dwells, north-south-north (in which a linear drift "
             "cancels), and the regression in the noise of the week, which is the one that is reported."
         ),
         *_takes_table(document["takes"]),
-        heading("Take 4 and its warm-up"),
-        text(_warm_up(document)),
+        Subheading("Take 4 and its warm-up"),
+        Text(_warm_up(document)),
         *table(
             ("Take", "Verdict", "Why"),
             [
@@ -241,7 +242,7 @@ def _rate(document: Json) -> list[Block]:
     ]
 
 
-def _takes_table(rows: Sequence[Json]) -> list[Block]:
+def _takes_table(rows: Sequence[Json]) -> list[PageBlock]:
     cells = []
     for row in rows:
         low, high = row["interval"]
@@ -295,7 +296,7 @@ def _warm_up(document: Json) -> str:
 # -- faults -----------------------------------------------------------------------------------------------
 
 
-def _faulty(document: Json) -> list[Block]:
+def _faulty(document: Json) -> list[PageBlock]:
     rows = document["faulty"]
     spoken = [
         (
@@ -306,7 +307,7 @@ def _faulty(document: Json) -> list[Block]:
         for row in rows
     ]
     return [
-        banner(
+        Banner(
             "warning",
             "A second variant of the twin.",
             "Each fault by itself would explain what one published take missed the truth by; none is known to be the "
@@ -314,7 +315,7 @@ def _faulty(document: Json) -> list[Block]:
         ),
         *_takes_table(rows),
         *table(("Take and fault", "Verdict", "Why"), spoken),
-        text(
+        Text(
             "A bias that follows the turns exactly leaves no trace in the residuals: it shows only where it "
             "contradicts the known rate, or in a null test between east and west. The verdict says no more than the "
             "data do."
@@ -336,10 +337,10 @@ def _lag(document: Json) -> str:
     )
 
 
-def _told(document: Json) -> list[Block]:
+def _told(document: Json) -> list[PageBlock]:
     figures = document["figures"]
-    blocks: list[Block] = [
-        banner("warning", "Reference-aided.", AIDED),
+    blocks: list[PageBlock] = [
+        Banner("warning", "Reference-aided.", AIDED),
         *bullets([*READINGS, _lag(document)]),
     ]
     for take, name in ((1, "figure-10"), (2, "figure-11"), (3, "figure-12"), (4, "figure-13")):
@@ -354,7 +355,7 @@ def _told(document: Json) -> list[Block]:
 # -- the bound --------------------------------------------------------------------------------------------
 
 
-def _bound(document: Json) -> list[Block]:
+def _bound(document: Json) -> list[PageBlock]:
     earth = document["takes"][0]["earth_rate"]
     rows = [
         (
@@ -369,7 +370,7 @@ def _bound(document: Json) -> list[Block]:
         for row in document["bound"]
     ]
     return [
-        text(
+        Text(
             "The covariance of the best possible estimate depends on the noise, the turns and the length of the record "
             "alone. With the published N, B, T_b and K, dwells of 30 s and the latitude of Londrina it is:"
         ),
@@ -378,18 +379,18 @@ def _bound(document: Json) -> list[Block]:
             rows,
             caption="Standard deviation of the Earth rate, relative to it, by length of record.",
         ),
-        text(
+        Text(
             "So a minute gives little more than the sign of the Earth's rotation. Pointing is not what stands in the "
             "way: an error of 5 deg in the direction changes the rate by 0.4 % only."
         ),
     ]
 
 
-def _method() -> list[Block]:
+def _method() -> list[PageBlock]:
     return [
-        text("One horizontal axis at latitude φ, pointing north or south, sees"),
+        Text("One horizontal axis at latitude φ, pointing north or south, sees"),
         *equation("turned", "least_squares", "pairs"),
-        text(
+        Text(
             "with V the covariance of the noise model of the week. The filter of the paper, as it is run above, with "
             "its covariance update as (I − K H) P where the paper prints the inverse:"
         ),
@@ -402,5 +403,5 @@ def _method() -> list[Block]:
                 ("Numbers", "demonstration.json"),
             ]
         ),
-        references([SEED, ROSENBERG]),
+        References([SEED, ROSENBERG]),
     ]

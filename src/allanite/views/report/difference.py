@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from allanite.views.report.blocks import Block, heading, references, table, text
+from allanite.views.blocks import Page, PageBlock, References, Subheading, Text, table
 from allanite.views.report.measurement import measurement_page, views
 from allanite.views.wording import drift_lines, pair_lines, rest_words
 
@@ -19,7 +19,7 @@ _GREENHALL = (
 )
 
 
-def page(document: Json) -> dict[str, Any]:
+def page(document: Json) -> Page:
     """The page of two noise models."""
     first, second = document["names"]
     facts = [("Sensors", ", ".join(c["name"] for c in document["channels"]))]
@@ -34,27 +34,27 @@ def page(document: Json) -> dict[str, Any]:
     )
 
 
-def _drift(document: Json) -> list[Block]:
+def _drift(document: Json) -> list[PageBlock]:
     first, second = document["names"]
-    blocks: list[Block] = []
+    blocks: list[PageBlock] = []
     for channel in document["channels"]:
         heads = ("Drift after", first, second, "Ratio")
-        blocks += [heading(channel["name"]), *table(heads, drift_lines(channel))]
-    return [*blocks, text(f"{rest_words(document)}.", note=True)]
+        blocks += [Subheading(channel["name"]), *table(heads, drift_lines(channel))]
+    return [*blocks, Text(f"{rest_words(document)}.", note=True)]
 
 
-def _parameters(document: Json) -> list[Block]:
+def _parameters(document: Json) -> list[PageBlock]:
     first, second = document["names"]
-    blocks: list[Block] = []
+    blocks: list[PageBlock] = []
     for channel in document["channels"]:
         blocks += [
-            heading(channel["name"]),
+            Subheading(channel["name"]),
             *table(("Parameter", first, second, "Ratio"), pair_lines(channel)),
         ]
     return blocks
 
 
-def _pictures(document: Json) -> list[Block]:
+def _pictures(document: Json) -> list[PageBlock]:
     return views(
         document,
         [
@@ -64,13 +64,13 @@ def _pictures(document: Json) -> list[Block]:
     )
 
 
-def _method(_: Json) -> list[Block]:
+def _method(_: Json) -> list[PageBlock]:
     return [
-        text(
+        Text(
             "The drift is the integral of the noise over a time less its mean before, taken over a time of rest; this "
             "exists for every term. With a rest as long as the time itself it is √2 times the time times the Allan "
             "deviation there. Intervals of the ratio are those of the fitted parameters, to first order in their "
             "logarithms; what was stated and not fitted counts as exact."
         ),
-        references([_GREENHALL]),
+        References([_GREENHALL]),
     ]

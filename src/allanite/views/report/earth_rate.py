@@ -8,19 +8,20 @@ from typing import Any
 
 from allanite.experiments.reversals.sides import is_vertical, sides_of
 from allanite.plain_files.counted import plural
-from allanite.views.report.blocks import (
-    Block,
+from allanite.views.blocks import (
+    Banner,
     Cell,
-    banner,
-    details,
+    Details,
+    Hero,
+    Page,
+    PageBlock,
+    References,
+    Text,
     drawn,
     equation,
     findings,
-    hero,
     pairs,
-    references,
     table,
-    text,
 )
 from allanite.views.report.measurement import judgement, known_facts, measurement_page, rate_budget
 from allanite.views.wording import (
@@ -76,7 +77,7 @@ BIRGE = (
 )
 
 
-def page(document: Json) -> dict[str, Any]:
+def page(document: Json) -> Page:
     """The page of an Earth rate."""
     return measurement_page(
         document,
@@ -110,7 +111,7 @@ def _facts(document: Json) -> list[tuple[str, str]]:
 # -- verdict ----------------------------------------------------------------------------------------------
 
 
-def _verdict(document: Json) -> list[Block]:
+def _verdict(document: Json) -> list[PageBlock]:
     verdict = document["verdict"]
     advice = [words for words in document["advice"] if words not in document["reason"]]
     blocks = [*contradiction_banners(document), *judgement(document, advice)]
@@ -119,7 +120,7 @@ def _verdict(document: Json) -> list[Block]:
     lines = earth_rate_lines(document)
     main, known = lines[0], lines[-1]
     blocks.append(
-        hero(
+        Hero(
             main.value,
             "deg/h",
             f"{100 * document['confidence']:g} % interval {main.range} deg/h",
@@ -133,18 +134,18 @@ def _verdict(document: Json) -> list[Block]:
     return [*blocks, *_axis(document), *_budget(document)]
 
 
-def _axis(document: Json) -> list[Block]:
+def _axis(document: Json) -> list[PageBlock]:
     """What the axis itself saw, and what is expected of it."""
     facts = axis_facts(document)
     return [known_facts(facts)] if facts else []
 
 
-def contradiction_banners(document: Json) -> list[Block]:
+def contradiction_banners(document: Json) -> list[PageBlock]:
     """Where the signal contradicts the turns that were given."""
-    return [banner("fatal", "Signal and list contradict each other.", w) for w in contradictions(document)]
+    return [Banner("fatal", "Signal and list contradict each other.", w) for w in contradictions(document)]
 
 
-def estimates_table(lines: Iterable[EarthRateWording], caption: str) -> list[Block]:
+def estimates_table(lines: Iterable[EarthRateWording], caption: str) -> list[PageBlock]:
     """Estimates in deg/h and deg/s; the one that counts stands out."""
     rows, kept = [], []
     for line in lines:
@@ -159,11 +160,11 @@ def estimates_table(lines: Iterable[EarthRateWording], caption: str) -> list[Blo
     return table(("Estimator", "deg/h", "deg/s"), rows, caption=caption, kept=kept)
 
 
-def _budget(document: Json) -> list[Block]:
+def _budget(document: Json) -> list[PageBlock]:
     rows = budget_lines(document)
     if not rows:
         return [
-            text(
+            Text(
                 unstated_words(document, "was"),
                 note=True,
             )
@@ -176,7 +177,7 @@ def _budget(document: Json) -> list[Block]:
 # -- pictures ---------------------------------------------------------------------------------------------
 
 
-def _pictures(document: Json) -> list[Block]:
+def _pictures(document: Json) -> list[PageBlock]:
     if document["rate"] is None:
         return []
     value, (plus, minus) = signed(document["rate"], DEG_H, 2), sides_of(document["first"])
@@ -225,7 +226,7 @@ def _pictures(document: Json) -> list[Block]:
 # -- checks, record, method -------------------------------------------------------------------------------
 
 
-def checks_table(checks: Iterable[Json], caption: str) -> list[Block]:
+def checks_table(checks: Iterable[Json], caption: str) -> list[PageBlock]:
     """Each question put to the residuals, with its answer; those that did not pass first."""
     rows = [
         (
@@ -239,24 +240,24 @@ def checks_table(checks: Iterable[Json], caption: str) -> list[Block]:
     return table(("Check", "Answer", "χ² (expected)", "Chance"), rows, caption=caption)
 
 
-def _checks(document: Json) -> list[Block]:
+def _checks(document: Json) -> list[PageBlock]:
     blocks = checks_table(
         document["checks"],
         "Questions put to what the fit leaves. Chance: of so large a value if the noise model holds.",
     )
     for name, (value, sd) in document["nuisances"].items():
-        blocks.append(text(f"Fitted beside the rate: {name}, {with_sd(value, sd, 'deg/h', DEG_H)}."))
+        blocks.append(Text(f"Fitted beside the rate: {name}, {with_sd(value, sd, 'deg/h', DEG_H)}."))
     level, sd = document["bias"]
     name = (
         "Bias at the beginning of the record" if document["rate"] is not None else "Bias and Earth together"
     )
-    blocks.append(text(f"{name}: {with_sd(level, sd, 'deg/h', DEG_H)}."))
+    blocks.append(Text(f"{name}: {with_sd(level, sd, 'deg/h', DEG_H)}."))
     if document["rate"] is not None:
-        blocks.append(text(_COHERENT_OVER if is_vertical(document["first"]) else _COHERENT, note=True))
+        blocks.append(Text(_COHERENT_OVER if is_vertical(document["first"]) else _COHERENT, note=True))
     return blocks
 
 
-def _record(document: Json) -> list[Block]:
+def _record(document: Json) -> list[PageBlock]:
     blocks = drawn(
         "record-figure",
         document,
@@ -291,31 +292,31 @@ def _record(document: Json) -> list[Block]:
         ("Dwell", "From, to [s]", "Axis", "Mean [deg/h]", "Left by the fit [deg/h]"), rows, caption=caption
     )
     turned = bool(document["reversals"]["turns"])
-    return [*blocks, details(f"All {plural(len(document['dwells']), 'dwell')}", dwells)] if turned else blocks
+    return [*blocks, Details(f"All {plural(len(document['dwells']), 'dwell')}", dwells)] if turned else blocks
 
 
-def _method(document: Json) -> list[Block]:
+def _method(document: Json) -> list[PageBlock]:
     over = is_vertical(document["first"])
     axis, (plus, minus) = "vertical" if over else "horizontal", sides_of(document["first"])
     return [
-        text(
+        Text(
             f"One {axis} axis at the latitude φ, pointing {plus} or {minus}, sees the {axis} part of the Earth's "
             "rotation, its bias, and noise:"
         ),
         *equation("turned_over" if over else "turned"),
-        *([text(_GRAVITY)] if over else []),
-        text(
+        *([Text(_GRAVITY)] if over else []),
+        Text(
             "The columns x are what is fitted beside the rate, if anything: a rotation that settles after each turn, a "
             "warm-up, a temperature. The coefficients follow by generalised least squares, V being the covariance of "
             "the noise model; a Kalman filter of the noise whitens the means of the blocks:"
         ),
         *equation("least_squares"),
-        text("Beside it stand the estimator of the seed paper, and one in which a linear drift cancels:"),
+        Text("Beside it stand the estimator of the seed paper, and one in which a linear drift cancels:"),
         *equation("pairs_over" if over else "pairs"),
-        text(
+        Text(
             "If the dwells scatter more than the noise model says (chance below 1 %), the standard deviation is "
             "multiplied by the root of chi-square over its expectation. A rate below three standard deviations is "
             "“not resolved”; one whose interval excludes the known rate is “inconsistent with Earth”."
         ),
-        references([SEED, ROSENBERG, BIRGE]),
+        References([SEED, ROSENBERG, BIRGE]),
     ]

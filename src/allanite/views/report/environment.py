@@ -6,19 +6,20 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from allanite.views.figures import sheet_of
-from allanite.views.report.blocks import (
-    Block,
+from allanite.views.blocks import (
     Cell,
+    Drawn,
+    Page,
+    PageBlock,
+    References,
+    Subheading,
+    Text,
     findings,
-    heading,
-    references,
-    shown,
     table,
-    text,
 )
+from allanite.views.figures import sheet_of
+from allanite.views.pieces import Figure
 from allanite.views.report.measurement import judgement, known_facts, measurement_page
-from allanite.views.report.pieces import Figure
 from allanite.views.wording import (
     coefficient_lines,
     duration,
@@ -37,7 +38,7 @@ FIELLER = "E. C. Fieller, “Some problems in interval estimation”, J. R. Stat
 PLAY = "M. A. Krasnosel’skii, A. V. Pokrovskii, “Systems with hysteresis”, Springer (1989), chapter 1."
 
 
-def page(document: Json) -> dict[str, Any]:
+def page(document: Json) -> Page:
     """The page of the environment of a log."""
     return measurement_page(
         document,
@@ -58,11 +59,11 @@ def page(document: Json) -> dict[str, Any]:
     )
 
 
-def _verdict(document: Json) -> list[Block]:
-    blocks: list[Block] = []
+def _verdict(document: Json) -> list[PageBlock]:
+    blocks: list[PageBlock] = []
     for found in document["channels"]:
         blocks += [
-            heading(found["channel"]),
+            Subheading(found["channel"]),
             *judgement(found),
             *table(
                 ("Bias by", f"{100 * found['confidence']:g} % interval", "", ""),
@@ -83,11 +84,11 @@ def pictures_of(found: Json, prefix: str = "environment") -> list[Figure]:
     return [Figure.of(f"{prefix}-{found['channel']}", sheet, f"{found['channel']}. {words}", words)]
 
 
-def _pictures(document: Json) -> list[Block]:
-    return [shown(figure) for found in document["channels"] for figure in pictures_of(found)]
+def _pictures(document: Json) -> list[PageBlock]:
+    return [Drawn(figure) for found in document["channels"] for figure in pictures_of(found)]
 
 
-def _effect(document: Json) -> list[Block]:
+def _effect(document: Json) -> list[PageBlock]:
     return [
         block
         for found in document["channels"]
@@ -100,9 +101,9 @@ def _effect(document: Json) -> list[Block]:
     ]
 
 
-def _method(_: Json) -> list[Block]:
+def _method(_: Json) -> list[PageBlock]:
     return [
-        text(
+        Text(
             "The means of some 1500 blocks are fitted by generalised least squares with a level, a drift, the "
             "temperature, its square, its rate and, where a warm-up is modelled, exponentials of the time. The noise, "
             "white noise, flicker and random walk, is fitted beside them by the likelihood of the contrasts that no "
@@ -110,16 +111,16 @@ def _method(_: Json) -> list[Block]:
             "in every interval; only what is resolved is taken off, from every sample, with the temperature smoothed "
             "and interpolated. The drift stays: a sensor may drift by itself."
         ),
-        text(
+        Text(
             "A lag of the thermometer and a bias by the rate of the temperature are one column; the lag is their "
             "ratio, with Fieller’s interval. Hysteresis is tested beside the rate, with the play operator as its "
             "column. A warm-up is found where the best of several exponentials is larger than noise allows, at the "
             "price of having tried all of them."
         ),
-        text(
+        Text(
             "A regression also takes off noise that looks like the effect. How much is known from the covariance of "
             "its coefficients, and the Allan curve of the residual is divided by what is left; where that is not "
             "within a quarter of the whole, the lag does not enter a noise model."
         ),
-        references([HARVILLE, FIELLER, PLAY]),
+        References([HARVILLE, FIELLER, PLAY]),
     ]

@@ -6,17 +6,18 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from allanite.views.report.blocks import (
-    Block,
-    banner,
+from allanite.views.blocks import (
+    Banner,
+    Page,
+    PageBlock,
+    References,
+    Text,
     bullets,
     drawn,
     equation,
     findings,
     pairs,
-    references,
     table,
-    text,
 )
 from allanite.views.report.earth_rate import SEED
 from allanite.views.report.measurement import measurement_page
@@ -55,7 +56,7 @@ READINGS = (_UNSIGNED, _DEMODULATED)
 """The two ways in which the seed paper's filtered takes can be read."""
 
 
-def page(document: Json) -> dict[str, Any]:
+def page(document: Json) -> Page:
     """The page of a filter of either kind."""
     return (
         _aided_page(document) if document["format"] == "allanite-reference-aided" else _filter_page(document)
@@ -65,7 +66,7 @@ def page(document: Json) -> dict[str, Any]:
 # -- the filter of a noise model --------------------------------------------------------------------------
 
 
-def _filter_page(document: Json) -> dict[str, Any]:
+def _filter_page(document: Json) -> Page:
     samples = f"{document['samples']:,}".replace(",", "\u202f")
     return measurement_page(
         document,
@@ -87,17 +88,17 @@ def _filter_page(document: Json) -> dict[str, Any]:
     )
 
 
-def _filter_verdict(document: Json) -> list[Block]:
+def _filter_verdict(document: Json) -> list[PageBlock]:
     verdict, reason = filter_verdict(document)
     return [
-        banner(tone(verdict), sentence(verdict), sentence(reason)),
+        Banner(tone(verdict), sentence(verdict), sentence(reason)),
         pairs(filter_lines(document)),
         *table(("Innovations", "Found", "If the model holds"), consistency_lines(document)),
         *bullets([sentence(note) for note in document["notes"]]),
     ]
 
 
-def _filter_pictures(document: Json) -> list[Block]:
+def _filter_pictures(document: Json) -> list[PageBlock]:
     name = document["channel"]
     several = sum(term != "level" for term in document["terms"]) > 1
     return [
@@ -136,11 +137,11 @@ def _filter_pictures(document: Json) -> list[Block]:
     ]
 
 
-def _filter_method(document: Json) -> list[Block]:
+def _filter_method(document: Json) -> list[PageBlock]:
     return [
-        text("Every noise term of the model is a state, discretised exactly at the sample interval:"),
+        Text("Every noise term of the model is a state, discretised exactly at the sample interval:"),
         *equation("state_space"),
-        text(
+        Text(
             "The filter starts without knowing the level (exact diffuse start), predicts over missing samples, and "
             "subtracts the sum of the slow states. If the model holds, the innovations are independent with the "
             "variances S that the filter states; their size and their whiteness are tested:"
@@ -149,14 +150,14 @@ def _filter_method(document: Json) -> list[Block]:
         pairs(
             [("Noise model", document.get("model_name", "")), ("Its terms", model_words(document["model"]))]
         ),
-        references([BAR_SHALOM, LJUNG_BOX]),
+        References([BAR_SHALOM, LJUNG_BOX]),
     ]
 
 
 # -- the filter that is told the rate ---------------------------------------------------------------------
 
 
-def _aided_page(document: Json) -> dict[str, Any]:
+def _aided_page(document: Json) -> Page:
     return measurement_page(
         document,
         title=document.get("source") or document["channel"],
@@ -175,17 +176,17 @@ def _readings(document: Json) -> Sequence[Json]:
     return document.get("readings") or [document]
 
 
-def _aided_verdict(document: Json) -> list[Block]:
+def _aided_verdict(document: Json) -> list[PageBlock]:
     readings = _readings(document)
     notes = [sentence(note) for reading in readings for note in reading["notes"]]
     return [
-        banner("warning", "Reference-aided.", AIDED),
+        Banner("warning", "Reference-aided.", AIDED),
         *aided_table(readings),
         *bullets([*READINGS, *dict.fromkeys(notes)]),
     ]
 
 
-def aided_table(readings: Sequence[Json], caption: str = "") -> list[Block]:
+def aided_table(readings: Sequence[Json], caption: str = "") -> list[PageBlock]:
     """What was told, and what came back."""
     heads = (
         "Reading",
@@ -197,7 +198,7 @@ def aided_table(readings: Sequence[Json], caption: str = "") -> list[Block]:
     return table(heads, aided_lines(readings), caption=caption)
 
 
-def _aided_pictures(document: Json) -> list[Block]:
+def _aided_pictures(document: Json) -> list[PageBlock]:
     return [
         block
         for reading in _readings(document)
@@ -210,18 +211,18 @@ def _aided_pictures(document: Json) -> list[Block]:
     ]
 
 
-def _aided_method(document: Json) -> list[Block]:
-    blocks: list[Block] = [
-        text(
+def _aided_method(document: Json) -> list[PageBlock]:
+    blocks: list[PageBlock] = [
+        Text(
             "The filter of the seed paper compares the sensor with a rate that is known and estimates what is slow in "
             "the difference: the Gauss-Markov bias and the random walk."
         ),
         *equation("seed_filter"),
-        text(
+        Text(
             "It removes noise against a known input, which is what a rate table needs. Where the rate itself is the "
             "question it is circular. The covariance update is done as (I − K H) P; the paper prints its inverse."
         ),
     ]
     if document.get("model"):
         blocks.append(pairs([("Its terms", model_words(document["model"]))]))
-    return [*blocks, references([SEED])]
+    return [*blocks, References([SEED])]

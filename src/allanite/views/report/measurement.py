@@ -6,10 +6,11 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from allanite.views.report.blocks import (
-    Block,
+from allanite.views.blocks import (
+    Banner,
+    Page,
+    PageBlock,
     Section,
-    banner,
     bullets,
     drawn,
     page_of,
@@ -30,9 +31,9 @@ def measurement_page(
     title: str,
     kicker: str,
     facts: Sequence[tuple[str, str]],
-    parts: Mapping[str, Callable[[Json], Sequence[Block]]],
+    parts: Mapping[str, Callable[[Json], Sequence[PageBlock]]],
     titles: Mapping[str, str] | None = None,
-) -> dict[str, Any]:
+) -> Page:
     """The page of a result: its parts in their order, and where it comes from.
 
     Parameters
@@ -47,16 +48,16 @@ def measurement_page(
     return page_of(title=title, kicker=kicker, facts=facts, sections=[*sections, provenance(document)])
 
 
-def judgement(document: Json, advice: Sequence[str] | None = None) -> list[Block]:
+def judgement(document: Json, advice: Sequence[str] | None = None) -> list[PageBlock]:
     """The verdict with its reason, and what to do or to know; `advice` in place of that of the document."""
     verdict, names = document["verdict"], channel_names(document)
     return [
-        banner(tone(verdict), sentence(verdict), sentence(document["reason"], names)),
+        Banner(tone(verdict), sentence(verdict), sentence(document["reason"], names)),
         *bullets([sentence(words, names) for words in (document["advice"] if advice is None else advice)]),
     ]
 
 
-def rate_budget(rows: Sequence[tuple[str, str, str]], note: str = "") -> list[Block]:
+def rate_budget(rows: Sequence[tuple[str, str, str]], note: str = "") -> list[PageBlock]:
     """Where the interval of a rate comes from; the sum stands out."""
     return table(
         ("Source", "Standard uncertainty, deg/h", "Of the Earth rate"),
@@ -66,12 +67,12 @@ def rate_budget(rows: Sequence[tuple[str, str, str]], note: str = "") -> list[Bl
     )
 
 
-def known_facts(facts: Sequence[tuple[str, str]]) -> Block:
+def known_facts(facts: Sequence[tuple[str, str]]) -> PageBlock:
     """Facts as their wording names them."""
     return pairs([(name.capitalize(), words) for name, words in facts])
 
 
-def views(document: Json, pictures: Sequence[tuple[str, ...]]) -> list[Block]:
+def views(document: Json, pictures: Sequence[tuple[str, ...]]) -> list[PageBlock]:
     """Figures of a result, each a view with its caption, and words in its place where they are not the caption."""
     return [
         block

@@ -6,16 +6,17 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from allanite.views.report.blocks import (
-    Block,
+from allanite.views.blocks import (
+    Hero,
+    Page,
+    PageBlock,
+    References,
+    Text,
     drawn,
     equation,
     findings,
-    hero,
     pairs,
-    references,
     table,
-    text,
 )
 from allanite.views.report.earth_rate import ROSENBERG, checks_table, contradiction_banners
 from allanite.views.report.measurement import judgement, measurement_page
@@ -39,7 +40,7 @@ __all__ = ["page"]
 Json = Mapping[str, Any]
 
 
-def page(document: Json) -> dict[str, Any]:
+def page(document: Json) -> Page:
     """The page of a search for north."""
     return measurement_page(
         document,
@@ -67,13 +68,13 @@ def _positions(document: Json) -> str:
     return str(len((document["reversals"] or {"positions": ()})["positions"]))
 
 
-def _verdict(document: Json) -> list[Block]:
+def _verdict(document: Json) -> list[PageBlock]:
     verdict = document["verdict"]
     rate, ends, expected = horizontal_words(document)
     return [
         *contradiction_banners(document),
         *judgement(document),
-        hero(
+        Hero(
             azimuth_words(document),
             "azimuth of the mark, from north over east",
             f"{100 * document['confidence']:g} % interval: {arcs_words(document['interval'])}",
@@ -85,11 +86,11 @@ def _verdict(document: Json) -> list[Block]:
             angle_budget_lines(document),
             caption="Where the uncertainty comes from.",
         ),
-        *(text(sentence(words), note=True) for words in [heading_words(document)] if words),
+        *(Text(sentence(words), note=True) for words in [heading_words(document)] if words),
     ]
 
 
-def _pictures(document: Json) -> list[Block]:
+def _pictures(document: Json) -> list[PageBlock]:
     return [
         *drawn(
             "compass",
@@ -108,7 +109,7 @@ def _pictures(document: Json) -> list[Block]:
     ]
 
 
-def _checks(document: Json) -> list[Block]:
+def _checks(document: Json) -> list[PageBlock]:
     biases = [(name, with_sd(level, sd, "deg/h", DEG_H)) for name, (level, sd) in document["biases"].items()]
     return [
         *checks_table(document["checks"], "Questions put to what the fit leaves."),
@@ -116,13 +117,13 @@ def _checks(document: Json) -> list[Block]:
     ]
 
 
-def _method(document: Json) -> list[Block]:
+def _method(document: Json) -> list[PageBlock]:
     return [
-        text(
+        Text(
             "Axis i, at the heading α from the mark, sees the horizontal part of the Earth's rotation at azimuth ψ:"
         ),
         *equation("north"),
-        text(
+        Text(
             "The two components of that vector and the bias of each axis are fitted by generalised least squares in "
             "the noise of the model. The length of the vector is not taken from the latitude: that it agrees is a "
             "check. A direction is not a number on a line: the interval may wrap, and it is the whole circle where no "
@@ -130,5 +131,5 @@ def _method(document: Json) -> list[Block]:
         ),
         *equation("least_squares"),
         pairs([(f"Noise of {name}", model_words(model)) for name, model in document["models"].items()]),
-        references([ROSENBERG]),
+        References([ROSENBERG]),
     ]

@@ -6,14 +6,15 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from allanite.views.report.blocks import (
-    Block,
+from allanite.views.blocks import (
+    Hero,
+    Page,
+    PageBlock,
+    Text,
     drawn,
     equation,
     findings,
-    hero,
     pairs,
-    text,
 )
 from allanite.views.report.earth_rate import checks_table, contradiction_banners
 from allanite.views.report.measurement import judgement, measurement_page, rate_budget
@@ -34,7 +35,7 @@ __all__ = ["page"]
 Json = Mapping[str, Any]
 
 
-def page(document: Json) -> dict[str, Any]:
+def page(document: Json) -> Page:
     """The page of a null test."""
     recording = document.get("recording") or {}
     reversals = document.get("reversals")
@@ -58,7 +59,7 @@ def page(document: Json) -> dict[str, Any]:
     )
 
 
-def _verdict(document: Json) -> list[Block]:
+def _verdict(document: Json) -> list[PageBlock]:
     verdict = document["verdict"]
     blocks = [*contradiction_banners(document), *judgement(document)]
     value, ends, limit = null_words(document)
@@ -66,7 +67,7 @@ def _verdict(document: Json) -> list[Block]:
         return blocks
     error = number(document["error_of_rate"] / DEG_H, 3)
     blocks.append(
-        hero(
+        Hero(
             value,
             "deg/h follow the turns, + pointing east",
             f"{100 * document['confidence']:g} % interval {ends} deg/h: none above {limit} deg/h",
@@ -77,7 +78,7 @@ def _verdict(document: Json) -> list[Block]:
     return [*blocks, *rate_budget(null_budget(document))]
 
 
-def _checks(document: Json) -> list[Block]:
+def _checks(document: Json) -> list[PageBlock]:
     level, sd = document["bias"]
     return [
         *checks_table(document["checks"], "Questions put to what the fit leaves."),
@@ -85,7 +86,7 @@ def _checks(document: Json) -> list[Block]:
     ]
 
 
-def _record(document: Json) -> list[Block]:
+def _record(document: Json) -> list[PageBlock]:
     if not document.get("overview") or not document.get("reversals"):
         return []
     return drawn(
@@ -97,14 +98,14 @@ def _record(document: Json) -> list[Block]:
     )
 
 
-def _method(document: Json) -> list[Block]:
+def _method(document: Json) -> list[PageBlock]:
     return [
-        text(
+        Text(
             "Between east and west the horizontal part of the Earth's rotation does not change. What still follows the "
             "turns is an error that between north and south would be taken for the Earth:"
         ),
         *equation("null_test"),
-        text(
+        Text(
             "Positions within 45° of east or west are used. The test sees a bias that changes between these two: one "
             "that points along north and south on the ground shows in the Earth rate and not here."
         ),

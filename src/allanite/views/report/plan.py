@@ -6,16 +6,17 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from allanite.views.report.blocks import (
-    Block,
+from allanite.views.blocks import (
+    Banner,
     Cell,
-    banner,
+    Hero,
+    Page,
+    PageBlock,
+    Text,
     drawn,
     equation,
-    hero,
     pairs,
     table,
-    text,
 )
 from allanite.views.report.measurement import measurement_page
 from allanite.views.wording import angle, duration, goal_words, model_words, number, plan_table, sentence
@@ -25,7 +26,7 @@ __all__ = ["page"]
 Json = Mapping[str, Any]
 
 
-def page(document: Json) -> dict[str, Any]:
+def page(document: Json) -> Page:
     """The page of a plan."""
     rate = document["what"] == "rate"
     return measurement_page(
@@ -43,7 +44,7 @@ def page(document: Json) -> dict[str, Any]:
     )
 
 
-def _verdict(document: Json) -> list[Block]:
+def _verdict(document: Json) -> list[PageBlock]:
     made = plan_table(document)
     rows: list[list[str | Cell]] = [
         [
@@ -53,10 +54,10 @@ def _verdict(document: Json) -> list[Block]:
         ]
         for i, (dwell, cells, reached) in enumerate(made.rows)
     ]
-    blocks: list[Block] = [banner("warning", "Doubtful.", sentence(n)) for n in document.get("notes", ())]
+    blocks: list[PageBlock] = [Banner("warning", "Doubtful.", sentence(n)) for n in document.get("notes", ())]
     if document["duration"] is not None:
         blocks.append(
-            hero(
+            Hero(
                 duration(document["duration"]),
                 f"for {goal_words(document)}",
                 f"with dwells of {duration(document['dwell'])}",
@@ -64,7 +65,7 @@ def _verdict(document: Json) -> list[Block]:
                 "good",
             )
         )
-    blocks.append(text(sentence(document["says"])))
+    blocks.append(Text(sentence(document["says"])))
     blocks += table(
         ("Dwell", *made.durations, f"{goal_words(document)} after"),
         rows,
@@ -75,12 +76,12 @@ def _verdict(document: Json) -> list[Block]:
         factor = 100 if document["what"] == "rate" else 57.29577951308232
         unit = "%" if document["what"] == "rate" else "deg"
         stated = [(name, f"{number(value * factor, 3)} {unit}") for name, value in document["budget"].items()]
-        blocks.append(text("What no length of record reduces:"))
+        blocks.append(Text("What no length of record reduces:"))
         blocks.append(pairs([(name, words) for name, words in stated]))
     return blocks
 
 
-def _pictures(document: Json) -> list[Block]:
+def _pictures(document: Json) -> list[PageBlock]:
     return drawn(
         "plan",
         document,
@@ -89,9 +90,9 @@ def _pictures(document: Json) -> list[Block]:
     )
 
 
-def _method(document: Json) -> list[Block]:
+def _method(document: Json) -> list[PageBlock]:
     return [
-        text(
+        Text(
             "The covariance of a regression depends on the noise, the turns and the clock, not on the data. So it is "
             "computed from the columns alone, by the filter that would whiten the record; no sample is needed:"
         ),

@@ -6,15 +6,16 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from allanite.views.report.blocks import (
-    Block,
+from allanite.views.blocks import (
+    Banner,
     Cell,
-    banner,
+    Hero,
+    Page,
+    PageBlock,
+    References,
+    Text,
     equation,
-    hero,
-    references,
     table,
-    text,
 )
 from allanite.views.report.measurement import known_facts, measurement_page, views
 from allanite.views.wording import (
@@ -33,7 +34,7 @@ Json = Mapping[str, Any]
 FEDOROV = "V. V. Fedorov, “Theory of Optimal Experiments”, Academic Press (1972)."
 
 
-def page(document: Json) -> dict[str, Any]:
+def page(document: Json) -> Page:
     """The page of a plan of positions."""
     calibration = document["what"] == "calibration"
     return measurement_page(
@@ -52,18 +53,18 @@ def page(document: Json) -> dict[str, Any]:
     )
 
 
-def _verdict(document: Json) -> list[Block]:
+def _verdict(document: Json) -> list[PageBlock]:
     count = len(document["positions"])
     return [
-        *(banner("warning", "Mind.", sentence(note)) for note in document["notes"]),
-        hero(
+        *(Banner("warning", "Mind.", sentence(note)) for note in document["notes"]),
+        Hero(
             duration(document["total"]),
             f"for {count} position{'s' * (count != 1)}",
             f"{duration(document['turn'])} from rest to rest",
             "the goals are reached" if document["reached"] else "the goals are not reached",
             "good" if document["reached"] else "warning",
         ),
-        text(sentence(document["says"])),
+        Text(sentence(document["says"])),
         *table(("Number", "Position", "Rest"), position_rows(document), caption="In this order."),
         *table(
             ("Scheme", "reaches the goals after", "sd over goal in this time", "not determined"),
@@ -73,7 +74,7 @@ def _verdict(document: Json) -> list[Block]:
     ]
 
 
-def _pictures(document: Json) -> list[Block]:
+def _pictures(document: Json) -> list[PageBlock]:
     pictures = (
         ("sphere", "What points up in each position."),
         ("length", "Standard deviations over their goals, by length of the record."),
@@ -82,7 +83,7 @@ def _pictures(document: Json) -> list[Block]:
     return views(document, pictures)
 
 
-def _known(document: Json) -> list[Block]:
+def _known(document: Json) -> list[PageBlock]:
     rows: list[list[str | Cell]] = [
         [name, unit, Cell(text=sd, look="limit" if name in document["open"] else "value"), goal]
         for name, unit, sd, goal in planned_lines(document)
@@ -93,7 +94,7 @@ def _known(document: Json) -> list[Block]:
     ]
 
 
-def _method(document: Json) -> list[Block]:
+def _method(document: Json) -> list[PageBlock]:
     words = (
         "The covariance depends on the positions, the turns and the noise models, not on the data: it is that which "
         "the calibration itself will state. "
@@ -105,4 +106,4 @@ def _method(document: Json) -> list[Block]:
             "Positions are added one by one, each the one that helps most; then they are exchanged for others, left "
             "out or held longer as long as that shortens the record."
         )
-    return [text(words), *equation("least_squares"), references([FEDOROV])]
+    return [Text(words), *equation("least_squares"), References([FEDOROV])]

@@ -7,17 +7,18 @@ from collections.abc import Mapping
 from typing import Any
 
 from allanite.plain_files.counted import plural
-from allanite.views.report.blocks import (
-    Block,
-    details,
+from allanite.views.blocks import (
+    Details,
+    Hero,
+    Page,
+    PageBlock,
+    References,
+    Text,
     drawn,
     equation,
     findings,
-    hero,
     pairs,
-    references,
     table,
-    text,
 )
 from allanite.views.report.earth_rate import ROSENBERG, checks_table
 from allanite.views.report.measurement import judgement, measurement_page, views
@@ -41,7 +42,7 @@ __all__ = ["page"]
 Json = Mapping[str, Any]
 
 
-def page(document: Json) -> dict[str, Any]:
+def page(document: Json) -> Page:
     """The page of a run on a rate table."""
     return measurement_page(
         document,
@@ -66,7 +67,7 @@ def page(document: Json) -> dict[str, Any]:
     )
 
 
-def _verdict(document: Json) -> list[Block]:
+def _verdict(document: Json) -> list[PageBlock]:
     verdict = document["verdict"]
     blocks = judgement(document, [*document["notes"], *document["advice"]])
     lines = response_lines(document)
@@ -78,7 +79,7 @@ def _verdict(document: Json) -> list[Block]:
             "",
         )
         blocks.append(
-            hero(
+            Hero(
                 main.value,
                 f"scale factor{', ' if main.unit else ''}{main.unit}",
                 f"{percent} interval {main.range}",
@@ -94,12 +95,12 @@ def _verdict(document: Json) -> list[Block]:
     )
     rows = response_budget(document)
     if len(rows) < 2:
-        return [*blocks, text(NOISE_ALONE, note=True)]
+        return [*blocks, Text(NOISE_ALONE, note=True)]
     heads = ("Source", "Standard uncertainty of the scale factor, ppm")
     return [*blocks, *table(heads, rows, caption="Where the uncertainty comes from.")]
 
 
-def _pictures(document: Json) -> list[Block]:
+def _pictures(document: Json) -> list[PageBlock]:
     shown = (
         ("response",
          "The response less its best straight line. Where the band holds zero, the line is as good as the curve.",
@@ -112,7 +113,7 @@ def _pictures(document: Json) -> list[Block]:
     return views(document, shown)
 
 
-def _steps(document: Json) -> list[Block]:
+def _steps(document: Json) -> list[PageBlock]:
     rows = step_rows(document)
     if not rows:
         return []
@@ -132,11 +133,11 @@ def _steps(document: Json) -> list[Block]:
         "",
     )
     return [
-        details(plural(len(rows), "step"), table(heads, cells, caption="Residuals in ppm of full scale."))
+        Details(plural(len(rows), "step"), table(heads, cells, caption="Residuals in ppm of full scale."))
     ]
 
 
-def _frequencies(document: Json) -> list[Block]:
+def _frequencies(document: Json) -> list[PageBlock]:
     rows = document["frequencies"]
     if not rows:
         return []
@@ -163,12 +164,12 @@ def _frequencies(document: Json) -> list[Block]:
     ]
 
 
-def _checks(document: Json) -> list[Block]:
+def _checks(document: Json) -> list[PageBlock]:
     blocks = checks_table(document["checks"], "Questions put to what the fit leaves.")
     aided = document["aided"]
     if aided is None:
         return blocks
-    return [*blocks, text(_aided_words(aided, document), note=True)]
+    return [*blocks, Text(_aided_words(aided, document), note=True)]
 
 
 def _aided_words(aided: Json, document: Json) -> str:
@@ -186,14 +187,14 @@ def _aided_words(aided: Json, document: Json) -> str:
     )
 
 
-def _method(document: Json) -> list[Block]:
+def _method(document: Json) -> list[PageBlock]:
     return [
-        text(
+        Text(
             "The output of the sensor against the rate x of the table, u being x over the largest rate, in the noise "
             "of the model:"
         ),
         *equation("rate_table"),
-        text(
+        Text(
             "Level, slope and curvature are fitted by generalised least squares. The curvature enters less its best "
             "straight line, so that the scale factor is the slope of the best straight line through the response; the "
             "bias is the response at rest. Where the rate changes all the time, the delay between the clocks is one "
@@ -209,5 +210,5 @@ def _method(document: Json) -> list[Block]:
                 ("Means over", duration(document["block"])),
             ]
         ),
-        references([ROSENBERG]),
+        References([ROSENBERG]),
     ]

@@ -6,15 +6,16 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from allanite.views.report.blocks import (
-    Block,
+from allanite.views.blocks import (
+    Hero,
+    Page,
+    PageBlock,
+    Text,
     drawn,
     equation,
     findings,
-    hero,
     pairs,
     table,
-    text,
 )
 from allanite.views.report.earth_rate import checks_table, estimates_table
 from allanite.views.report.measurement import judgement, measurement_page, rate_budget
@@ -38,7 +39,7 @@ __all__ = ["page"]
 Json = Mapping[str, Any]
 
 
-def page(document: Json) -> dict[str, Any]:
+def page(document: Json) -> Page:
     """The page of a rate vector."""
     return measurement_page(
         document,
@@ -66,7 +67,7 @@ def page(document: Json) -> dict[str, Any]:
     )
 
 
-def _verdict(document: Json) -> list[Block]:
+def _verdict(document: Json) -> list[PageBlock]:
     verdict = document["verdict"]
     blocks = judgement(document, [words for words in document["advice"] if words not in document["reason"]])
     if document["length"] is None:
@@ -75,7 +76,7 @@ def _verdict(document: Json) -> list[Block]:
     lines = length_lines(document)
     main, known = lines
     blocks.append(
-        hero(
+        Hero(
             main.value,
             "deg/h",
             f"{percent} interval {main.range} deg/h",
@@ -83,7 +84,7 @@ def _verdict(document: Json) -> list[Block]:
             tone(verdict),
         )
     )
-    blocks.append(text(sentence(document["statement"]), note=True))
+    blocks.append(Text(sentence(document["statement"]), note=True))
     blocks += estimates_table(lines, f"Length of the vector, with its {percent} interval.")
     blocks += table(
         ("Axis", "deg/h", "Standard deviation, deg/h", "Angle to the vector"),
@@ -93,14 +94,14 @@ def _verdict(document: Json) -> list[Block]:
     return [*blocks, *_budget(document)]
 
 
-def _budget(document: Json) -> list[Block]:
+def _budget(document: Json) -> list[PageBlock]:
     rows = vector_budget(document)
     if not rows:
-        return [text(EMPTY_BUDGET, note=True)]
+        return [Text(EMPTY_BUDGET, note=True)]
     return rate_budget(rows)
 
 
-def _pictures(document: Json) -> list[Block]:
+def _pictures(document: Json) -> list[PageBlock]:
     return [
         *drawn(
             "length",
@@ -120,7 +121,7 @@ def _pictures(document: Json) -> list[Block]:
     ]
 
 
-def _record(document: Json) -> list[Block]:
+def _record(document: Json) -> list[PageBlock]:
     return [
         *drawn(
             "record-figure",
@@ -144,7 +145,7 @@ def _record(document: Json) -> list[Block]:
     ]
 
 
-def _checks(document: Json) -> list[Block]:
+def _checks(document: Json) -> list[PageBlock]:
     caption = "Questions put to the vector. Chance: of so large a value if the answer is yes."
     return [
         *checks_table(document["checks"], caption),
@@ -152,21 +153,21 @@ def _checks(document: Json) -> list[Block]:
     ]
 
 
-def _method(document: Json) -> list[Block]:
+def _method(document: Json) -> list[PageBlock]:
     return [
-        text(
+        Text(
             "Three gyros at right angles see the whole rotation of the Earth, whatever their attitude C, and their "
             "biases. The length of the Earth's part needs no latitude, heading or level:"
         ),
         *equation("rate_vector"),
-        text(
+        Text(
             "The record is cut into cells. A cell in which an axis moves more than in the quiet ones, at any time "
             "scale, or whose mean is off theirs, is left out with its neighbours. The level of what is left is fitted "
             "in the noise of each axis, by a model that is given or, without one, by the noise of the quiet parts "
             "themselves averaged over all that they allow. The part that noise adds to the length of a mean is taken "
             "off. The interval is Student's, and no narrower than the scatter of batches of cells."
         ),
-        text(
+        Text(
             "A length that agrees with the Earth is no proof that the biases are small: they may happen to make it up. "
             "The angle to gravity, and the same length in several poses, are what speaks against that."
         ),

@@ -6,16 +6,17 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from allanite.views.report.blocks import (
-    Block,
+from allanite.views.blocks import (
+    Page,
+    PageBlock,
+    References,
+    Subheading,
+    Text,
     drawn,
     equation,
     findings,
-    heading,
     pairs,
-    references,
     table,
-    text,
 )
 from allanite.views.report.measurement import judgement, measurement_page
 from allanite.views.wording import (
@@ -46,7 +47,7 @@ BUCKLAND = (
 )
 
 
-def page(document: Json) -> dict[str, Any]:
+def page(document: Json) -> Page:
     """The page of a selection."""
     channels = document["channels"]
     return measurement_page(
@@ -68,15 +69,15 @@ def page(document: Json) -> dict[str, Any]:
     )
 
 
-def _verdict(document: Json) -> list[Block]:
+def _verdict(document: Json) -> list[PageBlock]:
     channels = document["channels"]
     told = [f"{c['name']}: {c['verdict']}" for c in channels] if len(channels) > 1 else []
     told += [f"{c['name']}: {remark}" for c in channels for remark in c["remarks"]]
     return judgement(document, told)
 
 
-def _sets(document: Json) -> list[Block]:
-    blocks: list[Block] = []
+def _sets(document: Json) -> list[PageBlock]:
+    blocks: list[PageBlock] = []
     for i, channel in enumerate(document["channels"]):
         name, options = channel["name"], {"channels": [channel["name"]]}
         words = f"{name}: weight of every set of terms that was tried."
@@ -97,12 +98,12 @@ def _sets(document: Json) -> list[Block]:
     return blocks
 
 
-def _terms(document: Json) -> list[Block]:
-    blocks: list[Block] = []
+def _terms(document: Json) -> list[PageBlock]:
+    blocks: list[PageBlock] = []
     level = f"{100 * document['confidence']:g} %"
     for channel in document["channels"]:
         if len(document["channels"]) > 1:
-            blocks.append(heading(channel["name"]))
+            blocks.append(Subheading(channel["name"]))
         blocks += table(
             ("Term", "In sets of weight", f"{level} interval over all sets"),
             term_lines(channel),
@@ -117,15 +118,15 @@ def _terms(document: Json) -> list[Block]:
     return blocks
 
 
-def _method(document: Json) -> list[Block]:
+def _method(document: Json) -> list[PageBlock]:
     return [
-        text(
+        Text(
             "Every sum of terms is a candidate: quantisation, white noise, flicker, up to two Gauss-Markov terms, "
             "random walk, ramp. The likelihood of the samples is maximised for each set that is tried, from set to "
             "set until none that is one step away is better. A set scores and weighs"
         ),
         *equation("selection"),
-        text(
+        Text(
             "The price c of a term is what the likelihood gains in one record out of a hundred when the term is "
             "absent: 5.41 for a variance, which cannot be negative; 9.5 for a Gauss-Markov term, whose correlation "
             "time is free, and which with a long one passes for a random walk; 9.5 for a ramp, which weak slow noise "
@@ -133,9 +134,9 @@ def _method(document: Json) -> list[Block]:
             "for a spectral line by the number of frequencies that it was looked for at. A term too weak to be seen "
             "can never be excluded: every absent one keeps some percent of the weight."
         ),
-        text(
+        Text(
             "The intervals of the parameters are quantiles of the mixture of all sets by their weight. Intervals "
             "that take the chosen set for granted would cover too little."
         ),
-        references([SELF, DAVIES, BURNHAM, BUCKLAND]),
+        References([SELF, DAVIES, BURNHAM, BUCKLAND]),
     ]

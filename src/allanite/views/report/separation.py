@@ -6,13 +6,14 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from allanite.views.report.blocks import (
-    Block,
+from allanite.views.blocks import (
+    Page,
+    PageBlock,
+    References,
+    Text,
     equation,
     findings,
-    references,
     table,
-    text,
 )
 from allanite.views.report.measurement import judgement, known_facts, measurement_page, views
 from allanite.views.wording import duration, part_lines, part_term_lines, separation_facts
@@ -32,7 +33,7 @@ LANTZ = (
 WEERAHANDI = "S. Weerahandi, “Generalized confidence intervals”, J. Am. Stat. Assoc. 88 (1993) 899."
 
 
-def page(document: Json) -> dict[str, Any]:
+def page(document: Json) -> Page:
     """The page of a separation."""
     return measurement_page(
         document,
@@ -53,14 +54,14 @@ def page(document: Json) -> dict[str, Any]:
     )
 
 
-def _verdict(document: Json) -> list[Block]:
+def _verdict(document: Json) -> list[PageBlock]:
     return [
         *judgement(document, document["remarks"]),
         known_facts(separation_facts(document)),
     ]
 
 
-def _pictures(document: Json) -> list[Block]:
+def _pictures(document: Json) -> list[PageBlock]:
     pictures = (
         ("parts", "Allan deviation of what each sensor has alone, and of what all share."),
         ("correlation", "Correlation of the sensors over the averaging time."),
@@ -68,7 +69,7 @@ def _pictures(document: Json) -> list[Block]:
     return views(document, pictures)
 
 
-def _noise(document: Json) -> list[Block]:
+def _noise(document: Json) -> list[PageBlock]:
     percent = f"{100 * document['confidence']:g} %"
     heads, rows = part_lines(document)
     term_heads, terms = part_term_lines(document)
@@ -86,16 +87,16 @@ def _noise(document: Json) -> list[Block]:
     ]
 
 
-def _method(document: Json) -> list[Block]:
+def _method(document: Json) -> list[PageBlock]:
     return [
-        text("Differences of adjacent means of all sensors, at the positions where all are complete:"),
+        Text("Differences of adjacent means of all sensors, at the positions where all are complete:"),
         *equation("separation"),
-        text(
+        Text(
             "Two sensors: their covariance is the variance of the common part. Three: the own noise follows from the "
             "variances of the differences (three-cornered hat), whatever all three share. An estimate may come out "
             "negative; its interval then reaches zero and its upper end is an upper limit. Degrees of freedom come "
             "from the exact variance of every estimate under the noise terms of all parts; the interval is that of a "
             "covariance with so many degrees of freedom, right also near zero."
         ),
-        references([GRAY, LANTZ, WEERAHANDI]),
+        References([GRAY, LANTZ, WEERAHANDI]),
     ]

@@ -6,17 +6,18 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from allanite.views.report.blocks import (
-    Block,
-    banner,
+from allanite.views.blocks import (
+    Banner,
+    Page,
+    PageBlock,
+    References,
+    Subheading,
+    Text,
     drawn,
     equation,
     findings,
-    heading,
     pairs,
-    references,
     table,
-    text,
 )
 from allanite.views.report.measurement import measurement_page
 from allanite.views.wording import (
@@ -44,7 +45,7 @@ HARRIS = (
 SYKULSKI = "A. Sykulski et al., “The debiased Whittle likelihood”, Biometrika 106 (2019) 251."
 
 
-def page(document: Json) -> dict[str, Any]:
+def page(document: Json) -> Page:
     """The page of the spectra of a log."""
     recording = document["recording"]
     return measurement_page(
@@ -66,20 +67,20 @@ def page(document: Json) -> dict[str, Any]:
     )
 
 
-def _spectra(document: Json) -> list[Block]:
-    blocks: list[Block] = []
+def _spectra(document: Json) -> list[PageBlock]:
+    blocks: list[PageBlock] = []
     for i, channel in enumerate(document["channels"]):
         model = "; dashed, the model as these segments would show it" if channel.get("expected") else ""
         caption = f"{channel['name']}: root of the two-sided density with its interval{model}."
         said = spectral_agreement(channel)
         if said:
             good = "do not" not in said
-            blocks.append(banner("good" if good else "warning", channel["name"], said))
+            blocks.append(Banner("good" if good else "warning", channel["name"], said))
         blocks += drawn(f"spectrum-{i}", document, caption, caption, channel=channel["name"])
     return blocks
 
 
-def _lines(document: Json) -> list[Block]:
+def _lines(document: Json) -> list[PageBlock]:
     return [
         block
         for channel in document["channels"]
@@ -91,14 +92,14 @@ def _lines(document: Json) -> list[Block]:
     ]
 
 
-def _densities(document: Json) -> list[Block]:
-    blocks: list[Block] = []
+def _densities(document: Json) -> list[PageBlock]:
+    blocks: list[PageBlock] = []
     for channel in document["channels"]:
         level = f"{100 * channel['spectrum']['confidence']:g} % interval"
         rows = density_lines(channel)
         model = channel.get("expected") is not None
         heads = ("Frequency", f"Root density, {level}", "Model")
-        blocks.append(heading(channel["name"]))
+        blocks.append(Subheading(channel["name"]))
         blocks += table(heads if model else heads[:2], rows if model else [row[:2] for row in rows])
         facts = [(name.capitalize(), words) for name, words in spectrum_facts(channel)]
         if channel.get("model"):
@@ -107,11 +108,11 @@ def _densities(document: Json) -> list[Block]:
     return blocks
 
 
-def _method(_: Json) -> list[Block]:
+def _method(_: Json) -> list[PageBlock]:
     return [
-        text("Each point is the mean of periodograms of overlapping, windowed segments:"),
+        Text("Each point is the mean of periodograms of overlapping, windowed segments:"),
         *equation("periodogram"),
-        text(
+        Text(
             "Its interval is chi-square, with the degrees of freedom that window and overlap leave. A model is drawn "
             "as these segments would show it: its density folded by sampling, averaged over the window. Isolated "
             "missing samples are bridged by their expected value, and the density of its errors is added: the "
@@ -119,5 +120,5 @@ def _method(_: Json) -> list[Block]:
             "hold longer gaps are left out. A line is steady when its amplitude and phase, part by part of the "
             "record, scatter no more than the noise around it explains; then it is a sinusoid, and can be taken out."
         ),
-        references([WELCH, HARRIS, SYKULSKI]),
+        References([WELCH, HARRIS, SYKULSKI]),
     ]

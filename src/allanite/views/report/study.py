@@ -8,11 +8,12 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from allanite.quantities.display_units import display_unit, si_unit
+from allanite.recording.health import Finding
 from allanite.views.figures import sheet_of
 from allanite.views.figures.curves import STATISTICS
 from allanite.views.figures.panel import DARK, LIGHT
+from allanite.views.pieces import Figure, finding_row, finding_rows, provenance_rows
 from allanite.views.report.environment import pictures_of
-from allanite.views.report.pieces import Figure, finding_row, provenance_rows
 from allanite.views.wording import (
     COLUMNS,
     GUARANTEE,
@@ -23,7 +24,6 @@ from allanite.views.wording import (
     effect_lines,
     environment_facts,
     environment_sentences,
-    finding_kinds,
     floor_lines,
     groups,
     headings,
@@ -55,7 +55,8 @@ def page(study: Json) -> dict[str, Any]:
     """Everything the template needs."""
     sections = [_section(i, group, study) for i, group in enumerate(groups(study["channels"]))]
     record, rate = _record_figure(study), study["recording"]["rate"]
-    open_ = worst([f for f in study["findings"] if not f.get("accepted")])
+    findings = [Finding.from_json(f) for f in study["findings"]]
+    open_ = worst(f for f in findings if not f.accepted)
     environment = [_environment(c["environment"]) for c in study["channels"] if c.get("environment")]
     figures = [
         f
@@ -68,8 +69,8 @@ def page(study: Json) -> dict[str, Any]:
         "facts": _facts(study["recording"]),
         "sections": sections,
         "worst": finding_row(open_, rate) if open_ else None,
-        "accepted": [finding_row(f, rate) for f in study["findings"] if f.get("accepted")],
-        "findings": [[finding_row(f, rate) for f in kind] for kind in finding_kinds(study["findings"])],
+        "accepted": [finding_row(f, rate) for f in findings if f.accepted],
+        "findings": finding_rows(findings, rate),
         "advice": _advice(study["channels"]),
         "reached": _reached(study["channels"]),
         "record": record,

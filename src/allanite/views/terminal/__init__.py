@@ -22,6 +22,7 @@ from allanite.views.terminal.measurements import (
     show_rate_vector,
 )
 from allanite.views.terminal.monitor import monitoring, show_monitor
+from allanite.views.terminal.page import show_page
 from allanite.views.terminal.position_plan import show_position_plan
 from allanite.views.terminal.rate_table import show_rate_table
 from allanite.views.terminal.recovery import show_compaction, show_recovery
@@ -37,7 +38,6 @@ from allanite.views.terminal.study import (
     show_recording,
     show_study,
 )
-from allanite.views.terminal.variation import show_variation
 
 __all__ = [
     "journal",
@@ -67,6 +67,7 @@ __all__ = [
     "show_monitor",
     "show_north",
     "show_null",
+    "show_page",
     "show_plan",
     "show_position_plan",
     "show_rate_table",
@@ -77,5 +78,4 @@ __all__ = [
     "show_separation",
     "show_spectrum",
     "show_study",
-    "show_variation",
 ]

@@ -11,11 +11,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Protocol
 
 from allanite.quantities.display_units import display_unit
+from allanite.quantities.number_words import duration, interval, number, with_parentheses
 from allanite.recording.records import Channel, Kind
 from allanite.views.terminal.console import console, is_terminal, table_of
 from allanite.views.terminal.octaves import octave_table
 from allanite.views.terminal.parts import TONES
-from allanite.views.wording.numbers import duration, interval, number, with_parentheses
 
 if TYPE_CHECKING:
     from rich.console import Console, Group

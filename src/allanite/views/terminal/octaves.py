@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from allanite.quantities.display_units import display_unit
+from allanite.quantities.number_words import duration, interval, number
 from allanite.views.terminal.console import table_of
-from allanite.views.wording.numbers import duration, interval, number
 
 if TYPE_CHECKING:
     from rich.table import Table

@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from allanite.plain_files.printable import printable
+from allanite.recording.health import Finding
 from allanite.views.terminal.console import table_of
 from allanite.views.terminal.study import show_findings
 from allanite.views.wording import check_lines, headline, sentence, tone
@@ -95,5 +96,5 @@ def say_files(out: Console, files: Sequence[object]) -> None:
 
 def say_end(out: Console, document: Json, files: Sequence[object]) -> None:
     """How every measurement ends: findings that somebody has to know, and the files."""
-    show_findings([f for f in document.get("findings", ()) if f["severity"] != "info"])
+    show_findings([Finding.from_json(f) for f in document.get("findings", ()) if f["severity"] != "info"])
     say_files(out, files)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from allanite.plain_files.printable import printable
 from allanite.quantities.display_units import display_unit, si_unit
+from allanite.recording.health import Finding, Severity
 from allanite.views.terminal.console import WIDE, console, table_of
 from allanite.views.terminal.floor import show_over_floor
 from allanite.views.wording import (
@@ -61,8 +62,9 @@ _COLOURS = {"fatal": "bold red", "warning": "yellow", "info": "cyan"}
 def show_study(study: Json, files: Sequence[object] = (), notes: Sequence[str] = ()) -> None:
     """Findings, the parameters in people's units and in SI, files, and what to do next."""
     out = console()
-    show_movement(study["findings"])
-    show_findings(study["findings"])
+    findings = [Finding.from_json(f) for f in study["findings"]]
+    show_movement(findings)
+    show_findings(findings)
     for words in environment_sentences(study["channels"]):
         out.print(words, soft_wrap=True)
         out.print()
@@ -79,7 +81,7 @@ def show_models(channels: Sequence[Json]) -> None:
     _parameters(console(), channels)
 
 
-def show_movement(findings: Sequence[Json]) -> None:
+def show_movement(findings: Sequence[Finding]) -> None:
     """That a log moves, before anything else is said of it."""
     from rich.text import Text
 
@@ -89,20 +91,20 @@ def show_movement(findings: Sequence[Json]) -> None:
         console().print()
 
 
-def show_findings(findings: Sequence[Json]) -> None:
+def show_findings(findings: Sequence[Finding]) -> None:
     """What was found, the worst first; findings of one kind together, with their advice once."""
     from rich.padding import Padding
     from rich.text import Text
 
     out = console()
     for members in finding_kinds(findings):
-        severity, code = members[0]["severity"], members[0]["code"]
-        head = severity + (" (accepted)" if members[0].get("accepted") else "")
-        out.print(Text.assemble((head, _COLOURS.get(severity, "")), f" {code}"))
+        severity, code = members[0].severity, members[0].code
+        head = severity.value + (" (accepted)" if members[0].accepted else "")
+        out.print(Text.assemble((head, _COLOURS[severity.value]), f" {code}"))
         for words in said_of(members):
             out.print(Padding(Text(words), (0, 0, 0, 2), expand=False))
-        if severity != "info":
-            for advice in dict.fromkeys(f["advice"] for f in members if f["advice"]):
+        if severity is not Severity.INFO:
+            for advice in dict.fromkeys(f.advice for f in members if f.advice):
                 out.print(Padding(Text(f"→ {advice}", style="dim"), (0, 0, 0, 2), expand=False))
     if findings:
         out.print()
@@ -111,7 +113,8 @@ def show_findings(findings: Sequence[Json]) -> None:
 def show_recording(facts: Json) -> None:
     """What a log holds: `facts` are those of `allanite.commands.recordings.describe`."""
     out = console()
-    show_movement(facts["findings"])
+    findings = [Finding.from_json(f) for f in facts["findings"]]
+    show_movement(findings)
     table = table_of(("Channel", "Kind", "Unit", "SI value of one", "Samples are"))
     for c in facts["channels"]:
         scale = "–" if c["kind"] in ("counts", "unknown", "other") else f"{c['scale']:.7g}"
@@ -128,8 +131,8 @@ def show_recording(facts: Json) -> None:
     _gaps(out, facts)
     _missing(out, facts)
     out.print()
-    show_findings(facts["findings"])
-    if not facts["findings"]:
+    show_findings(findings)
+    if not findings:
         out.print("Nothing is wrong with it that allanite looks for.")
 
 

@@ -4,13 +4,12 @@
 Terminal, report and figures say the same thing because they all say it through this package. It reads the plain
 documents of results and holds no formula: it rounds, chooses units and makes sentences.
 
-``numbers``  numbers, intervals, probabilities, time spans
 ``study``    noise coefficients and what a study says of them
+``findings``  what is wrong with a record
 ``provisos``  aperture, scale factor, what a run lacks
 ``rates``    Earth rate, filter and plan
 ``north``    directions
 ``redundancy``  combined sensors
-``variation``  deviation over time
 ``selection``  sets of terms
 ``separation``  what sensors share, and what each has alone
 ``comparison``  records beside one another
@@ -25,6 +24,7 @@ documents of results and holds no formula: it rounds, chooses units and makes se
 ``calibration``  parameters, positions and turns of a self-calibration
 """
 
+from allanite.quantities.number_words import duration, interval, number, probability, with_sd
 from allanite.views.wording.alignment import (
     AngleLine,
     alignment_budget,
@@ -81,6 +81,7 @@ from allanite.views.wording.environment import (
     environment_sentences,
     temperature_unit,
 )
+from allanite.views.wording.findings import finding_kinds, movement, said_of, severity_order, worst
 from allanite.views.wording.floor import floor_lines
 from allanite.views.wording.north import (
     angle_budget_lines,
@@ -89,7 +90,6 @@ from allanite.views.wording.north import (
     heading_words,
     horizontal_words,
 )
-from allanite.views.wording.numbers import duration, interval, number, probability, with_sd
 from allanite.views.wording.position_plan import (
     parameter_unit,
     plan_facts,
@@ -174,18 +174,13 @@ from allanite.views.wording.study import (
     ONE_RECORD,
     ChannelGroup,
     CoefficientWording,
-    finding_kinds,
     groups,
     headings,
-    movement,
     reading,
     readings,
-    said_of,
-    severity_order,
     shown_symbol,
     slope_reading,
     verdict,
-    worst,
 )
 from allanite.views.wording.turned_axis import (
     axis_facts,
@@ -193,7 +188,6 @@ from allanite.views.wording.turned_axis import (
     function_of_latitude,
     unstated_words,
 )
-from allanite.views.wording.variation import change_lines, constancy_lines, part_name, variation_facts
 from allanite.views.wording.vector import (
     EMPTY_BUDGET,
     axis_lines,
@@ -249,7 +243,6 @@ __all__ = [
     "calibration_name",
     "candidate_lines",
     "capitalised",
-    "change_lines",
     "channel_names",
     "channel_table",
     "check_lines",
@@ -260,7 +253,6 @@ __all__ = [
     "compared_unit",
     "comparison_facts",
     "consistency_lines",
-    "constancy_lines",
     "contradictions",
     "density_lines",
     "density_unit",
@@ -314,7 +306,6 @@ __all__ = [
     "parameter_name",
     "parameter_unit",
     "part_lines",
-    "part_name",
     "part_term_lines",
     "plan_facts",
     "plan_table",
@@ -367,7 +358,6 @@ __all__ = [
     "turn_words",
     "unstated_words",
     "used_words",
-    "variation_facts",
     "vector_budget",
     "verdict",
     "week_lines",

@@ -9,8 +9,8 @@ from dataclasses import dataclass
 from statistics import NormalDist
 from typing import Any
 
+from allanite.quantities.number_words import duration, interval, number
 from allanite.views.wording.north import arcs_words
-from allanite.views.wording.numbers import duration, interval, number
 from allanite.views.wording.rates import DEG, DEG_H
 
 __all__ = [

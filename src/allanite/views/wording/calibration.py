@@ -11,8 +11,8 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from allanite.quantities.number_words import duration, interval, number
 from allanite.quantities.units import STANDARD_GRAVITY
-from allanite.views.wording.numbers import duration, interval, number
 from allanite.views.wording.rates import DEG, DEG_H, angle
 
 __all__ = [

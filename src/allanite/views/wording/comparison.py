@@ -8,7 +8,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from allanite.quantities.display_units import display_unit
-from allanite.views.wording.numbers import duration, interval, number, probability
+from allanite.quantities.number_words import duration, interval, number, probability
 
 __all__ = [
     "adjusted_p",

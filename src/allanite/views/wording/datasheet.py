@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 from allanite.quantities.display_units import display_unit
-from allanite.views.wording.numbers import interval, number
+from allanite.quantities.number_words import interval, number
 
 __all__ = ["StatementLine", "bound_lines", "bound_words", "inflation_words", "statement_lines"]
 

@@ -7,7 +7,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from allanite.views.wording.numbers import duration, interval, number
+from allanite.quantities.number_words import duration, interval, number
 from allanite.views.wording.rates import DEG, angle, model_words
 
 __all__ = [

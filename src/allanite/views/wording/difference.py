@@ -9,7 +9,7 @@ from typing import Any
 
 from allanite.noise import NoiseModel
 from allanite.quantities.display_units import display_unit
-from allanite.views.wording.numbers import duration, interval, number
+from allanite.quantities.number_words import duration, interval, number
 from allanite.views.wording.study import COLUMNS, column_of, reading, shown_symbol
 
 __all__ = ["drift_lines", "drift_unit", "pair_lines", "rest_words"]

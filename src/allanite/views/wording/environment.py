@@ -6,8 +6,9 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from allanite.plain_files.counted import listed
 from allanite.quantities.display_units import display_unit
-from allanite.views.wording.numbers import duration, interval, number, probability
+from allanite.quantities.number_words import duration, interval, number, probability
 from allanite.views.wording.rates import model_words, sentence
 
 __all__ = [
@@ -159,7 +160,7 @@ def _summary(found: Json) -> str:
     if taken:
         correction = found["correction"]
         i = max(range(len(correction["tau"])), key=lambda k: correction["share"][k])
-        words.append(f"the noise model is that of the residual, without {_listed(taken)}")
+        words.append(f"the noise model is that of the residual, without {listed(taken)}")
         words.append(
             f"together {100 * correction['share'][i]:.0f} % of the Allan variance at {duration(correction['tau'][i])}"
         )
@@ -176,7 +177,3 @@ def _summary(found: Json) -> str:
     if warm["found"] and warm["action"] != "modelled":
         words.append(f"warm-up {_warm_up_words(found)}")
     return sentence("; ".join([*words, *found["advice"]]))
-
-
-def _listed(words: Sequence[str]) -> str:
-    return words[0] if len(words) == 1 else f"{', '.join(words[:-1])} and {words[-1]}"

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from allanite.quantities.display_units import display_unit
-from allanite.views.wording.numbers import number
+from allanite.quantities.number_words import number
 
 __all__ = ["floor_lines"]
 

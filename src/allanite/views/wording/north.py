@@ -7,7 +7,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from allanite.views.wording.numbers import interval, number
+from allanite.quantities.number_words import interval, number
 from allanite.views.wording.rates import DEG, DEG_H
 
 __all__ = ["angle_budget_lines", "arcs_words", "azimuth_words", "heading_words", "horizontal_words"]

@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from allanite.quantities.display_units import display_unit
-from allanite.views.wording.numbers import duration, number
+from allanite.quantities.number_words import duration, number
 from allanite.views.wording.rates import DEG, angle, model_words
 
 __all__ = ["parameter_unit", "plan_facts", "planned_lines", "position_rows", "scheme_lines"]

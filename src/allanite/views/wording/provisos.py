@@ -12,7 +12,7 @@ from typing import Any
 
 from allanite.noise import Estimate
 from allanite.quantities.display_units import display_unit
-from allanite.views.wording.numbers import duration, interval, number
+from allanite.quantities.number_words import duration, interval, number
 
 __all__ = ["missing_lines", "provisos", "record_facts"]
 

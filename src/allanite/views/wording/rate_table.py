@@ -10,7 +10,7 @@ from typing import Any
 
 from allanite.errors import InputError
 from allanite.quantities.display_units import display_unit
-from allanite.views.wording.numbers import duration, interval, number
+from allanite.quantities.number_words import duration, interval, number
 from allanite.views.wording.rates import DEG, capitalised
 
 __all__ = [
@@ -84,10 +84,10 @@ def output_unit(document: Json) -> tuple[str, float]:
 
 
 def _is_rate(unit: str) -> bool:
-    from allanite.quantities.units import Quantity, parse_unit
+    from allanite.quantities.units import QuantityKind, parse_unit
 
     try:
-        return parse_unit(unit).quantity is Quantity.ANGLE_RATE
+        return parse_unit(unit).quantity is QuantityKind.ANGLE_RATE
     except InputError:
         return False
 

@@ -15,7 +15,7 @@ from typing import Any
 from allanite.noise import GaussMarkov, NoiseModel, Sinusoid
 from allanite.quantities.display_units import display_unit
 from allanite.quantities.earth import EARTH_RATE
-from allanite.views.wording.numbers import duration, interval, number, probability, with_sd
+from allanite.quantities.number_words import duration, interval, number, probability, with_sd
 from allanite.views.wording.study import COLUMNS
 from allanite.views.wording.turned_axis import reading_words
 
@@ -157,13 +157,13 @@ def contradictions(document: Json) -> list[str]:
     ]
 
 
-def model_words(model: Json) -> str:
+def model_words(model: NoiseModel | Json) -> str:
     """The terms of a noise model with their values in people's units.
 
     >>> model_words({"kind": "rate", "terms": [{"type": "white", "N": 2.1e-4}]})
     'N 0.722 deg/√h'
     """
-    made = NoiseModel.from_json(model)
+    made = model if isinstance(model, NoiseModel) else NoiseModel.from_json(model)
     values: dict[str, float] = {}
     lines: list[str] = []
     for term in made.terms:

@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from allanite.quantities.display_units import display_unit
-from allanite.views.wording.numbers import duration, interval, number, probability
+from allanite.quantities.number_words import duration, interval, number, probability
 
 __all__ = ["candidate_lines", "chosen_line_lines", "selection_facts", "term_lines", "weight_words"]
 

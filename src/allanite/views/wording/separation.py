@@ -7,7 +7,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from allanite.quantities.display_units import display_unit
-from allanite.views.wording.numbers import duration, interval, number, probability
+from allanite.quantities.number_words import duration, interval, number, probability
 
 __all__ = ["part_lines", "part_term_lines", "separation_facts"]
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from allanite.quantities.display_units import display_unit
-from allanite.views.wording.numbers import interval, number
+from allanite.quantities.number_words import interval, number
 
 __all__ = ["density_lines", "density_unit", "line_lines", "spectral_agreement", "spectrum_facts"]
 

@@ -9,9 +9,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from allanite.plain_files.counted import listed
 from allanite.quantities.display_units import display_unit, si_unit
-from allanite.recording.health.catalogue import MOVES
-from allanite.views.wording.numbers import interval, number, probability
+from allanite.quantities.number_words import interval, number, probability
 
 __all__ = [
     "COLUMNS",
@@ -21,18 +21,13 @@ __all__ = [
     "ChannelGroup",
     "CoefficientWording",
     "column_of",
-    "finding_kinds",
     "groups",
     "headings",
-    "movement",
     "reading",
     "readings",
-    "said_of",
-    "severity_order",
     "shown_symbol",
     "slope_reading",
     "verdict",
-    "worst",
 ]
 
 Json = Mapping[str, Any]
@@ -93,8 +88,6 @@ _KINDS = (("N",), ("B", "T"), ("K",), ("R",), ("Q",), ("amplitude", "frequency")
 _TABULATED = tuple(symbol for kind in _KINDS for symbol in kind)
 _ONLY_RESOLVED = ("T", "frequency")
 _COUNTS = {3: "three", 4: "four", 5: "five", 6: "six"}
-_SEVERITIES = ("fatal", "warning", "info")
-_NUMBER = re.compile(r"[+-]?\d+(?:\.\d+)?(?:[eE][+-]?\d+)?(?: \S+)?")  # with its unit
 
 
 # -- units and names --------------------------------------------------------------------------------------
@@ -328,60 +321,6 @@ def slope_reading(channel: Json, symbol: str) -> str:
 # -- sentences --------------------------------------------------------------------------------------------
 
 
-def severity_order(finding: Json) -> int:
-    """Sort key: motion, then the worst first, and an accepted one after those that are open."""
-    if finding["code"] in MOVES:  # above everything: nothing else means what it says
-        return -1
-    place = _SEVERITIES.index(finding["severity"]) if finding["severity"] in _SEVERITIES else len(_SEVERITIES)
-    return 2 * place + bool(finding.get("accepted"))
-
-
-def finding_kinds(findings: Iterable[Json]) -> list[list[Json]]:
-    """Findings of one code, severity and acceptance together, the worst first."""
-    kinds: dict[tuple[str, str, bool], list[Json]] = {}
-    for finding in sorted(findings, key=severity_order):
-        kinds.setdefault((finding["severity"], finding["code"], bool(finding.get("accepted"))), []).append(
-            finding
-        )
-    return list(kinds.values())
-
-
-def movement(findings: Iterable[Json]) -> str | None:
-    """The sentence about a log that moves, which comes before all others; None for one at rest."""
-    if not any(f["code"] in MOVES for f in findings):
-        return None
-    return "This log moves: the unit was not at rest. Only its quiet parts show the noise of the sensor."
-
-
-def said_of(findings: Sequence[Json]) -> list[str]:
-    """What findings of one kind say, once: the channels of which it is said alike together, with the numbers of one."""
-    alike: dict[str, list[Json]] = {}
-    for f in findings:
-        alike.setdefault(_NUMBER.sub("#", _own_words(f)), []).append(f)
-    return [_said(members) for members in alike.values()]
-
-
-def _said(members: Sequence[Json]) -> str:
-    names = [str(f["channel"]) for f in members if f["channel"] is not None]
-    worst_one = max(members, key=lambda f: int(f["count"] or 0))
-    words = _own_words(worst_one)
-    if not names or (len(members) == 1 and names[0] in worst_one["message"]):
-        return words
-    if len({_own_words(f) for f in members}) == 1:
-        return f"{_listed(names)}: {words}"
-    return f"{_listed(names)}. {worst_one['channel']}: {words}"
-
-
-def _own_words(finding: Json) -> str:
-    return str(finding["message"]).removeprefix(f"{finding['channel']}: ")
-
-
-def worst(findings: Sequence[Json]) -> Json | None:
-    """The worst finding, or None; mere information is not a worst finding."""
-    serious = [f for f in findings if f["severity"] != "info"]
-    return min(serious, key=severity_order, default=None)
-
-
 def verdict(group: ChannelGroup) -> list[str]:
     """What the record says about a group of channels: one plain sentence per statement."""
     sentences = [s for symbol in COLUMNS if (s := _statement(group, symbol))]
@@ -391,17 +330,17 @@ def verdict(group: ChannelGroup) -> list[str]:
     undecided = [c["name"] for c in group.channels if len(c["models"]) > 1]
     if undecided:
         sentences.append(
-            f"On {_listed(undecided)} the record cannot decide between flicker and Gauss-Markov; both are given below."
+            f"On {listed(undecided)} the record cannot decide between flicker and Gauss-Markov; both are given below."
         )
     poor = [c for c in group.channels if _is_poor(c)]
     if poor:
-        values = _listed([f"{c['name']} ({probability(c['models'][0]['goodness']['p'])})" for c in poor])
+        values = listed([f"{c['name']} ({probability(c['models'][0]['goodness']['p'])})" for c in poor])
         sentences.append(
             f"The model does not explain the curve of {values}: take these numbers with caution."
         )
     bare = [c["name"] for c in group.channels if not c["models"]]
     if bare:
-        sentences.append(f"No model was fitted to {_listed(bare)}; the findings say why.")
+        sentences.append(f"No model was fitted to {listed(bare)}; the findings say why.")
     return sentences
 
 
@@ -442,7 +381,7 @@ def _where(some: Mapping[str, CoefficientWording], group: ChannelGroup) -> str:
         return ""
     if len(some) == count:
         return " on both channels" if count == 2 else f" on all {_COUNTS.get(count, count)} channels"
-    return f" on {_listed(list(some))}"
+    return f" on {listed(list(some))}"
 
 
 def _spread(found: Iterable[CoefficientWording]) -> str:
@@ -452,7 +391,3 @@ def _spread(found: Iterable[CoefficientWording]) -> str:
     if not some[-1].supported:
         return f"below {high} {some[-1].unit}"
     return f"{low} {some[0].unit}" if low == high else f"{low} to {high} {some[0].unit}"
-
-
-def _listed(names: Sequence[str]) -> str:
-    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} and {names[-1]}"

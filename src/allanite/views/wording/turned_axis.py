@@ -8,8 +8,8 @@ from typing import Any
 
 from allanite.experiments.reversals.sides import direction_of, is_vertical, sides_of, triple_of
 from allanite.quantities.earth import DEG_H
+from allanite.quantities.number_words import interval, number
 from allanite.quantities.units import STANDARD_GRAVITY
-from allanite.views.wording.numbers import interval, number
 
 __all__ = ["axis_facts", "dwell_direction", "function_of_latitude", "reading_words", "unstated_words"]
 

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from allanite.quantities.earth import EARTH_RATE
-from allanite.views.wording.numbers import duration, interval, number
+from allanite.quantities.number_words import duration, interval, number
 from allanite.views.wording.rates import DEG_H, EarthRateWording, angle, budget_lines, estimate_of, known_rate
 
 __all__ = [

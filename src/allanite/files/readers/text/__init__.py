@@ -31,7 +31,7 @@ from allanite.files.readers.text.row_kinds import ChosenKind, choose_kind, find_
 from allanite.files.readers.text.sentences import Sentences, find_sentences
 from allanite.files.readers.text.streams import TextStream, head_lines, is_text, opened, other_lines, pieces
 from allanite.files.readers.text.suffixes import unit_behind
-from allanite.quantities.units import Quantity, parse_unit
+from allanite.quantities.units import QuantityKind, parse_unit
 from allanite.recording.channel_names import for_shell
 from allanite.recording.records import ArrayColumn, Column
 
@@ -343,7 +343,7 @@ def _units(dialect: Dialect, guesses: list[str]) -> tuple[tuple[str, ...], str]:
     unit = unit_in(dialect.preamble)
     if unit is None or not is_unit(unit):
         return none, "none"
-    if parse_unit(unit, tuple(Quantity)).quantity is Quantity.TIME:
+    if parse_unit(unit, tuple(QuantityKind)).quantity is QuantityKind.TIME:
         guesses.append(
             f"the preamble says unit {unit}, a time: read as unknown (of a clock: --kind phase --unit {unit})"
         )

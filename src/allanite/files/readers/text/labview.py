@@ -18,7 +18,7 @@ from typing import Final
 from allanite.errors import FormatError, InputError
 from allanite.files.readers.text.dates import date_format, to_nanoseconds
 from allanite.files.readers.text.dialect import Dialect
-from allanite.quantities.units import Quantity, parse_unit
+from allanite.quantities.units import QuantityKind, parse_unit
 from allanite.recording.channel_names import for_shell
 
 __all__ = ["Lvm", "find_lvm"]
@@ -223,7 +223,7 @@ def _unit_of_x(tags: dict[str, list[str]], name: str) -> str:
     dimension = next((d for d in tags.get("X_Dimension", []) if d), "Time")
     unit = next((u for u in tags.get("X_Unit_Label", []) if u), "s")
     try:
-        parse_unit(unit, Quantity.TIME)
+        parse_unit(unit, QuantityKind.TIME)
     except InputError:
         dimension = dimension if dimension.lower() != "time" else unit
     if dimension.lower() != "time":
@@ -235,7 +235,7 @@ def _unit_of_x(tags: dict[str, list[str]], name: str) -> str:
 
 
 def _factor(unit: str) -> float:
-    return parse_unit(unit, Quantity.TIME).factor
+    return parse_unit(unit, QuantityKind.TIME).factor
 
 
 def _segment(

@@ -8,7 +8,7 @@ import re
 from collections.abc import Sequence
 
 from allanite.errors import InputError
-from allanite.quantities.units import Quantity, parse_unit
+from allanite.quantities.units import QuantityKind, parse_unit
 
 __all__ = ["facts_in", "rate_in", "unit_in"]
 
@@ -64,7 +64,7 @@ def _factor(unit: str, inverse: bool) -> float | None:
     if unit.lower() in ("sps", "samples/s"):
         unit = "Hz"
     try:
-        return parse_unit(unit, Quantity.TIME if inverse else Quantity.FREQUENCY).factor
+        return parse_unit(unit, QuantityKind.TIME if inverse else QuantityKind.FREQUENCY).factor
     except InputError:
         return None
 

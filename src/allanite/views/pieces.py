@@ -1,24 +1,30 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Pieces that every page is made of: figures drawn twice, findings, provenance, numbers with powers."""
+"""Pieces that every page is made of: figures drawn twice, findings, provenance."""
 
 from __future__ import annotations
 
 import math
-import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from typing import Any
 from urllib.parse import quote
 
-from markupsafe import Markup, escape
-
-from allanite.plain_files.printable import printable
+from allanite.recording.health import Finding
 from allanite.views.figures import matplotlib, plotly
 from allanite.views.figures.panel import Sheet
-from allanite.views.wording import model_words
+from allanite.views.wording import finding_kinds, model_words
+from allanite.views.wording.findings import own_words
 
-__all__ = ["Figure", "clock", "finding_row", "provenance_rows", "with_powers"]
+__all__ = [
+    "Figure",
+    "FindingRow",
+    "clock",
+    "finding_row",
+    "finding_rows",
+    "origin_rows",
+    "provenance_rows",
+]
 
 Json = Mapping[str, Any]
 _MOST_SAID = 12  # entries of a list in the history that are spelled out
@@ -57,39 +63,45 @@ class Figure:
         return "data:image/svg+xml," + quote(matplotlib.svg(self.sheet), safe=_SAFE_IN_URI)
 
 
-def with_powers(text: str) -> Markup:
-    """Text with exponents as people write them: 1.2e-05 becomes 1.2 × 10 to the minus five.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FindingRow:
+    """A finding as tables show it, in texts; `places` are times."""
 
-    An interval whose ends share an exponent gets it once: [1.1, 1.3] × 10 to the minus five.
-    """
-    safe = _MINUS.sub("−", _SHARED.sub(r"[\1, \3]e\2", printable(str(escape(text)), lines=True)))
-    safe = safe.replace("T_b", "<i>T</i><sub>b</sub>").replace("B_equiv", "<i>B</i><sub>equiv</sub>")
-    return Markup(_POWER.sub(lambda m: f"{m[1]}\u202f×\u202f10<sup>{_exponent(m[2])}</sup>", safe))  # nosec B704  # noqa: S704 - escaped above
-
-
-_SHARED = re.compile(r"\[([\d.]+)e([+-]\d+), ([\d.]+)e\2\]")
-_MINUS = re.compile(r"(?<![\w.])-(?=\d)")
-_POWER = re.compile(r"([\d\]])e([+-]\d+)")
-
-
-def _exponent(digits: str) -> str:
-    return str(int(digits)).replace("-", "−")
+    code: str
+    severity: str
+    advice: str
+    risk: str
+    count: int
+    accepted: bool
+    message: str
+    channel: str
+    places: str
 
 
-def finding_row(finding: Json, rate: float) -> dict[str, Any]:
-    """A finding as the table shows it; `rate` turns its samples into times."""
-    return {
-        **{k: finding[k] for k in ("code", "severity", "advice", "risk", "count", "accepted")},
-        "message": finding["message"].removeprefix(f"{finding['channel']}: "),
-        "channel": finding["channel"] or "all channels",
-        "places": _places(finding["places"], rate, finding["count"]),
-    }
+def finding_row(finding: Finding, rate: float) -> FindingRow:
+    """A finding; `rate` turns its samples into times."""
+    return FindingRow(
+        code=finding.code,
+        severity=finding.severity.value,
+        advice=finding.advice,
+        risk=finding.risk,
+        count=finding.count,
+        accepted=finding.accepted,
+        message=own_words(finding),
+        channel=finding.channel or "all channels",
+        places=_places(finding, rate),
+    )
 
 
-def _places(places: Iterable[Sequence[int]], rate: float, count: int) -> str:
-    found = [f"{clock(a / rate)} to {clock(b / rate)}" for a, b in places]
-    covered = sum(b - a for a, b in places)
-    return "; ".join(found) + (" and more" if found and count > covered else "")
+def finding_rows(findings: Iterable[Finding], rate: float) -> list[list[FindingRow]]:
+    """Findings of one kind together, the worst first."""
+    return [[finding_row(f, rate) for f in kind] for kind in finding_kinds(findings)]
+
+
+def _places(finding: Finding, rate: float) -> str:
+    spans = [f"{clock(a / rate)} to {clock(b / rate)}" for a, b in finding.places]
+    covered = sum(b - a for a, b in finding.places)
+    return "; ".join(spans) + (" and more" if spans and finding.count > covered else "")
 
 
 def clock(seconds: float) -> str:
@@ -100,24 +112,24 @@ def clock(seconds: float) -> str:
 
 
 def provenance_rows(document: Json) -> list[tuple[str, str | tuple[str, ...]]]:
-    """Where a result comes from: file, command, versions, and every step of the record's history.
-
-    A step is its name and a line for each thing that is known of it; all else is text.
-    """
-    found = document.get("provenance") or {}
-    rows = [
-        ("File", found.get("source")),
-        ("SHA-256", found.get("sha256")),
-        ("Command", found.get("command")),
-        ("Made", str(found.get("created") or "").replace("T", " ").replace("Z", " UTC")),
-        ("allanite", found.get("allanite")),
-        ("Python, NumPy", ", ".join(str(v) for v in (found.get("python"), found.get("numpy")) if v)),
-        (
-            document["format"].removeprefix("allanite-").capitalize(),
-            f"{document['format']} version {document['version']}",
-        ),
-    ]
+    """Where the result of a document comes from: file, command, versions, and every step of the record's history."""
     history = (document.get("recording") or {}).get("history") or ()
+    return origin_rows(document.get("provenance") or {}, document["format"], document["version"], history)
+
+
+def origin_rows(
+    made: Json, format_: str, version: int, history: Iterable[Json]
+) -> list[tuple[str, str | tuple[str, ...]]]:
+    """The same of its parts: what `made` it, and the steps; each its name, and a line for each thing that is known."""
+    rows = [
+        ("File", made.get("source")),
+        ("SHA-256", made.get("sha256")),
+        ("Command", made.get("command")),
+        ("Made", str(made.get("created") or "").replace("T", " ").replace("Z", " UTC")),
+        ("allanite", made.get("allanite")),
+        ("Python, NumPy", ", ".join(str(v) for v in (made.get("python"), made.get("numpy")) if v)),
+        (format_.removeprefix("allanite-").capitalize(), f"{format_} version {version}"),
+    ]
     steps = [(f"Step {i}", _step(step)) for i, step in enumerate(history, 1)]
     return [*((name, str(value)) for name, value in rows if value), *steps]
 

@@ -1,0 +1,41 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The commands that are declared, on the command line."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import click
+
+from allanite.commands.cli.options import log_options, place_of, with_options
+from allanite.commands.cli.program import command
+from allanite.commands.cli.results import Destination, result_options
+from allanite.commands.declaration import Command
+from allanite.commands.registry import COMMANDS
+
+__all__: list[str] = []
+
+
+def _offered(declared: Command) -> None:
+    """Put a command under the program."""
+
+    def run(log: str, to: Destination, **options: Any) -> int:
+        from allanite.views.registry import view_of
+        from allanite.views.terminal import show_page
+
+        return to.deliver(
+            declared.name,
+            lambda **known: declared.measure(place_of(log), **known, **options),
+            lambda document, files: show_page(view_of(document), files),
+            tables=[*declared.tables],
+            log=log,
+        )
+
+    run.__doc__ = f"{declared.summary}\n\n{declared.details}"
+    for bundle in (result_options, with_options(declared.options), log_options, click.argument("log")):
+        run = bundle(run)
+    command(declared.example, declared.name)(run)
+
+
+for _declared in COMMANDS.values():
+    _offered(_declared)

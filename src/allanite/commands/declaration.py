@@ -1,0 +1,124 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A command that takes a log and yields a document, declared once: the command line and the page offer it from here."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Callable, Collection, Iterable, Mapping
+from dataclasses import dataclass, field
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+from allanite.commands.option import Option
+
+if TYPE_CHECKING:
+    from allanite.commands.measurement import MeasurementResult
+    from allanite.quantities.result import Result
+
+__all__ = ["Command"]
+
+Advance = Callable[[float, str], None]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Command:
+    """What a user can ask of a log.
+
+    Attributes
+    ----------
+    name : str
+        Of the command, and of its document.
+    title : str
+        What the page calls it.
+    summary, details : str
+        One sentence, and what else its help says.
+    example : str
+    options : tuple of Option
+        Besides those of reading a log and of where the result goes; `run` takes each under its name.
+    run : str
+        "module:function" that makes a `Result` of a recording.
+    tables : mapping of str to str
+        Further files: "module:function" that makes the rows of a table out of the result, by file name.
+    judged_here : collection of str
+        Codes of findings that the measurement comes to itself.
+    """
+
+    name: str
+    title: str
+    summary: str
+    details: str
+    example: str
+    options: tuple[Option, ...]
+    run: str
+    tables: Mapping[str, str] = field(default_factory=dict)
+    judged_here: Collection[str] = ()
+
+    def measure(
+        self,
+        log: str | os.PathLike[str],
+        *,
+        accept: Collection[str] = (),
+        model: str | os.PathLike[str] | None = None,
+        command: str | None = None,
+        source: str | None = None,
+        progress: Advance | None = None,
+        **options: object,
+    ) -> MeasurementResult:
+        """Carry it out on a log.
+
+        Parameters
+        ----------
+        accept : collection of str
+            Codes of fatal findings to go on in spite of.
+        model : path, optional
+            Of every channel by its name, or one for all; by default the fit to the log itself.
+        command : str, optional
+            As it was typed.
+        source : str, optional
+            In place of the name of the file.
+        **options
+            Those of the command, and those of `read`.
+
+        Raises
+        ------
+        DataQualityError
+            A fatal finding that was not accepted.
+        """
+        from allanite.commands.measurement import MeasurementResult, origin_of
+        from allanite.commands.recordings import has_gaps, models_from, noise_channels, ready_log
+        from allanite.study.result_document import ResultDocument
+
+        advance = progress or (lambda fraction, what: None)
+        own = {o.python: options.pop(o.python) for o in self.options if o.python in options}
+        recording, findings = ready_log(
+            log,
+            accept=accept,
+            judged_elsewhere=self.judged_here,
+            source=source,
+            progress=lambda fraction, what: advance(0.3 * fraction, what),
+            **options,
+        )
+        if model is not None:
+            own["models"] = models_from(model, noise_channels(recording))
+        run: Callable[..., Result] = _loaded(self.run)
+        result = run(recording, progress=lambda fraction, what: advance(0.3 + 0.7 * fraction, what), **own)
+        tables: dict[str, Callable[[Result], Iterable[dict[str, object]]]] = {
+            file: _loaded(rows) for file, rows in self.tables.items()
+        }
+        return MeasurementResult(
+            result=result,
+            document=ResultDocument(
+                result=result,
+                model_name="" if model is None else str(model),
+                **origin_of(recording, findings, log, command),
+            ),
+            name=self.name,
+            tables={file: [*rows(result)] for file, rows in tables.items()},
+            lossy=has_gaps(recording),
+        )
+
+
+def _loaded(dotted: str) -> Any:
+    """A function by "module:name"."""
+    module, _, name = dotted.partition(":")
+    return getattr(import_module(module), name)

@@ -1,0 +1,111 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""An option of a command, said once: the command line, the page and its lines of Python are made from it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Literal
+
+__all__ = ["ACCEPT", "CONFIDENCE", "MODEL", "READING", "STATISTICS", "Option", "OptionType", "option"]
+
+OptionType = Literal[
+    "number", "integer", "share", "text", "flag", "choice", "names", "texts", "findings", "by-channel", "seconds",
+    "seconds-list", "degrees", "deg/s", "deg/h", "deg/h/g", "spans", "headings", "model", "recording", "document",
+    "attached", "description", "file",
+]  # fmt: skip
+
+STATISTICS = (
+    "oadev", "adev", "mdev", "tdev", "hdev", "ohdev", "totdev", "haar", "robust", "theo1", "theobr", "theoh",
+)  # fmt: skip
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Option:
+    """One option.
+
+    Attributes
+    ----------
+    type : str
+        What its value is; times are seconds, angles degrees.
+    flag : str
+        As the command line has it; "" for one that is no word of the command.
+    python : str
+        As the function has it, and the page.
+    help : str
+    choices : tuple of str
+        Those of a choice; of any other type what the page offers, while the command line takes more.
+    inside : str
+        Name of the mapping of the function that holds it; "" where it is an argument itself.
+    stated : bool
+        A standard uncertainty of what the user states.
+    default
+        None where there is none.
+    otherwise : str
+        What is done where it is not given, in place of a default.
+    metavar : str
+        What the help of the command line calls the value; "" for the name of its type.
+    per_log : bool
+        The command line takes a value for each of several logs as well.
+    """
+
+    type: OptionType
+    flag: str
+    python: str
+    help: str
+    choices: tuple[str, ...] = ()
+    inside: str = ""
+    stated: bool = False
+    default: Any = None
+    otherwise: str = ""
+    metavar: str = ""
+    per_log: bool = False
+
+
+def option(type_: OptionType, flag: str, help_: str, **more: Any) -> Option:
+    """An option whose argument has its name."""
+    return Option(
+        **{"type": type_, "flag": flag, "python": flag.strip("-").replace("-", "_"), "help": help_, **more}
+    )
+
+
+MODEL = option(
+    "model", "--model", "Noise of the sensor at rest: a study, what `fit --json` printed, or words as for `simulate`.",
+    metavar="MODEL",
+)  # fmt: skip
+ACCEPT = option("findings", "--accept", "Go on in spite of this finding.", metavar="FINDING")
+CONFIDENCE = option("number", "--confidence", "Level of the intervals.", default=0.95)
+
+READING: tuple[Option, ...] = (
+    option(
+        "by-channel", "--unit", "Unit of the samples: deg/s, or gyro=deg/s,acc=g; of each of several logs: "
+        "a.csv=g,b.csv=m/s², b.csv:acc=g.",
+    ),
+    option(
+        "text", "--time", "Time column, by name or number: t:ms, 'cnt:1/1000 s', Date:dmy, none.",
+        metavar="COLUMN[:UNIT]", per_log=True,
+    ),
+    option("number", "--rate", "Samples per second, for a log without time.", per_log=True),
+    option("by-channel", "--scale-factor", "Of a sensor read in volts or counts: '24 mV/(deg/s)'."),
+    option(
+        "choice", "--sampling", "Samples are means over their interval, or values at an instant.",
+        choices=("mean", "point"), default="mean",
+    ),
+    option("names", "--channels", "Names or groups to keep: gyro or gyro_x,gyro_y."),
+    option("seconds", "--from", "Begin so long after the first stamp.", python="start"),
+    option("seconds", "--to", "End so long after the first stamp.", python="stop"),
+    option(
+        "choice", "--kind", "Samples of a clock: time error (phase), or fractional frequency.",
+        choices=("phase", "frequency"),
+    ),
+    option("number", "--carrier", "Of a phase in cycles or a frequency in Hz: the carrier in Hz."),
+    option("text", "--topic", "Topic of a ROS log, message of a flight log: GYR[0]."),
+    option("text", "--variable", "Array, group or table of a file with several."),
+    option("file", "--layout", "YAML file that describes a raw binary log."),
+    option("text", "--delimiter", "Of a text file: , ; tab blank |", choices=(",", ";", "tab", "blank", "|")),
+    option("text", "--decimal", "Decimal point or comma of a text file.", choices=(".", ",")),
+    option(
+        "texts", "--repair", "Repair by name what a finding says, before anything else: drop_repeats.",
+        metavar="REPAIR",
+    ),
+)  # fmt: skip
+"""What every command that reads a log understands."""

@@ -1,0 +1,70 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A number of the field: its value, its interval, its unit, and what the record says of it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from enum import StrEnum
+
+from allanite.quantities.number_words import duration, interval, number
+from allanite.quantities.result import Result
+
+__all__ = ["Quantity", "QuantityStatus"]
+
+
+class QuantityStatus(StrEnum):
+    """What the record says of a number."""
+
+    RESOLVED = "resolved"
+    UPPER_LIMIT = "upper limit"
+    NOT_RESOLVED = "not resolved"
+    GIVEN = "given"
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Quantity(Result):
+    """A number with what is known of it.
+
+    Attributes
+    ----------
+    value : float
+        NaN where the record gives none.
+    lower, upper : float
+        Ends of the interval; NaN where the record sets none.
+    unit : str
+        Of SI; "1" for a ratio.
+    status : QuantityStatus
+        "resolved", "upper limit", "not resolved", or "given" by the user.
+    """
+
+    value: float
+    lower: float
+    upper: float
+    unit: str
+    status: QuantityStatus = QuantityStatus.RESOLVED
+
+    @classmethod
+    def of(cls, value: float, ends: tuple[float, float], unit: str) -> Quantity:
+        """A number with its interval, not resolved where that has an infinite end."""
+        if all(map(math.isfinite, ends)):
+            return cls(value=value, lower=ends[0], upper=ends[1], unit=unit)
+        return cls(value=value, lower=math.nan, upper=math.nan, unit=unit, status=QuantityStatus.NOT_RESOLVED)
+
+    @property
+    def resolved(self) -> bool:
+        """The record gives the number and its interval."""
+        return self.status is QuantityStatus.RESOLVED
+
+    def __str__(self) -> str:
+        """With the digits that the interval allows.
+
+        >>> print(Quantity.of(1.3304, (1.2801, 1.3822), "1"), Quantity.of(721.0, (716.0, 725.0), "s"), sep=" after ")
+        1.330 [1.280, 1.382] after 12 min [11.9 min, 12.1 min]
+        """
+        if not self.resolved:
+            return f"{number(self.value)} ({self.status})"
+        if self.unit == "s":
+            return f"{duration(self.value)} [{duration(self.lower)}, {duration(self.upper)}]"
+        value, lower, upper = interval(self.value, self.lower, self.upper)
+        return f"{value} [{lower}, {upper}]" + ("" if self.unit == "1" else f" {self.unit}")

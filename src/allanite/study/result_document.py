@@ -1,0 +1,142 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""A result as a document: with the record it comes from, what was found in that, and what made it.
+
+The document on disk is that of the result, with "provenance", "recording", "findings" and "model_name" beside its own
+fields. Reports, tables and pictures are made from it alone.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from typing import Generic, TypeVar
+
+from allanite.plain_files.json_values import plain
+from allanite.quantities.result import Result
+from allanite.recording.health import Finding
+from allanite.recording.records import Channel, Recording
+
+__all__ = ["Origin", "Provenance", "RecordFacts", "ResultDocument", "read_document"]
+
+R = TypeVar("R", bound=Result, covariant=True)
+K = TypeVar("K", bound=Result)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Provenance(Result):
+    """What made a result, and when.
+
+    Attributes
+    ----------
+    allanite, python, numpy : str
+        Versions.
+    created : str
+        UTC.
+    source : str
+        Of the record.
+    sha256 : str or None
+        Of its file.
+    command : str or None
+        As it was typed.
+    """
+
+    allanite: str
+    created: str
+    source: str
+    sha256: str | None
+    command: str | None
+    python: str
+    numpy: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RecordFacts(Result):
+    """The record that a result comes from.
+
+    Attributes
+    ----------
+    rate : float [Hz]
+        Samples per second.
+    samples : int
+        Of each channel.
+    duration : float [s]
+        From the first sample to the end of the last.
+    channels : tuple of Channel
+        Name, kind and unit of each.
+    history : tuple of mapping
+        What was done to it, step by step.
+    """
+
+    rate: float
+    samples: int
+    duration: float
+    channels: tuple[Channel, ...]
+    history: tuple[Mapping[str, object], ...]
+
+    @classmethod
+    def of(cls, recording: Recording) -> RecordFacts:
+        """Those of a recording."""
+        return cls(
+            rate=recording.rate,
+            samples=recording.n_samples,
+            duration=recording.duration,
+            channels=recording.channels,
+            history=recording.history,
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Origin(Result):
+    """What stands in a document beside the fields of its result.
+
+    Attributes
+    ----------
+    provenance : Provenance or None
+        None where the result was never written.
+    recording : RecordFacts or None
+        None where there is no record.
+    findings : tuple of Finding or None
+        None where nobody looked.
+    model_name : str
+        Of the noise model that was given; "" for none.
+    """
+
+    provenance: Provenance | None = None
+    recording: RecordFacts | None = None
+    findings: tuple[Finding, ...] | None = None
+    model_name: str = ""
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ResultDocument(Origin, Generic[R]):
+    """A result with everything that a report of it needs.
+
+    Attributes
+    ----------
+    result : Result
+        The rest is its `Origin`.
+    """
+
+    result: R
+
+    def to_json(self) -> dict[str, object]:
+        """Plain data, SI units; what nobody knows is left out."""
+        origin = {f.name: plain(getattr(self, f.name)) for f in fields(Origin)}
+        return {
+            **self.result.to_json(),
+            **{name: value for name, value in origin.items() if value is not None},
+        }
+
+
+def read_document(kind: type[K], data: Mapping[str, object]) -> ResultDocument[K]:
+    """The document of a result of one kind, out of plain data.
+
+    Raises
+    ------
+    FormatError
+        As for `Result.from_json`.
+    """
+    origin = Origin.from_json(data)
+    return ResultDocument(
+        result=kind.from_json(data), **{f.name: getattr(origin, f.name) for f in fields(Origin)}
+    )

@@ -1,0 +1,306 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Blocks of a page: what stands in a section, one under another, whatever draws it.
+
+A view makes a `Page` of a result; ``report`` draws it as HTML, ``terminal`` its verdicts, tables and facts, and
+``plain_page`` hands it to the page of `allanite serve`. A new kind of block is one class here, and a branch in each.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+from allanite.errors import InputError
+from allanite.recording.health import Finding
+from allanite.views.figures import sheet_of
+from allanite.views.pieces import Figure, provenance_rows
+
+__all__ = [
+    "Banner",
+    "Bullets",
+    "Cards",
+    "Cell",
+    "Details",
+    "Drawn",
+    "Equation",
+    "Findings",
+    "Hero",
+    "Page",
+    "PageBlock",
+    "Pairs",
+    "References",
+    "Section",
+    "Subheading",
+    "TableBlock",
+    "Text",
+    "bullets",
+    "drawn",
+    "equation",
+    "figures_of",
+    "findings",
+    "page_of",
+    "pairs",
+    "provenance",
+    "table",
+]
+
+Json = Mapping[str, Any]
+
+
+@dataclass(frozen=True, slots=True)
+class PageBlock:
+    """What stands in a section."""
+
+    kind: ClassVar[str]
+
+
+@dataclass(frozen=True, slots=True)
+class Banner(PageBlock):
+    """The verdict: `tone` is "good", "warning" or "fatal"."""
+
+    kind = "banner"
+    tone: str
+    head: str
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Hero(PageBlock):
+    """The one number, large."""
+
+    kind = "hero"
+    value: str
+    unit: str
+    interval: str
+    beside: str
+    tone: str
+
+
+@dataclass(frozen=True, slots=True)
+class Text(PageBlock):
+    """A paragraph; a note is small and grey."""
+
+    kind = "text"
+    text: str
+    note: bool = False
+
+
+@dataclass(frozen=True, slots=True)
+class Subheading(PageBlock):
+    """A heading within a section."""
+
+    kind = "heading"
+    text: str
+
+
+@dataclass(frozen=True, slots=True)
+class Bullets(PageBlock):
+    """What to do, or to know."""
+
+    kind = "bullets"
+    items: Sequence[str]
+
+
+@dataclass(frozen=True, slots=True)
+class Equation(PageBlock):
+    """By the name of its macro in ``equations.html``."""
+
+    kind = "equation"
+    name: str
+
+
+@dataclass(frozen=True, slots=True)
+class References(PageBlock):
+    """Numbered references."""
+
+    kind = "references"
+    items: Sequence[str]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Cell:
+    """A cell of a table: words, small words below, and a look ("", "value", "limit", "si", "good", "fatal")."""
+
+    text: str
+    below: str = ""
+    look: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class TableBlock(PageBlock):
+    """A table, its first column the names of the rows; a row is its cells, and whether it stands out."""
+
+    kind = "table"
+    heads: Sequence[str]
+    rows: Sequence[tuple[Sequence[Cell], bool]]
+    caption: str = ""
+
+
+@dataclass(frozen=True, slots=True)
+class Pairs(PageBlock):
+    """Names with their values; `verbatim`: minus signs and powers as they are.
+
+    A value of several texts is a first line with a list below it. Those that are not `brief` stay out of a terminal.
+    """
+
+    kind = "pairs"
+    rows: Sequence[tuple[str, str | tuple[str, ...]]]
+    verbatim: bool = False
+    brief: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class Cards(PageBlock):
+    """Boxes side by side, each with a title and blocks (no figures)."""
+
+    kind = "cards"
+    items: Sequence[tuple[str, Sequence[PageBlock]]]
+
+
+@dataclass(frozen=True, slots=True)
+class Details(PageBlock):
+    """Blocks that are folded away."""
+
+    kind = "details"
+    summary: str
+    blocks: Sequence[PageBlock]
+
+
+@dataclass(frozen=True, slots=True)
+class Drawn(PageBlock):
+    """A figure."""
+
+    kind = "figure"
+    figure: Figure
+
+
+@dataclass(frozen=True, slots=True)
+class Findings(PageBlock):
+    """What was found in the record; its `rate` [Hz] turns samples into times."""
+
+    kind = "findings"
+    findings: Sequence[Finding]
+    rate: float
+
+
+# -- pages --------------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Section:
+    """A part of the page with an entry in its navigation."""
+
+    id: str
+    title: str
+    blocks: Sequence[PageBlock]
+    short: str = ""  # in the navigation
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Page:
+    """What a result says, in its order.
+
+    Attributes
+    ----------
+    title : str
+    kicker : str
+        What the page is about, above the title.
+    facts : sequence of (str, str)
+        Beside the title.
+    sections : sequence of Section
+        Those that hold something.
+    """
+
+    title: str
+    kicker: str
+    facts: Sequence[tuple[str, str]]
+    sections: Sequence[Section]
+
+    def blocks(self) -> Iterator[PageBlock]:
+        """All blocks, one after another."""
+        for section in self.sections:
+            yield from section.blocks
+
+
+def page_of(
+    *, title: str, kicker: str, facts: Sequence[tuple[str, str]], sections: Sequence[Section]
+) -> Page:
+    """A page; facts and sections that say nothing are left out."""
+    return Page(
+        title=title,
+        kicker=kicker,
+        facts=[(name, value) for name, value in facts if value],
+        sections=[s for s in sections if s.blocks],
+    )
+
+
+def figures_of(blocks: Iterable[PageBlock]) -> Iterator[Figure]:
+    """The figures among blocks, those that are folded away too."""
+    for block in blocks:
+        if isinstance(block, Drawn):
+            yield block.figure
+        elif isinstance(block, Details):
+            yield from figures_of(block.blocks)
+
+
+# -- words ------------------------------------------------------------------------------------------------
+
+
+def bullets(items: Sequence[str]) -> list[PageBlock]:
+    """A list; nothing where there are no items."""
+    return [Bullets(items)] if items else []
+
+
+def equation(*names: str) -> list[PageBlock]:
+    """Equations."""
+    return [Equation(name) for name in names]
+
+
+# -- tables -----------------------------------------------------------------------------------------------
+
+
+def table(
+    heads: Sequence[str],
+    rows: Sequence[Sequence[str | Cell]],
+    *,
+    caption: str = "",
+    kept: Sequence[bool] = (),
+) -> list[PageBlock]:
+    """A table; nothing where there are no rows. `kept` rows stand out."""
+    cells = [[c if isinstance(c, Cell) else Cell(text=c) for c in row] for row in rows]
+    marks = list(kept) or [False] * len(cells)
+    return [TableBlock(heads, list(zip(cells, marks, strict=True)), caption)] if rows else []
+
+
+def pairs(
+    rows: Sequence[tuple[str, str | tuple[str, ...]]], *, verbatim: bool = False, brief: bool = True
+) -> PageBlock:
+    """Names with their values; those without a value are left out."""
+    return Pairs([(name, value) for name, value in rows if value], verbatim=verbatim, brief=brief)
+
+
+# -- figures and the rest ---------------------------------------------------------------------------------
+
+
+def drawn(id_: str, obj: object, caption: str, words: str, **options: object) -> list[PageBlock]:
+    """The figure of a result; nothing where the result has nothing to draw under these options."""
+    try:
+        sheet = sheet_of(obj, **options)
+    except InputError:
+        return []
+    return [Drawn(Figure.of(id_, sheet, caption, words))]
+
+
+def findings(document: Json) -> list[PageBlock]:
+    """What was found in the record; nothing where nobody looked."""
+    if "findings" not in document:
+        return []
+    known = [Finding.from_json(f) for f in document["findings"]]
+    return [Findings(known, document["recording"]["rate"])]
+
+
+def provenance(document: Json) -> Section:
+    """The last section of every page."""
+    rows = provenance_rows(document)
+    return Section(id="provenance", title="Provenance", blocks=[pairs(rows, verbatim=True, brief=False)])

@@ -1,0 +1,97 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What the report of a result says, as plain data: for the page of `allanite serve`, whose script draws it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Iterator, Sequence
+from dataclasses import asdict
+
+from allanite.errors import FormatError
+from allanite.views.blocks import (
+    Cards,
+    Cell,
+    Details,
+    Drawn,
+    Equation,
+    Findings,
+    PageBlock,
+    References,
+    TableBlock,
+)
+from allanite.views.figures.plotly import spec
+from allanite.views.pieces import finding_rows
+from allanite.views.report import page_of
+
+__all__ = ["plain_page"]
+
+#: What the page leaves to the report.
+_LEFT_OUT = frozenset({"method", "provenance"})
+_POWER = re.compile(r"(?<=[\d\]])e([+-]?\d+)")
+_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+
+def plain_page(result: object, *, dark: bool = False) -> dict[str, object]:
+    """What the report of a result says, without its method and provenance.
+
+    Returns
+    -------
+    dict
+        "title", "kicker", "facts", and "sections", each with an "id", a "title" and "blocks" as
+        `allanite.views.blocks` names their kinds and fields; numbers as people write them.
+
+    Raises
+    ------
+    InputError
+        Nothing that has a report of sections.
+    FormatError
+        A document that is damaged.
+    """
+    try:
+        page = page_of(result)
+        sections = [
+            {"id": s.id, "title": s.title, "blocks": [*_blocks(s.blocks, dark)]}
+            for s in page.sections
+            if s.id not in _LEFT_OUT
+        ]
+    except (ArithmeticError, AttributeError, LookupError, TypeError) as error:
+        raise FormatError(f"the document is damaged: {type(error).__name__}: {error}") from error
+    facts = [[name, _with_powers(value)] for name, value in page.facts]
+    return {"title": page.title, "kicker": page.kicker, "facts": facts, "sections": sections}
+
+
+def _blocks(blocks: Iterable[PageBlock], dark: bool) -> Iterator[dict[str, object]]:
+    for block in blocks:
+        if not isinstance(block, (Equation, References)):
+            yield {"kind": block.kind, **_fields(block, dark)}
+
+
+def _fields(block: PageBlock, dark: bool) -> dict[str, object]:
+    match block:
+        case Drawn(figure):
+            drawing = spec(figure.sheet, dark=dark)
+            return {"id": figure.id, "caption": figure.caption, "words": figure.words, "spec": drawing}
+        case TableBlock(heads, rows, caption):
+            cells = [[[*map(_cell, row)], kept] for row, kept in rows]
+            return {"heads": _with_powers(heads), "rows": cells, "caption": caption}
+        case Cards(items):
+            return {"items": [[title, [*_blocks(inner, dark)]] for title, inner in items]}
+        case Details(summary, inner):
+            return {"summary": summary, "blocks": [*_blocks(inner, dark)]}
+        case Findings(findings, rate):
+            return {"rows": [asdict(row) for kind in finding_rows(findings, rate) for row in kind]}
+        case _:
+            return {name: _with_powers(value) for name, value in asdict(block).items()}
+
+
+def _cell(cell: Cell) -> dict[str, object]:
+    return {name: _with_powers(value) for name, value in asdict(cell).items()}
+
+
+def _with_powers(value: object) -> object:
+    """1.2e-05 as 1.2 × 10⁻⁵, in texts and lists of them."""
+    if isinstance(value, str):
+        return _POWER.sub(lambda m: f"\u202f×\u202f10{str(int(m[1])).translate(_RAISED)}", value)
+    if isinstance(value, Sequence):
+        return [_with_powers(part) for part in value]
+    return value

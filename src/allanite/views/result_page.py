@@ -1,0 +1,62 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What the pages of all results share: their order, the verdict, advice, findings, and where they come from."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping, Sequence
+
+from allanite.quantities.result import Result
+from allanite.quantities.verdict import Verdict
+from allanite.study.result_document import ResultDocument
+from allanite.views.blocks import Banner, Findings, Page, PageBlock, Section, bullets, page_of, pairs
+from allanite.views.pieces import origin_rows
+from allanite.views.wording import sentence
+
+__all__ = ["advice", "findings_of", "result_page", "verdict_banner"]
+
+
+def result_page(
+    document: ResultDocument[Result],
+    *,
+    title: str,
+    kicker: str,
+    facts: Sequence[tuple[str, str]],
+    sections: Mapping[str, tuple[str, Sequence[PageBlock]]],
+) -> Page:
+    """The page of a result.
+
+    Parameters
+    ----------
+    sections : mapping of str to (str, sequence of PageBlock)
+        Title and blocks by the section's id, in their order; where the result comes from is added.
+    """
+    parts = [Section(id=id_, title=name, blocks=blocks) for id_, (name, blocks) in sections.items()]
+    return page_of(title=title, kicker=kicker, facts=facts, sections=[*parts, _provenance(document)])
+
+
+def _provenance(document: ResultDocument[Result]) -> Section:
+    made, record = document.provenance, document.recording
+    rows = origin_rows(
+        {} if made is None else made.to_json(),
+        document.result.FORMAT,
+        document.result.VERSION,
+        () if record is None else record.history,
+    )
+    return Section(id="provenance", title="Provenance", blocks=[pairs(rows, verbatim=True, brief=False)])
+
+
+def verdict_banner(verdict: Verdict, reason: str, names: Iterable[str] = ()) -> PageBlock:
+    """The verdict in its tone, with its reason; `names` stay as they are written."""
+    return Banner(verdict.tone, sentence(verdict.words), sentence(reason, names))
+
+
+def advice(remarks: Iterable[str], names: Iterable[str] = ()) -> list[PageBlock]:
+    """What to do, or to know."""
+    return bullets([sentence(words, names) for words in remarks])
+
+
+def findings_of(document: ResultDocument[Result]) -> list[PageBlock]:
+    """What was found in the record; nothing where nobody looked."""
+    if document.findings is None or document.recording is None:
+        return []
+    return [Findings(document.findings, document.recording.rate)]

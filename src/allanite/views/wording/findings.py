@@ -1,0 +1,68 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Findings in people's words: in their order, those of one kind together, each thing said once."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterable, Sequence
+
+from allanite.plain_files.counted import listed
+from allanite.recording.health import Finding, Severity
+from allanite.recording.health.catalogue import MOVES
+
+__all__ = ["finding_kinds", "movement", "own_words", "said_of", "severity_order", "worst"]
+
+_ORDER = (Severity.FATAL, Severity.WARNING, Severity.INFO)
+_NUMBER = re.compile(r"[+-]?\d+(?:\.\d+)?(?:[eE][+-]?\d+)?(?: \S+)?")  # with its unit
+
+
+def severity_order(finding: Finding) -> int:
+    """Sort key: motion, then the worst first, and an accepted one after those that are open."""
+    if finding.code in MOVES:  # above everything: nothing else means what it says
+        return -1
+    return 2 * _ORDER.index(finding.severity) + finding.accepted
+
+
+def finding_kinds(findings: Iterable[Finding]) -> list[list[Finding]]:
+    """Findings of one code, severity and acceptance together, the worst first."""
+    kinds: dict[tuple[Severity, str, bool], list[Finding]] = {}
+    for finding in sorted(findings, key=severity_order):
+        kinds.setdefault((finding.severity, finding.code, finding.accepted), []).append(finding)
+    return list(kinds.values())
+
+
+def movement(findings: Iterable[Finding]) -> str | None:
+    """The sentence about a log that moves, which comes before all others; None for one at rest."""
+    if not any(f.code in MOVES for f in findings):
+        return None
+    return "This log moves: the unit was not at rest. Only its quiet parts show the noise of the sensor."
+
+
+def said_of(findings: Sequence[Finding]) -> list[str]:
+    """What findings of one kind say, once: the channels of which it is said alike together, with the numbers of one."""
+    alike: dict[str, list[Finding]] = {}
+    for finding in findings:
+        alike.setdefault(_NUMBER.sub("#", own_words(finding)), []).append(finding)
+    return [_of_alike(members) for members in alike.values()]
+
+
+def _of_alike(members: Sequence[Finding]) -> str:
+    names = [f.channel for f in members if f.channel is not None]
+    most = max(members, key=lambda f: f.count)
+    words = own_words(most)
+    if not names or (len(members) == 1 and names[0] in most.message):
+        return words
+    if len({own_words(f) for f in members}) == 1:
+        return f"{listed(names)}: {words}"
+    return f"{listed(names)}. {most.channel}: {words}"
+
+
+def own_words(finding: Finding) -> str:
+    """The message without its channel."""
+    return finding.message.removeprefix(f"{finding.channel}: ")
+
+
+def worst(findings: Iterable[Finding]) -> Finding | None:
+    """The worst finding, or None; mere information is not a worst finding."""
+    serious = [f for f in findings if f.severity is not Severity.INFO]
+    return min(serious, key=severity_order, default=None)
