@@ -32,6 +32,7 @@ from allanite.stability.record_comparison.pooled import pooled_fit
 from allanite.stability.record_comparison.population import population_of
 from allanite.stability.record_comparison.profiles import Profile, normal_profile, traced
 from allanite.stability.record_comparison.series import FittedChannel, record_of
+from allanite.views.blocks import Banner
 from allanite.views.figures import sheet_of
 from allanite.views.report.measurement import judgement
 from noise_records import binomial_bound
@@ -377,7 +378,8 @@ def test_a_record_with_more_noise_is_named_and_the_others_agree() -> None:
     found = compare([*curves, curve(4, LOUD)], names=list("abcd"))
     c = found["gyro"]
     assert found.verdict == "the records differ" and "N" in found.reason and "d stands out" in found.reason
-    assert judgement(found.to_json(), ())[0]["text"].startswith("gyro in N")
+    head = judgement(found.to_json(), ())[0]
+    assert isinstance(head, Banner) and head.text.startswith("gyro in N")
     for outlier in (c.outlier, c["N"].outlier):
         assert outlier is not None and outlier.record == "d" and outlier.p < 1e-3 and outlier.rest_p > 0.05
     assert c["N"].worst == "d" and c["N"].worst_p is not None and c["N"].worst_p < 1e-3

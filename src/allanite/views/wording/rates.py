@@ -67,7 +67,6 @@ _TONES = {
     "no bias that follows the turns": "good",
     "calibrated": "good",
     "sensors agree": "good",
-    "constant within its intervals": "good",
     "no shared noise is seen": "good",
     "noise is shared": "good",
     "no difference seen": "good",
