@@ -41,9 +41,10 @@ def recorded(
     *,
     seconds: float | None = 1.0,
     identities: tuple[Identity | Exception, ...] = (),
+    clock: HostClock | None = None,
 ) -> tuple[Captured, Scripted]:
     instrument = Scripted(script, identities)
-    return capture(instrument, folder, duration=seconds, patience=QUICK), instrument
+    return capture(instrument, folder, duration=seconds, patience=QUICK, clock=clock), instrument
 
 
 def stored(folder: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -92,7 +93,8 @@ def test_a_counter_of_the_instrument_tells_gaps(tmp_path: Path) -> None:
 @pytest.mark.parametrize("silences", [1, 2])
 def test_q6_short_silence_is_asked_again(silences: int, tmp_path: Path) -> None:
     quiet: list[Step] = [InstrumentTimeout("silent")] * silences
-    done, instrument = recorded([block(0), *quiet, block(10, 90)], tmp_path / "run")
+    # a clock that stands still: what follows a silence is numbered by the time that passed
+    done, instrument = recorded([block(0), *quiet, block(10, 90)], tmp_path / "run", clock=Clock())
     counter, values, flags = stored(tmp_path / "run")
     assert values.tolist() == list(range(100))  # nothing twice
     assert flags[10] == Flag.RESYNC and counter[10] >= 10
@@ -123,7 +125,7 @@ def test_q6_silence_for_ever_ends_with_an_error_and_a_readable_run(tmp_path: Pat
 def test_q7_unplugged_and_back(tmp_path: Path) -> None:
     script: list[Step] = [block(0), InstrumentError("the port is gone"), block(0, 95)]
     identities: tuple[Identity | Exception, ...] = (SAME, InstrumentError("no such port"), SAME)
-    done, _ = recorded(script, tmp_path / "run", identities=identities)
+    done, _ = recorded(script, tmp_path / "run", identities=identities, clock=Clock())
     counter, values, flags = stored(tmp_path / "run")
     assert values[10] == 0.0 and flags[10] == Flag.RESYNC and counter[10] >= 10
     events = open_run(tmp_path / "run").manifest
@@ -146,7 +148,7 @@ def test_q7_another_serial_number_is_another_recording(tmp_path: Path) -> None:
 def test_q7_an_answer_that_was_damaged_once_is_asked_for_again(tmp_path: Path) -> None:
     garbled = Identity(maker="Maker", model="M1", serial="\xf7")
     script: list[Step] = [block(0), InstrumentError("gone"), block(10, 90)]
-    done, _ = recorded(script, tmp_path / "run", identities=(SAME, garbled, SAME))
+    done, _ = recorded(script, tmp_path / "run", identities=(SAME, garbled, SAME), clock=Clock())
     assert (done.samples, done.status) == (100, "success")
 
 
