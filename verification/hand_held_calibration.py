@@ -48,6 +48,7 @@ def calibrate_held(number: int, *, seed: int) -> Json:
         "why": found.reason,
         "seconds": time.process_time() - begun,
         "rests": [len(found.positions), int(made.steady.sum())],
+        "turns_scatter": any(s.what == "turns" and s.sd > 0 for s in found.scatter),
         "parameters": {
             p.name: [
                 p.value - truth[p.name],
@@ -81,6 +82,9 @@ def run_hand_held(
             for v in sorted(set(verdicts))
         ],
         "Coverage of 95 % intervals": [_coverage(n, standing) for n in names],
+        "Gyro misalignments where the turns were found to scatter beyond the noise, and where not": [
+            _turns(standing, scatter) for scatter in (True, False)
+        ],
         "Twenty records of one unit about their mean": [_agreement(n, records) for n in names],
     }
 
@@ -101,6 +105,16 @@ def _coverage(name: str, records: list[Json]) -> Json:
         "coverage": share,
         "band": [low, high],
         "passes": low <= share <= high,
+    }
+
+
+def _turns(records: list[Json], scatter: bool) -> Json:
+    own = [r["parameters"] for r in records if r["turns_scatter"] == scatter]
+    held = [p[3] for each in own for name, p in each.items() if name.startswith("gyro.misalignment")]
+    return {
+        "scatter": "found" if scatter else "not found",
+        "share": len(own) / len(records),
+        "coverage": float(np.mean(held)),
     }
 
 

@@ -345,6 +345,7 @@ def _turns(
     if not used:
         return none, none, None, dropped
     sizes = [len(p) for p in parts]
+    first = np.array(used, dtype=np.int64)
     motion = TurningSamples(
         y=np.concatenate(parts),
         warmer=np.concatenate(heat),
@@ -352,8 +353,8 @@ def _turns(
         dt=np.full(len(used), dt),
         force=None if force is None else np.concatenate([force[reach[k]] for k in used]),
         weight=np.concatenate([_trapezoid(edges[k : k + 2]) for k in used]) if in_hand else None,
+        shared=np.where(np.isin(first - 1, first), np.diff(edges, axis=1)[first, 0], 0) if in_hand else None,
     )
-    first = np.array(used, dtype=np.int64)
     return first, first + 1, motion, dropped
 
 

@@ -30,6 +30,8 @@ Array = NDArray[np.float64]
 FLICKER_LEVEL = 0.8692
 #: Rows into which a span is divided to see its noise.
 ROWS = 64
+#: Order of the differences that tell noise from the motion of a hand: of shorter spans, half their samples.
+DIFFERENCES = 20
 #: B^2 of the candidates over N^2/(length of a row).
 RATIOS = np.concatenate([[0.0], np.logspace(-4, 2.5, 27)])
 
@@ -168,22 +170,30 @@ def model_of_spans(spans: Sequence[Array], dt: float) -> NoiseModel | None:
 
 
 def model_beside_motion(spans: Sequence[Array], dt: float) -> NoiseModel | None:
-    """White noise of a channel from spans in which a hand moves it: by tenth differences of neighbouring samples.
+    """White noise of a channel from spans in which a hand moves it: by high differences of neighbouring samples.
 
-    White noise of variance s^2 passes as (20 over 10) s^2; of a tremor at a fifth or a quarter of the sample rate
-    passes 1e-4 or 6e-3 of what would pass if it were white. A sensor that filters shows less than it has, which the
-    scatter of the spans makes up for.
+    White noise of variance s^2 passes q-th differences as (2 q over q) s^2. Of a tremor at a fifth or a quarter of the
+    sample rate passes 5e-9 or 8e-6 of what would pass if it were white (q = 20); tenth differences pass 1e-4 or 6e-3,
+    which is more than the noise of a consumer unit. A sensor that filters shows less than it has, which the scatter of
+    the spans makes up for. The usual span tells: the median, of chi-square laws brought to their mean.
 
     Returns
     -------
     NoiseModel or None
         None where the samples do not vary.
     """
-    differences = [np.diff(samples, n=10) for samples in spans]
-    squares = [float(np.nanmean(d**2)) for d in differences if np.isfinite(d).any()]
+    q = max(min(DIFFERENCES, int(np.median([len(samples) for samples in spans])) // 2), 1)
+    passes = math.comb(2 * q, q)
+    squares = []
+    for samples in spans:
+        high = np.diff(samples, n=q)
+        high = high[np.isfinite(high)]
+        if len(high):
+            dof = max(len(high) * passes**2 / math.comb(4 * q, 2 * q), 1.0)  # neighbours go together
+            squares.append(float(np.mean(high**2)) / (1 - 2 / (9 * dof)) ** 3)
     if not squares or not np.median(squares) > 0:
         return None
-    return NoiseModel.of(White(N=math.sqrt(float(np.median(squares)) / math.comb(20, 10) * dt)))
+    return NoiseModel.of(White(N=math.sqrt(float(np.median(squares)) / passes * dt)))
 
 
 def _rows(samples: Array) -> tuple[Array, int] | None:

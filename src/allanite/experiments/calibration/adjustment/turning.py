@@ -63,7 +63,7 @@ class Turning(Protocol):
         ...
 
     def white(self, errors: TriadErrors, density: Array) -> Array:
-        """Covariance of (1) for white noise of y with densities N^2, shape (3,): shape (m, 3, 3) [rad^2]."""
+        """Covariance of (1) for white noise of y with densities N^2, shape (3,): shape (3 m, 3 m) [rad^2]."""
         ...
 
 
@@ -86,6 +86,8 @@ class TurningSamples:
         Of each sample in the integral; None: all count whole. Where the turns go from the mean attitude of one span to
         that of the next, it rises from 0 to 1 over the first and falls over the second: to first order in the
         wandering within a span, that is the rotation between the two means.
+    shared : ndarray of int64, shape (m,), or None
+        First samples of each turn that are the last of the turn before it as well; None: no turn shares any.
     """
 
     y: Array
@@ -94,6 +96,7 @@ class TurningSamples:
     dt: Array
     force: Array | None = None
     weight: Array | None = None
+    shared: NDArray[np.int64] | None = None
 
     @property
     def _seconds(self) -> Array:
@@ -112,12 +115,12 @@ class TurningSamples:
             middle[a:b] = (running[1:] + running[:-1]) / 2
         return ends, middle, x
 
-    def _sums(self, values: Array, power: int = 1) -> Array:
-        """Integrals over each turn, of shape (m, ...), with this power of the weights."""
+    def _sums(self, values: Array) -> Array:
+        """Integrals over each turn, of shape (m, ...)."""
         if len(self.dt) == 0:
             return np.zeros((0, *values.shape[1:]))
         if self.weight is not None:
-            values = values * self.weight.reshape(-1, *[1] * (values.ndim - 1)) ** power
+            values = values * self.weight.reshape(-1, *[1] * (values.ndim - 1))
         total = np.add.reduceat(values, self.edges[:-1], axis=0)
         total[np.diff(self.edges) == 0] = 0.0
         return np.asarray(total * self.dt.reshape(-1, *[1] * (values.ndim - 1)))
@@ -138,7 +141,17 @@ class TurningSamples:
     def white(self, errors: TriadErrors, density: Array) -> Array:
         _, r, _ = self._rotations(errors)
         half = r @ (np.linalg.inv(errors.matrix) * np.sqrt(density))
-        return self._sums(half @ np.swapaxes(half, -1, -2), power=2)
+        half *= (self._seconds / np.sqrt(np.repeat(self.dt, np.diff(self.edges))))[:, None, None]
+        m, begin = len(self.dt), self.edges
+        out = np.zeros((m, 3, m, 3))
+        for k in range(m):
+            own = half[begin[k] : begin[k + 1]]
+            out[k, :, k] = np.einsum("nij,nkj->ik", own, own)
+            if self.shared is not None and self.shared[k]:
+                count = self.shared[k]
+                out[k, :, k - 1] = np.einsum("nij,nkj->ik", own[:count], half[begin[k] - count : begin[k]])
+                out[k - 1, :, k] = out[k, :, k - 1].T
+        return out.reshape(3 * m, 3 * m)
 
 
 def constant_rate_turns(vectors: Array, seconds: Array) -> TurningSamples:

@@ -3,7 +3,7 @@
 
 Slow noise is common to neighbouring spans and to the turn between them. So for each axis the means over all spans and
 over all turns have one joint covariance; a turn takes from it what its lever makes of a constant error. White noise of
-a turn is independent of all else and is integrated exactly.
+a turn is integrated exactly; turns share it where they share samples, and it is independent of all else.
 """
 
 from __future__ import annotations
@@ -124,10 +124,9 @@ class Weights:
         _add_levered(out, groups, observed, predicted, self.slow)
         errors = observed.gyro.errors(state.values[observed.place(GYRO)])
         inverse = np.linalg.inv(errors.matrix)
-        white = observed.turning.white(errors, self.density)
-        white = white + (inverse * self.angle[:, None, :]) @ inverse.T
         turns = groups[TURNS]
-        for link, block in enumerate(white):
+        out[np.ix_(turns, turns)] += observed.turning.white(errors, self.density)
+        for link, block in enumerate((inverse * self.angle[:, None, :]) @ inverse.T):
             rows = turns[3 * link : 3 * link + 3]
             out[np.ix_(rows, rows)] += block
         out[turns, turns] += ROUNDING**2
