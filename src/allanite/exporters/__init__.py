@@ -150,13 +150,13 @@ def export(
 
 def options_of(module: Exporter) -> list[str]:
     """Names of the options of a format, those of a TypedDict among them."""
-    found: list[str] = []
+    names: list[str] = []
     for parameter in inspect.signature(module.write, eval_str=True).parameters.values():
         if parameter.kind is parameter.VAR_KEYWORD:
-            found += get_args(parameter.annotation)[0].__annotations__
+            names += get_args(parameter.annotation)[0].__annotations__
         elif parameter.name != "document":
-            found.append(parameter.name)
-    return found
+            names.append(parameter.name)
+    return names
 
 
 def _several(content: Mapping[str, str | bytes], path: str | os.PathLike[str] | None, force: bool) -> str:
@@ -165,12 +165,12 @@ def _several(content: Mapping[str, str | bytes], path: str | os.PathLike[str] | 
         folder = Path(path)
         refuse_existing(*(folder / name for name in content), force=force)
         make_folder(folder)
-        for name, own in content.items():
+        for name, text in content.items():
             with fresh(folder / name, force=force) as place:
-                place.write_bytes(own if isinstance(own, bytes) else own.encode("utf-8"))
+                place.write_bytes(text if isinstance(text, bytes) else text.encode("utf-8"))
     return "\n".join(
-        f"# {name}\n{own}" if isinstance(own, str) else f"# {name}: binary, {len(own)} bytes"
-        for name, own in content.items()
+        f"# {name}\n{text}" if isinstance(text, str) else f"# {name}: binary, {len(text)} bytes"
+        for name, text in content.items()
     )
 
 

@@ -205,11 +205,11 @@ def _sampling(document: Json, name: str, wanted: str | None, rate: float) -> str
             raise InputError(f"sampling must be 'mean' or 'point', not {wanted!r}")
         return wanted
     channels = document["recording"].get("channels", ())
-    own = next(
+    stated = next(
         (c["sampling"] for c in channels if c["name"] == name and c["kind"] not in ("angle", "velocity")),
         "mean",
     )
-    return "mean" if rate < document["recording"]["rate"] * (1 - 1e-9) else str(own)
+    return "mean" if rate < document["recording"]["rate"] * (1 - 1e-9) else str(stated)
 
 
 def _unit(axis: Json) -> str:
@@ -424,11 +424,11 @@ def _arithmetic(*names: str) -> list[str]:
         if name in written:
             return
         written.add(name)
-        own = (folder / name).read_text(encoding="utf-8").splitlines()
-        for line in own:
-            if found := _OWN_INCLUDE.match(line):
-                add(found[1])
-        lines.extend([f"// -- allanite/{name} ---", *(x for x in own if not _OWN_INCLUDE.match(x)), ""])
+        text = (folder / name).read_text(encoding="utf-8").splitlines()
+        for line in text:
+            if included := _OWN_INCLUDE.match(line):
+                add(included[1])
+        lines.extend([f"// -- allanite/{name} ---", *(x for x in text if not _OWN_INCLUDE.match(x)), ""])
 
     for name in names:
         add(name)

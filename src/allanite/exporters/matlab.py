@@ -167,18 +167,18 @@ def _filters(sensors: Mapping[str, Json]) -> list[str]:
 
 def _json_text(part: str, rate: float, sensors: Mapping[str, Json], comments: list[str], style: str) -> str:
     slow = [_JSON_LOSES] if any(any(v["BiasInstability"]) for v in sensors.values()) else []
-    said = [
+    entries = [
         f"loadparams(sensor, '{JSON_NAME}', '{part}')",
         *(c.strip() for c in comments if c.strip()),
         *slow,
     ]
     lines = ["{", f" {json.dumps(part)}: {{", f'  "SampleRate": {rate:{style}},']
-    lines += ['  "Comments": [', ",\n".join(f"   {json.dumps(line)}" for line in said), "  ]"]
+    lines += ['  "Comments": [', ",\n".join(f"   {json.dumps(line)}" for line in entries), "  ]"]
     for sensor, values in sensors.items():
         lines[-1] += ","
         rows = ",\n".join(
-            f'   "{key}": [{", ".join(format(_DOUBLE_SIDED[key] * v, style) for v in own)}]'
-            for key, own in values.items()
+            f'   "{key}": [{", ".join(format(_DOUBLE_SIDED[key] * v, style) for v in value)}]'
+            for key, value in values.items()
             if key != "T"
         )
         lines += [f'  "{_PARTS[sensor]}": {{', rows, "  }"]
@@ -190,13 +190,16 @@ def _mat_bytes(rate: float, sensors: Mapping[str, Json], comments: list[str], st
 
     content: dict[str, Any] = {"SampleRate": rate}
     for sensor, values in sensors.items():
-        own: dict[str, Any] = {k: _rounded(v, style) for k, v in values.items() if k != "T"}
-        own["NoiseType"] = "single-sided"
+        rounded: dict[str, Any] = {k: _rounded(v, style) for k, v in values.items() if k != "T"}
+        rounded["NoiseType"] = "single-sided"
         if math.isfinite(values["T"]):
             phi = math.exp(-1 / (rate * values["T"]))
             step = SIGMA_PER_B * math.sqrt(-math.expm1(-2 / (rate * values["T"])))
-            own["BiasInstabilityCoefficients"] = {"Numerator": step, "Denominator": np.array([[1.0, -phi]])}
-        content[_PARTS[sensor]] = own
+            rounded["BiasInstabilityCoefficients"] = {
+                "Numerator": step,
+                "Denominator": np.array([[1.0, -phi]]),
+            }
+        content[_PARTS[sensor]] = rounded
     usage = (
         "s = load('imu_sensor.mat'); p = gyroparams; g = s.imu.Gyroscope; "
         "for f = fieldnames(g)', p.(f{1}) = g.(f{1}); end  % likewise accelparams with s.imu.Accelerometer"

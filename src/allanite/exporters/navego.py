@@ -53,7 +53,7 @@ _KEYS = {
 
 def _template(imu: MarkovImu) -> list[str]:
     """A script that fills the structure `imu`; `dt` is to be there."""
-    raw, own = [], []
+    raw, fitted = [], []
     for sensor, (letter, noise, walk, of_noise, of_bias, si) in _KEYS.items():
         if sensor not in imu.noise:
             raw.append(f"% imu.{noise}, imu.{letter}b_dyn, imu.{letter}b_corr: not in the study")
@@ -65,12 +65,12 @@ def _template(imu: MarkovImu) -> list[str]:
             f"imu.{letter}b_dyn = {imu.row(sigma)};  % {of_bias}",
             f"imu.{letter}b_corr = {imu.row(imu.time[sensor])};  % s",
         ]
-        own += [
+        fitted += [
             f"imu.{letter}b_psd = {imu.row(imu.density(sensor))};  % {si}",
             f"imu.{walk} = {imu.row(imu.K[sensor])};  % {si}",
         ]
     middle = ["", "% imu = imu_si_errors(imu, dt);  % with the rest of the structure filled in; then:", ""]
-    return [*imu.comment("%"), "", *raw, *middle, *own]
+    return [*imu.comment("%"), "", *raw, *middle, *fitted]
 
 
 write = writer(_template, gauss_markov_imu, CONSUMER)

@@ -102,10 +102,10 @@ def intrinsics_of(calibration: Calibration, convention: str = "kalibr") -> Intri
     gyro, accelerometer = (calibration.errors(s).matrix if s in held else one for s in (GYRO, ACCELEROMETER))
     split = lower_and_rotation if convention == "kalibr" else upper_and_rotation
     first, matrix = (ACCELEROMETER, accelerometer) if convention == "kalibr" else (GYRO, gyro)
-    own, to_imu = split(matrix) if first in held else (one, one)
+    shape, to_imu = split(matrix) if first in held else (one, one)
     second, other = (GYRO, gyro) if convention == "kalibr" else (ACCELEROMETER, accelerometer)
     theirs, turn = split(other @ to_imu.T) if second in held else (one, one)
-    parts = {first: (own, one), second: (theirs, turn)}
+    parts = {first: (shape, one), second: (theirs, turn)}
     pulled = calibration.errors(GYRO).gravity_sensitivity if GYRO in held else np.zeros((3, 3))
     return Intrinsics(
         gyro=parts[GYRO][0],
@@ -257,10 +257,10 @@ def _known(calibration: Calibration, sensor: str, sd: Array) -> str:
 
 
 def _of_force(calibration: Calibration, sd: Array) -> str:
-    said = "effect of acceleration on the gyros, rad/s per m/s^2"
+    meaning = "effect of acceleration on the gyros, rad/s per m/s^2"
     if not any(".gravity_sensitivity_" in name for name in calibration.names):
-        return f"{said}: none found, or not looked for"
-    return f"{said}; sd up to {sd.max():.1e}"
+        return f"{meaning}: none found, or not looked for"
+    return f"{meaning}; sd up to {sd.max():.1e}"
 
 
 def _spread(calibration: Calibration, convention: str) -> tuple[Array, Array, Array]:

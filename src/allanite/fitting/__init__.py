@@ -154,8 +154,8 @@ def _fit_recording(recording: Recording, method: str, options: dict[str, Any]) -
     return model
 
 
-def _check(method: str, own: tuple[str, ...], what: str, other: tuple[str, ...], instead: str) -> None:
-    if method in own:
+def _check(method: str, allowed: tuple[str, ...], what: str, other: tuple[str, ...], instead: str) -> None:
+    if method in allowed:
         return
     hint = f"; {method!r} works on {instead}" if method in other else ""
-    raise InputError(f"for {what} the method must be {' or '.join(map(repr, own))}, not {method!r}{hint}")
+    raise InputError(f"for {what} the method must be {' or '.join(map(repr, allowed))}, not {method!r}{hint}")

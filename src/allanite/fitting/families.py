@@ -64,11 +64,11 @@ class Family:
         """A coarse grid of correlation times, each fit beginning where its neighbour ended; the best is refined."""
         shortest, longest = self.times
         grid = np.geomspace(shortest, longest, int(np.log(longest / shortest) / np.log(_SCAN)) + 2)
-        found: list[CurveSolution] = []
+        solutions: list[CurveSolution] = []
         for t in grid:
-            start = found[-1].c if found else None
-            found.append(solve(self.curve, self.symbols, T=float(t), fixed=fixed, start=start))
-        best = min(found, key=lambda s: s.value)
+            start = solutions[-1].c if solutions else None
+            solutions.append(solve(self.curve, self.symbols, T=float(t), fixed=fixed, start=start))
+        best = min(solutions, key=lambda s: s.value)
         fresh = solve(self.curve, self.symbols, T=best.T, fixed=fixed)
         return self._refine(fixed, min((best, fresh), key=lambda s: s.value), float(np.log(_SCAN)) / 2)
 

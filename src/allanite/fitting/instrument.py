@@ -71,17 +71,17 @@ class TwoRecords(CurveDesign):
     def covariance(self, symbols: Sequence[str], c: Array, T: float | None = None) -> Array:
         """Covariance matrix of both curves for these coefficients: two blocks."""
         total: dict[str, float] = {}
-        own: dict[str, float] = {}
+        sensor: dict[str, float] = {}
         for symbol, value in zip(symbols, c, strict=True):
             letter = symbol.removeprefix("f")
             if symbol != "fR":
                 total[letter] = total.get(letter, 0.0) + float(value)
             if of_floor(symbol):
-                own[letter] = float(value)
+                sensor[letter] = float(value)
         n = len(self.measured.lags)
         out = np.zeros((n + len(self.floor.lags),) * 2)
         out[:n, :n] = self.measured.covariance(list(total), np.array(list(total.values())), T)
-        out[n:, n:] = self.floor.covariance(list(own), np.array(list(own.values())))
+        out[n:, n:] = self.floor.covariance(list(sensor), np.array(list(sensor.values())))
         return out
 
 

@@ -98,8 +98,8 @@ def floor_of(recording: Recording, floor: Recording) -> Recording:
     return replace(
         floor,
         rate=recording.rate,
-        channels=tuple(_as(c, own) for c, own in pairs),
-        columns=tuple(floor.columns[floor.index(own.name)] for _, own in pairs),
+        channels=tuple(_as(c, shorted) for c, shorted in pairs),
+        columns=tuple(floor.columns[floor.index(shorted.name)] for _, shorted in pairs),
     )
 
 
@@ -118,36 +118,36 @@ def _own(channel: Channel, floor: Recording) -> Channel:
     )
 
 
-def _as(channel: Channel, own: Channel) -> Channel:
+def _as(channel: Channel, shorted: Channel) -> Channel:
     """What the floor's samples are once they have gone through the sensor's scale factor."""
     for what, mine, other in (
-        ("sampling", channel.sampling, own.sampling), ("aperture", channel.aperture, own.aperture)
+        ("sampling", channel.sampling, shorted.sampling), ("aperture", channel.aperture, shorted.aperture)
     ):  # fmt: skip
         if mine != other:
             raise InputError(
                 f"channel {channel.name!r} has {what} {_said(mine)}, its floor {_said(other)}: record the shorted "
                 "input with the settings of the sensor"
             )
-    return replace(channel, scale=_scale(channel, own))
+    return replace(channel, scale=_scale(channel, shorted))
 
 
 def _said(value: object) -> str:
     return "not stated" if value is None else repr(value)
 
 
-def _scale(channel: Channel, own: Channel) -> float:
-    if own.kind is channel.kind and (channel.kind.has_si or own.unit == channel.unit):
-        return own.scale
-    if own.unit and channel.unit:
-        mine, other = parse_unit(channel.unit), parse_unit(own.unit)
-        if mine.quantity is other.quantity and not channel.kind.integrated and not own.kind.integrated:
+def _scale(channel: Channel, shorted: Channel) -> float:
+    if shorted.kind is channel.kind and (channel.kind.has_si or shorted.unit == channel.unit):
+        return shorted.scale
+    if shorted.unit and channel.unit:
+        mine, other = parse_unit(channel.unit), parse_unit(shorted.unit)
+        if mine.quantity is other.quantity and not channel.kind.integrated and not shorted.kind.integrated:
             return (
                 channel.scale * other.factor / mine.factor
             )  # both as written: volts through the scale factor
     raise InputError(
         f"channel {channel.name!r} is written in {channel.unit or 'an unknown unit'!s} ({channel.kind.value}), its "
-        f"floor in {own.unit or 'an unknown unit'!s} ({own.kind.value}): the floor must have the unit of the samples, "
-        "or that of the sensor"
+        f"floor in {shorted.unit or 'an unknown unit'!s} ({shorted.kind.value}): the floor must have the unit of the "
+        "samples, or that of the sensor"
     )
 
 
@@ -335,12 +335,12 @@ def ready_floor(
     DataQualityError
         A fatal finding in the record of the floor that was not accepted.
     """
-    found = [f for f in check(floor) if f.code not in _NOT_OF_A_SHORT]
+    findings = [f for f in check(floor) if f.code not in _NOT_OF_A_SHORT]
     try:
-        ready, said = prepare(floor, found, accept=accept)
+        ready, left_over = prepare(floor, findings, accept=accept)
     except DataQualityError as refusal:
         raise DataQualityError(f"the record of the floor: {refusal}", refusal.findings) from None
-    return floor_of(recording, ready), said
+    return floor_of(recording, ready), left_over
 
 
 def quiet_curve(floor: Recording, name: str, confidence: float) -> AllanCurve:
@@ -369,7 +369,7 @@ def floor_findings(above: OverFloor, floor: Recording, used: NDArray[np.bool_]) 
     name, tau = above.names[0], above.tau
     share = above.share()[:, 0]
     first = int(np.argmax(np.isfinite(share)))
-    found = [
+    findings = [
         finding(
             "floor_taken_off",
             f"{name}: the instrument's own noise ({floor.source or 'samples in memory'}, {floor.duration:.6g} s) is "
@@ -380,25 +380,25 @@ def floor_findings(above: OverFloor, floor: Recording, used: NDArray[np.bool_]) 
         )
     ]
     most, unknown = used & (share > 0.5), used & np.isnan(share)
-    said = []
+    statements = []
     if most.any():
-        said.append(
+        statements.append(
             f"it makes {percent(float(np.nanmax(share[most])))} of the variance at the worst lag, and more than half "
             f"at {int(most.sum())} of {int(used.sum())} lags"
         )
     if unknown.any():
-        said.append(f"its record is too short for lags from {float(tau[unknown][0]):.3g} s on")
-    if said:
-        found.append(
+        statements.append(f"its record is too short for lags from {float(tau[unknown][0]):.3g} s on")
+    if statements:
+        findings.append(
             finding(
                 "floor_dominates",
-                f"{name}: of the instrument's noise, {'; '.join(said)}",
+                f"{name}: of the instrument's noise, {'; '.join(statements)}",
                 severity=Severity.WARNING,
                 channel=name,
                 count=int(most.sum() + unknown.sum()),
             )
         )
-    return found
+    return findings
 
 
 def floor_entry(above: OverFloor, below: AllanCurve) -> dict[str, Any]:

@@ -164,14 +164,14 @@ def _families(chosen: LagChoice, confidence: float) -> list[CurveFamilyFit]:
     if not math.isfinite(best.value):
         raise FitError("no sum of noise terms explains the curve; look at the findings and at the curve")
 
-    def fitted(symbols: tuple[str, ...], solution: CurveSolution, own: str) -> tuple[CurveFamilyFit, bool]:
+    def fitted(symbols: tuple[str, ...], solution: CurveSolution, name: str) -> tuple[CurveFamilyFit, bool]:
         fit = fit_family(Family(data, symbols), solution, confidence)
         if not math.isfinite(fit.selected.value):
             raise FitError(
                 "the curve is that of a ramp, and no noise is resolved beside it; take the trend out, or look at the "
                 "findings and at the curve"
             )
-        return fit, own in fit.supported
+        return fit, name in fit.supported
 
     return supported_families(
         advantage(data, other, best),
@@ -282,13 +282,13 @@ def _covariance(fit: CurveFamilyFit, confidence: float) -> dict[str, Any]:
     matrix = np.linalg.pinv(J[:, index].T @ J[:, index])
     scale = np.array([_width(fit.sets.get(n), confidence, float(sd[n])) / sd[n] for n in sd]) * half
     matrix *= np.outer(scale, scale)
-    own = [i for i, n in enumerate(sd) if not of_floor(n)]
-    if not own:
+    of_sensor = [i for i, n in enumerate(sd) if not of_floor(n)]
+    if not of_sensor:
         return {}
     return {
         "symbols": ["sigma" if n == "G" else n for n in sd if not of_floor(n)],
         "of": "natural logarithms",
-        "matrix": matrix[np.ix_(own, own)].tolist(),
+        "matrix": matrix[np.ix_(of_sensor, of_sensor)].tolist(),
     }
 
 

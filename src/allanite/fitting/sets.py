@@ -217,8 +217,8 @@ def time_set(
 def _first_guess(curve: CurveData, best: CurveSolution, symbol: str) -> float:
     """A value of an absent coefficient that would be seen for certain: as large as the curve where it is smallest."""
     column = curve.design.column(symbol, best.T)
-    seen = column > 0
-    return float(np.min(curve.variance[seen] / column[seen])) * 1e-3
+    visible = column > 0
+    return float(np.min(curve.variance[visible] / column[visible])) * 1e-3
 
 
 def _edge(profile: Profile, centre: float, direction: int, sd: float) -> float:

@@ -60,27 +60,27 @@ def read_slopes(curve: AllanCurve, *, exclude: ArrayLike | None = None) -> Noise
     estimates, terms = [], []
     for symbol, wanted in _SLOPES.items():
         at = int(np.argmin(np.abs(slope - wanted))) if symbol != "B" else int(np.argmin(sigma))
-        found = abs(slope[at] - wanted) <= _NEAR or (symbol == "B" and 0 < at < len(sigma) - 1)
+        matches = abs(slope[at] - wanted) <= _NEAR or (symbol == "B" and 0 < at < len(sigma) - 1)
         value = _coefficient(symbol, float(tau[at]), float(sigma[at]))
         note = f"read at tau = {tau[at]:.4g} s, slope {slope[at]:+.2f}"
-        if not found:
+        if not matches:
             note += f"; the curve has no slope {wanted:+.1f}, so this is no estimate"
         estimates.append(
             Estimate(
                 symbol=symbol,
-                value=value if found else None,
+                value=value if matches else None,
                 lower=0.0,
                 upper=math.inf,
                 supported=False,
                 note=note,
             )
         )
-        if found:
+        if matches:
             terms.append(term_of(symbol, value, dt=curve.dt))
         if symbol == "B":
             time = Estimate(
                 symbol="T",
-                value=float(tau[at]) / 1.89 if found else None,
+                value=float(tau[at]) / 1.89 if matches else None,
                 lower=0.0,
                 upper=math.inf,
                 supported=False,

@@ -60,7 +60,7 @@ def correlations(u: Array, first: NDArray[np.int64], second: NDArray[np.int64]) 
 
     n = u.shape[1]
     size = next_fast_len(2 * n)
-    seen = rfft(u, size, axis=1)
-    found = irfft((seen[first] * seen[second].conj()).real, size, axis=1)[:, :n]
-    found[:, 1:] *= 2
-    return np.asarray(found)
+    transforms = rfft(u, size, axis=1)
+    lagged = irfft((transforms[first] * transforms[second].conj()).real, size, axis=1)[:, :n]
+    lagged[:, 1:] *= 2
+    return np.asarray(lagged)

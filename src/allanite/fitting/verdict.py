@@ -30,8 +30,10 @@ def supported_words(models: Sequence[NoiseModel]) -> str:
         One, or both families where the record cannot decide.
     """
     named = [e for e in models[0].estimates if e.symbol in _NAMES]
-    found = [_NAMES[e.symbol] for e in named if e.supported]
-    text = f"the record supports {listed(found)}." if found else "the record supports no term by itself."
+    supported = [_NAMES[e.symbol] for e in named if e.supported]
+    text = (
+        f"the record supports {listed(supported)}." if supported else "the record supports no term by itself."
+    )
     needed = [_NAMES[e.symbol] for e in named if e.needed]
     if needed:
         text += f" It needs {listed(needed)} or a term like it, and cannot tell which."

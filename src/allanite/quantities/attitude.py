@@ -218,12 +218,12 @@ def _frame(first: ArrayLike, second: ArrayLike) -> Array:
     return np.column_stack([x, y, np.cross(x, y)])
 
 
-def quest(seen: ArrayLike, known: ArrayLike, weights: ArrayLike) -> Array:
+def quest(measured: ArrayLike, known: ArrayLike, weights: ArrayLike) -> Array:
     """Attitude from any number of directions, by least squares (Wahba's problem), shape (3, 3).
 
     Parameters
     ----------
-    seen, known : array_like, shape (n, 3)
+    measured, known : array_like, shape (n, 3)
         Directions in the body and in the reference frame; lengths play no part.
     weights : array_like, shape (n,)
         Inverse variances of the directions.
@@ -238,7 +238,7 @@ def quest(seen: ArrayLike, known: ArrayLike, weights: ArrayLike) -> Array:
     InputError
         All directions parallel.
     """
-    b, r = (np.asarray(v, dtype=np.float64) for v in (seen, known))
+    b, r = (np.asarray(v, dtype=np.float64) for v in (measured, known))
     b, r = (v / np.linalg.norm(v, axis=-1, keepdims=True) for v in (b, r))
     profile = np.einsum("k,ki,kj->ij", np.asarray(weights, dtype=np.float64), r, b)
     davenport = np.empty((4, 4))

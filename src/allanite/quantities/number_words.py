@@ -83,8 +83,8 @@ class _NumberLayout:
         power = _power(size, digits)
         if -3 <= power < 6:
             return cls(max(digits - 1 - power, 0), None)
-        own = _power(lead, digits) if lead else power
-        return cls(max(digits - 1 - power + own, 0), own)
+        exponent = _power(lead, digits) if lead else power
+        return cls(max(digits - 1 - power + exponent, 0), exponent)
 
     def write(self, value: float) -> str:
         if self.power is None:

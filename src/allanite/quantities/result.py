@@ -103,14 +103,14 @@ def _fields(of: type[Result]) -> tuple[Field[object], ...]:
 def _read_result(of: type[R], data: object, place: str) -> R:
     if not isinstance(data, Mapping):
         raise FormatError(f"{place}: an object is expected, not {data!r:.40}")
-    found: dict[str, object] = {}
+    values: dict[str, object] = {}
     for f in _fields(of):
         where = f"{place}.{f.name}" if place else f.name
         if f.name in data:
-            found[f.name] = _read(_types(of)[f.name], data[f.name], where)  # type: ignore[arg-type]  # classes are hashable
+            values[f.name] = _read(_types(of)[f.name], data[f.name], where)  # type: ignore[arg-type]  # classes are hashable
         elif f.default is MISSING and f.default_factory is MISSING:
             raise FormatError(f"{where} is missing")
-    return of(**found)
+    return of(**values)
 
 
 def _read(kind: object, value: object, place: str) -> object:
@@ -195,14 +195,14 @@ _ENTRY = re.compile(r"(?P<names>\w+(?:, \w+)*) : (?P<type>.*?)(?: \[(?P<unit>[^\
 def entries_of(of: type[Result]) -> list[FieldEntry]:
     """What the section "Attributes" of a result's docstring says, field by field."""
     _, _, section = inspect.cleandoc(of.__doc__ or "").partition("Attributes\n----------\n")
-    found: list[FieldEntry] = []
+    entries: list[FieldEntry] = []
     for entry in re.split(r"\n(?=\S)", section.split("\n\n")[0]):
         head, _, words = entry.partition("\n")
         parts = _ENTRY.fullmatch(head)
         if parts:
             meaning = " ".join(words.split())
-            found += [
+            entries += [
                 FieldEntry(name=name, type=parts["type"], unit=parts["unit"] or "", meaning=meaning)
                 for name in parts["names"].split(", ")
             ]
-    return found
+    return entries

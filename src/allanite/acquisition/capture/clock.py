@@ -64,13 +64,13 @@ class ClockWatch:
     def look(self) -> list[ClockEvent]:
         """What happened since the last look."""
         wall, asleep = self._offsets()
-        found = []
+        events = []
         if asleep - self._asleep > _SLEPT:
-            found.append(ClockEvent(what="sleep", seconds=(asleep - self._asleep) / 1e9))
+            events.append(ClockEvent(what="sleep", seconds=(asleep - self._asleep) / 1e9))
         if abs(wall - self._wall) > _STEP:
-            found.append(ClockEvent(what="step", seconds=(wall - self._wall) / 1e9))
+            events.append(ClockEvent(what="step", seconds=(wall - self._wall) / 1e9))
         self._wall, self._asleep = wall, asleep
-        return found
+        return events
 
     def _offsets(self) -> tuple[int, int]:
         now = self.clock.now()

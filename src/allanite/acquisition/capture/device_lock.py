@@ -154,11 +154,11 @@ def _is_still(path: Path, descriptor: int) -> bool:
 def _told(descriptor: int) -> dict[str, Any]:
     """What the file says of the holder, if that can be true: its process lives, and belongs to who wrote the file."""
     try:
-        found = json.loads(os.pread(descriptor, 4096, 0))
-        owner = Path(f"/proc/{int(found['process'])}").stat().st_uid
+        holder = json.loads(os.pread(descriptor, 4096, 0))
+        owner = Path(f"/proc/{int(holder['process'])}").stat().st_uid
     except (OSError, ValueError, KeyError, TypeError):
         return {}
-    return found if owner == os.fstat(descriptor).st_uid else {}
+    return holder if owner == os.fstat(descriptor).st_uid else {}
 
 
 def _refusal(device: str, held: dict[str, Any]) -> str:

@@ -170,11 +170,11 @@ class Listener(threading.Thread):
         """Samples with other settings are never added to those of before: they are another part of the run."""
         if self._describe is None:
             return
-        found = self._describe(self._identity)
-        if found != self._header:
-            self._header = found
-            self._numbering.change(found.rate)
-            self.ring.put(found, 0)
+        header = self._describe(self._identity)
+        if header != self._header:
+            self._header = header
+            self._numbering.change(header.rate)
+            self.ring.put(header, 0)
 
     def _tell(self, kind: str, **facts: Any) -> None:
         self.ring.put(CaptureNote(kind=kind, facts=facts), 0)
@@ -204,31 +204,31 @@ class Listener(threading.Thread):
             if self._ended.wait(pause):
                 return
             try:
-                found = self._instrument.open()
-                if _same(found, self._identity):
+                identity = self._instrument.open()
+                if _same(identity, self._identity):
                     self._instrument.start()
             except InstrumentError as error:
                 last = error
                 continue
-            if _same(found, self._identity):
-                self._go_on(found)
+            if _same(identity, self._identity):
+                self._go_on(identity)
                 return
-            last = self._another(found)
-            if found == stranger:  # once may be an answer that was damaged on the way
+            last = self._another(identity)
+            if identity == stranger:  # once may be an answer that was damaged on the way
                 raise last
-            stranger = found
+            stranger = identity
         raise InstrumentError(
             f"the instrument did not come back in {self._patience.reconnections} attempts: {last}"
         ) from last
 
-    def _go_on(self, found: Identity) -> None:
-        self._identity = found
-        self._tell("reconnected", attempt=self._attempts, identity=found.to_json())
+    def _go_on(self, identity: Identity) -> None:
+        self._identity = identity
+        self._tell("reconnected", attempt=self._attempts, identity=identity.to_json())
         self._look_at_settings()
 
-    def _another(self, found: Identity) -> InstrumentError:
+    def _another(self, identity: Identity) -> InstrumentError:
         return InstrumentError(
-            f"another instrument answers: {_named(found)} in place of {_named(self._identity)}. "
+            f"another instrument answers: {_named(identity)} in place of {_named(self._identity)}. "
             "Start another recording for it"
         )
 

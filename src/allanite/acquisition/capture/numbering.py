@@ -172,12 +172,12 @@ class BlockNumbering:
             return []
         before = np.concatenate([[self._next - 1], number[:-1]])
         jumps = np.flatnonzero(number - before > 1)
-        found = []
+        gaps = []
         for i in jumps:
             missing = int(number[i] - before[i] - 1)
-            told = [*self._reasons, *block.remarks] if i == 0 else list(block.remarks)
-            why = self._interrupted if i == 0 and self._interrupted else _joined(told)
-            found.append(
+            reasons = [*self._reasons, *block.remarks] if i == 0 else list(block.remarks)
+            why = self._interrupted if i == 0 and self._interrupted else _joined(reasons)
+            gaps.append(
                 Gap(
                     counter=int(before[i]) + 1,
                     samples=missing,
@@ -185,7 +185,7 @@ class BlockNumbering:
                     uncertainty=unsure if i == jumps[-1] else None,
                 )
             )
-        return found
+        return gaps
 
 
 def _joined(remarks: list[str]) -> str:

@@ -93,7 +93,7 @@ def capture(
                     room=max(int(_ROOM * instrument.rate), _LEAST_ROOM),
                     patience=patience,
                     header=header,
-                    describe=lambda found: _header(instrument, found, scale_date),
+                    describe=lambda answered: _header(instrument, answered, scale_date),
                 )
                 writer = Writer(store, duration, clock, progress, happened)
                 _listen_and_write(instrument, listener, writer, stop)

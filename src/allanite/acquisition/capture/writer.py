@@ -267,14 +267,14 @@ class Writer:
         if not gaps:
             return
         self._surroundings.look_at_clocks()
-        told = [self._surroundings.explained(gap) for gap in gaps]
-        lines = [_line(gap) for gap in told]
+        explained = [self._surroundings.explained(gap) for gap in gaps]
+        lines = [_line(gap) for gap in explained]
         self.store.note_each("gap", lines)
         for line in lines:
             self._tell("gap", line)
-        self._gaps += len(told)
-        self._dropped += sum(gap.dropped for gap in told)
-        self._state = replace(self._state, missing=self._state.missing + sum(g.samples for g in told))
+        self._gaps += len(explained)
+        self._dropped += sum(gap.dropped for gap in explained)
+        self._state = replace(self._state, missing=self._state.missing + sum(g.samples for g in explained))
 
     def _end_with(self, gap: Gap) -> None:
         """What is missing where no sample comes after it."""

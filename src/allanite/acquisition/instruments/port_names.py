@@ -86,7 +86,7 @@ def network_device(name: str) -> str | None:
     ('tcp://lab:4000', '', None)
     """
     for pattern in _URLS:
-        if found := pattern.fullmatch(name):
-            place = found.groupdict()
+        if match := pattern.fullmatch(name):
+            place = match.groupdict()
             return f"tcp://{place['host'].lower()}:{place['port']}" if place else ""
     return None

@@ -53,36 +53,38 @@ def channels_of(document: Json, sensor: str, wanted: Sequence[str] | None) -> li
     InputError
         No such channel, or more than three.
     """
-    found = [c for c in document["channels"] if c["kind"] in _KINDS[sensor]]
+    of_kind = [c for c in document["channels"] if c["kind"] in _KINDS[sensor]]
     if wanted is not None:
-        by_name = {c["name"]: c for c in found}
+        by_name = {c["name"]: c for c in of_kind}
         missing = [name for name in wanted if name not in by_name]
         if missing:
             raise InputError(f"no {sensor} channel {missing[0]!r}; there are: {', '.join(by_name) or 'none'}")
-        found = [by_name[name] for name in wanted]
-    if len(found) > 3:
-        names = ", ".join(c["name"] for c in found)
+        of_kind = [by_name[name] for name in wanted]
+    if len(of_kind) > 3:
+        names = ", ".join(c["name"] for c in of_kind)
         raise InputError(
-            f"{len(found)} {sensor} channels ({names}): name the three of one triad, {_naming(sensor, '…', '…')}"
+            f"{len(of_kind)} {sensor} channels ({names}): name the three of one triad, {_naming(sensor, '…', '…')}"
         )
-    refused = [c["name"] for c in found if not c["models"]]
+    refused = [c["name"] for c in of_kind if not c["models"]]
     if refused:
-        raise InputError(_without_model(document, sensor, found, refused))
-    return found
+        raise InputError(_without_model(document, sensor, of_kind, refused))
+    return of_kind
 
 
-def _without_model(document: Json, sensor: str, found: Sequence[Json], refused: Sequence[str]) -> str:
+def _without_model(document: Json, sensor: str, kept: Sequence[Json], refused: Sequence[str]) -> str:
     """What is to be done where channels of a sensor have no noise model."""
-    said = f"channel {refused[0]!r} has no noise model"
+    lacking = f"channel {refused[0]!r} has no noise model"
     if len(refused) > 1:
-        said = f"the channels {', '.join(refused)} have no noise model"
-    left = ",".join(c["name"] for c in found if c["name"] not in refused)
+        lacking = f"the channels {', '.join(refused)} have no noise model"
+    left = ",".join(c["name"] for c in kept if c["name"] not in refused)
     others = ",".join(c["name"] for c in document["channels"] if c["models"])
     if left:
-        return f"{said}: leave {'it' if len(refused) == 1 else 'them'} out, {_naming(sensor, left, others)}"
+        return (
+            f"{lacking}: leave {'it' if len(refused) == 1 else 'them'} out, {_naming(sensor, left, others)}"
+        )
     if others:
-        return f"{said}: leave the {sensor} out, with --channels {others} of `allanite characterize`"
-    return f"{said}, nor has any other: see the findings of the study"
+        return f"{lacking}: leave the {sensor} out, with --channels {others} of `allanite characterize`"
+    return f"{lacking}, nor has any other: see the findings of the study"
 
 
 def _naming(sensor: str, names: str, all_names: str) -> str:
@@ -204,19 +206,19 @@ def parameter(channel: str, model: Json, symbol: str, file: str) -> Number:
     """
     estimates = model.get("estimates") or ()
     names = ("B", "B_equiv") if symbol == "B" else (symbol,)
-    found = next((e for e in estimates if e["symbol"] in names), None)
-    if found is None and not estimates:
+    estimate = next((e for e in estimates if e["symbol"] in names), None)
+    if estimate is None and not estimates:
         values = [t[symbol] for t in model["terms"] if t["type"] == _TERM_OF[symbol]]
         value = math.sqrt(sum(v * v for v in values))
         return Number(symbol, value, f"{value:.4e}")
-    if found is not None and found["supported"] and found["value"] is not None:
-        span = f" [{_text(found['lower'])}, {_text(found['upper'])}]"
-        return Number(symbol, found["value"], f"{found['value']:.4e}{span}", has_interval=True)
-    if found is None or found["upper"] is None or not math.isfinite(found["upper"]):
+    if estimate is not None and estimate["supported"] and estimate["value"] is not None:
+        span = f" [{_text(estimate['lower'])}, {_text(estimate['upper'])}]"
+        return Number(symbol, estimate["value"], f"{estimate['value']:.4e}{span}", has_interval=True)
+    if estimate is None or estimate["upper"] is None or not math.isfinite(estimate["upper"]):
         raise InputError(
             f"channel {channel!r}: {symbol} has neither a value nor an upper limit for {file}; record longer"
         )
-    return Number(symbol, found["upper"], f"< {found['upper']:.4e} (95 % upper limit, used)")
+    return Number(symbol, estimate["upper"], f"< {estimate['upper']:.4e} (95 % upper limit, used)")
 
 
 def _text(value: float | None) -> str:

@@ -115,7 +115,7 @@ def gauss_markov_imu(document: Json, consumer: Consumer, **options: Unpack[Noise
         comments=asked.head(document, consumer, words, read),
         noise=asked.numbers(read, lambda axis: axis.noise),
         sigma=asked.numbers(read, lambda axis: axis.sigma),
-        time={sensor: _times(own, asked.axes, sensor) for sensor, own in read.items() if own},
+        time={sensor: _times(axes, asked.axes, sensor) for sensor, axes in read.items() if axes},
         K=asked.numbers(read, lambda axis: axis.K),
         walks=choice is not None,
         style=asked.style,
@@ -139,11 +139,11 @@ def _markov(channel: Json, consumer: Consumer, time: float | None) -> _MarkovAxi
     name, file = channel["name"], consumer.file
     models = channel["models"]
     noises = [parameter(name, m, "N", file) for m in models]
-    own = [_term(name, m, consumer) for m in models]
-    fitted = next((t.T for t in own if t is not None), None)
+    terms = [_term(name, m, consumer) for m in models]
+    fitted = next((t.T for t in terms if t is not None), None)
     used = time if time is not None else fitted
     sigmas, walks, notes = [], [], []
-    for model, noise, term in zip(models, noises, own, strict=True):
+    for model, noise, term in zip(models, noises, terms, strict=True):
         k = _walk_of(name, model, file, consumer.holds_K)
         sigma, bias = _bias_of(name, model, term, used, consumer)
         sigmas.append(sigma)
@@ -201,12 +201,12 @@ def _term(name: str, model: Json, consumer: Consumer) -> GaussMarkov | None:
 def _span(model: Json, symbol: str, style: str) -> str:
     """The interval of a parameter of the term, where the record gave one."""
     names = ("sigma", "B_equiv") if symbol == "sigma" else (symbol,)
-    found = next((e for name in names for e in model.get("estimates") or () if e["symbol"] == name), None)
-    if found is None:
+    estimate = next((e for name in names for e in model.get("estimates") or () if e["symbol"] == name), None)
+    if estimate is None:
         return ""
-    factor = SIGMA_PER_B if found["symbol"] == "B_equiv" else 1.0
-    upper = "?" if found["upper"] is None else format(factor * found["upper"], style)
-    return f" [{factor * found['lower']:{style}}, {upper}]"
+    factor = SIGMA_PER_B if estimate["symbol"] == "B_equiv" else 1.0
+    upper = "?" if estimate["upper"] is None else format(factor * estimate["upper"], style)
+    return f" [{factor * estimate['lower']:{style}}, {upper}]"
 
 
 def _walk_of(name: str, model: Json, file: str, holds: bool) -> Number:
@@ -220,9 +220,9 @@ def _walk_of(name: str, model: Json, file: str, holds: bool) -> Number:
 
 
 def _walk_as_markov(channel: Json, choice: WalkChoice, consumer: Consumer) -> _MarkovAxis:
-    own = walking(channel, choice, consumer.name, consumer.file)
-    sigma = own.walk * math.sqrt(WALK_TIME / 2)
-    return _MarkovAxis(name=own.name, noise=own.noise, sigma=sigma, time=WALK_TIME, K=0.0, notes=own.notes)
+    walk = walking(channel, choice, consumer.name, consumer.file)
+    sigma = walk.walk * math.sqrt(WALK_TIME / 2)
+    return _MarkovAxis(name=walk.name, noise=walk.noise, sigma=sigma, time=WALK_TIME, K=0.0, notes=walk.notes)
 
 
 # -- words ----------------------------------------------------------------------------------------------------

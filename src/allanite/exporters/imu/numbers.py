@@ -94,9 +94,9 @@ class ImuNumbers:
         """
         lines = []
         for slot in slots:
-            found: Mapping[str, tuple[float, ...]] = getattr(self, slot.of)
-            if slot.sensor in found:
-                values = [v / parse_unit(slot.unit).factor for v in found[slot.sensor]]
+            by_sensor: Mapping[str, tuple[float, ...]] = getattr(self, slot.of)
+            if slot.sensor in by_sensor:
+                values = [v / parse_unit(slot.unit).factor for v in by_sensor[slot.sensor]]
                 value, row = self.text(values[0]), self.row(values)
                 lines.append(line.format(key=slot.key, value=value, row=row, unit=slot.unit))
             elif blank:

@@ -75,7 +75,7 @@ class Asked:
 
     def read(self, axis: Callable[[Json], Axis]) -> dict[str, list[Axis]]:
         """What is read of each channel, by sensor."""
-        return {sensor: [axis(channel) for channel in own] for sensor, own in self.channels.items()}
+        return {sensor: [axis(channel) for channel in channels] for sensor, channels in self.channels.items()}
 
     def head(
         self,
@@ -85,7 +85,7 @@ class Asked:
         read: Mapping[str, Sequence[AxisNumbers]],
     ) -> tuple[str, ...]:
         """The comment at the head of the file, without a comment sign; see `preamble` and `table`."""
-        channels = [channel for own in self.channels.values() for channel in own]
+        channels = [channel for of_sensor in self.channels.values() for channel in of_sensor]
         return (
             *preamble(document, consumer, read, bias=bias, axes=self.rule, inflate=self.inflate),
             *bound_lines(channels, consumer, self.axes),
@@ -98,10 +98,10 @@ class Asked:
         """A value of each sensor, one number or three, inflated; no entry where the study holds no channel."""
         return {
             sensor: tuple(
-                self.inflate * v for v in combined([value(axis) for axis in own], self.axes, sensor)
+                self.inflate * v for v in combined([value(axis) for axis in axes], self.axes, sensor)
             )
-            for sensor, own in read.items()
-            if own
+            for sensor, axes in read.items()
+            if axes
         }
 
 

@@ -151,10 +151,10 @@ def table(read: Mapping[str, Sequence[AxisNumbers]]) -> list[str]:
             continue
         lines += ["", f"{sensor}, {_columns(sensor, _symbols({sensor: axes}))}:"]
         for axis in axes:
-            own = [str(note) for note in axis.notes]
-            if len(own) > 1:
-                own.append("the record cannot decide between these two; the larger numbers are used")
-            lines += [f"  {plain_line(axis.name)}: {note}" for note in own]
+            notes = [str(note) for note in axis.notes]
+            if len(notes) > 1:
+                notes.append("the record cannot decide between these two; the larger numbers are used")
+            lines += [f"  {plain_line(axis.name)}: {note}" for note in notes]
     return lines
 
 

@@ -33,8 +33,8 @@ class WalkImu(ImuNumbers):
         """The same with factors on all numbers: what a consumer that is discrete needs."""
         return replace(
             self,
-            noise={sensor: tuple(v * noise for v in own) for sensor, own in self.noise.items()},
-            walk={sensor: tuple(v * walk for v in own) for sensor, own in self.walk.items()},
+            noise={sensor: tuple(v * noise for v in values) for sensor, values in self.noise.items()},
+            walk={sensor: tuple(v * walk for v in values) for sensor, values in self.walk.items()},
         )
 
 

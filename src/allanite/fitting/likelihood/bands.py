@@ -54,8 +54,8 @@ class Band:
     def seen(self, objective: Objective, at: Point, slope: float) -> tuple[float, float]:
         """Power without a ramp over that of a model, and its degrees of freedom."""
         pool, n = objective.pyramid.pools[self.pool], len(self.weights)
-        found = [objective.matrices(k)[self.pool][0, :n, :n] for k in at.components]
-        V = np.tensordot(at.c, np.array(found), axes=1)
+        matrices = [objective.matrices(k)[self.pool][0, :n, :n] for k in at.components]
+        V = np.tensordot(at.c, np.array(matrices), axes=1)
         S = pool.second[:n, :n] / objective.scale**2
         m, r = pool.mean[:n] / objective.scale, pool.tilt[:n]
         S = S - slope * (np.outer(m, r) + np.outer(r, m)) + slope**2 * np.outer(r, r)
@@ -98,11 +98,11 @@ class ModeBand:
 
 def bands(objective: Objective) -> list[Band | ModeBand]:
     """All bands of a record, the quick ones first."""
-    found: list[Band | ModeBand] = []
+    every: list[Band | ModeBand] = []
     for i, pool in enumerate(objective.pyramid.pools):
         if pool.count >= _LEAST_VECTORS:
-            found += _of_pool(i, pool, objective.scale)
-    return found + _of_modes(objective)
+            every += _of_pool(i, pool, objective.scale)
+    return every + _of_modes(objective)
 
 
 def _of_pool(index: int, pool: Pool, scale: float) -> list[Band]:
@@ -111,15 +111,15 @@ def _of_pool(index: int, pool: Pool, scale: float) -> list[Band]:
     j = np.arange(1, n)
     wave = np.sqrt(2 / n) * np.cos(np.pi * np.outer(j, np.arange(n) + 0.5) / n)
     wave = wave @ contrasts(n).T
-    found = []
+    of_pool = []
     for places in _octaves(inner):
         inside = wave[places]
         weights = inside.T @ inside / len(inside)
         power = float(np.vdot(weights, pool.second[:inner, :inner])) / scale**2
         dof = float(pool.count * len(inside))
         period = _period(n, pool.block, places)
-        found.append(Band(pool=index, power=power, weights=weights, dof=dof, period=period))
-    return found
+        of_pool.append(Band(pool=index, power=power, weights=weights, dof=dof, period=period))
+    return of_pool
 
 
 def _of_modes(objective: Objective) -> list[ModeBand]:
@@ -150,15 +150,15 @@ def _period(n: int, block: int, places: slice) -> tuple[float, float]:
 
 
 def first_guess(
-    objective: Objective, components: tuple[RandomTerm, ...], found: Sequence[Band | ModeBand]
+    objective: Objective, components: tuple[RandomTerm, ...], of_record: Sequence[Band | ModeBand]
 ) -> Array:
     """Relative non-negative least squares on the bands: a safe start."""
     from scipy.optimize import nnls
 
-    power = np.array([b.power for b in found])
-    expected = np.array([[b.expected(objective, k) for k in components] for b in found])
+    power = np.array([b.power for b in of_record])
+    expected = np.array([[b.expected(objective, k) for k in components] for b in of_record])
     used = power > 0
-    weight = np.sqrt(np.minimum(np.array([b.dof for b in found]), 50.0))[used] / power[used]
+    weight = np.sqrt(np.minimum(np.array([b.dof for b in of_record]), 50.0))[used] / power[used]
     columns = expected[used] * weight[:, None]
     norm = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
     c = nnls(columns / norm, power[used] * weight, maxiter=50 * len(norm))[0] / norm
@@ -168,7 +168,7 @@ def first_guess(
 
 
 def explained(
-    objective: Objective, at: Point, slope: float, found: Sequence[Band | ModeBand], parameters: int
+    objective: Objective, at: Point, slope: float, of_record: Sequence[Band | ModeBand], parameters: int
 ) -> tuple[float, int, float]:
     """Chi-square of the powers of all bands against the model, degrees of freedom, probability.
 
@@ -177,9 +177,9 @@ def explained(
     from scipy.special import chdtrc
 
     chi2 = 0.0
-    for b in found:
+    for b in of_record:
         ratio, edf = b.seen(objective, at, slope / objective.scale)
         spread = 2 / (9 * edf)
         chi2 += (math.cbrt(ratio) - (1 - spread)) ** 2 / spread
-    dof = max(len(found) - parameters, 1)
+    dof = max(len(of_record) - parameters, 1)
     return chi2, dof, float(chdtrc(dof, chi2))

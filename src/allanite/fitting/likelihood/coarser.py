@@ -39,7 +39,7 @@ def explained_part(
     for block in _COARSER:
         if problem.n_samples // block < _FEWEST_ROWS:
             break
-        found, p = judge(problem.coarser(block))
+        judged, p = judge(problem.coarser(block))
         if p >= EXPLAINED:
-            return found
+            return judged
     return whole

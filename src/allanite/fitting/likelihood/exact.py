@@ -125,7 +125,7 @@ def _gradient(exact: Callable[[Point], float], peak: Peak) -> Array:
     """Differences over a tenth of a standard deviation; forward for what stands at zero."""
     here = _parameters(peak.at)
     information = np.diag(peak.value.information)
-    found = np.zeros(len(here))
+    slopes = np.zeros(len(here))
     n = len(peak.at.c)
     for i in range(len(here)):
         if not information[i] > 0:
@@ -138,8 +138,8 @@ def _gradient(exact: Callable[[Point], float], peak: Peak) -> Array:
             low[i] -= step
         high = here.copy()
         high[i] += step
-        found[i] = (exact(_at(peak.at, high)) - exact(_at(peak.at, low))) / (high[i] - low[i])
-    return found
+        slopes[i] = (exact(_at(peak.at, high)) - exact(_at(peak.at, low))) / (high[i] - low[i])
+    return slopes
 
 
 def _distance(a: Peak, b: Peak) -> float:

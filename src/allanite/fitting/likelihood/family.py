@@ -121,12 +121,12 @@ def _slope_set(
 
     A term that is not there takes some of the noise that slopes are judged by from one that is.
     """
-    found = [slope_set(problem.search, best, confidence)]
+    sets = [slope_set(problem.search, best, confidence)]
     if 0 < len(supported) < len(letters):
         chosen = [letters[i] for i in sorted(supported)]
         alone = problem.peak(chosen, slope=None, averaged=True, near=best)
-        found.append(slope_set(problem.search, alone, confidence))
-    return max(found, key=lambda ends: ends[1] - ends[0])
+        sets.append(slope_set(problem.search, alone, confidence))
+    return max(sets, key=lambda ends: ends[1] - ends[0])
 
 
 class _FitWithoutTerm:

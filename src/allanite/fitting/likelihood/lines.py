@@ -137,15 +137,15 @@ def fit_lines(chunks: Chunks, n_samples: int, frequencies: Sequence[float]) -> t
         Each with at least `FEWEST_PERIODS` in the record.
     """
     groups = [_Group(n_samples, *zip(*near, strict=True)) for near in _neighbours(frequencies, n_samples)]
-    found: dict[int, Line] = {}
+    fitted: dict[int, Line] = {}
     for i in range(_ROUNDS):
-        _read(chunks, groups, list(found.values()))
-        before, found = found, {}
+        _read(chunks, groups, list(fitted.values()))
+        before, fitted = fitted, {}
         for group in groups:
-            found |= group.fitted(before, search=i < 2)
-        if len(groups) == 1 or all(k in before and _stands(before[k], found[k], n_samples) for k in found):
+            fitted |= group.fitted(before, search=i < 2)
+        if len(groups) == 1 or all(k in before and _stands(before[k], fitted[k], n_samples) for k in fitted):
             break
-    return tuple(found[k] for k in range(len(frequencies)))
+    return tuple(fitted[k] for k in range(len(frequencies)))
 
 
 def _neighbours(frequencies: Sequence[float], n_samples: int) -> list[list[tuple[float, int]]]:
@@ -185,8 +185,8 @@ def _read(chunks: Chunks, groups: Sequence[_Group], lines: Sequence[Line]) -> No
             counts.append(here @ waves)
     data, there = np.concatenate(sums), np.concatenate(counts)
     for i, group in enumerate(groups):
-        own = slice(3 + _WAVES * i, 3 + _WAVES * (i + 1))
-        group.take(data[:, :2], data[:, own][:, :2], there[:, :3], there[:, own])
+        of_line = slice(3 + _WAVES * i, 3 + _WAVES * (i + 1))
+        group.take(data[:, :2], data[:, of_line][:, :2], there[:, :3], there[:, of_line])
 
 
 def _and_then(chunks: Iterator[Array], last: Array) -> Iterator[Array]:
@@ -299,10 +299,10 @@ class _Group:
             ],
             axis=1,
         )
-        own = np.add.reduceat(np.einsum("bp,bpd->bd", samples, self.curves), self.starts, axis=0)
+        sums_of_samples = np.add.reduceat(np.einsum("bp,bpd->bd", samples, self.curves), self.starts, axis=0)
         bent = np.matmul(along, inverse)
         self.normal -= np.tensordot(bent, along, axes=([0, 2], [0, 2]))
-        self.right -= np.tensordot(bent, own, axes=([0, 2], [0, 1]))
+        self.right -= np.tensordot(bent, sums_of_samples, axes=([0, 2], [0, 1]))
 
     # -- least squares ------------------------------------------------------------------------------------
 
@@ -312,12 +312,12 @@ class _Group:
 
     def _values(self, frequencies: Sequence[float]) -> list[Array]:
         """The same as alpha and beta in the points."""
-        found = []
+        waves = []
         for f in frequencies:
             angle = 2 * np.pi * (f - self.centre) * self.middle
             c, s = np.cos(angle), np.sin(angle)
-            found += [np.stack([c, -s]), np.stack([s, c])]
-        return found
+            waves += [np.stack([c, -s]), np.stack([s, c])]
+        return waves
 
     def _coefficients(self, values: Array) -> Array:
         return np.asarray((values @ self.change.T).reshape(len(values), -1))
@@ -353,19 +353,19 @@ class _Group:
 
     def _searched(self) -> list[float]:
         """The best places on a grid, that of the strongest line first."""
-        found: list[float] = []
+        best_places: list[float] = []
         left = list(self.given)
         while left:
             tried = []
             for given in left:
                 low, high = self._window(given)
                 grid = np.linspace(low, high, int((high - low) * self.n_samples * _PER_WIDTH) + 2)
-                free = [f for f in grid if all(abs(f - g) * self.n_samples >= _SAME for g in found)]
-                tried += [(self.gain([*found, f]), f, given) for f in free or [given]]
+                free = [f for f in grid if all(abs(f - g) * self.n_samples >= _SAME for g in best_places)]
+                tried += [(self.gain([*best_places, f]), f, given) for f in free or [given]]
             _, place, given = max(tried)
-            found.append(float(place))
+            best_places.append(float(place))
             left.remove(given)
-        return sorted(found)
+        return sorted(best_places)
 
     def _climbed(self, frequencies: Sequence[float]) -> list[float]:
         """The maximum of the gain nearby, by Gauss-Newton steps that never go down."""
@@ -391,29 +391,29 @@ class _Group:
     def _with_slopes(self, frequencies: Sequence[float]) -> Array:
         """Of each line cos, sin, and the derivative of what is fitted with the frequency."""
         size = _solved(*self.equations(self.columns(frequencies)))
-        values, found = self._values(frequencies), []
+        values, columns = self._values(frequencies), []
         # about the middle of the record: the phase at the beginning would be nearly the same thing as frequency
         k = self.middle - (self.n_samples - 1) / 2
         for i in range(0, len(values), 2):
             slope = 2 * np.pi * k * (size[i + 1] * values[i] - size[i] * values[i + 1])
-            found += [values[i], values[i + 1], slope]
-        return self._coefficients(np.array(found))
+            columns += [values[i], values[i + 1], slope]
+        return self._coefficients(np.array(columns))
 
     def _lines(self, frequencies: Sequence[float]) -> list[Line]:
         size = _solved(*self.equations(self.columns(frequencies)))
         normal = self.equations(self._with_slopes(frequencies))[0]
-        told = np.linalg.matrix_rank(_scaled(normal)[0], tol=1e-10, hermitian=True) == len(normal)
+        determined = np.linalg.matrix_rank(_scaled(normal)[0], tol=1e-10, hermitian=True) == len(normal)
         spread = _inverse(normal)
-        found = []
+        fitted = []
         for i, f in enumerate(frequencies):
             a, b = float(size[2 * i]), float(size[2 * i + 1])
             along = np.array([a, b]) / (math.hypot(a, b) or 1.0)
-            own = spread[3 * i : 3 * i + 2, 3 * i : 3 * i + 2]
-            variances = (float(along @ own @ along), float(spread[3 * i + 2, 3 * i + 2]))
-            if not told:
+            of_line = spread[3 * i : 3 * i + 2, 3 * i : 3 * i + 2]
+            variances = (float(along @ of_line @ along), float(spread[3 * i + 2, 3 * i + 2]))
+            if not determined:
                 variances = (math.inf, math.inf)
-            found.append(Line(frequency=f, cosine=a, sine=b, variances=variances))
-        return found
+            fitted.append(Line(frequency=f, cosine=a, sine=b, variances=variances))
+        return fitted
 
 
 def _centres(lengths: NDArray[np.int64], starts: NDArray[np.int64] | int = 0) -> Array:

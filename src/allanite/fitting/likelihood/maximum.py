@@ -58,8 +58,8 @@ class Peak:
         """Positions in the gradient of what has a value: positive coefficients and their correlation times."""
         n = len(self.at.c)
         timed = [i for i, k in enumerate(self.at.components) if k.T is not None]
-        found = [i for i in range(n) if self.at.c[i] > 0]
-        return found + [n + j for j, i in enumerate(timed) if self.at.c[i] > 0]
+        positions = [i for i in range(n) if self.at.c[i] > 0]
+        return positions + [n + j for j, i in enumerate(timed) if self.at.c[i] > 0]
 
     def log_covariance(self) -> tuple[list[int], Array]:
         """Covariance of ln c and ln T of what has a value, with the positions in the gradient."""
@@ -186,17 +186,17 @@ def maximise(
     near : Peak, optional
         A maximum for more terms: correlation times are tried around its own only.
     """
-    found: list[Peak] = []
+    peaks: list[Peak] = []
     for times in _tried(search.times, sum(s == "G" for s in symbols), near):
         left = iter(times)
         components = tuple(RandomTerm(s, next(left) if s == "G" else None) for s in symbols)
-        c = found[-1].at.c if found else start(components)
+        c = peaks[-1].at.c if peaks else start(components)
         # two times that are both somewhat wrong mislead: there they move at once
         held = frozenset(range(len(c), len(c) + len(times))) if len(times) < 2 else frozenset()
-        found.append(search.climb(Point(components, c, slope, averaged), held=held, settled=_ROUGHLY))
-    found.sort(key=lambda p: -p.log_likelihood)
+        peaks.append(search.climb(Point(components, c, slope, averaged), held=held, settled=_ROUGHLY))
+    peaks.sort(key=lambda p: -p.log_likelihood)
     # scans stop early, so the runner-up gets its chance where it is close
-    close = [p for p in found[:3] if p.log_likelihood > found[0].log_likelihood - _CLOSE]
+    close = [p for p in peaks[:3] if p.log_likelihood > peaks[0].log_likelihood - _CLOSE]
     return max((search.climb(p.at) for p in close), key=lambda p: p.log_likelihood)
 
 

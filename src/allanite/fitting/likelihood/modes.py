@@ -62,13 +62,13 @@ class Modes:
 
     def expected(self, series: Series, extra: Array) -> tuple[Array, Array]:
         """Covariances of the low ones, shape (k, low, low), and variances of all, shape (k, n); see `Pool.expected`."""
-        found = series(max(self.rows, 3), self.block)[:, : self.rows] @ self.shape.T
+        covariances = series(max(self.rows, 3), self.block)[:, : self.rows] @ self.shape.T
         if self.extra is not None:
-            found = found + extra @ self.extra
+            covariances = covariances + extra @ self.extra
         first, second = np.tril_indices(self.low)
-        low = np.empty((len(found), self.low, self.low))
-        low[:, first, second] = low[:, second, first] = found[:, : len(first)]
-        return low, found[:, len(first) :]
+        low = np.empty((len(covariances), self.low, self.low))
+        low[:, first, second] = low[:, second, first] = covariances[:, : len(first)]
+        return low, covariances[:, len(first) :]
 
 
 def modes_of(values: Array, extra: Array, block: int) -> Modes | None:

@@ -222,11 +222,14 @@ class Objective:
         def series(count: int, block: int) -> Array:
             return _with_derivative(self._series(units, count, block))
 
-        found, variances = [p.expected(series, extra) for p in self.pyramid.pools], np.zeros((len(extra), 0))
+        matrices, variances = (
+            [p.expected(series, extra) for p in self.pyramid.pools],
+            np.zeros((len(extra), 0)),
+        )
         if self.pyramid.modes is not None:
             low, variances = self.pyramid.modes.expected(series, extra)
-            found.append(low)
-        return found, variances
+            matrices.append(low)
+        return matrices, variances
 
     def _between(self, symbol: str, log_time: float) -> Array:
         """Hermite's cubic between two correlation times: to 5e-7, and a search tries thousands of them."""
@@ -247,8 +250,8 @@ class Objective:
     def _node(self, symbol: str, number: int) -> Array:
         """All covariances of a Gauss-Markov term at a correlation time of the grid in two rows."""
         if number not in self._nodes:
-            found, variances = self._computed(RandomTerm(symbol, math.exp(number * _SPACING)))
-            self._nodes[number] = np.concatenate([*(m.reshape(2, -1) for m in found), variances], axis=1)
+            matrices, variances = self._computed(RandomTerm(symbol, math.exp(number * _SPACING)))
+            self._nodes[number] = np.concatenate([*(m.reshape(2, -1) for m in matrices), variances], axis=1)
         return self._nodes[number]
 
     def _split(self, rows: Array) -> _Expected:
@@ -256,26 +259,26 @@ class Objective:
         sizes = [p.size for p in self.pyramid.pools]
         if self.pyramid.modes is not None:
             sizes.append(self.pyramid.modes.low)
-        found, place = [], 0
+        parts, place = [], 0
         for d in sizes:
-            found.append(rows[:, place : place + d * d].reshape(2, d, d))
+            parts.append(rows[:, place : place + d * d].reshape(2, d, d))
             place += d * d
-        return found, rows[:, place:]
+        return parts, rows[:, place:]
 
     def _series(self, units: Sequence[TermType], count: int, block: int) -> Array:
         return np.array([autocovariance(u, count, block, self.sampling) for u in units])
 
     def _extra(self, symbol: str, units: Sequence[TermType]) -> Array:
         """How much extra noise of each kind incomplete blocks have, shape (1, KINDS) or (2, KINDS)."""
-        found = np.zeros((len(units), KINDS))
+        extra = np.zeros((len(units), KINDS))
         if symbol in _QUICK:
-            found[:, _QUICK.index(symbol)] = 1.0
+            extra[:, _QUICK.index(symbol)] = 1.0
         else:
             for i, gaps in enumerate(self.pyramid.gaps):
                 if gaps.walk > 0:
-                    own = self._series(units, len(gaps.shape), gaps.block)
-                    found[:, len(_QUICK) + i] = own @ gaps.shape / gaps.walk
-        return _with_derivative(found)
+                    series = self._series(units, len(gaps.shape), gaps.block)
+                    extra[:, len(_QUICK) + i] = series @ gaps.shape / gaps.walk
+        return _with_derivative(extra)
 
     def _stacked(self, components: Sequence[RandomTerm], times: Sequence[int], pool: int, c: Array) -> Array:
         """E_t of a pool, and what the logarithm of each correlation time changes, shape (n, d, d)."""
@@ -351,14 +354,14 @@ class Objective:
     def _slope(self, at: Point, inverses: list[Array], weights: Array) -> tuple[float, float]:
         """Slope of the ramp (in units of the scale) and the information on it."""
         weighted = weights * self._high.tilt
-        seen, information = float(weighted @ self._high.value), float(weighted @ self._high.tilt)
+        projection, information = float(weighted @ self._high.value), float(weighted @ self._high.tilt)
         for part, W in zip(self._parts, inverses, strict=True):
             pull = part.sign * part.count * (W @ part.tilt)
-            seen += float(pull @ part.mean)
+            projection += float(pull @ part.mean)
             information += float(pull @ part.tilt)
         if at.slope is not None:
             return at.slope / self.scale, information / self.scale**2
-        return (seen / information if information > 0 else 0.0), information / self.scale**2
+        return (projection / information if information > 0 else 0.0), information / self.scale**2
 
 
 def _scale(pyramid: LikelihoodPyramid) -> float:
@@ -375,9 +378,9 @@ def _impossible(size: int) -> LikelihoodValue:
     return LikelihoodValue(-math.inf, np.zeros(size), np.zeros((size, size)), 0.0, 0.0)
 
 
-def _with_times(found: list[Array], times: Sequence[int], c: Array) -> Array:
+def _with_times(changes: list[Array], times: Sequence[int], c: Array) -> Array:
     """What each coefficient changes, then what the logarithm of each correlation time does."""
-    return np.array([*(f[0] for f in found), *(c[i] * found[i][1] for i in times)])
+    return np.array([*(f[0] for f in changes), *(c[i] * changes[i][1] for i in times)])
 
 
 def inner_of(pool: Pool) -> int:

@@ -107,12 +107,12 @@ class Pool:
             How much extra noise of each kind the processes make in incomplete rows.
         """
         if self.lags is not None:
-            own = series(self.lags.shape[2], self.block)
-            rows = np.moveaxis(self.lags @ own.T, -1, 0)
+            covariances = series(self.lags.shape[2], self.block)
+            rows = np.moveaxis(self.lags @ covariances.T, -1, 0)
         else:
             width = self.mixing.shape[1]
-            own = series(max(width, 3), self.block)
-            rows = own[:, np.abs(np.arange(width)[:, None] - np.arange(width)[None, :])]
+            covariances = series(max(width, 3), self.block)
+            rows = covariances[:, np.abs(np.arange(width)[:, None] - np.arange(width)[None, :])]
         covariance = self.mixing @ rows @ self.mixing.T
         if self.extra is not None:
             covariance = covariance + np.tensordot(extra, self.extra, axes=1)

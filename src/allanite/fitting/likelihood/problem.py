@@ -206,12 +206,12 @@ class LikelihoodProblem:
                     f"{FEWEST_PERIODS / f:.3g} s"
                 )
         name = self.channel.name
-        found: tuple[Line, ...] = ()
+        fitted: tuple[Line, ...] = ()
         if len(frequencies):
-            found = fit_lines(
+            fitted = fit_lines(
                 lambda: _rates(self.recording, name), self.n_samples, [f * self.dt for f in frequencies]
             )
-        return LikelihoodProblem.of(self.recording, name, block=self.block, engine=self.engine, lines=found)
+        return LikelihoodProblem.of(self.recording, name, block=self.block, engine=self.engine, lines=fitted)
 
     def coarser(self, block: int) -> LikelihoodProblem:
         """The same from means over so many samples, with the lines that were removed."""
@@ -303,8 +303,8 @@ class LikelihoodProblem:
         timed = [i for i, k in enumerate(peak.at.components) if k.T is not None]
         order = sorted(timed, key=lambda i: peak.at.components[i].T or 0.0)
         tag = {i: _numbered(order.index(i)) for i in timed}
-        found = [f"sigma{tag[i]}" if i in tag else k.symbol for i, k in enumerate(peak.at.components)]
-        return found + [f"T{tag[i]}" for i in timed]
+        symbols = [f"sigma{tag[i]}" if i in tag else k.symbol for i, k in enumerate(peak.at.components)]
+        return symbols + [f"T{tag[i]}" for i in timed]
 
     def parameters(self, peak: Peak, *, ramp: bool) -> dict[str, float]:
         """Every parameter by its symbol."""
@@ -321,31 +321,31 @@ class LikelihoodProblem:
 
     def terms(self, peak: Peak, *, ramp: bool) -> tuple[TermType, ...]:
         """The terms above zero."""
-        found: list[TermType] = []
+        present: list[TermType] = []
         for k, c in zip(peak.at.components, peak.at.c, strict=True):
             value = self.amplitude(k.symbol, float(c))
             if value > 0:
-                found.append(
+                present.append(
                     term_of(k.symbol, value, dt=self.dt)
                     if k.T is None
                     else GaussMarkov.from_sigma(value, k.T * self.dt)
                 )
         if ramp and peak.value.slope != 0:
-            found.append(Ramp(R=self.slope(peak.value.slope)))
-        return (*found, *self.sinusoids())
+            present.append(Ramp(R=self.slope(peak.value.slope)))
+        return (*present, *self.sinusoids())
 
     def sinusoids(self) -> tuple[Sinusoid, ...]:
         """The lines as terms: amplitude and phase of the signal, of which samples are means or values."""
         means = self.channel.sampling == "mean"
-        found = []
+        waves = []
         for line in self.lines:
             shrunk = float(np.sinc(line.frequency)) if means else 1.0
             phase = math.atan2(line.cosine, line.sine) - (math.pi * line.frequency if means else 0.0)
             if self.channel.scale < 0:
                 phase += math.pi
             amplitude = line.amplitude / shrunk * abs(self.channel.scale)
-            found.append(Sinusoid(amplitude=amplitude, frequency=line.frequency / self.dt, phase=phase))
-        return tuple(found)
+            waves.append(Sinusoid(amplitude=amplitude, frequency=line.frequency / self.dt, phase=phase))
+        return tuple(waves)
 
     def covariance(self, peak: Peak, *, ramp: bool) -> dict[str, Any]:
         """Covariance of the natural logarithms of the parameters above zero."""

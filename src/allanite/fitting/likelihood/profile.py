@@ -75,10 +75,10 @@ def critical_value(peak: Peak, tested: int, free: frozenset[int], confidence: fl
 
     H = peak.value.information
     n = len(peak.at.c)
-    seen = [i for i in range(len(H)) if H[i, i] > 0 and (i < n or i in peak.moving())]
-    if tested not in seen:
+    informed = [i for i in range(len(H)) if H[i, i] > 0 and (i < n or i in peak.moving())]
+    if tested not in informed:
         return float(chdtri(1, 1 - confidence))
-    order = [tested, *(i for i in seen if i != tested)]
+    order = [tested, *(i for i in informed if i != tested)]
     scale = np.sqrt(np.diag(H)[order])
     scaled = H[np.ix_(order, order)] / np.outer(scale, scale)
     root = np.linalg.cholesky(scaled + 1e-9 * np.eye(len(order))).T

@@ -294,10 +294,10 @@ class _BlockLevel:
             product = float(np.sum(away[:, : self.size - k] * away[:, k:]))
             self.gap_shape[k] += product if k == 0 else 2 * product
         later = (weights @ np.arange(self.size) - (self.size - 1) / 2) * self.block
-        found = np.zeros((len(weights), EXTRA))
-        found[:, 0], found[:, 1], found[:, KINDS] = white, steps, later
-        found[:, 2 + min(self.number, LEVELS - 1)] = walk
-        return found
+        excess = np.zeros((len(weights), EXTRA))
+        excess[:, 0], excess[:, 1], excess[:, KINDS] = white, steps, later
+        excess[:, 2 + min(self.number, LEVELS - 1)] = walk
+        return excess
 
     # -- inside -------------------------------------------------------------------------------------------
 
@@ -359,18 +359,18 @@ class _BlockLevel:
 
     def pools(self) -> list[Pool]:
         """All that was added, as pools."""
-        found = []
+        made = []
         if self._linked.count:
             change, mixing = _linked_shape(self.size, self.edge)
             tilt = mixing @ (self.block * np.arange(3.0 * self.size))
-            found.append(self._linked.pool(self.block, self.edge + 2, change, mixing, None, tilt))
+            made.append(self._linked.pool(self.block, self.edge + 2, change, mixing, None, tilt))
         if self._bare.count:
             C = contrasts(self.size)
             tilt = C @ (self.block * np.arange(float(self.size)))
-            found.append(self._bare.pool(self.block, 0, C, C, None, tilt))
-        found += [g.pool(self.block) for g in self._groups.values() if g.sums.count]
-        numbers = [p.count * (p.size - p.given) for p in found]
-        return [p for p, n in zip(found, numbers, strict=True) if n >= NEGLIGIBLE * sum(numbers)]
+            made.append(self._bare.pool(self.block, 0, C, C, None, tilt))
+        made += [g.pool(self.block) for g in self._groups.values() if g.sums.count]
+        numbers = [p.count * (p.size - p.given) for p in made]
+        return [p for p, n in zip(made, numbers, strict=True) if n >= NEGLIGIBLE * sum(numbers)]
 
 
 def _linked_shape(size: int, edge: int) -> tuple[Array, Array]:
@@ -400,9 +400,9 @@ class _Groups:
         self._place += place.sum(axis=0)
         for i in range(self.n):
             for j in range(i):
-                seen = np.bincount(place[:, i] - place[:, j], minlength=self._lags.shape[2])
-                self._lags[i, j] += seen
-                self._lags[j, i] += seen
+                pairs = np.bincount(place[:, i] - place[:, j], minlength=self._lags.shape[2])
+                self._lags[i, j] += pairs
+                self._lags[j, i] += pairs
         self._lags[np.arange(self.n), np.arange(self.n), 0] += len(values)
 
     def pool(self, block: int) -> Pool:

@@ -155,9 +155,9 @@ def _judged(looks: _Looks, confidence: float) -> NoiseModel:
 def _families(looks: _Looks, confidence: float) -> list[LikelihoodFamilyFit]:
     """The family the record supports, or both, the better one first."""
 
-    def fitted(candidate: Candidate, own: str) -> tuple[LikelihoodFamilyFit, bool]:
+    def fitted(candidate: Candidate, name: str) -> tuple[LikelihoodFamilyFit, bool]:
         fit = fit_family(looks.problem, *candidate, confidence)
-        return fit, fit.supports(own)
+        return fit, fit.supports(name)
 
     if len(looks.candidates) == 1:
         return [fitted(looks.candidates[0], "G")[0]]
@@ -189,24 +189,24 @@ def _model(problem: LikelihoodProblem, fit: LikelihoodFamilyFit, confidence: flo
     if problem.engine == "exact":
         fit = _exact(problem, fit, confidence)
     ramp = ("R",) if fit.ramp else ()
-    found = problem.described(fit.selected, (*fit.letters, *ramp))
+    described = problem.described(fit.selected, (*fit.letters, *ramp))
     channel = problem.channel
     return NoiseModel(
-        terms=found.terms,
+        terms=described.terms,
         family="gauss-markov" if "G" in fit.letters else "flicker",
-        estimates=(*_estimates(problem, fit), *_line_estimates(found, confidence)),
+        estimates=(*_estimates(problem, fit), *_line_estimates(described, confidence)),
         confidence=confidence,
-        covariance=found.covariance,
+        covariance=described.covariance,
         goodness={
-            "chi2": found.chi2,
-            "dof": found.dof,
-            "p": found.p,
+            "chi2": described.chi2,
+            "dof": described.dof,
+            "p": described.p,
             "discrepancy": 0.0,
             "shortest_tau": problem.block * problem.dt,
             "left_out": int(problem.block > 1),
             "method": "likelihood",
             "engine": problem.engine,
-            "log_likelihood": found.log_likelihood,
+            "log_likelihood": described.log_likelihood,
         },
         kind=channel.kind.value,
         unit="" if channel.kind.has_si else channel.unit,
@@ -229,7 +229,7 @@ def _estimates(problem: LikelihoodProblem, fit: LikelihoodFamilyFit) -> list[Est
     """Amplitudes in the order of the letters, the ramp, then what belongs to the Gauss-Markov terms."""
     names, n = problem.names(fit.best), len(fit.letters)
     values, full = _point_values(problem, fit), problem.parameters(fit.best, ramp=False)
-    found = [
+    estimates = [
         amplitude_estimate(
             names[i],
             (problem.amplitude(letter, fit.sets[i][0]), problem.amplitude(letter, fit.sets[i][1])),
@@ -241,26 +241,26 @@ def _estimates(problem: LikelihoodProblem, fit: LikelihoodFamilyFit) -> list[Est
         for i, letter in enumerate(fit.letters)
     ]
     markov: list[Estimate] = []
-    sigmas = [e for e in found if e.symbol.startswith("sigma")]
+    sigmas = [e for e in estimates if e.symbol.startswith("sigma")]
     for place, sigma in zip(range(n, len(names)), sigmas, strict=True):
         markov += [equivalent_flicker(sigma), _time_estimate(problem, fit, place, values)]
-    return [*found, *_slope_estimates(problem, fit), *markov]
+    return [*estimates, *_slope_estimates(problem, fit), *markov]
 
 
-def _line_estimates(found: Maximum, confidence: float) -> Iterator[Estimate]:
+def _line_estimates(maximum: Maximum, confidence: float) -> Iterator[Estimate]:
     """Amplitude and frequency of each line: normal intervals by the density of the noise at the line.
 
     The largest wave within reach of the given frequency is never nothing: a line that noise alone would give in one of
     a hundred records is a limit.
     """
-    symbols = found.covariance.get("symbols", [])
+    symbols = maximum.covariance.get("symbols", [])
     lines = [i for i, s in enumerate(symbols) if s.startswith(("amplitude", "frequency"))]
     half = float(normal_quantile(0.5 + confidence / 2))
     for i in lines:
-        symbol, value = symbols[i], found.parameters[symbols[i]]
-        ends = half * math.sqrt(found.covariance["matrix"][i][i]) * value
+        symbol, value = symbols[i], maximum.parameters[symbols[i]]
+        ends = half * math.sqrt(maximum.covariance["matrix"][i][i]) * value
         if symbol.startswith("amplitude"):
-            supported = 1 / found.covariance["matrix"][i][i] > line_price(GIVEN_WIDTHS)
+            supported = 1 / maximum.covariance["matrix"][i][i] > line_price(GIVEN_WIDTHS)
         if symbol.startswith("amplitude") and not supported:
             yield limit_estimate(symbol, value + ends)
         else:

@@ -213,12 +213,12 @@ def _bound(
     ]
     columns = np.stack([ground.avar(t) for t in (*fitted, *added)], axis=1)
     least = np.array([1.0] * len(fitted) + [0.0] * len(added))
-    found = _least(ground, columns, least)
-    share = (columns * found / (columns @ found)[:, None]).max(axis=0)
-    amplitudes = np.where(share > _NOTHING, np.sqrt(found), 0.0)
+    factors = _least(ground, columns, least)
+    share = (columns * factors / (columns @ factors)[:, None]).max(axis=0)
+    amplitudes = np.where(share > _NOTHING, np.sqrt(factors), 0.0)
     made = [_scaled(t, a) for t, a in zip((*fitted, *added), amplitudes, strict=True) if a > 0]
     below = sum(ground.avar(t) for t in noise)
-    ratio = np.sqrt(columns @ found / below)[: ground.n_places]
+    ratio = np.sqrt(columns @ factors / below)[: ground.n_places]
     facts = {
         "probability": ground.probability,
         "shortest": shortest,
@@ -264,14 +264,14 @@ def _name(term: TermType) -> str:
 
 def _factors(fitted: Sequence[TermType], amplitudes: Array) -> dict[str, float | None]:
     """By symbol; a second term of a kind is called like the first with a 2."""
-    found: dict[str, float | None] = {}
+    by_symbol: dict[str, float | None] = {}
     for term, factor in zip(fitted, amplitudes, strict=False):
         name, count = _name(term), 1
-        while name in found:
+        while name in by_symbol:
             count += 1
             name = f"{_name(term)}_{count}"
-        found[name] = float(factor)
-    return found
+        by_symbol[name] = float(factor)
+    return by_symbol
 
 
 def _verdict(facts: Mapping[str, Any]) -> str:

@@ -65,7 +65,7 @@ def _moved(
     z: Array = np.asarray((1 + (_STRETCH - 1) * rng.random(n)) ** 2 / _STRETCH)
     partner = others[rng.integers(0, len(others), n)]
     trial = partner + z[:, None] * (x - partner)
-    found = log_density(trial)
+    density = log_density(trial)
     with np.errstate(invalid="ignore"):
-        taken = np.log(rng.random(n)) < (size - 1) * np.log(z) + found - level
-    return np.where(taken[:, None], trial, x), np.where(taken, found, level)
+        taken = np.log(rng.random(n)) < (size - 1) * np.log(z) + density - level
+    return np.where(taken[:, None], trial, x), np.where(taken, density, level)

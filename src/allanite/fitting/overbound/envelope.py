@@ -86,15 +86,15 @@ def _settled(relative: Array, least: Array, weights: Array) -> Array:
 
     before = np.inf
     for _ in range(_ROUNDS):
-        found = linprog(
+        programme = linprog(
             weights @ relative,
             A_ub=-relative,
             b_ub=-np.ones(len(relative)),
             bounds=[(low, None) for low in least],
         )
-        if found.x is None:
-            raise FitError(f"no sum of these terms lies above the curve: {found.message}")
-        c = np.maximum(found.x, least)
+        if programme.x is None:
+            raise FitError(f"no sum of these terms lies above the curve: {programme.message}")
+        c = np.maximum(programme.x, least)
         value = float(np.log(relative @ c).mean())
         if value > before - 1e-6:
             break

@@ -124,12 +124,12 @@ def _start(sums: _TermSums, model: NoiseModel, dt: float, scale: float, rng: np.
 
 def _amplitudes(model: NoiseModel) -> dict[str, float]:
     """Coefficients of the power-law terms; two of a kind add as variances."""
-    found: dict[str, float] = {}
+    amplitudes: dict[str, float] = {}
     for term in model.terms:
         if not isinstance(term, GaussMarkov) and term.symbols[0] in LINEAR:
             symbol = term.symbols[0]
-            found[symbol] = float(np.hypot(found.get(symbol, 0.0), getattr(term, symbol)))
-    return found
+            amplitudes[symbol] = float(np.hypot(amplitudes.get(symbol, 0.0), getattr(term, symbol)))
+    return amplitudes
 
 
 @dataclass(slots=True)

@@ -42,10 +42,10 @@ def averaged(
     weights : sequence of float
         Their sum is the weight that is known of.
     """
-    found = [_estimate(symbol, maxima, weights, confidence) for symbol in _symbols(maxima[0])]
+    estimates = [_estimate(symbol, maxima, weights, confidence) for symbol in _symbols(maxima[0])]
     return tuple(
         e
-        for one in found
+        for one in estimates
         for e in ((one, equivalent_flicker(one)) if one.symbol.startswith("sigma") else (one,))
     )
 

@@ -143,10 +143,10 @@ def _paying(search: TermSearch, price: float) -> tuple[TermSearch, tuple[ChosenL
         gains = gains_of(problem, letters, frequencies)
         if min(gains) > price:
             kept = zip(terms, gains, strict=True)
-            found = [
+            lines = [
                 ChosenLine(frequency=t.frequency, amplitude=t.amplitude, gain=g, price=price) for t, g in kept
             ]
-            return search, (*found, *left_out)
+            return search, (*lines, *left_out)
         weakest = gains.index(min(gains))
         left_out.insert(
             0,
@@ -159,8 +159,11 @@ def _paying(search: TermSearch, price: float) -> tuple[TermSearch, tuple[ChosenL
 
 def _disguised(search: TermSearch, letters: Letters) -> bool:
     """A Gauss-Markov term with the longest time that is tried is a random walk under another name."""
-    found, longest = search.maxima[letters].parameters, search.problem.search.times[1] * search.problem.dt
-    times = [(found[s.replace("T", "sigma")], found[s]) for s in found if s.startswith("T")]
+    parameters, longest = (
+        search.maxima[letters].parameters,
+        search.problem.search.times[1] * search.problem.dt,
+    )
+    times = [(parameters[s.replace("T", "sigma")], parameters[s]) for s in parameters if s.startswith("T")]
     return letters != search.best() and any(size > 0 and T > 0.99 * longest for size, T in times)
 
 
@@ -176,16 +179,16 @@ def _selected(
         Candidate(letters=k, score=s, weight=math.exp(s / 2) / total, maximum=search.maxima[k])
         for k, s in sorted(scores.items(), key=lambda item: -item[1])
     ]
-    own = problem.channel
+    channel = problem.channel
     return Selection(
-        channel=own.name,
+        channel=channel.name,
         candidates=tuple(c for c in candidates if c.weight > _LISTED),
         n_tried=len(candidates),
         lines=lines,
         remarks=remarks,
-        kind=own.kind.value,
-        unit="" if own.kind.has_si else own.unit,
+        kind=channel.kind.value,
+        unit="" if channel.kind.has_si else channel.unit,
         shortest=problem.block * problem.dt,
         confidence=confidence,
-        recording=problem.recording.select(own.name),
+        recording=problem.recording.select(channel.name),
     )

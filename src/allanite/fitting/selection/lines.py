@@ -34,16 +34,16 @@ def steady_lines(problem: LikelihoodProblem) -> tuple[list[float], tuple[str, ..
     """Frequencies [Hz] of the lines of the spectrum whose phase is steady, and what is said of the others."""
     from allanite.noise.spectrum import power_spectrum
 
-    found = power_spectrum(problem.recording, problem.channel.name).lines
+    lines = power_spectrum(problem.recording, problem.channel.name).lines
     lowest = FEWEST_PERIODS / (problem.n_samples * problem.dt)
     remarks = [
         f"the line at {line.frequency:.4g} Hz is no sinusoid and stays in the record: {line.note}"
-        for line in found
+        for line in lines
         if not line.stable
     ]
     remarks += [
         f"the line at {line.frequency:.4g} Hz has too few periods to be told from slow noise and stays in the record"
-        for line in found
+        for line in lines
         if line.stable and line.frequency < lowest
     ]
-    return [line.frequency for line in found if line.stable and line.frequency >= lowest], tuple(remarks)
+    return [line.frequency for line in lines if line.stable and line.frequency >= lowest], tuple(remarks)

@@ -188,9 +188,9 @@ class Selection:
 
     def presence(self) -> dict[str, float]:
         """Weight of all sets that hold a term, by its letter; "GG" for two Gauss-Markov terms."""
-        found = {s: sum(c.weight for c in self.candidates if s in c.letters) for s in ORDER}
-        found["GG"] = sum(c.weight for c in self.candidates if c.letters.count("G") == MOST_MARKOV)
-        return found
+        weights = {s: sum(c.weight for c in self.candidates if s in c.letters) for s in ORDER}
+        weights["GG"] = sum(c.weight for c in self.candidates if c.letters.count("G") == MOST_MARKOV)
+        return weights
 
     @property
     def explained(self) -> bool:
@@ -214,8 +214,8 @@ class Selection:
                 else ", and needs no other term."
             )
         else:
-            told = [rivals[0], *(c for c in rivals[1:_TOLD] if c.weight >= _RIVAL)]
-            listed = ", or ".join(f"{c.words} ({c.weight:.0%})" for c in told)
+            mentioned = [rivals[0], *(c for c in rivals[1:_TOLD] if c.weight >= _RIVAL)]
+            listed = ", or ".join(f"{c.words} ({c.weight:.0%})" for c in mentioned)
             text = f"The likeliest set is {best.words} ({best.weight:.0%} of the weight), but it may be {listed}."
         if not self.explained:
             text += f" No set explains it well (p = {best.maximum.p:.1g}): something else is in the record."
@@ -254,21 +254,21 @@ class Selection:
         }
 
 
-def document_of(found: Sequence[Selection]) -> dict[str, Any]:
+def document_of(selections: Sequence[Selection]) -> dict[str, Any]:
     """The plain document of the selections of some channels."""
     verdict = "the terms are clear"
-    if not all(one.sure for one in found):
+    if not all(one.sure for one in selections):
         verdict = "more than one set of terms is possible"
-    if not all(one.explained for one in found):
+    if not all(one.explained for one in selections):
         verdict = "no set of terms explains the record"
-    reason = "; ".join(f"{one.channel}: {one.best.words}" for one in found)
-    if len(found) == 1:
-        reason = found[0].verdict[0].lower() + found[0].verdict[1:]
+    reason = "; ".join(f"{one.channel}: {one.best.words}" for one in selections)
+    if len(selections) == 1:
+        reason = selections[0].verdict[0].lower() + selections[0].verdict[1:]
     return {
         "format": "allanite-selection",
         "version": 1,
         "verdict": verdict,
         "reason": reason,
-        "confidence": found[0].confidence,
-        "channels": [one.entry() for one in found],
+        "confidence": selections[0].confidence,
+        "channels": [one.entry() for one in selections],
     }

@@ -88,13 +88,13 @@ def neighbours(letters: Letters) -> list[Letters]:
     def room(s: str, among: Letters) -> bool:
         return among.count(s) < (MOST_MARKOV if s == "G" else 1)
 
-    found = {ordered((*letters, s)) for s in ORDER if room(s, letters)}
+    sets = {ordered((*letters, s)) for s in ORDER if room(s, letters)}
     for i, s in enumerate(letters):
         rest = letters[:i] + letters[i + 1 :]
-        found.add(rest)
+        sets.add(rest)
         if s in _SLOW:
-            found |= {ordered((*rest, t)) for t in _SLOW if t != s and room(t, rest)}
-    return sorted(k for k in found if set(k) - {"R"})
+            sets |= {ordered((*rest, t)) for t in _SLOW if t != s and room(t, rest)}
+    return sorted(k for k in sets if set(k) - {"R"})
 
 
 @dataclass(slots=True)

@@ -90,14 +90,20 @@ def fit_spectral(
     wanted = None if terms is None else _letters(terms)
     data, spectrum = spectral_ordinates(recording, name, progress=progress)
     candidates = (FLICKER, GAUSS_MARKOV) if wanted is None else (wanted,)
-    found = best_explained(data, candidates)
-    left_out = len(data.value) - len(found[0][0].data.value)
+    explained = best_explained(data, candidates)
+    left_out = len(data.value) - len(explained[0][0].data.value)
     lines = sinusoids(spectrum)
-    fits = _families(found, confidence) if wanted is None else [fitted(*found[0], confidence, keep=True)]
+    fits = (
+        _families(explained, confidence) if wanted is None else [fitted(*explained[0], confidence, keep=True)]
+    )
     models = [model_of(fit, recording[name], confidence, left_out) for fit in fits]
     models = [replace(m, terms=(*m.terms, *lines)) for m in models]
-    said = [replace(m, verdict=verdict_of(models)) for m in models]
-    return said[0] if len(said) == 1 else replace(said[0], alternative=said[1])
+    judged_models = [replace(m, verdict=verdict_of(models)) for m in models]
+    return (
+        judged_models[0]
+        if len(judged_models) == 1
+        else replace(judged_models[0], alternative=judged_models[1])
+    )
 
 
 def spectral_ordinates(
@@ -114,9 +120,9 @@ def spectral_ordinates(
     DataQualityError
         The record is too short, or holds no noise.
     """
-    found = spectrum or power_spectrum(recording, name, progress=progress)
-    alone = without_stable_lines(recording, found)
-    clean = replace(power_spectrum(alone, name, least=_SEGMENTS), lines=_left(found))
+    density = spectrum or power_spectrum(recording, name, progress=progress)
+    alone = without_stable_lines(recording, density)
+    clean = replace(power_spectrum(alone, name, least=_SEGMENTS), lines=_left(density))
     data = ordinates_of(alone, clean)
     if len(data.value) < _FEWEST:
         raise DataQualityError(
@@ -125,7 +131,7 @@ def spectral_ordinates(
         )
     if not (data.value > 0).any():
         raise DataQualityError("the density is zero everywhere: no noise is resolved (resolution limit)")
-    return data, found
+    return data, density
 
 
 def _left(spectrum: Spectrum) -> tuple[SpectralLine, ...]:
@@ -156,13 +162,13 @@ def _letters(terms: str | Sequence[str]) -> tuple[str, ...]:
     return letters
 
 
-def _families(found: Explained, confidence: float) -> list[WhittleFit]:
+def _families(explained: Explained, confidence: float) -> list[WhittleFit]:
     """The family the record supports, or both, the better one first."""
-    (flicker, best), (markov, other) = found
+    (flicker, best), (markov, other) = explained
 
-    def judged(problem: WhittleProblem, at: WhittleSolution, own: str) -> tuple[WhittleFit, bool]:
+    def judged(problem: WhittleProblem, at: WhittleSolution, name: str) -> tuple[WhittleFit, bool]:
         fit = fitted(problem, at, confidence)
-        return fit, problem.letters.index(own) in fit.supported
+        return fit, problem.letters.index(name) in fit.supported
 
     gain = best.value - other.value
     return supported_families(

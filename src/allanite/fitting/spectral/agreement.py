@@ -89,19 +89,19 @@ class Disagreement:
     @property
     def words(self) -> str:
         """One sentence."""
-        said = []
+        parts = []
         if self.whole:
             low, high = self.band
-            said.append(
+            parts.append(
                 f"from {low:.3g} to {high:.3g} Hz the density is {self.ratio:.3g} times that of the model of the curve "
                 f"(chance {self.p:.1g})"
             )
-        said += [
+        parts += [
             f"{each.symbol} from the frequencies is {each.frequencies / each.lags:.3g} times {each.symbol} from the "
             "lags, outside of its interval"
             for each in self.parameters
         ]
-        return "; ".join(said)
+        return "; ".join(parts)
 
 
 def disagreement(model: NoiseModel, data: Ordinates) -> Disagreement | None:
@@ -109,8 +109,8 @@ def disagreement(model: NoiseModel, data: Ordinates) -> Disagreement | None:
 
     Where the record cannot decide between two families, one that agrees is enough.
     """
-    found = [_of(family, _seen(family, data)) for family in model.families if family.terms]
-    return None if not found or any(f is None for f in found) else found[0]
+    disagreements = [_of(family, _seen(family, data)) for family in model.families if family.terms]
+    return None if not disagreements or any(f is None for f in disagreements) else disagreements[0]
 
 
 def _seen(model: NoiseModel, data: Ordinates) -> Ordinates:
@@ -163,10 +163,10 @@ def _placed(problem: WhittleProblem, terms: list[TermType]) -> WhittleSolution |
         c=c, times=times, ramp=slope, value=math.inf, mean=np.ones(len(problem.data.value))
     )
     try:
-        found = [problem.best(fixed=fixed, times=held, ramp=s, near=near) for s in {slope, -slope}]
+        solutions = [problem.best(fixed=fixed, times=held, ramp=s, near=near) for s in {slope, -slope}]
     except FitError:
         return None
-    best = min(found, key=lambda s: s.value)
+    best = min(solutions, key=lambda s: s.value)
     return best if math.isfinite(best.value) else None
 
 

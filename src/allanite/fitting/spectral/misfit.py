@@ -66,8 +66,8 @@ def _solved(data: Ordinates, candidates: Sequence[tuple[str, ...]]) -> Explained
     return [(p, p.best()) for p in problems]
 
 
-def _best(found: Explained) -> float:
-    return max(chance(problem, at) for problem, at in found)
+def _best(explained: Explained) -> float:
+    return max(chance(problem, at) for problem, at in explained)
 
 
 def _with_discrepancy(data: Ordinates, candidates: Sequence[tuple[str, ...]]) -> Explained:

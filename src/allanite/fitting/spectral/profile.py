@@ -148,15 +148,15 @@ def ramp_point(problem: WhittleProblem, at: WhittleSolution, confidence: float) 
     then (nu + 1) ln(1 + t^2/nu).
     """
     n = len(problem.data.ramp)
-    told = problem.data.ramp**2 / at.mean[:n]
-    if not told.sum() > 0:
+    density = problem.data.ramp**2 / at.mean[:n]
+    if not density.sum() > 0:
         return chi_square_quantile(confidence, 1)
     columns = problem.columns(at.times) / at.mean[:, None]
     columns = columns[:, columns.any(axis=0)]
     scaled = columns / np.linalg.norm(columns, axis=0)
-    seen = problem.whitened(scaled, np.ones(len(scaled)))
-    known = np.linalg.pinv(seen.T @ seen, rcond=1e-10)
-    level = told @ scaled[:n] / told.sum()
+    whitened = problem.whitened(scaled, np.ones(len(scaled)))
+    known = np.linalg.pinv(whitened.T @ whitened, rcond=1e-10)
+    level = density @ scaled[:n] / density.sum()
     nu = min(max(2 / float(level @ known @ level), 2.0), 1e6)
     return (nu + 1) * math.log1p(student_quantile((1 + confidence) / 2, nu) ** 2 / nu)
 

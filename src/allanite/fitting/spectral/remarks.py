@@ -28,7 +28,7 @@ def spectral_findings(spectrum: Spectrum, reasons: Sequence[str], name: str) -> 
         Per lag of the fitted curve: why it is kept out, "" where it is not.
     name : str
     """
-    found = []
+    findings = []
     if spectrum.lines:
         steady = sum(line.stable for line in spectrum.lines)
         message = f"{name}: spectral line{'s' if len(spectrum.lines) > 1 else ''} at {_listed(spectrum)}"
@@ -38,14 +38,14 @@ def spectral_findings(spectrum: Spectrum, reasons: Sequence[str], name: str) -> 
             message += "s" if steady > 1 else ""
         if steady < len(spectrum.lines):
             message += f"; {plural(sum('line' in r for r in reasons), 'lag')} kept out of the fit"
-        found.append(
+        findings.append(
             finding(
                 "spectral_line", message, severity=Severity.WARNING, channel=name, count=len(spectrum.lines)
             )
         )
     if spectrum.corner is not None:
         lags = sum("low-pass" in r for r in reasons)
-        found.append(
+        findings.append(
             finding(
                 "band_limited",
                 f"{name}: the density falls above {spectrum.corner:.3g} Hz (the sensor's own filter); "
@@ -55,7 +55,7 @@ def spectral_findings(spectrum: Spectrum, reasons: Sequence[str], name: str) -> 
                 count=lags,
             )
         )
-    return found
+    return findings
 
 
 def _listed(spectrum: Spectrum) -> str:

@@ -60,20 +60,20 @@ def _time(fit: WhittleFit, i: int) -> float:
 
 
 def _terms(fit: WhittleFit) -> tuple[TermType, ...]:
-    found: list[TermType] = []
+    present: list[TermType] = []
     for i, letter in enumerate(fit.problem.letters):
         if letter == "R":
             if i in fit.supported:
-                found.append(term_of("R", abs(fit.chosen.ramp), dt=fit.problem.data.dt))
+                present.append(term_of("R", abs(fit.chosen.ramp), dt=fit.problem.data.dt))
         elif fit.chosen.c[i] > 0:
             size = math.sqrt(fit.chosen.c[i])
             markov = letter == "G"
-            found.append(
+            present.append(
                 GaussMarkov.from_sigma(size, _time(fit, i))
                 if markov
                 else term_of(letter, size, dt=fit.problem.data.dt)
             )
-    return tuple(found)
+    return tuple(present)
 
 
 def _coefficient(fit: WhittleFit, i: int, of_full: bool = False) -> float:

@@ -105,14 +105,14 @@ class WhittleProblem:
             guess = tuple(times.get(g, t) for g, t in zip(self.markov, near.times, strict=True))
             return self._descend(start, guess, fixed, times, ramp, near.ramp)
         open_ = [g for g in self.markov if g not in times and fixed.get(g) != 0.0]
-        found: list[WhittleSolution] = []
+        minima: list[WhittleSolution] = []
         for guess in self._guesses(open_, times):
             begin = self._start(guess, fixed)
             if begin is not None:
-                found.append(self._descend(begin, guess, fixed, times, ramp, 0.0))
-        if not found:
+                minima.append(self._descend(begin, guess, fixed, times, ramp, 0.0))
+        if not minima:
             raise FitError("no sum of these terms explains the spectrum; add white noise (N)")
-        return min(found, key=lambda s: s.value)
+        return min(minima, key=lambda s: s.value)
 
     def _guesses(self, open_: Sequence[int], times: Mapping[int, float]) -> list[tuple[float, ...]]:
         """Correlation times to begin with: all ascending choices from a coarse grid for those that are open."""

@@ -169,8 +169,8 @@ def _temperature(
             f"({unit_option([name], 'degC')})"
         )
     # a column without an SI unit of its own stays in its unit, as everywhere
-    scale, own = (facts.scale, 1.0) if facts.kind in _SI else (1.0, facts.scale)
-    means = block_means(recording, name, size, np.array([[0, recording.n_samples]])).mean / own
+    scale, factor = (facts.scale, 1.0) if facts.kind in _SI else (1.0, facts.scale)
+    means = block_means(recording, name, size, np.array([[0, recording.n_samples]])).mean / factor
     present = np.isfinite(means)
     if np.count_nonzero(present) < FEWEST:
         raise DataQualityError(

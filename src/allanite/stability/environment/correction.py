@@ -114,18 +114,18 @@ def correction_of(
     lags = 2 ** np.arange(int(np.log2(n // 2)) + 1)
     left, share, deviation, error, before, after = (np.empty(len(lags)) for _ in range(6))
     residual = signal - (columns[:, taken] - columns[:, taken].mean(axis=0)) @ values
-    own = covariance[np.ix_(taken, taken)]
+    of_taken = covariance[np.ix_(taken, taken)]
     for i, m in enumerate(lags.tolist()):
         products = allan_products(columns, m)
         among = products[np.ix_(taken, taken)]
-        missing = 2 * float((covariance[taken] * products[taken]).sum()) - float((own * among).sum())
+        missing = 2 * float((covariance[taken] * products[taken]).sum()) - float((of_taken * among).sum())
         noise = float(model.avar(m * dt))
         left[i] = 1 - missing / noise
         effect = float(values @ among @ values)
         whole = _allan_variance(signal, m)
         share[i] = min(effect / whole, 1.0) if whole > 0 else np.nan
         deviation[i] = np.sqrt(max(effect, 0.0))
-        error[i] = np.sqrt(max(float((own * among).sum()), 0.0))
+        error[i] = np.sqrt(max(float((of_taken * among).sum()), 0.0))
         before[i] = np.sqrt(whole)
         after[i] = np.sqrt(_allan_variance(residual, m) / max(left[i], 1 - LEAST))
     beyond = np.flatnonzero(np.abs(1 - left) > 1 - LEAST)

@@ -86,8 +86,10 @@ class EnvironmentDesign:
     @property
     def names(self) -> tuple[str, ...]:
         """All columns but the level."""
-        own = (DRIFT,) if self.climate.thermometer is None else (DRIFT, TEMPERATURE, QUADRATIC, RATE, BRANCH)
-        return (*own, *(name for decay in self.decays for name in decay.names))
+        columns = (
+            (DRIFT,) if self.climate.thermometer is None else (DRIFT, TEMPERATURE, QUADRATIC, RATE, BRANCH)
+        )
+        return (*columns, *(name for decay in self.decays for name in decay.names))
 
     @property
     def blocks(self) -> Array:
@@ -122,11 +124,11 @@ class EnvironmentDesign:
 
 def _between(t: Array, middle: Array, values: Array) -> Array:
     """Linear between the middles, and on in a straight line over the half blocks at both ends."""
-    found = np.interp(t, middle, values)
+    between = np.interp(t, middle, values)
     for end, edge, other in ((t < middle[0], 0, 1), (t > middle[-1], -1, -2)):
         slope = (values[edge] - values[other]) / (middle[edge] - middle[other])
-        found = np.where(end, values[edge] + slope * (t - middle[edge]), found)
-    return found
+        between = np.where(end, values[edge] + slope * (t - middle[edge]), between)
+    return between
 
 
 def play(warmth: Array, part: float = WAY_BACK) -> Array:

@@ -177,7 +177,7 @@ def free_of_environment(
     estimates: dict[str, EnvironmentEstimate] = {}
     for i, name in enumerate(channels):
         advance(i / len(channels), f"environment of {name}")
-        found = regress_environment(
+        environment = regress_environment(
             recording,
             channel=name,
             temperature=thermometers[name],
@@ -186,10 +186,10 @@ def free_of_environment(
             confidence=confidence,
         )
         if cuts is not None:
-            found = replace(found, warm_up=cuts[name])
-            found = replace(found, **judge(found))
-        estimates[name] = found
-        recording = found.residual
+            environment = replace(environment, warm_up=cuts[name])
+            environment = replace(environment, **judge(environment))
+        estimates[name] = environment
+        recording = environment.residual
     return Environment(residual=recording, estimates=tuple(estimates.values()))
 
 
@@ -208,7 +208,7 @@ def warm_ups_to_cut(
     DataQualityError
         A warm-up that fills the record.
     """
-    found = {}
+    warm_ups = {}
     for name in channels:
         case = _Case(
             recording=recording,
@@ -217,11 +217,11 @@ def warm_ups_to_cut(
             model=(models or {}).get(name),
             confidence=confidence,
         )
-        found[name] = case.warming("cut")[0]
-    last = max((w.cut or 0.0 for w in found.values()), default=0.0)
+        warm_ups[name] = case.warming("cut")[0]
+    last = max((w.cut or 0.0 for w in warm_ups.values()), default=0.0)
     if last == 0:
-        return found
-    return {n: replace(w, action="cut", cut=last) for n, w in found.items()}
+        return warm_ups
+    return {n: replace(w, action="cut", cut=last) for n, w in warm_ups.items()}
 
 
 def _channel(recording: Recording, channel: str | None, temperature: str | None) -> str:
@@ -395,21 +395,21 @@ class _Case:
     ) -> tuple[Coefficient, ...]:
         if climate.thermometer is None:
             return ()
-        found = []
+        coefficients = []
         for name in (TEMPERATURE, QUADRATIC, RATE):
             if name in base:
-                found.append(coefficient_of(fit, name, self.confidence))
+                coefficients.append(coefficient_of(fit, name, self.confidence))
             else:
-                found.append(_unknown(name, _why(name, climate)))
-        first = found[0]
+                coefficients.append(_unknown(name, _why(name, climate)))
+        first = coefficients[0]
         others = [n for n in (*base, *tails) if n not in (TEMPERATURE, DRIFT)]
         if first.status == "not resolved" and noise.inflation(TEMPERATURE, others, DRIFT) > WENT_WITH_TIME:
             alone = noise.fit([TEMPERATURE, *others])
             given = coefficient_of(alone, TEMPERATURE, self.confidence)
             if given.status == "resolved":
                 note = "without a drift of the sensor itself it would be resolved: the temperature went with time"
-                found[0] = replace(first, status="not separable", note=note)
-        return tuple(found)
+                coefficients[0] = replace(first, status="not separable", note=note)
+        return tuple(coefficients)
 
     def _freed(
         self, noise: Noise, fit: Weighed, design: EnvironmentDesign, taken: Sequence[str], climate: Climate

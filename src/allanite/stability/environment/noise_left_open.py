@@ -300,11 +300,11 @@ class Noise:
         """A column that is not a combination of others, under the best model."""
         node = self.nodes[0]
         i = self._picked([name])[1]
-        own = float(node.products[i, i])
+        power = float(node.products[i, i])
         rest = self._picked(others)
         a, b = node.products[np.ix_(rest, rest)], node.products[rest, i]
-        left = own - float(b @ np.linalg.lstsq(a, b, rcond=RANK)[0])
-        return own > 0 and left > 1e-6 * own
+        left = power - float(b @ np.linalg.lstsq(a, b, rcond=RANK)[0])
+        return power > 0 and left > 1e-6 * power
 
     def products(self, names: Sequence[str], others: Sequence[str]) -> Array:
         """Of whitened columns less their parts along others, under the best model, shape (k, k); columns unscaled."""
@@ -396,18 +396,18 @@ class _NoiseSearch:
         best = self._best(near)
         axes = [self._axis(best, i) for i in (0, 1)]
         widths = [_cells(axis) for axis in axes]
-        found = [
+        nodes = [
             (self._node(np.array([b, k])), wb * wk)
             for b, wb in zip(axes[0], widths[0], strict=True)
             for k, wk in zip(axes[1], widths[1], strict=True)
         ]
-        logs = [n.fit(self._picked, self._rows.count).log_likelihood for n, _ in found]
+        logs = [n.fit(self._picked, self._rows.count).log_likelihood for n, _ in nodes]
         top = max(logs)
-        heavy = [(n, w) for (n, w), v in zip(found, logs, strict=True) if v > top + math.log(LIGHT)]
+        heavy = [(n, w) for (n, w), v in zip(nodes, logs, strict=True) if v > top + math.log(LIGHT)]
         first = self._node(best)
         rest = [(n, w) for n, w in heavy if n is not first]
-        own = next((w for n, w in heavy if n is first), 0.0)
-        return (first, *(n for n, _ in rest)), np.array([own, *(w for _, w in rest)])
+        weight = next((w for n, w in heavy if n is first), 0.0)
+        return (first, *(n for n, _ in rest)), np.array([weight, *(w for _, w in rest)])
 
     def _best(self, near: NoiseModel | None) -> Array:
         from scipy.optimize import minimize
@@ -430,8 +430,8 @@ class _NoiseSearch:
         def cost(logs: Array) -> float:
             return -self._value(np.exp(np.clip(logs, *RANGE)))
 
-        found = minimize(cost, np.log(start), method="Nelder-Mead", options=options)
-        best = np.exp(np.clip(found.x, *RANGE))
+        minimum = minimize(cost, np.log(start), method="Nelder-Mead", options=options)
+        best = np.exp(np.clip(minimum.x, *RANGE))
         for i in (0, 1):  # a term that the record can do without is absent from the best model
             without = np.where(np.arange(2) == i, 0.0, best)
             if self._value(without) >= self._value(best) - 0.02:

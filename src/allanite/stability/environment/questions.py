@@ -100,15 +100,15 @@ def hysteresis_of(climate: Climate, noise: Noise, base: Sequence[str], confidenc
     fit = noise.fit([*others, BRANCH])
     p = fit.chance(BRANCH)
     low, high = fit.interval(BRANCH, confidence)
-    found = p < HYSTERESIS
-    says = "warming and cooling differ at one temperature" if found else "warming and cooling do not differ"
+    differs = p < HYSTERESIS
+    says = "warming and cooling differ at one temperature" if differs else "warming and cooling do not differ"
     return Hysteresis(
-        status="found" if found else "not found",
+        status="found" if differs else "not found",
         gap=2 * float(fit.mean[fit.names.index(BRANCH)]),
         lower=2 * low,
         upper=2 * high,
         p=p,
-        says=says + (", beyond what a lag would do" if found else ", as far as the record tells"),
+        says=says + (", beyond what a lag would do" if differs else ", as far as the record tells"),
     )
 
 

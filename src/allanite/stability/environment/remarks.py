@@ -11,32 +11,37 @@ from allanite.stability.environment.results import EnvironmentEstimate
 __all__ = ["remarks"]
 
 
-def remarks(found: EnvironmentEstimate) -> Iterator[Finding]:
+def remarks(estimate: EnvironmentEstimate) -> Iterator[Finding]:
     """Findings about one channel."""
-    name, n = found.channel, found.residual.n_samples
-    if found.taken_off:
-        most = 0.0 if found.correction is None else float(found.correction.share.max())
+    name, n = estimate.channel, estimate.residual.n_samples
+    if estimate.taken_off:
+        most = 0.0 if estimate.correction is None else float(estimate.correction.share.max())
         yield finding(
             "environment_taken_off",
-            f"{name}: the noise model is that of the residual; taken off: {_listed(found)} (up to {most:.0%} of the "
+            f"{name}: the noise model is that of the residual; taken off: {_listed(estimate)} (up to {most:.0%} of the "
             "Allan variance)",
             severity=Severity.INFO,
             channel=name,
             count=n,
         )
-    if found.thermometer is not None and found.verdict != "resolved":
+    if estimate.thermometer is not None and estimate.verdict != "resolved":
         yield finding(
             "temperature_not_resolved",
-            f"{name}: the effect of the temperature {found.thermometer.channel} is {found.verdict}: {found.reason}",
+            f"{name}: the effect of the temperature {estimate.thermometer.channel} is {estimate.verdict}: "
+            f"{estimate.reason}",
             severity=Severity.WARNING,
             channel=name,
             count=n,
         )
-    if found.hysteresis is not None and found.hysteresis.status == "found":
+    if estimate.hysteresis is not None and estimate.hysteresis.status == "found":
         yield finding(
-            "hysteresis", f"{name}: {found.hysteresis.says}", severity=Severity.WARNING, channel=name, count=n
+            "hysteresis",
+            f"{name}: {estimate.hysteresis.says}",
+            severity=Severity.WARNING,
+            channel=name,
+            count=n,
         )
-    warm = found.warm_up
+    warm = estimate.warm_up
     if warm.found:
         done = {
             "modelled": "modelled and taken off",
@@ -51,6 +56,6 @@ def remarks(found: EnvironmentEstimate) -> Iterator[Finding]:
         )
 
 
-def _listed(found: EnvironmentEstimate) -> str:
-    names = [n for n in found.taken_off if not n.endswith("time constant")]
+def _listed(estimate: EnvironmentEstimate) -> str:
+    names = [n for n in estimate.taken_off if not n.endswith("time constant")]
     return ", ".join(names)

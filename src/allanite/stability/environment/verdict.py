@@ -16,17 +16,17 @@ __all__ = ["judge"]
 NOTABLE = 0.02
 
 
-def judge(found: EnvironmentEstimate) -> dict[str, Any]:
+def judge(estimate: EnvironmentEstimate) -> dict[str, Any]:
     """Verdict, reason and advice of an estimate."""
-    if found.thermometer is None:
-        warm = found.warm_up
+    if estimate.thermometer is None:
+        warm = estimate.warm_up
         verdict = "warm-up found" if warm.found else "no warm-up"
-        return {"verdict": verdict, "reason": warm.says, "advice": tuple(_advice(found))}
-    first = found.coefficients[0]
+        return {"verdict": verdict, "reason": warm.says, "advice": tuple(_advice(estimate))}
+    first = estimate.coefficients[0]
     return {
         "verdict": first.status,
         "reason": _reason(first),
-        "advice": tuple(_advice(found)),
+        "advice": tuple(_advice(estimate)),
     }
 
 
@@ -39,34 +39,35 @@ def _reason(first: Coefficient) -> str:
     return size
 
 
-def _advice(found: EnvironmentEstimate) -> list[str]:
+def _advice(estimate: EnvironmentEstimate) -> list[str]:
     advice = []
-    first = found.coefficients[0] if found.coefficients else None
+    first = estimate.coefficients[0] if estimate.coefficients else None
     if first is not None and first.status == "not separable":
         advice.append("let the temperature come back: up and down again tells it from a drift")
     elif first is not None and first.status == "not resolved":
         advice.append(
             "nothing was taken off for the temperature; a larger or repeated change of it would show more"
         )
-    if found.attenuation is not None and found.attenuation > NOTABLE:
+    if estimate.attenuation is not None and estimate.attenuation > NOTABLE:
         advice.append(
-            f"noise of the thermometer makes the coefficient of the temperature about {found.attenuation:.0%} too small"
+            f"noise of the thermometer makes the coefficient of the temperature about {estimate.attenuation:.0%} too "
+            "small"
         )
-    if found.thermometer is not None and found.thermometer.missing > 0:
+    if estimate.thermometer is not None and estimate.thermometer.missing > 0:
         advice.append(
-            f"the temperature is missing in {found.thermometer.missing:.1%} of the record and was interpolated there"
+            f"the temperature is missing in {estimate.thermometer.missing:.1%} of the record and was interpolated there"
         )
-    if found.hysteresis is not None and found.hysteresis.status == "found":
-        advice.append(f"{found.hysteresis.says}: it was not taken off, and the residual holds it")
-    warm = found.warm_up
+    if estimate.hysteresis is not None and estimate.hysteresis.status == "found":
+        advice.append(f"{estimate.hysteresis.says}: it was not taken off, and the residual holds it")
+    warm = estimate.warm_up
     if warm.found and warm.action == "left in":
         advice.append(
             f"a warm-up is in the record, and was left there: {warm.says}; model it or cut it "
             "(--warm-up model, --warm-up cut)"
         )
-    if found.correction is not None and found.correction.longest < found.correction.tau[-1]:
+    if estimate.correction is not None and estimate.correction.longest < estimate.correction.tau[-1]:
         advice.append(
-            f"from an averaging time of {found.correction.longest:.3g} s on, what was taken off holds more than "
+            f"from an averaging time of {estimate.correction.longest:.3g} s on, what was taken off holds more than "
             f"{1 - LEAST:.0%} of the noise: these lags do not enter the noise model"
         )
     return advice

@@ -110,9 +110,9 @@ def refined(
 
     def chi2(at: Sequence[float]) -> float:
         decays = np.column_stack([np.exp(-climate.middle / T) for T in at])
-        found = whitener(decays)[0][present]
-        found = found - q @ (q.T @ found)
-        return float(np.linalg.lstsq(found, left, rcond=None)[1].sum())
+        whitened = whitener(decays)[0][present]
+        whitened = whitened - q @ (q.T @ whitened)
+        return float(np.linalg.lstsq(whitened, left, rcond=None)[1].sum())
 
     for _ in range(1 if len(constants) == 1 else 3):
         for i, T in enumerate(constants):
@@ -121,13 +121,13 @@ def refined(
                 math.log(T) - 1.0,
                 min(math.log(T) + 1.0, math.log(2 * LONGEST * climate.size * climate.dt)),
             )
-            found = minimize_scalar(
+            whitened = minimize_scalar(
                 lambda x, others=others: chi2([*others, math.exp(x)]),
                 bounds=span,
                 method="bounded",
                 options={"xatol": 1e-3},
             )
-            constants[i] = math.exp(float(found.x))
+            constants[i] = math.exp(float(whitened.x))
     return tuple(WarmUpDecay(T=T, slope=True) for T in sorted(constants))
 
 

@@ -101,20 +101,20 @@ def _ratio(series: FittedChannel, null: CurveSolution, grid: Array) -> Ratio:
     return Ratio(tau=grid[kept], z=rows @ z, covariance=rows @ (factor @ factor.T) @ rows.T)
 
 
-def _rows(own: Array, grid: Array) -> tuple[Array, NDArray[np.int64]]:
-    """Linear interpolation from `own` to the lags of the grid inside it, and which those are.
+def _rows(lags: Array, grid: Array) -> tuple[Array, NDArray[np.int64]]:
+    """Linear interpolation from `lags` to the lags of the grid inside it, and which those are.
 
     Two lags of the grid between the same two neighbours would say the same twice: the second is left out.
     """
     rows, kept, before = [], [], -1.0
     for j, x in enumerate(grid):
-        near = int(np.argmin(np.abs(own - x)))
-        row = np.zeros(len(own))
-        if abs(own[near] - x) < _SAME:
+        near = int(np.argmin(np.abs(lags - x)))
+        row = np.zeros(len(lags))
+        if abs(lags[near] - x) < _SAME:
             row[near], place = 1.0, float(near)
-        elif own[0] < x < own[-1]:
-            i = int(np.searchsorted(own, x)) - 1
-            part = (x - own[i]) / (own[i + 1] - own[i])
+        elif lags[0] < x < lags[-1]:
+            i = int(np.searchsorted(lags, x)) - 1
+            part = (x - lags[i]) / (lags[i + 1] - lags[i])
             row[i], row[i + 1], place = 1 - part, part, i + 0.5
         else:
             continue
@@ -122,7 +122,7 @@ def _rows(own: Array, grid: Array) -> tuple[Array, NDArray[np.int64]]:
             rows.append(row)
             kept.append(j)
             before = place
-    return np.array(rows).reshape(-1, len(own)), np.array(kept, dtype=np.int64)
+    return np.array(rows).reshape(-1, len(lags)), np.array(kept, dtype=np.int64)
 
 
 def compared(parts: Sequence[Ratio]) -> CurveTest:
@@ -176,10 +176,10 @@ def _together(parts: Sequence[Ratio]) -> tuple[float, float]:
 def _one_lag(parts: Sequence[Ratio], tau: float) -> float:
     z, variance = [], []
     for p in parts:
-        found = np.flatnonzero(p.tau == tau)
-        if len(found):
-            z.append(p.z[found[0]])
-            variance.append(p.covariance[found[0], found[0]])
+        places = np.flatnonzero(p.tau == tau)
+        if len(places):
+            z.append(p.z[places[0]])
+            variance.append(p.covariance[places[0], places[0]])
     weight = 1 / np.array(variance)
     middle = float(weight @ z) / float(weight.sum())
     q = float(weight @ (np.array(z) - middle) ** 2)

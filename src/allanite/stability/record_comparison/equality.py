@@ -143,7 +143,7 @@ def detectable(profiles: Sequence[Profile]) -> float | None:
 # -- laws and the joint test ---------------------------------------------------------------------------------------
 
 
-def parameter_law(found: Sequence[Evidence], symbol: str) -> ScaledChiSquare:
+def parameter_law(evidence: Sequence[Evidence], symbol: str) -> ScaledChiSquare:
     """The law of Q of one parameter (SI name).
 
     Other coefficients that a record does not show are taken to stand at zero, the least favourable case, as in the sets
@@ -152,16 +152,16 @@ def parameter_law(found: Sequence[Evidence], symbol: str) -> ScaledChiSquare:
     """
     inner = {"B_equiv": "G", "q": "G"}.get(symbol, symbol)
     records = []
-    for e in found:
+    for e in evidence:
         if inner not in e.columns:
             continue
-        own = {s: c for s, c in e.columns.items() if s != inner}
+        others = {s: c for s, c in e.columns.items() if s != inner}
         n = len(e.columns[inner])
         records.append(
             Directions(
-                shared=(e.columns[inner] * _unit_of(e, inner, found[0]))[:, None],
-                own=_table(list(own.values()), n),
-                floor=np.array([math.inf if s in e.present or s == "T" else 0.0 for s in own]),
+                shared=(e.columns[inner] * _unit_of(e, inner, evidence[0]))[:, None],
+                own=_table(list(others.values()), n),
+                floor=np.array([math.inf if s in e.present or s == "T" else 0.0 for s in others]),
             )
         )
     if len(records) < 2:
@@ -183,21 +183,21 @@ def _table(columns: Sequence[Array], n: int) -> Array:
     return np.stack(columns, axis=1) if columns else np.zeros((n, 0))
 
 
-def joint_loss(design: JointDesign, pooled: CurveSolution, found: Sequence[Evidence]) -> Array:
+def joint_loss(design: JointDesign, pooled: CurveSolution, evidence: Sequence[Evidence]) -> Array:
     """Loss of each record under the pooled model (eq. 2), shape (n_records,)."""
     losses = []
-    for i, e in enumerate(found):
+    for i, e in enumerate(evidence):
         null = seen_by(design, i, pooled)
         losses.append(max(distance(e.series.fit.data, null, e.best.T), 0.0))
     return np.array(losses)
 
 
-def joint_law(design: JointDesign, pooled: CurveSolution, found: Sequence[Evidence]) -> ScaledChiSquare:
+def joint_law(design: JointDesign, pooled: CurveSolution, evidence: Sequence[Evidence]) -> ScaledChiSquare:
     """The law of the sum of `joint_loss`."""
-    names = [s for s in pooled.symbols if all(s in e.columns for e in found)]
-    timed = "T" in found[0].columns and all("T" in e.columns for e in found)
+    names = [s for s in pooled.symbols if all(s in e.columns for e in evidence)]
+    timed = "T" in evidence[0].columns and all("T" in e.columns for e in evidence)
     records = []
-    for i, e in enumerate(found):
+    for i, e in enumerate(evidence):
         columns = [e.columns[s] * design.factor(i, s) for s in names]
         columns += [e.columns["T"]] if timed else []
         n = len(e.series.fit.data.variance)

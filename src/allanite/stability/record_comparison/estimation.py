@@ -93,7 +93,7 @@ def compare(
     given = _named([record_of(r) for r in records], names)
     report = progress or (lambda fraction, what: None)
     pairs = matched(given, channels)
-    found, done = [], 0
+    comparisons, done = [], 0
 
     def fitted(task: tuple[Record, str]) -> FittedChannel:
         nonlocal done
@@ -104,20 +104,20 @@ def compare(
         return series
 
     with ThreadPoolExecutor(threads or 2) as pool:
-        for i, (name, own) in enumerate(pairs):
-            series = list(pool.map(fitted, zip(given, own, strict=True)))
+        for i, (name, of_channel) in enumerate(pairs):
+            series = list(pool.map(fitted, zip(given, of_channel, strict=True)))
             refuse_other_kinds(series)
             _refuse_twins(series)
             report(0.5 + 0.5 * i / len(pairs), f"comparing {name}")
-            found.append((series, _channel(name, series, confidence, level / len(pairs), pool)))
-    first = found[0][0]
+            comparisons.append((series, _channel(name, series, confidence, level / len(pairs), pool)))
+    first = comparisons[0][0]
     report(1.0, "done")
     return Comparison(
         records=tuple(_facts(r, s) for r, s in zip(given, first, strict=True)),
-        channels=_adjusted([c for _, c in found]),
+        channels=_adjusted([c for _, c in comparisons]),
         level=level,
         confidence=confidence,
-        remarks=remarks_of([s for s, _ in found], [c for _, c in found]),
+        remarks=remarks_of([s for s, _ in comparisons], [c for _, c in comparisons]),
     )
 
 
@@ -171,14 +171,14 @@ def _channel(
 ) -> ChannelComparison:
     family, families = _family(series)
     design, pooled = pooled_fit(series, FLICKER if family == "flicker" else GAUSS_MARKOV)
-    found = list(pool.map(lambda s: evidence_of(s, pooled.symbols, confidence), series))
-    losses = joint_loss(design, pooled, found)
-    law = joint_law(design, pooled, found)
+    evidence = list(pool.map(lambda s: evidence_of(s, pooled.symbols, confidence), series))
+    losses = joint_loss(design, pooled, evidence)
+    law = joint_law(design, pooled, evidence)
     joint_p = law.tail(float(losses.sum()))
     curves = compared(ratios(design, pooled))
     p = min(2 * min(joint_p, curves.p), 1.0)
     shared = model_of(series[0], pooled)
-    models = [shared if p >= level else model_of(e.series, e.best) for e in found]
+    models = [shared if p >= level else model_of(e.series, e.best) for e in evidence]
     bias = bias_profiles(series, models, confidence)
     records = [s.record for s in series]
     return ChannelComparison(
@@ -188,7 +188,7 @@ def _channel(
         channels=tuple(s.channel for s in series),
         family=family,
         families=families,
-        curves=tuple(_drawn(e) for e in found),
+        curves=tuple(_drawn(e) for e in evidence),
         tau=curves.tau,
         lag_p=curves.lag_p,
         lag_p_adjusted=curves.lag_p_adjusted,
@@ -196,7 +196,7 @@ def _channel(
         joint=_equality(float(losses.sum()), law.dof, joint_p),
         p=p,
         outlier=_outlier(records, [r[2] for r in curves.records], curves.rest),
-        parameters=_parameters(found, confidence),
+        parameters=_parameters(evidence, confidence),
         bias=None if bias is None else bias_comparison(records, bias, confidence),
         model=shared.to_json(),
     )
@@ -221,14 +221,14 @@ def _family(series: Sequence[FittedChannel]) -> tuple[str, tuple[str, ...]]:
     return ("gauss-markov" if better else "flicker"), tuple(each)
 
 
-def _parameters(found: Sequence[Evidence], confidence: float) -> tuple[ParameterComparison, ...]:
+def _parameters(evidence: Sequence[Evidence], confidence: float) -> tuple[ParameterComparison, ...]:
     order = ("Q", "N", "B", "B_equiv", "T", "q", "K", "R")
     made = []
     for symbol in order:
-        seen = [e for e in found if symbol in e.profiles]
-        resolved = [e for e in seen if e.profiles[symbol].supported]
-        if seen and (resolved or symbol in _ALWAYS):
-            made.append(parameter_comparison(found, symbol, confidence))
+        holding = [e for e in evidence if symbol in e.profiles]
+        resolved = [e for e in holding if e.profiles[symbol].supported]
+        if holding and (resolved or symbol in _ALWAYS):
+            made.append(parameter_comparison(evidence, symbol, confidence))
     return tuple(made)
 
 

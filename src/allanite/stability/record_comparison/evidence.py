@@ -165,7 +165,7 @@ def _columns(data: CurveData, at: CurveSolution, present: frozenset[str]) -> dic
         return {}
     A = data.design.columns(at.symbols, at.T)
     whitened = at.weight.whiten @ (A / (A @ at.c)[:, None]) / 3
-    found = {s: whitened[:, i] for i, s in enumerate(at.symbols)}
+    columns = {s: whitened[:, i] for i, s in enumerate(at.symbols)}
     if at.T is not None and "G" in present:
-        found["T"] = -sensitivity(data, at)[:, -1]
-    return found
+        columns["T"] = -sensitivity(data, at)[:, -1]
+    return columns

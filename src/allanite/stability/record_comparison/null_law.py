@@ -81,17 +81,20 @@ def law_of_equality(records: Sequence[Directions], floor: Sequence[float]) -> Sc
     shared = [s for s, _, _ in reduced]
     bounded = _bounded(shared, np.asarray(floor, dtype=np.float64))
     rank = sum(_rank(s) for s in shared) - _rank(np.concatenate(shared))
-    if not bounded.any() and all(own.shape[1] == 0 for _, own, _ in reduced):
+    if not bounded.any() and all(directions.shape[1] == 0 for _, directions, _ in reduced):
         return ScaledChiSquare(dof=float(rank))
     rng = np.random.default_rng(952)
     offset = np.where(bounded, floor, 0.0)
     n = shared[0].shape[1]
-    y = [rng.standard_normal((_DRAWS, len(s))) + s @ offset + own @ away for s, own, away in reduced]
-    apart = [
-        _Cone(np.concatenate([s, own], axis=1), n, bounded)(point)
-        for (s, own, _), point in zip(reduced, y, strict=True)
+    y = [
+        rng.standard_normal((_DRAWS, len(s))) + s @ offset + directions @ away
+        for s, directions, away in reduced
     ]
-    together = _Cone(_stacked(shared, [own for _, own, _ in reduced]), n, bounded)
+    apart = [
+        _Cone(np.concatenate([s, directions], axis=1), n, bounded)(point)
+        for (s, directions, _), point in zip(reduced, y, strict=True)
+    ]
+    together = _Cone(_stacked(shared, [directions for _, directions, _ in reduced]), n, bounded)
     draws = together(np.concatenate(y, axis=1)) - np.sum(apart, axis=0)
     mean = float(draws.mean())
     if mean < 1e-9:
@@ -110,10 +113,10 @@ def _reduced(record: Directions) -> tuple[Array, Array, Array]:
         q = np.linalg.qr(_unit(record.own[:, ~near]))[0]
         columns = columns - q @ (q.T @ columns)
     r: Array = np.asarray(np.linalg.qr(columns, mode="r"), dtype=np.float64)
-    own, floor = r[:, n:], record.floor[near]
-    norms = np.linalg.norm(own, axis=0)
+    bounded, floor = r[:, n:], record.floor[near]
+    norms = np.linalg.norm(bounded, axis=0)
     kept = norms > 1e-9 * np.linalg.norm(record.own[:, near], axis=0)
-    return r[:, :n], own[:, kept] / norms[kept], floor[kept] * norms[kept]
+    return r[:, :n], bounded[:, kept] / norms[kept], floor[kept] * norms[kept]
 
 
 def _near(record: Directions) -> NDArray[np.bool_]:

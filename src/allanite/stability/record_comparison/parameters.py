@@ -34,16 +34,16 @@ _NO_WORST = ("T", "mean")
 _LARGEST = 700.0  # exponent of the largest double
 
 
-def parameter_comparison(found: Sequence[Evidence], symbol: str, confidence: float) -> ParameterComparison:
+def parameter_comparison(evidence: Sequence[Evidence], symbol: str, confidence: float) -> ParameterComparison:
     """A parameter that cannot be negative, by its logarithm; its p is not adjusted yet."""
-    every = [e.profiles.get(symbol) for e in found]
-    records = [e.series.record for e, p in zip(found, every, strict=True) if p is not None]
+    every = [e.profiles.get(symbol) for e in evidence]
+    records = [e.series.record for e, p in zip(evidence, every, strict=True) if p is not None]
     profiles = [p for p in every if p is not None]
     values = tuple(_value(p, _exp) if p is not None else _unknown() for p in every)
     centre, q = least(profiles)
     equality = law = None
     if len(profiles) > 1 and any(math.isfinite(p.best) for p in profiles):
-        law = parameter_law([e for e in found if symbol in e.profiles], symbol)
+        law = parameter_law([e for e in evidence if symbol in e.profiles], symbol)
         equality = Equality(statistic=q, dof=law.dof, p=law.tail(q), p_adjusted=law.tail(q))
     shift = detectable(profiles)
     worst, worst_p = (None, None) if symbol in _NO_WORST else _worst(records, profiles)
@@ -105,18 +105,18 @@ def _common(profiles: Sequence[Profile], centre: float, scale: Scale) -> RecordP
 
 
 def _scatter(profiles: Sequence[Profile], confidence: float, scale: Scale) -> SensorSpread | None:
-    found = population_of(profiles, confidence)
-    if found is None:
+    population = population_of(profiles, confidence)
+    if population is None:
         return None
-    ahead = [None if x is None else scale(x) for x in (found.next_lower, found.next_upper)]
+    ahead = [None if x is None else scale(x) for x in (population.next_lower, population.next_upper)]
     return SensorSpread(
-        resolved=found.resolved,
-        mean=scale(found.middle),
-        lower=scale(found.lower),
-        upper=scale(found.upper),
-        spread=found.spread,
-        spread_lower=found.spread_lower,
-        spread_upper=found.spread_upper,
+        resolved=population.resolved,
+        mean=scale(population.middle),
+        lower=scale(population.lower),
+        upper=scale(population.upper),
+        spread=population.spread,
+        spread_lower=population.spread_lower,
+        spread_upper=population.spread_upper,
         next_lower=ahead[0],
         next_upper=ahead[1],
     )

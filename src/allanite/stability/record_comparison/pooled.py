@@ -44,10 +44,14 @@ class JointDesign(CurveDesign):
     def of(cls, series: Sequence[FittedChannel]) -> JointDesign:
         """The design of these records together."""
         first = series[0]
-        own = first.fit.data.design
+        design = first.fit.data.design
         length = max(s.duration for s in series) / first.curve.dt
         return cls(
-            lags=own.lags, n_samples=round(length), sampling=own.sampling, pairs=own.pairs, series=series
+            lags=design.lags,
+            n_samples=round(length),
+            sampling=design.sampling,
+            pairs=design.pairs,
+            series=series,
         )
 
     def factor(self, i: int, symbol: str) -> float:
@@ -79,8 +83,8 @@ class JointDesign(CurveDesign):
         size = sum(len(s.fit.data.variance) for s in self.series)
         out, at = np.zeros((size, size)), 0
         for i, s in enumerate(self.series):
-            own = np.array([value * self.factor(i, name) for name, value in zip(symbols, c, strict=True)])
-            part = s.fit.data.design.covariance(symbols, own, self.time(i, T))
+            factors = np.array([value * self.factor(i, name) for name, value in zip(symbols, c, strict=True)])
+            part = s.fit.data.design.covariance(symbols, factors, self.time(i, T))
             stop = at + len(part)
             out[at:stop, at:stop] = part
             at = stop

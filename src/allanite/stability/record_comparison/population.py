@@ -115,10 +115,10 @@ class _SpreadCurve:
         unit = max(float(np.ptp(x)), float(sd.max()))
         small = 1e-3 * float(sd.min())
         self.tau = np.concatenate(([0.0], np.geomspace(small, 100 * unit, _TAUS)))
-        found = [least(profiles, float(t)) for t in self.tau]
-        self.middle = np.array([m for m, _ in found])
-        self.error = np.array([self._error(float(t), m) for t, (m, _) in zip(self.tau, found, strict=True)])
-        self.q = np.minimum.accumulate(np.array([q for _, q in found]))
+        minima = [least(profiles, float(t)) for t in self.tau]
+        self.middle = np.array([m for m, _ in minima])
+        self.error = np.array([self._error(float(t), m) for t, (m, _) in zip(self.tau, minima, strict=True)])
+        self.q = np.minimum.accumulate(np.array([q for _, q in minima]))
 
     def where(self, target: float) -> float:
         """tau at which Q falls to the target; 0 where it is below it from the start."""

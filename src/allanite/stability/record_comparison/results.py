@@ -311,9 +311,9 @@ class Comparison:
 
     def to_json(self) -> dict[str, Any]:
         """Plain data, SI units; null for what does not exist, and for infinity."""
-        own = ("verdict", "reason", "p", "level", "confidence", "records", "channels", "remarks")
+        names = ("verdict", "reason", "p", "level", "confidence", "records", "channels", "remarks")
         return {
             "format": "allanite-comparison",
             "version": 1,
-            **{name: plain(getattr(self, name)) for name in own},
+            **{name: plain(getattr(self, name)) for name in names},
         }

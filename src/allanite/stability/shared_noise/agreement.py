@@ -89,15 +89,15 @@ def delay_of(first: Array, second: Array, missing: Spans, lag: int, edf: float) 
     for a, b in starts:
         ready[a:b] = True
     d = [x[2 * lag :] - 2 * x[lag:-lag] + x[: -2 * lag] for x in (first, second)]
-    found = np.zeros(len(shifts))
+    correlations = np.zeros(len(shifts))
     for k, shift in enumerate(shifts):
         use = at[ready[at] & ready[at + shift]]
         if len(use) < 16:
             return 0
         one, two = d[0][use], d[1][use + shift]
         size = math.sqrt(float(one @ one) * float(two @ two))
-        found[k] = float(one @ two) / size if size > 0 else 0.0
-    z = np.arctanh(np.clip(found, -1 + 1e-9, 1 - 1e-9)) * math.sqrt(max(edf - 2.0, 1.0))
+        correlations[k] = float(one @ two) / size if size > 0 else 0.0
+    z = np.arctanh(np.clip(correlations, -1 + 1e-9, 1 - 1e-9)) * math.sqrt(max(edf - 2.0, 1.0))
     zero = z[int(np.flatnonzero(shifts == 0)[0])]
     best = int(np.argmax(z))
     return int(shifts[best]) if z[best] - max(zero, 0.0) > _CLEARER else 0

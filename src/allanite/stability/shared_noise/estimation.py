@@ -113,23 +113,23 @@ def _channels(recording: Recording, wanted: Sequence[str] | None) -> tuple[str, 
         raise InputError(_not_two_or_three(names, bearing))
     kinds = {(recording[n].kind, "" if recording[n].kind.has_si else recording[n].unit) for n in names}
     if len(kinds) > 1 or len({recording[n].sampling for n in names}) > 1:
-        said = ", ".join(f"{n} ({recording[n].kind.value}, {recording[n].unit})" for n in names)
-        raise InputError(f"sensors that share noise are of one kind and unit: {said}")
+        listing = ", ".join(f"{n} ({recording[n].kind.value}, {recording[n].unit})" for n in names)
+        raise InputError(f"sensors that share noise are of one kind and unit: {listing}")
     return names
 
 
 def _not_two_or_three(names: Sequence[str], bearing: Sequence[str]) -> str:
     """What is wrong with the channels, and what to do; an example only where it would be taken."""
-    said = f", not {len(set(names))}{': ' if names else ''}{', '.join(dict.fromkeys(names))}"
+    count = f", not {len(set(names))}{': ' if names else ''}{', '.join(dict.fromkeys(names))}"
     if len(set(names)) < len(names):
-        said = f"; {listed([n for n in dict.fromkeys(names) if names.count(n) > 1])} is named twice"
+        count = f"; {listed([n for n in dict.fromkeys(names) if names.count(n) > 1])} is named twice"
     enough = [*dict.fromkeys(names), *(n for n in bearing if n not in names)]
     advice = f"name them, for instance --channels {','.join(enough[:3])}"
     if len(enough) < 2:
         # the others may have been left out when the log was read
         more = f"{enough[0]} and at least one more channel" if enough else "two or three channels"
         advice = f"name {more} of the log (--channels), or record the sensors into one log"
-    return f"noise is taken apart for two or three sensors{said}; {advice}"
+    return f"noise is taken apart for two or three sensors{count}; {advice}"
 
 
 def _signs(names: Sequence[str], opposite: Sequence[str]) -> Array:
@@ -140,10 +140,12 @@ def _signs(names: Sequence[str], opposite: Sequence[str]) -> Array:
 
 
 def _phases(recording: Recording, names: Sequence[str], signs: Array) -> tuple[Array, Spans]:
-    found: list[Phase] = [phase_of(recording, name) for name in names]
-    n_samples = found[0].n_samples
-    phases = np.stack([p.x * (s * recording[n].scale) for p, s, n in zip(found, signs, names, strict=True)])
-    gaps = [p.missing if not p.pointwise else np.clip(p.missing + [-1, 0], 0, n_samples) for p in found]
+    of_channels: list[Phase] = [phase_of(recording, name) for name in names]
+    n_samples = of_channels[0].n_samples
+    phases = np.stack(
+        [p.x * (s * recording[n].scale) for p, s, n in zip(of_channels, signs, names, strict=True)]
+    )
+    gaps = [p.missing if not p.pointwise else np.clip(p.missing + [-1, 0], 0, n_samples) for p in of_channels]
     missing = merge_spans(np.concatenate(gaps))
     present = n_samples - int((missing[:, 1] - missing[:, 0]).sum())
     if present < _FEWEST_SAMPLES:
@@ -159,24 +161,24 @@ def _starts(missing: Spans, n_samples: int, lags: NDArray[np.int64]) -> list[Spa
 
 def _measured(phases: Array, missing: Spans, names: Sequence[str]) -> AllanMatrix:
     lags = octave_lags(phases.shape[1] - 1, window=_LONGEST)
-    found = allan_matrix(phases, missing, lags)
-    own = np.einsum("lii->li", found.covariance)
+    matrix = allan_matrix(phases, missing, lags)
+    variances = np.einsum("lii->li", matrix.covariance)
     rounding = np.stack([rounding_variance(x, lags) for x in phases], axis=1)
-    noisy = (own > rounding).all(axis=1)
-    keep = (found.count >= np.maximum(2 * lags, 32)) & noisy
+    noisy = (variances > rounding).all(axis=1)
+    keep = (matrix.count >= np.maximum(2 * lags, 32)) & noisy
     if not keep.any():
         raise DataQualityError(f"{listed(names)}: no lag with noise and enough complete windows")
     for i in range(len(names)):
         for j in range(i):
-            if found.difference[0, i, j] <= _SAME * found.covariance[0, i, i]:
+            if matrix.difference[0, i, j] <= _SAME * matrix.covariance[0, i, i]:
                 raise InputError(
                     f"{names[j]} and {names[i]} hold the same samples: nothing can be told apart"
                 )
     return AllanMatrix(
         lags=lags[keep],
-        covariance=found.covariance[keep],
-        difference=found.difference[keep],
-        count=found.count[keep],
+        covariance=matrix.covariance[keep],
+        difference=matrix.difference[keep],
+        count=matrix.count[keep],
     )
 
 
@@ -200,7 +202,7 @@ def _separation(
     enough = np.nanmin(free, axis=1) >= LEAST_FREEDOM
     if not enough.any():
         raise DataQualityError(f"{listed(names)}: the record is too short for an interval at any lag")
-    own = tuple(one.own(i, enough) for i in range(n))
+    alone = tuple(one.own(i, enough) for i in range(n))
     common = one.common(enough)
     sd = np.sqrt(np.einsum("lii->li", matrix.covariance))
     low, high = chi_square_factors(np.where(enough[:, None], free, 1.0), confidence)
@@ -210,7 +212,7 @@ def _separation(
     same = same_to_all(matrix.covariance / scale, terms.products, free.min(axis=1))
     delays = _delays(phases, missing, matrix, names, couples, r, free, recording.dt)
     tau = matrix.lags.astype(np.float64)[enough] * recording.dt
-    verdict, reason = _verdict(sign, common, own, tau)
+    verdict, reason = _verdict(sign, common, alone, tau)
     return Separation(
         channels=names,
         opposite=tuple(opposite),
@@ -220,7 +222,7 @@ def _separation(
         total=sd[enough],
         total_lower=(sd * low)[enough],
         total_upper=(sd * high)[enough],
-        own=own,
+        own=alone,
         common=common,
         correlation=r[enough],
         pairs=tuple((names[i], names[j]) for i, j in couples),
@@ -277,12 +279,12 @@ class _Estimator:
         c, d = self.matrix.covariance, self.matrix.difference
         if self.n == 2:
             i = int(np.flatnonzero(basis[0] == 1.0)[0])
-            own = 0.5 * (c[:, i, i] - c[:, 1 - i, 1 - i] + d[:, 0, 1])
-            return np.stack([np.stack([c[:, i, i], own], -1), np.stack([own, d[:, 0, 1]], -1)], -2)
+            alone = 0.5 * (c[:, i, i] - c[:, 1 - i, 1 - i] + d[:, 0, 1])
+            return np.stack([np.stack([c[:, i, i], alone], -1), np.stack([alone, d[:, 0, 1]], -1)], -2)
         i = int(np.flatnonzero(basis[0] * basis[1] == 1.0)[0])
         j, k = (int(np.flatnonzero(row == -1.0)[0]) for row in basis)
-        own = 0.5 * (d[:, i, j] + d[:, i, k] - d[:, j, k])
-        return np.stack([np.stack([d[:, i, j], own], -1), np.stack([own, d[:, i, k]], -1)], -2)
+        alone = 0.5 * (d[:, i, j] + d[:, i, k] - d[:, j, k])
+        return np.stack([np.stack([d[:, i, j], alone], -1), np.stack([alone, d[:, i, k]], -1)], -2)
 
     def _part(
         self, name: str, row: int, form: Array, matrix: Array, edf: Array, enough: NDArray[np.bool_]
@@ -295,7 +297,7 @@ class _Estimator:
             ]
         )
         low, high = ends[enough].T
-        seen = low > 0
+        resolved = low > 0
         # where chance takes even the upper end below zero, the limit is what chance alone would leave
         room = np.where(high > 0, high, (high - low) / 2)
         return NoisePart(
@@ -303,7 +305,7 @@ class _Estimator:
             variance=variance[enough],
             variance_lower=low,
             variance_upper=high,
-            deviation=np.sqrt(np.where(seen & (variance[enough] > 0), variance[enough], np.nan)),
+            deviation=np.sqrt(np.where(resolved & (variance[enough] > 0), variance[enough], np.nan)),
             lower=np.sqrt(np.where(np.isnan(low), np.nan, np.maximum(low, 0.0))),
             upper=np.sqrt(room),
             edf=edf[enough],
@@ -317,19 +319,19 @@ class _Estimator:
             unit = math.sqrt(self.scale) * self.dt ** TIME_POWER[symbol]
             value = self.terms.free[row, k]
             low, high = self.terms.interval(row, k, reach)
-            seen = bool(low > 0)
+            supported = bool(low > 0)
             estimates.append(
                 Estimate(
                     symbol=symbol,
-                    value=math.sqrt(value) * unit if seen else None,
-                    lower=math.sqrt(low) * unit if seen else 0.0,
+                    value=math.sqrt(value) * unit if supported else None,
+                    lower=math.sqrt(low) * unit if supported else 0.0,
                     upper=math.sqrt(high) * unit,
-                    supported=seen,
-                    note="" if seen else "upper limit" if math.isfinite(high) else "not determined",
+                    supported=supported,
+                    note="" if supported else "upper limit" if math.isfinite(high) else "not determined",
                 )
             )
             amount = self.terms.coefficients[row, k]
-            if amount > 0 and (row == self.n or symbol != "N" or seen):
+            if amount > 0 and (row == self.n or symbol != "N" or supported):
                 terms.append(term_of(symbol, math.sqrt(amount) * unit, dt=self.dt))
         return NoiseModel(
             terms=tuple(terms),
@@ -343,7 +345,7 @@ class _Estimator:
 # -- words -----------------------------------------------------------------------------------------------------------
 
 
-def _verdict(sign: int, common: NoisePart, own: Sequence[NoisePart], tau: Array) -> tuple[str, str]:
+def _verdict(sign: int, common: NoisePart, alone: Sequence[NoisePart], tau: Array) -> tuple[str, str]:
     if sign == 0:
         return "no shared noise is seen", "no pair is correlated at any lag by more than chance"
     if sign < 0:
@@ -351,7 +353,7 @@ def _verdict(sign: int, common: NoisePart, own: Sequence[NoisePart], tau: Array)
             "the sensors share noise of opposite sign",
             "where one reads more the other reads less: name the one that is mounted the other way round (--opposite)",
         )
-    mean = np.mean([p.variance for p in own], axis=0)
+    mean = np.mean([p.variance for p in alone], axis=0)
     share = np.where(common.resolved, common.variance / np.maximum(mean + common.variance, 1e-300), 0.0)
     if not common.resolved.any():
         return (
@@ -359,8 +361,8 @@ def _verdict(sign: int, common: NoisePart, own: Sequence[NoisePart], tau: Array)
             "pairs are correlated, but the common part has no lag of its own at which it is seen",
         )
     at = int(np.argmax(share))
-    seen, most = int(common.resolved.sum()), f"{100 * share[at]:.0f} % of the variance there"
-    reason = f"the common part is seen at {seen} of {len(tau)} lags, most at {tau[at]:.3g} s: {most}"
+    lags_resolved, most = int(common.resolved.sum()), f"{100 * share[at]:.0f} % of the variance there"
+    reason = f"the common part is seen at {lags_resolved} of {len(tau)} lags, most at {tau[at]:.3g} s: {most}"
     return "noise is shared", reason
 
 

@@ -119,9 +119,9 @@ def fit_terms(covariance: Array, pairs: LagPairs, sampling: str) -> FittedTerms:
         """Coefficients where one of them is `value`: the rest fitted again, for what it took belongs to them."""
         rest = np.delete(np.arange(len(norm)), at)
         around = whiten @ (target - design[:, at] * value)
-        found = np.full(len(norm), value)
-        found[rest] = nnls(made[:, rest], around, maxiter=1000)[0] / norm[rest]
-        return found.reshape(n + 1, -1)
+        coefficients = np.full(len(norm), value)
+        coefficients[rest] = nnls(made[:, rest], around, maxiter=1000)[0] / norm[rest]
+        return coefficients.reshape(n + 1, -1)
 
     return FittedTerms(
         coefficients=c,
@@ -149,11 +149,11 @@ def _spread(
             continue
         # the fitted value is a node, so that the stated standard deviation is met there
         step = float(c[at]) if c[at] > 0.5 * sd[at] else max(float(free[at]), float(sd[at]), 1e-300)
-        found = []
+        spreads = []
         for value in (0.0, step, 2.0 * step):
             V = covariance_of(forms, products.of(others(place, value))).reshape(len(row), len(row))
-            found.append(float(row @ V @ row))
-        zero, one, two = found
+            spreads.append(float(row @ V @ row))
+        zero, one, two = spreads
         curvature = max((two - 2.0 * one + zero) / (2.0 * step**2), 0.0)
         out[at] = max(zero, 0.0), max((one - zero) / step - curvature * step, 0.0), curvature
     return out

@@ -94,8 +94,8 @@ def find_changes(
             break
         rest, part = cells.where(whole), _of_lags(shares, cells, whole)
         effect = joint_effect(accepted, cells, shares)
-        calm, own = rest.variance / effect[whole], scatter.of_cells(np.flatnonzero(whole))
-        left, left_over = Whitened.of(calm, rest.row, own), together(calm, rest.row, own)
+        calm, its_scatter = rest.variance / effect[whole], scatter.of_cells(np.flatnonzero(whole))
+        left, left_over = Whitened.of(calm, rest.row, its_scatter), together(calm, rest.row, its_scatter)
         tried, p, needed = _largest(every, [c.shape for c in accepted], rest, part, left, level)
         if not accepted:
             first, visible = p, _visible(needed, cells, shares, left)
@@ -171,7 +171,7 @@ def _likeliest(
     cells, shares = misfit.cells, misfit.shares
     borders = np.unique(cells.start[cells.row == 0])[1:].astype(np.float64)
     ratio = cells.variance / joint_effect(known, cells, shares)
-    found = []
+    candidates = []
     for shape in shapes:
         more = _SIMPLER if shape.symbol == EVERYTHING else 0.0
         # the window that a step divides looks like its louder side: the border that leaves it there may be the next
@@ -181,8 +181,8 @@ def _likeliest(
             for beta in _starts(at, ratio, cells, shares):
                 new = FoundChange(shape=at, lower=None, upper=None, beta=beta, sd=0.0, p=p)
                 changes, loss = sized([*known, new], misfit)
-                found.append((loss + more, changes))
-    return min(found, key=lambda one: one[0])[1]
+                candidates.append((loss + more, changes))
+    return min(candidates, key=lambda one: one[0])[1]
 
 
 def _starts(shape: ChangeShape, ratio: Array, cells: AllanCells, shares: Mapping[str, Array]) -> list[float]:

@@ -143,10 +143,10 @@ def together(variance: Array, row: NDArray[np.int64], scatter: WindowScatter) ->
     blocks, total = np.zeros_like(scatter.covariance), 0.0
     for one in np.unique(row):
         here = np.flatnonzero(row == one)
-        own = Whitened.of(variance[here], np.zeros(len(here), dtype=np.int64), scatter.of_cells(here))
-        free = own.without_levels(np.eye(len(here)))
+        whitened = Whitened.of(variance[here], np.zeros(len(here), dtype=np.int64), scatter.of_cells(here))
+        free = whitened.without_levels(np.eye(len(here)))
         blocks[np.ix_(here, here)] = free.T @ free
-        total += own.chi2
+        total += whitened.chi2
     product = blocks @ scatter.covariance
     mean, spread = float(np.trace(product)), 2.0 * float(np.sum(product * product.T))
     if spread < 1e-12:
@@ -177,7 +177,7 @@ def excess_kurtosis(x: Array, cells: AllanCells) -> float:
     if len(here) == 0 or cells.lags[0] != 1:
         return 0.0
     most = max(_ENOUGH // len(here), 64)
-    found, used = [], 0
+    excesses, used = [], 0
     for i in here:
         first, last = int(cells.first[i]), int(cells.last[i])
         if cells.count[i] < last - first or last - first < 16:
@@ -186,11 +186,11 @@ def excess_kurtosis(x: Array, cells: AllanCells) -> float:
         square = d * d
         mean = float(square.mean())
         if mean > 0:
-            found.append(float((square * square).mean()) / mean**2 - 3.0)
+            excesses.append(float((square * square).mean()) / mean**2 - 3.0)
             used += len(d)
-    if not found:
+    if not excesses:
         return 0.0
-    kappa = 2.0 * float(np.mean(found))
+    kappa = 2.0 * float(np.mean(excesses))
     # of the kurtosis of n Gaussian numbers the variance is 24/n; the differences overlap
     chance = 2.0 * np.sqrt(24.0 * 2.0 / used)
     return kappa if kappa > 4.0 * chance else 0.0

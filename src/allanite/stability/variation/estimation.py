@@ -100,12 +100,12 @@ def examine_variation(
         raise without_noise(recording)
     given = models_of(models, {name: recording[name].kind for name in names})
     advance = progress or (lambda fraction, what: None)
-    found = []
+    results = []
     for i, name in enumerate(names):
         advance(i / len(names), f"windows of {name}")
-        found.append(_channel(recording, name, given.get(name), windows, confidence, false_alarm))
+        results.append(_channel(recording, name, given.get(name), windows, confidence, false_alarm))
     return Variation(
-        channels=tuple(found),
+        channels=tuple(results),
         rate=recording.rate,
         duration=recording.duration,
         confidence=confidence,
@@ -202,11 +202,11 @@ def _cells(phase: Phase, windows: int, channel: Channel) -> tuple[AllanCells, Ar
         lags.append(m)
         lengths.append(length)
         m *= 2
-    found = cells_of(phase, lags, lengths)
-    noisy = found.variance > rounding_variance(phase.x, found.lag)
-    if np.count_nonzero(noisy & (found.row == 0)) < FEWEST:
-        noisy = np.zeros(len(found), dtype=np.bool_)  # longer lags only spread those few
-    return _enough(found.where(noisy), channel.name), _silent(found, noisy)
+    every = cells_of(phase, lags, lengths)
+    noisy = every.variance > rounding_variance(phase.x, every.lag)
+    if np.count_nonzero(noisy & (every.row == 0)) < FEWEST:
+        noisy = np.zeros(len(every), dtype=np.bool_)  # longer lags only spread those few
+    return _enough(every.where(noisy), channel.name), _silent(every, noisy)
 
 
 def _silent(cells: AllanCells, noisy: NDArray[np.bool_]) -> Array:
@@ -287,14 +287,14 @@ def _lag_tests(
 ) -> tuple[LagTest, ...]:
     bar = normal_quantile(1 - false_alarm / (2 * len(cells)))
     whole = cells.whole
-    found = []
+    tests = []
     for row, m in enumerate(cells.lags):
         here = np.flatnonzero(cells.row == row)
-        own = scatter.of_cells(here)
-        chi2, scores = window_scores(cells.variance[here], own)
+        windows = scatter.of_cells(here)
+        chi2, scores = window_scores(cells.variance[here], windows)
         deviation = np.sqrt(cells.variance[here]) * scale
-        low, high = chi_square_factors(own.edf, confidence)
-        found.append(
+        low, high = chi_square_factors(windows.edf, confidence)
+        tests.append(
             LagTest(
                 tau=float(m) * dt,
                 window=float((cells.stop[here] - cells.start[here]).max()) * dt,
@@ -303,7 +303,7 @@ def _lag_tests(
                 deviation=deviation,
                 lower=deviation * low,
                 upper=deviation * high,
-                edf=own.edf,
+                edf=windows.edf,
                 ratio=np.sqrt(cells.variance[here] / whole[row]),
                 significant=np.abs(scores) > bar,
                 whole=float(np.sqrt(whole[row]) * scale),
@@ -312,22 +312,22 @@ def _lag_tests(
                 p=chi_square_tail(chi2, len(here) - 1),
             )
         )
-    return tuple(found)
+    return tuple(tests)
 
 
-def _change(found: FoundChange, dt: float, confidence: float) -> Change:
-    ratio, lower, upper = ratio_of(found, confidence)
+def _change(change: FoundChange, dt: float, confidence: float) -> Change:
+    ratio, lower, upper = ratio_of(change, confidence)
     return Change(
-        symbol=found.shape.symbol,
-        time=_time(found, dt),
+        symbol=change.shape.symbol,
+        time=_time(change, dt),
         ratio=Quantity.of(ratio, (lower, upper), "1"),
-        p=found.p,
+        p=change.p,
     )
 
 
-def _time(found: FoundChange, dt: float) -> Quantity | None:
+def _time(change: FoundChange, dt: float) -> Quantity | None:
     """Of a step."""
-    if found.shape.time is None:
+    if change.shape.time is None:
         return None
-    ends = (math.nan if end is None else end * dt for end in (found.lower, found.upper))
-    return Quantity.of(found.shape.time * dt, (next(ends), next(ends)), "s")
+    ends = (math.nan if end is None else end * dt for end in (change.lower, change.upper))
+    return Quantity.of(change.shape.time * dt, (next(ends), next(ends)), "s")

@@ -99,22 +99,22 @@ def shares_of(model: NoiseModel, lags: NDArray[np.int64], dt: float, sampling: s
 
     `EVERYTHING` stands last, where there is more than one.
     """
-    found = {s: part for s, part in _shares(model, lags, dt, sampling).items() if part.max() > _SEEN}
-    if len(found) == 1:
-        return found
-    return {**found, EVERYTHING: np.ones(len(lags))}
+    visible = {s: part for s, part in _shares(model, lags, dt, sampling).items() if part.max() > _SEEN}
+    if len(visible) == 1:
+        return visible
+    return {**visible, EVERYTHING: np.ones(len(lags))}
 
 
 def _shares(model: NoiseModel, lags: NDArray[np.int64], dt: float, sampling: str) -> dict[str, Array]:
     """Of every term but a ramp, which cannot change."""
     m = lags.astype(np.float64)
     total = model.avar_sampled(m, dt, sampling)
-    found: dict[str, Array] = {}
+    shares: dict[str, Array] = {}
     for term in model.terms:
         symbol = term.symbols[0] if term.type != "gauss_markov" else "sigma"
         if not isinstance(term, Ramp):
-            found[symbol] = found.get(symbol, 0.0) + term.avar_sampled(m, dt, sampling) / total
-    return found
+            shares[symbol] = shares.get(symbol, 0.0) + term.avar_sampled(m, dt, sampling) / total
+    return shares
 
 
 def doubts_of(model: NoiseModel, lags: NDArray[np.int64], dt: float, sampling: str) -> dict[str, Array]:
@@ -143,8 +143,8 @@ def _term_of(model: NoiseModel, symbol: str) -> TermType | None:
     """The term that a symbol of a covariance belongs to; a second Gauss-Markov term is the slower one, sigma_2."""
     name, _, rank = symbol.partition("_")
     if name in ("sigma", "T"):
-        found = sorted((t for t in model.terms if isinstance(t, GaussMarkov)), key=lambda t: t.T)
-        return found[int(rank or 1) - 1] if int(rank or 1) <= len(found) else None
+        markov = sorted((t for t in model.terms if isinstance(t, GaussMarkov)), key=lambda t: t.T)
+        return markov[int(rank or 1) - 1] if int(rank or 1) <= len(markov) else None
     return next((t for t in model.terms if t.symbols == (symbol,)), None)
 
 

@@ -153,11 +153,11 @@ class Misfit:
         """What L changes by with equation (2) in place of C: G of rank k, free of the levels (Woodbury)."""
         G = mean[:, None] / 3 * doubt_of_effect(shapes, beta, self.cells, self.shares, self.doubts)
         across = levels @ G
-        own = G.T @ self.inverse @ G
-        own -= across.T @ np.linalg.solve(levels @ (mean[:, None] * self.member), across)
-        own[np.diag_indices_from(own)] += 1.0
-        seen = G.T @ white
-        return float(np.linalg.slogdet(own)[1] - seen @ np.linalg.solve(own, seen))
+        inner = G.T @ self.inverse @ G
+        inner -= across.T @ np.linalg.solve(levels @ (mean[:, None] * self.member), across)
+        inner[np.diag_indices_from(inner)] += 1.0
+        projected = G.T @ white
+        return float(np.linalg.slogdet(inner)[1] - projected @ np.linalg.solve(inner, projected))
 
     def _widened(self, shapes: Sequence[ChangeShape], beta: Array) -> Array:
         """Degrees of freedom under constant noise over those under these changes."""

@@ -62,9 +62,9 @@ def _quantity(value: object, lower: object, upper: object, unit: str) -> dict[st
 
 def _silent(reason: str) -> list[list[float | None]]:
     """Of these windows the sentence kept their number and the first."""
-    found = _SILENT.match(reason)
-    if found is None:
+    match = _SILENT.match(reason)
+    if match is None:
         return []
-    first: list[float | None] = [float(n) * _SECONDS[u] for n, u in (found[2].split(), found[3].split())]
-    others: list[list[float | None]] = [[None, None] for _ in range(int(found[1]) - 1)]
+    first: list[float | None] = [float(n) * _SECONDS[u] for n, u in (match[2].split(), match[3].split())]
+    others: list[list[float | None]] = [[None, None] for _ in range(int(match[1]) - 1)]
     return [first, *others]

@@ -112,7 +112,7 @@ def visible_steps(channel: ChannelVariation) -> str:
 
 def remarks(channel: ChannelVariation, false_alarm: float) -> list[str]:
     """What a reader of the verdict must know besides."""
-    found = {
+    conditions = {
         "no sum of noise terms explains the whole record: the scatter of the windows rests on a rough one": (
             channel.model_source is ModelSource.ROUGH
         ),
@@ -126,4 +126,4 @@ def remarks(channel: ChannelVariation, false_alarm: float) -> list[str]:
             channel.changes and channel.p_left < false_alarm / 2
         ),
     }
-    return [words for words, holds in found.items() if holds]
+    return [words for words, holds in conditions.items() if holds]

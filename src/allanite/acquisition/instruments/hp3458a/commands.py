@@ -258,30 +258,30 @@ def numbers_of(query: str, answer: bytes) -> tuple[float, ...]:
     words = {**OFF_ON, **WORDS.get(query, {})}
     text = answer.decode("ascii", "replace").strip().upper()
     heading = query.rstrip("?")
-    found = []
+    numbers = []
     for part in text.replace(",", " ").split():
         if part == heading:
             continue
         if part in words:
-            found.append(float(words[part]))
+            numbers.append(float(words[part]))
         elif _NUMBER.fullmatch(part) and math.isfinite(number := float(part)):
-            found.append(number)
+            numbers.append(number)
         else:
             raise InstrumentError(
                 f"3458A: {query} answered {answer!r}, which is no number; something else talks on this line, or the "
                 "answer was damaged: clear the interface and try again"
             )
-    if not found:
+    if not numbers:
         raise InstrumentError(f"3458A: {query} gave an empty answer; clear the interface and try again")
-    return tuple(found)
+    return tuple(numbers)
 
 
 def refusals(readback: ReadBack, got: tuple[float, ...]) -> str:
     """Why the answer is not what was set; "" when it is."""
     wanted, (least, most) = readback.expected, readback.possible
     if any(not least <= have <= most for have in got):
-        said = ", ".join(f"{g:.9g}" for g in got)
-        return f"{readback.query} answers {said}, which is impossible: {least:g} to {most:g}"
+        answers = ", ".join(f"{g:.9g}" for g in got)
+        return f"{readback.query} answers {answers}, which is impossible: {least:g} to {most:g}"
     for want, have in zip(wanted, got, strict=False):
         # Times are compared in relative terms, zeros within half a step of the meter.
         if want is not None and abs(have - want) > max(readback.tolerance * abs(want), STEP / 2):

@@ -88,8 +88,8 @@ class Conversation:
             number = _FIRST + self._number
             self.send(f"NRDGS {number},AUTO")
             self.send("NRDGS?")
-            other, found = self._read_up_to(number)
-            if found:
+            other, agreed = self._read_up_to(number)
+            if agreed:
                 for line in self._trigger:
                     self.send(line)
                 self._in_step = True

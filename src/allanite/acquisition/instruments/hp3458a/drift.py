@@ -87,5 +87,5 @@ class Drift:
         left = y - slope * x
         scatter = 1.4826 * float(np.median(np.abs(left - np.median(left)))) * math.sqrt(len(x) / (len(x) - 2))
         of_line = scatter / math.sqrt(float(((x - x.mean()) ** 2).sum())) / self._period_ns
-        found = RateError(value=slope / self._period_ns, uncertainty=math.hypot(of_line, WANDER))
-        return min(found, self._former, key=lambda rate: rate.uncertainty)
+        error = RateError(value=slope / self._period_ns, uncertainty=math.hypot(of_line, WANDER))
+        return min(error, self._former, key=lambda rate: rate.uncertainty)

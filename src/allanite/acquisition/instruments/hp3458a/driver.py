@@ -192,12 +192,12 @@ class HP3458A:
         return Identity(maker="Agilent/HP", model="3458A", serial=serial, firmware=firmware)
 
     def _refuse_errors(self, talk: Conversation) -> None:
-        said = talk.ask("ERRSTR?").strip()
-        if not said.startswith("0"):
+        errors = talk.ask("ERRSTR?").strip()
+        if not errors.startswith("0"):
             raise InstrumentError(
-                f"3458A: it reports {said!r} after its settings were sent; a setting is not one that this meter takes"
+                f"3458A: it reports {errors!r} after its settings were sent; a setting is not one that this meter takes"
             )
-        self._settings = {"errors": said}
+        self._settings = {"errors": errors}
 
     def _read_back(self, talk: Conversation) -> None:
         problems = []
@@ -207,8 +207,8 @@ class HP3458A:
             if problem and not readback.is_setting:  # the readings do not depend on it
                 self._told.append(f"{problem}; left out")
                 continue
-            told = self._settings if readback.is_setting else self._facts
-            told[readback.name] = got[0] if len(got) == 1 else got
+            answers = self._settings if readback.is_setting else self._facts
+            answers[readback.name] = got[0] if len(got) == 1 else got
             if problem:
                 problems.append(problem)
         if problems:
@@ -396,7 +396,7 @@ class HP3458A:
         A host only ever delays, so the least late of some of them says when the last one was there.
         """
         data, last = heard.data, heard
-        seen: list[
+        arrivals: list[
             tuple[int, int]
         ] = []  # when each was there that was waited for, and how many had come by then
         for _ in range(LONGEST_QUEUE):
@@ -405,7 +405,9 @@ class HP3458A:
             data += more.data
             if more.broken_off:
                 # When the last one came nobody knows unless it was waited for: the next one will tell.
-                return self._least_late(replace(last, data=data, broken_off=not last.awaited), stream, seen)
+                return self._least_late(
+                    replace(last, data=data, broken_off=not last.awaited), stream, arrivals
+                )
             last = more
             if not more.awaited:
                 continue
@@ -413,19 +415,19 @@ class HP3458A:
             more = self._heard_more(stream.width, 0.0, stream)  # a busy host is slow with a queue too
             data += more.data
             if more.broken_off:
-                seen.append((last.at_ns, count // stream.width))
-                if len(seen) >= min(max(ASSURANCE / self._step, 1), MOST_ASSURING):
+                arrivals.append((last.at_ns, count // stream.width))
+                if len(arrivals) >= min(max(ASSURANCE / self._step, 1), MOST_ASSURING):
                     break
                 continue
             last = more
-        return self._least_late(replace(last, data=data), stream, seen)
+        return self._least_late(replace(last, data=data), stream, arrivals)
 
-    def _least_late(self, heard: _Heard, stream: Stream, seen: list[tuple[int, int]]) -> _Heard:
+    def _least_late(self, heard: _Heard, stream: Stream, arrivals: list[tuple[int, int]]) -> _Heard:
         """All that came since a silence, timed by the least late of the readings seen."""
-        if not heard.awaited or not seen:
+        if not heard.awaited or not arrivals:
             return replace(heard, silent=True)
-        count, step = seen[-1][1], self._step * 1e9
-        return replace(heard, at_ns=min(at + round((count - n) * step) for at, n in seen), silent=True)
+        count, step = arrivals[-1][1], self._step * 1e9
+        return replace(heard, at_ns=min(at + round((count - n) * step) for at, n in arrivals), silent=True)
 
     # ---- arming --------------------------------------------------------------------------------------------------
 

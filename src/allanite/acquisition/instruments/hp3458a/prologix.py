@@ -177,15 +177,15 @@ class PrologixTransport:
         before = b""
         for _ in range(BOOT_TRIES):
             self._order(b"++ver")
-            said = b""
+            greeting = b""
             deadline = time.monotonic() + BOOT_WAIT
-            while not said.endswith(b"\n") and (left := deadline - time.monotonic()) > 0:
-                said += self._link.receive(256, left)
-            said = said.strip()
-            if said and said == before:
+            while not greeting.endswith(b"\n") and (left := deadline - time.monotonic()) > 0:
+                greeting += self._link.receive(256, left)
+            greeting = greeting.strip()
+            if greeting and greeting == before:
                 self._drop(0.05)
-                return said
-            before = said or before
+                return greeting
+            before = greeting or before
         raise InstrumentError(
             "no answer to ++ver, or never the same one: no Prologix or AR488 adapter at this address; check the port, "
             "and the baud rate (115200) of a serial one"

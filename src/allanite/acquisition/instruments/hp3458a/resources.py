@@ -30,20 +30,20 @@ def missing_extra(package: str) -> InstrumentError:
 
 def refuse_unfit(resource: str) -> None:
     """Raise if the text is no resource: to be found before anything is opened."""
-    found = PROLOGIX.fullmatch(resource)
-    if resource.lower().startswith("prologix:") and (not found or int(found["address"]) > 30):
+    match = PROLOGIX.fullmatch(resource)
+    if resource.lower().startswith("prologix:") and (not match or int(match["address"]) > 30):
         raise InputError(
             f"resource {resource!r}: write prologix://host:port/22 or prologix:///dev/ttyUSB0/22, "
             "where the last number is the GPIB address, 0 to 30"
         )
     visa = _VISA.fullmatch(resource)
-    if not found and (not visa or "::" not in resource or "://" in resource):
+    if not match and (not visa or "::" not in resource or "://" in resource):
         raise InputError(
             f"resource {resource!r} is neither a VISA resource (GPIB0::22::INSTR, TCPIP::host::port::SOCKET, USB0::…, "
             "ASRL/dev/ttyS0::INSTR) nor a prologix:// address"
         )
     # pyvisa-py hands the port of ASRL to pyserial as it is.
-    path = found["where"] if found else (visa and visa["port"]) or ""
+    path = match["where"] if match else (visa and visa["port"]) or ""
     if path.startswith("/") and (refusal := refusal_of_path(path)):
         raise InputError(refusal)
 
@@ -65,14 +65,14 @@ def device_of(resource: str) -> str:
     ('tcp://lab-7:1234', 'tcp://lab-7:1234', 'GPIB0::22::INSTR')
     """
     refuse_unfit(resource)
-    if found := PROLOGIX.fullmatch(resource):
-        where = found["where"]
+    if match := PROLOGIX.fullmatch(resource):
+        where = match["where"]
         if where.startswith("/"):
             return str(Path(where).resolve())
         host, _, port = where.partition(":")
         return f"tcp://{host.lower()}:{port or DEFAULT_PORT}"
-    if found := SOCKET.fullmatch(resource):
-        return f"tcp://{found['host'].lower()}:{found['port']}"
+    if match := SOCKET.fullmatch(resource):
+        return f"tcp://{match['host'].lower()}:{match['port']}"
     kind, *rest = resource.upper().split("::")
     board = kind if kind[-1:].isdigit() else f"{kind}0"
     return "::".join([board, *rest, *([] if rest and rest[-1] in ("INSTR", "SOCKET") else ["INSTR"])])

@@ -223,15 +223,15 @@ class SimulatedMeter:
             if fault.data:
                 self._output.append(fault.data)
             return
-        said = self._said(query)
-        if said is None:
+        answer = self._said(query)
+        if answer is None:
             self._errors.append("COMMAND NOT KNOWN")
         else:
-            self._output.append(said.encode() + b"\r\n")
+            self._output.append(answer.encode() + b"\r\n")
 
     def _said(self, query: str) -> str | None:
         name = query[:-1]
-        told = {
+        answers = {
             "ID": self.identity.model,
             "REV": self.identity.firmware,
             "CALNUM": str(self.identity.calibrations),
@@ -248,8 +248,8 @@ class SimulatedMeter:
             return f'{100 + len(errors[0])},"{errors[0]}"' if errors else '0,"NO ERROR"'
         if name == "CALSTR":
             return f'"{self.identity.calibration}"' if self.identity.calibration else None
-        if name in told:
-            return told[name]
+        if name in answers:
+            return answers[name]
         if name in self._state:
             return ",".join(str(int(v)) if v == int(v) else f"{v:.9E}" for v in self._state[name])
         return None

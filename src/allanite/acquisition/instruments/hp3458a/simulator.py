@@ -102,14 +102,14 @@ class SimulatedPrologix:
             if message or time.monotonic() >= self._read_until:
                 self._read_until = None
             return message
-        said = b""
-        while self._waiting and not said and self._read_until is None:
+        spoken = b""
+        while self._waiting and not spoken and self._read_until is None:
             line, order = self._waiting.popleft()
             if order:
-                said = self._obey(line)
+                spoken = self._obey(line)
             else:
                 self._meter.receive(line + b"\n")
-        return said
+        return spoken
 
     def stalled(self) -> None:
         """The adapter reads nothing by itself."""

@@ -66,12 +66,12 @@ def open_transport(resource: str, *, connect_timeout: float = 5.0) -> Transport:
         Nothing answers there, or the extra `instruments` is not installed.
     """
     refuse_unfit(resource)
-    if found := PROLOGIX.fullmatch(resource):
+    if match := PROLOGIX.fullmatch(resource):
         from allanite.acquisition.instruments.hp3458a.prologix import PrologixTransport, SerialLink, TcpLink
 
-        where = found["where"]
+        where = match["where"]
         link = SerialLink(where) if where.startswith("/") else TcpLink(where, connect_timeout)
-        return PrologixTransport(link, int(found["address"]))
+        return PrologixTransport(link, int(match["address"]))
     return VisaTransport(resource, connect_timeout=connect_timeout)
 
 

@@ -334,10 +334,10 @@ def read_description(path: str | os.PathLike[str]) -> Description:
         Not YAML, or something is wrong with the description: the message lists every fault with line and place.
     """
     place = Path(path)
-    found, lines = read_yaml_lines(place, "description of a device")
-    if not isinstance(found, Mapping):
+    entries_of_file, lines = read_yaml_lines(place, "description of a device")
+    if not isinstance(entries_of_file, Mapping):
         raise FormatError(f"{place} is no description of a device: it holds no entries like 'rate: 200'")
-    return _checked(found, str(place), lines)
+    return _checked(entries_of_file, str(place), lines)
 
 
 def _checked(entries: Mapping[str, Any], source: str, lines: Mapping[Place, int]) -> Description:

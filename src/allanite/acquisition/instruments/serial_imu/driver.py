@@ -114,8 +114,8 @@ class SerialImu:
     @property
     def settings(self) -> Mapping[str, object]:
         """Port and description: all that decides how bytes became numbers."""
-        told = self.description.model_dump(mode="json", by_alias=True, exclude_defaults=True)
-        return {"port": self._name, "line": self.description.port.model_dump(), "description": told}
+        stated = self.description.model_dump(mode="json", by_alias=True, exclude_defaults=True)
+        return {"port": self._name, "line": self.description.port.model_dump(), "description": stated}
 
     @property
     def device(self) -> str:
@@ -143,8 +143,8 @@ class SerialImu:
         self.close()
         self._port = self._connect(self._name, self.description.port)
         try:
-            told = self._ask()
-            serial = told.get("serial") or self.description.serial or self._port.usb_serial_number()
+            identity = self._ask()
+            serial = identity.get("serial") or self.description.serial or self._port.usb_serial_number()
         except InstrumentError:
             self.close()
             raise
@@ -152,7 +152,7 @@ class SerialImu:
             maker=self.description.maker,
             model=self.description.model,
             serial=serial,
-            firmware=told.get("firmware", ""),
+            firmware=identity.get("firmware", ""),
         )
 
     def start(self) -> None:
@@ -240,8 +240,8 @@ class SerialImu:
         heard, deadline = b"", time.monotonic() + question.seconds
         while (left := deadline - time.monotonic()) > 0:
             heard = (heard + port.read(left))[-8192:]  # samples may come in between
-            if found := pattern.search(heard):
-                given = {name: text or b"" for name, text in found.groupdict().items()}
+            if match := pattern.search(heard):
+                given = {name: text or b"" for name, text in match.groupdict().items()}
                 return {name: text.decode("latin-1").strip() for name, text in given.items()}
         raise InstrumentError(
             f"{self._name}: no answer to the question for the identity within {question.seconds:g} s. Is it the "

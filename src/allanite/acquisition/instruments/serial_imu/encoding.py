@@ -55,8 +55,8 @@ def _binary(frame: BinaryFrame, number: int, values: Sequence[float], flags: int
     body = bytearray(length)
     body[: len(frame.header)] = frame.header
     if not isinstance(frame.length, int):
-        told = length - frame.length.add
-        _put(body, frame.length.at, frame.length.type, frame.length.endian or frame.endian, told)
+        stated = length - frame.length.add
+        _put(body, frame.length.at, frame.length.type, frame.length.endian or frame.endian, stated)
     if frame.kind is not None:
         body[frame.kind.at : frame.kind.at + len(frame.kind.bytes)] = frame.kind.bytes
     if frame.counter is not None:
@@ -116,7 +116,7 @@ def _text(lines: TextLines, number: int, values: Sequence[float], flags: int) ->
         count = number * lines.counter.step % lines.counter.modulus
         cells[lines.counter.column] = f"{count:X}" if lines.counter.numbers == "hexadecimal" else str(count)
     for word in lines.status:
-        told = _word(word.bits, flags)
-        cells[word.column] = f"{told:X}" if word.numbers == "hexadecimal" else str(told)
+        flag_word = _word(word.bits, flags)
+        cells[word.column] = f"{flag_word:X}" if word.numbers == "hexadecimal" else str(flag_word)
     separator = " " if lines.separator == "blank" else lines.separator
     return with_line_checksum(lines, separator.join(cells)).encode("ascii") + b"\r\n"

@@ -117,8 +117,8 @@ class FrameSplitter:
         assert self._length is not None  # noqa: S101 - for the type checker
         if len(self._buffer) < at + self._length.stop:
             return None
-        told = self._length.number(self._buffer, at) + length.add
-        return told if self._length.stop < told <= length.longest else 0
+        stated = self._length.number(self._buffer, at) + length.add
+        return stated if self._length.stop < stated <= length.longest else 0
 
     def _is_whole(self, frame: bytes, end: int, tally: Tally) -> bool:
         if not frame:
@@ -174,16 +174,16 @@ class _FieldPlace:
 
     def number(self, frame: bytes | bytearray, offset: int = 0) -> int:
         """Of one frame, an unsigned integer."""
-        found = frame[offset + self.start : offset + self.stop]
-        return int.from_bytes(found, self._order)  # type: ignore[arg-type]
+        field = frame[offset + self.start : offset + self.stop]
+        return int.from_bytes(field, self._order)  # type: ignore[arg-type]
 
     def read(self, table: NDArray[np.uint8]) -> NDArray[np.generic]:
         """Of many frames, one in each row."""
-        found = table[:, self.start : self.stop]
+        fields = table[:, self.start : self.stop]
         if self._size != 3:
             order = "<" if self._little else ">"
-            return np.asarray(np.ascontiguousarray(found).view(f"{order}{self._letter}{self._size}")[:, 0])
-        low_first = found if self._little else found[:, ::-1]
+            return np.asarray(np.ascontiguousarray(fields).view(f"{order}{self._letter}{self._size}")[:, 0])
+        low_first = fields if self._little else fields[:, ::-1]
         wide = np.zeros((len(table), 4), dtype=np.uint8)
         wide[:, 1:] = low_first  # in the upper three bytes, so that the sign comes down with the shift
         signed = self._letter == "i"

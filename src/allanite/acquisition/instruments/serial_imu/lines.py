@@ -59,7 +59,7 @@ class LineSplitter:
         """The lines that are whole now, each with all bytes skipped up to it."""
         self._buffer += arrived
         *whole, rest = self._buffer.split(b"\n")
-        found = []
+        lines = []
         for line in whole:
             if self._dropping or len(line) > self._lines.longest:
                 tally.skipped += len(line) + 1
@@ -67,12 +67,12 @@ class LineSplitter:
                 continue
             parsed = self._parse(bytes(line), tally)
             if parsed is not None:
-                found.append((parsed, tally.skipped))
+                lines.append((parsed, tally.skipped))
         if self._dropping or len(rest) > self._lines.longest:
             tally.skipped += len(rest)
             self._dropping, rest = True, bytearray()
         self._buffer = bytearray(rest)
-        return found
+        return lines
 
     def cut(self, tally: Tally) -> None:
         """The stream was interrupted: what is there of a line will not be continued."""
@@ -89,17 +89,17 @@ class LineSplitter:
         """What the counter of a line says."""
         return line.counter
 
-    def decode(self, found: Sequence[ParsedLine]) -> tuple[NDArray[np.float64], NDArray[np.uint8]]:
+    def decode(self, lines: Sequence[ParsedLine]) -> tuple[NDArray[np.float64], NDArray[np.uint8]]:
         """Samples of some lines: values, shape (n_lines, n_channels) [unit of each column], and flags, (n_lines,)."""
         columns = self._lines.columns
-        values = np.array([line.values for line in found], dtype=np.float64).reshape(-1, len(columns))
-        flags = np.zeros(len(found), dtype=np.uint8)
+        values = np.array([line.values for line in lines], dtype=np.float64).reshape(-1, len(columns))
+        flags = np.zeros(len(lines), dtype=np.uint8)
         flag_numbers(values, flags)
         values *= [cell.scale for cell in columns]
         values += [cell.offset for cell in columns]
         names = [cell.name for cell in columns]
         for i, status in enumerate(self._lines.status):
-            words = np.array([line.words[i] for line in found], dtype=np.uint64)
+            words = np.array([line.words[i] for line in lines], dtype=np.uint64)
             apply_bits(status.bits, words, names, values, flags)
         return values, flags
 
@@ -113,17 +113,17 @@ class LineSplitter:
         bare = line.strip(b" \t\r")
         if not bare:
             return None
-        found = self._attempt(bare)
-        start = line.rfind(self._mark) if self._mark and isinstance(found, str) else 0
+        parsed = self._attempt(bare)
+        start = line.rfind(self._mark) if self._mark and isinstance(parsed, str) else 0
         if start > 0:
             behind = self._attempt(line[start:].strip(b" \t\r"))
             if isinstance(behind, ParsedLine):
                 tally.skipped += start
                 return behind
-        if isinstance(found, ParsedLine):
-            return found
-        setattr(tally, found, getattr(tally, found) + 1)
-        tally.skipped += 0 if found == "others" else len(line) + 1
+        if isinstance(parsed, ParsedLine):
+            return parsed
+        setattr(tally, parsed, getattr(tally, parsed) + 1)
+        tally.skipped += 0 if parsed == "others" else len(line) + 1
         return None
 
     def _attempt(self, bare: bytes) -> ParsedLine | Literal["failed", "others", "unreadable"]:
@@ -150,10 +150,10 @@ class LineSplitter:
             return text
         body, mark, digits = text.rpartition(entry.mark)
         try:
-            told = int(digits, 16) if len(digits) == 2 * SIZES[entry.kind] else -1
+            stated = int(digits, 16) if len(digits) == 2 * SIZES[entry.kind] else -1
         except ValueError:
-            told = -1
-        is_right = bool(mark) and self._sum(body.removeprefix(entry.skip).encode("ascii")) == told
+            stated = -1
+        is_right = bool(mark) and self._sum(body.removeprefix(entry.skip).encode("ascii")) == stated
         return body if is_right else None
 
     def _cells(self, body: str) -> list[str]:
@@ -200,5 +200,5 @@ def with_line_checksum(lines: TextLines, body: str) -> str:
     entry = lines.checksum
     if entry is None:
         return body
-    told = checksum(entry.kind)(body.removeprefix(entry.skip).encode("ascii"))
-    return f"{body}{entry.mark}{told:0{2 * SIZES[entry.kind]}X}"
+    checksum_of_body = checksum(entry.kind)(body.removeprefix(entry.skip).encode("ascii"))
+    return f"{body}{entry.mark}{checksum_of_body:0{2 * SIZES[entry.kind]}X}"

@@ -110,7 +110,7 @@ class SerialPort:
         from serial.tools import list_ports
 
         try:
-            found = {port.device: port.serial_number for port in list_ports.comports(include_links=True)}
+            numbers = {port.device: port.serial_number for port in list_ports.comports(include_links=True)}
         except self._failures:
             return ""
-        return found.get(self.name) or ""
+        return numbers.get(self.name) or ""

@@ -212,7 +212,7 @@ class SimulatedImu:
             self._send(f"SN {self._serial} FW sim\r\n".encode("ascii"))
 
     def _consume(self, words: bytes) -> bool:
-        _, found, behind = self._heard.partition(words)
-        if found:
+        _, separator, behind = self._heard.partition(words)
+        if separator:
             self._heard = behind
-        return bool(found)
+        return bool(separator)

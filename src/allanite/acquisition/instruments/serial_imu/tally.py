@@ -60,25 +60,29 @@ class Tally:
 
     def sentences(self) -> tuple[str, ...]:
         """One sentence for each thing that went wrong; none in the normal course."""
-        found = []
+        said_of_faults = []
         if self.skipped:
-            found.append(f"skipped {_many(self.skipped, 'byte')} that belong to no whole frame{self._why()}")
+            said_of_faults.append(
+                f"skipped {_many(self.skipped, 'byte')} that belong to no whole frame{self._why()}"
+            )
         if self.doubled:
-            found.append(f"dropped {_many(self.doubled, 'frame')} that came twice")
+            said_of_faults.append(f"dropped {_many(self.doubled, 'frame')} that came twice")
         if self.stale:
-            found.append(f"dropped {_many(self.stale, 'frame')} older than the last one")
+            said_of_faults.append(f"dropped {_many(self.stale, 'frame')} older than the last one")
         if self.stray:
-            found.append(f"dropped {_many(self.stray, 'frame')} whose counter fits to nothing")
+            said_of_faults.append(f"dropped {_many(self.stray, 'frame')} whose counter fits to nothing")
         if self.impossible:
-            found.append(f"left out values beyond their limits in {_many(self.impossible, 'sample')}")
+            said_of_faults.append(
+                f"left out values beyond their limits in {_many(self.impossible, 'sample')}"
+            )
         if self.restarts:
-            found.append(f"the counter began anew {_many(self.restarts, 'time')}")
+            said_of_faults.append(f"the counter began anew {_many(self.restarts, 'time')}")
         if self.jumps > self.restarts:
-            found.append(
+            said_of_faults.append(
                 f"the counter jumped {_many(self.jumps - self.restarts, 'time')}: "
                 f"{_many(self.lost, 'sample')} missing"
             )
-        return tuple(found)
+        return tuple(said_of_faults)
 
     def _why(self) -> str:
         reasons = [
