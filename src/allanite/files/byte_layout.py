@@ -166,11 +166,11 @@ def wrong_measured(
     measured: Sequence[RawChannel], where: Place, sampling: Sampling = "mean", aperture: float | None = None
 ) -> Iterator[Fault]:
     """Channels that cannot be: a name that is there twice, a scale of 0, a unit that is none."""
-    seen: set[str] = set()
+    names: set[str] = set()
     for i, one in enumerate(measured):
-        if one.name in seen:
+        if one.name in names:
             yield (*where, i, "name"), f"{one.name!r} is there twice"
-        seen.add(one.name)
+        names.add(one.name)
         if one.scale == 0:
             yield (*where, i, "scale"), "a scale of 0 makes every sample the same"
         try:

@@ -228,13 +228,13 @@ def _columns(table: Table, name: str) -> list[_Column]:
     refuse_more(
         len(table.columns[0]), _MOST_ROWS, "rows", name, "A curve has one row for each averaging time"
     )
-    found = []
+    columns = []
     for i, (text, column) in enumerate(zip(table.headings, table.columns, strict=True)):
         heading = read_heading(text)
         stated = table.units[i] if i < len(table.units) and table.units[i] else heading.unit
         values = column.read(0, len(column)).astype(np.float64) + column.origin
-        found.append(_Column(i + 1, text, Heading(heading.name, stated, heading.group), values))
-    return found
+        columns.append(_Column(i + 1, text, Heading(heading.name, stated, heading.group), values))
+    return columns
 
 
 # -- which column is which ---------------------------------------------------------------------------------------
@@ -460,10 +460,10 @@ def _shape(
         )
     lags = grid.lags if grid.lags is not None else grid.either / dt
     if counts is not None:
-        told = _length_by(counts, lags, quantity, samples, name)
-        if told is not None:
-            length, by, said = told
-            return _Shape(length, dt, by), [*remarks, *said]
+        counted = _length_by(counts, lags, quantity, samples, name)
+        if counted is not None:
+            length, by, notes = counted
+            return _Shape(length, dt, by), [*remarks, *notes]
         remarks.append(f"counts in {count.shown!r} set aside: they are not those of Allan deviations")  # type: ignore[union-attr]
     if samples is None:
         raise InputError(f"{name}: {_NO_LENGTH}")
@@ -526,11 +526,11 @@ def _length_apart(m: Array, n: Array) -> int | None:
     return int(low)
 
 
-def _agreed(told: int, samples: int | None, name: str) -> int:
-    if samples is None or abs(told - samples) <= _SAME_LENGTH:
-        return told if samples is None else int(samples)
+def _agreed(counted: int, samples: int | None, name: str) -> int:
+    if samples is None or abs(counted - samples) <= _SAME_LENGTH:
+        return counted if samples is None else int(samples)
     raise InputError(
-        f"{name}: the counts imply {told} samples, but --samples says {samples}: correct it, or leave it out"
+        f"{name}: the counts imply {counted} samples, but --samples says {samples}: correct it, or leave it out"
     )
 
 
@@ -547,12 +547,14 @@ def _lags(grid: _LagGrid, shape: _Shape, name: str) -> tuple[NDArray[np.int64], 
             f"{1 / (float(exact.min()) * shape.dt):.6g} Hz)"
         )
     lags, first = np.unique(whole.astype(np.int64), return_index=True)
-    said = []
+    remarks = []
     if len(lags) < len(whole):
-        said.append(f"{plural(len(whole) - len(lags), 'row')} of averaging times that occur twice left out")
+        remarks.append(
+            f"{plural(len(whole) - len(lags), 'row')} of averaging times that occur twice left out"
+        )
     if lags[0] > 1:
-        said.append(f"the shortest averaging time is {lags[0]} samples at {1 / shape.dt:.6g} Hz")
-    return lags, first, said
+        remarks.append(f"the shortest averaging time is {lags[0]} samples at {1 / shape.dt:.6g} Hz")
+    return lags, first, remarks
 
 
 def _terms(quantity: str, lags: NDArray[np.int64], n: int, name: str) -> NDArray[np.int64]:
@@ -622,7 +624,7 @@ def _given_units(
                 f"unit {unit!r} cannot be that of gyros and accelerometers: write --unit gyro=deg/s,acc=g"
             )
         return dict.fromkeys(names, unit)
-    found = {}
+    units = {}
     for key, text in unit.items():
         fitting = [
             n
@@ -631,8 +633,8 @@ def _given_units(
         ]
         if not fitting:
             raise InputError(f"unit for {key!r}: there is no such channel; channels: {', '.join(names)}")
-        found.update(dict.fromkeys(fitting, str(text)))
-    return found
+        units.update(dict.fromkeys(fitting, str(text)))
+    return units
 
 
 def _root_of(unit: str, squared: bool) -> str:

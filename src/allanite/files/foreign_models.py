@@ -83,11 +83,11 @@ def models_of_yaml(path: Path) -> Found | None:
     FormatError
         A value that is no number, or not a positive one.
     """
-    found = _loaded(path)
-    if found is None:
+    texts = _loaded(path)
+    if texts is None:
         return None
-    sections = [found, *(value for value in found.values() if isinstance(value, Mapping))]
-    _refuse_unclear(path, found, sections)
+    sections = [texts, *(value for value in texts.values() if isinstance(value, Mapping))]
+    _refuse_unclear(path, texts, sections)
     for program, (keys, rate) in _DENSITIES.items():
         for section in sections:
             if _is_of(section, keys):
@@ -98,18 +98,18 @@ def models_of_yaml(path: Path) -> Found | None:
 def _loaded(path: Path) -> Json | None:
     """The mapping of a file with all values as text; None where it cannot be one of these."""
     try:
-        found = read_yaml_texts(path, "configuration of a program")
+        texts = read_yaml_texts(path, "configuration of a program")
     except FormatError:
         return None
-    return found if isinstance(found, Mapping) and all(isinstance(key, str) for key in found) else None
+    return texts if isinstance(texts, Mapping) and all(isinstance(key, str) for key in texts) else None
 
 
-def _refuse_unclear(path: Path, found: Json, sections: list[Json]) -> None:
+def _refuse_unclear(path: Path, texts: Json, sections: list[Json]) -> None:
     inner = [
         {*section, *(k for v in section.values() if isinstance(v, Mapping) for k in v)}
         for section in sections
     ]
-    if found.get("type") == "IMU" and any(_VINS & keys for keys in inner):
+    if texts.get("type") == "IMU" and any(_VINS & keys for keys in inner):
         raise InputError(
             f"{path} is of imu_utils, and its numbers are not what their names say: gyr_w and acc_w are bias "
             "instabilities, not random walks, and gyr_n and acc_n are root densities in some files and deviations of "
@@ -122,7 +122,7 @@ def _refuse_unclear(path: Path, found: Json, sections: list[Json]) -> None:
             "not name. With the rate f in Hz, N = gyr_n/√(2 f) and K = gyr_w/√f: state them in words, "
             "'N=… rad/s/√Hz, K=… rad/s/√s'"
         )
-    if len(_OF_ALLAN_VARIANCE_ROS & {*found}) >= 2 and "update_rate" not in found:
+    if len(_OF_ALLAN_VARIANCE_ROS & {*texts}) >= 2 and "update_rate" not in texts:
         raise InputError(
             f"{path} is the configuration of allan_variance_ros, which says how to read a bag: it holds no noise. Give "
             "the imu.yaml that it wrote"
@@ -157,20 +157,20 @@ def _densities(
             missing = walk if there == [noise] else noise
             raise InputError(f"{path}: {there[0]} stands without {missing}; write 0.0 where there is none")
         n, k = (_number(path, key, section[key]) for key in (noise, walk))
-        said = f"From {path.name} of {program}: white noise and the walk of the bias, whatever that holds."
-        models[role] = _model(path, role, (White(N=n), RandomWalk(K=k)), said)
+        origin = f"From {path.name} of {program}: white noise and the walk of the bias, whatever that holds."
+        models[role] = _model(path, role, (White(N=n), RandomWalk(K=k)), origin)
     if not models:
         raise InputError(f"{path} leaves all noise of {program} open: fill in {', '.join(names)}")
     rate = section.get(rate_key)
     return models, None if rate is None else _positive(path, rate_key, rate)
 
 
-def _model(path: Path, role: str, terms: tuple[TermType, ...], said: str) -> NoiseModel:
+def _model(path: Path, role: str, terms: tuple[TermType, ...], origin: str) -> NoiseModel:
     """The terms that are not zero."""
     kept = tuple(t for t in terms if getattr(t, t.symbols[0]) > 0)
     if not kept:
         raise InputError(f"{path}: the noise of the {role} is zero throughout: that is no model of a sensor")
-    return NoiseModel(terms=kept, kind=_ROLES[role.partition("_")[0]], verdict=said)
+    return NoiseModel(terms=kept, kind=_ROLES[role.partition("_")[0]], verdict=origin)
 
 
 def _number(path: Path, key: str, given: Any) -> float:
@@ -200,12 +200,12 @@ _TYPES = {"single-sided": (1.0, 1.0), "double-sided": (math.sqrt(0.5), math.sqrt
 _DEFAULT_FILTER = (1.0, -0.5)
 
 
-def models_of_matlab(found: Json, path: Path) -> Found | None:
+def models_of_matlab(variables: Json, path: Path) -> Found | None:
     """Noise models of gyroparams and accelparams, and the sample rate [Hz] where it stands there.
 
     Parameters
     ----------
-    found : mapping
+    variables : mapping
         An object of parts as `loadparams` reads it, or one part.
 
     Returns
@@ -221,7 +221,7 @@ def models_of_matlab(found: Json, path: Path) -> Found | None:
     FormatError
         Values that are no numbers.
     """
-    parts = {"": found, **{name: part for name, part in found.items() if isinstance(part, Mapping)}}
+    parts = {"": variables, **{name: part for name, part in variables.items() if isinstance(part, Mapping)}}
     able = {
         name: part for name, part in parts.items() if any(isinstance(part.get(k), Mapping) for k in _PARTS)
     }

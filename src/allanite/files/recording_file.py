@@ -108,17 +108,17 @@ def _refuse_names(recording: Recording, target: Path) -> None:
 
 def summary(recording: Recording, path: Path) -> str:
     """What was written, and which options `allanite.read` needs to read it."""
-    said = f"{path}: {recording.n_samples} samples of {', '.join(recording.names)} at {recording.rate:.9g} Hz"
+    line = f"{path}: {recording.n_samples} samples of {', '.join(recording.names)} at {recording.rate:.9g} Hz"
     options = [] if path.suffix.lower() != ".npy" else [f"--rate {recording.rate:.9g}"]
     if path.suffix.lower() != ".parquet":
         scaled = [(c.name, _written(c)[0]) for c in recording.channels if _written(c)[0] != c.unit]
-        said += "".join(f", {name} through its scale factor in {unit}" for name, unit in scaled)
+        line += "".join(f", {name} through its scale factor in {unit}" for name, unit in scaled)
     units = {_written(c)[0] for c in recording.channels}
     if options and len(units) == 1:
         options.append(f"--unit {units.pop()}")
     if path.suffix.lower() != ".parquet" and recording.channels[0].sampling == "point":
         options.append("--sampling point")
-    return f"{said} (read it with {' '.join(options)})" if options else said
+    return f"{line} (read it with {' '.join(options)})" if options else line
 
 
 def _written(channel: Channel) -> tuple[str, float]:

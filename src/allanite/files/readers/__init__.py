@@ -240,17 +240,17 @@ def _paths(path: object) -> list[Path]:
         raise InputError(
             f"read needs the path of a file, al.read('gyro.csv'), or several of them, not {path!r}"
         )
-    found = []
+    paths = []
     for one in several:
         if not isinstance(one, (str, os.PathLike)):
             raise InputError(
                 f"read needs paths of files, not a {type(one).__name__}; samples that are in memory become a recording "
                 "by al.Recording.from_rate(y, rate=100.0, unit='deg/s')"
             )
-        found.append(Path(one))
-    if not found:
+        paths.append(Path(one))
+    if not paths:
         raise InputError("no file given")
-    return found
+    return paths
 
 
 def _raw(path: Path) -> Reader:

@@ -84,12 +84,12 @@ def samples_among(
     return [k for k, s in tables.items() if length_of(s[1]) == longest]
 
 
-def _may_be_time(name: str, said: str | None) -> bool:
-    return may_be_time(name) or (said is not None and _named(name, said))
+def _may_be_time(name: str, stated: str | None) -> bool:
+    return may_be_time(name) or (stated is not None and _named(name, stated))
 
 
-def _named(name: str, said: str) -> bool:
-    return said == name or said.startswith(f"{name}:")
+def _named(name: str, stated: str) -> bool:
+    return stated == name or stated.startswith(f"{name}:")
 
 
 def length_of(shape: Sequence[int]) -> int:
@@ -122,9 +122,9 @@ def left_out(shapes: Mapping[str, Shape], wanted: Sequence[str]) -> tuple[str, .
     unlike = {k: s for k, s in others.items() if length_of(s[1]) not in lengths}
     alike = {k: s for k, s in others.items() if k not in unlike}
     return tuple(
-        f"{what} left out (variable= takes one of them): {_listed(found)}"
-        for what, found in (("arrays of another length", unlike), ("arrays", alike))
-        if found
+        f"{what} left out (variable= takes one of them): {_listed(tables)}"
+        for what, tables in (("arrays of another length", unlike), ("arrays", alike))
+        if tables
     )
 
 
@@ -181,10 +181,10 @@ def picked(variable: str | None) -> tuple[str | None, Index | None]:
     InputError
         An index that is none.
     """
-    found = _INDEXED.fullmatch(variable.strip()) if variable is not None else None
-    if variable is None or found is None:
+    match = _INDEXED.fullmatch(variable.strip()) if variable is not None else None
+    if variable is None or match is None:
         return variable, None
-    name, bracket, inside = found.groups()
+    name, bracket, inside = match.groups()
     parts = [part.strip() for part in inside.split(",")]
     if not all(part == ":" or part.isdecimal() for part in parts) or all(part == ":" for part in parts):
         raise InputError(f"{variable!r}: write the record as in data[0], data[:, :, 0], or data(:, :, 1)")
@@ -265,9 +265,9 @@ def table_of(
     rate, rate_from = _rate(small)
     units = _words(small, _UNIT_NAMES)
     if len(units) == 1 and is_unit(units[0]):
-        told: list[str] = []
-        units = [*shared_unit(units[0], headings, told)]
-        guesses += tuple(told)
+        remarks: list[str] = []
+        units = [*shared_unit(units[0], headings, remarks)]
+        guesses += tuple(remarks)
     elif len(units) == 1:
         units = units * len(columns)
     return Table(

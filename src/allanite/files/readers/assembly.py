@@ -163,12 +163,12 @@ def _stamp_table(table: Table, options: Options, name: str) -> StampTable:
 
 def _inertial(headings: Sequence[Heading], options: Options, prefix: str) -> bool:
     """True if a column is one of a gyro or an accelerometer: by its name, or by a unit of the file or the caller."""
-    said = options.unit.values() if isinstance(options.unit, Mapping) else [options.unit or ""]
+    stated = options.unit.values() if isinstance(options.unit, Mapping) else [options.unit or ""]
     return any(
         group in FITTING for group in (read_heading(prefix).group, *(h.group for h in headings))
     ) or any(
         measures(unit) in _INERTIAL
-        for unit in (*said, *(h.unit for h in headings))
+        for unit in (*stated, *(h.unit for h in headings))
         if unit not in ("", "unknown")
     )
 

@@ -49,8 +49,8 @@ def channels_of(
             return {i: replace(c, name=shown[i]) for i, c in known.items()}
     units = _per_channel(options.unit, named, "unit")
     factors = _per_channel(options.scale_factor, named, "scale factor")
-    for i, said in units.items():
-        _refuse_no_sample(named[i].name, said)
+    for i, stated in units.items():
+        _refuse_no_sample(named[i].name, stated)
     _refuse_unfitting(options.unit, units, named)
     result = {}
     for i in chosen:
@@ -124,11 +124,11 @@ def _of_no_sample(unit: str) -> str:
 
 
 def _refuse_no_sample(name: str, unit: str) -> None:
-    said = _of_no_sample(unit)
-    if said:
+    reason = _of_no_sample(unit)
+    if reason:
         begin = parse_unit(unit).quantity.name.split("_")[0]
         raise InputError(
-            f"channel {name}: {unit!r} is a unit of {said}, not of samples: did you mean {_SAMPLES_IN[begin]}?"
+            f"channel {name}: {unit!r} is a unit of {reason}, not of samples: did you mean {_SAMPLES_IN[begin]}?"
         )
 
 
@@ -223,13 +223,13 @@ def selected(wanted: Sequence[str] | None, named: Mapping[int, Heading], table: 
         wanted = [wanted]
     chosen: list[int] = []
     for word in wanted:
-        found = [i for i, h in named.items() if _is_name(word, h) or table.headings[i].strip() == word]
-        found = found or [i for i, h in named.items() if _is_group(word, h)]
-        if not found and word.lower() == table.prefix.lower():  # the kind of the rows means all of them
-            found = list(named)
-        if not found:
+        places = [i for i, h in named.items() if _is_name(word, h) or table.headings[i].strip() == word]
+        places = places or [i for i, h in named.items() if _is_group(word, h)]
+        if not places and word.lower() == table.prefix.lower():  # the kind of the rows means all of them
+            places = list(named)
+        if not places:
             raise InputError(
                 f"no channel {word!r}; there are: {', '.join(h.name for h in named.values())} (or a group: gyro, acc)"
             )
-        chosen += [i for i in found if i not in chosen]
+        chosen += [i for i in places if i not in chosen]
     return chosen

@@ -68,12 +68,12 @@ def fit_line(stamps: Filled | InTime, marks: Marks, interval: float, ticks: bool
     places, level, whole = _levels(stamps, marks, interval, ticks)
     if len(places) == 0:
         return ClockLine(interval=interval, change_ppm=None, change_error_ppm=None)
-    found = _fitted(stamps, marks, interval, ticks, places, level)
+    line = _fitted(stamps, marks, interval, ticks, places, level)
     change = None
     if not (len(marks.shifts) or marks.loose):  # the bend would be that of the step
-        change = _bend(places[whole], (level - (found - interval) * places)[whole], found)
+        change = _bend(places[whole], (level - (line - interval) * places)[whole], line)
     return ClockLine(
-        interval=found,
+        interval=line,
         change_ppm=None if change is None else change[0],
         change_error_ppm=None if change is None else change[1],
     )

@@ -57,29 +57,31 @@ def as_clock(table: Table, options: Options, name: str) -> tuple[Table, Options]
         raise InputError(f"{name}: no column is left for the {kind.value}: {options.time!r} is the only one")
     names = _names(heads, data, kind)
     headings, columns, channels, units = list(table.headings), list(table.columns), [], list(table.units)
-    for i, own in zip(data, names, strict=True):
+    for i, label in zip(data, names, strict=True):
         suffix = _SUFFIX.search(heads[i].name) if kind is Kind.PHASE else None
         stated = (units[i] if units else "") or heads[i].unit or (suffix[1] if suffix else "")
-        unit = _unit(options.unit, own, stated)
+        unit = _unit(options.unit, label, stated)
         if not unit:
             wanted = "1, ppm, ppb, or Hz" if kind is Kind.FREQUENCY else "s, ns, ps, or cycles"
             raise InputError(
-                f"the unit of the {kind.value} {own} is not in the file: give --unit (unit=): {wanted} with --carrier"
+                f"the unit of the {kind.value} {label} is not in the file: give --unit (unit=): {wanted} with --carrier"
             )
-        channel, offset = clock_channel(own, unit, kind, options.carrier)
-        headings[i] = own
+        channel, offset = clock_channel(label, unit, kind, options.carrier)
+        headings[i] = label
         channels.append(channel)
         if offset:
             columns[i] = Shifted(columns[i], offset)
-    said = []
+    remarks = []
     for i in time if options.time is None else ():
         if i not in table.time_units and not heads[i].unit and not (units and units[i]):
             seconds = abs(table.columns[i].read(0, 1)[0] + table.columns[i].origin) < _LATEST
             headings[i] = "time [s]" if seconds else heads[i].name or "time"
-            said += [f"{heads[i].name or 'the first column'} is read as time in seconds"] if seconds else []
+            remarks += (
+                [f"{heads[i].name or 'the first column'} is read as time in seconds"] if seconds else []
+            )
     kept = sorted([*time, *data])
     left = [table.headings[i] or f"column {i + 1}" for i in range(len(heads)) if i not in kept]
-    said += [f"columns left out: {', '.join(left)}"] if left else []
+    remarks += [f"columns left out: {', '.join(left)}"] if left else []
     remade = replace(
         table,
         headings=tuple(headings[i] for i in kept),
@@ -89,7 +91,7 @@ def as_clock(table: Table, options: Options, name: str) -> tuple[Table, Options]
         units_from="argument" if options.unit is not None else (table.units_from if units else "header"),
         time_units={kept.index(i): u for i, u in table.time_units.items() if i in kept},
         channels=tuple(channels),
-        guesses=(*table.guesses, *said),
+        guesses=(*table.guesses, *remarks),
     )
     return remade, replace(options, unit=None)
 

@@ -89,10 +89,10 @@ def coarse_interval(stretches: list[_Floats], step: float) -> CoarseStamps | Non
     interval = _by_lags(stretches, step)
     if interval is None or not _COARSE * interval < step or _in_bursts(stretches, interval, step):
         return None
-    seen = [np.flatnonzero(np.diff(s) > 1.5 * max(step, interval)) + 1 for s in stretches]
-    guesses = (_slope(stretches, seen, interval), _longest(stretches, CoarseStamps(interval, step)))
-    found = [_settled(stretches, CoarseStamps(guess, step)) for guess in guesses if guess is not None]
-    best = min(found, key=lambda each: each[1])[0]
+    pauses = [np.flatnonzero(np.diff(s) > 1.5 * max(step, interval)) + 1 for s in stretches]
+    guesses = (_slope(stretches, pauses, interval), _longest(stretches, CoarseStamps(interval, step)))
+    settled = [_settled(stretches, CoarseStamps(guess, step)) for guess in guesses if guess is not None]
+    best = min(settled, key=lambda each: each[1])[0]
     return best if _explains(stretches, best) else None
 
 

@@ -96,14 +96,14 @@ def choose_part(
     full = [p for p in parts if p.rows > 0]
     everything = "; ".join(listed(parts)) or "nothing"
     if wanted is not None:
-        found = [p for p in parts if p.name == wanted]
-        found = found or [p for p in parts if p.name.lower() == wanted.lower()]
-        found = found or [p for p in parts if p.name.lower().startswith(f"{wanted.lower()}[")]
-        if not found:
+        of_name = [p for p in parts if p.name == wanted]
+        of_name = of_name or [p for p in parts if p.name.lower() == wanted.lower()]
+        of_name = of_name or [p for p in parts if p.name.lower().startswith(f"{wanted.lower()}[")]
+        if not of_name:
             raise InputError(f"{file}: no {what} {wanted!r}; there are: {everything}")
-        others = [p.name for p in found[1:]]
-        said = f"several {what}s {wanted}: {found[0].name} is read, not {', '.join(others)}"
-        return found[0], [said] if others else []
+        others = [p.name for p in of_name[1:]]
+        choice = f"several {what}s {wanted}: {of_name[0].name} is read, not {', '.join(others)}"
+        return of_name[0], [choice] if others else []
     fitting = [p for p in full if channels is None or all(has_channel(p, word) for word in channels)]
     if not fitting:
         asked = "" if channels is None else f" with the channels {', '.join(channels)}"
@@ -135,7 +135,7 @@ def has_channel(part: FilePart, word: str) -> bool:
 
 
 def message_table(
-    found: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]], path: Path, file_format: str
+    facts: Mapping[str, Any], arrays: Mapping[str, NDArray[Any]], path: Path, file_format: str
 ) -> Table:
     """The table of one message of a flight log, as the child process gave it.
 
@@ -144,10 +144,10 @@ def message_table(
     DataQualityError
         The message never comes.
     """
-    headings = tuple(found["headings"])
+    headings = tuple(facts["headings"])
     if len(arrays[headings[0]]) == 0:
-        raise DataQualityError(f"{path.name}: the log holds no message {found['source']['topic']}")
-    units, rate = tuple(found["units"]), found.get("rate")
+        raise DataQualityError(f"{path.name}: the log holds no message {facts['source']['topic']}")
+    units, rate = tuple(facts["units"]), facts.get("rate")
     return Table(
         format=file_format,
         headings=headings,
@@ -156,6 +156,6 @@ def message_table(
         units_from="metadata" if any(units[1:]) else "none",  # the first column is time
         rate=rate,
         rate_from="header of the batches" if rate else "",
-        source={"size_bytes": path.stat().st_size, **found["source"]},
-        guesses=tuple(found["guesses"]),
+        source={"size_bytes": path.stat().st_size, **facts["source"]},
+        guesses=tuple(facts["guesses"]),
     )

@@ -69,7 +69,7 @@ def read(path: Path, options: Options) -> Table:
     """
     require("h5py", "hdf5", path, "an HDF5 file")
     size = path.stat().st_size
-    found, arrays = run(
+    facts, arrays = run(
         f"{__name__}:table_in",
         [str(path), options.variable, options.channel_names],
         imports=["h5py"],
@@ -84,13 +84,13 @@ def read(path: Path, options: Options) -> Table:
         (k.removeprefix("samples "), a) for k, a in arrays.items() if k.startswith("samples ")
     ):
         samples |= {f: array[f] for f in array.dtype.names} if array.dtype.names else {key: array}
-        units += ("",) * _width(array) if array.dtype.names else (found["units"][key],) * _width(array)
-    table = table_of(samples, small, path, NAME, tuple(found["guesses"]))
+        units += ("",) * _width(array) if array.dtype.names else (facts["units"][key],) * _width(array)
+    table = table_of(samples, small, path, NAME, tuple(facts["guesses"]))
     if any(units) and len(units) == len(table.headings):
         table = replace(table, units=units, units_from="metadata")
-    if found["rate"] is not None:
-        table = replace(table, rate=found["rate"], rate_from=f"attribute {found['rate_from']!r}")
-    return replace(table, source={**table.source, **found["source"]})
+    if facts["rate"] is not None:
+        table = replace(table, rate=facts["rate"], rate_from=f"attribute {facts['rate_from']!r}")
+    return replace(table, source={**table.source, **facts["source"]})
 
 
 def _width(array: NDArray[Any]) -> int:
@@ -149,14 +149,14 @@ def table_in(path: str, variable: str | None, channels: list[str] | None) -> tup
         group = part.name.split(" (")[0].strip("/")
         arrays |= {f"small {k}": a for k, a in _small(tree, group, leaves, name).items()}
         rate, rate_from = _rate(leaves, tree, group)
-        found = {
+        facts = {
             "units": {_last(leaf): _unit(leaf) for leaf in leaves},
             "rate": rate,
             "rate_from": rate_from,
             "guesses": guesses + [f"not read: {w}" for w in tree.outside[:20]],
             "source": {"group": part.name, "contents": listed(parts)},
         }
-    return found, arrays
+    return facts, arrays
 
 
 def _record(leaf: Leaf, tree: Tree, index: Any, name: str) -> tuple[dict[str, Any], Arrays]:
@@ -166,14 +166,14 @@ def _record(leaf: Leaf, tree: Tree, index: Any, name: str) -> tuple[dict[str, An
     last = _last(leaf)
     samples = one_record({last: read_leaf(leaf, name)}, last, index, name)[last]
     rate, rate_from = _rate([leaf], tree, leaf.path.rpartition("/")[0])
-    found: dict[str, Any] = {
+    facts: dict[str, Any] = {
         "units": {last: _unit(leaf)},
         "rate": rate,
         "rate_from": rate_from,
         "guesses": [],
         "source": {"group": leaf.path, "contents": []},
     }
-    return found, {f"samples {last}": samples}
+    return facts, {f"samples {last}": samples}
 
 
 def _paths(leaves: list[Leaf]) -> set[str]:

@@ -113,8 +113,8 @@ def walk(file: Any) -> Tree:
         More than 4096 objects, or groups 32 deep.
     """
     tree = Tree(groups={"": file}, name=Path(file.filename).name)
-    seen = {_address(file)}
-    _descend(file, "", tree, seen, 0)
+    visited = {_address(file)}
+    _descend(file, "", tree, visited, 0)
     return tree
 
 
@@ -124,7 +124,7 @@ def _address(thing: Any) -> int:
     return int(h5py.h5o.get_info(thing.id).addr)
 
 
-def _descend(group: Any, path: str, tree: Tree, seen: set[int], depth: int) -> None:
+def _descend(group: Any, path: str, tree: Tree, visited: set[int], depth: int) -> None:
     import h5py
 
     if depth > _DEEPEST:
@@ -143,12 +143,12 @@ def _descend(group: Any, path: str, tree: Tree, seen: set[int], depth: int) -> N
             continue
         thing = group[name]
         address = _address(thing)
-        if address in seen:
+        if address in visited:
             continue
-        seen.add(address)
+        visited.add(address)
         if isinstance(thing, h5py.Group):
             tree.groups[here] = thing
-            _descend(thing, here, tree, seen, depth + 1)
+            _descend(thing, here, tree, visited, depth + 1)
         else:
             _add(here, thing, tree)
 
@@ -187,8 +187,8 @@ def _unsound(leaf: Leaf) -> str:
     for i in range(plan.get_nfilters()):
         number, _, _, name = plan.get_filter(i)
         if number not in _BUILT_IN:
-            told = name.decode("utf-8", "replace")[:40] if isinstance(name, bytes) else str(name)
-            return f"is packed with filter {number} ({told}), which is not part of HDF5: repack it, h5repack -f GZIP=4"
+            shown = name.decode("utf-8", "replace")[:40] if isinstance(name, bytes) else str(name)
+            return f"is packed with filter {number} ({shown}), which is not part of HDF5: repack it, h5repack -f GZIP=4"
     stored, declared = int(dataset.id.get_storage_size()), leaf.n_bytes
     if plan.get_layout() == h5py.h5d.CHUNKED:
         wanted = 1

@@ -171,12 +171,14 @@ def interval_between_pauses(stretches: list[_Floats], guess: float, *, lossy: bo
         guess = float(np.median(ordinary)) if len(ordinary) else guess
     parts = between(stretches, -_PAUSE * guess, _PAUSE * guess)
     straight = [part for part in parts if len(part) > 3 and _distance(part) < _STRAIGHT * guess]
-    found, rest = guess, np.inf
+    interval, rest = guess, np.inf
     if not lossy and sum(map(len, straight)) > 0.5 * sum(map(len, parts)):
-        found, rest = _settled(stretches, common_slope(straight))
+        interval, rest = _settled(stretches, common_slope(straight))
     if rest > _REST * sum(map(len, stretches)):
-        found = min((found, rest), _settled(stretches, _coherent(parts, guess)), key=lambda each: each[1])[0]
-    return found
+        interval = min(
+            (interval, rest), _settled(stretches, _coherent(parts, guess)), key=lambda each: each[1]
+        )[0]
+    return interval
 
 
 def _settled(stretches: list[_Floats], guess: float) -> tuple[float, float]:

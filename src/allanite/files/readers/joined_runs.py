@@ -83,17 +83,17 @@ def join_runs(tables: Sequence[Table], names: Sequence[str], chained: Any) -> Ta
 def _differences(one: Table, other: Table) -> list[str]:
     """Why two runs are not one log."""
     here, there = _record_step(one), _record_step(other)
-    found = [
+    differences = [
         f"{key} {here['instrument'].get(key)!r} and {there['instrument'].get(key)!r}"
         for key in _IDENTITY
         if here["instrument"].get(key) != there["instrument"].get(key)
     ]
     if one.rate != other.rate:
-        found.append(f"{one.rate:g} Hz and {other.rate:g} Hz")
+        differences.append(f"{one.rate:g} Hz and {other.rate:g} Hz")
     if one.channels != other.channels:
-        found.append(f"channels {_channels(one)} and {_channels(other)}")
+        differences.append(f"channels {_channels(one)} and {_channels(other)}")
     keys = sorted({*here["settings"], *there["settings"]})
-    return found + [
+    return differences + [
         f"setting {key} {here['settings'].get(key)!r} and {there['settings'].get(key)!r}"
         for key in keys
         if here["settings"].get(key) != there["settings"].get(key)
@@ -124,11 +124,11 @@ def _missing(
     placed: Sequence[tuple[Table, str]], begins: Sequence[int], lengths: Sequence[int]
 ) -> list[dict[str, Any]]:
     """The gaps of all runs, and those between them."""
-    found: list[dict[str, Any]] = []
+    gaps: list[dict[str, Any]] = []
     end = 0
     for (table, name), begin, n in zip(placed, begins, lengths, strict=True):
         if begin > end:
-            found.append({"position": end, "samples": begin - end, "reason": f"before {name} was begun"})
-        found += [{**gap, "position": gap["position"] + begin} for gap in table.source.get("missing", ())]
+            gaps.append({"position": end, "samples": begin - end, "reason": f"before {name} was begun"})
+        gaps += [{**gap, "position": gap["position"] + begin} for gap in table.source.get("missing", ())]
         end = begin + n
-    return found
+    return gaps

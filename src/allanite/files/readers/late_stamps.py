@@ -99,8 +99,10 @@ def _made_up(late: NDArray[np.bool_], lateness: _Floats) -> NDArray[np.bool_]:
 
 def usual_lateness(stretches: list[_Floats], interval: float) -> float:
     """Median distance of stamps that follow each other evenly from the earliest behind them [s]."""
-    found = [_lateness(s, interval)[:-1][np.abs(np.diff(s) - interval) < 0.5 * interval] for s in stretches]
-    ordinary = np.concatenate(found)
+    lateness = [
+        _lateness(s, interval)[:-1][np.abs(np.diff(s) - interval) < 0.5 * interval] for s in stretches
+    ]
+    ordinary = np.concatenate(lateness)
     few = len(ordinary) < _ORDINARY * sum(map(len, stretches))
     return 0.0 if few else float(np.median(ordinary))
 
@@ -125,9 +127,9 @@ def _lateness(stamps: _Floats, interval: float) -> _Floats:
 
 def _without_early(level: _Floats, bound: float) -> _Floats:
     """The level, each stamp raised that alone is below those around it: a row that was written twice, say."""
-    before, own, behind = level[1:-2], level[2:-1], level[3:]
+    before, middle, behind = level[1:-2], level[2:-1], level[3:]
     even = (np.abs(before - behind) < bound) & (np.abs(before - level[:-3]) < bound)
-    early = even & (own < np.minimum(before, behind) - bound)
+    early = even & (middle < np.minimum(before, behind) - bound)
     raised = level.copy()
     raised[2:-1][early] = before[early]
     return raised

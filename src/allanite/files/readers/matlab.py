@@ -62,8 +62,8 @@ def read(path: Path, options: Options) -> Table:
     faults, arrays = _version73(path) if version73 else _version5(path)
     variable, _ = picked(options.variable)
     if faults and (not arrays or variable in faults):
-        told = [f"{k} {v}" for k, v in faults.items() if variable in (None, k)]
-        raise FormatError(f"{path.name}: {'; '.join(told[:5])}")
+        listed_faults = [f"{k} {v}" for k, v in faults.items() if variable in (None, k)]
+        raise FormatError(f"{path.name}: {'; '.join(listed_faults[:5])}")
     if not arrays:
         raise FormatError(
             f"{path.name}: no plain numeric array in it (objects and tables of MATLAB cannot be read); in MATLAB, "
@@ -160,11 +160,11 @@ def arrays_in(path: str) -> tuple[dict[str, str], dict[str, NDArray[Any]]]:
         content = loadmat(regular(path), struct_as_record=True, chars_as_strings=True)
     objects = dict(map(_class_of, (v for v in content.values() if _is_object(v))))
     content = {k: v for k, v in content.items() if not _is_object(v)}
-    found: dict[str, NDArray[Any]] = {}
+    arrays: dict[str, NDArray[Any]] = {}
     for name, array in _flat(content, 0):
-        found[name] = array
-        refuse_more(len(found), PARTS, "variables and fields", Path(path).name, _FEWER)
-    return objects, found
+        arrays[name] = array
+        refuse_more(len(arrays), PARTS, "variables and fields", Path(path).name, _FEWER)
+    return objects, arrays
 
 
 def _is_object(value: Any) -> bool:

@@ -114,8 +114,8 @@ def _words(leaf: Leaf, tree: Tree, file: Any, name: str) -> list[str]:
     for reference in np.asarray(leaf.dataset[()], dtype=object).T.reshape(-1):
         if not isinstance(reference, h5py.Reference) or not reference:
             return []
-        found = h5py.h5r.get_name(reference, file.id)
-        target = tree.leaves.get((found or b"").decode("utf-8", "replace").strip("/"))
+        texts = h5py.h5r.get_name(reference, file.id)
+        target = tree.leaves.get((texts or b"").decode("utf-8", "replace").strip("/"))
         if (
             target is None
             or target.refused

@@ -79,7 +79,7 @@ def read(path: Path, options: Options) -> Table:
     """
     require("pymavlink", "mavlink", path, "a MAVLink telemetry log")
     size = path.stat().st_size
-    found, arrays = run(
+    facts, arrays = run(
         f"{__name__}:table_in",
         [str(path), options.topic, options.channel_names],
         imports=["pymavlink.dialects.v20.common"],
@@ -87,7 +87,7 @@ def read(path: Path, options: Options) -> Table:
         seconds=30 + size / 5e5,
         name=path.name,
     )
-    return message_table(found, arrays, path, NAME)
+    return message_table(facts, arrays, path, NAME)
 
 
 # -- in the child ------------------------------------------------------------------------------------------
@@ -140,17 +140,23 @@ def table_in(path: str, topic: str | None, channels: list[str] | None) -> tuple[
     parts.sort(key=lambda p: (p.rank, p.name))
     part, guesses = choose_part(parts, topic, channels, file=name, option="topic", what="message")
     kind, table = tables[part.name]
-    columns, own = _columns(table, units[kind])
+    columns, units_of_columns = _columns(table, units[kind])
     if kind == "RAW_IMU":
         guesses.append(
-            f"RAW_IMU is read in the units of the dialect ({own[1]}, {own[4]}); some autopilots send counts"
+            f"RAW_IMU is read in the units of the dialect ({units_of_columns[1]}, {units_of_columns[4]}); some "
+            "autopilots send counts"
         )
     if damaged:
         guesses.append(f"{damaged} packets of inertial sensors are damaged (wrong checksum) and left out")
     if lost:
         guesses.append(f"{lost} bytes are no packets and left out")
     source = {"topic": part.name, "contents": listed(parts), "damaged_packets": damaged}
-    return {"headings": list(columns), "units": own, "guesses": guesses, "source": source}, columns
+    return {
+        "headings": list(columns),
+        "units": units_of_columns,
+        "guesses": guesses,
+        "source": source,
+    }, columns
 
 
 def _packets(content: bytes) -> Iterator[bytes | int]:

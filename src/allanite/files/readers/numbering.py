@@ -78,41 +78,41 @@ def numbering_of(
     timed : bool
         There is a clock, which tells more of gaps than numbers do.
     """
-    found: list[RowNumbering] = []
+    numberings: list[RowNumbering] = []
     unnamed: list[RowNumbering] = []
-    said: list[str] = []
+    remarks: list[str] = []
     for place, (heading, column) in enumerate(zip(headings, columns, strict=True)):
         if heading.group == "counter":
             numbering = _numbering(place, heading.name, column)
             if numbering is not None:
-                found.append(numbering)
-                said += [] if timed else numbering.said
+                numberings.append(numbering)
+                remarks += [] if timed else numbering.said
             elif not timed:
-                said.append(
+                remarks.append(
                     f"column {heading.name} is named like a sample number and does not number the rows: it is a "
                     "channel, and gaps cannot be told from it"
                 )
         elif place not in used and len(columns) > 1 and not heading.group and not heading.unit:
             numbering = _unnamed(place, heading.name, column, timed=timed)
             unnamed += [] if numbering is None else [numbering]
-    if len(found) + len(unnamed) + len(used) < len(columns):  # else nothing would be left
-        found += unnamed
-        said += [text for numbering in unnamed for text in numbering.said]
-    return sorted(found, key=lambda numbering: numbering.place), said
+    if len(numberings) + len(unnamed) + len(used) < len(columns):  # else nothing would be left
+        numberings += unnamed
+        remarks += [text for numbering in unnamed for text in numbering.said]
+    return sorted(numberings, key=lambda numbering: numbering.place), remarks
 
 
 def _unnamed(place: int, name: str, column: Column, *, timed: bool) -> RowNumbering | None:
     """A column that numbers the rows by its values alone: nearly all steps are one and the same."""
     if not _steps_alike(column) and (place > 0 or name or not is_counter(column)):
         return None
-    found = _numbering(place, name or str(place + 1), column)
-    if found is None:
+    numbering = _numbering(place, name or str(place + 1), column)
+    if numbering is None:
         return None
-    name = found.name
+    name = numbering.name
     say = f"column {name} counts rows: it is " + (
         "no channel" if timed else f"neither time nor a channel (--time {name}:s if it counts seconds)"
     )
-    return replace(found, said=(say, *found.said))
+    return replace(numbering, said=(say, *numbering.said))
 
 
 def _steps_alike(column: Column) -> bool:
@@ -133,17 +133,17 @@ def clocks_beside(
     guesses: list[str],
 ) -> set[int]:
     """Columns that say the same time once more, in any unit of time; what is left out is said."""
-    found = {
+    places = {
         place
         for place, (heading, column) in enumerate(zip(headings, columns, strict=True))
         if place not in used and not heading.group and not heading.unit and _goes_with(stamps, column)
     }
-    if len(found) + len(used) == len(columns):  # nothing would be left
+    if len(places) + len(used) == len(columns):  # nothing would be left
         return set()
-    if found:
-        names = ", ".join(headings[place].name or str(place + 1) for place in sorted(found))
+    if places:
+        names = ", ".join(headings[place].name or str(place + 1) for place in sorted(places))
         guesses.append(f"left out: {names} (the same time once more)")
-    return found
+    return places
 
 
 def _goes_with(stamps: Stamps, column: Column) -> bool:
@@ -184,22 +184,22 @@ def _numbering(place: int, name: str, column: Column) -> RowNumbering | None:
     turn = next((t for t in _TURNS if t > top), None)
     if stride <= 0 or counts.max() < len(steps) / 2 or (turn is None and steps.min() < 0):
         return None
-    said, going = [], steps
+    remarks, going = [], steps
     if steps.min() < 0 and turn is not None:
         going = np.where(steps < 0, steps + turn, steps)
         if turn - top > max(0.01 * turn, 2 * stride) or going[steps < 0].max() > turn / 2:
             return None  # begun anew by itself, or out of order
-        said.append(
+        remarks.append(
             f"the number in column {name} wraps at {turn}, {plural(int((steps < 0).sum()), 'time')}: unwrapped"
         )
     if (going % stride != 0).any() or (going == 0).mean() > 0.1:
         return None
     if stride != 1:
-        said.append(
+        remarks.append(
             f"the number in column {name} goes on by {stride:g} from row to row: one of {stride:g} is in the file"
         )
     numbers = np.concatenate(([0], np.cumsum(going / stride))).astype(np.int64)
-    return RowNumbering(place=place, name=name, numbers=ArrayColumn(numbers), said=tuple(said))
+    return RowNumbering(place=place, name=name, numbers=ArrayColumn(numbers), said=tuple(remarks))
 
 
 def _parts(column: Column) -> Iterator[NDArray[np.float64]]:

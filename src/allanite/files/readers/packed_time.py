@@ -84,9 +84,9 @@ def find_packed(
                 for part in _known(columns[clock])
             ):
                 continue
-            found = _unpacked(columns, clock, scale, beside[0] if beside else None)
-            if found is not None:
-                return found
+            packed = _unpacked(columns, clock, scale, beside[0] if beside else None)
+            if packed is not None:
+                return packed
     return None
 
 
@@ -171,11 +171,11 @@ def _calendar(number: int) -> list[int]:
     days = []
     for year, month, day in orders:
         try:
-            found = datetime.date(year, month, day)
+            day_of_order = datetime.date(year, month, day)
         except ValueError:
             continue
         if _YEARS[0] <= year < _YEARS[1]:
-            days.append(found.toordinal() - 719_163)
+            days.append(day_of_order.toordinal() - 719_163)
     return days
 
 
@@ -188,8 +188,8 @@ def _days(column: Column, falls: NDArray[np.float64]) -> NDArray[Any] | None:
     if (falls > changes).sum() > 0:  # a midnight without a new date: this is no date
         return None
     numbers, place = np.unique(np.where(there, values, values[there][0]), return_inverse=True)
-    found = [_calendar(int(number)) for number in numbers]
-    days = np.array([days[0] if len(set(days)) == 1 else np.nan for days in found])[place]
+    readings = [_calendar(int(number)) for number in numbers]
+    days = np.array([days[0] if len(set(days)) == 1 else np.nan for days in readings])[place]
     if np.isnan(days).any() and (changes > falls).any():
         return None
     return days

@@ -121,9 +121,9 @@ def rows_between(stamps: Stamps, start: float | None, stop: float | None) -> Tab
         chosen = np.where(index >= 0, ((block >= low) & (block < high))[index], inside)
         changes += (np.flatnonzero(np.diff(chosen, prepend=inside)) + begin).tolist()
         inside = bool(chosen[-1])
-        own = block[chosen & there]
-        if len(own):
-            first, last = (float(own[0]) if math.isnan(first) else first), float(own[-1])
+        stamps_inside = block[chosen & there]
+        if len(stamps_inside):
+            first, last = (float(stamps_inside[0]) if math.isnan(first) else first), float(stamps_inside[-1])
     changes += [len(stamps)] if inside else []
     mean = (most - least) / max(len(stamps) - 1, 1)
     if math.isnan(first) or (stop is not None and stop > most + 1.5 * mean):

@@ -81,7 +81,7 @@ def read(path: Path, options: Options) -> Table:
         "rdata", "r", path, "a file of R", otherwise='; or in R: write.csv(log, "log.csv", row.names = FALSE)'
     )
     unpacked = _unpacked_size(path)
-    said, found = run(
+    facts, by_number = run(
         f"{__name__}:arrays_in",
         [str(path)],
         imports=["rdata"],
@@ -89,7 +89,7 @@ def read(path: Path, options: Options) -> Table:
         seconds=60 + unpacked / 1e6,
         name=path.name,
     )
-    arrays: Arrays = {said["names"][key]: array for key, array in found.items()}
+    arrays: Arrays = {facts["names"][key]: array for key, array in by_number.items()}
     if not arrays:
         raise FormatError(
             f"{path.name}: no vector, matrix or data frame of numbers in it; in R, write the samples as a table: "
@@ -132,12 +132,12 @@ def arrays_in(path: str) -> tuple[dict[str, Any], Arrays]:
         parsed = parse_data(content, expand_altrep=True)
         plain = convert(parsed, constructor_dict=_CLASSES, default_encoding="utf-8")
     names: dict[str, str] = {}
-    found: Arrays = {}
+    arrays: Arrays = {}
     for name, array in _flat("", plain, 0):
         key = f"a{len(names)}"
-        names[key], found[key] = name, array
+        names[key], arrays[key] = name, array
         refuse_more(len(names), PARTS, "objects and columns", Path(path).name, "Save those that are needed")
-    return {"names": names}, found
+    return {"names": names}, arrays
 
 
 def _times(values: Any, attributes: Mapping[str, Any]) -> Any:
@@ -160,14 +160,14 @@ def _words(values: Any, attributes: Mapping[str, Any]) -> Any:
 
 def _imu(values: Any, attributes: Mapping[str, Any]) -> Any:
     """An imu of simts: a matrix, its rate, and names of sensors and axes."""
-    found: dict[str, Any] = {"imu": _bare(values)}
+    members: dict[str, Any] = {"imu": _bare(values)}
     if "freq" in attributes:
-        found["fs"] = np.asarray(attributes["freq"], dtype=np.float64)
+        members["fs"] = np.asarray(attributes["freq"], dtype=np.float64)
     sensors, axes = (np.atleast_1d(attributes.get(k, [])).astype(str) for k in ("sensor", "axis"))
-    count = found["imu"].shape[-1] if np.ndim(found["imu"]) == 2 else 1
+    count = members["imu"].shape[-1] if np.ndim(members["imu"]) == 2 else 1
     if len(sensors) == len(axes) == count:
-        found["columns"] = np.array([f"{s}_{a}" for s, a in zip(sensors, axes, strict=True)])
-    return found
+        members["columns"] = np.array([f"{s}_{a}" for s, a in zip(sensors, axes, strict=True)])
+    return members
 
 
 _CLASSES: Final[dict[str | bytes, Any]] = {

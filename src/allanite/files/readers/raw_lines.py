@@ -60,11 +60,11 @@ class _Gathered:
     def take(self, line: str, number: int) -> None:
         if not line.strip() or line.lstrip().startswith(_COMMENT):
             return
-        found = _record(line, self.layout)
-        if found is not None:
+        record = _record(line, self.layout)
+        if record is not None:
             self.begun = True
-            self.rows.append(found[0])
-            self.stamps.append(found[1])
+            self.rows.append(record[0])
+            self.stamps.append(record[1])
             self.damaged.append(False)
         elif self.begun:
             self.bad += 1
@@ -145,8 +145,8 @@ def _record(line: str, layout: RecordLayout) -> tuple[bytes, float] | None:
     if not all(matches):
         return None
     digits = _padded([match[1] for match in matches if match], layout)
-    found = bytes.fromhex(digits) if len(digits) == 2 * layout.frame.size else b""
-    return (found, stamp) if found and found.startswith(layout.frame.header) else None
+    record = bytes.fromhex(digits) if len(digits) == 2 * layout.frame.size else b""
+    return (record, stamp) if record and record.startswith(layout.frame.header) else None
 
 
 def _padded(words: list[str], layout: RecordLayout) -> str:

@@ -46,12 +46,12 @@ def table_of_records(path: Path, layout: RecordLayout, file_format: str, samplin
     if stamps is not None and layout.lines is not None and layout.lines.time is not None:
         headings, columns, units = ["timestamp"], [stamps], [layout.lines.time.unit]
     if frame.time is not None:
-        column, said = _clock(raw, frame)
-        headings, columns, units, guesses = ["timestamp"], [column], [frame.time.unit], [*guesses, *said]
+        column, remarks = _clock(raw, frame)
+        headings, columns, units, guesses = ["timestamp"], [column], [frame.time.unit], [*guesses, *remarks]
     if frame.counter is not None:
-        column, said = _counter(raw, frame)
+        column, remarks = _counter(raw, frame)
         headings, columns, units = [*headings, "counter"], [*columns, column], [*units, ""]
-        guesses += said
+        guesses += remarks
     for field, at in zip(frame.fields, frame.places, strict=True):
         headings.append(field.name)
         columns.append(_column(raw, field, at, field.endian or frame.endian))
@@ -126,10 +126,10 @@ class _Raw:
 def _records(data: NDArray[np.uint8], frame: RecordFrame, name: str) -> tuple[_Raw, list[str]]:
     size = frame.size
     n, rest = divmod(len(data), size)
-    said = [f"the last {rest} bytes are no whole record of {size}: left out"] if rest else []
+    remarks = [f"the last {rest} bytes are no whole record of {size}: left out"] if rest else []
     even = _Raw(data, size, None, n)
     if not frame.header or _headed(even, frame.header):
-        return even, said
+        return even, remarks
     places, skipped, breaks = _found(data, frame)
     if len(places) == 0:
         raise DataQualityError(
@@ -259,16 +259,16 @@ def _counter(raw: _Raw, frame: RecordFrame) -> tuple[Column, list[str]]:
     """Number of each record since the first one; jumps are missing records."""
     assert frame.counter is not None  # noqa: S101 - asked for by the caller
     counter = frame.counter
-    told = _whole(raw, counter.at, counter.type, counter.endian or frame.endian)
-    numbers = told.astype(np.uint64).view(np.int64)
+    counts = _whole(raw, counter.at, counter.type, counter.endian or frame.endian)
+    numbers = counts.astype(np.uint64).view(np.int64)
     steps = np.diff(numbers)
     if counter.turns_at < 1 << 63:
         steps = steps % counter.turns_at
     ahead = np.round(steps / counter.step).astype(np.int64)
     doubtful = int(np.count_nonzero(ahead * counter.step != steps))
-    said = (
+    remarks = (
         [f"the counter goes on by other than {counter.step} in {doubtful} records: rounded"]
         if doubtful
         else []
     )
-    return ArrayColumn(np.concatenate(([0], np.cumsum(ahead)))), said
+    return ArrayColumn(np.concatenate(([0], np.cumsum(ahead)))), remarks

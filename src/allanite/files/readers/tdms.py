@@ -63,7 +63,7 @@ def read(path: Path, options: Options) -> Table:
     """
     require("nptdms", "labview", path, "a LabVIEW TDMS file")
     size = path.stat().st_size
-    found, arrays = run(
+    facts, arrays = run(
         f"{__name__}:table_in",
         [str(path), options.variable, options.channel_names],
         imports=["nptdms"],
@@ -71,9 +71,9 @@ def read(path: Path, options: Options) -> Table:
         seconds=20 + size / 5e6,
         name=path.name,
     )
-    columns = [arrays[str(i)] for i in range(len(found["headings"]))]
+    columns = [arrays[str(i)] for i in range(len(facts["headings"]))]
     if not columns or len(columns[0]) == 0:
-        raise DataQualityError(f"{path.name}: the group {found['source']['group']} holds no samples")
+        raise DataQualityError(f"{path.name}: the group {facts['source']['group']} holds no samples")
     time_units = {}
     for i, column in enumerate(columns):
         if column.dtype.kind == "M":
@@ -81,16 +81,16 @@ def read(path: Path, options: Options) -> Table:
             columns[i] = column.astype("datetime64[ns]").view(np.int64)
     return Table(
         format=NAME,
-        headings=tuple(found["headings"]),
+        headings=tuple(facts["headings"]),
         columns=tuple(ArrayColumn(c) for c in columns),
-        units=tuple(found["units"]),
-        units_from="metadata" if any(found["units"]) else "none",
+        units=tuple(facts["units"]),
+        units_from="metadata" if any(facts["units"]) else "none",
         time_units=time_units,
-        rate=found["rate"],
-        rate_from="property wf_increment" if found["rate"] else "",
-        start=None if time_units else found["start"],
-        source={"size_bytes": size, **found["source"]},
-        guesses=tuple(found["guesses"]),
+        rate=facts["rate"],
+        rate_from="property wf_increment" if facts["rate"] else "",
+        start=None if time_units else facts["start"],
+        source={"size_bytes": size, **facts["source"]},
+        guesses=tuple(facts["guesses"]),
     )
 
 
@@ -127,7 +127,7 @@ def table_in(path: str, variable: str | None, channels: list[str] | None) -> tup
             )
         arrays = {str(i): _samples(channel, length) for i, channel in enumerate(taken)}
         start = _start(taken[0].properties) if taken else None
-        found = {
+        facts = {
             "headings": [c.name for c in taken],
             "units": [_unit(c.properties) for c in taken],
             "rate": float(f"{1.0 / rates[0]:.14g}") if rates else None,
@@ -135,7 +135,7 @@ def table_in(path: str, variable: str | None, channels: list[str] | None) -> tup
             "guesses": [*guesses, *left],
             "source": {"group": part.name, "contents": listed(parts)},
         }
-    return found, arrays
+    return facts, arrays
 
 
 def _cut(file: Any) -> dict[str, int]:
@@ -177,12 +177,12 @@ def _longest(
     taken = [c for c in channels if promised[c.name] == length]
     there = min((len(c) for c in taken), default=0)
     others = [f"{c.name} ({len(c)} samples)" for c in channels if promised[c.name] != length]
-    said = [f"channels of another length left out: {', '.join(others)}"] if others else []
+    remarks = [f"channels of another length left out: {', '.join(others)}"] if others else []
     if there < length:
-        said.append(
+        remarks.append(
             f"the file breaks off in its last segment: {there} samples are there, {length} were promised"
         )
-    return taken, there, said
+    return taken, there, remarks
 
 
 def _type_of(channel: Any) -> np.dtype[Any]:

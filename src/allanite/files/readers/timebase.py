@@ -275,11 +275,11 @@ def _find(stamps: Filled, probe: Probe, interval: float) -> tuple[Marks, _Tally]
     steps: list[_Floats] = []
     for first, count, block in stamps.blocks(before, after):
         lead = min(before, first)
-        own = np.diff(block)[lead : lead + count]
+        differences = np.diff(block)[lead : lead + count]
         at, step = judge(block, np.diff(block), lead, count, interval, probe)
-        wild = np.abs(own - interval) > 20.0 * interval + 2.0 * probe.threshold
+        wild = np.abs(differences - interval) > 20.0 * interval + 2.0 * probe.threshold
         wild[at - lead] = True
-        tally.add(first, own, interval, wild)
+        tally.add(first, differences, interval, wild)
         gaps.append(at - lead + first)
         steps.append(step)
     at, step = np.concatenate(gaps), np.concatenate(steps)
@@ -353,9 +353,9 @@ def _cut(stamps: Filled, marks: Marks, interval: float) -> str:
     edges = np.concatenate(([0], np.sort(np.concatenate((jumps, back))) + 1, [n]))
     k = int(np.argmax(np.diff(edges)))
     first, last = int(edges[k]), int(edges[k + 1]) - 1
-    own, others = _stamp(stamps, first), [_stamp(stamps, int(a)) for a in np.delete(edges[:-1], k)]
-    words = [f"--from {_near(stamps, first, -interval)}"] if min(others) < own else []
-    words += [f"--to {_near(stamps, last, interval)}"] if max(others) > own else []
+    longest, others = _stamp(stamps, first), [_stamp(stamps, int(a)) for a in np.delete(edges[:-1], k)]
+    words = [f"--from {_near(stamps, first, -interval)}"] if min(others) < longest else []
+    words += [f"--to {_near(stamps, last, interval)}"] if max(others) > longest else []
     return f"{' '.join(words)} for the longest part ({last - first + 1} of {n} rows)"
 
 

@@ -67,7 +67,7 @@ def read(path: Path, options: Options) -> Table:
     """
     require("pyulog", "px4", path, "a PX4 ULog")
     size = path.stat().st_size
-    found, arrays = run(
+    facts, arrays = run(
         f"{__name__}:table_in",
         [str(path), options.topic, options.channel_names],
         imports=["pyulog"],
@@ -75,7 +75,7 @@ def read(path: Path, options: Options) -> Table:
         seconds=30 + size / 2e6,
         name=path.name,
     )
-    return message_table(found, arrays, path, NAME)
+    return message_table(facts, arrays, path, NAME)
 
 
 # -- in the child ------------------------------------------------------------------------------------------
@@ -103,13 +103,13 @@ def table_in(path: str, topic: str | None, channels: list[str] | None) -> tuple[
     stamps, columns, units, more = _table(part.name.split("[")[0], messages[part.name])
     columns = {"timestamp_us": stamps, **columns}
     source = {"topic": part.name, "contents": listed(parts), "dropouts": len(log.dropouts)}
-    found = {
+    facts = {
         "headings": list(columns),
         "units": ["us", *units],
         "guesses": [*guesses, *more, *_remarks(log)],
         "source": source,
     }
-    return found, columns
+    return facts, columns
 
 
 def _refuse_formats(path: str, name: str) -> None:
@@ -146,9 +146,9 @@ def _size(kind: str, lines: Mapping[str, str], known: dict[str, int], depth: int
     if kind not in known:
         total = 0
         for word in lines[kind].split(";"):
-            found = _FIELD.match(word)
-            if found is not None:
-                total += min(int(found[2] or 1), COLUMNS + 1) * _size(found[1], lines, known, depth + 1)
+            match = _FIELD.match(word)
+            if match is not None:
+                total += min(int(match[2] or 1), COLUMNS + 1) * _size(match[1], lines, known, depth + 1)
             if total > COLUMNS:
                 break
         known[kind] = total
@@ -187,15 +187,15 @@ def _part(key: str, message: Message) -> FilePart:
 
 
 def _remarks(log: Any) -> list[str]:
-    said = []
+    remarks = []
     if log.dropouts:
         total = sum(int(d.duration) for d in log.dropouts)
-        said.append(
+        remarks.append(
             f"the logger dropped messages {plural(len(log.dropouts), 'time')}, for {total} ms together: gaps"
         )
     if log.file_corruption:
-        said.append("the log is damaged in places: messages there are passed over")
-    return said
+        remarks.append("the log is damaged in places: messages there are passed over")
+    return remarks
 
 
 # -- messages ----------------------------------------------------------------------------------------------
@@ -210,10 +210,10 @@ def _table(kind: str, message: Message) -> _Made:
         return make(message)
     except KeyError as error:
         stamps, columns, units, _ = _anything(message)
-        said = (
+        remarks = (
             f"this version of {kind} has no field {error}: its fields are read as they stand, without units"
         )
-        return stamps, columns, units, [said]
+        return stamps, columns, units, [remarks]
 
 
 def _triad(message: Message, field: str, name: str) -> Columns:
@@ -237,37 +237,37 @@ def _clipped(message: Message, *fields: str) -> list[str]:
 
 def _sensor_combined(message: Message) -> _Made:
     gyro, acc = _triad(message, "gyro_rad", "gyro"), _triad(message, "accelerometer_m_s2", "acc")
-    said = _clipped(message, "gyro_clipping", "accelerometer_clipping")
+    remarks = _clipped(message, "gyro_clipping", "accelerometer_clipping")
     late = message.get("accelerometer_timestamp_relative")
     if late is not None and (late == _NOT_NEW).any():
         old = late == _NOT_NEW
         acc = {k: np.where(old, np.float32(np.nan), v) for k, v in acc.items()}
-        said.append(f"{plural(int(old.sum()), 'accelerometer sample', 'are marked')} as not new: missing")
-    return message["timestamp"], {**gyro, **acc}, ["rad/s"] * 3 + ["m/s²"] * 3, said
+        remarks.append(f"{plural(int(old.sum()), 'accelerometer sample', 'are marked')} as not new: missing")
+    return message["timestamp"], {**gyro, **acc}, ["rad/s"] * 3 + ["m/s²"] * 3, remarks
 
 
 def _vehicle_imu(message: Message) -> _Made:
     """Increments over their interval: their quotient is the mean rate of that interval."""
-    stamps, said = _sampled(message)
+    stamps, remarks = _sampled(message)
     columns: Columns = {}
     for field, name in (("delta_angle", "gyro"), ("delta_velocity", "acc")):
         interval = message[f"{field}_dt"].astype(np.float64) * 1e-6
         with np.errstate(divide="ignore", invalid="ignore"):
             rates = {k: v / interval for k, v in _triad(message, field, name).items()}
         columns |= {k: np.where(interval > 0, v, np.nan) for k, v in rates.items()}
-    said.append("rates are the increments over the interval that each message states (delta_angle_dt)")
-    said += _clipped(message, "delta_angle_clipping", "delta_velocity_clipping")
-    return stamps, columns, ["rad/s"] * 3 + ["m/s²"] * 3, said
+    remarks.append("rates are the increments over the interval that each message states (delta_angle_dt)")
+    remarks += _clipped(message, "delta_angle_clipping", "delta_velocity_clipping")
+    return stamps, columns, ["rad/s"] * 3 + ["m/s²"] * 3, remarks
 
 
 def _sensor(name: str, unit: str) -> Callable[[Message], _Made]:
     def made(message: Message) -> _Made:
-        stamps, said = _sampled(message)
+        stamps, remarks = _sampled(message)
         columns = {f"{name}_{axis}": message[axis] for axis in "xyz"}
         units = [unit] * 3
         if "temperature" in message:
             columns["temperature"], units = message["temperature"], [*units, "°C"]
-        return stamps, columns, units, said + _clipped(message, "clip_counter")
+        return stamps, columns, units, remarks + _clipped(message, "clip_counter")
 
     return made
 
@@ -276,7 +276,7 @@ def _fifo(name: str, unit: str) -> Callable[[Message], _Made]:
     """Raw samples in packets: `samples` of them, `dt` apart, the last one at timestamp_sample."""
 
     def made(message: Message) -> _Made:
-        stamps, said = _sampled(message)
+        stamps, remarks = _sampled(message)
         width = sum(1 for f in message if f.startswith("x["))
         if not 0 < width <= _LARGEST_FIFO:
             raise KeyError("x[]")
@@ -288,7 +288,7 @@ def _fifo(name: str, unit: str) -> Callable[[Message], _Made]:
         for axis in "xyz":
             raw = np.stack([message[f"{axis}[{i}]"] for i in range(width)], axis=1)
             columns[f"{name}_{axis}"] = (raw * message["scale"].astype(np.float64)[:, None])[used]
-        return times, columns, [unit] * 3, [*said, "raw samples out of the FIFO of the sensor"]
+        return times, columns, [unit] * 3, [*remarks, "raw samples out of the FIFO of the sensor"]
 
     return made
 

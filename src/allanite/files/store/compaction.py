@@ -70,8 +70,8 @@ def compact(
         raise StorageError(f"{run.folder} is still being recorded: compact it when it is finished")
     survey = run.survey(part)
     if survey.faults:
-        found = "; ".join(f"{name}: {why}" for name, why in survey.faults.items())
-        raise DataQualityError(f"{run.folder} is damaged ({found}): recover it first, with allanite recover")
+        faults = "; ".join(f"{name}: {why}" for name, why in survey.faults.items())
+        raise DataQualityError(f"{run.folder} is damaged ({faults}): recover it first, with allanite recover")
     _refuse_altered(run)
     schema = _schema(survey.header, run, survey.end)
     with fresh(path, force=force) as place:
@@ -94,8 +94,8 @@ def _refuse_altered(run: Run) -> None:
         if event["kind"] != "closed" or not path.exists():
             continue
         with open_regular(path) as file:
-            found = hashlib.sha256(file.read(int(event["bytes"]))).hexdigest()
-        if found != event["sha256"]:
+            digest = hashlib.sha256(file.read(int(event["bytes"]))).hexdigest()
+        if digest != event["sha256"]:
             raise DataQualityError(
                 f"{path} is not as it was closed (its SHA-256 differs): recover the run first, with allanite recover"
             )

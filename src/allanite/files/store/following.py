@@ -50,14 +50,14 @@ class RunFollower:
             The disk refuses.
         """
         before = self._position.opening
-        batches, found = read_on(self.folder, replace(self._position, opening=None))
-        if found.opening is None:  # nothing new
-            self._position = replace(found, opening=before)
+        batches, position = read_on(self.folder, replace(self._position, opening=None))
+        if position.opening is None:  # nothing new
+            self._position = replace(position, opening=before)
             return batches
-        self._position = found
-        if before not in (None, found.opening):
+        self._position = position
+        if before not in (None, position.opening):
             self.part += 1
-        if before != found.opening:
+        if before != position.opening:
             self.header = self._header()
         return batches
 
@@ -71,7 +71,7 @@ class RunFollower:
         """That of the segment that was read last, or of one before it if that is only just open."""
         for number in sorted(segment_numbers(self.folder), reverse=True):
             if number <= self._position.segment:
-                found = opening_of(self.folder / segment_name(number))
-                if found is not None and found.crc == self._position.opening:
-                    return found.header
+                opening = opening_of(self.folder / segment_name(number))
+                if opening is not None and opening.crc == self._position.opening:
+                    return opening.header
         return self.header

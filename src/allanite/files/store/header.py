@@ -80,19 +80,19 @@ class Header:
 
     def differences(self, other: Header) -> list[str]:
         """What is not the same in two headers, in words."""
-        found = []
+        differing = []
         for one in fields(self):
             here, there = getattr(self, one.name), getattr(other, one.name)
             if isinstance(here, Mapping):
                 keys = sorted(k for k in {*here, *there} if here.get(k) != there.get(k))
-                found += [f"{one.name}.{k}: {here.get(k)} → {there.get(k)}" for k in keys]
+                differing += [f"{one.name}.{k}: {here.get(k)} → {there.get(k)}" for k in keys]
             elif one.name == "channels":
                 pairs = zip(here, there, strict=False)
-                found += [f"channel {a.name}: {a} → {b}" for a, b in pairs if a != b]
-                found += [f"{len(here)} → {len(there)} channels"] if len(here) != len(there) else []
+                differing += [f"channel {a.name}: {a} → {b}" for a, b in pairs if a != b]
+                differing += [f"{len(here)} → {len(there)} channels"] if len(here) != len(there) else []
             elif here != there:
-                found.append(f"{one.name}: {here} → {there}")
-        return found
+                differing.append(f"{one.name}: {here} → {there}")
+        return differing
 
     def to_json(self) -> dict[str, Any]:
         """Plain data for a segment and for the manifest."""

@@ -167,9 +167,9 @@ class Message:
 
         with _foreign():
             message = pa.ipc.read_message(pa.py_buffer(self.data))
-            found = pa.ipc.read_record_batch(message, self.opening.schema)
+            read = pa.ipc.read_record_batch(message, self.opening.schema)
             counter, monotonic_ns, flags, *values = (
-                _column(found, i, kind) for i, kind in enumerate(_kinds(self.opening))
+                _column(read, i, kind) for i, kind in enumerate(_kinds(self.opening))
             )
         return Batch(
             counter=counter,
@@ -224,28 +224,28 @@ def message_at(data: bytes, at: int, opening: Opening, offset: int = 0) -> Messa
     if size is None:
         torn = len(left) < 8 or 0 < int.from_bytes(left[4:], "little") < LONGEST_METADATA
         return NoBatch(why="the last batch is cut" if torn else "no batch begins there", torn=torn)
-    found = _FACTS.search(data, at + 8, at + 8 + size)
-    if found is None:
+    match = _FACTS.search(data, at + 8, at + 8 + size)
+    if match is None:
         return NoBatch(why="the metadata of a batch are damaged")
-    number, utc_ns, length = (int(group) for group in found.groups()[:3])
+    number, utc_ns, length = (int(group) for group in match.groups()[:3])
     message = data[at : at + length]
     if len(message) < length:
         return NoBatch(why="the last batch is cut", torn=True)
-    crc = found.start(4) - at
+    crc = match.start(4) - at
     unsigned = message[:crc] + b"00000000" + message[crc + 8 :]
-    if zlib.crc32(unsigned, opening.crc) != int(found[4], 16):
+    if zlib.crc32(unsigned, opening.crc) != int(match[4], 16):
         return NoBatch(why="the checksum of a batch does not agree")
     return Message(opening=opening, number=number, utc_ns=utc_ns, data=message, end=offset + at + length)
 
 
 def why_none(data: bytes, at: int, opening: Opening) -> NoBatch:
     """Why no batch begins at a place; torn only if the bytes may be those of one that was being written."""
-    found = message_at(data, at, opening)
-    if isinstance(found, Message):
+    message = message_at(data, at, opening)
+    if isinstance(message, Message):
         return NoBatch()
-    if found.torn and (_is_whole(data[at:], opening) or find_message(data, at + 8, opening) is not None):
+    if message.torn and (_is_whole(data[at:], opening) or find_message(data, at + 8, opening) is not None):
         return NoBatch(why="the length of a batch is damaged")
-    return found
+    return message
 
 
 def holds_batch(data: bytes) -> bool:
@@ -255,15 +255,15 @@ def holds_batch(data: bytes) -> bool:
 
 def _is_whole(rest: bytes, opening: Opening) -> bool:
     """Whether a batch that seems to be cut ends where its bytes end: by its own length, or by its checksum."""
-    found = _FACTS.search(rest)
-    if found is None:
+    match = _FACTS.search(rest)
+    if match is None:
         return False
-    if int(found[3]) <= len(rest):
+    if int(match[3]) <= len(rest):
         return True
-    said = found.start(3)
-    right = rest[:said] + b"%010d" % len(rest) + rest[said + 10 :]
-    unsigned = right[: found.start(4)] + b"00000000" + right[found.start(4) + 8 :]
-    return zlib.crc32(unsigned, opening.crc) == int(found[4], 16)
+    length = match.start(3)
+    right = rest[:length] + b"%010d" % len(rest) + rest[length + 10 :]
+    unsigned = right[: match.start(4)] + b"00000000" + right[match.start(4) + 8 :]
+    return zlib.crc32(unsigned, opening.crc) == int(match[4], 16)
 
 
 def samples(data: bytes, opening: Opening, utc_ns: int) -> Batch:
@@ -289,8 +289,8 @@ def samples(data: bytes, opening: Opening, utc_ns: int) -> Batch:
 def find_message(data: bytes, at: int, opening: Opening) -> tuple[int, Message] | None:
     """The first batch behind a place that verifies, and where it begins: at a multiple of eight bytes."""
     while (at := data.find(_MARK, at)) >= 0:
-        if at % 8 == 0 and isinstance(found := message_at(data, at, opening), Message):
-            return at, found
+        if at % 8 == 0 and isinstance(message := message_at(data, at, opening), Message):
+            return at, message
         at += 8 - at % 8
     return None
 
@@ -321,5 +321,5 @@ def _foreign() -> Iterator[None]:
         ) from None
 
 
-def _column(found: pa.RecordBatch, i: int, kind: type[Any]) -> NDArray[Any]:
-    return np.frombuffer(found.column(i).buffers()[1], dtype=kind, count=found.num_rows)
+def _column(batch: pa.RecordBatch, i: int, kind: type[Any]) -> NDArray[Any]:
+    return np.frombuffer(batch.column(i).buffers()[1], dtype=kind, count=batch.num_rows)

@@ -219,18 +219,18 @@ class _Rescue:
         """The batches of a segment, those behind damage as well; what lies between them is lost."""
         data, opening, at = segment.data, segment.opening or openings[0], 0
         while at < len(data) and data[at : at + len(END) + 1] != END:
-            found = message_at(data, at, opening)
-            if isinstance(found, NoBatch):
+            message = message_at(data, at, opening)
+            if isinstance(message, NoBatch):
                 why = why_none(data, at, opening).why if segment.opening else segment.fault.why
                 behind = _next_message(data, at, openings)
                 start = behind[0] if behind else len(data)
                 self._lose(segment.name, segment.offset + at, start - at, why or "bytes behind the end")
                 if behind is None:
                     return
-                found = behind[1]
-                opening = found.opening
-            at = found.end
-            yield found
+                message = behind[1]
+                opening = message.opening
+            at = message.end
+            yield message
 
     def _lose(self, file: str, offset: int, size: int, why: str) -> None:
         if size:
@@ -294,8 +294,8 @@ def _next_message(data: bytes, at: int, openings: Sequence[Opening]) -> tuple[in
 
 def _openings(run: Run) -> list[Opening]:
     """All openings of a run; each segment may do with that of another, or with what the manifest says."""
-    found = (opening_of(run.folder / segment_name(n)) for n in segment_numbers(run.folder))
-    known = {opening.crc: opening for opening in found if opening is not None}
+    openings = (opening_of(run.folder / segment_name(n)) for n in segment_numbers(run.folder))
+    known = {opening.crc: opening for opening in openings if opening is not None}
     for event in run.manifest:
         if event["kind"] == "run":
             opening = Opening.of(Header.from_json(event["header"]), event["run"])

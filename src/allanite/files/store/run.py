@@ -116,11 +116,11 @@ class Run:
         changes = (e["segment"] for e in self.manifest if e["kind"] == "change" and "segment" in e)
         more = any(name > last for name in changes)  # what is missing behind this part is in the next one
         if not pieces:
-            said = "".join(f"; {name}: {why}" for name, why in faults.items())
+            listed_faults = "".join(f"; {name}: {why}" for name, why in faults.items())
             hint = (
                 f"; to see what can still be read: allanite recover --dry-run {self.folder}" if faults else ""
             )
-            raise DataQualityError(f"{self.folder}: no samples in this run yet{said}{hint}")
+            raise DataQualityError(f"{self.folder}: no samples in this run yet{listed_faults}{hint}")
         return RunSurvey.of(
             header, pieces, faults, torn=stop.torn, end=0 if more else noted_end(self.manifest)
         )
@@ -221,16 +221,16 @@ def _look_through(segment: Segment, folder: Path, counter: int | None) -> tuple[
     if last is None:
         return None, segment.offset
     end, whole = last.end, segment.samples(last)
-    found = whole.counter
-    if not bool(np.all(found[1:] > found[:-1])):
+    numbers = whole.counter
+    if not bool(np.all(numbers[1:] > numbers[:-1])):
         raise FormatError(f"{segment.name}: the counter runs backward; this was not written by allanite")
-    skip = 0 if counter is None else int(np.searchsorted(found, counter, side="right"))
-    if skip == found.size:
+    skip = 0 if counter is None else int(np.searchsorted(numbers, counter, side="right"))
+    if skip == numbers.size:
         return None, end
     crc = zlib.crc32(segment.data[: end - segment.offset], zlib.crc32(last.opening.data))
-    rows = SegmentRows(path=folder / segment.name, size=end, crc=crc, skip=skip, count=found.size - skip)
+    rows = SegmentRows(path=folder / segment.name, size=end, crc=crc, skip=skip, count=numbers.size - skip)
     clocks = [(b.last, int(b.monotonic_ns[-1]), b.utc_ns) for b in (m.batch() for m in marks)]
-    return Piece.of(rows, found[skip:], whole.flags[skip:], np.array(clocks, dtype=np.int64)), end
+    return Piece.of(rows, numbers[skip:], whole.flags[skip:], np.array(clocks, dtype=np.int64)), end
 
 
 def _marks(segment: Segment) -> tuple[list[Message], Message | None]:

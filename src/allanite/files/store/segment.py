@@ -37,9 +37,9 @@ def segment_name(number: int) -> str:
 
 def segment_numbers(folder: Path) -> list[int]:
     """Numbers of the segments in a folder, in order."""
-    found = [match[1] for path in folder.iterdir() if (match := _NAME.fullmatch(path.name))]
-    refuse_more(len(found), SEGMENTS, "segments", str(folder), "Move some of them into another folder")
-    return sorted(int(number) for number in found)
+    numbers = [match[1] for path in folder.iterdir() if (match := _NAME.fullmatch(path.name))]
+    refuse_more(len(numbers), SEGMENTS, "segments", str(folder), "Move some of them into another folder")
+    return sorted(int(number) for number in numbers)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -91,29 +91,29 @@ class Segment:
         """The batches that verify, up to the first that does not; `end` counts from the beginning of the file."""
         if self.opening is None:
             return
-        while isinstance(found := message_at(self.data, at, self.opening, self.offset), Message):
-            at = found.end - self.offset
-            yield found
+        while isinstance(message := message_at(self.data, at, self.opening, self.offset), Message):
+            at = message.end - self.offset
+            yield message
 
     def stretches(self) -> list[tuple[int, Message]]:
         """Batches that verify one behind the other: where in `data` each stretch begins, and its last batch.
 
         A batch that does not verify ends a stretch if there are others behind it that do; else it is not yet written.
         """
-        found: list[tuple[int, Message]] = []
+        whole: list[tuple[int, Message]] = []
         at = 0
         while self.opening is not None:
             last = None
             for last in self.messages(at):  # noqa: B007 - verified one after another, decoded at once
                 pass
             if last is not None:
-                found.append((at, last))
+                whole.append((at, last))
             end = last.end - self.offset if last is not None else at
             behind = find_message(self.data, end + 8, self.opening)
             if behind is None:
                 break
             at = behind[0]
-        return found
+        return whole
 
     def samples(self, last: Message, at: int = 0) -> Batch:
         """All samples from a place in `data` up to a batch that verifies, and all between do, as one batch."""

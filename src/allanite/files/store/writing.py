@@ -424,6 +424,6 @@ def _reserved(header: Header) -> int:
 
 def _said(error: OSError) -> str:
     """What the disk said, and what to do."""
-    said = error.strerror or str(error)
+    reason = error.strerror or str(error)
     advice = _ADVICE.get(error.errno or 0)
-    return f"{said}: {advice}" if advice else said
+    return f"{reason}: {advice}" if advice else reason

@@ -42,11 +42,11 @@ def read(path: Path, options: Options) -> Table:
         The message asked for never comes.
     """
     size = path.stat().st_size
-    found, arrays = run(
+    facts, arrays = run(
         "allanite.files.readers.ardupilot.parts:table_in",
         [str(path), options.topic, options.channel_names],
         memory=_SPARE_MEMORY + 8 * size,
         seconds=20 + size / 1e7,
         name=path.name,
     )
-    return message_table(found, arrays, path, NAME)
+    return message_table(facts, arrays, path, NAME)

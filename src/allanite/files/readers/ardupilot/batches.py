@@ -51,7 +51,7 @@ class SensorBatches:
         assert forms is not None  # noqa: S101 - `batches_in` has found them
         head, body = forms
         heads, places = _heads(records, head), records.places[head.kind]
-        own = (heads["type"] == self.kind) & (heads["instance"] == self.instance)
+        of_sensor = (heads["type"] == self.kind) & (heads["instance"] == self.instance)
         growing = [GrowingColumn(np.dtype(np.float64)) for _ in range(4)]
         lost, done = 0, 0
         for block in records.blocks(body.kind):
@@ -59,7 +59,7 @@ class SensorBatches:
             done += len(block)
             before = np.searchsorted(places, at) - 1
             mine = before >= 0
-            mine[mine] = own[before[mine]]
+            mine[mine] = of_sensor[before[mine]]
             named = mine.copy()
             named[mine] = heads["N"][before[mine]] == block["N"][mine]
             lost += int(np.count_nonzero(mine & ~named))
@@ -68,17 +68,16 @@ class SensorBatches:
         finished = [g.finish_array() for g in growing]
         arrays = dict(zip(("timestamp_us", *(f"{letter}{a}" for a in "XYZ")), finished, strict=True))
         blocks = len(finished[0]) // _IN_BLOCK
-        wanted = int(heads["smp_cnt"][own].astype(np.int64).sum()) // _IN_BLOCK
-        said = [
-            f"{plural(int(own.sum()), 'batch')} with gaps between them: averaging times longer than a batch say little"
-        ]
+        wanted = int(heads["smp_cnt"][of_sensor].astype(np.int64).sum()) // _IN_BLOCK
+        batches = plural(int(of_sensor.sum()), "batch")
+        remarks = [f"{batches} with gaps between them: averaging times longer than a batch say little"]
         if blocks < wanted:
-            said.append(
+            remarks.append(
                 f"{wanted - blocks} of {wanted} blocks of {_IN_BLOCK} samples are missing from the log"
             )
         if lost:
-            said.append(f"{lost} blocks belong to no header and are left out")
-        return arrays, ["us", unit, unit, unit], said
+            remarks.append(f"{lost} blocks belong to no header and are left out")
+        return arrays, ["us", unit, unit, unit], remarks
 
 
 def _grow(growing: list[GrowingColumn], blocks: NDArray[Any], heads: NDArray[Any]) -> None:
@@ -101,13 +100,13 @@ def batches_in(records: Records) -> Iterator[tuple[FilePart, SensorBatches]]:
         return
     heads = _heads(records, forms[0])
     for kind, instance in sorted({(int(h["type"]), int(h["instance"])) for h in heads}):
-        own = heads[(heads["type"] == kind) & (heads["instance"] == instance)]
-        rates = own["smp_rate"].astype(np.float64)
+        of_sensor = heads[(heads["type"] == kind) & (heads["instance"] == instance)]
+        rates = of_sensor["smp_rate"].astype(np.float64)
         rates = rates[np.isfinite(rates) & (rates > 0)]
-        if kind not in _TYPES or len(rates) == 0 or (own["mul"] == 0).any():
+        if kind not in _TYPES or len(rates) == 0 or (of_sensor["mul"] == 0).any():
             continue
         word, letter, _ = _TYPES[kind]
-        rows = int(own["smp_cnt"].astype(np.int64).sum())
+        rows = int(of_sensor["smp_cnt"].astype(np.int64).sum())
         part = FilePart(
             name=f"batch.{word}[{instance}]",
             rows=rows,

@@ -70,7 +70,7 @@ def table_in(path: str, topic: str | None, channels: list[str] | None) -> tuple[
         arrays, units, more = _columns(records, place, stated)
         rate = None
     guesses += [*more, *records.odd, *_loss(records)]
-    found = {
+    facts = {
         "headings": list(arrays),
         "units": units,
         "rate": rate,
@@ -82,7 +82,7 @@ def table_in(path: str, topic: str | None, channels: list[str] | None) -> tuple[
             "bytes_skipped": records.skipped,
         },
     }
-    return found, arrays
+    return facts, arrays
 
 
 def _loss(records: Records) -> list[str]:
@@ -207,8 +207,8 @@ def _columns(
         "ms" if clock == "TimeMS" else "us",
         *(_unit(form, c, stated.get(form.kind, {})) for c in wanted),
     ]
-    said = [f"time is {clock}, when each sample was taken"] if clock == "SampleUS" else []
-    return arrays, units, said + watched.remarks(arrays[heading])
+    remarks_of_clock = [f"time is {clock}, when each sample was taken"] if clock == "SampleUS" else []
+    return arrays, units, remarks_of_clock + watched.remarks(arrays[heading])
 
 
 def _type_of(form: Format, column: str) -> np.dtype[Any]:
@@ -242,12 +242,12 @@ class _Watched:
     def remarks(self, stamps: NDArray[Any]) -> list[str]:
         """What is to be said of them, in words; `stamps` are those of all rows [µs]."""
         who = {"G": "gyro", "A": "accelerometer"}
-        said = [
+        sentences = [
             f"the driver of the {who[c[1]]} counted {last - first:.0f} errors during the log"
             for c, (first, last) in self._errors.items()
             if last > first
         ]
-        said += [
+        sentences += [
             f"the {who[c[0]]} is marked as not healthy in {plural(n, 'sample')}"
             for c, n in self._unhealthy.items()
             if n
@@ -256,8 +256,8 @@ class _Watched:
         logged = (len(stamps) - 1) / (span * 1e-6) if span > 0 else 0.0
         sensor = max(self._rates.values(), default=0.0)
         if logged > 0 and sensor > 1.5 * logged:
-            said.append(
+            sentences.append(
                 f"the sensor runs at {sensor:.0f} Hz and is logged at {logged:.4g} Hz: filtered and picked by the "
                 "autopilot, so the noise is not that of the sensor; log GYR and ACC, or batches, for that"
             )
-        return said
+        return sentences

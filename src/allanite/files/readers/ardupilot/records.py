@@ -94,7 +94,7 @@ def find_formats(data: NDArray[np.uint8]) -> tuple[dict[int, Format], list[str]]
     FormatError
         It defines none.
     """
-    found: dict[int, Format] = {}
+    formats: dict[int, Format] = {}
     odd: dict[str, None] = {}
     needle = MAGIC + bytes([FMT_TYPE])
     for start in range(0, len(data), _WINDOW):
@@ -102,16 +102,16 @@ def find_formats(data: NDArray[np.uint8]) -> tuple[dict[int, Format], list[str]]
         at = window.find(needle)
         while 0 <= at < _WINDOW:
             one = _format_at(window, at + 3)
-            if one is not None and found.setdefault(one.kind, one) != one:
-                odd[f"the log defines records of type {one.kind} twice; {found[one.kind].name} is used"] = (
+            if one is not None and formats.setdefault(one.kind, one) != one:
+                odd[f"the log defines records of type {one.kind} twice; {formats[one.kind].name} is used"] = (
                     None
                 )
             at = window.find(needle, at + 1)
-    if not found:
+    if not formats:
         raise FormatError(
             "no whole FMT record, which says what the others hold: the beginning of the log is lost"
         )
-    return found, list(odd)
+    return formats, list(odd)
 
 
 def _format_at(window: bytes, at: int) -> Format | None:
@@ -128,8 +128,8 @@ def _format_at(window: bytes, at: int) -> Format | None:
         return None
     if len(columns) != len(letters) or not all(c.isprintable() and c for c in columns):
         return None
-    told = 3 + sum(np.dtype(_LETTERS[letter][0]).itemsize for letter in letters)
-    return Format(kind, length, name, letters, columns) if told == length and name else None
+    size = 3 + sum(np.dtype(_LETTERS[letter][0]).itemsize for letter in letters)
+    return Format(kind, length, name, letters, columns) if size == length and name else None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

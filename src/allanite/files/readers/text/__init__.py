@@ -144,8 +144,8 @@ def _labeled(labels: Labels, stream: TextStream, path: Path, options: Options, l
 
 def _of_sentences(dialect: Dialect, sentences: Sentences) -> Dialect:
     """The dialect with the names of the maker's manual; damaged sentences at the beginning are rows, too."""
-    told = any(dialect.headings) or len(sentences.headings) != len(dialect.kinds)
-    headings = dialect.headings if told else sentences.headings
+    named = any(dialect.headings) or len(sentences.headings) != len(dialect.kinds)
+    headings = dialect.headings if named else sentences.headings
     return replace(
         dialect,
         skip=min(dialect.skip, sentences.begins),

@@ -275,16 +275,16 @@ class TextColumns:
             from pyarrow import compute
 
             cells = cells.filter(compute.equal(table.column(str(self.keep[0])), self.keep[1]))
-        found = ((_bare(str(c["values"])), c["counts"].as_py()) for c in cells.value_counts())
-        counts = {unit: count for unit, count in found if unit}
+        counted = ((_bare(str(c["values"])), c["counts"].as_py()) for c in cells.value_counts())
+        counts = {unit: count for unit, count in counted if unit}
         if not counts.keys() <= self.suffixes.get(column, {}).keys():
             raise ValueError("a unit for the first time")
         return counts
 
     def _note_suffix(self, column: int, suffix: str, count: int, line: int) -> None:
-        seen = self.suffixes.setdefault(column, {})
-        before, first = seen.get(suffix, (0, line))
-        seen[suffix] = (before + count, first)
+        counts = self.suffixes.setdefault(column, {})
+        before, first = counts.get(suffix, (0, line))
+        counts[suffix] = (before + count, first)
 
     def _count_missing(self, table: pa.Table, piece: bytes) -> None:
         nulls = sum(table.column(str(i)).null_count for i in self.used)

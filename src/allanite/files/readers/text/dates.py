@@ -120,11 +120,11 @@ def packed_format(cells: Sequence[str]) -> str | None:
     """
     if not cells or len(set(cells)) < min(len(cells), _FEW) or not _DIGITS.fullmatch(cells[0]):
         return None
-    found = [_matched(cell) for cell in cells if _DIGITS.fullmatch(cell)]
-    formats = {match[0] if match else None for match in found}
-    if len(found) < len(cells) or len(formats) > 1:
+    matched = [_matched(cell) for cell in cells if _DIGITS.fullmatch(cell)]
+    formats = {match[0] if match else None for match in matched}
+    if len(matched) < len(cells) or len(formats) > 1:
         return None
-    keys = {(m["a"], m["n"], m["c"]) for match in found if match and "a" in (m := match[1].groupdict())}
+    keys = {(m["a"], m["n"], m["c"]) for match in matched if match and "a" in (m := match[1].groupdict())}
     dated = not keys or any(all(_calendar(key, order) for key in keys) for order in _PLACES)
     return formats.pop() if dated else None
 

@@ -133,8 +133,8 @@ def detect(
     if record is None:
         voters = _voters(head, rest)
     else:  # before any are left out: kinds may take turns
-        own = [[line for line in lines if is_of_kind(line, record)] for lines in (head, rest)]
-        voters = _voters(*own)
+        of_kind = [[line for line in lines if is_of_kind(line, record)] for lines in (head, rest)]
+        voters = _voters(*of_kind)
     if decimal != ".":
         _refuse_thousands(voters, name)
     vote = _vote(voters, head, delimiter, decimal, name, guesses)
@@ -178,11 +178,11 @@ def _check_options(delimiter: str | None, decimal: str | None) -> None:
 
 def _refuse_thousands(lines: Sequence[str], name: str) -> None:
     """A sign between the thousands reads as a decimal sign or as the end of a cell: never guessed."""
-    found = [match[1] or match[2] for line in lines if (match := _THOUSANDS.search(line.rstrip()))]
-    if len(found) > 0.25 * len(lines):
+    marks = [match[1] or match[2] for line in lines if (match := _THOUSANDS.search(line.rstrip()))]
+    if len(marks) > 0.25 * len(lines):
         raise FormatError(
-            f"{name}: {found[0]!r} has a sign between the thousands; write the numbers without it, as in "
-            f"{_without_thousands(found[0])!r}"
+            f"{name}: {marks[0]!r} has a sign between the thousands; write the numbers without it, as in "
+            f"{_without_thousands(marks[0])!r}"
         )
 
 
@@ -251,7 +251,7 @@ def _of_few_marks(cells: Sequence[str], decimal: str) -> bool:
 
 def _unit_columns(rows: Sequence[Sequence[str]], kinds: list[str], headings: Sequence[str]) -> dict[int, int]:
     """Columns of words that hold the unit of the number before: 0.12 deg/s 24.1 °C; V and mV in turn are units, too."""
-    found: dict[int, int] = {}
+    places: dict[int, int] = {}
     for i in range(1, len(kinds)):
         if (
             kinds[i] != "x"
@@ -261,9 +261,9 @@ def _unit_columns(rows: Sequence[Sequence[str]], kinds: list[str], headings: Seq
             continue
         words = {row[i] for row in rows} - {""}
         if 1 <= len(words) <= _RANGES and None not in (classes := {measures(word) for word in words}):
-            found |= {i - 1: i} if len(classes) == 1 else {}
-    named = kinds[-1] in ("i", "f") and kinds.count("x") > len(found) and not any(headings)
-    return {} if named else found  # T,24.1,V,1.5: the words are names of the numbers behind them
+            places |= {i - 1: i} if len(classes) == 1 else {}
+    named = kinds[-1] in ("i", "f") and kinds.count("x") > len(places) and not any(headings)
+    return {} if named else places  # T,24.1,V,1.5: the words are names of the numbers behind them
 
 
 def _is_comment(line: str) -> bool:
@@ -415,11 +415,11 @@ def _first_record(head: Sequence[str], record: tuple[int, str]) -> int:
 
 
 def _fits(cells: Sequence[str], kinds: Sequence[str], decimal: str) -> bool:
-    found = [kind_of(c, decimal) for c in cells]
+    of_cells = [kind_of(c, decimal) for c in cells]
     wanted = {"i": "ifmos", "f": "ifmos", "x": "ifmodsx", "e": "m"}
-    return any(f in "ifs" for f in found) and all(
+    return any(f in "ifs" for f in of_cells) and all(
         f in wanted.get(k, "dm") or (k not in wanted and packed_format([cell]) == k)
-        for f, k, cell in zip(found, kinds, cells, strict=True)
+        for f, k, cell in zip(of_cells, kinds, cells, strict=True)
     )
 
 

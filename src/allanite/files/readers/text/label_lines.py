@@ -66,19 +66,19 @@ def read_labels(line: str, decimal: str) -> LabeledLine | None:
     """The labels of a line and their values; None for a line without a label."""
     if len(line) > _LONGEST_LINE:
         return None
-    found = [m for m in _LABEL.finditer(line) if len(m["label"]) <= _LONGEST_LABEL]
-    if not found:
+    matches = [m for m in _LABEL.finditer(line) if len(m["label"]) <= _LONGEST_LABEL]
+    if not matches:
         return None
-    ends = [*(m.start() for m in found[1:]), len(line)]
-    tails = [line[m.end() : end] for m, end in zip(found, ends, strict=True)]
+    ends = [*(m.start() for m in matches[1:]), len(line)]
+    tails = [line[m.end() : end] for m, end in zip(matches, ends, strict=True)]
     units_last = bool(re.search(r"\d\s*[A-Za-zµ°%][^\s\d]*\s*$", tails[-1]))
-    labels = [found[0]["label"]]
-    for k, match in enumerate(found[1:]):
+    labels = [matches[0]["label"]]
+    for k, match in enumerate(matches[1:]):
         front, label = _peeled(match["label"], units_last, bool(tails[k].strip()))
         tails[k] += " " + front
         labels.append(label)
     pairs = tuple((label, _values(tail, decimal)) for label, tail in zip(labels, tails, strict=True))
-    return LabeledLine(_cells_before(line[: found[0].start()], decimal), pairs)
+    return LabeledLine(_cells_before(line[: matches[0].start()], decimal), pairs)
 
 
 def _peeled(label: str, units_last: bool, valued: bool) -> tuple[str, str]:
@@ -131,10 +131,10 @@ def read_json(line: str) -> LabeledLine | None:
     Members of objects inside are called after both, those of lists are several values.
     """
     try:
-        found = json.loads(
+        members = json.loads(
             line.strip().rstrip(","), parse_float=str, parse_int=str, parse_constant=str, object_pairs_hook=tuple
         )  # fmt: skip
-        pairs = tuple(_members(found, "", 0)) if isinstance(found, tuple) else ()
+        pairs = tuple(_members(members, "", 0)) if isinstance(members, tuple) else ()
     except (ValueError, RecursionError):
         return None
     return LabeledLine((), pairs) if pairs else None

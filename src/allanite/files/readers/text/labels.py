@@ -279,14 +279,14 @@ def _beside(label: str, end: str) -> str:
 def keyed(read: LabeledLine, groups: frozenset[str]) -> list[tuple[Key, tuple[str, ...]]]:
     """The labels of a line, called after their group too, and how often each was there before."""
     counts: Counter[str] = Counter()
-    group, found = "", []
+    group, keys = "", []
     for label, values in read.pairs:
         if label in groups:
             group = f"{label}_"
             continue
         counts[group + label] += 1
-        found.append(((group + label, counts[group + label]), values))
-    return found
+        keys.append(((group + label, counts[group + label]), values))
+    return keys
 
 
 # -- finding -----------------------------------------------------------------------------------------------
@@ -346,13 +346,13 @@ def find_labels(
 
 def _refuse_joined(lines: Sequence[str], name: str) -> None:
     """Refuse X0.12Y-0.03 and X0.12,Y-0.03: where a label, a number or a unit ends is for the writer to say."""
-    found = [(line, match[0]) for line in lines if (match := _JOINED.search(line[:_LONGEST]))]
-    forms = Counter(tuple(re.findall(r"[A-Za-z_]+", _EXPONENT.sub("0", pairs))) for _, pairs in found)
+    joined = [(line, match[0]) for line in lines if (match := _JOINED.search(line[:_LONGEST]))]
+    forms = Counter(tuple(re.findall(r"[A-Za-z_]+", _EXPONENT.sub("0", pairs))) for _, pairs in joined)
     if len(lines) < _FEWEST or not forms or forms.most_common(1)[0][1] < _JOINED_MOST * len(lines):
         return
-    pairs = [f"{label}={number}" for label, number in _PAIR.findall(found[0][1])]
+    pairs = [f"{label}={number}" for label, number in _PAIR.findall(joined[0][1])]
     raise FormatError(
-        f"{name}: labels and numbers run into each other in {found[0][1].strip()[:40]!r}. Write a blank or a comma "
+        f"{name}: labels and numbers run into each other in {joined[0][1].strip()[:40]!r}. Write a blank or a comma "
         f"between the pairs and = behind each label, as in {' '.join(pairs[:_PARTS_SHOWN])!r}"
     )
 
@@ -365,15 +365,15 @@ def _mostly(lines: Sequence[str], read: Read) -> bool:
     """Most lines hold numbers with a label, and hardly anything else."""
     good = 0
     for line in lines:
-        found = read(line)
-        values = [value for _, values in found.pairs for value in values] if found else []
+        labeled = read(line)
+        values = [value for _, values in labeled.pairs for value in values] if labeled else []
         numbers = sum(kind_of(value, ".") in "ifmos" for value in values)
-        bare = sum(kind_of(value, ".") in "if" for value in found.before) if found else 0
+        bare = sum(kind_of(value, ".") in "if" for value in labeled.before) if labeled else 0
         good += numbers > 0 and numbers >= bare and (2 * numbers >= len(values) or read is read_json)
     return good >= _MOST * len(lines)
 
 
-def _decimal_of(lines: Sequence[str], said: str | None, name: str, guesses: list[str]) -> str:
+def _decimal_of(lines: Sequence[str], stated: str | None, name: str, guesses: list[str]) -> str:
     """The decimal sign; a comma where every label has two whole numbers with a comma between them.
 
     Raises
@@ -381,8 +381,8 @@ def _decimal_of(lines: Sequence[str], said: str | None, name: str, guesses: list
     InputError
         These may be two numbers, too.
     """
-    if said is not None:
-        return said
+    if stated is not None:
+        return stated
     vectors = any(re.search(r"\d,(?:[+-]\d|\d+,\d)", line) for line in lines)
     if vectors or not any(re.search(r"\d,\d", line) for line in lines):
         return "."
@@ -532,5 +532,5 @@ def _columns(lines: Sequence[LabeledLine], form: _Form) -> list[list[str]]:
 
 def _marks(cells: Sequence[str], decimal: str) -> set[str]:
     """What stands behind the numbers of a column more than once."""
-    found = Counter(part[1] for cell in cells if (part := split_suffix(cell, decimal)))
-    return {mark for mark, count in found.items() if count > 1}
+    marks = Counter(part[1] for cell in cells if (part := split_suffix(cell, decimal)))
+    return {mark for mark, count in marks.items() if count > 1}

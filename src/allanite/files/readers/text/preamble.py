@@ -39,13 +39,13 @@ _SENSOR = re.compile(r"\b(?:sensor|device|model|instrument|imu)\s*[:=,;]\s*(?P<t
 
 def rate_in(preamble: Sequence[str]) -> tuple[float | None, str, tuple[str, ...]]:
     """The sample rate [Hz] that the preamble states, the line that states it, and what had to be guessed."""
-    found = [(r, line.strip()) for line in preamble for r in [_rate(line)] if r is not None]
-    if not found:
+    rates = [(r, line.strip()) for line in preamble for r in [_rate(line)] if r is not None]
+    if not rates:
         return None, "", ()
     guesses: tuple[str, ...] = ()
-    if len({round(r, 9) for r, _ in found}) > 1:
-        guesses = (f"several rates in the preamble: {found[0][1]!r} is taken",)
-    return found[0][0], f"preamble: {found[0][1]}", guesses
+    if len({round(r, 9) for r, _ in rates}) > 1:
+        guesses = (f"several rates in the preamble: {rates[0][1]!r} is taken",)
+    return rates[0][0], f"preamble: {rates[0][1]}", guesses
 
 
 def _rate(line: str) -> float | None:
@@ -76,8 +76,8 @@ def unit_in(preamble: Sequence[str]) -> str | None:
 
 def facts_in(preamble: Sequence[str]) -> dict[str, str]:
     """Serial number and sensor, where the preamble names them."""
-    found = {"serial": _first(_SERIAL, preamble, "text"), "sensor": _first(_SENSOR, preamble, "text")}
-    return {k: v for k, v in found.items() if v}
+    facts = {"serial": _first(_SERIAL, preamble, "text"), "sensor": _first(_SENSOR, preamble, "text")}
+    return {k: v for k, v in facts.items() if v}
 
 
 def _first(pattern: re.Pattern[str], lines: Sequence[str], group: str) -> str | None:

@@ -95,15 +95,15 @@ def is_of_kind(line: str, record: tuple[int, str]) -> bool:
 def line_pattern(column: int, word: str) -> re.Pattern[bytes]:
     """Whole lines of a kind."""
     gap, cell, sign = rb"[ \t]*\"?[ \t]*", _CELL.encode(), rb"[,;\t|]"
-    own = re.escape(word.encode()) + rb"(?![\w.$-])"
+    escaped = re.escape(word.encode()) + rb"(?![\w.$-])"
     if column < 0:
-        return re.compile(rb"(?m)^[^\r\n]*" + sign + gap + own + rb"\"?[ \t]*(?:\r?\n|\r|\Z)")
+        return re.compile(rb"(?m)^[^\r\n]*" + sign + gap + escaped + rb"\"?[ \t]*(?:\r?\n|\r|\Z)")
     before = (
         rb""
         if column == 0
         else rb"(?:[ \t]*\"?" + cell + rb"\"?" + sign + rb"){" + str(column).encode() + rb"}"
     )
-    return re.compile(rb"(?m)^" + before + gap + own + rb"[^\r\n]*(?:\r?\n|\r|\Z)")
+    return re.compile(rb"(?m)^" + before + gap + escaped + rb"[^\r\n]*(?:\r?\n|\r|\Z)")
 
 
 def find_kinds(head: Sequence[str], rest: Sequence[str]) -> KindsOfRows | None:
@@ -121,8 +121,8 @@ def find_kinds(head: Sequence[str], rest: Sequence[str]) -> KindsOfRows | None:
     late = plain[len(plain) // 3 :] if len(plain) > _FEW else plain
     lines = [*late[:_LINES], *(line for line in rest if line.strip())]
     for column in (0, 1, -1, *range(2, _MOST_COLUMNS)):
-        found = [word for line in lines if (word := word_at(line, column))]
-        kinds = Counter(found)
+        words = [word for line in lines if (word := word_at(line, column))]
+        kinds = Counter(words)
         often = sum(count for count in kinds.values() if count > 1)  # a rare kind may be met once
         if often < _SHARE * len(lines) or not 2 <= len(kinds) <= _MOST_KINDS:
             continue
@@ -159,23 +159,23 @@ def choose_kind(
     if variable is not None and variable not in known:
         raise InputError(f"{name}: no lines of kind {variable!r}; there are: {'; '.join(listed(parts))}")
     groups = [word for word in channels or () if any(has_channel(p, word) for p in parts)]
-    part, said = choose_part(parts, variable, groups or None, file=name, option="variable", what="kind")
-    return ChosenKind(name=part.name, said=said, contents=listed(parts), time=times[part.name])
+    part, remarks = choose_part(parts, variable, groups or None, file=name, option="variable", what="kind")
+    return ChosenKind(name=part.name, said=remarks, contents=listed(parts), time=times[part.name])
 
 
 def _kind_of_channels(kinds: Iterable[str], channels: Sequence[str], name: str) -> str | None:
     """The kind that the names of channels tell: GYRO, or GYRO_x."""
-    told: dict[str, str] = {}
+    by_kind: dict[str, str] = {}
     for word in channels:
         fitting = [k for k in kinds if f"{word}_".lower().startswith(f"{k}_".lower())]
         if fitting:
-            told.setdefault(max(fitting, key=len), word)
-    if len(told) > 1:
+            by_kind.setdefault(max(fitting, key=len), word)
+    if len(by_kind) > 1:
         raise InputError(
-            f"{name}: the channels {', '.join(told.values())} are of different kinds of lines, and one kind is read at "
-            f"a time: {' or '.join(f'--channels {for_shell(word)}' for word in told.values())}"
+            f"{name}: the channels {', '.join(by_kind.values())} are of different kinds of lines, and one kind is read "
+            f"at a time: {' or '.join(f'--channels {for_shell(word)}' for word in by_kind.values())}"
         )
-    return next(iter(told), None)
+    return next(iter(by_kind), None)
 
 
 def _rank(kind: str) -> int:
@@ -208,17 +208,19 @@ def _parts(stream: TextStream, kinds: KindsOfRows) -> tuple[list[FilePart], dict
         kind: [*heads[kind], *([last[kind]] if kind in last else [])] for kind, n in counts.items() if n > 1
     }
     tables = {kind: _stamp_table(lines) for kind, lines in rows.items()}
-    own = {kind: _time(table) for kind, table in tables.items()}
+    clocks = {kind: _time(table) for kind, table in tables.items()}
     often = sorted(rows, key=lambda k: -counts[k])
-    said = {kind: _said(table, own[kind]) for kind, table in tables.items()}
-    shared = next((said[kind] for kind in often if said[kind]), None)
-    times = {kind: said[kind] if own[kind] else _shared(table, shared) for kind, table in tables.items()}
+    descriptions = {kind: _said(table, clocks[kind]) for kind, table in tables.items()}
+    shared = next((descriptions[kind] for kind in often if descriptions[kind]), None)
+    times = {
+        kind: descriptions[kind] if clocks[kind] else _shared(table, shared) for kind, table in tables.items()
+    }
     parts = [
         FilePart(
             name=kind,
             rows=counts[kind],
             columns=(kind,),
-            rate=_rate(own[kind] or (_time(table, times[kind]) if times[kind] else None), counts[kind]),
+            rate=_rate(clocks[kind] or (_time(table, times[kind]) if times[kind] else None), counts[kind]),
             rank=_rank(kind),
             spare=_rank(kind) == _rank(""),
         )
@@ -248,10 +250,10 @@ def _stamp_table(lines: Sequence[str]) -> StampTable:
     )
 
 
-def _time(table: StampTable, said: str | None = None) -> TimeChoice | None:
+def _time(table: StampTable, stated: str | None = None) -> TimeChoice | None:
     """The time of a kind; None where it cannot be told."""
     try:
-        return choose_time(table, said)
+        return choose_time(table, stated)
     except InputError:
         return None
 
@@ -263,11 +265,11 @@ def _said(table: StampTable, time: TimeChoice | None) -> str | None:
     return f"{table.numbers[time.used[0]]}:{time.unit}"
 
 
-def _shared(table: StampTable, said: str | None) -> str | None:
+def _shared(table: StampTable, stated: str | None) -> str | None:
     """The time of another kind, where the column of that number rises here, too."""
-    number = int((said or "0").partition(":")[0])
+    number = int((stated or "0").partition(":")[0])
     fits = number in table.numbers and rises(table.columns[table.numbers.index(number)])
-    return said if fits else None
+    return stated if fits else None
 
 
 def _rate(time: TimeChoice | None, count: int) -> float | None:

@@ -137,12 +137,12 @@ class Sentences:
     def head(self, lines: Sequence[str]) -> list[str]:
         """Lines of the text as rows, each in its place; "" for what is none. Nothing is counted."""
         counts = self.failed, self.stray
-        found = [list(self._rows(line.encode())) for line in lines]
+        of_lines = [list(self._rows(line.encode())) for line in lines]
         self.failed, self.stray = counts
         self.begins = next(
-            (i for i, rows in enumerate(found) if rows and _DIGIT.search(lines[i].encode())), 0
+            (i for i, rows in enumerate(of_lines) if rows and _DIGIT.search(lines[i].encode())), 0
         )  # a line without digits is a header
-        sound = [[row.decode() for row in rows if row != DAMAGED] for rows in found]
+        sound = [[row.decode() for row in rows if row != DAMAGED] for rows in of_lines]
         return [
             rows[-1] if rows else self._header(line) if i < self.begins else ""
             for i, (rows, line) in enumerate(zip(sound, lines, strict=True))
@@ -215,21 +215,21 @@ def find_sentences(lines: Sequence[str], variable: str | None, name: str) -> Sen
         Several kinds and no word which to take, or a kind that is not there.
     """
     looked = [line.encode() for line in lines if line.strip()]
-    found = [sentence for sentence in map(_read, looked) if sentence is not None]
-    digits = Counter(s.digits for s in found).most_common(1)[0][0] if found else 0
+    sentences = [sentence for sentence in map(_read, looked) if sentence is not None]
+    digits = Counter(s.digits for s in sentences).most_common(1)[0][0] if sentences else 0
     if digits == 0:
-        found = [s for s in found if known_fields(s.kind)]
-    if len(found) < max(_MOST * len(looked), 3):
+        sentences = [s for s in sentences if known_fields(s.kind)]
+    if len(sentences) < max(_MOST * len(looked), 3):
         return None
-    found = [s for s in found if s.digits == digits]
-    checksum, compute = _checksum_of(found, digits)
+    sentences = [s for s in sentences if s.digits == digits]
+    checksum, compute = _checksum_of(sentences, digits)
     if compute is not None:
-        found = [s for s in found if compute(s.body) == s.told]
-    kinds = Counter(s.kind for s in found)
+        sentences = [s for s in sentences if compute(s.body) == s.told]
+    kinds = Counter(s.kind for s in sentences)
     kind, guesses = _chosen(kinds, variable, name)
     if digits and compute is None:
         guesses.append("the checksums behind '*' are of no kind that is known: the sentences are not checked")
-    ours = [s for s in found if s.kind == kind]
+    ours = [s for s in sentences if s.kind == kind]
     led = [s.before for s in ours if s.before]
     places = 1 if 2 * len(led) > len(ours) else 0
     places *= Counter(1 + text.count(",") for text in led).most_common(1)[0][0] if places else 1
@@ -252,12 +252,12 @@ def _read(line: bytes) -> _Sentence | None:
     match = _SENTENCE.fullmatch(line) or _NOVATEL.fullmatch(line)
     if match is None:
         return None
-    body, told = match["body"], match["sum"] or b""
+    body, stated = match["body"], match["sum"] or b""
     cells = (
         body.replace(b";", b",").replace(b" ", b"").replace(b",+", b",").decode("utf-8", "replace").split(",")
     )
     before = match["before"].decode("utf-8", "replace").strip(" \t\"'[](){}<>,;:|=-")
-    return _Sentence(before, cells, len(told), int(told, 16) if told else -1, body)
+    return _Sentence(before, cells, len(stated), int(stated, 16) if stated else -1, body)
 
 
 def _holds(part: bytes, kind: str) -> bool:
@@ -268,14 +268,14 @@ def _is_comment(line: bytes) -> bool:
     return line.lstrip().startswith((b"#", b"%", b"//"))
 
 
-def _checksum_of(found: Sequence[_Sentence], digits: int) -> tuple[str, Callable[[bytes], int] | None]:
+def _checksum_of(sentences: Sequence[_Sentence], digits: int) -> tuple[str, Callable[[bytes], int] | None]:
     """The checksum that the most sentences pass, if those are more than chance makes of another one."""
     tried = [
-        (sum(compute(s.body) == s.told for s in found), -k, name, compute)
+        (sum(compute(s.body) == s.told for s in sentences), -k, name, compute)
         for k, (name, compute) in enumerate(_SUMS.get(digits, ()))
     ]
     passed, _, name, compute = max(tried, default=(0, 0, "", None), key=lambda entry: entry[:2])
-    return (name, compute) if passed >= max(0.1 * len(found), 2) else ("", None)
+    return (name, compute) if passed >= max(0.1 * len(sentences), 2) else ("", None)
 
 
 def _chosen(kinds: Counter[str], variable: str | None, name: str) -> tuple[str, list[str]]:

@@ -183,8 +183,8 @@ def other_lines(stream: TextStream) -> list[str]:
     if stream.size > _HEAD + 2 * _SAMPLE:
         for at in (stream.size // 2, stream.size - _SAMPLE):
             stream.file.seek(start + at)
-            found = _split_lines(stream.file.read(_SAMPLE), stream.codec)[1:-1]
-            lines += found[:: max(len(found) // 40, 1)]
+            whole = _split_lines(stream.file.read(_SAMPLE), stream.codec)[1:-1]
+            lines += whole[:: max(len(whole) // 40, 1)]
         stream.file.seek(start)
     return lines
 

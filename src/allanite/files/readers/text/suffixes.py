@@ -73,9 +73,9 @@ def unit_behind(suffixes: Mapping[str, tuple[int, int]], stated: str, where: str
     factors = [s for s in suffixes if s in _FACTORS]
     lines = {s: f"{s!r} (first in line {line})" for s, (_, line) in suffixes.items()}
     if factors or (units and len(suffixes) > 1):
-        found = " and ".join(lines[s] for s in suffixes)
+        unit = " and ".join(lines[s] for s in suffixes)
         raise FormatError(
-            f"{where}: {found} behind the numbers: they are not of one unit. Write the column in one unit"
+            f"{where}: {unit} behind the numbers: they are not of one unit. Write the column in one unit"
         )
     if units and stated and units[0] != stated:
         raise FormatError(
