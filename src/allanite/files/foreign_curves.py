@@ -460,8 +460,7 @@ def _shape(
         )
     lags = grid.lags if grid.lags is not None else grid.either / dt
     if counts is not None:
-        counted = _length_by(counts, lags, quantity, samples, name)
-        if counted is not None:
+        if (counted := _length_by(counts, lags, quantity, samples, name)) is not None:
             length, by, notes = counted
             return _Shape(length, dt, by), [*remarks, *notes]
         remarks.append(f"counts in {count.shown!r} set aside: they are not those of Allan deviations")  # type: ignore[union-attr]
@@ -549,9 +548,8 @@ def _lags(grid: _LagGrid, shape: _Shape, name: str) -> tuple[NDArray[np.int64], 
     lags, first = np.unique(whole.astype(np.int64), return_index=True)
     remarks = []
     if len(lags) < len(whole):
-        remarks.append(
-            f"{plural(len(whole) - len(lags), 'row')} of averaging times that occur twice left out"
-        )
+        again = plural(len(whole) - len(lags), "row")
+        remarks.append(f"{again} of averaging times that occur twice left out")
     if lags[0] > 1:
         remarks.append(f"the shortest averaging time is {lags[0]} samples at {1 / shape.dt:.6g} Hz")
     return lags, first, remarks
