@@ -22,7 +22,7 @@ from allanite.experiments.calibration import calibrate
 from verification.hand_held import LATITUDE, G, held_record
 from verification.spread import Say, place_of, spread
 
-__all__ = ["TWENTY", "band", "calibrate_held", "repeats", "run_hand_held"]
+__all__ = ["SCATTER_OF_TURNS", "TWENTY", "band", "calibrate_held", "repeats", "run_hand_held"]
 
 Json = dict[str, Any]
 
@@ -30,6 +30,8 @@ Json = dict[str, Any]
 TWENTY = 20
 #: Probability of the bands, and the coverage that is stated.
 BAND, STATED = 0.999, 0.95
+#: A table: scatter that few turns cannot tell from chance widens the intervals where it is found.
+SCATTER_OF_TURNS = "Gyro misalignments where the turns were found to scatter beyond the noise, and where not"
 #: Verdicts after which the numbers stand.
 STANDING = ("calibrated", "partly calibrated")
 
@@ -82,9 +84,7 @@ def run_hand_held(
             for v in sorted(set(verdicts))
         ],
         "Coverage of 95 % intervals": [_coverage(n, standing) for n in names],
-        "Gyro misalignments where the turns were found to scatter beyond the noise, and where not": [
-            _turns(standing, scatter) for scatter in (True, False)
-        ],
+        SCATTER_OF_TURNS: [_turns(standing, scatter) for scatter in (True, False)],
         "Twenty records of one unit about their mean": [_agreement(n, records) for n in names],
     }
 

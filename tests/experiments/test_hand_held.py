@@ -17,7 +17,11 @@ from scipy.stats import binom, chi2
 from allanite.errors import DataQualityError
 from allanite.experiments.calibration import adjustment, calibrate, estimation
 from allanite.experiments.calibration.adjustment import solution
+from allanite.experiments.calibration.adjustment.interval_noise import model_beside_motion
+from allanite.experiments.calibration.adjustment.turning import TurningSamples
 from allanite.experiments.static_spans import StaticSpans, find_held_spans, find_rests
+from allanite.noise import White
+from allanite.recording.calibration import GYRO, errors_of
 from allanite.recording.records import Recording
 from allanite.recording.sample_columns import ArrayColumn
 
@@ -92,6 +96,77 @@ def test_what_was_put_down_is_not_taken_for_held() -> None:
         found = find_rests(made.recording)
         assert not found.held and set(within(found, made)) == set(range(len(made.rests)))
         assert find_rests(held_record(seed, SHORT).recording).held
+
+
+# -- noise ------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(("seconds", "within"), [(0.4, 0.4), (1.2, 0.1), (4.0, 0.05)])
+def test_a_tremor_is_not_taken_for_white_noise(seconds: float, within: float) -> None:
+    """Of 8 to 12 Hz and 25 times the noise, at 50 Hz; spans of 20 samples tell N as well, if less sharply."""
+    rng, noise, dt = np.random.default_rng(5), 8e-4, 0.02
+    t = np.arange(round(seconds / dt)) * dt
+    spans = []
+    for _ in range(100):
+        wave = np.sin(2 * np.pi * (rng.uniform(8, 12, (6, 1)) * t + rng.uniform(size=(6, 1)))).sum(axis=0)
+        spans.append(0.012 * wave + noise * rng.standard_normal(len(t)))
+    model = model_beside_motion(spans, dt)
+    assert model is not None
+    white = model.terms[0]
+    assert isinstance(white, White)
+    assert white.N == pytest.approx(noise * math.sqrt(dt), rel=within)
+
+
+def test_turns_that_share_a_rest_share_its_noise() -> None:
+    """Two turns one after the other have the noise of one turn from the first rest to the last, exactly."""
+    rest, turn = 40, 25
+    rise = (np.arange(rest) + 0.5) / rest
+    still, moves = np.zeros((rest, 3)), np.tile([1.0, -0.7, 2.0], (turn, 1))
+    y = [still, moves, still, 1.5 * moves[:, ::-1], still]
+    ones = np.ones(turn)
+    apart = TurningSamples(
+        y=np.concatenate([*y[:3], *y[2:]]),
+        warmer=np.zeros(4 * rest + 2 * turn),
+        edges=np.array([0, 2 * rest + turn, 4 * rest + 2 * turn]),
+        dt=np.full(2, 0.02),
+        weight=np.concatenate([rise, ones, 1 - rise, rise, ones, 1 - rise]),
+        shared=np.array([0, rest]),
+    )
+    whole = TurningSamples(
+        y=np.concatenate(y),
+        warmer=np.zeros(3 * rest + 2 * turn),
+        edges=np.array([0, 3 * rest + 2 * turn]),
+        dt=np.array([0.02]),
+        weight=np.concatenate([rise, ones, np.ones(rest), ones, 1 - rise]),
+    )
+    errors, density = errors_of({}, GYRO), np.array([1.0, 2.0, 5.0])
+    both = np.hstack([np.eye(3), apart.integrate(errors).rotation[0]])
+    np.testing.assert_allclose(
+        both @ apart.white(errors, density) @ both.T, whole.white(errors, density), rtol=1e-9, atol=1e-12
+    )
+
+
+def test_samples_are_shared_by_turns_that_follow_each_other_alone(monkeypatch: pytest.MonkeyPatch) -> None:
+    caught: list[adjustment.Adjustment] = []
+
+    def kept(*arguments: Any, **options: Any) -> adjustment.Adjustment:
+        caught.append(adjustment.adjust(*arguments, **options))
+        return caught[-1]
+
+    monkeypatch.setattr(estimation, "adjust", kept)
+    for hand in (SHORT, DOWN):
+        calibrate(held_record(1, hand).recording, **PLACE)
+    held, down = (fit.observed for fit in caught)
+    turning = held.turning
+    assert isinstance(turning, TurningSamples) and turning.shared is not None
+    follows = np.append(False, held.before[1:] == held.after[:-1])
+    assert follows.any() and not follows[1:].all()  # lost samples have taken turns away
+    np.testing.assert_array_equal(turning.shared > 0, follows)
+    for begin, count in zip(turning.edges[:-1], turning.shared, strict=True):
+        np.testing.assert_array_equal(
+            turning.y[begin : begin + count], turning.y[begin - count : begin] if count else turning.y[:0]
+        )
+    assert isinstance(down.turning, TurningSamples) and down.turning.shared is None
 
 
 # -- what comes out -----------------------------------------------------------------------------------------------
