@@ -463,6 +463,15 @@ def _held(order: Order) -> None:
     write_tables("held", "Held samples", parts, HERE / "results", seed=ROOT_SEED, date=order.date)
 
 
+def _wrong_models(order: Order) -> None:
+    from verification.tables import write_tables
+    from verification.wrong_models import run_wrong_models
+
+    parts = run_wrong_models(ROOT_SEED, _say, order.count(300), order.workers, order.cache)
+    title = "When the model is wrong"
+    write_tables("wrong_models", title, parts, HERE / "results", seed=ROOT_SEED, date=order.date)
+
+
 def _contaminated(order: Order) -> None:
     from verification.contaminated import run_contaminated, run_look_alikes
     from verification.tables import write_tables
@@ -487,6 +496,7 @@ PARTS: dict[str, Callable[[Order], None]] = {
     "curves": _curves,
     "held": _held,
     "contaminated": _contaminated,
+    "wrong_models": _wrong_models,
     "coverage": _coverage,
     "earth": _earth,
     "north": _north,
