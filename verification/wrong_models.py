@@ -4,9 +4,9 @@
 Twelve kinds of noise beside or in place of white noise, three lengths each, drawn by `verification.simulators`. A
 term is *false* where the record holds none such: true are white noise and, where there are some, Gauss-Markov terms.
 Flicker that is shown beside a Gauss-Markov term, undecided, is not false beside a true one. A record is *warned of*
-where the fit says that its model does not explain the data, that lags are left out, or that a discrepancy is held. A
-row passes if no more than `FALSE` of its records hold a false term unwarned, or at least `WARNED` are warned of; and
-if N is covered, or warned of, in at least `COVERED`.
+where the fit says that its model does not explain the data, that lags are left out, that a discrepancy is held, or
+what else explains the record as well. A row passes if no more than `FALSE` of its records hold a false term unwarned,
+or at least `WARNED` are warned of; and if N is covered, or warned of, in at least `COVERED`.
 """
 
 from __future__ import annotations
@@ -144,7 +144,8 @@ def _holds(model: NoiseModel, N: float) -> bool:
 
 def _warned(model: NoiseModel) -> bool:
     facts = model.goodness
-    return bool(facts["p"] < _DOUBTFUL or facts.get("discrepancy") or facts.get("left_out"))
+    doubts = facts["p"] < _DOUBTFUL or facts.get("discrepancy") or facts.get("left_out")
+    return bool(doubts or "slow_time" in facts or "slope_lower" in facts)
 
 
 def run_wrong_models(

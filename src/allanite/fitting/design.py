@@ -22,8 +22,18 @@ from numpy.typing import NDArray
 
 from allanite.noise import Flicker, GaussMarkov, Quantisation, Ramp, RandomWalk, TermType, White
 from allanite.noise.allan.covariance import LagPairs, lag_pairs
+from allanite.noise.power_law import PowerLaw
 
-__all__ = ["LINEAR", "TIME_POWER", "CurveDesign", "design_of", "nearest_time", "without_shortest"]
+__all__ = [
+    "LINEAR",
+    "TIME_POWER",
+    "CurveDesign",
+    "design_of",
+    "nearest_time",
+    "power_law_symbol",
+    "slow_symbol",
+    "without_shortest",
+]
 
 Array = NDArray[np.float64]
 Spans = NDArray[np.int64]
@@ -36,6 +46,7 @@ LINEAR: dict[str, TermType] = {
     "K": RandomWalk(K=1.0),
     "R": Ramp(R=1.0),
 }
+_POWER_LAW, _SLOW = "P", "H"  # of symbols that carry their shape
 #: SI amplitude = amplitude in sample units * (sample interval)^power.
 TIME_POWER = {"Q": 1.0, "N": 0.5, "B": 0.0, "G": 0.0, "K": -0.5, "R": -1.0}
 #: Grid of correlation times on which covariances are computed: the covariance needs T to some percent only.
@@ -45,6 +56,26 @@ _TIMES_PER_OCTAVE = 2
 def nearest_time(T: float) -> float:
     """The correlation time of the covariance grid nearest to T (samples)."""
     return float(2 ** (round(np.log2(T) * _TIMES_PER_OCTAVE) / _TIMES_PER_OCTAVE))
+
+
+def power_law_symbol(slope: float) -> str:
+    """The symbol of noise of density f^-slope."""
+    return f"{_POWER_LAW}{slope!r}"
+
+
+def slow_symbol(T: float) -> str:
+    """The symbol of a Gauss-Markov term of this correlation time [samples], which stands in for a random walk.
+
+    Its coefficient is the variance q^2 of its drive, as K^2 is that of the walk.
+    """
+    return f"{_SLOW}{T!r}"
+
+
+def _unit(symbol: str) -> TermType | PowerLaw:
+    if symbol in LINEAR:
+        return LINEAR[symbol]
+    shape = float(symbol[1:])
+    return PowerLaw(slope=shape) if symbol[0] == _POWER_LAW else GaussMarkov(q=1.0, T=shape)
 
 
 @dataclass(slots=True)
@@ -73,7 +104,7 @@ class CurveDesign:
             unit = GaussMarkov.from_sigma(1.0, _known(T))
             return unit.avar_sampled(self.lags.astype(np.float64), 1.0, self.sampling)
         if symbol not in self._columns:
-            self._columns[symbol] = LINEAR[symbol].avar_sampled(
+            self._columns[symbol] = _unit(symbol).avar_sampled(
                 self.lags.astype(np.float64), 1.0, self.sampling
             )
         return self._columns[symbol]
@@ -101,7 +132,7 @@ class CurveDesign:
     def _r12(self, symbol: str, time: float | None) -> Array:
         key = self._key(symbol, time)
         if key not in self._cross:
-            term = LINEAR[symbol] if symbol != "G" else GaussMarkov.from_sigma(1.0, _known(time))
+            term = _unit(symbol) if symbol != "G" else GaussMarkov.from_sigma(1.0, _known(time))
             self._cross[key] = self.pairs.cross(term, self.sampling)
         return self._cross[key]
 

@@ -8,6 +8,7 @@ that are supported.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -25,7 +26,8 @@ from allanite.fitting.misfit import Floor, LagChoice, best_explained
 from allanite.fitting.objective import CurveSolution, advantage, sensitivity
 from allanite.fitting.rivals import supported_families
 from allanite.fitting.sets import fisher_sd
-from allanite.fitting.verdict import supported_words
+from allanite.fitting.stand_ins import stand_ins
+from allanite.fitting.verdict import stand_in_words, supported_words
 from allanite.noise import Estimate, GaussMarkov, NoiseModel, TermType, term_of
 from allanite.noise.allan.curve import AllanCurve
 from allanite.noise.allan.degrees import chi_square_factors
@@ -128,7 +130,9 @@ def fit_moments(
         "shortest_tau": shortest,
         "left_out": int(used.sum() - chosen.used.sum()),
     }
-    models = [_model(f, chosen.scale, curve, confidence, facts) for f in _families(chosen, confidence)]
+    fits = _families(chosen, confidence)
+    facts |= _open_to(fits, curve)
+    models = [_model(f, chosen.scale, curve, confidence, facts) for f in fits]
     verdict = _verdict(models) + (" The noise of the instrument is taken off." if floor is not None else "")
     primary = replace(models[0], verdict=verdict)
     return primary if len(models) == 1 else replace(primary, alternative=replace(models[1], verdict=verdict))
@@ -181,6 +185,24 @@ def _families(chosen: LagChoice, confidence: float) -> list[CurveFamilyFit]:
     )
 
 
+def _open_to(fits: Sequence[CurveFamilyFit], curve: AllanCurve) -> dict[str, float]:
+    """What the curve allows in the place of the slow terms that it supports; times in s.
+
+    Not asked beside the floor of an instrument, whose own slow terms move with them.
+    """
+    supported = frozenset().union(*(f.supported for f in fits))
+    if not supported & {"B", "G", "K"} or fits[0].family.sensor != fits[0].family.symbols:
+        return {}
+    other = stand_ins(fits)
+    facts: dict[str, float] = {}
+    if other.shortest is not None and other.shortest < curve.n_samples:
+        facts["slow_time"] = other.shortest * curve.dt
+    if other.slopes is not None and ("K" in supported or not other.slopes[0] <= 1 <= other.slopes[1]):
+        facts |= {"slope_lower": other.slopes[0], "slope_upper": other.slopes[1]}
+        facts["slope_better"] = float(other.better)
+    return facts
+
+
 def _verdict(models: list[NoiseModel]) -> str:
     words = supported_words(models)
     text = words[0].upper() + words[1:]
@@ -197,7 +219,7 @@ def _verdict(models: list[NoiseModel]) -> str:
         )
     elif facts["p"] < 0.01:
         text += f" The model does not explain the curve well (p = {facts['p']:.1g}): something else is in the record."
-    return text
+    return text + stand_in_words(facts)
 
 
 # -- from sample units to a model --------------------------------------------------------------------------------

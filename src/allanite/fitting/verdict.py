@@ -3,12 +3,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from allanite.noise import NoiseModel
 from allanite.plain_files.counted import listed
+from allanite.quantities.number_words import duration
 
-__all__ = ["supported_words"]
+__all__ = ["stand_in_words", "supported_words"]
 
 _NAMES = {
     "Q": "quantisation",
@@ -40,3 +41,32 @@ def supported_words(models: Sequence[NoiseModel]) -> str:
     if len(models) == 2:
         text += " It cannot tell flicker from a single Gauss-Markov term: both are shown."
     return text
+
+
+def stand_in_words(facts: Mapping[str, float]) -> str:
+    """What the record allows in the place of its slow terms; empty where it allows nothing else.
+
+    Parameters
+    ----------
+    facts : mapping
+        `goodness` of a model: "slow_time" [s], "slope_lower", "slope_upper" and "slope_better", where they are known.
+    """
+    text = ""
+    if "slow_time" in facts:
+        text += (
+            f" A Gauss-Markov term with T above {duration(facts['slow_time'])} explains the record as well as the "
+            "random walk; K is then its drive, σ√(2/T)."
+        )
+    if "slope_lower" not in facts:
+        return text
+    low, high = facts["slope_lower"], facts["slope_upper"]
+    law = f"f^-{low:g}" if low == high else f"f^-{low:g} to f^-{high:g}"
+    if facts["slope_better"]:
+        return text + (
+            f" White noise and a density of {law} explain the record better than flicker, Gauss-Markov noise and a "
+            "random walk do: N, B, T and K describe this curve, not the sensor."
+        )
+    return text + (
+        f" White noise and a density of {law} explain the record as well: the record does not prove flicker, "
+        "Gauss-Markov noise or a random walk."
+    )

@@ -28,6 +28,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.noise import (
+    FLICKER_FLOOR,
     Flicker,
     GaussMarkov,
     NoiseModel,
@@ -38,6 +39,7 @@ from allanite.noise import (
     TermType,
     White,
 )
+from allanite.noise.power_law import PowerLaw
 from allanite.recording.records import merge_spans
 
 __all__ = [
@@ -129,7 +131,7 @@ class LagPairs:
     weight: Array
     offset: NDArray[np.int64]
 
-    def cross(self, term: TermType, sampling: str) -> Array:
+    def cross(self, term: TermType | PowerLaw, sampling: str) -> Array:
         """r12 of a term at every node (unit sample interval), shape (n_nodes,)."""
         m1, m2 = self.node_lags.T
         return cross_covariance(term, m1, m2, self.distance, sampling)
@@ -260,27 +262,32 @@ def _panel(count: int) -> tuple[Array, Array]:
     return nodes, weights
 
 
-def cross_covariance(term: TermType, m1: Array, m2: Array, k: Array, sampling: str) -> Array:
+def cross_covariance(term: TermType | PowerLaw, m1: Array, m2: Array, k: Array, sampling: str) -> Array:
     """r12(k) of one term at unit sample interval; m1 <= m2."""
     if isinstance(term, Ramp):
         return np.zeros_like(k)
     inside = (k > -2 * m2) & (k < 2 * m1)
-    reaches = isinstance(term, (Flicker, Sinusoid))
+    reaches = isinstance(term, (Flicker, PowerLaw, Sinusoid))
     closed = isinstance(term, Quantisation)  # single points, also at the very ends of the support
     where = np.ones_like(inside) if reaches or closed else inside
     out = np.zeros_like(k)
     a, b, t = m1[where], m2[where], k[where]
     out[where] = _second_differences(_lag_function(term, sampling), a, b, t)
-    if isinstance(term, Flicker):
+    if isinstance(term, (Flicker, PowerLaw)):
         centre = k + m2 - m1
         far = np.abs(centre) > _FAR * (m1 + m2)
-        out[far] = -(term.B**2) / (2 * np.pi) * m1[far] * m2[far] / centre[far] ** 2
+        one, scale = (
+            (term, 1.0)
+            if isinstance(term, PowerLaw)
+            else (PowerLaw(slope=1.0), (FLICKER_FLOOR * term.B) ** 2)
+        )
+        out[far] = scale * one.far(m1[far], m2[far], centre[far])
     if isinstance(term, GaussMarkov):
         out = _far_gauss_markov(term, m1, m2, k, sampling, out)
     return out
 
 
-def _lag_function(term: TermType, sampling: str) -> Callable[[Array], Array]:
+def _lag_function(term: TermType | PowerLaw, sampling: str) -> Callable[[Array], Array]:
     return lambda t: term.phase_covariance(t, 1.0, sampling)
 
 

@@ -1,0 +1,104 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What could stand in for slow noise: power laws and long correlation times that a curve does not exclude."""
+
+import numpy as np
+import pytest
+from scipy.stats import binom
+from verification.simulators import flicker, power_law, random_walk
+
+import allanite as al
+from allanite.fitting.verdict import stand_in_words
+from allanite.noise.allan.covariance import lag_pairs
+from allanite.noise.power_law import PowerLaw
+
+LAGS = [1, 3, 16, 100, 500]
+
+
+def fitted(y, rate=1.0):
+    record = al.Recording.from_rate(y, rate=rate, unit="rad/s", names=["x"])
+    return al.fit(al.allan_curve(record)["x"])
+
+
+def test_a_power_law_of_slope_one_is_flicker():
+    pairs = lag_pairs(LAGS, 2048)
+    unit = al.Flicker(B=1 / 0.664282470267960019)
+    np.testing.assert_allclose(pairs.cross(PowerLaw(slope=1.0), "mean"), pairs.cross(unit, "mean"), atol=1e-9)
+    near = pairs.cross(PowerLaw(slope=1 + 1e-7), "mean")
+    np.testing.assert_allclose(near, pairs.cross(unit, "mean"), atol=1e-5)
+
+
+@pytest.mark.parametrize("slope", [0.5, 0.9, 1.3, 1.5])
+def test_the_covariance_of_a_power_law_at_no_distance_is_its_allan_variance(slope):
+    law = PowerLaw(slope=slope)
+    for m in LAGS:
+        pairs = lag_pairs([m], 2048)
+        at_zero = pairs.cross(law, "mean")[pairs.distance == 0][0]
+        assert at_zero == pytest.approx(float(law.avar_sampled(m, 1.0, "mean")), rel=1e-9)
+
+
+@pytest.mark.parametrize("slope", [0.5, 1.5])
+def test_far_windows_join_the_near_ones(slope):
+    """The asymptotic form takes over at 50 windows, where it is right to 1e-3."""
+    law = PowerLaw(slope=slope)
+    m, k = np.full(2, 8.0), np.array([801.0, 820.0])
+    t = k[:, None, None] + 8 * (np.arange(3)[None, :, None] - np.arange(3)[None, None, :])
+    w = np.array([1.0, -2.0, 1.0])
+    exact = np.einsum("i,j,kij->k", w, w, law.phase_covariance(t, 1.0, "mean")) / (2 * m * m)
+    np.testing.assert_allclose(law.far(m, m, k), exact, rtol=1e-3)
+
+
+def test_a_power_law_is_named_where_flicker_or_a_walk_is_supported():
+    """Of white noise and f^-1.3, whatever is called supported beside N comes with the slope; an interval of 95 %."""
+    records, covered, claimed = 40, 0, 0
+    for i in range(records):
+        rng = np.random.default_rng([1301, i])
+        model = fitted(rng.standard_normal(20_000) + power_law(rng, 20_000, 200**-1.3, 1.3))
+        if not any(e.supported and e.symbol in "BK" for m in model.families for e in m.estimates):
+            continue
+        claimed += 1
+        facts = model.goodness
+        covered += facts.get("slope_lower", 0.5) <= 1.3 <= facts.get("slope_upper", 1.5)
+    assert claimed > records / 2
+    assert covered >= binom.ppf(0.0005, claimed, 0.95)
+
+
+def test_a_long_walk_excludes_power_laws_and_says_how_long_it_holds():
+    rng = np.random.default_rng(52)
+    model = fitted(rng.standard_normal(60_000) + random_walk(rng, 60_000, 0.03), rate=10.0)
+    assert next(e for e in model.estimates if e.symbol == "K").supported
+    assert "slope_lower" not in model.goodness
+    assert 100 < model.goodness["slow_time"] < 6000 / 2
+    assert "T above" in model.verdict
+    assert "K is then its drive" in model.verdict
+
+
+def test_true_flicker_is_not_called_another_power_law():
+    """Flicker lies in the interval of its own slope; nothing is said where no other slope is needed."""
+    records, told = 40, 0
+    for i in range(records):
+        rng = np.random.default_rng([1001, i])
+        facts = fitted(rng.standard_normal(20_000) + flicker(rng, 20_000, 0.1)).goodness
+        told += not facts.get("slope_lower", 1.0) <= 1 <= facts.get("slope_upper", 1.0)
+        assert not facts.get("slope_better")
+    assert told <= binom.ppf(0.9995, records, 0.05)
+
+
+def test_nothing_is_said_of_white_noise():
+    model = fitted(np.random.default_rng(3).standard_normal(20_000))
+    assert not {"slow_time", "slope_lower"} & set(model.goodness)
+    assert stand_in_words(model.goodness) == ""
+
+
+@pytest.mark.parametrize(
+    ("facts", "words"),
+    [
+        ({"slow_time": 412.3}, "T above 6.87 min"),
+        (
+            {"slope_lower": 1.2, "slope_upper": 1.4, "slope_better": 0.0},
+            "f^-1.2 to f^-1.4 explain the record as well",
+        ),
+        ({"slope_lower": 0.7, "slope_upper": 0.7, "slope_better": 1.0}, "f^-0.7 explain the record better"),
+    ],
+)
+def test_words(facts, words):
+    assert words in stand_in_words(facts)
