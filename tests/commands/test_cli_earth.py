@@ -6,6 +6,7 @@ from __future__ import annotations
 import csv
 import json
 import math
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -133,22 +134,23 @@ def test_the_earth_is_measured_and_everything_is_left_behind(run: Run, bench: Pa
         "--scale-uncertainty", "1%", "--out", out, "--plot", tmp_path / "take.pdf",
     )  # fmt: skip
     assert done.code == 0
-    assert done.out.startswith("Resolved: ")
+    assert done.out.startswith("Resolved. ")
     document = json.loads((out / "earth-rate.json").read_text(encoding="utf-8"))
-    low, high = document["interval"]
-    assert low < EARTH_RATE < high
+    rotation = document["rotation"]
+    assert rotation["lower"] < EARTH_RATE < rotation["upper"] and rotation["status"] == "resolved"
     assert document["budget"]["scale factor"] == pytest.approx(0.01 * EARTH_RATE)
-    value = f"{document['rate'] / DEG * 3600:.1f}"
+    value = f"{rotation['value'] / DEG * 3600:.1f}"
     for part in (
         value,
         "15.041",
-        "pairs of dwells",
-        "north-south-north",
+        "Pairs of dwells",
+        "North-south-north",
         "scale factor",
         "1 %",
         "not stated",
     ):
         assert part in done.out
+    assert re.search(rf"Regression +{re.escape(value)}\d* \[[\d.]+, [\d.]+\]", done.out)
     for part in (
         "23 turns found in the signal, 24 dwells",
         "north first",
@@ -175,13 +177,17 @@ def measured(run: Run, log: Path, *options: object, code: int = 0) -> dict[str, 
     return found
 
 
+def rate_of(document: dict[str, Any]) -> float:
+    return float(document["rotation"]["value"])
+
+
 def test_turns_from_a_file_or_the_clock_give_what_the_signal_gives(run: Run, bench: Path) -> None:
     log, first = bench / "take.parquet", ["--model", MODEL, "--first", "north"]
     seen = measured(run, log, *first)
     for options in (["--turns", bench / "turns.csv"], ["--dwell", "30"]):
         other = measured(run, log, *first, *options)
         assert len(other["reversals"]["turns"]) == 23
-        assert other["rate"] == pytest.approx(seen["rate"], abs=0.3 * seen["sd"])
+        assert rate_of(other) == pytest.approx(rate_of(seen), abs=0.3 * seen["sd"])
     assert run("earth-rate", log, *LATITUDE, "--dwell", "30", "--turns", bench / "turns.csv").code == 2
 
 
@@ -191,26 +197,26 @@ def test_a_part_begins_in_the_direction_that_first_says(run: Run, bench: Path, b
     seen = measured(run, bench / "take.parquet", *options)
     listed = measured(run, bench / "take.parquet", *options, "--turns", bench / "turns.csv")
     assert seen["dwells"][0]["sign"] == listed["dwells"][0]["sign"] == -1
-    assert listed["rate"] == pytest.approx(seen["rate"], abs=0.3 * seen["sd"])
+    assert rate_of(listed) == pytest.approx(rate_of(seen), abs=0.3 * seen["sd"])
     # The part from 40 s on begins to the south, the others to the north: their sign comes out the wrong way round.
-    assert np.sign(seen["rate"]) == (1 if begin in ("40s", "31s") else -1)
+    assert np.sign(rate_of(seen)) == (1 if begin in ("40s", "31s") else -1)
 
 
 def test_without_first_the_sign_is_a_choice(run: Run, bench: Path) -> None:
     done = run("earth-rate", bench / "take.parquet", *LATITUDE, "--model", MODEL, "--from", "40s")
     assert done.code == 0
     assert "the sign of the rate is a choice" in done.out
-    assert measured(run, bench / "take.parquet", "--model", MODEL, "--from", "40s")["rate"] > 0
+    assert rate_of(measured(run, bench / "take.parquet", "--model", MODEL, "--from", "40s")) > 0
 
 
 def test_a_refusal_is_a_result(run: Run, bench: Path) -> None:
     short = ["--model", MODEL, "--to", "90s", "--first", "north"]
     done = run("earth-rate", bench / "take.parquet", *LATITUDE, *short)
     assert done.code == 0
-    assert done.out.startswith("Not resolved: ")
+    assert done.out.startswith("Not resolved. ")
     still = run("earth-rate", bench / "still.parquet", *LATITUDE, "--model", MODEL)
     assert still.code == 0
-    assert still.out.startswith("Not separable: ")
+    assert still.out.startswith("Not separable. ")
     assert "are one constant" in still.out
     assert "Turn the sensor by 180 deg" in still.out
 
@@ -262,13 +268,13 @@ def test_a_warm_up_is_found_and_fitted_when_asked(run: Run, tmp_path: Path) -> N
     warm = seed_paper.take(4, seed=2).window(0.0, 1200.0)
     write_recording(warm, tmp_path / "warm.parquet")
     plain = run("earth-rate", tmp_path / "warm.parquet", *LATITUDE, "--model", MODEL, "--first", "north")
-    assert plain.out.startswith("Inconsistent: ")
+    assert plain.out.startswith("Inconsistent. ")
     assert "--warm-up" in plain.out
     fitted = run(
         "earth-rate", tmp_path / "warm.parquet", *LATITUDE, "--model", MODEL, "--first", "north", "--warm-up"
     )
-    assert fitted.out.startswith("Resolved: ")
-    assert "fitted beside it: warm-up" in fitted.out
+    assert fitted.out.startswith("Resolved. ")
+    assert re.search(r"Fitted beside it +warm-up", fitted.out)
 
 
 def test_a_model_is_chosen_by_channel_or_the_choice_is_shown(run: Run, bench: Path, tmp_path: Path) -> None:
@@ -497,7 +503,7 @@ def test_a_model_of_another_kind_of_sensor_is_refused(
 def test_a_list_that_is_not_that_of_the_record_is_named_first(run: Run, bench: Path) -> None:
     done = run("earth-rate", bench / "take.parquet", *LATITUDE, "--model", MODEL, "--dwell", "40")
     assert done.code == 0, done.err
-    assert done.out.startswith("Signal and list contradict each other: 18 turns in the signal")
+    assert done.out.startswith("Signal and list contradict each other. 18 turns in the signal")
     assert "wider range" not in done.out + done.err
 
 

@@ -134,7 +134,7 @@ def test_a_take_that_it_leaves_can_be_measured_again(
              "--latitude=-23.31", "--first", "north", "--json"]
         )  # fmt: skip
     again = json.loads(capsys.readouterr().out)
-    assert again["rate"] == pytest.approx(done.document["takes"][1]["rate"], rel=1e-6)
+    assert again["rotation"]["value"] == pytest.approx(done.document["takes"][1]["rate"], rel=1e-6)
 
 
 def test_the_week_alone_and_its_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:

@@ -261,10 +261,13 @@ def test_planner_answers_while_a_slider_moves(browser: Browser, study: dict[str,
 
 
 def _example(option: Option, name: str) -> Any:
-    if option.type in ("number", "share", "integer", "seconds", "degrees", "deg/s", "deg/h", "deg/h/g"):
+    numbers_ = ("number", "share", "integer", "seconds", "degrees", "latitude", "deg/s", "deg/h", "deg/h/g")
+    if option.type in numbers_:
         return 1
-    special = {"names": ["a", "b"], "texts": ["drop_repeats"], "by-channel": {"a": "deg/s"}, "flag": True,
-               "seconds-list": [1, 2], "spans": [[1, 2]], "headings": [[1, 2, 3]], "model": _WORDS}  # fmt: skip
+    special = {
+        "names": ["a", "b"], "texts": ["drop_repeats"], "by-channel": {"a": "deg/s"}, "flag": True, "model": _WORDS,
+        "seconds-list": [1, 2], "spans": [[1, 2]], "turns": [[1, 2]], "headings": [[1, 2, 3]],
+    }  # fmt: skip
     if option.choices:
         return option.choices[0]
     return ["missing"] if name == "accept" else "a" if option.type == "text" else special.get(option.type)

@@ -45,8 +45,9 @@ class _Browser:
 
 _VALUES: dict[str, Any] = {
     "number": 1.5, "integer": 12, "text": "wx", "flag": True, "names": ["a", "b"], "texts": ["clipping"],
-    "by-channel": {"gyro": "deg/s"}, "seconds": 90, "seconds-list": [1, 60], "degrees": 48.1, "deg/s": 6,
-    "deg/h": 0.5, "deg/h/g": 0.1, "spans": [[1, 2], [3, 4]], "headings": [[0, 60, 0], [60, 120, 90]],
+    "by-channel": {"gyro": "deg/s"}, "seconds": 90, "seconds-list": [1, 60], "degrees": 48.1, "latitude": 48.1,
+    "deg/s": 6, "deg/h": 0.5, "deg/h/g": 0.1, "spans": [[1, 2], [3, 4]], "turns": [[1, 2], [3, 4]],
+    "headings": [[0, 60, 0], [60, 120, 90]],
     "model": {"words": "N=0.3 deg/√h"},
 }  # fmt: skip
 

@@ -28,6 +28,7 @@ from allanite.views.figures.records import overview
 from allanite.views.report import _filled, html_of, render_file
 from pages import Balance, document_of, text_of
 
+FACTS = {"rate": 32.0, "samples": 23040, "duration": 720.0, "channels": [], "history": []}
 NASTY = "</script><img src=x onerror=alert(1)>{{ 7*7 }}\"'&"
 
 
@@ -64,7 +65,7 @@ def test_the_report_of_an_earth_rate(measured: dict[str, Any]) -> None:
     assert_whole(page)
     text = text_of(page)
     assert text.index("Resolved.") < text.index("Pairs of dwells") < text.index("Scatter of the dwells")
-    value = f"{math.degrees(measured['rate']) * 3600:.1f}"
+    value = f"{math.degrees(measured['rotation']['value']) * 3600:.1f}"
     assert f"{value} deg/h" in text
     for name in (
         "Size of the noise",
@@ -103,12 +104,11 @@ def test_north_without_anything_that_grew_has_a_page() -> None:
 
 def test_a_check_that_fails_stands_first_with_its_meaning(measured: dict[str, Any]) -> None:
     checks = [dict(c) for c in measured["checks"]]
-    checks[-1] |= {"passed": False, "says": "a turn was missed there"}
-    text = text_of(html_of({**measured, "verdict": "inconsistent", "reason": "for a test", "checks": checks}))
-    assert text.index("Order of the turns A turn was missed there. not passed") < text.index(
-        "Size of the noise"
-    )
-    assert "Inconsistent. For a test." in text
+    checks[-1] |= {"passed": False, "at": 77.0}
+    text = text_of(html_of({**measured, "verdict": "inconsistent", "checks": checks}))
+    says = "From 77 s on the alternation is another: a turn was missed or counted twice there; correct it with a file"
+    assert text.index(f"Order of the turns {says} of turns. not passed") < text.index("Size of the noise")
+    assert f"Inconsistent. The residuals contradict the noise model: {says[:1].lower()}{says[1:]}" in text
 
 
 def test_without_reversals_the_report_says_so_and_draws_no_rate() -> None:
@@ -193,7 +193,7 @@ def test_a_list_of_turns_that_the_signal_contradicts_leads_the_report(measured: 
         "code": "turn_not_listed", "severity": "warning", "channel": "gyro", "message": "gyro: 18 turns in the signal",
         "advice": "compare", "risk": "", "count": 18, "accepted": False, "places": [],
     }  # fmt: skip
-    said = text_of(html_of({**measured, "findings": [found], "recording": {"rate": 32.0}}))
+    said = text_of(html_of({**measured, "findings": [found], "recording": FACTS}))
     first = said.index("Signal and list contradict each other. 18 turns in the signal.")
     assert first < said.index("95 % interval")
     assert "contradict each other" not in text_of(html_of(measured))
@@ -205,7 +205,7 @@ def test_steps_of_the_record_are_a_list_with_the_names_of_its_channels(measured:
         {"step": "simulate", "seed": 3, "models": {"gyro_x": noise}, "turns": list(range(40))},
         {"step": "exclude", "terms": "none", "models": {"terms": 5}},
     ]
-    page = html_of({**measured, "recording": {"rate": 32.0, "history": history}, "findings": []})
+    page = html_of({**measured, "recording": {**FACTS, "history": history}, "findings": []})
     for line in ("seed: 3", "models: gyro_x N 0.722 deg/√h", "turns: 40 entries", "models: terms 5"):
         assert f"<li>{line} </li>" in page
 
@@ -232,10 +232,15 @@ def test_a_document_of_a_later_version_is_not_drawn(tmp_path: Path) -> None:
 
 def test_what_stands_in_a_log_cannot_act(measured: dict[str, Any]) -> None:
     nasty = json.loads(json.dumps(measured))
-    nasty |= {"source": NASTY, "channel": NASTY, "model_name": NASTY, "reason": NASTY, "advice": [NASTY]}
-    nasty["provenance"] = {"source": NASTY, "command": NASTY}
-    nasty["recording"] = {"rate": 32.0, "history": [{"step": NASTY, NASTY: [NASTY]}]}
-    nasty["checks"][0] |= {"name": NASTY, "says": NASTY, "passed": False}
+    nasty |= {"source": NASTY, "channel": NASTY, "model_name": NASTY, "verdict": "inconsistent"}
+    nasty |= {
+        "nuisances": {NASTY: [1e-6, 1e-7]},
+        "undecided": {"family": NASTY, "other": NASTY, "narrower": 0.1},
+    }
+    made = ("allanite", "created", "source", "sha256", "command", "python", "numpy")
+    nasty["provenance"] = dict.fromkeys(made, NASTY)
+    nasty["recording"] = {**FACTS, "history": [{"step": NASTY, NASTY: [NASTY]}]}
+    nasty["checks"][1] |= {"kind": "temperature", "channel": NASTY, "passed": False}
     finding = dict.fromkeys(("code", "message", "advice", "risk", "channel"), NASTY)
     nasty["findings"] = [{**finding, "severity": "fatal", "count": 1, "places": [[0, 9]], "accepted": False}]
     page = html_of(nasty)

@@ -14,7 +14,6 @@ Names below load on first use, as those of `allanite` do.
 _HOMES = {
     "comparison_of": "comparison",
     "describe": "recordings",
-    "earth_rate_of": "earth",
     "export_of": "exporting",
     "fit_file": "curves",
     "joined": "curves",

@@ -5,19 +5,43 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Collection, Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from allanite.commands.option import Option
+from allanite.errors import InputError
 
 if TYPE_CHECKING:
     from allanite.commands.measurement import MeasurementResult
     from allanite.quantities.result import Result
 
-__all__ = ["Command"]
+__all__ = ["Command", "Conflict"]
 
 Advance = Callable[[float, str], None]
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Conflict:
+    """Options that exclude each other.
+
+    Attributes
+    ----------
+    one : str
+        As the function has it.
+    others : tuple of str
+        None of which goes with it.
+    says : str
+        What a user is told.
+    """
+
+    one: str
+    others: tuple[str, ...]
+    says: str
+
+    def holds(self, given: Collection[str]) -> bool:
+        """Whether options that were given exclude each other."""
+        return self.one in given and any(name in given for name in self.others)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -36,9 +60,16 @@ class Command:
     options : tuple of Option
         Besides those of reading a log and of where the result goes; `run` takes each under its name.
     run : str
-        "module:function" that makes a `Result` of a recording.
+        "module:function" that makes a `Result` of a recording; "" where `work` does more than that.
+    work : str
+        "module:function" that takes what `measure` takes, where reading a log, or looking for faults in it, is a part
+        of the measurement; "" where `run` is enough.
     tables : mapping of str to str
         Further files: "module:function" that makes the rows of a table out of the result, by file name.
+    documents : tuple of str
+        Files that may hold its document in place of that of its name.
+    conflicts : tuple of Conflict
+        Options that exclude each other.
     judged_here : collection of str
         Codes of findings that the measurement comes to itself.
     """
@@ -49,9 +80,17 @@ class Command:
     details: str
     example: str
     options: tuple[Option, ...]
-    run: str
+    run: str = ""
+    work: str = ""
     tables: Mapping[str, str] = field(default_factory=dict)
+    documents: tuple[str, ...] = ()
+    conflicts: tuple[Conflict, ...] = ()
     judged_here: Collection[str] = ()
+
+    def refusal(self, options: Mapping[str, object]) -> str:
+        """What is wrong with options together; "" where nothing is."""
+        given = {name for name, value in options.items() if value is not None and value is not False}
+        return next((c.says for c in self.conflicts if c.holds(given)), "")
 
     def measure(
         self,
@@ -81,9 +120,40 @@ class Command:
 
         Raises
         ------
+        InputError
+            Options that exclude each other.
         DataQualityError
             A fatal finding that was not accepted.
         """
+        if refusal := self.refusal(options):
+            raise InputError(refusal)
+        make = self._by_work if self.work else self._by_run
+        measured = make(
+            log, accept=accept, model=model, command=command, source=source, progress=progress, **options
+        )
+        if isinstance(measured.document, Mapping):
+            return measured
+        tables: dict[str, Callable[[Result], Iterable[dict[str, object]]]] = {
+            file: _loaded(rows) for file, rows in self.tables.items()
+        }
+        return replace(measured, tables={file: [*rows(measured.result)] for file, rows in tables.items()})
+
+    def _by_work(self, log: str | os.PathLike[str], **options: object) -> MeasurementResult:
+        work: Callable[..., MeasurementResult] = _loaded(self.work)
+        return work(log, **options)
+
+    def _by_run(
+        self,
+        log: str | os.PathLike[str],
+        *,
+        accept: Collection[str],
+        model: str | os.PathLike[str] | None,
+        command: str | None,
+        source: str | None,
+        progress: Advance | None,
+        **options: object,
+    ) -> MeasurementResult:
+        """Read a log, refuse its faults, and make the result of what is left."""
         from allanite.commands.measurement import MeasurementResult, origin_of
         from allanite.commands.recordings import has_gaps, models_from, noise_channels, ready_log
         from allanite.study.result_document import ResultDocument
@@ -102,9 +172,6 @@ class Command:
             own["models"] = models_from(model, noise_channels(recording))
         run: Callable[..., Result] = _loaded(self.run)
         result = run(recording, progress=lambda fraction, what: advance(0.3 + 0.7 * fraction, what), **own)
-        tables: dict[str, Callable[[Result], Iterable[dict[str, object]]]] = {
-            file: _loaded(rows) for file, rows in self.tables.items()
-        }
         return MeasurementResult(
             result=result,
             document=ResultDocument(
@@ -113,7 +180,7 @@ class Command:
                 **origin_of(recording, findings, log, command),
             ),
             name=self.name,
-            tables={file: [*rows(result)] for file, rows in tables.items()},
+            tables={},
             lossy=has_gaps(recording),
         )
 

@@ -23,6 +23,7 @@ from typing import TYPE_CHECKING, Any
 
 from allanite.filtering.simulation import seed_paper
 from allanite.plain_files.atomic_file import fresh, make_folder, refuse_existing
+from allanite.plain_files.json_values import plain as plain_values
 
 if TYPE_CHECKING:
     from allanite.experiments.earth_rate import EarthRateEstimate
@@ -325,16 +326,24 @@ def _end_of_take_4(run: _Run, model: NoiseModel) -> EarthRateEstimate:
 
 
 def _take_part(number: int, estimate: EarthRateEstimate) -> Json:
-    """A take's estimate without its long series."""
-    plain = estimate.to_json()
+    """A take's estimate without its long series, with its sentences: this document holds what is said of it."""
+    document = estimate.to_json()
     for name in ("running", "dwells", "dead_times", "reversals"):
-        del plain[name]
+        del document[name]
+    spoken = {
+        "rate": estimate.rate,
+        "interval": estimate.interval,
+        "reason": estimate.reason,
+        "advice": estimate.advice,
+        "checks": [{**c.to_json(), "name": c.name, "says": c.says} for c in estimate.checks],
+    }
     return {
         "take": number,
         "published": seed_paper.TAKES[number].published,
         "turns": len(estimate.reversals.turns),
         "bound": _least_sd(estimate.duration),
-        **plain,
+        **document,
+        **plain_values(spoken),
     }
 
 

@@ -5,13 +5,13 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable, Collection, Iterable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from allanite.commands.by_file import ByFile, headed, read_files
 from allanite.commands.means import read_means, record_of_means
-from allanite.commands.measurement import MeasurementResult, beside, provenance
+from allanite.commands.measurement import MeasurementResult, beside, origin_of, provenance
 from allanite.commands.recordings import is_lossy, read_whole
 from allanite.commands.turned import (
     LONGEST_TURN,
@@ -55,9 +55,17 @@ def earth_rate_of(
     first: str | None = None,
     dead_time: float = 2.0,
     vector: bool = False,
-    bias: float = 0.0,
+    settling: bool = False,
+    warm_up: bool = False,
+    temperature: str | None = None,
+    scale_uncertainty: float = 0.0,
+    latitude_uncertainty: float = 0.0,
+    tilt: float = 0.0,
+    heading_uncertainty: float = 0.0,
+    bias_uncertainty: float = 0.0,
+    g_sensitivity: float = 0.0,
+    confidence: float = 0.95,
     accept: Collection[str] = (),
-    estimate: Mapping[str, Any] | None = None,
     command: str | None = None,
     source: str | None = None,
     progress: Advance | None = None,
@@ -65,8 +73,8 @@ def earth_rate_of(
 ) -> MeasurementResult:
     """The Earth rate out of a log of one axis that was turned, or the rate vector out of one of three axes at rest.
 
-    See `measure_earth_rate` and `measure_rate_vector`, whose further options `estimate` holds. Three channels of
-    rates are taken for the axes of one sensor, unless something is said about turns.
+    See `measure_earth_rate` and `measure_rate_vector`. Three channels of rates are taken for the axes of one sensor,
+    unless something is said about turns.
 
     Parameters
     ----------
@@ -78,7 +86,7 @@ def earth_rate_of(
         See `turns_of`.
     vector : bool
         Three axes, even where they were turned by half a turn.
-    bias : float [rad/s]
+    bias_uncertainty : float [rad/s]
         Standard uncertainty of the bias of each of three axes.
     accept : collection of str
         Fatal findings to go on in spite of.
@@ -86,23 +94,30 @@ def earth_rate_of(
         Those of `read`.
     """
     from allanite.experiments.earth_rate import measure_earth_rate
+    from allanite.quantities.setup_uncertainty import Stated
+    from allanite.study.result_document import Overview, ResultDocument
+    from allanite.views.figures.records import overview
 
     advance = progress or (lambda fraction, what: None)
     advance(0.0, "reading")
     whole, start, stop = read_whole(log, start, stop, listed=turns is not None, source=source, **options)
-    if is_vector(whole, forced=vector, turned=_says_turned((turns, dwell, first), estimate)):
+    stated = Stated(
+        scale=scale_uncertainty, latitude=latitude_uncertainty, tilt=tilt, heading=heading_uncertainty
+    )
+    turned = any((turns, dwell is not None, first, settling, warm_up, temperature, g_sensitivity))
+    if is_vector(whole, forced=vector, turned=turned):
         return vector_of(
             part_of(whole, start, stop),
             latitude=latitude,
             model=None if model is None else str(model),
             forced=vector,
             accept=accept,
-            estimate={"bias": bias, **_of_vector(estimate)},
+            estimate={"bias": bias_uncertainty, "stated": stated, "confidence": confidence},
             sha256=file_sha256(log),
             command=command,
             progress=advance,
         )
-    if bias:
+    if bias_uncertainty:
         raise InputError("--bias-uncertainty is for three axes at rest: one axis has its bias fitted")
     channel = _one_axis(whole)
     noise, model_name = model_for(model, whole[channel])
@@ -112,35 +127,29 @@ def earth_rate_of(
     )
     advance(0.4, "looking for faults")
     ready = checked(part, reversals, [channel], accept=accept)
-    found = measure_earth_rate(
+    result = measure_earth_rate(
         ready.recording,
         latitude=latitude,
         model=noise,
         channel=channel,
         reversals=reversals,
+        settling=settling,
+        warm_up=warm_up,
+        temperature=temperature,
+        stated=stated,
+        g_sensitivity=g_sensitivity,
+        confidence=confidence,
         progress=lambda fraction, what: advance(0.5 + 0.5 * fraction, what),
-        **(estimate or {}),
     )
-    document = {
-        **found.to_json(),
-        **beside(part, channel, ready.findings, file_sha256(log), command),
-        "model_name": model_name,
-    }
+    document = ResultDocument(
+        result=result,
+        model_name=model_name,
+        overview=Overview.from_json(overview(part, channel)),
+        **origin_of(part, ready.findings, log, command),
+    )
     return MeasurementResult(
-        result=found,
-        document=document,
-        name="earth-rate",
-        tables={"dwells.csv": _dwell_rows(document)},
-        lossy=ready.lossy,
+        result=result, document=document, name="earth-rate", tables={}, lossy=ready.lossy
     )
-
-
-def _says_turned(said: Iterable[Any], estimate: Mapping[str, Any] | None) -> bool:
-    """Whether anything was said of turns, or of what is fitted beside a rate that turns."""
-    beside_it = [
-        (estimate or {}).get(name) for name in ("settling", "warm_up", "temperature", "g_sensitivity")
-    ]
-    return any(word not in (None, False, 0.0) for word in (*said, *beside_it))
 
 
 def _one_axis(recording: Recording) -> str:
@@ -152,31 +161,6 @@ def _one_axis(recording: Recording) -> str:
             "--channels; three axes at rest need no word of turns"
         )
     return gyro_of(recording)
-
-
-def _of_vector(estimate: Mapping[str, Any] | None) -> dict[str, Any]:
-    """The options that both kinds of measurement have."""
-    return {name: value for name, value in (estimate or {}).items() if name in ("stated", "confidence")}
-
-
-def _dwell_rows(document: Json) -> list[Json]:
-    """One row for each dwell, in people's units."""
-    from allanite.experiments.reversals.sides import direction_of
-    from allanite.views.wording import DEG_H
-
-    def in_deg_h(value: float | None) -> str:
-        return "" if value is None else f"{value / DEG_H:.6g}"
-
-    return [
-        {
-            "number": i,
-            "start_s": f"{d['start']:.6f}",
-            "stop_s": f"{d['stop']:.6f}",
-            "direction": direction_of(document["first"], d["sign"]),
-            **{f"{name}_deg_h": in_deg_h(d[name]) for name in ("mean", "sd", "residual")},
-        }
-        for i, d in enumerate(document["dwells"], 1)
-    ]
 
 
 def north_of(

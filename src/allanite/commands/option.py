@@ -10,8 +10,8 @@ __all__ = ["ACCEPT", "CONFIDENCE", "MODEL", "READING", "STATISTICS", "Option", "
 
 OptionType = Literal[
     "number", "integer", "share", "text", "flag", "choice", "names", "texts", "findings", "by-channel", "seconds",
-    "seconds-list", "degrees", "deg/s", "deg/h", "deg/h/g", "spans", "headings", "model", "recording", "document",
-    "attached", "description", "file",
+    "seconds-list", "degrees", "latitude", "turns", "deg/s", "deg/h", "deg/h/g", "spans", "headings", "model",
+    "recording", "document", "attached", "description", "file",
 ]  # fmt: skip
 
 STATISTICS = (
@@ -32,6 +32,9 @@ class Option:
     python : str
         As the function has it, and the page.
     help : str
+    detail : str
+        What the command line adds to it: how its word looks.
+    required : bool
     choices : tuple of str
         Those of a choice; of any other type what the page offers, while the command line takes more.
     inside : str
@@ -52,6 +55,8 @@ class Option:
     flag: str
     python: str
     help: str
+    detail: str = ""
+    required: bool = False
     choices: tuple[str, ...] = ()
     inside: str = ""
     stated: bool = False

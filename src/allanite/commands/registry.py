@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
 from allanite.commands.declaration import Command
+from allanite.commands.earth_rate import EARTH_RATE
 from allanite.commands.variation import VARIATION
 
 if TYPE_CHECKING:
@@ -14,7 +15,7 @@ if TYPE_CHECKING:
 
 __all__ = ["COMMANDS", "measure"]
 
-COMMANDS: Mapping[str, Command] = {command.name: command for command in (VARIATION,)}
+COMMANDS: Mapping[str, Command] = {command.name: command for command in (VARIATION, EARTH_RATE)}
 
 
 def measure(name: str, log: str, **options: object) -> MeasurementResult:

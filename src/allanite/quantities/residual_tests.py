@@ -14,10 +14,22 @@ from __future__ import annotations
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Protocol, TypeVar
 
 from allanite.quantities.distributions import chi_square_tail
 
-__all__ = ["SEEN", "ResidualTest", "alarm", "grave", "inflation_of", "scatter_check", "size_check"]
+__all__ = [
+    "SEEN",
+    "ResidualTest",
+    "Tested",
+    "alarm",
+    "grave",
+    "inflation_of",
+    "scatter_check",
+    "scatter_words",
+    "size_check",
+    "size_words",
+]
 
 #: Something is seen from so many standard deviations on.
 SEEN = 3.0
@@ -28,6 +40,22 @@ SCATTER_ALARM = 1e-2
 #: Scatter or noise beyond so many times the model's: the model is not that of this record. Too little noise takes
 #: nothing away from a result, whose interval is too wide then; but it is said.
 FOREIGN = 2.0
+
+
+class Tested(Protocol):
+    """A question that was put to residuals, whatever it is called."""
+
+    @property
+    def passed(self) -> bool: ...
+
+    @property
+    def widens(self) -> bool: ...
+
+    @property
+    def ratio(self) -> float: ...
+
+
+T = TypeVar("T", bound=Tested)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -68,7 +96,7 @@ class ResidualTest:
         return math.sqrt(self.statistic / self.dof) if self.dof > 0 else 1.0
 
 
-def alarm(name: str, statistic: float, dof: float, says: str, *, looks: int = 1) -> ResidualTest:
+def alarm(name: str, statistic: float, dof: float, says: str = "", *, looks: int = 1) -> ResidualTest:
     """A check that takes the result away; the best of several `looks` is charged for all of them."""
     tries = max(looks, 1)
     p = min(chi_square_tail(statistic, dof) * tries, 1.0)
@@ -81,45 +109,50 @@ def size_check(chi2: float, dof: int) -> ResidualTest:
     """Is the noise of the record that of the model? Too little of it is as telling as too much."""
     above = chi_square_tail(chi2, dof) if dof > 0 else 0.5
     p = min(2 * min(above, 1 - above), 1.0)
-    ratio = math.sqrt(chi2 / dof) if dof > 0 else 1.0
-    says = f"the noise of this record is {ratio:.3g} times that of the model"
-    if ratio < 1:
-        says += ", and the interval wider than need be"
-    if not 1 / FOREIGN <= ratio <= FOREIGN:
-        says += ": is it the model of this sensor, in this unit?"
     return ResidualTest(
         name="size of the noise",
         statistic=chi2,
         dof=dof,
         p=p,
         passed=p >= ALARM,
-        says=says,
+        says=size_words(math.sqrt(chi2 / dof) if dof > 0 else 1.0),
         widens=True,
         two_sided=True,
     )
 
 
-def scatter_check(what: str, chi2: float, dof: int, reasons: str) -> ResidualTest:
+def size_words(ratio: float) -> str:
+    """What a noise of so many times that of the model means."""
+    narrower = ", and the interval wider than need be" if ratio < 1 else ""
+    foreign = "" if 1 / FOREIGN <= ratio <= FOREIGN else ": is it the model of this sensor, in this unit?"
+    return f"the noise of this record is {ratio:.3g} times that of the model{narrower}{foreign}"
+
+
+def scatter_check(what: str, chi2: float, dof: int, reasons: str = "") -> ResidualTest:
     """Do the means of the `what` scatter as the model says?"""
     p = chi_square_tail(chi2, dof) if dof > 0 else 1.0
-    ratio = math.sqrt(chi2 / max(dof, 1))
     return ResidualTest(
         name=f"scatter of the {what}",
         statistic=chi2,
         dof=dof,
         p=p,
         passed=p >= SCATTER_ALARM,
-        says=f"the {what} scatter {ratio:.2f} times as much as the noise model says: {reasons}",
+        says=scatter_words(what, math.sqrt(chi2 / max(dof, 1)), reasons),
         widens=True,
     )
 
 
-def inflation_of(checks: Sequence[ResidualTest]) -> float:
+def scatter_words(what: str, ratio: float, reasons: str) -> str:
+    """What means that scatter more than the model says are a sign of."""
+    return f"the {what} scatter {ratio:.2f} times as much as the noise model says: {reasons}"
+
+
+def inflation_of(checks: Sequence[Tested]) -> float:
     """Birge's ratio [1], of the check that asks for more; 1 where none does."""
     return max([1.0, *(c.ratio for c in checks if c.widens and not c.passed)])
 
 
-def grave(checks: Sequence[ResidualTest]) -> list[ResidualTest]:
+def grave(checks: Sequence[T]) -> list[T]:
     """Checks that take the result away, not just its precision."""
     failed = [c for c in checks if not c.passed]
     return [c for c in failed if not c.widens or c.ratio > FOREIGN]

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """A result as a document: with the record it comes from, what was found in that, and what made it.
 
-The document on disk is that of the result, with "provenance", "recording", "findings" and "model_name" beside its own
-fields. Reports, tables and pictures are made from it alone.
+The document on disk is that of the result, with "provenance", "recording", "findings", "model_name" and, where a report
+draws the record, "overview" beside its own fields. Reports, tables and pictures are made from it alone.
 """
 
 from __future__ import annotations
@@ -11,12 +11,17 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from typing import Generic, TypeVar
 
+import numpy as np
+from numpy.typing import NDArray
+
 from allanite.plain_files.json_values import plain
 from allanite.quantities.result import Result
 from allanite.recording.health import Finding
 from allanite.recording.records import Channel, Recording
 
-__all__ = ["Origin", "Provenance", "RecordFacts", "ResultDocument", "read_document"]
+__all__ = ["Origin", "Overview", "Provenance", "RecordFacts", "ResultDocument", "read_document"]
+
+Array = NDArray[np.float64]
 
 R = TypeVar("R", bound=Result, covariant=True)
 K = TypeVar("K", bound=Result)
@@ -86,6 +91,34 @@ class RecordFacts(Result):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
+class Overview(Result):
+    """What a picture of one channel of the record needs.
+
+    Attributes
+    ----------
+    name, kind, unit : str
+        Of the channel.
+    t : ndarray, shape (n,) [s]
+        Middle of each block, since the first sample.
+    low, high : ndarray, shape (n,) [SI unit of the channel]
+        Lowest and highest sample of each block; NaN where it has none.
+    gaps : tuple of (float, float) [s]
+        The longest runs of missing samples.
+    duration : float [s]
+        Of the record; 0 where an early version did not state it.
+    """
+
+    name: str
+    kind: str
+    unit: str
+    t: Array
+    low: Array
+    high: Array
+    gaps: tuple[tuple[float, float], ...]
+    duration: float = 0.0
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
 class Origin(Result):
     """What stands in a document beside the fields of its result.
 
@@ -99,12 +132,15 @@ class Origin(Result):
         None where nobody looked.
     model_name : str
         Of the noise model that was given; "" for none.
+    overview : Overview or None
+        Of the channel whose record the report draws; None where it draws none.
     """
 
     provenance: Provenance | None = None
     recording: RecordFacts | None = None
     findings: tuple[Finding, ...] | None = None
     model_name: str = ""
+    overview: Overview | None = None
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

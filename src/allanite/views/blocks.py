@@ -79,11 +79,12 @@ class Hero(PageBlock):
 
 @dataclass(frozen=True, slots=True)
 class Text(PageBlock):
-    """A paragraph; a note is small and grey."""
+    """A paragraph; a note is small and grey. A terminal shows those that are `brief`."""
 
     kind = "text"
     text: str
     note: bool = False
+    brief: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,7 +121,10 @@ class References(PageBlock):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class Cell:
-    """A cell of a table: words, small words below, and a look ("", "value", "limit", "si", "good", "fatal")."""
+    """A cell of a table: words, small words below, and a look ("", "value", "limit", "si", "good", "fatal").
+
+    A terminal shows what is below a value beside it, and of other cells the words alone.
+    """
 
     text: str
     below: str = ""

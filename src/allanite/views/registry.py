@@ -15,6 +15,11 @@ __all__ = ["VIEWS", "document_of", "view_of"]
 #: Format of a document -> where its result is defined, its name there, and the module whose `view` shows it.
 VIEWS: Mapping[str, tuple[str, str, str]] = {
     "allanite-variation": ("allanite.stability.variation", "Variation", "allanite.views.variation"),
+    "allanite-earth-rate": (
+        "allanite.experiments.earth_rate",
+        "EarthRateEstimate",
+        "allanite.views.earth_rate",
+    ),
 }
 
 

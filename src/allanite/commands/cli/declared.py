@@ -20,13 +20,15 @@ def _offered(declared: Command) -> None:
     """Put a command under the program."""
 
     def run(log: str, to: Destination, **options: Any) -> int:
-        from allanite.views.registry import view_of
-        from allanite.views.terminal import show_page
+        from allanite.views.terminal import show_document
 
+        given = {name: value for name, value in options.items() if value is not None}
+        if refusal := declared.refusal(given):
+            raise click.UsageError(refusal)
         return to.deliver(
             declared.name,
-            lambda **known: declared.measure(place_of(log), **known, **options),
-            lambda document, files: show_page(view_of(document), files),
+            lambda **known: declared.measure(place_of(log), **known, **given),
+            show_document,
             tables=[*declared.tables],
             log=log,
         )

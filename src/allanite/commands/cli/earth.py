@@ -1,10 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""From a turned record to the Earth: earth-rate, north, plan."""
+"""From a turned record to the Earth: north, plan."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
-from pathlib import Path
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import click
@@ -16,7 +15,6 @@ from allanite.commands.cli.options import (
     Duration,
     Durations,
     Goal,
-    GSensitivity,
     Latitude,
     Rate,
     Share,
@@ -24,7 +22,6 @@ from allanite.commands.cli.options import (
     log_options,
     model_channels_option,
     place_of,
-    turn_options,
 )
 from allanite.commands.cli.positions import (
     for_means,
@@ -36,7 +33,7 @@ from allanite.commands.cli.positions import (
 from allanite.commands.cli.program import command, family
 from allanite.commands.cli.results import Destination, result_options
 
-__all__ = ["earth_rate", "north", "plan"]
+__all__ = ["north", "plan"]
 
 
 _HEADED = "north.csv=0 east.csv=90"
@@ -59,75 +56,6 @@ def stated_options(command: Callable[..., Any]) -> Callable[..., Any]:
     for option in reversed(options):
         command = option(command)
     return command
-
-
-@command("allanite earth-rate take.parquet --model study.json --latitude -23.31 --first north", "earth-rate")
-@click.argument("log")
-@log_options
-@click.option("--model", metavar="MODEL", help=MODEL + "  [default: fitted to the log itself]")
-@latitude_option
-@turn_options
-@click.option("--vector", is_flag=True, help="Three axes at rest: the rate vector and its length.")
-@click.option("--settling", is_flag=True, help="Fit a rotation that settles after each turn, too.")
-@click.option("--warm-up", is_flag=True, help="Fit an exponential warm-up, too.")
-@click.option("--temperature", metavar="CHANNEL", help="Fit this channel, too.")
-@stated_options
-@click.option(
-    "--bias-uncertainty", "bias", type=Rate(), default=0.0, help="Of each of three axes: 0.01deg/h."
-)
-@click.option(
-    "--g-sensitivity",
-    type=GSensitivity(),
-    default=0.0,
-    help="Of an axis turned between up and down: 0.1deg/h/g.",
-)
-@click.option("--confidence", type=float, default=0.95, show_default=True, help="Level of the interval.")
-@accept_option
-@result_options
-def earth_rate(
-    log: str, latitude: float, first: str | None, settling: bool, warm_up: bool, temperature: str | None,
-    confidence: float, scale: float, latitude_uncertainty: float, tilt: float, heading: float, g_sensitivity: float,
-    to: Destination, **options: Any,
-) -> int:  # fmt: skip
-    """Measure the Earth's rotation with a LOG of one axis that was turned between north and south, or up and down.
-
-    The turns are read off the signal, or come from a file or a clock. Of a LOG of three axes at rest the length of the
-    rate vector is measured, with the biases in it. "Not resolved" is a result as well. With --out the folder gets
-    report.html and earth-rate.json with dwells.csv, or of three axes rate-vector.json with stretches.csv.
-    """
-    from allanite.commands.earth import earth_rate_of
-    from allanite.experiments.earth_rate import Stated
-    from allanite.views import terminal
-
-    _one_of(options, "turns", "dwell")
-    if options["vector"] and (
-        first or options["turns"] or options["dwell"] or settling or warm_up or temperature or g_sensitivity
-    ):
-        raise click.UsageError(
-            "--vector is for three axes at rest: leave out what is said of one axis that was turned (--first, "
-            "--turns, --dwell, --settling, --warm-up, --temperature, --g-sensitivity)"
-        )
-    stated = Stated(scale=scale, latitude=latitude_uncertainty, tilt=tilt, heading=heading)
-    chosen: dict[str, Any] = {
-        "settling": settling,
-        "warm_up": warm_up,
-        "temperature": temperature,
-        "stated": stated,
-    }
-    chosen |= {"g_sensitivity": g_sensitivity, "confidence": confidence}
-    options |= {"latitude": latitude, "first": first, "estimate": chosen}
-
-    def show(document: Mapping[str, Any], files: Sequence[Path]) -> None:
-        of_three = document["format"] == "allanite-rate-vector"
-        (terminal.show_rate_vector if of_three else terminal.show_earth_rate)(document, files)
-
-    return to.deliver(
-        "earth-rate",
-        lambda **known: earth_rate_of(place_of(log), **known, **options),
-        show,
-        tables=["dwells.csv"],
-        log=log,
-    )
 
 
 def _one_of(options: Mapping[str, Any], *names: str, needed: bool = False) -> None:

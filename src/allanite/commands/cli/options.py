@@ -468,7 +468,11 @@ _KINDS: dict[str, click.ParamType[Any]] = {
     "by-channel": ByChannel(),
     "seconds": Duration(),
     "degrees": Angle(),
+    "latitude": Latitude(),
+    "deg/h": Rate(),
+    "deg/h/g": GSensitivity(),
     "file": click.Path(exists=True, dir_okay=False),
+    "turns": click.Path(exists=True, dir_okay=False),
 }
 """Type of an `Option` -> that of the command line; any other is text."""
 
@@ -488,11 +492,15 @@ def click_option(declared: Option) -> Callable[[Callable[..., Any]], Callable[..
         more |= {"default": shown, "show_default": True}
     if declared.metavar:
         more["metavar"] = declared.metavar
+    if declared.required:
+        more["required"] = True
     if declared.type == "flag":
         more["is_flag"] = True
     else:
         more["type"] = PerLog(kind) if declared.per_log else kind
     text = declared.help.removesuffix(".") + " (repeatable)." if "multiple" in more else declared.help
+    if declared.detail:
+        text = f"{text.removesuffix('.')}: {declared.detail}."
     if declared.otherwise:
         text += f"  [default: {declared.otherwise}]"
     return click.option(declared.flag, declared.python, help=text, **more)

@@ -199,8 +199,9 @@ def _declared(command: Command) -> JobKind:
         command=command.name,
         takes="recording",
         options={o.python: o for o in command.options},
+        required=tuple(o.python for o in command.options if o.required),
         lines=_declared_lines,
-        results=(f"{command.name}.json",),
+        results=(f"{command.name}.json", *command.documents),
     )
 
 
@@ -309,38 +310,6 @@ KINDS: Mapping[str, JobKind] = {
         lines=_measured_lines,
         function="selection_of",
         results=("selection.json",),
-    ),
-    "earth-rate": JobKind(
-        title="Earth rate",
-        command="earth-rate",
-        takes="recording",
-        options={
-            "latitude": _LATITUDE,
-            "model": MODEL,
-            "first": option(
-                "choice", "--first", "Where the axis points at first.", choices=("north", "south", "up", "down")
-            ),
-            "turns": option("spans", "--turns", "Turns by hand: [[start, stop], …]."),
-            "dwell": option("seconds", "--dwell", "Turned so often, for turns that do not show."),
-            "dead_time": _DEAD_TIME,
-            "vector": option("flag", "--vector", "Three axes at rest: the rate vector and its length."),
-            "settling": option("flag", "--settling", "Fit a rotation that settles after each turn.", inside="estimate"),
-            "warm_up": option("flag", "--warm-up", "Fit an exponential warm-up.", inside="estimate"),
-            "temperature": option("text", "--temperature", "Fit this channel, too.", inside="estimate"),
-            **_STATED,
-            "bias_uncertainty": Option(
-                type="deg/h", flag="--bias-uncertainty", python="bias", help="Of each of three axes [deg/h]."
-            ),
-            "g_sensitivity": option(
-                "deg/h/g", "--g-sensitivity", "Of an axis turned between up and down [deg/h/g].", inside="estimate"
-            ),
-            "confidence": _CONFIDENCE,
-            "accept": ACCEPT,
-        },
-        required=("latitude",),
-        lines=_measured_lines,
-        function="earth_rate_of",
-        results=("earth-rate.json", "rate-vector.json"),
     ),
     "north": JobKind(
         title="North",

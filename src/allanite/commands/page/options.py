@@ -45,7 +45,14 @@ def given_in(request: Mapping[str, Any], name: str) -> dict[str, Any]:
 
 
 #: Types that the page shows as others.
-_ON_THE_PAGE = {"share": "number", "findings": "texts"}
+_ON_THE_PAGE = {"share": "number", "findings": "texts", "latitude": "degrees", "turns": "spans"}
+
+
+def _help(option: Option) -> str:
+    """What the page says of an option: its fields take numbers and lists where the command line takes words."""
+    if option.type == "turns":
+        return "Turns by hand: [[start, stop], …]."
+    return f"{option.help.removesuffix('.')} (0.001 is 0.1 %)." if option.type == "share" else option.help
 
 
 def described(options: Mapping[str, Option]) -> dict[str, Any]:
@@ -53,7 +60,7 @@ def described(options: Mapping[str, Option]) -> dict[str, Any]:
     return {
         name: {
             "type": "choice" if o.choices else _ON_THE_PAGE.get(o.type, o.type),
-            "help": o.help,
+            "help": _help(o),
             **({"choices": list(o.choices)} if o.choices else {}),
             **({} if o.default is None else {"default": o.default}),
         }
@@ -112,7 +119,7 @@ def _spelt(option: Option, name: str, value: Any, place: Place) -> tuple[list[st
             if value is not True:
                 raise Refused(400, f"{name} is yes or no (true, false)")
             return [None], True
-        case "number" | "share" | "seconds" | "degrees" | "deg/s" | "deg/h" | "deg/h/g":
+        case "number" | "share" | "seconds" | "degrees" | "latitude" | "deg/s" | "deg/h" | "deg/h/g":
             return _number(option.type, _real(name, value))
         case "integer":
             whole = _real(name, value)
@@ -136,13 +143,13 @@ def _spelt(option: Option, name: str, value: Any, place: Place) -> tuple[list[st
         case "seconds-list":
             numbers = [_real(name, v) for v in _list(name, value)]
             return [",".join(map(number_text, numbers))], numbers
-        case "spans" if option.flag == "--exclude":
+        case "spans":
             spans = _rows(name, value, 2)
             return [",".join(f"{number_text(a)}:{number_text(b)}" for a, b in spans)], [
                 tuple(s) for s in spans
             ]
-        case "spans" | "headings":
-            _rows(name, value, 2 if option.type == "spans" else 3)
+        case "turns" | "headings":
+            _rows(name, value, 2 if option.type == "turns" else 3)
             word = place(option, name, value)
             return [word], word
         case _:
@@ -152,7 +159,7 @@ def _spelt(option: Option, name: str, value: Any, place: Place) -> tuple[list[st
 
 def _number(kind: str, value: float) -> tuple[list[str | None], Any]:
     text = number_text(value)
-    if kind == "degrees":
+    if kind in ("degrees", "latitude"):
         return [f"{text}deg"], Code(f"math.radians({text})")
     if kind in ("deg/s", "deg/h", "deg/h/g"):
         return [f"{text}{kind}"], Code(f"{text} * parse_unit({kind!r}).factor")

@@ -13,13 +13,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.experiments.earth_rate.results import RateReading
+from allanite.experiments.earth_rate.results import RateCheck, RateReading
 from allanite.experiments.earth_rate.take import Take, Transient
+from allanite.experiments.earth_rate.verdict import RateCheckKind
 from allanite.experiments.reversals.sides import triple_of
 from allanite.filtering.block_means import BlockMeans
 from allanite.noise import NoiseModel
 from allanite.noise.span_means import contrast_whitener, span_covariance
-from allanite.quantities.residual_tests import ResidualTest, alarm, scatter_check
+from allanite.quantities.residual_tests import alarm, scatter_check
 from allanite.recording.records import Sampling
 
 __all__ = ["DwellMeans"]
@@ -30,12 +31,6 @@ Array = NDArray[np.float64]
 MOST = 1500
 #: Single values whose covariance is taken at once.
 GROUP = 600
-
-_SCATTER = "something changes from turn to turn (pointing, tilt, residual rotation, a bias by position)"
-_TREND = (
-    "the alternation from turn to turn grows or fades through the record: look at the dwells, and take the part "
-    "of the record that is steady"
-)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -103,7 +98,7 @@ class DwellMeans:
         """Middle of each dwell [s]."""
         return np.asarray((self.start + self.stop) / 2 * self.dt)
 
-    def covariance(self, part: slice | NDArray[np.int64]) -> Array:
+    def covariance(self, part: slice[int, int] | NDArray[np.int64]) -> Array:
         """Of these dwells; it holds for combinations in which a constant cancels [rad²/s²]."""
         ends = self.start[part], self.stop[part], self.whole[part]
         return span_covariance(self.model, *ends, dt=self.dt, sampling=self.sampling)
@@ -151,7 +146,7 @@ class DwellMeans:
 
     # -- checks -------------------------------------------------------------------------------------------
 
-    def checks(self) -> tuple[ResidualTest, ...]:
+    def checks(self) -> tuple[RateCheck, ...]:
         """Scatter of the dwells, a rate that changes, a turn that was missed; none with fewer than four dwells."""
         n = min(self.size, MOST)
         if n < 4 + self.nuisances.shape[1]:
@@ -174,9 +169,10 @@ class DwellMeans:
 
         later = np.tril(np.ones((n, n - 1)), -1) * sign[:, None]
         trend = (sign * (middle - middle.mean()))[:, None]
+        scatter = scatter_check("dwells", float(left @ left), n - 1 - known.shape[1])
         return (
-            scatter_check("dwells", float(left @ left), n - 1 - known.shape[1], _SCATTER),
-            alarm("constancy of the rate", float(gains(trend)[0]), 1, _TREND),
+            RateCheck.of(RateCheckKind.SCATTER, scatter),
+            RateCheck.of(RateCheckKind.CONSTANCY, alarm("constancy", float(gains(trend)[0]), 1)),
             _missed(gains(later), middle),
         )
 
@@ -190,13 +186,7 @@ def _of_dwells(blocks: BlockMeans, column: Array, kept: list[int]) -> Array:
     return replace(blocks, mean=column).of_spans(max(kept, default=-1) + 1)[0][kept]
 
 
-def _missed(gains: Array, middle: Array) -> ResidualTest:
+def _missed(gains: Array, middle: Array) -> RateCheck:
     worst = int(np.argmax(gains))
-    return alarm(
-        "order of the turns",
-        float(gains[worst]),
-        1,
-        f"from {middle[worst + 1]:.0f} s on the alternation is another: a turn was missed or counted twice there; "
-        "correct it with a file of turns",
-        looks=len(gains),
-    )
+    test = alarm("order", float(gains[worst]), 1, looks=len(gains))
+    return RateCheck.of(RateCheckKind.ORDER, test, at=float(middle[worst + 1]))

@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 from allanite.errors import InputError
 from allanite.experiments.earth_rate.dwell_means import DwellMeans
 from allanite.experiments.earth_rate.noise_of_record import fit_noise
+from allanite.experiments.earth_rate.quantile import needed_quantile, quantile_of
 from allanite.experiments.earth_rate.residuals import residual_checks
 from allanite.experiments.earth_rate.results import (
     G_SENSITIVITY,
@@ -20,22 +21,19 @@ from allanite.experiments.earth_rate.results import (
     EarthRateEstimate,
     RateReading,
     RunningEstimate,
+    SettlingFit,
+    UndecidedNoise,
 )
 from allanite.experiments.earth_rate.take import RATE, TIME_CONSTANT, Take, Transient
-from allanite.experiments.earth_rate.verdict import (
-    CONTRADICTS,
-    direction_to_state,
-    judge,
-    settling_that_explains,
-)
+from allanite.experiments.earth_rate.verdict import EarthRateVerdict, NoiseOrigin, explains, judge
 from allanite.experiments.reversals import Reversals, find_reversals
 from allanite.experiments.reversals.sides import is_vertical, sign_at_first
-from allanite.experiments.reversals.turned_over import turned_over
+from allanite.experiments.reversals.turned_over import TurnedOver, turned_over
 from allanite.experiments.reversals.turns import DEAD_TIME
 from allanite.filtering.regression import LEVEL, Regression
 from allanite.noise import NoiseModel, White
-from allanite.quantities.distributions import normal_quantile, student_quantile
 from allanite.quantities.earth import EARTH_RATE, checked_latitude
+from allanite.quantities.quantity import Quantity, QuantityStatus
 from allanite.quantities.residual_tests import inflation_of
 from allanite.quantities.setup_uncertainty import Stated
 from allanite.quantities.units import STANDARD_GRAVITY
@@ -47,8 +45,6 @@ Array = NDArray[np.float64]
 Progress = Callable[[float, str], None]
 
 
-#: Probability of being less than three standard deviations above, in the normal law.
-THREE_SD = 0.99865
 #: Other dead times that are tried [s].
 DEAD_TIMES = (0.0, 0.5, 1.0, 2.0, 3.0, 5.0, 8.0, 12.0)
 
@@ -134,18 +130,18 @@ def measure_earth_rate(
         raise InputError("the reversals that are given have their own first direction and dead time")
     advance(0.3, "averaging")
     take = Take.of(recording, name, reversals, latitude, temperature, model=model)
-    source, open_question = "given", ""
+    source, undecided = NoiseOrigin.GIVEN, None
     if model is None:
         advance(0.4, "fitting the noise of this record")
-        model, source = fit_noise(take), "this record"
+        model, source = fit_noise(take), NoiseOrigin.RECORD
     else:
-        model, open_question = _cautious(take, model)
+        model, undecided = _cautious(take, model)
     advance(0.7, "fitting the rate")
     decays = (take.best(model, "settling") if settling else []) + (
         take.best(model, "warm-up") if warm_up else []
     )
-    found = _estimate(take, model, source, decays, (own, g_sensitivity), confidence)
-    return replace(found, advice=(*found.advice, open_question)) if open_question else found
+    estimate = _estimate(take, model, source, decays, (own, g_sensitivity), confidence)
+    return replace(estimate, undecided=undecided)
 
 
 def rate_channel(recording: Recording, channel: str | None) -> str:
@@ -194,7 +190,7 @@ def _refuse(
         raise InputError(f"confidence must be from 0.5 to below 1, not {confidence!r}")
 
 
-def _cautious(take: Take, model: NoiseModel) -> tuple[NoiseModel, str]:
+def _cautious(take: Take, model: NoiseModel) -> tuple[NoiseModel, UndecidedNoise | None]:
     """Of the families that the record at rest leaves open, the one with the wider interval; and what that means.
 
     Raises
@@ -206,18 +202,15 @@ def _cautious(take: Take, model: NoiseModel) -> tuple[NoiseModel, str]:
         raise InputError(f"the noise model is one of {model.kind}, channel {take.channel!r} holds rates")
     families = sorted((take.fit(m)[RATE][1], k, m) for k, m in enumerate(model.families))
     if len(families) == 1 or not math.isfinite(families[-1][0]):
-        return model, ""
+        return model, None
     (small, _, narrow), (large, _, wide) = families
-    return wide, (
-        f"the record at rest does not decide between {wide.family} and {narrow.family}; the interval is that of "
-        f"{wide.family}, the wider one: with {narrow.family} it would be {100 * (1 - small / large):.0f} % narrower"
-    )
+    return wide, UndecidedNoise(family=wide.family, other=narrow.family, narrower=1 - small / large)
 
 
 def _estimate(
     take: Take,
     model: NoiseModel,
-    source: str,
+    source: NoiseOrigin,
     decays: list[Transient],
     stated: tuple[Stated, float],
     confidence: float,
@@ -230,20 +223,25 @@ def _estimate(
     flip = -1.0 if take.reversals.first == "unknown" and rate < 0 else 1.0
     readings = dwells.readings()
     inflation = inflation_of(checks)
-    if source != "given":
+    if source is NoiseOrigin.RECORD:
         inflation = max(inflation, _own_scatter(readings, sd))
     budget = {"noise": sd * inflation, **_stated(take, *stated)}
     total = math.sqrt(sum(v**2 for v in budget.values()))
-    half = _quantile((1 + confidence) / 2, source, readings) * total
-    sure = _quantile(THREE_SD, source, readings) * total
+    pairs = next((r.count for r in readings if r.name == "pairs"), 0)
+    half = quantile_of((1 + confidence) / 2, source, pairs) * total
+    seen = abs(rate) >= needed_quantile(source, pairs) * total
     estimate = EarthRateEstimate(
-        rate=flip * rate,
+        verdict=EarthRateVerdict.NOT_SEPARABLE,
+        rotation=Quantity(
+            value=flip * rate,
+            lower=flip * rate - half,
+            upper=flip * rate + half,
+            unit="rad/s",
+            status=QuantityStatus.RESOLVED if seen else QuantityStatus.NOT_RESOLVED,
+        ),
         sd=sd * inflation,
         total_sd=total,
-        interval=(flip * rate - half, flip * rate + half),
         confidence=confidence,
-        verdict="",
-        reason="",
         inflation=inflation,
         bias=_bias(take, model, decays, fit),
         nuisances={n: fit[n] for n in fit.names if n not in (RATE, LEVEL) and not n.endswith(TIME_CONSTANT)},
@@ -263,12 +261,32 @@ def _estimate(
         channel=take.channel,
         source=take.recording.source,
     )
-    verdict, reason, advice = judge(estimate, separable=separable, sure=sure)
-    estimate = replace(estimate, verdict=verdict, reason=reason, advice=advice)
     over = turned_over(take.recording, take.channel, take.reversals.positions)
     along_first = rate * take.projection * sign_at_first(take.reversals.first)
-    stated_first = direction_to_state(estimate, over, along_first=along_first)
-    return replace(estimate, advice=(*advice, *stated_first, *_settling(estimate, take, decays)))
+    judged = replace(estimate, verdict=judge(estimate, separable=separable), turned_over=over)
+    return replace(
+        judged, rate_if_up=_if_up(judged, over, along_first), settling=_settling(judged, take, decays)
+    )
+
+
+def _if_up(estimate: EarthRateEstimate, over: TurnedOver | None, along_first: float) -> float | None:
+    """The rate of a vertical axis, where a level one contradicts the Earth and that one does not.
+
+    Parameters
+    ----------
+    over : TurnedOver or None
+        What the accelerometers say; where they show it, nothing is left to guess.
+    along_first : float [rad/s]
+        The measured component along the direction of the first dwell.
+    """
+    shown = over is not None and over.along
+    if is_vertical(estimate.first) or not estimate.reversals.turns or shown or not estimate.latitude:
+        return None
+    tangent = math.tan(estimate.latitude)
+    low, high = sorted(abs(end / tangent) for end in estimate.interval)
+    if estimate.verdict is not EarthRateVerdict.CONTRADICTS or not low <= EARTH_RATE <= high:
+        return None
+    return along_first / math.sin(estimate.latitude)
 
 
 def _stated(take: Take, stated: Stated, g_sensitivity: float) -> dict[str, float]:
@@ -282,30 +300,24 @@ def _stated(take: Take, stated: Stated, g_sensitivity: float) -> dict[str, float
     }
 
 
-def _settling(estimate: EarthRateEstimate, take: Take, decays: list[Transient]) -> tuple[str, ...]:
+def _settling(estimate: EarthRateEstimate, take: Take, decays: list[Transient]) -> SettlingFit | None:
     """A rate that contradicts the known one: would a settling explain it?"""
-    if estimate.verdict != CONTRADICTS or any(d.kind == "settling" for d in decays):
-        return ()
+    fitted = any(d.kind == "settling" for d in decays)
+    if fitted or estimate.verdict is not EarthRateVerdict.CONTRADICTS:
+        return None
     best = take.best(estimate.model, "settling")
     if not best:
-        return ()
-    rate, sd = take.fit(estimate.model, [*decays, *best])[RATE]
-    flip = -1.0 if estimate.first == "unknown" and rate < 0 else 1.0
-    return settling_that_explains(estimate, flip * rate, sd * estimate.inflation, best[0].T)
+        return None
+    value, sd = take.fit(estimate.model, [*decays, *best])[RATE]
+    rate = -value if estimate.first == "unknown" and value < 0 else value
+    sd *= estimate.inflation
+    return SettlingFit(T=best[0].T, rate=rate, sd=sd) if explains(estimate, rate, sd) else None
 
 
 def _own_scatter(readings: tuple[RateReading, ...], sd: float) -> float:
     """Where the noise comes from this record, the scatter of its pairs is asked too."""
     found = [r.scatter / sd for r in readings if r.name == "pairs" and r.scatter is not None]
     return max([1.0, *found])
-
-
-def _quantile(p: float, source: str, readings: tuple[RateReading, ...]) -> float:
-    """Of the normal law; of Student's, by the number of pairs, where the noise comes from this record."""
-    if source == "given":
-        return normal_quantile(p)
-    count = next((r.count for r in readings if r.name == "pairs"), 0)
-    return student_quantile(p, max(count - 1, 1))
 
 
 def _bias(take: Take, model: NoiseModel, decays: list[Transient], fit: Regression) -> tuple[float, float]:

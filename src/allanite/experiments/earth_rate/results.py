@@ -4,18 +4,23 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.experiments.earth_rate.verdict import EarthRateVerdict, NoiseOrigin, RateCheckKind, RateRemark
+from allanite.experiments.earth_rate.words import advice, check_name, check_says, reason, remarked
 from allanite.experiments.reversals import Reversals
 from allanite.experiments.reversals.sides import is_vertical, part_seen
+from allanite.experiments.reversals.turned_over import TurnedOver
 from allanite.noise import NoiseModel
-from allanite.plain_files.json_values import plain
 from allanite.quantities.earth import EARTH_RATE
+from allanite.quantities.quantity import Quantity
 from allanite.quantities.residual_tests import ResidualTest
+from allanite.quantities.result import Result
 from allanite.quantities.units import STANDARD_GRAVITY
 
 __all__ = [
@@ -23,8 +28,11 @@ __all__ = [
     "AxisComponent",
     "DwellMean",
     "EarthRateEstimate",
+    "RateCheck",
     "RateReading",
     "RunningEstimate",
+    "SettlingFit",
+    "UndecidedNoise",
 ]
 
 Array = NDArray[np.float64]
@@ -34,7 +42,7 @@ G_SENSITIVITY = "g-sensitivity"
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class RateReading:
+class RateReading(Result):
     """The Earth rate by one estimator from the means of the dwells.
 
     Attributes
@@ -43,6 +51,7 @@ class RateReading:
         "pairs", the seed's north-south pairs, or "north-south-north", which cancels a drift; "up-down-up" of an axis
         that was turned over.
     rate : float [rad/s]
+        What this estimator says.
     sd : float [rad/s]
         Under the noise model.
     scatter : float or None [rad/s]
@@ -59,24 +68,140 @@ class RateReading:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class AxisComponent:
+class AxisComponent(Quantity):
     """A number of the axis itself beside the one that is expected.
 
     Attributes
     ----------
-    value, sd, expected : float
-    interval : (float, float)
+    value : float
+        The estimate.
+    lower, upper : float
         At the confidence of the estimate.
+    unit : str
+        Of SI.
+    status : QuantityStatus
+        As of any quantity.
+    sd, expected : float
+        Standard deviation, and the value that is expected.
     """
 
-    value: float
     sd: float
-    interval: tuple[float, float]
     expected: float
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """Both ends."""
+        return self.lower, self.upper
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class DwellMean:
+class RateCheck(Result):
+    """One question put to the residuals.
+
+    Attributes
+    ----------
+    kind : RateCheckKind
+        "size" of the noise, "warm-up", "settling" after each turn, "temperature", "scatter" of the dwells, "constancy"
+        of the rate, "order" of the turns.
+    statistic, dof : float
+        Chi-square and its expectation if the model holds.
+    p : float
+        Probability of one at least as unlikely if the model holds.
+    passed : bool
+        The residuals agree with the model.
+    widens : bool
+        Where it fails by no more than a factor of two, it widens the interval and leaves the result standing.
+    tries : int
+        The statistic is the largest of so many; p is its own probability times that number.
+    two_sided : bool
+        p is twice that of the nearer tail: too small is as telling as too large.
+    channel : str
+        Of a temperature; else "".
+    at : float [s]
+        Of the order of the turns: from here on the alternation would be another; NaN of the others.
+    """
+
+    kind: RateCheckKind
+    statistic: float
+    dof: float
+    p: float
+    passed: bool
+    widens: bool = False
+    tries: int = 1
+    two_sided: bool = False
+    channel: str = ""
+    at: float = math.nan
+
+    @classmethod
+    def of(
+        cls, kind: RateCheckKind, test: ResidualTest, *, channel: str = "", at: float = math.nan
+    ) -> RateCheck:
+        """The question with the numbers of its answer."""
+        return cls(
+            kind=kind,
+            statistic=test.statistic,
+            dof=test.dof,
+            p=test.p,
+            passed=test.passed,
+            widens=test.widens,
+            tries=test.tries,
+            two_sided=test.two_sided,
+            channel=channel,
+            at=at,
+        )
+
+    @property
+    def ratio(self) -> float:
+        """Size of what was found over what the model says."""
+        return math.sqrt(self.statistic / self.dof) if self.dof > 0 else 1.0
+
+    @property
+    def name(self) -> str:
+        """What was asked; of a temperature its channel."""
+        return check_name(self)
+
+    @property
+    def says(self) -> str:
+        """What it means and what to do, when it did not pass."""
+        return check_says(self)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SettlingFit(Result):
+    """A rotation that settles after each turn, fitted beside the rate.
+
+    Attributes
+    ----------
+    T : float [s]
+        Its time constant.
+    rate, sd : float [rad/s]
+        The Earth rate beside it.
+    """
+
+    T: float
+    rate: float
+    sd: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class UndecidedNoise(Result):
+    """Two families of noise models between which the record at rest does not decide.
+
+    Attributes
+    ----------
+    family, other : str
+        The one that was used, whose interval is wider, and the other.
+    narrower : float
+        Part by which the interval of the other is narrower.
+    """
+
+    family: str
+    other: str
+    narrower: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class DwellMean(Result):
     """One dwell.
 
     Attributes
@@ -86,6 +211,7 @@ class DwellMean:
     sign : int
         +1 north or up, -1 south or down, 0 unknown.
     mean : float [rad/s]
+        Of its usable samples.
     sd : float [rad/s]
         Of its white noise.
     residual : float [rad/s]
@@ -101,12 +227,13 @@ class DwellMean:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class RunningEstimate:
+class RunningEstimate(Result):
     """The estimate as the record grows: one entry at the end of dwells.
 
     Attributes
     ----------
     time : ndarray, shape (n,) [s]
+        Since the beginning of the record.
     rate, sd : ndarray, shape (n,) [rad/s]
         By regression; NaN and infinity until rate and bias can be told apart.
     pairs : ndarray, shape (n,) [rad/s]
@@ -120,79 +247,143 @@ class RunningEstimate:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class EarthRateEstimate:
+class EarthRateEstimate(Result):
     """The Earth's rotation as one axis saw it, with what speaks for and against the number.
 
     Attributes
     ----------
-    rate : float [rad/s]
-        NaN where rate and bias cannot be told apart.
+    remarks : tuple of RateRemark
+        What is to be known or done, beside the checks that did not pass: "turn the sensor", "state the turns", "get
+        more dwells"; "state the g-sensitivity"; "state the first direction", "was turned over" (see `turned_over`),
+        "perhaps turned over" (`rate_if_up`); "perhaps a settling" (`settling`); "noise family undecided" (`undecided`).
+    component : AxisComponent [rad/s]
+        What the axis saw of the Earth where it points north, or up.
+    g_sensitivity : AxisComponent or None [rad/s/(m/s^2)]
+        Of a vertical axis, under the known rate of the Earth.
+    earth_rate : float [rad/s]
+        The known rate of the Earth.
+    verdict : EarthRateVerdict
+        "resolved", "not resolved", "inconsistent", "inconsistent with Earth" or "not separable"; "not separable from
+        g-sensitivity" for a vertical axis whose g-sensitivity nobody stated.
+    rotation : Quantity [rad/s]
+        The Earth's rotation rate with its interval at `confidence`, from `total_sd`; "not resolved" where it is not
+        seen to differ from zero, NaN where rate and bias cannot be told apart.
     sd : float [rad/s]
         Standard deviation by the noise, multiplied by `inflation`.
     total_sd : float [rad/s]
         With the stated uncertainties.
-    interval : (float, float) [rad/s]
-        At `confidence`, from `total_sd`.
     confidence : float
-    verdict : str
-        "resolved", "not resolved", "inconsistent", "inconsistent with Earth" or "not separable"; "not separable from
-        g-sensitivity" for a vertical axis whose g-sensitivity nobody stated.
-    reason : str
-        One or two sentences.
+        Of all intervals.
     inflation : float
         1, or the factor by which excess scatter or noise widens the interval.
     bias : (float, float) [rad/s]
         The constant of the record at its beginning, and its standard deviation; where the record has no reversals,
         the constant is bias and Earth together.
-    nuisances : dict of str to (float, float)
+    nuisances : mapping of str to (float, float)
         Other coefficients that were fitted, with their standard deviations.
-    budget : dict of str to float [rad/s]
+    budget : mapping of str to float [rad/s]
         Standard uncertainties by source.
     readings : tuple of RateReading
+        Simple estimators beside it.
     running : RunningEstimate
+        The estimate as the record grows.
     dwells : tuple of DwellMean
-    checks : tuple of ResidualTest
+        All of them.
+    checks : tuple of RateCheck
+        Questions put to the residuals.
     dead_times : ndarray, shape (n, 3) [s, rad/s, rad/s]
         The estimate and its standard deviation for other times left out after each turn.
-    advice : tuple of str
     latitude : float [rad]
+        Where it was measured.
     first : str
         "north", "south", "up", "down", or "unknown": then the sign of the rate is a choice.
     model : NoiseModel
-    model_source : str
+        Of the sensor at rest.
+    model_source : NoiseOrigin
         "given", or "this record": then fitted to it.
     reversals : Reversals
+        When the sensor was turned.
     duration : float [s]
+        Of the record.
     block : float [s]
         Length of the means that were regressed.
+    channel, source : str
+        Of the record.
+    turned_over : TurnedOver or None
+        What accelerometers beside the gyro show of its turns.
+    rate_if_up : float or None [rad/s]
+        Rate of an axis that pointed up at first, down has the other sign; where a level one contradicts the Earth and
+        that one does not.
+    settling : SettlingFit or None
+        One that the residuals do not show, where it would explain why the rate is not that of the Earth.
+    undecided : UndecidedNoise or None
+        Where the record at rest leaves two families of noise models open.
     """
 
-    rate: float
+    FORMAT: ClassVar[str] = "allanite-earth-rate"
+    VERSION: ClassVar[int] = 2
+    STATED: ClassVar[tuple[str, ...]] = ("remarks", "component", "g_sensitivity", "earth_rate")
+
+    verdict: EarthRateVerdict
+    rotation: Quantity
     sd: float
     total_sd: float
-    interval: tuple[float, float]
     confidence: float
-    verdict: str
-    reason: str
     inflation: float
     bias: tuple[float, float]
-    nuisances: dict[str, tuple[float, float]] = field(default_factory=dict)
-    budget: dict[str, float] = field(default_factory=dict)
+    nuisances: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    budget: Mapping[str, float] = field(default_factory=dict)
     readings: tuple[RateReading, ...] = ()
-    running: RunningEstimate
+    running: RunningEstimate = field(repr=False)
     dwells: tuple[DwellMean, ...] = field(repr=False)
-    checks: tuple[ResidualTest, ...] = ()
+    checks: tuple[RateCheck, ...] = ()
     dead_times: Array = field(repr=False)
-    advice: tuple[str, ...] = ()
     latitude: float
     first: str
     model: NoiseModel = field(repr=False)
-    model_source: str
+    model_source: NoiseOrigin
     reversals: Reversals = field(repr=False)
     duration: float
     block: float
     channel: str
     source: str
+    turned_over: TurnedOver | None = None
+    rate_if_up: float | None = None
+    settling: SettlingFit | None = None
+    undecided: UndecidedNoise | None = None
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "dead_times", np.reshape(self.dead_times, (-1, 3)))
+
+    @property
+    def rate(self) -> float:
+        """The Earth's rotation rate [rad/s]; NaN where rate and bias cannot be told apart."""
+        return self.rotation.value
+
+    @property
+    def interval(self) -> tuple[float, float]:
+        """Of the rate, at `confidence` [rad/s]."""
+        return self.rotation.lower, self.rotation.upper
+
+    @property
+    def reason(self) -> str:
+        """Why the verdict is what it is, in one or two sentences."""
+        return reason(self)
+
+    @property
+    def advice(self) -> tuple[str, ...]:
+        """What to do, or to know."""
+        return advice(self)
+
+    @property
+    def remarks(self) -> tuple[RateRemark, ...]:
+        """What is to be known or done, beside the checks that did not pass."""
+        return tuple(code for code, _ in remarked(self))
+
+    @property
+    def earth_rate(self) -> float:
+        """The known rate of the Earth [rad/s]."""
+        return EARTH_RATE
 
     @property
     def deviation(self) -> float:
@@ -208,7 +399,7 @@ class EarthRateEstimate:
     def component(self) -> AxisComponent:
         """What the axis saw of the Earth where it points north, or up [rad/s]; the latitude is no part of it."""
         sd = self._sd_without("latitude") * abs(self.projection)
-        return self._with_interval(self.rate * self.projection, sd, EARTH_RATE * self.projection)
+        return self._of_axis(self.rate * self.projection, sd, EARTH_RATE * self.projection, "rad/s")
 
     @property
     def g_sensitivity(self) -> AxisComponent | None:
@@ -217,44 +408,49 @@ class EarthRateEstimate:
             return None
         along = self.projection / STANDARD_GRAVITY
         sd = self._sd_without(G_SENSITIVITY) * abs(along)
-        return self._with_interval((self.rate - EARTH_RATE) * along, sd, 0.0)
+        return self._of_axis((self.rate - EARTH_RATE) * along, sd, 0.0, "rad/s/(m/s^2)")
 
     @property
     def bounds_sum(self) -> bool:
         """True where the rate is that of the Earth and a g-sensitivity that nobody stated, together."""
         return is_vertical(self.first) and not self.budget.get(G_SENSITIVITY)
 
-    def _sd_without(self, source: str) -> float:
-        return math.sqrt(sum(v**2 for k, v in self.budget.items() if k != source))
+    @property
+    def one_sided(self) -> bool:
+        """True where turns leave no two directions to compare."""
+        return bool(self.reversals.turns) and len({d.sign for d in self.reversals.dwells} - {0}) < 2
 
-    def _with_interval(self, value: float, sd: float, expected: float) -> AxisComponent:
-        half = sd * (self.interval[1] - self.interval[0]) / 2 / self.total_sd
-        return AxisComponent(value=value, sd=sd, interval=(value - half, value + half), expected=expected)
+    @property
+    def n_pairs(self) -> int:
+        """Pairs of dwells."""
+        return next((r.count for r in self.readings if r.name == "pairs"), 0)
 
     @property
     def resolved(self) -> bool:
         """True when the rate is a measurement of the Earth's rotation."""
-        return self.verdict == "resolved"
+        return self.verdict is EarthRateVerdict.RESOLVED
+
+    def _sd_without(self, source: str) -> float:
+        return math.sqrt(sum(v**2 for k, v in self.budget.items() if k != source))
+
+    def _of_axis(self, value: float, sd: float, expected: float, unit: str) -> AxisComponent:
+        half = sd * (self.rotation.upper - self.rotation.lower) / 2 / self.total_sd
+        return AxisComponent(
+            value=value,
+            lower=value - half,
+            upper=value + half,
+            unit=unit,
+            status=self.rotation.status,
+            sd=sd,
+            expected=expected,
+        )
 
     def reading(self, name: str) -> RateReading | None:
         """One of the simple estimators, or None where the record does not allow it."""
         return next((r for r in self.readings if r.name == name), None)
 
-    def to_json(self) -> dict[str, Any]:
-        """Plain data, SI units; numbers that do not exist are null."""
-        return {
-            "format": "allanite-earth-rate",
-            "version": 1,
-            **{
-                name: plain(getattr(self, name))
-                for name in (
-                    "source", "channel", "verdict", "reason", "rate", "sd", "total_sd", "interval", "confidence",
-                    "inflation", "bias", "nuisances", "budget", "readings", "checks", "advice", "latitude", "first",
-                    "model_source", "duration", "block", "dwells", "running", "component", "g_sensitivity",
-                )
-            },
-            "earth_rate": EARTH_RATE,
-            "dead_times": plain(self.dead_times),
-            "model": self.model.to_json(),
-            "reversals": self.reversals.to_json(),
-        }  # fmt: skip
+    @classmethod
+    def _upgraded(cls, data: Mapping[str, object]) -> Mapping[str, object]:
+        from allanite.experiments.earth_rate.version_1 import upgraded
+
+        return upgraded(data) if data.get("version") == 1 else data

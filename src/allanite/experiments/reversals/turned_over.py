@@ -12,9 +12,11 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from allanite.experiments.reversals.sides import First
 from allanite.experiments.reversals.turns import Position
+from allanite.quantities.result import Result
 from allanite.recording.records import Kind, Recording
 
 __all__ = ["TurnedOver", "turned_over"]
@@ -26,7 +28,7 @@ _AXIS = re.compile(r"[xyz](?=_?\d*$)", re.IGNORECASE)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class TurnedOver:
+class TurnedOver(Result):
     """An accelerometer whose sign changes with each turn.
 
     Attributes
@@ -94,6 +96,6 @@ def _means(recording: Recording, name: str, placed: Sequence[Position]) -> tuple
     return (here, there) if abs(here - there) / 2 >= CHANGE and scatter <= SCATTER else None
 
 
-def _median(values: np.ndarray) -> float:
+def _median(values: NDArray[np.float64]) -> float:
     present = values[np.isfinite(values)]
     return float(np.median(present)) if len(present) else np.nan

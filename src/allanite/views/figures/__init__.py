@@ -225,26 +225,30 @@ def _reversals(
 
 
 def _earth_rate(estimate: Any, *, view: str = "whole", recording: Any = None) -> Sheet:
+    from allanite.experiments.earth_rate import EarthRateEstimate
+    from allanite.experiments.earth_rate.verdict import EarthRateVerdict
     from allanite.views.figures import earth
     from allanite.views.figures.turned import turned_panel
 
     _known_view(view, earth.VIEWS, "an Earth rate")
-    document = estimate if isinstance(estimate, Mapping) else estimate.to_json()
-    seen = document.get("overview") if recording is None else recording
+    given = isinstance(estimate, Mapping)
+    result: EarthRateEstimate = EarthRateEstimate.from_json(estimate) if given else estimate
+    seen = estimate.get("overview") if given and recording is None else recording
+    turns = result.reversals
     if view == "record":
-        return _reversals(document, recording=seen, channel=document["channel"])
+        return _reversals(turns, recording=seen, channel=result.channel)
     parts: Parts = {
-        "record": lambda: [] if seen is None else [turned_panel(seen, document, channel=document["channel"])],
-        "bias": lambda: [earth.open_panel(document)],
+        "record": lambda: [] if seen is None else [turned_panel(seen, turns, channel=result.channel)],
+        "bias": lambda: [earth.open_panel(result)],
     }
-    if document["verdict"] != "not separable":
+    if result.verdict is not EarthRateVerdict.NOT_SEPARABLE:
         parts = {
             **parts,
-            "running": lambda: [earth.running_panel(document)],
-            "dwells": lambda: earth.dwell_panels(document)[:1],
-            "residuals": lambda: earth.dwell_panels(document)[1:],
-            "dead-time": lambda: [earth.dead_time_panel(document)] if document["dead_times"] else [],
-            "estimators": lambda: [earth.estimator_panel(document)],
+            "running": lambda: [earth.running_panel(result)],
+            "dwells": lambda: earth.dwell_panels(result)[:1],
+            "residuals": lambda: earth.dwell_panels(result)[1:],
+            "dead-time": lambda: [earth.dead_time_panel(result)] if len(result.dead_times) else [],
+            "estimators": lambda: [earth.estimator_panel(result)],
         }
         del parts["bias"]
     return _in_view(

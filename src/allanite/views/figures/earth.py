@@ -1,22 +1,24 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """A measurement of the Earth's rotation: how it grew, what the dwells say, and what other ways of reading it give.
 
-Everything is drawn from the plain document of an `EarthRateEstimate`, in deg/h.
+In deg/h.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
 from statistics import NormalDist
-from typing import Any
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 
-from allanite.experiments.reversals.sides import direction_of, is_vertical, part_seen, sides_of
+from allanite.experiments.reversals.sides import direction_of, is_vertical, sides_of
 from allanite.views.figures.panel import Array, Axis, Curve, Label, Panel, around, array
 from allanite.views.figures.records import clock
 from allanite.views.wording import interval, number
+
+if TYPE_CHECKING:
+    from allanite.experiments.earth_rate import EarthRateEstimate
 
 __all__ = [
     "DEG_H",
@@ -31,8 +33,6 @@ __all__ = [
     "running_panel",
 ]
 
-Json = Mapping[str, Any]
-
 #: One degree per hour [rad/s].
 DEG_H = math.radians(1) / 3600
 _SETTLED = 0.2  # part of the record after which everything must lie inside the frame of the running estimate
@@ -40,9 +40,9 @@ _LOOKS = ((1, "z", "circle"), (-1, "x", "square"), (0, "guide", "diamond"))  # o
 VIEWS = ("whole", "record", "running", "dwells", "residuals", "dead-time", "estimators", "bias")
 
 
-def known_rate(estimate: Json, ends: tuple[float, float]) -> Curve:
-    """The known rate, as a line between two places of the horizontal axis."""
-    rate = estimate["earth_rate"] / DEG_H
+def known_rate(known: float, ends: tuple[float, float]) -> Curve:
+    """The known rate [rad/s], as a line between two places of the horizontal axis."""
+    rate = known / DEG_H
     return level(rate, ends, f"known rate {rate:.3f} deg/h")
 
 
@@ -59,13 +59,13 @@ def quantile(confidence: float) -> float:
 # -- as the record grows ----------------------------------------------------------------------------------
 
 
-def running_panel(estimate: Json) -> Panel:
+def running_panel(estimate: EarthRateEstimate) -> Panel:
     """The estimate so far with its band, and the mean of the pairs so far."""
-    running, wide = estimate["running"], quantile(estimate["confidence"])
-    unit, second = clock(estimate["duration"])
-    time = array(running["time"]) / second
-    rate, sd, pairs = (array(running[k]) / DEG_H for k in ("rate", "sd", "pairs"))
-    percent = f"{100 * estimate['confidence']:g} %"
+    running, wide = estimate.running, quantile(estimate.confidence)
+    unit, second = clock(estimate.duration)
+    time = running.time / second
+    rate, sd, pairs = (series / DEG_H for series in (running.rate, running.sd, running.pairs))
+    percent = f"{100 * estimate.confidence:g} %"
     curves = [
         Curve(
             x=time,
@@ -78,34 +78,47 @@ def running_panel(estimate: Json) -> Panel:
         ),
         Curve(x=time, y=pairs, label="mean of the pairs", colour="orange", style="dashed", marker="square"),
     ]
-    frame = 0.0, 1.02 * estimate["duration"] / second
-    final = _result(estimate, estimate["duration"] / second, f"result, {percent} interval")
+    frame = 0.0, 1.02 * estimate.duration / second
+    final = _result(estimate, estimate.duration / second, f"result, {percent} interval")
     return Panel(
-        title=f"Estimate as the record grows: {estimate['verdict']}",
+        title=f"Estimate as the record grows: {estimate.verdict}",
         x=Axis(label=f"Time since the first sample [{unit}]", limits=frame),
         y=Axis(label="Earth rate [deg/h]", limits=_settled(estimate, time, (rate, pairs), wide * sd)),
-        curves=(*curves, *final, known_rate(estimate, frame)),
+        curves=(*curves, *final, known_rate(estimate.earth_rate, frame)),
         height=0.4,
         key="above",
     )
 
 
-def _result(estimate: Json, x: float, label: str) -> list[Curve]:
-    if estimate["rate"] is None or None in estimate["interval"]:
+def _result(estimate: EarthRateEstimate, x: float, label: str) -> list[Curve]:
+    ends = (estimate.rate, *estimate.interval)
+    if not all(map(math.isfinite, ends)):
         return []
-    y, low, high = (array([v]) / DEG_H for v in (estimate["rate"], *estimate["interval"]))
-    at = array([x])
-    look: dict[str, Any] = {"colour": "ink", "style": "none", "marker": "diamond"}
-    return [Curve(x=at, y=y, lower=low, upper=high, bars=True, label=label, **look)]
+    y, low, high = (array([v]) / DEG_H for v in ends)
+    return [
+        Curve(
+            x=array([x]),
+            y=y,
+            lower=low,
+            upper=high,
+            bars=True,
+            label=label,
+            colour="ink",
+            style="none",
+            marker="diamond",
+        )
+    ]
 
 
-def _settled(estimate: Json, time: Array, lines: tuple[Array, Array], half: Array) -> tuple[float, float]:
+def _settled(
+    estimate: EarthRateEstimate, time: Array, lines: tuple[Array, Array], half: Array
+) -> tuple[float, float]:
     """Limits that hold the known rate, the result, and everything after the first part of the record.
 
     The first dwells know next to nothing: their band runs out of the frame.
     """
     late = time >= _SETTLED * time[-1] if time.size else np.zeros(0, dtype=np.bool_)
-    parts = [array([estimate["earth_rate"], estimate["rate"], *estimate["interval"]]) / DEG_H]
+    parts = [array([estimate.earth_rate, estimate.rate, *estimate.interval]) / DEG_H]
     parts += [line[late] for line in lines] + [(lines[0] + sign * half)[late] for sign in (-1, 1)]
     return around(*parts)
 
@@ -113,14 +126,14 @@ def _settled(estimate: Json, time: Array, lines: tuple[Array, Array], half: Arra
 # -- dwells -----------------------------------------------------------------------------------------------
 
 
-def dwell_panels(estimate: Json) -> tuple[Panel, Panel]:
+def dwell_panels(estimate: EarthRateEstimate) -> tuple[Panel, Panel]:
     """Means of the dwells less the level of the record, and what the fit leaves of them."""
-    base = (estimate["bias"][0] or 0.0) / DEG_H
-    seen = estimate["earth_rate"] * part_seen(estimate["first"], estimate["latitude"]) / DEG_H
+    base = np.nan_to_num(estimate.bias[0]) / DEG_H
+    seen = estimate.component.expected / DEG_H
     means = _dwell_curves(estimate, "mean", base)
     left = _dwell_curves(estimate, "residual", 0.0)
-    unit, second = clock(estimate["duration"])
-    frame = 0.0, estimate["duration"] / second
+    unit, second = clock(estimate.duration)
+    frame = 0.0, estimate.duration / second
     x = Axis(label=f"Time since the first sample [{unit}]", limits=frame)
     alone = Curve(
         x=array([*frame, math.nan, *frame]),
@@ -150,19 +163,21 @@ def dwell_panels(estimate: Json) -> tuple[Panel, Panel]:
     )
 
 
-def _dwell_curves(estimate: Json, what: str, level: float) -> tuple[Curve, ...]:
-    _, second = clock(estimate["duration"])
+def _dwell_curves(
+    estimate: EarthRateEstimate, what: Literal["mean", "residual"], level: float
+) -> tuple[Curve, ...]:
+    _, second = clock(estimate.duration)
     curves = []
     for sign, colour, marker in _LOOKS:
-        name = direction_of(estimate["first"], sign, "direction not known")
-        dwells = [d for d in estimate["dwells"] if d["sign"] == sign and d[what] is not None]
+        name = direction_of(estimate.first, sign, "direction not known")
+        dwells = [d for d in estimate.dwells if d.sign == sign and math.isfinite(getattr(d, what))]
         if not dwells:
             continue
-        y = array([d[what] for d in dwells]) / DEG_H - level
-        sd = array([d["sd"] for d in dwells]) / DEG_H
+        y = array([getattr(d, what) for d in dwells]) / DEG_H - level
+        sd = array([d.sd for d in dwells]) / DEG_H
         curves.append(
             Curve(
-                x=array([(d["start"] + d["stop"]) / 2 for d in dwells]) / second,
+                x=array([(d.start + d.stop) / 2 for d in dwells]) / second,
                 y=y,
                 lower=y - sd,
                 upper=y + sd,
@@ -184,26 +199,42 @@ def _bars(curves: tuple[Curve, ...], others: Array) -> tuple[float, float]:
 # -- other ways -------------------------------------------------------------------------------------------
 
 
-def dead_time_panel(estimate: Json) -> Panel:
+def dead_time_panel(estimate: EarthRateEstimate) -> Panel:
     """The estimate for other times left out after each turn: it may wander by the noise of what is left out alone."""
-    rows = array(estimate["dead_times"]).reshape(-1, 3)
-    wide = quantile(estimate["confidence"])
-    dead, rate, sd = rows[:, 0], rows[:, 1] / DEG_H, rows[:, 2] / DEG_H
-    used = float(estimate["reversals"]["dead_time"])
+    wide = quantile(estimate.confidence)
+    dead, rate, sd = estimate.dead_times[:, 0], *(estimate.dead_times[:, 1:] / DEG_H).T
+    used = estimate.reversals.dead_time
     low, high = rate - wide * sd, rate + wide * sd
-    looks: dict[str, Any] = {"style": "thin", "marker": "circle", "colour": "sky", "label": "regression"}
-    curves = [Curve(x=dead, y=rate, lower=low, upper=high, bars=True, **looks)]
+    curves = [
+        Curve(
+            x=dead,
+            y=rate,
+            lower=low,
+            upper=high,
+            bars=True,
+            style="thin",
+            marker="circle",
+            colour="sky",
+            label="regression",
+        )
+    ]
     at = dead == used
     if at.any():
-        looks = {
-            "style": "none",
-            "marker": "diamond",
-            "colour": "ink",
-            "label": f"{used:g} s, as it was used",
-        }
-        curves.append(Curve(x=dead[at], y=rate[at], lower=low[at], upper=high[at], bars=True, **looks))
+        curves.append(
+            Curve(
+                x=dead[at],
+                y=rate[at],
+                lower=low[at],
+                upper=high[at],
+                bars=True,
+                style="none",
+                marker="diamond",
+                colour="ink",
+                label=f"{used:g} s, as it was used",
+            )
+        )
     frame = around(dead, [0.0], room=0.06)
-    known = estimate["earth_rate"] / DEG_H
+    known = estimate.earth_rate / DEG_H
     return Panel(
         title="The same record with other dead times",
         x=Axis(label="Left out after each turn [s]", limits=frame),
@@ -211,51 +242,51 @@ def dead_time_panel(estimate: Json) -> Panel:
             label="Earth rate [deg/h]",
             limits=around([known], low, high, room=0.12),
         ),
-        curves=(*curves, known_rate(estimate, frame)),
+        curves=(*curves, known_rate(estimate.earth_rate, frame)),
         height=0.3,
         key="above",
     )
 
 
-def estimator_panel(estimate: Json) -> Panel:
+def estimator_panel(estimate: EarthRateEstimate) -> Panel:
     """Pairs, three dwells at a time, and regression side by side."""
-    wide = quantile(estimate["confidence"])
-    percent = f"{100 * estimate['confidence']:g} %"
-    names = [r["name"] for r in estimate["readings"]]
+    wide = quantile(estimate.confidence)
+    percent = f"{100 * estimate.confidence:g} %"
+    names = [r.name for r in estimate.readings]
     points: list[tuple[float, float, float]] = []
     own: list[tuple[float, float, float]] = []
-    for i, reading in enumerate(estimate["readings"]):
-        points.append((i, reading["rate"] / DEG_H, wide * reading["sd"] / DEG_H))
-        if reading["scatter"] is not None:
-            own.append((i + 0.14, reading["rate"] / DEG_H, wide * reading["scatter"] / DEG_H))
+    for i, reading in enumerate(estimate.readings):
+        points.append((i, reading.rate / DEG_H, wide * reading.sd / DEG_H))
+        if reading.scatter is not None:
+            own.append((i + 0.14, reading.rate / DEG_H, wide * reading.scatter / DEG_H))
     curves = [_points(points, f"{percent} by the noise model", "orange", "square")] if points else []
     curves += [_points(own, f"{percent} by their own scatter", "sky", "triangle")] if own else []
     result = _result(estimate, float(len(names)), _text(estimate))
     ends = [end for c in (*curves, *result) for end in (c.lower, c.upper) if end is not None]
-    known = array([estimate["earth_rate"] / DEG_H])
+    known = array([estimate.earth_rate / DEG_H])
     ticks = [*names, "regression"]
     frame = -0.6, len(names) + 0.6
     return Panel(
         title="Three ways to read the same dwells",
         x=Axis(label="", limits=frame, names=tuple(enumerate(ticks))),
         y=Axis(label="Earth rate [deg/h]", limits=around(known, *ends, room=0.12)),
-        curves=(*curves, *result, known_rate(estimate, frame)),
+        curves=(*curves, *result, known_rate(estimate.earth_rate, frame)),
         height=0.3,
         key="above",
     )
 
 
-def open_panel(estimate: Json) -> Panel:
+def open_panel(estimate: EarthRateEstimate) -> Panel:
     """Without reversals: the bias that the record leaves for each direction that the axis may have had."""
-    base, sd = (math.nan if v is None else v / DEG_H for v in estimate["bias"])
-    seen = estimate["earth_rate"] * part_seen(estimate["first"], estimate["latitude"]) / DEG_H
-    half = quantile(estimate["confidence"]) * sd
-    plus, minus = sides_of(estimate["first"])
+    base, sd = (v / DEG_H for v in estimate.bias)
+    seen = estimate.component.expected / DEG_H
+    half = quantile(estimate.confidence) * sd
+    plus, minus = sides_of(estimate.first)
     poses = [(-seen, f"if the axis pointed {plus}"), (0.0, "east or west"), (seen, minus)]
-    if is_vertical(estimate["first"]):
+    if is_vertical(estimate.first):
         del poses[1]
     y = base + array([change for change, _ in poses])
-    percent = f"{100 * estimate['confidence']:g} %"
+    percent = f"{100 * estimate.confidence:g} %"
     curve = Curve(
         x=np.arange(float(len(poses))),
         y=y,
@@ -281,13 +312,19 @@ def open_panel(estimate: Json) -> Panel:
 
 def _points(rows: list[tuple[float, float, float]], label: str, colour: str, marker: str) -> Curve:
     x, y, half = array(rows).T
-    look: dict[str, Any] = {"colour": colour, "marker": marker, "style": "none", "bars": True}
-    return Curve(x=x, y=y, lower=y - half, upper=y + half, label=label, **look)
-
-
-def _text(estimate: Json) -> str:
-    ends = (
-        (v / DEG_H for v in (estimate["rate"], *estimate["interval"])) if estimate["rate"] is not None else ()
+    return Curve(
+        x=x,
+        y=y,
+        lower=y - half,
+        upper=y + half,
+        label=label,
+        colour=colour,
+        marker=marker,
+        style="none",
+        bars=True,
     )
-    parts = interval(*ends) if estimate["rate"] is not None else ("–", "–", "–")
-    return f"result {parts[0]} deg/h [{parts[1]}, {parts[2]}]"
+
+
+def _text(estimate: EarthRateEstimate) -> str:
+    value, low, high = interval(*(v / DEG_H for v in (estimate.rate, *estimate.interval)))
+    return f"result {value} deg/h [{low}, {high}]"

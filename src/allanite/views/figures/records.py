@@ -119,7 +119,7 @@ def _extremes(recording: Recording, name: str) -> tuple[Array, Array, Array, lis
     centres = array((np.arange(lows.size) + 0.5) * size * recording.dt)
     runs = _joined(np.concatenate(edges))
     longest = runs[np.argsort(runs[:, 0] - runs[:, 1], kind="stable")[:_MOST_SPANS]]
-    return centres, lows, highs, [(a * recording.dt, b * recording.dt) for a, b in longest]
+    return centres, lows, highs, [(a * recording.dt, b * recording.dt) for a, b in longest.tolist()]
 
 
 def _changes(start: int, missing: NDArray[np.bool_]) -> Spans:

@@ -50,6 +50,7 @@ from allanite.views.figures.turned import turned_panel, window_panels
 from allanite.views.wording import number
 
 if TYPE_CHECKING:
+    from allanite.experiments.earth_rate import EarthRateEstimate
     from allanite.recording.records import Recording
 
 __all__ = [
@@ -461,7 +462,10 @@ def _aided(take: int, unsigned: Sequence[Any], demodulated: Sequence[Any]) -> Pa
 
 
 def four_takes(
-    estimates: Mapping[int, Any], *, bounds: Mapping[int, float] | None = None, published: bool = True
+    estimates: Mapping[int, EarthRateEstimate | Mapping[str, Any]],
+    *,
+    bounds: Mapping[int, float] | None = None,
+    published: bool = True,
 ) -> PaperFigure:
     """The paper's results, the pairs, north-south-north and the regression of each take, beside bound and truth.
 
@@ -473,31 +477,36 @@ def four_takes(
     published : bool
         Show what the paper found; its takes were other records than these.
     """
-    found = {n: e if isinstance(e, Mapping) else e.to_json() for n, e in sorted(estimates.items())}
-    wide = quantile(next(iter(found.values()))["confidence"])
-    curves = [_bound([(bounds or {}).get(n, math.nan) for n in found], wide)]
+    from allanite.experiments.earth_rate import EarthRateEstimate
+
+    takes = {
+        n: EarthRateEstimate.from_json(e) if isinstance(e, Mapping) else e
+        for n, e in sorted(estimates.items())
+    }
+    wide = quantile(next(iter(takes.values())).confidence)
+    curves = [_bound([(bounds or {}).get(n, math.nan) for n in takes], wide)]
     if published:
-        rows = [(i, bench_of.TAKES[n].published / MILLI, 0.0) for i, n in enumerate(found)]
+        rows = [(i, bench_of.TAKES[n].published / MILLI, 0.0) for i, n in enumerate(takes)]
         curves.append(_estimates(rows, -0.3, "published by the paper, without interval", "x", "cross"))
     simple = ((-0.1, "pairs", "orange", "square"), (0.1, "north-south-north", "y", "triangle"))
     for offset, name, colour, marker in simple:
         rows = [
-            (i, r["rate"] / MILLI, wide * r["sd"] / MILLI)
-            for i, e in enumerate(found.values())
-            for r in e["readings"]
-            if r["name"] == name
+            (i, r.rate / MILLI, wide * r.sd / MILLI)
+            for i, e in enumerate(takes.values())
+            for r in e.readings
+            if r.name == name
         ]
         curves.append(_estimates(rows, offset, name, colour, marker))
     rows = [
-        (i, e["rate"] / MILLI, (e["interval"][1] - e["interval"][0]) / 2 / MILLI)
-        for i, e in enumerate(found.values())
-        if e["rate"] is not None
+        (i, e.rate / MILLI, (e.interval[1] - e.interval[0]) / 2 / MILLI)
+        for i, e in enumerate(takes.values())
+        if math.isfinite(e.rate)
     ]
     curves.append(_estimates(rows, 0.3, "regression", "z", "circle"))
     ends = [end for c in curves for end in (c.lower, c.upper) if end is not None]
-    frame = -0.6, len(found) - 0.4
+    frame = -0.6, len(takes) - 0.4
     names = tuple(
-        (i, f"take {n}, {_LENGTHS.get(n, '')}\n{e['verdict']}") for i, (n, e) in enumerate(found.items())
+        (i, f"take {n}, {_LENGTHS.get(n, '')}\n{e.verdict.words}") for i, (n, e) in enumerate(takes.items())
     )
     panel = Panel(
         title=TITLES[14],

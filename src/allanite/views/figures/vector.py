@@ -93,7 +93,7 @@ def length_panels(document: Json) -> list[Panel]:
             y=Axis(label="Length [deg/h]", limits=around([known], low, high, room=0.2)),
             curves=(
                 Curve(x=array([0.0]), y=value, lower=low, upper=high, label=label, **look),
-                known_rate(document, frame),
+                known_rate(document["earth_rate"], frame),
             ),
             height=0.26,
             key="above",

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """A result as one self-contained HTML file: opens offline, prints, and reads without JavaScript.
 
-``study``, ``earth_rate``, ``rate_vector``, ``filtered``, ``north``, ``calibration``, ``alignment``, ``plan``, ...
+``study``, ``rate_vector``, ``filtered``, ``north``, ``calibration``, ``alignment``, ``plan``, ...
     What the page of each result says, from its plain document; of a result that has a view, that says it.
 ``frame.html``
     How every page is laid out; ``study.html`` and ``sections.html`` fill it, ``page.css`` and ``page.js`` are put
@@ -37,7 +37,6 @@ _HERE = Path(__file__).parent
 #: Format of a document -> the module that makes its page; results with a view stand in `allanite.views.registry`.
 _PAGES = {
     "allanite-study": "study",
-    "allanite-earth-rate": "earth_rate",
     "allanite-rate-vector": "rate_vector",
     "allanite-east-west-null": "null_test",
     "allanite-filtered": "filtered",

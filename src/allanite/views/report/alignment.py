@@ -19,7 +19,7 @@ from allanite.views.blocks import (
     pairs,
     table,
 )
-from allanite.views.report.earth_rate import ROSENBERG, checks_table
+from allanite.views.rates import ROSENBERG, checks_table
 from allanite.views.report.measurement import judgement, measurement_page
 from allanite.views.wording import (
     alignment_budget,
@@ -28,6 +28,7 @@ from allanite.views.wording import (
     attitude_lines,
     axes_words,
     bias_words,
+    check_lines,
     coarse_lines,
     direction_words,
     duration,
@@ -180,7 +181,7 @@ def _checks(document: Json) -> list[PageBlock]:
         else f"{gravity:.5f} m/s² measured, {document['expected_gravity']:.5f} m/s² by latitude and height"
     )
     return [
-        *checks_table(document["checks"], "Questions put to what the fit leaves."),
+        *checks_table(check_lines(document["checks"]), "Questions put to what the fit leaves."),
         pairs([("Gravity", said)]),
     ]
 

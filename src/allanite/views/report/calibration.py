@@ -25,13 +25,14 @@ from allanite.views.blocks import (
     provenance,
     table,
 )
-from allanite.views.report.earth_rate import checks_table
+from allanite.views.rates import checks_table
 from allanite.views.report.measurement import judgement
 from allanite.views.wording import (
     angle,
     calibrated_words,
     calibration_facts,
     capitalised,
+    check_lines,
     duration,
     model_words,
     parameter_groups,
@@ -247,7 +248,7 @@ def _checks(document: Json) -> list[PageBlock]:
         "Questions put to what the calibration leaves. Chance: of so large a value if the answer is yes."
     )
     facts = [(capitalised(name), words) for name, words in calibration_facts(document)]
-    return [*checks_table(document["checks"], caption), pairs(facts)]
+    return [*checks_table(check_lines(document["checks"]), caption), pairs(facts)]
 
 
 def _method(document: Json) -> list[PageBlock]:

@@ -24,7 +24,7 @@ from allanite.views.blocks import (
     table,
 )
 from allanite.views.pieces import Figure
-from allanite.views.report.earth_rate import ROSENBERG, SEED
+from allanite.views.rates import ROSENBERG, SEED
 from allanite.views.report.filtered import READINGS, aided_table
 from allanite.views.wording import (
     AIDED,

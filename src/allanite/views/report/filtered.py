@@ -19,7 +19,7 @@ from allanite.views.blocks import (
     pairs,
     table,
 )
-from allanite.views.report.earth_rate import SEED
+from allanite.views.rates import SEED
 from allanite.views.report.measurement import measurement_page
 from allanite.views.wording import (
     AIDED,

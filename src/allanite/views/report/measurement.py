@@ -16,11 +16,10 @@ from allanite.views.blocks import (
     page_of,
     pairs,
     provenance,
-    table,
 )
 from allanite.views.wording import channel_names, sentence, tone
 
-__all__ = ["judgement", "known_facts", "measurement_page", "rate_budget", "views"]
+__all__ = ["judgement", "known_facts", "measurement_page", "views"]
 
 Json = Mapping[str, Any]
 
@@ -55,16 +54,6 @@ def judgement(document: Json, advice: Sequence[str] | None = None) -> list[PageB
         Banner(tone(verdict), sentence(verdict), sentence(document["reason"], names)),
         *bullets([sentence(words, names) for words in (document["advice"] if advice is None else advice)]),
     ]
-
-
-def rate_budget(rows: Sequence[tuple[str, str, str]], note: str = "") -> list[PageBlock]:
-    """Where the interval of a rate comes from; the sum stands out."""
-    return table(
-        ("Source", "Standard uncertainty, deg/h", "Of the Earth rate"),
-        rows,
-        caption=f"Where the interval comes from.{note}",
-        kept=[name == "together" for name, _, _ in rows],
-    )
 
 
 def known_facts(facts: Sequence[tuple[str, str]]) -> PageBlock:

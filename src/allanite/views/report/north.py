@@ -18,7 +18,7 @@ from allanite.views.blocks import (
     pairs,
     table,
 )
-from allanite.views.report.earth_rate import ROSENBERG, checks_table, contradiction_banners
+from allanite.views.rates import ROSENBERG, checks_table, contradiction_banners
 from allanite.views.report.measurement import judgement, measurement_page
 from allanite.views.wording import (
     DEG_H,
@@ -26,7 +26,9 @@ from allanite.views.wording import (
     angle_budget_lines,
     arcs_words,
     azimuth_words,
+    check_lines,
     duration,
+    findings_in,
     heading_words,
     horizontal_words,
     model_words,
@@ -72,7 +74,7 @@ def _verdict(document: Json) -> list[PageBlock]:
     verdict = document["verdict"]
     rate, ends, expected = horizontal_words(document)
     return [
-        *contradiction_banners(document),
+        *contradiction_banners(findings_in(document)),
         *judgement(document),
         Hero(
             azimuth_words(document),
@@ -112,7 +114,7 @@ def _pictures(document: Json) -> list[PageBlock]:
 def _checks(document: Json) -> list[PageBlock]:
     biases = [(name, with_sd(level, sd, "deg/h", DEG_H)) for name, (level, sd) in document["biases"].items()]
     return [
-        *checks_table(document["checks"], "Questions put to what the fit leaves."),
+        *checks_table(check_lines(document["checks"]), "Questions put to what the fit leaves."),
         pairs([(f"Bias of {name}", words) for name, words in biases]),
     ]
 

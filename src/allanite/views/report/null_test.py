@@ -16,12 +16,14 @@ from allanite.views.blocks import (
     findings,
     pairs,
 )
-from allanite.views.report.earth_rate import checks_table, contradiction_banners
-from allanite.views.report.measurement import judgement, measurement_page, rate_budget
+from allanite.views.rates import checks_table, contradiction_banners, rate_budget
+from allanite.views.report.measurement import judgement, measurement_page
 from allanite.views.wording import (
     DEG_H,
     angle,
+    check_lines,
     duration,
+    findings_in,
     model_words,
     null_budget,
     null_words,
@@ -61,7 +63,7 @@ def page(document: Json) -> Page:
 
 def _verdict(document: Json) -> list[PageBlock]:
     verdict = document["verdict"]
-    blocks = [*contradiction_banners(document), *judgement(document)]
+    blocks = [*contradiction_banners(findings_in(document)), *judgement(document)]
     value, ends, limit = null_words(document)
     if value == "–":
         return blocks
@@ -81,7 +83,7 @@ def _verdict(document: Json) -> list[PageBlock]:
 def _checks(document: Json) -> list[PageBlock]:
     level, sd = document["bias"]
     return [
-        *checks_table(document["checks"], "Questions put to what the fit leaves."),
+        *checks_table(check_lines(document["checks"]), "Questions put to what the fit leaves."),
         pairs([("Bias that stays", with_sd(level, sd, "deg/h", DEG_H))]),
     ]
 

@@ -20,11 +20,12 @@ from allanite.views.blocks import (
     pairs,
     table,
 )
-from allanite.views.report.earth_rate import ROSENBERG, checks_table
+from allanite.views.rates import ROSENBERG, checks_table
 from allanite.views.report.measurement import judgement, measurement_page, views
 from allanite.views.wording import (
     DEG,
     NOISE_ALONE,
+    check_lines,
     duration,
     model_words,
     number,
@@ -165,7 +166,7 @@ def _frequencies(document: Json) -> list[PageBlock]:
 
 
 def _checks(document: Json) -> list[PageBlock]:
-    blocks = checks_table(document["checks"], "Questions put to what the fit leaves.")
+    blocks = checks_table(check_lines(document["checks"]), "Questions put to what the fit leaves.")
     aided = document["aided"]
     if aided is None:
         return blocks

@@ -17,12 +17,13 @@ from allanite.views.blocks import (
     pairs,
     table,
 )
-from allanite.views.report.earth_rate import checks_table, estimates_table
-from allanite.views.report.measurement import judgement, measurement_page, rate_budget
+from allanite.views.rates import checks_table, estimates_table, rate_budget
+from allanite.views.report.measurement import judgement, measurement_page
 from allanite.views.wording import (
     EMPTY_BUDGET,
     angle,
     axis_lines,
+    check_lines,
     duration,
     latitude_words,
     left_out_lines,
@@ -148,7 +149,7 @@ def _record(document: Json) -> list[PageBlock]:
 def _checks(document: Json) -> list[PageBlock]:
     caption = "Questions put to the vector. Chance: of so large a value if the answer is yes."
     return [
-        *checks_table(document["checks"], caption),
+        *checks_table(check_lines(document["checks"]), caption),
         pairs([("Latitude", latitude_words(document))]),
     ]
 

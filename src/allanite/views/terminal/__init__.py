@@ -14,7 +14,6 @@ from allanite.views.terminal.exporting import show_consumers
 from allanite.views.terminal.measurements import (
     show_aided,
     show_demonstration,
-    show_earth_rate,
     show_filtered,
     show_north,
     show_null,
@@ -22,7 +21,7 @@ from allanite.views.terminal.measurements import (
     show_rate_vector,
 )
 from allanite.views.terminal.monitor import monitoring, show_monitor
-from allanite.views.terminal.page import show_page
+from allanite.views.terminal.page import show_document, show_page
 from allanite.views.terminal.position_plan import show_position_plan
 from allanite.views.terminal.rate_table import show_rate_table
 from allanite.views.terminal.recovery import show_compaction, show_recovery
@@ -58,7 +57,7 @@ __all__ = [
     "show_dead_reckoning",
     "show_demonstration",
     "show_difference",
-    "show_earth_rate",
+    "show_document",
     "show_environment",
     "show_filtered",
     "show_findings",

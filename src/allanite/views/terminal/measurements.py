@@ -21,17 +21,13 @@ from allanite.views.terminal.parts import (
 from allanite.views.wording import (
     DEG_H,
     angle,
-    axis_facts,
-    budget_lines,
     contradictions,
     duration,
-    earth_rate_lines,
     filter_verdict,
+    findings_in,
     model_words,
     sentence,
     tone,
-    turn_words,
-    unstated_words,
     with_sd,
 )
 
@@ -43,7 +39,6 @@ if TYPE_CHECKING:
 __all__ = [
     "show_aided",
     "show_demonstration",
-    "show_earth_rate",
     "show_filtered",
     "show_north",
     "show_null",
@@ -56,32 +51,6 @@ Json = Mapping[str, Any]
 _NOISE_ALONE = (
     "The interval holds the noise alone: no uncertainty of scale factor, latitude, tilt or heading is stated."
 )
-
-
-def show_earth_rate(document: Json, files: Sequence[object] = ()) -> None:
-    """Verdict, rate with the readings beside it, budget, checks and advice of an `EarthRateEstimate`'s document."""
-    out = console()
-    _contradictions(out, document)
-    say_verdict(out, document["verdict"], document["reason"])
-    if document["rate"] is not None:
-        _estimates(out, document)
-        _budget(out, document)
-    _nuisances(out, document)
-    say_checks(out, document["checks"])
-    say_advice(out, document["advice"])
-    say_facts(
-        out,
-        ("turns", turn_words(document["reversals"], document["dwells"])),
-        ("direction", _direction(document)),
-        *axis_facts(document),
-        ("latitude", angle(document["latitude"])),
-        ("length", f"{duration(document['duration'])}, in means over {duration(document['block'])}"),
-        (
-            "noise",
-            f"{document.get('model_name', document['model_source'])}: {model_words(document['model'])}",
-        ),
-    )
-    say_end(out, document, files)
 
 
 def show_rate_vector(document: Json, files: Sequence[object] = ()) -> None:
@@ -133,7 +102,7 @@ def show_null(document: Json, files: Sequence[object] = ()) -> None:
     """Verdict, the bias that follows the turns, what it would do to an Earth rate, budget, checks and advice."""
     from rich.text import Text
 
-    from allanite.views.wording import DEG_H, null_budget, null_words, number
+    from allanite.views.wording import null_budget, null_words, number
 
     out = console()
     _contradictions(out, document)
@@ -293,7 +262,7 @@ def _week(out: Console, week: Json) -> None:
 def _takes(out: Console, rows: Sequence[Json]) -> None:
     from rich.text import Text
 
-    from allanite.views.wording import DEG_H, capitalised, estimate_of, number, take_name
+    from allanite.views.wording import capitalised, estimate_of, number, take_name
 
     table = table_of(("Earth rate [deg/h]", "published", "pairs", "regression", "95 % interval", "verdict"))
     for row in rows:
@@ -319,14 +288,10 @@ def _contradictions(out: Console, document: Json) -> None:
     """Before everything: a list of turns that is not that of the record makes nonsense of what follows."""
     from rich.text import Text
 
-    for words in contradictions(document):
+    for words in contradictions(findings_in(document)):
         text = Text(f"Signal and list contradict each other: {words}")
         text.stylize(TONES["fatal"], 0, len("Signal and list contradict each other"))
         out.print(text)
-
-
-def _estimates(out: Console, document: Json) -> None:
-    _rates(out, "Earth rate", document, earth_rate_lines(document))
 
 
 def _rates(out: Console, what: str, document: Json, lines: Iterable[EarthRateWording]) -> None:
@@ -344,13 +309,6 @@ def _rates(out: Console, what: str, document: Json, lines: Iterable[EarthRateWor
     out.print()
 
 
-def _budget(out: Console, document: Json) -> None:
-    _uncertainties(out, budget_lines(document), unstated_words(document, "is"))
-    if document["inflation"] > 1:
-        out.print(f"The noise is widened {document['inflation']:.2f} times: see the checks.")
-    out.print()
-
-
 def _uncertainties(out: Console, lines: Sequence[tuple[str, str, str]], empty: str = _NOISE_ALONE) -> None:
     """The budget, or that there is none."""
     from rich.text import Text
@@ -359,17 +317,3 @@ def _uncertainties(out: Console, lines: Sequence[tuple[str, str, str]], empty: s
     for name, value, share in lines:
         table.add_row(name, Text(value, "dim" if not share else ""), share)
     out.print(table if lines else empty)
-
-
-def _nuisances(out: Console, document: Json) -> None:
-    for name, (value, sd) in document["nuisances"].items():
-        if value is not None and sd is not None:
-            out.print(f"fitted beside it: {name}, {with_sd(value, sd, 'deg/h', DEG_H)}")
-    if document["nuisances"]:
-        out.print()
-
-
-def _direction(document: Json) -> str:
-    if document["first"] == "unknown":
-        return "not known: the sign of the rate is a choice (--first north, south, up or down)"
-    return f"{document['first']} first"

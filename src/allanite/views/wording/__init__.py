@@ -81,7 +81,14 @@ from allanite.views.wording.environment import (
     environment_sentences,
     temperature_unit,
 )
-from allanite.views.wording.findings import finding_kinds, movement, said_of, severity_order, worst
+from allanite.views.wording.findings import (
+    finding_kinds,
+    findings_in,
+    movement,
+    said_of,
+    severity_order,
+    worst,
+)
 from allanite.views.wording.floor import floor_lines
 from allanite.views.wording.north import (
     angle_budget_lines,
@@ -125,9 +132,9 @@ from allanite.views.wording.rates import (
     capitalised,
     channel_names,
     check_lines,
+    check_wordings,
     consistency_lines,
     contradictions,
-    earth_rate_lines,
     estimate_of,
     filter_lines,
     filter_verdict,
@@ -141,7 +148,6 @@ from allanite.views.wording.rates import (
     signed,
     take_name,
     tone,
-    turn_words,
     week_lines,
     week_words,
 )
@@ -184,8 +190,9 @@ from allanite.views.wording.study import (
 )
 from allanite.views.wording.turned_axis import (
     axis_facts,
-    dwell_direction,
+    earth_rate_lines,
     function_of_latitude,
+    turn_words,
     unstated_words,
 )
 from allanite.views.wording.vector import (
@@ -246,6 +253,7 @@ __all__ = [
     "channel_names",
     "channel_table",
     "check_lines",
+    "check_wordings",
     "chosen_line_lines",
     "coarse_lines",
     "coefficient_lines",
@@ -260,7 +268,6 @@ __all__ = [
     "drift_lines",
     "drift_unit",
     "duration",
-    "dwell_direction",
     "earth_rate_lines",
     "earth_seen_words",
     "effect_lines",
@@ -271,6 +278,7 @@ __all__ = [
     "filter_lines",
     "filter_verdict",
     "finding_kinds",
+    "findings_in",
     "floor_lines",
     "full_output",
     "function_of_latitude",

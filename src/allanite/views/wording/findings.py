@@ -4,13 +4,14 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
 
 from allanite.plain_files.counted import listed
 from allanite.recording.health import Finding, Severity
 from allanite.recording.health.catalogue import MOVES
 
-__all__ = ["finding_kinds", "movement", "own_words", "said_of", "severity_order", "worst"]
+__all__ = ["finding_kinds", "findings_in", "movement", "own_words", "said_of", "severity_order", "worst"]
 
 _ORDER = (Severity.FATAL, Severity.WARNING, Severity.INFO)
 _NUMBER = re.compile(r"[+-]?\d+(?:\.\d+)?(?:[eE][+-]?\d+)?(?: \S+)?")  # with its unit
@@ -21,6 +22,11 @@ def severity_order(finding: Finding) -> int:
     if finding.code in MOVES:  # above everything: nothing else means what it says
         return -1
     return 2 * _ORDER.index(finding.severity) + finding.accepted
+
+
+def findings_in(document: Mapping[str, Any]) -> list[Finding]:
+    """What a document holds of them."""
+    return [Finding.from_json(f) for f in document.get("findings", ())]
 
 
 def finding_kinds(findings: Iterable[Finding]) -> list[list[Finding]]:

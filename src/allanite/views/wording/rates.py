@@ -10,14 +10,16 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 from allanite.noise import GaussMarkov, NoiseModel, Sinusoid
 from allanite.quantities.display_units import display_unit
 from allanite.quantities.earth import EARTH_RATE
 from allanite.quantities.number_words import duration, interval, number, probability, with_sd
+from allanite.quantities.residual_tests import ResidualTest
+from allanite.recording.health import Finding
+from allanite.views.wording.findings import own_words
 from allanite.views.wording.study import COLUMNS
-from allanite.views.wording.turned_axis import reading_words
 
 __all__ = [
     "AIDED",
@@ -33,9 +35,9 @@ __all__ = [
     "capitalised",
     "channel_names",
     "check_lines",
+    "check_wordings",
     "consistency_lines",
     "contradictions",
-    "earth_rate_lines",
     "estimate_of",
     "filter_lines",
     "filter_verdict",
@@ -49,7 +51,6 @@ __all__ = [
     "signed",
     "take_name",
     "tone",
-    "turn_words",
     "week_lines",
     "week_words",
 ]
@@ -86,12 +87,6 @@ _TONES = {
     "not calibrated": "fatal",
     "does not meet the data sheet": "fatal",
     "a bias follows the turns": "fatal",
-}
-_SOURCES = {
-    "detected": "found in the signal",
-    "file": "from a file",
-    "period": "by the clock",
-    "none": "none found",
 }
 _CONTRADICTIONS = ("turn_not_listed", "turn_not_seen")
 
@@ -147,13 +142,9 @@ def headline(verdict: str, reason: str) -> str:
     return sentence(f"{verdict}: {reason}" if reason else verdict)
 
 
-def contradictions(document: Json) -> list[str]:
+def contradictions(findings: Iterable[Finding]) -> list[str]:
     """Where the signal contradicts the turns that were given: nothing below it counts until that is settled."""
-    return [
-        sentence(f["message"].removeprefix(f"{f['channel']}: "))
-        for f in document.get("findings", ())
-        if f["code"] in _CONTRADICTIONS
-    ]
+    return [sentence(own_words(f)) for f in findings if f.code in _CONTRADICTIONS]
 
 
 def model_words(model: NoiseModel | Json) -> str:
@@ -240,34 +231,6 @@ def _scaled(rate: float | None, low: float | None, high: float | None, factor: f
     return middle, f"[{lower}, {upper}]"
 
 
-def earth_rate_lines(document: Json) -> list[EarthRateWording]:
-    """The regression, the simple estimators beside it with the same confidence, and the known rate."""
-    percent = f"{100 * document['confidence']:g} %"
-    low, high = document["interval"]
-    lines = [
-        estimate_of(
-            document["rate"],
-            low,
-            high,
-            name="regression",
-            note=f"{percent} interval, everything in the budget included",
-            kept=True,
-        )
-    ]
-    quantile = _quantile(document["confidence"])
-    for reading in document["readings"]:
-        name, note = reading_words(document, reading["name"])
-        half = quantile * reading["sd"]
-        scatter = reading.get("scatter")
-        if scatter is not None:
-            alone = f"±{number(quantile * scatter / DEG_H, 2)} ({percent})"
-            note += f"; by the scatter of its {reading['count']} values alone {alone}"
-        value = reading["rate"]
-        lines.append(estimate_of(value, value - half, value + half, name=name, note=note))
-    lines.append(known_rate(document["earth_rate"]))
-    return lines
-
-
 def known_rate(value: float) -> EarthRateWording:
     """The rotation of the Earth as it is known."""
     return EarthRateWording(
@@ -280,27 +243,20 @@ def known_rate(value: float) -> EarthRateWording:
     )
 
 
-def _quantile(confidence: float) -> float:
-    from statistics import NormalDist
-
-    return NormalDist().inv_cdf((1 + confidence) / 2)
-
-
-def budget_lines(document: Json) -> list[tuple[str, str, str]]:
+def budget_lines(budget: Mapping[str, float | None]) -> list[tuple[str, str, str]]:
     """Source, standard uncertainty in deg/h, and its share of the Earth's rotation; the sum last.
 
     Empty where nothing but the noise is in it.
     """
-    budget = {k: v for k, v in document["budget"].items() if v is not None}
-    if not any(value for name, value in budget.items() if name != "noise"):
+    known = {k: v for k, v in budget.items() if v is not None and math.isfinite(v)}
+    if not any(value for name, value in known.items() if name != "noise"):
         return []
-    rows = [*budget.items(), ("together", math.sqrt(sum(v**2 for v in budget.values())))]
-    earth = document.get("earth_rate") or 1.0
+    rows = [*known.items(), ("together", math.sqrt(sum(v**2 for v in known.values())))]
     return [
         (
             name,
             number(value / DEG_H, 3) if value else "not stated",
-            f"{100 * value / earth:.2g} %" if value else "",
+            f"{100 * value / EARTH_RATE:.2g} %" if value else "",
         )
         for name, value in rows
     ]
@@ -317,44 +273,69 @@ class CheckWording:
     says: str
 
 
+class _Answered(Protocol):
+    """A question put to residuals, with its answer."""
+
+    @property
+    def name(self) -> str: ...
+
+    @property
+    def passed(self) -> bool: ...
+
+    @property
+    def statistic(self) -> float: ...
+
+    @property
+    def dof(self) -> float: ...
+
+    @property
+    def p(self) -> float: ...
+
+    @property
+    def tries(self) -> int: ...
+
+    @property
+    def two_sided(self) -> bool: ...
+
+    @property
+    def says(self) -> str: ...
+
+
 def check_lines(checks: Iterable[Json]) -> list[CheckWording]:
-    """Checks, those that did not pass first."""
-    rows = [
-        CheckWording(
-            name=c["name"],
+    """Checks out of a document, those that did not pass first."""
+    names = ("name", "statistic", "dof", "p", "says")
+    return check_wordings(
+        ResidualTest(
+            **{name: c[name] for name in names},
             passed=bool(c["passed"]),
-            measure=f"{number(c['statistic'], 3)} ({round(c['dof'], 1):g})",
+            tries=c.get("tries", 1),
+            two_sided=c.get("two_sided", False),
+        )
+        for c in checks
+    )
+
+
+def check_wordings(checks: Iterable[_Answered]) -> list[CheckWording]:
+    """Checks, those that did not pass first."""
+    lines = [
+        CheckWording(
+            name=c.name,
+            passed=c.passed,
+            measure=f"{number(c.statistic, 3)} ({round(c.dof, 1):g})",
             chance=_chance(c),
-            says="" if c["passed"] else sentence(c["says"]),
+            says="" if c.passed else sentence(c.says),
         )
         for c in checks
     ]
-    return sorted(rows, key=lambda row: row.passed)
+    return sorted(lines, key=lambda line: line.passed)
 
 
-def _chance(check: Json) -> str:
+def _chance(check: _Answered) -> str:
     """p, and what was done to the probability that belongs to the chi-square beside it."""
-    p, tries = probability(check["p"]), check.get("tries", 1)
-    if tries > 1:
-        return f"{p}, multiplied by {tries} tries"
-    return f"{p}, two-sided" if check.get("two_sided", False) else p
-
-
-def turn_words(reversals: Json, dwells: Sequence[Json] | None = None) -> str:
-    """How many turns and dwells, where they come from, and what is left out.
-
-    >>> turn_words({"turns": [{}], "dwells": [{"sign": 1}, {"sign": -1}], "source": "file", "dead_time": 2.0})
-    '1 turn from a file, 2 dwells, 2 s left out after each turn'
-    """
-    turns, rows = len(reversals["turns"]), reversals["dwells"] if dwells is None else dwells
-    unknown = sum(d["sign"] == 0 for d in rows)
-    if not turns:
-        return "no turns"
-    text = f"{turns} turn{'s' * (turns != 1)} {_SOURCES.get(reversals['source'], reversals['source'])}, "
-    text += f"{len(rows)} dwell{'s' * (len(rows) != 1)}"
-    if unknown:
-        text += f" ({unknown} of unknown direction, not used)"
-    return f"{text}, {reversals['dead_time']:g} s left out after each turn"
+    p = probability(check.p)
+    if check.tries > 1:
+        return f"{p}, multiplied by {check.tries} tries"
+    return f"{p}, two-sided" if check.two_sided else p
 
 
 # -- plan -------------------------------------------------------------------------------------------------

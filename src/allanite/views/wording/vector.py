@@ -7,7 +7,6 @@ import math
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from allanite.quantities.earth import EARTH_RATE
 from allanite.quantities.number_words import duration, interval, number
 from allanite.views.wording.rates import DEG_H, EarthRateWording, angle, budget_lines, estimate_of, known_rate
 
@@ -113,7 +112,7 @@ def pose_words(document: Json) -> str:
 def vector_budget(document: Json) -> list[tuple[str, str, str]]:
     """Source, standard uncertainty, share; a resolution that is fine enough is no entry."""
     budget = {k: v for k, v in document["budget"].items() if v or k != "resolution"}
-    return budget_lines({**document, "budget": budget})
+    return budget_lines(budget)
 
 
 # -- null test --------------------------------------------------------------------------------------------
@@ -130,4 +129,4 @@ def null_words(document: Json) -> tuple[str, str, str]:
 
 def null_budget(document: Json) -> list[tuple[str, str, str]]:
     """Source, standard uncertainty, share of the Earth rate."""
-    return budget_lines({"earth_rate": EARTH_RATE, **document})
+    return budget_lines(document["budget"])
