@@ -47,9 +47,9 @@ docs: $(VENV)/.dev ## bring the generated reference pages up to date, run every 
 lint: $(VENV)/.dev ## style, types, the import contract and bandit
 	$(BIN)/ruff check .
 	$(BIN)/ruff format --check .
-	MYPY_NUM_WORKERS=2 $(BIN)/mypy --strict src
+	MYPY_NUM_WORKERS=2 $(BIN)/mypy --strict src examples/seed_paper/allanite_seed_paper
 	$(BIN)/lint-imports --no-cache
-	$(BIN)/bandit -q -c pyproject.toml -r src
+	$(BIN)/bandit -q -c pyproject.toml -r src examples
 
 kernels-test: ## the C++ kernels alone, with sanitizers, without Python
 	$(MAKE) -C kernels test

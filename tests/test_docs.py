@@ -454,7 +454,8 @@ def test_study_format_names_every_key_of_the_other_documents() -> None:
     from allanite.experiments.planning import plan
     from allanite.experiments.reference_aided import reference_aided
     from allanite.filtering.kalman import filter_recording
-    from allanite.filtering.simulation import Motion, seed_paper
+    from allanite.filtering.simulation import Motion
+    from allanite_seed_paper import twin as seed_paper
 
     model, latitude = seed_paper.sensor(), seed_paper.LATITUDE
     take, spin = seed_paper.take(2, seed=1), math.radians(6.0)

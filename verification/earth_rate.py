@@ -21,10 +21,11 @@ from allanite.experiments.earth_rate import EarthRateEstimate, measure_earth_rat
 from allanite.experiments.earth_rate.take import Take
 from allanite.experiments.reversals import periodic_reversals
 from allanite.filtering.regression import covariance_of
-from allanite.filtering.simulation import seed_paper, simulate
+from allanite.filtering.simulation import simulate
 from allanite.noise import NoiseModel
 from allanite.quantities.earth import EARTH_RATE
 from allanite.recording.records import Recording
+from allanite_seed_paper import twin as seed_paper
 from verification.spread import Say, place_of, spread
 
 __all__ = ["CONFIDENT", "FAULTS", "INVISIBLE", "LENGTHS", "run_faults", "run_takes", "run_warm_up"]

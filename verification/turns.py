@@ -14,8 +14,9 @@ from typing import Any
 import numpy as np
 
 from allanite.experiments.reversals import Reversals, find_reversals
-from allanite.filtering.simulation import Motion, seed_paper, simulate
+from allanite.filtering.simulation import Motion, simulate
 from allanite.recording.records import Recording
+from allanite_seed_paper import twin as seed_paper
 
 __all__ = ["compared", "random_take", "run"]
 

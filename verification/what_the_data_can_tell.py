@@ -32,11 +32,12 @@ from allanite.experiments.earth_rate import EarthRateEstimate, measure_earth_rat
 from allanite.experiments.reference_aided import ReferenceAided, reference_aided
 from allanite.experiments.reversals import find_reversals
 from allanite.filtering.regression import covariance_of
-from allanite.filtering.simulation import seed_paper, simulate
+from allanite.filtering.simulation import simulate
 from allanite.fitting.slopes import read_slopes
 from allanite.noise import GaussMarkov, NoiseModel, Ramp, White
 from allanite.quantities.earth import EARTH_RATE
 from allanite.recording.records import Recording
+from allanite_seed_paper import twin as seed_paper
 
 __all__ = ["quotes", "run"]
 

@@ -18,10 +18,11 @@ import pytest
 import allanite as al
 from allanite.commands.cli.options import Angle, Goal, Latitude, Rate, Share
 from allanite.files.recording_file import write_recording
-from allanite.filtering.simulation import Motion, seed_paper, simulate
+from allanite.filtering.simulation import Motion, simulate
 from allanite.noise import White
 from allanite.quantities.earth import EARTH_RATE
 from allanite.study.model_file import save_models
+from allanite_seed_paper import twin as seed_paper
 from shell import Run
 
 MODEL = "N=0.0122 deg/√s, B=0.0027 deg/s, T=238.1 s, K=6.8314e-5 deg/s/√s"

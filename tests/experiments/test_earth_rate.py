@@ -18,10 +18,11 @@ from allanite.experiments.earth_rate import Stated, measure_earth_rate
 from allanite.experiments.earth_rate.dwell_means import DwellMeans
 from allanite.experiments.earth_rate.take import Take
 from allanite.experiments.reversals import find_reversals, periodic_reversals
-from allanite.filtering.simulation import Motion, Temperature, seed_paper, simulate
+from allanite.filtering.simulation import Motion, Temperature, simulate
 from allanite.noise import Flicker, GaussMarkov, NoiseModel, RandomWalk, White
 from allanite.quantities.earth import EARTH_RATE
 from allanite.recording.records import Recording
+from allanite_seed_paper import twin as seed_paper
 
 LATITUDE = seed_paper.LATITUDE
 DEG_H = math.pi / 180 / 3600

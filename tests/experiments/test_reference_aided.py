@@ -14,9 +14,9 @@ from numpy.typing import NDArray
 import allanite as al
 from allanite.errors import InputError
 from allanite.experiments.reference_aided import PRIOR, reference_aided, seed_space
-from allanite.filtering.simulation import seed_paper
 from allanite.noise import Flicker, GaussMarkov, NoiseModel, Quantisation, RandomWalk, White
 from allanite.recording.records import Recording
+from allanite_seed_paper import twin as seed_paper
 
 Array = NDArray[np.float64]
 

@@ -21,9 +21,10 @@ from allanite.experiments.reversals import (
     read_positions,
     read_turns,
 )
-from allanite.filtering.simulation import Motion, seed_paper, simulate
+from allanite.filtering.simulation import Motion, simulate
 from allanite.recording.health.finding import Severity
 from allanite.recording.records import Recording
+from allanite_seed_paper import twin as seed_paper
 
 Array = NDArray[np.float64]
 DEGREE = math.pi / 180

@@ -14,9 +14,10 @@ import pytest
 
 import allanite as al
 from allanite.errors import InputError
-from allanite.filtering.simulation import Motion, Temperature, course, record, seed_paper
+from allanite.filtering.simulation import Motion, Temperature, course, record
 from allanite.noise import NoiseModel, RandomWalk, White
 from allanite.quantities.earth import EARTH_RATE
+from allanite_seed_paper import twin as seed_paper
 
 DEGREE = math.pi / 180
 LATITUDE = -23.31 * DEGREE

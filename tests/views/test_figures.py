@@ -281,9 +281,9 @@ def test_names_are_text_and_never_markup(study: dict[str, Any], name: str) -> No
 def test_figures_leave_no_trace_in_the_process() -> None:
     code = (
         "import sys, io, allanite as al; from allanite.noise import White\n"
-        "from allanite.views.figures.seed_paper import figure_4\n"
+        "from allanite_seed_paper.figures import figure_4\n"
         "al.plot(al.NoiseModel.of(White(N=1.0)))\n"
-        "al.plot(figure_4()).savefig(io.BytesIO(), format='pdf')\n"
+        "al.plot(figure_4().sheet).savefig(io.BytesIO(), format='pdf')\n"
         "assert 'matplotlib.pyplot' not in sys.modules and 'plotly' not in sys.modules"
     )
     done = subprocess.run([sys.executable, "-c", code], check=False, timeout=60)

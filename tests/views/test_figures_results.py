@@ -16,7 +16,6 @@ from allanite.experiments.earth_rate import EarthRateEstimate, measure_earth_rat
 from allanite.experiments.planning import Plan, plan
 from allanite.experiments.reference_aided import ReferenceAided, reference_aided
 from allanite.filtering.kalman import Filtered, filter_recording
-from allanite.filtering.simulation import seed_paper
 from allanite.noise import NoiseModel, White
 from allanite.quantities.earth import EARTH_RATE
 from allanite.views.figures import matplotlib as paper
@@ -25,6 +24,7 @@ from allanite.views.figures import sheet_of
 from allanite.views.figures.drawing import DrawnShape, Words, arrow, box
 from allanite.views.figures.panel import DARK, LIGHT, SPAN_LOOKS, Curve, Panel, Sheet
 from allanite.views.figures.records import overview
+from allanite_seed_paper import twin as seed_paper
 
 DEG = math.radians(1)
 DEG_H = DEG / 3600

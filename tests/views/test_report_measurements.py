@@ -22,10 +22,11 @@ from allanite.experiments.planning import plan
 from allanite.experiments.reference_aided import reference_aided
 from allanite.experiments.reversals import Position, Reversals
 from allanite.filtering.kalman import filter_recording
-from allanite.filtering.simulation import Motion, seed_paper, simulate
+from allanite.filtering.simulation import Motion, simulate
 from allanite.views.blocks import Section, Text, page_of, table
 from allanite.views.figures.records import overview
 from allanite.views.report import _filled, html_of, render_file
+from allanite_seed_paper import twin as seed_paper
 from pages import Balance, document_of, text_of
 
 FACTS = {"rate": 32.0, "samples": 23040, "duration": 720.0, "channels": [], "history": []}

@@ -144,7 +144,7 @@ def test_an_accepted_finding_comes_after_an_open_one_of_its_severity() -> None:
     assert wording.worst(f for f in findings if f.severity is Severity.INFO) is None
 
 
-# -- standard deviations and the demonstration --------------------------------------------------------------
+# -- standard deviations ----------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -161,23 +161,6 @@ def test_a_value_has_no_digit_beyond_its_standard_deviation(
     value: float | None, sd: float, text: str
 ) -> None:
     assert wording.with_sd(value, sd, "deg/h") == text
-
-
-def test_a_week_counts_limits_apart_from_intervals() -> None:
-    rows = [
-        {"symbol": "N", "published": 2.0, "value": 2.1, "lower": 1.9, "upper": 2.2, "supported": True},
-        {"symbol": "B", "published": 1.0, "value": 2.0, "lower": 1.5, "upper": 2.5, "supported": True},
-        {"symbol": "T", "published": 200.0, "value": None, "lower": 0.0, "upper": None, "supported": False},
-        {"symbol": "K", "published": 1.0, "value": None, "lower": 0.0, "upper": 3.0, "supported": False},
-    ]
-    week = {"parameters": [{**row, "slope": None} for row in rows]}
-    white, bias, time, walk = wording.week_lines(week)
-    assert (white.inside, bias.inside, time.inside, walk.inside) == (True, False, True, True)
-    assert walk.value.startswith("below ") and time.value == "not bounded"
-    assert wording.week_words(week) == (
-        "1 of 2 published parameters with a 95 % interval lie inside it; 1 of 1 with an upper limit alone lie below "
-        "it; 1 is not bounded"
-    )
 
 
 def test_a_name_stays_as_it_is_written_where_a_sentence_begins() -> None:

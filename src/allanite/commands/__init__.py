@@ -4,9 +4,8 @@
 The modules here do the work of a command each and hand over plain documents, tables and files; they can be called
 without any door, and the page shows the lines that do.
 
-`cli`            the command line
-`page`           the page that `allanite serve` opens
-`demonstration`  the seed paper's experiment on a simulated twin
+`cli`   the command line
+`page`  the page that `allanite serve` opens
 
 Names below load on first use, as those of `allanite` do.
 """

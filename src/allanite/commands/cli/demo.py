@@ -23,20 +23,21 @@ __all__ = ["demo"]
 @force_option
 @json_option
 def demo(seed_paper: bool, out: str, seed: int, duration: float, force: bool, as_json: bool) -> None:
-    """Simulate a week of the gyro of the seed paper, characterise it, and compare with the truth.
+    """Simulate a week of the gyro of the seed paper, characterize it, and compare with the truth.
 
     With --seed-paper the four takes of the Earth rate follow, by each estimator, with the filter that is told the
     rate, and counterparts of all thirteen figures as PDF and PNG.
     """
-    from allanite.commands import demonstration
-    from allanite.views import terminal
+    from allanite.views.terminal import progress
+    from allanite_seed_paper.demonstration import run_seed_paper, run_week
+    from allanite_seed_paper.terminal import show_demonstration
 
-    run = demonstration.run_seed_paper if seed_paper else demonstration.run_week
-    with terminal.progress(quiet=as_json) as advance:
+    run = run_seed_paper if seed_paper else run_week
+    with progress(quiet=as_json) as advance:
         done = run(out, seed=seed, duration=duration, force=force, progress=advance)
     if as_json:
         print_json(done.document)
         return
-    terminal.show_demonstration(done.document, [Path(out) / "report.html"])
+    show_demonstration(done.document, [Path(out) / "report.html"])
     if not seed_paper:
         click.echo("the whole experiment: allanite demo --seed-paper")

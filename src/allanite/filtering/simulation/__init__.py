@@ -8,7 +8,6 @@
 ``unit``        simulate_unit(models, rate, motion, latitude, seed): three gyros and three accelerometers.
 ``unit_motion`` UnitMotion: the attitudes that a unit is set to, or its rotation.
 ``unit_course`` what that becomes in one record: attitude over time, and the exact means of what the triads see.
-``seed_paper``  the twin of the bench of Silva, Jeronymo, Pavan and Tosin.
 """
 
 from allanite.filtering.simulation.motion import Motion

@@ -36,8 +36,8 @@ def plot(
     obj : object
         Study, AllanCurve, NoiseModel, Recording, Spectrum, one entry of a study's "channels", Reversals,
         EarthRateEstimate, RateVector, NorthEstimate, AlignmentEstimate, CalibrationEstimate, Filtered,
-        ReferenceAided, Plan (or a list of plans), or a `PaperFigure` of `allanite.views.figures.seed_paper`. The
-        document of a result (`to_json`) does as well.
+        ReferenceAided, Plan (or a list of plans), or a `Sheet` of your own. The document of a result (`to_json`) does
+        as well.
     interactive : bool
         False: a Matplotlib figure, for ``savefig("curve.pdf")``. True: a Plotly figure, which needs no network.
     dark : bool
@@ -609,5 +609,4 @@ _DESCRIPTIONS: tuple[tuple[Callable[[object], bool], Callable[..., Sheet]], ...]
     (_all(_named("Plan")), _plan),
     (_all(_document("allanite-plan")), _plan),
     (_named("Sheet"), lambda sheet: sheet),
-    (_named("PaperFigure"), lambda figure: figure.sheet),
 )

@@ -57,7 +57,6 @@ _PAGES = {
     "allanite-difference": "difference",
     "allanite-overbound": "datasheet",
     "allanite-spectrum": "spectrum",
-    "allanite-demonstration": "demonstration",
 }
 #: Results whose plain document does not name its format.
 _FORMATS = {"Filtered": "allanite-filtered", "ReferenceAided": "allanite-reference-aided"}
@@ -69,7 +68,7 @@ def render(result: Any, path: str | os.PathLike[str], *, force: bool = False) ->
     Parameters
     ----------
     result : Study, EarthRateEstimate, RateVector, NorthEstimate, CalibrationEstimate, Filtered, Plan, ...
-        Or its document, as `to_json` gives it.
+        Or its document, as `to_json` gives it, or a `Page` of your own.
     path : path
         Of the HTML file.
     force : bool
@@ -114,6 +113,8 @@ def page_of(result: Any) -> Page:
 
 def _made(result: Any) -> Page | dict[str, Any]:
     """What the template of a result takes."""
+    if isinstance(result, Page):
+        return result
     if isinstance(result, Result):
         return view_of(result if isinstance(result, ResultDocument) else ResultDocument(result=result))
     document = result if isinstance(result, Mapping) else _document(result)

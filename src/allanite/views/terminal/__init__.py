@@ -13,7 +13,6 @@ from allanite.views.terminal.environment import show_environment
 from allanite.views.terminal.exporting import show_consumers
 from allanite.views.terminal.measurements import (
     show_aided,
-    show_demonstration,
     show_filtered,
     show_north,
     show_null,
@@ -55,7 +54,6 @@ __all__ = [
     "show_curve",
     "show_datasheet",
     "show_dead_reckoning",
-    "show_demonstration",
     "show_difference",
     "show_document",
     "show_environment",

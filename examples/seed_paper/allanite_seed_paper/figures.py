@@ -20,7 +20,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.errors import InputError
-from allanite.filtering.simulation import seed_paper as bench_of
 from allanite.noise import FLICKER_FLOOR, Flicker, Quantisation, Ramp, RandomWalk, White
 from allanite.quantities.earth import EARTH_RATE
 from allanite.views.figures.aided import (
@@ -48,6 +47,7 @@ from allanite.views.figures.panel import (
 )
 from allanite.views.figures.turned import turned_panel, window_panels
 from allanite.views.wording import number
+from allanite_seed_paper import twin
 
 if TYPE_CHECKING:
     from allanite.experiments.earth_rate import EarthRateEstimate
@@ -320,7 +320,7 @@ def _power(value: float, digits: int) -> str:
 
 def _coefficients_panel(channel: Json) -> Panel:
     """Reading and fit as parts of the published values."""
-    published = {"N": bench_of.N, "B": bench_of.B, "T": bench_of.T_B, "K": bench_of.K}
+    published = {"N": twin.N, "B": twin.B, "T": twin.T_B, "K": twin.K}
     names = tuple((i, _shown(s, v)) for i, (s, v) in enumerate(published.items()))
     found = ((channel["slopes"].get(symbol) or {}).get("value") for symbol in published)
     read = [
@@ -486,7 +486,7 @@ def four_takes(
     wide = quantile(next(iter(takes.values())).confidence)
     curves = [_bound([(bounds or {}).get(n, math.nan) for n in takes], wide)]
     if published:
-        rows = [(i, bench_of.TAKES[n].published / MILLI, 0.0) for i, n in enumerate(takes)]
+        rows = [(i, twin.TAKES[n].published / MILLI, 0.0) for i, n in enumerate(takes)]
         curves.append(_estimates(rows, -0.3, "published by the paper, without interval", "x", "cross"))
     simple = ((-0.1, "pairs", "orange", "square"), (0.1, "north-south-north", "y", "triangle"))
     for offset, name, colour, marker in simple:

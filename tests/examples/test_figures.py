@@ -15,14 +15,14 @@ import sample_study
 from allanite.errors import InputError
 from allanite.experiments.earth_rate import EarthRateEstimate, measure_earth_rate
 from allanite.experiments.reference_aided import ReferenceAided, reference_aided
-from allanite.filtering.simulation import seed_paper
 from allanite.quantities.earth import EARTH_RATE
 from allanite.views.figures import matplotlib as paper
 from allanite.views.figures import plotly as screen
-from allanite.views.figures import seed_paper as figures
 from allanite.views.figures.bench import bench
 from allanite.views.figures.drawing import DrawnShape, Words
-from allanite.views.figures.seed_paper import PaperFigure
+from allanite_seed_paper import figures
+from allanite_seed_paper import twin as seed_paper
+from allanite_seed_paper.figures import PaperFigure
 
 DEG = math.radians(1)
 REFERENCES = (EARTH_RATE, 2 * EARTH_RATE, -EARTH_RATE)
@@ -87,7 +87,7 @@ def test_there_are_thirteen_in_order_with_title_and_one_sentence(everything: Seq
 @pytest.mark.parametrize("number", range(1, 14))
 def test_every_figure_is_drawn_on_paper_and_on_screen(everything: Sequence[PaperFigure], number: int) -> None:
     figure = everything[number - 1]
-    axes, layout = al.plot(figure).axes, screen.spec(figure.sheet)["layout"]
+    axes, layout = al.plot(figure.sheet).axes, screen.spec(figure.sheet)["layout"]
     assert len(axes) == len(figure.sheet.panels) == sum(key.startswith("xaxis") for key in layout)
     for panel in figure.sheet.panels:
         assert panel.drawing or panel.x.names or "[" in panel.x.label

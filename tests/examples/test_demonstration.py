@@ -12,9 +12,9 @@ import pytest
 
 import allanite as al
 from allanite.commands.cli import main
-from allanite.commands.demonstration import Demonstration, run_seed_paper, run_week
 from allanite.errors import StorageError
 from allanite.quantities.earth import EARTH_RATE
+from allanite_seed_paper.demonstration import Demonstration, run_seed_paper, run_week
 
 DEG = math.pi / 180
 

@@ -21,9 +21,9 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from allanite.filtering.simulation import seed_paper
 from allanite.plain_files.atomic_file import fresh, make_folder, refuse_existing
 from allanite.plain_files.json_values import plain as plain_values
+from allanite_seed_paper import twin
 
 if TYPE_CHECKING:
     from allanite.experiments.earth_rate import EarthRateEstimate
@@ -32,7 +32,7 @@ if TYPE_CHECKING:
     from allanite.noise import NoiseModel
     from allanite.recording.records import Recording
     from allanite.study.study import Study
-    from allanite.views.figures.seed_paper import PaperFigure
+    from allanite_seed_paper.figures import PaperFigure
 
 __all__ = ["FAULT_OF", "Demonstration", "run_seed_paper", "run_week"]
 
@@ -40,7 +40,7 @@ Json = dict[str, Any]
 Progress = Callable[[float, str], None]
 
 FAULT_OF: Mapping[int, str] = {2: "coherent", 3: "settling", 4: "drift"}
-"""The fault of `seed_paper.FAULTS` that would explain each take's published miss; the first take needs none."""
+"""The fault of `twin.FAULTS` that would explain each take's published miss; the first take needs none."""
 
 #: Typed into the reference-aided filter, in units of the Earth's rate: right, twice, and the wrong way round.
 TOLD = (1.0, 2.0, -1.0)
@@ -76,7 +76,7 @@ def run_week(
     out: str | os.PathLike[str],
     *,
     seed: int = 1,
-    duration: float = seed_paper.WEEK,
+    duration: float = twin.WEEK,
     force: bool = False,
     progress: Progress | None = None,
 ) -> Demonstration:
@@ -116,9 +116,7 @@ def _week(
     from allanite.study.study import characterize
     from allanite.views.report import render
 
-    record = seed_paper.week(
-        seed, duration=duration, progress=lambda f: advance(0.35 * f, "simulating the week")
-    )
+    record = twin.week(seed, duration=duration, progress=lambda f: advance(0.35 * f, "simulating the week"))
     study = characterize(record, progress=lambda f, what: advance(0.35 + 0.5 * f, what))
     advance(0.9, "writing the study")
     make_folder(place)
@@ -152,7 +150,7 @@ def _week_part(study: Study, duration: float) -> Json:
     """Parameters beside the published values, in SI."""
     (model,) = study.models.values()
     (channel,) = study.document["channels"]
-    truth = {"N": seed_paper.N, "B": seed_paper.B, "T": seed_paper.T_B, "K": seed_paper.K}
+    truth = {"N": twin.N, "B": twin.B, "T": twin.T_B, "K": twin.K}
     rows = []
     for symbol, published in truth.items():
         found = model.estimate("B_equiv" if symbol == "B" else symbol) or model.estimate(symbol)
@@ -174,8 +172,8 @@ def _week_part(study: Study, duration: float) -> Json:
         "verdict": channel["models"][0]["verdict"],
         "model": model.to_json(),
         "minimum": _minimum(channel["curve"]),
-        "minimum_of_model": _minimum_of(seed_paper.sensor()),
-        "minimum_of_flicker": _minimum_of(seed_paper.sensor(flicker=True)),
+        "minimum_of_model": _minimum_of(twin.sensor()),
+        "minimum_of_flicker": _minimum_of(twin.sensor(flicker=True)),
     }
 
 
@@ -209,7 +207,7 @@ def run_seed_paper(
     out: str | os.PathLike[str],
     *,
     seed: int = 1,
-    duration: float = seed_paper.WEEK,
+    duration: float = twin.WEEK,
     force: bool = False,
     progress: Progress | None = None,
 ) -> Demonstration:
@@ -237,6 +235,7 @@ def run_seed_paper(
     """
     from allanite.files.recording_file import write_recording
     from allanite.views.report import render
+    from allanite_seed_paper.report import page
 
     place, advance = Path(out), progress or (lambda fraction, what: None)
     report, plain = place / "report.html", place / "demonstration.json"
@@ -247,7 +246,7 @@ def run_seed_paper(
     study, files = _week(place / "week", seed, duration, force, lambda f, what: advance(0.35 * f, what))
     (model,) = study.models.values()
     runs, faulty = {}, {}
-    for i, n in enumerate(seed_paper.TAKES):
+    for i, n in enumerate(twin.TAKES):
         advance(0.36 + 0.02 * i, f"take {n}")
         runs[n] = _measured(n, seed, model)
     for i, (n, fault) in enumerate(FAULT_OF.items()):
@@ -263,7 +262,7 @@ def run_seed_paper(
         "takes": [
             *(_take_part(n, run.estimate) for n, run in runs.items()),
             {**_take_part(4, warm), "remark": "warm-up fitted beside the rate"},
-            {**_take_part(4, end), "published": seed_paper.TAKE_4_END.published, "remark": "last 13 min"},
+            {**_take_part(4, end), "published": twin.TAKE_4_END.published, "remark": "last 13 min"},
         ],
         "faulty": [{**_take_part(n, run.estimate), "fault": FAULT_OF[n]} for n, run in faulty.items()],
         "aided": [
@@ -279,7 +278,7 @@ def run_seed_paper(
     ]
     drawn = _draw(figures, place / "figures", force, lambda f, what: advance(0.6 + 0.3 * f, what))
     advance(0.9, "writing the report")
-    render({**document, "figures": figures}, report, force=force)
+    render(page({**document, "figures": figures}), report, force=force)
     with fresh(plain, force=force) as spot:
         spot.write_text(
             json.dumps(document, ensure_ascii=False, indent=1, allow_nan=False) + "\n", encoding="utf-8"
@@ -293,7 +292,7 @@ def _measured(number: int, seed: int, model: NoiseModel, *faults: str) -> _Run:
     from allanite.experiments.reversals import find_reversals
 
     # A fault is shown alone: the drift of take 4 stands in place of its warm-up, not beside it.
-    record = seed_paper.take(number, seed, faults=faults, warm_up=None if faults else seed_paper.WARM_UP)
+    record = twin.take(number, seed, faults=faults, warm_up=None if faults else twin.WARM_UP)
     reversals = find_reversals(record, first="north")
     return _Run(record=record, reversals=reversals, estimate=_estimate(record, reversals, model))
 
@@ -303,9 +302,7 @@ def _estimate(
 ) -> EarthRateEstimate:
     from allanite.experiments.earth_rate import measure_earth_rate
 
-    return measure_earth_rate(
-        record, latitude=seed_paper.LATITUDE, model=model, reversals=reversals, **options
-    )
+    return measure_earth_rate(record, latitude=twin.LATITUDE, model=model, reversals=reversals, **options)
 
 
 def _again(run: _Run, model: NoiseModel, **options: Any) -> EarthRateEstimate:
@@ -316,7 +313,7 @@ def _end_of_take_4(run: _Run, model: NoiseModel) -> EarthRateEstimate:
     """Its last 13 min, which the paper evaluates by themselves. They begin with a dwell to the north or the south."""
     from allanite.experiments.reversals import find_reversals
 
-    begin = run.record.duration - seed_paper.TAKE_4_END.duration
+    begin = run.record.duration - twin.TAKE_4_END.duration
     part, offset = run.record.window(begin, None), round(begin * run.record.rate)
     found = find_reversals(part, first="north")
     dwell = found.dwells[0]
@@ -339,7 +336,7 @@ def _take_part(number: int, estimate: EarthRateEstimate) -> Json:
     }
     return {
         "take": number,
-        "published": seed_paper.TAKES[number].published,
+        "published": twin.TAKES[number].published,
         "turns": len(estimate.reversals.turns),
         "bound": _least_sd(estimate.duration),
         **document,
@@ -356,10 +353,10 @@ def _least_sd(duration: float, dead_time: float = 0.0, *, flicker: bool = False)
     from allanite.experiments.planning import plan
 
     made = plan(
-        seed_paper.sensor(flicker=flicker),
-        latitude=seed_paper.LATITUDE,
+        twin.sensor(flicker=flicker),
+        latitude=twin.LATITUDE,
         dead_time=dead_time,
-        dwells=[seed_paper.DWELL],
+        dwells=[twin.DWELL],
         durations=[duration],
     )
     sd = float(made.sd[0, 0])
@@ -373,7 +370,7 @@ def _aided(run: _Run) -> tuple[list[ReferenceAided], list[ReferenceAided]]:
     from allanite.experiments.reference_aided import reference_aided
     from allanite.quantities.earth import EARTH_RATE
 
-    sensor, signs = seed_paper.sensor(), run.reversals.signs()
+    sensor, signs = twin.sensor(), run.reversals.signs()
     (channel,) = run.record.names
     idle = np.flatnonzero(np.diff(np.concatenate([[0], (signs == 0).astype(np.int8), [0]]))).reshape(-1, 2)
     still = run.record.excluding({channel: idle}, "turns")
@@ -414,7 +411,7 @@ def _figures(
     aided: Mapping[int, tuple[list[ReferenceAided], list[ReferenceAided]]],
 ) -> dict[str, PaperFigure]:
     """The thirteen figures of the paper by file name, and two that compare."""
-    from allanite.views.figures.seed_paper import all_figures, four_takes
+    from allanite_seed_paper.figures import all_figures, four_takes
 
     made = all_figures(
         study=study,
@@ -443,7 +440,7 @@ def _draw(
 
     done: list[Path] = []
     for i, (name, figure) in enumerate(figures.items(), 1):
-        drawn = plot(figure)
+        drawn = plot(figure.sheet)
         for suffix in (".pdf", ".png"):
             file = folder / f"{name}{suffix}"
             with fresh(file, force=force) as place:

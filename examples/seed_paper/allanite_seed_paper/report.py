@@ -36,11 +36,9 @@ from allanite.views.wording import (
     number,
     sentence,
     share,
-    take_name,
     tone,
-    week_lines,
-    week_words,
 )
+from allanite_seed_paper.words import take_name, week_lines, week_words
 
 __all__ = ["page"]
 
