@@ -5,8 +5,9 @@ Twelve kinds of noise beside or in place of white noise, three lengths each, dra
 term is *false* where the record holds none such: true are white noise and, where there are some, Gauss-Markov terms.
 Flicker that is shown beside a Gauss-Markov term, undecided, is not false beside a true one. A record is *warned of*
 where the fit says that its model does not explain the data, that lags are left out, that a discrepancy is held, or
-what else explains the record as well. A row passes if no more than `FALSE` of its records hold a false term unwarned,
-or at least `WARNED` are warned of; and if N is covered, or warned of, in at least `COVERED`.
+what else explains the record as well; a study also where it finds fault with the samples. A row passes if no more
+than `FALSE` of its records hold a false term unwarned, or at least `WARNED` are warned of; and if N is covered, or
+warned of, in at least `COVERED`.
 """
 
 from __future__ import annotations
@@ -24,7 +25,9 @@ from numpy.typing import NDArray
 from allanite.fitting import fit
 from allanite.noise import NoiseModel
 from allanite.noise.allan import allan_curve
+from allanite.recording.health import Severity
 from allanite.recording.records import Recording
+from allanite.study.study import characterize
 from verification.simulators import gauss_markov, power_law, telegraph
 from verification.spread import Say, place_of, spread
 
@@ -35,10 +38,11 @@ Samples = NDArray[np.float64]
 Draw = Callable[[np.random.Generator, int], Samples]
 
 LENGTHS = (7_200, 28_800, 115_200)
-METHODS = ("curve", "samples")
+METHODS = ("study", "curve", "samples")
 #: The 99.9 % point of 5 % of 300 records; the share that a warning must reach instead; and that of N.
 FALSE, WARNED, COVERED = 0.09, 0.95, 0.93
 _OF_MARKOV = {"sigma", "T", "B_equiv", "sigma_2", "T_2", "B_equiv_2"}
+_UNIT = 1e-4  # rad/s: of a sensor that nothing but its noise is remarkable of
 _DOUBTFUL = 0.01  # p below which a verdict says that the model does not explain the data
 
 
@@ -121,13 +125,21 @@ WRONG: tuple[WrongModel, ...] = (
 def _one(root: int, method: str, case: int, n: int, i: int) -> Json:
     truth = WRONG[case]
     rng = np.random.default_rng([root, 61, case, n, i])
-    record = Recording.from_rate(truth.draw(rng, n), rate=1.0, unit="rad/s", names=["x"])
-    model = fit(allan_curve(record, threads=1)["x"]) if method == "curve" else fit(record)
+    record = Recording.from_rate(_UNIT * truth.draw(rng, n), rate=1.0, unit="rad/s", names=["x"])
+    model, findings = _fitted(record, method)
     return {
         "false": sorted(_false(model, truth.markov)),
-        "N": all(_holds(m, truth.N) for m in model.families),
-        "warned": _warned(model),
+        "N": all(_holds(m, _UNIT * truth.N) for m in model.families),
+        "warned": findings or _warned(model),
     }
+
+
+def _fitted(record: Recording, method: str) -> tuple[NoiseModel, bool]:
+    """The model, and whether the samples were found fault with: only a study looks."""
+    if method != "study":
+        return fit(allan_curve(record, threads=1)["x"]) if method == "curve" else fit(record), False
+    study = characterize(record, threads=1)
+    return study.models["x"], any(f.severity is not Severity.INFO for f in study.findings)
 
 
 def _false(model: NoiseModel, markov: bool) -> set[str]:

@@ -200,6 +200,17 @@ def test_false_alarms_are_rarer_than_stated(monkeypatch: pytest.MonkeyPatch) -> 
     assert all(s.corner is None for s in runs)
 
 
+@pytest.mark.parametrize("apart", [3.2, 4.6, 7.9])
+def test_a_line_is_found_up_to_three_resolutions_from_the_nyquist_frequency(apart: float) -> None:
+    """One that is not found there bends the curve as quantization does."""
+    t, white = np.arange(7200), np.random.default_rng(17).standard_normal((10, 7200))
+    step = float(power_spectrum(recorded(white[0]), "x").resolution[-1])
+    f = 0.5 / DT - apart * step
+    for noise in white:
+        (line,) = power_spectrum(recorded(noise + 0.3 * np.sin(2 * np.pi * f * DT * t + 1)), "x").lines
+        assert line.frequency == pytest.approx(f, abs=step)
+
+
 def test_line_in_coloured_noise() -> None:
     model = COLOURED + Sinusoid(amplitude=0.05, frequency=3.3217, phase=1.0)
     spectrum = power_spectrum(simulated(model, 400_000, sampling="point"), "x")

@@ -8,7 +8,8 @@
 ``spectral``    the fit of their spectrum.
 ``selection``   which sums of terms a record may have, with their weights.
 ``instrument``  a sensor seen through an instrument whose own noise was recorded too.
-``rivals``      flicker or Gauss-Markov; ``estimates`` from sets to estimates; ``verdict`` what is supported, in words.
+``rivals``      flicker or Gauss-Markov; ``undecided`` where it cannot be told; ``stand_ins`` what else a curve allows.
+``estimates``   from sets to estimates; ``verdict`` what is supported, in words.
 ``scale``       the uncertainty of the scale factor in the intervals.
 ``advice``      how long to record.
 ``instrument_floor``  the noise of an instrument taken off; ``overbound`` a model that lies above the sensor;

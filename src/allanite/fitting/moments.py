@@ -26,8 +26,9 @@ from allanite.fitting.misfit import Floor, LagChoice, best_explained
 from allanite.fitting.objective import CurveSolution, advantage, sensitivity
 from allanite.fitting.rivals import supported_families
 from allanite.fitting.sets import fisher_sd
-from allanite.fitting.stand_ins import stand_ins
-from allanite.fitting.verdict import stand_in_words, supported_words
+from allanite.fitting.stand_ins import StandIns, stand_ins
+from allanite.fitting.undecided import over_families, with_alternative
+from allanite.fitting.verdict import stand_in_words, supported_words, walk_note
 from allanite.noise import Estimate, GaussMarkov, NoiseModel, TermType, term_of
 from allanite.noise.allan.curve import AllanCurve
 from allanite.noise.allan.degrees import chi_square_factors
@@ -131,11 +132,16 @@ def fit_moments(
         "left_out": int(used.sum() - chosen.used.sum()),
     }
     fits = _families(chosen, confidence)
-    facts |= _open_to(fits, curve)
-    models = [_model(f, chosen.scale, curve, confidence, facts) for f in fits]
+    other = _open_to(fits)
+    facts |= {} if other is None else _facts_of(other, curve, frozenset().union(*(f.supported for f in fits)))
+    sets = (
+        None
+        if other is None or other.white is None
+        else {"N": _ends("N", other.white, chosen.scale, curve.dt)}
+    )
+    models = over_families([_model(f, chosen.scale, curve, confidence, facts) for f in fits], sets)
     verdict = _verdict(models) + (" The noise of the instrument is taken off." if floor is not None else "")
-    primary = replace(models[0], verdict=verdict)
-    return primary if len(models) == 1 else replace(primary, alternative=replace(models[1], verdict=verdict))
+    return with_alternative([replace(m, verdict=verdict) for m in models])
 
 
 def _floor(curve: AllanCurve, floor: AllanCurve) -> Floor:
@@ -185,19 +191,21 @@ def _families(chosen: LagChoice, confidence: float) -> list[CurveFamilyFit]:
     )
 
 
-def _open_to(fits: Sequence[CurveFamilyFit], curve: AllanCurve) -> dict[str, float]:
-    """What the curve allows in the place of the slow terms that it supports; times in s.
+def _open_to(fits: Sequence[CurveFamilyFit]) -> StandIns | None:
+    """What the curve allows in the place of the slow terms that it supports.
 
     Not asked beside the floor of an instrument, whose own slow terms move with them.
     """
-    supported = frozenset().union(*(f.supported for f in fits))
-    if not supported & {"B", "G", "K"} or fits[0].family.sensor != fits[0].family.symbols:
-        return {}
-    other = stand_ins(fits)
+    slow = any(f.supported & {"B", "G", "K"} for f in fits)
+    return stand_ins(fits) if slow and fits[0].family.sensor == fits[0].family.symbols else None
+
+
+def _facts_of(other: StandIns, curve: AllanCurve, supported: frozenset[str]) -> dict[str, float]:
+    """The same as `goodness` holds it; times in s. A slope of 1 is not said where no flicker is supported."""
     facts: dict[str, float] = {}
     if other.shortest is not None and other.shortest < curve.n_samples:
         facts["slow_time"] = other.shortest * curve.dt
-    if other.slopes is not None and ("K" in supported or not other.slopes[0] <= 1 <= other.slopes[1]):
+    if other.slopes is not None and (supported & {"B", "K"} or not other.slopes[0] <= 1 <= other.slopes[1]):
         facts |= {"slope_lower": other.slopes[0], "slope_upper": other.slopes[1]}
         facts["slope_better"] = float(other.better)
     return facts
@@ -235,6 +243,9 @@ def _model(
     dof = max(len(fit.family.curve.variance) - int((chosen.c > 0).sum()) - int("G" in fit.supported), 1)
     sensor = fit.family.sensor
     estimates = [_estimate(fit, s, scale, dt) for s in sensor]
+    estimates = [
+        replace(e, note=walk_note(facts)) if e.symbol == "K" and e.supported else e for e in estimates
+    ]
     if "G" in sensor:
         sigma = next(e for e in estimates if e.symbol == "sigma")
         estimates += [equivalent_flicker(sigma), _time_estimate(fit, dt)]
@@ -257,11 +268,14 @@ def _amplitude(symbol: str, coefficient: float, scale: float, dt: float) -> floa
     )
 
 
+def _ends(symbol: str, ends: tuple[float, float], scale: float, dt: float) -> tuple[float, float]:
+    return _amplitude(symbol, ends[0], scale, dt), _amplitude(symbol, ends[1], scale, dt)
+
+
 def _estimate(fit: CurveFamilyFit, symbol: str, scale: float, dt: float) -> Estimate:
-    low, high = (_amplitude(symbol, c, scale, dt) for c in fit.sets[symbol])
     return amplitude_estimate(
         "sigma" if symbol == "G" else symbol,
-        (low, high),
+        _ends(symbol, fit.sets[symbol], scale, dt),
         _amplitude(symbol, fit.selected.coefficient(symbol), scale, dt),
         lambda: _amplitude(symbol, fit.best.coefficient(symbol), scale, dt),
         supported=symbol in fit.supported,

@@ -9,16 +9,20 @@ not of the sensor.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from allanite.fitting.design import power_law_symbol, slow_symbol
 from allanite.fitting.families import CurveFamilyFit
 from allanite.fitting.objective import CurveData, CurveSolution, advantage, solve
+from allanite.fitting.sets import coefficient_set
 
 __all__ = ["StandIns", "stand_ins"]
+
+Ends = tuple[float, float]
 
 #: Twice the advantage in log-likelihood of the listed families that excludes a power law: by simulation of power laws
 #: less than 1 % of their records reach it.
@@ -44,13 +48,17 @@ class StandIns:
         excludes all.
     better : bool
         The power law explains the curve better than every listed family.
+    white : (float, float) or None
+        Set of the coefficient of white noise under these power laws, where they explain the curve better than every
+        listed family: the sets of those need not hold N.
     shortest : float or None
         Correlation time [samples] above which a Gauss-Markov term does as well as the random walk; None: no random walk
         is supported.
     """
 
-    slopes: tuple[float, float] | None
+    slopes: Ends | None
     better: bool
+    white: Ends | None
     shortest: float | None
 
 
@@ -60,12 +68,14 @@ def stand_ins(fits: Sequence[CurveFamilyFit]) -> StandIns:
     data = fits[0].family.curve
     laws = _power_laws(data, best)
     law = min(laws, key=lambda s: s.value)
-    allowed = [slope for slope, at in zip(_SLOPES, laws, strict=True) if at.value - law.value <= _INTERVAL]
+    allowed = [i for i, at in enumerate(laws) if at.value - law.value <= _INTERVAL]
     excluded = advantage(data, best, law) > EXCLUDES_POWER_LAW
+    gain = min(f.best.value for f in fits) - law.value
     walks = [f for f in fits if "K" in f.supported]
     return StandIns(
-        slopes=None if excluded else (float(allowed[0]), float(allowed[-1])),
+        slopes=None if excluded else (float(_SLOPES[allowed[0]]), float(_SLOPES[allowed[-1]])),
         better=all(advantage(data, law, f.best) > PREFERS_POWER_LAW for f in fits),
+        white=_white_noise(data, [laws[allowed[0]], law, laws[allowed[-1]]]) if gain > _INTERVAL else None,
         shortest=min((_shortest_time(f) for f in walks), default=None),
     )
 
@@ -73,6 +83,18 @@ def stand_ins(fits: Sequence[CurveFamilyFit]) -> StandIns:
 def _power_laws(data: CurveData, best: CurveSolution) -> list[CurveSolution]:
     """The best sum of white noise, quantization, a ramp and a power law, for each slope."""
     return [solve(data, ("Q", "N", power_law_symbol(float(slope)), "R")) for slope in _SLOPES]
+
+
+def _white_noise(data: CurveData, laws: Sequence[CurveSolution]) -> Ends:
+    """The union of the sets of white noise beside these power laws."""
+    sets = [coefficient_set(data, partial(_with_fixed, data, law), law, "N", _INTERVAL) for law in laws]
+    return min(low for low, _ in sets), max(high for _, high in sets)
+
+
+def _with_fixed(
+    data: CurveData, law: CurveSolution, fixed: Mapping[str, float], near: CurveSolution | None = None
+) -> CurveSolution:
+    return solve(data, law.symbols, fixed=fixed, start=None if near is None else near.c)
 
 
 def _shortest_time(fit: CurveFamilyFit) -> float:

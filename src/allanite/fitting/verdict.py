@@ -9,7 +9,7 @@ from allanite.noise import NoiseModel
 from allanite.plain_files.counted import listed
 from allanite.quantities.number_words import duration
 
-__all__ = ["stand_in_words", "supported_words"]
+__all__ = ["stand_in_words", "supported_words", "walk_note"]
 
 _NAMES = {
     "Q": "quantisation",
@@ -61,6 +61,8 @@ def stand_in_words(facts: Mapping[str, float]) -> str:
         return text
     low, high = facts["slope_lower"], facts["slope_upper"]
     law = f"f^-{low:g}" if low == high else f"f^-{low:g} to f^-{high:g}"
+    if low <= 1 <= high and not facts["slope_better"] and "slow_time" not in facts:
+        return text + f" The density of its slow noise falls as {law}."
     if facts["slope_better"]:
         return text + (
             f" White noise and a density of {law} explain the record better than flicker, Gauss-Markov noise and a "
@@ -70,3 +72,10 @@ def stand_in_words(facts: Mapping[str, float]) -> str:
         f" White noise and a density of {law} explain the record as well: the record does not prove flicker, "
         "Gauss-Markov noise or a random walk."
     )
+
+
+def walk_note(facts: Mapping[str, float]) -> str:
+    """What K is where a long correlation time explains the record as well; empty where nothing else does."""
+    if "slow_time" not in facts:
+        return ""
+    return f"drive of slow noise with T above {duration(facts['slow_time'])}; a random walk is not excluded"

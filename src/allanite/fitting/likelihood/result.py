@@ -23,6 +23,7 @@ from allanite.fitting.likelihood.lines import GIVEN_WIDTHS, checked_lines, line_
 from allanite.fitting.likelihood.maximum import Peak
 from allanite.fitting.likelihood.problem import LikelihoodProblem, Maximum, checked_letters
 from allanite.fitting.rivals import supported_families
+from allanite.fitting.undecided import over_families, with_alternative
 from allanite.fitting.verdict import supported_words
 from allanite.noise import Estimate, NoiseModel
 from allanite.noise.allan.degrees import chi_square_factors
@@ -148,8 +149,8 @@ def _looked_at(problem: LikelihoodProblem) -> tuple[_Looks, float]:
 
 
 def _judged(looks: _Looks, confidence: float) -> NoiseModel:
-    models = _with_verdict([_model(looks.problem, f, confidence) for f in _families(looks, confidence)])
-    return models[0] if len(models) == 1 else replace(models[0], alternative=models[1])
+    models = over_families([_model(looks.problem, f, confidence) for f in _families(looks, confidence)])
+    return with_alternative(_with_verdict(models))
 
 
 def _families(looks: _Looks, confidence: float) -> list[LikelihoodFamilyFit]:

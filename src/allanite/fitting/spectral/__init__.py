@@ -28,6 +28,7 @@ from allanite.fitting.spectral.ordinates import Ordinates, ordinates_of
 from allanite.fitting.spectral.profile import WhittleFit, fitted
 from allanite.fitting.spectral.result import model_of, verdict_of
 from allanite.fitting.spectral.whittle import WhittleProblem, WhittleSolution
+from allanite.fitting.undecided import over_families, with_alternative
 from allanite.noise import NoiseModel
 from allanite.noise.spectrum import SpectralLine, Spectrum, power_spectrum, sinusoids, without_stable_lines
 from allanite.plain_files.counted import plural
@@ -96,14 +97,9 @@ def fit_spectral(
     fits = (
         _families(explained, confidence) if wanted is None else [fitted(*explained[0], confidence, keep=True)]
     )
-    models = [model_of(fit, recording[name], confidence, left_out) for fit in fits]
-    models = [replace(m, terms=(*m.terms, *lines)) for m in models]
-    judged_models = [replace(m, verdict=verdict_of(models)) for m in models]
-    return (
-        judged_models[0]
-        if len(judged_models) == 1
-        else replace(judged_models[0], alternative=judged_models[1])
-    )
+    models = over_families([model_of(fit, recording[name], confidence, left_out) for fit in fits])
+    verdict = verdict_of(models)
+    return with_alternative([replace(m, terms=(*m.terms, *lines), verdict=verdict) for m in models])
 
 
 def spectral_ordinates(

@@ -27,6 +27,8 @@ Array = NDArray[np.float64]
 FALSE_ALARM = 1e-3
 #: Bins next to the ends of a stream have no background on one side.
 EDGE = 32
+#: Bins next to the Nyquist frequency that the window mixes with its own, which has another law.
+NYQUIST_EDGE = 3
 #: Half-width of the running median: so many bins, or this share of the frequency.
 HALF_BINS, HALF_SHARE = 28, 0.08
 #: Bins at these distances on both sides are the neighbourhood that a line must stand out of.
@@ -146,7 +148,7 @@ class _LineSearch:
         if len(stream.density) < 4 * EDGE:  # no room for a background
             return cls(stream=stream, background=stream.density, uncertainty=0.0, first=0, last=0)
         background, uncertainty = _background(stream)
-        edge = EDGE if stream.last < len(stream.frequency) else 8  # Nyquist's own bin has another law
+        edge = EDGE if stream.last < len(stream.frequency) else NYQUIST_EDGE
         return cls(
             stream=stream,
             background=background,
