@@ -294,8 +294,8 @@ class _Growth:
         columns = [np.ones(rows)]
         for axis in range(scene.axes):
             a = heading + axis * math.pi / 2
-            seen = [np.cos(a)] if scene.what == "rate" else [np.cos(a), -np.sin(a)]
-            columns += [scene.projection * column for column in seen]
+            axis_columns = [np.cos(a)] if scene.what == "rate" else [np.cos(a), -np.sin(a)]
+            columns += [scene.projection * column for column in axis_columns]
         white, _ = Whitener.of(scene.model, dt=dt, counts=part)(np.column_stack(columns))
         white = np.nan_to_num(white)
         k = (len(columns) - 1) // scene.axes

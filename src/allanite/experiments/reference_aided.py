@@ -203,25 +203,25 @@ def reference_aided(
     source = SampleSource(recording, facts)
     space = seed_space(used, 1 / recording.rate, T=T, prior=prior, exact=exact)
     heading = _signs(signs, source.rows)
-    told = _reference(reference, source.rows)
-    told = told if heading is None else told * heading
+    reference_rate = _reference(reference, source.rows)
+    reference_rate = reference_rate if heading is None else reference_rate * heading
     measured = source.read(0, source.rows) + source.origin
     if heading is not None:
         measured = np.where(heading == 0, np.nan, measured)
-    estimate = run_filter(told - measured, space, readout=np.eye(2))
+    estimate = run_filter(reference_rate - measured, space, readout=np.eye(2))
     corrected = measured - estimate.readout.sum(axis=1)
     # The filter is linear and does not look at the samples' size: what it makes of the reference alone is its share.
     present = np.isfinite(measured)
-    alone = run_filter(np.where(present, told, np.nan), space, readout=np.eye(2))
+    alone = run_filter(np.where(present, reference_rate, np.nan), space, readout=np.eye(2))
     share = np.where(present, -alone.readout.sum(axis=1), np.nan)
     weight = np.ones(source.rows) if heading is None else heading
-    pattern = np.where(present, told, np.nan)
+    pattern = np.where(present, reference_rate, np.nan)
     mean_told = _mean(weight * pattern)
     return ReferenceAided(
         channel=facts.name,
         rate=recording.rate,
         reading="unsigned" if heading is None else "demodulated",
-        reference=_final(told),
+        reference=_final(reference_rate),
         corrected=_final(corrected),
         states=_final(np.array(estimate.readout)),
         states_sd=_final(np.array(estimate.readout_sd)),
@@ -296,12 +296,12 @@ def _notes(model: NoiseModel) -> tuple[str, ...]:
 
 
 def _reference(reference: ArrayLike, rows: int) -> Array:
-    told = np.asarray(reference, dtype=np.float64)
-    if told.shape not in ((), (rows,)) or not np.isfinite(told).all():
+    reference_rate = np.asarray(reference, dtype=np.float64)
+    if reference_rate.shape not in ((), (rows,)) or not np.isfinite(reference_rate).all():
         raise InputError(
-            f"reference must be one finite rate, or one for each of the {rows} samples, not {told.shape}"
+            f"reference must be one finite rate, or one for each of the {rows} samples, not {reference_rate.shape}"
         )
-    return np.array(np.broadcast_to(told, (rows,)))
+    return np.array(np.broadcast_to(reference_rate, (rows,)))
 
 
 def _signs(signs: ArrayLike | None, rows: int) -> Array | None:

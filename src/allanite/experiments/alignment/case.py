@@ -93,15 +93,17 @@ class Case:
         }
         gyro = blocks_of(recording, frame.gyro, spans, frame.models[0], warmer[GYRO])
         acc = blocks_of(recording, frame.accelerometer, spans, frame.models[1], warmer[ACCELEROMETER])
-        seen = np.flatnonzero((_time_of_spans(gyro, len(spans)) > 0) & (_time_of_spans(acc, len(spans)) > 0))
+        measured_spans = np.flatnonzero(
+            (_time_of_spans(gyro, len(spans)) > 0) & (_time_of_spans(acc, len(spans)) > 0)
+        )
         turns, spans_used, lost = _connected(
-            recording, spans, seen, frame, sensors, (gyro, acc), warmer, headings
+            recording, spans, measured_spans, frame, sensors, (gyro, acc), warmer, headings
         )
         number = np.full(len(spans), -1, dtype=np.int64)
         number[spans_used] = np.arange(len(spans_used))
         gyro, acc = (_kept(b, number) for b in (gyro, acc))
-        own = spans[spans_used]
-        stand, leaving, entering = _stands(own, turns, frame, sensors, gyro, acc)
+        connected_spans = spans[spans_used]
+        stand, leaving, entering = _stands(connected_spans, turns, frame, sensors, gyro, acc)
         between = np.flatnonzero(np.diff(stand))
         turns = tuple(turns[j] for j in between)
         means = [
@@ -118,8 +120,8 @@ class Case:
             geometry=geometry,
             gyro=means[0],
             accelerometer=means[1],
-            turn_noise=_noise(recording, geometry, own, between, means[0].models, frame),
-            spans=own,
+            turn_noise=_noise(recording, geometry, connected_spans, between, means[0].models, frame),
+            spans=connected_spans,
             stand_of_span=stand,
             lost=lost,
         )
@@ -128,8 +130,14 @@ class Case:
         """Beginning and end of each stand, and time at rest in it [s]."""
         out = []
         for k in range(self.geometry.n_stands):
-            own = self.spans[self.stand_of_span == k] / self.rate
-            out.append((float(own[0, 0]), float(own[-1, 1]), float(np.diff(own, axis=1).sum())))
+            stand_spans = self.spans[self.stand_of_span == k] / self.rate
+            out.append(
+                (
+                    float(stand_spans[0, 0]),
+                    float(stand_spans[-1, 1]),
+                    float(np.diff(stand_spans, axis=1).sum()),
+                )
+            )
         return out
 
 
@@ -195,7 +203,7 @@ def _geometry(
 def _connected(
     recording: Recording,
     spans: Index,
-    seen: Index,
+    measured_spans: Index,
     frame: UnitFrame,
     sensors: Sensors,
     blocks: tuple[Blocks, Blocks],
@@ -213,14 +221,14 @@ def _connected(
         sensors.calibration.errors(ACCELEROMETER),
         warmer=warmer[ACCELEROMETER],
     )
-    turns = turns_between(recording, frame.gyro, errors, spans[seen], warmer[GYRO], force)
+    turns = turns_between(recording, frame.gyro, errors, spans[measured_spans], warmer[GYRO], force)
     if headings is not None:
-        turns = _stated(turns, headings[0][seen], headings[1])
+        turns = _stated(turns, headings[0][measured_spans], headings[1])
     holes = np.array([j for j, t in enumerate(turns) if t.still], dtype=np.int64)
-    turned = holes[_differ(blocks, spans, seen, holes, frame, sensors, recording)]
+    turned = holes[_differ(blocks, spans, measured_spans, holes, frame, sensors, recording)]
     broken = [j for j, t in enumerate(turns) if not (t.known or t.still) or j in turned]
     first = broken[-1] + 1 if broken else 0
-    return turns[first:], seen[first:], first
+    return turns[first:], measured_spans[first:], first
 
 
 def _stated(turns: tuple[StandTurn, ...], headings: Array, sd: float) -> tuple[StandTurn, ...]:
@@ -241,7 +249,7 @@ def _stated(turns: tuple[StandTurn, ...], headings: Array, sd: float) -> tuple[S
 def _differ(
     blocks: tuple[Blocks, Blocks],
     spans: Index,
-    seen: Index,
+    measured_spans: Index,
     holes: Index,
     frame: UnitFrame,
     sensors: Sensors,
@@ -256,13 +264,16 @@ def _differ(
         return out
     limit = half_width(1 - ALARM / (6 * len(holes)))
     horizontal = EARTH_RATE * math.cos(frame.latitude)
-    before, after = seen[holes], seen[holes + 1]
-    for own, sensor, size, models in zip(
+    before, after = measured_spans[holes], measured_spans[holes + 1]
+    for triad_blocks, sensor, size, models in zip(
         blocks, (GYRO, ACCELEROMETER), (horizontal, normal_gravity(frame.latitude)), frame.models, strict=True
     ):
-        change = np.abs(np.diff(_span_means(own, len(spans))[np.stack([before, after])], axis=0)[0])
+        change = np.abs(np.diff(_span_means(triad_blocks, len(spans))[np.stack([before, after])], axis=0)[0])
         sds = [
-            [_sd_of_change(own, i, spans[[a, b]], (a, b), model, recording) for i, model in enumerate(models)]
+            [
+                _sd_of_change(triad_blocks, i, spans[[a, b]], (a, b), model, recording)
+                for i, model in enumerate(models)
+            ]
             for a, b in zip(before.tolist(), after.tolist(), strict=True)
         ]
         least = TURNED * size * sensors.unit(sensor)
@@ -311,9 +322,9 @@ def _stands(
     chain = each.chain(p)
     attitude, number, out = chain.attitude, 0, []
     first = attitude[0]
-    for own in attitude:
-        if not _angle(first.T @ own) <= TURNED:
-            number, first = number + 1, own
+    for span_attitude in attitude:
+        if not _angle(first.T @ span_attitude) <= TURNED:
+            number, first = number + 1, span_attitude
         out.append(number)
     stand = np.array(out, dtype=np.int64)
     length, azimuth = np.diff(spans, axis=1)[:, 0].astype(np.float64), np.unwrap(chain.azimuth)

@@ -40,14 +40,17 @@ def coarse_of(
     sds : (float, float)
         Of their directions [rad].
     """
-    seen, known = np.stack([force, rate]), np.stack([_UP, earth_rate_vector(latitude)])
+    observations, known = np.stack([force, rate]), np.stack([_UP, earth_rate_vector(latitude)])
     weights = 1 / np.maximum(np.array(sds), 1e-12) ** 2
     out = []
     try:
-        found = {"TRIAD": triad(force, rate, known[0], known[1]), "QUEST": quest(seen, known, weights)}
+        attitudes = {
+            "TRIAD": triad(force, rate, known[0], known[1]),
+            "QUEST": quest(observations, known, weights),
+        }
     except InputError:  # parallel, or of no length: they say nothing
         return ()
-    for name, attitude in found.items():
+    for name, attitude in attitudes.items():
         roll, pitch, heading = angles_of(attitude @ axes_matrix(axes).T)
         out.append(CoarseAlignment(name=name, roll=roll, pitch=pitch, heading=heading))
     return tuple(out)
@@ -85,23 +88,23 @@ def naive_of(
     pull = partial(calibrated, recording, channels[1], errors[1])
     rate, force = (mean_vector(recording, c, e, stop, pull) for c, e in zip(channels, errors, strict=True))
     size = float(np.linalg.norm(rate)) * float(np.linalg.norm(force))
-    found = coarse_of(force, rate, (1e-3, 1e-3), latitude, axes)
-    if not found or not size > 0:
+    alignments = coarse_of(force, rate, (1e-3, 1e-3), latitude, axes)
+    if not alignments or not size > 0:
         return None
     rest = int(np.diff(np.clip(spans, 0, stop), axis=1).sum())
     moving = (stop - rest) / recording.rate
-    away = abs(math.remainder(found[0].heading - heading, 2 * math.pi))
+    away = abs(math.remainder(alignments[0].heading - heading, 2 * math.pi))
     reasons = []
     if moving > 1.0:
         reasons.append(f"the unit was not at rest for {moving:.0f} of these {stop / recording.rate:.0f} s")
-    if not math.isnan(heading) and not interval.full and not interval.contains(found[0].heading):
+    if not math.isnan(heading) and not interval.full and not interval.contains(alignments[0].heading):
         reasons.append(
-            f"its heading of {math.degrees(found[0].heading):.1f} deg is {math.degrees(away):.1f} deg from what the "
-            "stretches at rest say, outside of their interval"
+            f"its heading of {math.degrees(alignments[0].heading):.1f} deg is {math.degrees(away):.1f} deg from what "
+            "the stretches at rest say, outside of their interval"
         )
     return NaiveMean(
         duration=stop / recording.rate,
-        heading=found[0].heading,
+        heading=alignments[0].heading,
         rate=float(np.linalg.norm(rate)),
         latitude=math.asin(min(max(float(rate @ force) / size, -1.0), 1.0)),
         moving=moving,

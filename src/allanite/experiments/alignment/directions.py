@@ -74,17 +74,17 @@ def direction_of(vector: Array, covariance: Array, confidence: float, more: floa
             signal_to_noise=0.0,
         )  # fmt: skip
     mirror = np.array([1.0, -1.0])
-    seen, own = vector * mirror, covariance * np.outer(mirror, mirror)
-    length = float(np.hypot(*seen))
-    across = np.array([-seen[1], seen[0]]) / length if length > 0 else np.array([0.0, 1.0])
-    sd = math.sqrt(float(across @ own @ across)) / length if length > 0 else math.inf
+    mirrored, mirrored_covariance = vector * mirror, covariance * np.outer(mirror, mirror)
+    length = float(np.hypot(*mirrored))
+    across = np.array([-mirrored[1], mirrored[0]]) / length if length > 0 else np.array([0.0, 1.0])
+    sd = math.sqrt(float(across @ mirrored_covariance @ across)) / length if length > 0 else math.inf
     return Direction(
         vector=vector,
         covariance=covariance,
-        heading=wrapped(math.atan2(seen[1], seen[0])),
+        heading=wrapped(math.atan2(mirrored[1], mirrored[0])),
         sd=math.hypot(sd, more),
-        arc=direction_set(seen, own, confidence, more),
-        signal_to_noise=math.sqrt(float(seen @ np.linalg.solve(own, seen))),
+        arc=direction_set(mirrored, mirrored_covariance, confidence, more),
+        signal_to_noise=math.sqrt(float(mirrored @ np.linalg.solve(mirrored_covariance, mirrored))),
     )
 
 
@@ -194,17 +194,17 @@ def _budget(solution: AlignmentSolution, turned: Array, inflation: float, stated
     return {**budget, "together": math.hypot(total, stated)}
 
 
-def excludes(found: Direction, reference: float, expected: float, confidence: float) -> bool:
+def excludes(direction: Direction, reference: float, expected: float, confidence: float) -> bool:
     """Is the horizontal rate something else than expected, at this confidence?"""
-    low, high = length_of(found, reference, confidence)
+    low, high = length_of(direction, reference, confidence)
     return not low <= expected <= high
 
 
-def length_of(found: Direction, reference: float, confidence: float) -> tuple[float, float]:
+def length_of(direction: Direction, reference: float, confidence: float) -> tuple[float, float]:
     """Interval of the horizontal rate: of the noise, its two sides joined with what the reference is uncertain by."""
-    if not math.isfinite(found.length):
+    if not math.isfinite(direction.length):
         return 0.0, math.inf
-    z, noise, length = half_width(confidence), found.along, found.length
+    z, noise, length = half_width(confidence), direction.along, direction.length
     low, high = (x * noise for x in length_interval(length / noise, confidence))
     below, above = math.hypot(length - low, z * reference), math.hypot(high - length, z * reference)
     return max(length - below, 0.0), length + above
@@ -227,19 +227,19 @@ def running_of(
     slopes, gradient = solution.slopes, answer.gradient
     expected, vector = geometry.gyros(p), geometry.answers(p)[4:6]
     prior, unknown = solution.rows[solution.n_data :], solution.residual[solution.n_data :]
-    found = []
-    for seen, level, covariance in case.gyro.running:
-        if not seen.any():
-            found.append(_nothing(confidence))
+    directions = []
+    for stand_mask, level, covariance in case.gyro.running:
+        if not stand_mask.any():
+            directions.append(_nothing(confidence))
             continue
         rows, residual = [prior], [unknown]
         for i in range(3):
             factor = np.linalg.cholesky(covariance[i])
-            rows.append(np.linalg.solve(factor, slopes[seen, i]))
-            residual.append(np.linalg.solve(factor, level[i] - expected[seen, i]))
-        change, own = _linear(np.concatenate(rows), np.concatenate(residual), gradient)
-        found.append(direction_of(vector + change, own * inflation**2, confidence, more))
-    return packed(times, [*found[:-1], answer.direction])
+            rows.append(np.linalg.solve(factor, slopes[stand_mask, i]))
+            residual.append(np.linalg.solve(factor, level[i] - expected[stand_mask, i]))
+        change, change_covariance = _linear(np.concatenate(rows), np.concatenate(residual), gradient)
+        directions.append(direction_of(vector + change, change_covariance * inflation**2, confidence, more))
+    return packed(times, [*directions[:-1], answer.direction])
 
 
 def _nothing(confidence: float) -> Direction:
@@ -261,14 +261,14 @@ def _linear(rows: Array, residual: Array, gradient: Array) -> tuple[Array, Array
     return change, half @ half.T
 
 
-def packed(times: Array, found: list[Direction]) -> RunningHeading:
+def packed(times: Array, directions: list[Direction]) -> RunningHeading:
     """Directions at times as arrays."""
-    width = np.array([f.arc.width for f in found])
+    width = np.array([f.arc.width for f in directions])
     columns = {
         "time": np.asarray(times, dtype=np.float64),
-        "heading": np.array([f.heading for f in found]),
-        "sd": np.array([f.sd for f in found]),
-        "start": np.array([f.arc.start if not math.isnan(f.heading) else math.nan for f in found]),
+        "heading": np.array([f.heading for f in directions]),
+        "sd": np.array([f.sd for f in directions]),
+        "start": np.array([f.arc.start if not math.isnan(f.heading) else math.nan for f in directions]),
         "width": width,
     }
     for column in columns.values():

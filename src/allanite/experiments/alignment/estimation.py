@@ -152,22 +152,22 @@ def align(
         remarks=remarks,
     )
     advance(0.0, "looking for rest")
-    found, why = _spans(recording, spans, frame)
-    placed = _checked_headings(headings, spans, len(found))
+    rest_spans, why = _spans(recording, spans, frame)
+    placed = _checked_headings(headings, spans, len(rest_spans))
     if spans is None or (isinstance(spans, StaticSpans) and spans.source == "detected"):
-        still = _still(recording, found, frame, setting.sensors)
-        found, placed = found[still], None if placed is None else placed[still]
-    if rotation or (rotation is None and not len(found)):
+        still = _still(recording, rest_spans, frame, setting.sensors)
+        rest_spans, placed = rest_spans[still], None if placed is None else placed[still]
+    if rotation or (rotation is None and not len(rest_spans)):
         return _rotating(recording, setting, checkpoints, advance, why)
-    if not len(found):
+    if not len(rest_spans):
         raise DataQualityError(
             "the unit is nowhere at rest: give the stretches at rest (spans), or say that it turned all the time "
             f"(rotation){_because(why)}"
         )
     advance(0.3, "averaging")
-    times = np.linspace(0, float(found[-1, 1]) / recording.rate, checkpoints + 1)[1:]
+    times = np.linspace(0, float(rest_spans[-1, 1]) / recording.rate, checkpoints + 1)[1:]
     known = None if placed is None else (placed, stated.heading)
-    case = Case.of(recording, found, frame, setting.sensors, times, known)
+    case = Case.of(recording, rest_spans, frame, setting.sensors, times, known)
     advance(0.7, "fitting the Earth's rotation")
     return _aligned(recording, case, setting, times)
 
@@ -267,19 +267,19 @@ def _aligned(recording: Recording, case: Case, setting: AlignmentSetting, times:
     one = case.geometry.n_stands == 1
     fit = _fitted(case, setting)
     solution, confidence, inflation = fit.solution, setting.confidence, fit.inflation
-    (first, last), found = fit.ends, fit.found
+    (first, last), direction = fit.ends, fit.found
     bare = AlignmentEstimate(
         last=last.attitude,
         first=first.attitude,
         mode=_mode(one),
         confidence=confidence,
         inflation=inflation,
-        horizontal=fixed(found.vector),
-        horizontal_covariance=fixed(found.covariance),
-        horizontal_rate=found.length,
-        horizontal_interval=length_of(found, _reference(setting), confidence),
+        horizontal=fixed(direction.vector),
+        horizontal_covariance=fixed(direction.covariance),
+        horizontal_rate=direction.length,
+        horizontal_interval=length_of(direction, _reference(setting), confidence),
         expected_rate=EARTH_RATE * math.cos(setting.frame.latitude),
-        signal_to_noise=found.signal_to_noise,
+        signal_to_noise=direction.signal_to_noise,
         running=running_of(case, solution, last, times, confidence, inflation, setting.stated.heading),
         biases=_biases(case, solution, fit.sensors),
         budget=last.budget,
@@ -364,8 +364,8 @@ def _fitted(case: Case, setting: AlignmentSetting) -> _FittedAlignment:
     fit = _fitted_with(case, setting, setting.sensors)
     if small and (fit.excluded or grave(fit.checks)):
         # what was said of the biases is refuted, and so is an interval that rests on it
-        told = _fitted_with(case, setting, shown)
-        fit = replace(fit, solution=told.solution, sensors=shown, ends=told.ends)
+        refit = _fitted_with(case, setting, shown)
+        fit = replace(fit, solution=refit.solution, sensors=shown, ends=refit.ends)
     return replace(fit, bias=bias)
 
 
@@ -445,12 +445,12 @@ def _latitude(
             "latitude_sd": math.inf,
             "latitude_interval": (-math.pi / 2, math.pi / 2),
         }
-    found, sd = float(angle(solution.parameters)[0]), inflation * math.sqrt(variance)
+    latitude, sd = float(angle(solution.parameters)[0]), inflation * math.sqrt(variance)
     half = half_width(setting.confidence) * sd
     return {
-        "latitude_found": found,
+        "latitude_found": latitude,
         "latitude_sd": sd,
-        "latitude_interval": (max(found - half, -math.pi / 2), min(found + half, math.pi / 2)),
+        "latitude_interval": (max(latitude - half, -math.pi / 2), min(latitude + half, math.pi / 2)),
     }
 
 

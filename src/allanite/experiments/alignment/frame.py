@@ -47,7 +47,12 @@ class UnitFrame:
     def given_models(self) -> dict[str, NoiseModel]:
         """By channel, where one was given."""
         both = zip((self.gyro, self.accelerometer), self.models, strict=True)
-        return {n: m for names, own in both for n, m in zip(names, own, strict=True) if m is not None}
+        return {
+            n: m
+            for names, triad_models in both
+            for n, m in zip(names, triad_models, strict=True)
+            if m is not None
+        }
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -119,18 +124,18 @@ def _here(recording: Recording, names: Sequence[str]) -> Sequence[str] | None:
 def _refuse_other_units(recording: Recording, unit: UnitAxes, calibration: Calibration | None) -> None:
     """Samples mean something in SI, or in the unit that the calibration is of."""
     for sensor, names in unit.triads.items():
-        own = recording[names[0]]
+        channel = recording[names[0]]
         calibrated = calibration is not None and sensor in calibration.sensors
         of = calibration.units.get(sensor, "") if calibration is not None and calibrated else _SI[sensor]
-        in_si = own.kind is _KINDS[sensor]
+        in_si = channel.kind is _KINDS[sensor]
         if calibrated and of and (of == _SI[sensor]) != in_si:
             raise InputError(
-                f"the calibration of the {sensor} is for samples in {of}, and {names[0]!r} is one of {own.kind.value}: "
-                "it is not that of this log, or the log was read in another unit"
+                f"the calibration of the {sensor} is for samples in {of}, and {names[0]!r} is one of "
+                f"{channel.kind.value}: it is not that of this log, or the log was read in another unit"
             )
         if sensor == GYRO and not in_si and not calibrated:
             raise InputError(
-                f"channel {names[0]!r} is one of {own.kind.value}: the Earth turns by 15 deg/h, so that a scale is "
+                f"channel {names[0]!r} is one of {channel.kind.value}: the Earth turns by 15 deg/h, so that a scale is "
                 f"needed: {ways_to_units([(n, recording[n].kind.value) for n in names])}; or give a calibration of "
                 "this unit in counts"
             )
@@ -174,5 +179,5 @@ def _models(
     """The models of a triad: of all three channels, or of none."""
     kinds, roles = dict.fromkeys(channels, kind), {role: channels}
     some = models_of(model, kinds, roles=roles, needed=False)
-    found = models_of(model, kinds, roles=roles) if some else {}
-    return [found.get(name) for name in channels]
+    models_by_channel = models_of(model, kinds, roles=roles) if some else {}
+    return [models_by_channel.get(name) for name in channels]

@@ -188,12 +188,15 @@ class Geometry:
 
     def errors(self, p: Array, sensor: str) -> TriadErrors:
         """Equation (1) of a calibration under parameters, which stand in the order of `parameter_names`."""
-        own = p[self.layout.index(sensor + ".")]
+        sensor_parameters = p[self.layout.index(sensor + ".")]
         lean = np.eye(3)
-        lean[_OFF_DIAGONAL] = own[6:12]
-        follows = own[15:24].reshape(3, 3) if sensor == GYRO else np.zeros((3, 3))
+        lean[_OFF_DIAGONAL] = sensor_parameters[6:12]
+        follows = sensor_parameters[15:24].reshape(3, 3) if sensor == GYRO else np.zeros((3, 3))
         return TriadErrors(
-            bias=own[:3], matrix=own[3:6, None] * lean, quadratic=own[12:15], gravity_sensitivity=follows
+            bias=sensor_parameters[:3],
+            matrix=sensor_parameters[3:6, None] * lean,
+            quadratic=sensor_parameters[12:15],
+            gravity_sensitivity=follows,
         )
 
     def _forces(self, p: Array) -> Array:
@@ -239,10 +242,12 @@ class Geometry:
             if math.isfinite(stated[j]):
                 azimuth.append(azimuth[j] + float(stated[j]) - float(extra[j]))
                 continue
-            seen = earth[j] @ _about_down(azimuth[j] + float(self.leaving[j])) @ step[j]
-            angle = math.atan2(seen[1, 0] - seen[0, 1], seen[0, 0] + seen[1, 1])
+            next_attitude = earth[j] @ _about_down(azimuth[j] + float(self.leaving[j])) @ step[j]
+            angle = math.atan2(
+                next_attitude[1, 0] - next_attitude[0, 1], next_attitude[0, 0] + next_attitude[1, 1]
+            )
             azimuth.append(angle - float(extra[j]) - float(self.entering[j + 1]))
-            tilt[j] = seen[0, 2], seen[1, 2]
+            tilt[j] = next_attitude[0, 2], next_attitude[1, 2]
         return np.array(azimuth), tilt
 
     def gyros(self, p: Array) -> Array:
@@ -304,8 +309,8 @@ def levelled(down: Array, axes: Sequence[str]) -> Array:
     -------
     ndarray, shape (n, 3, 3)
     """
-    own = np.array([_OWN[axis] for axis in axes])
-    ahead = own - down * (own * down).sum(axis=1, keepdims=True)
+    heading_axes = np.array([_OWN[axis] for axis in axes])
+    ahead = heading_axes - down * (heading_axes * down).sum(axis=1, keepdims=True)
     ahead = ahead / np.sqrt((ahead**2).sum(axis=1, keepdims=True))
     right = (skew(down) @ ahead[:, :, None])[:, :, 0]
     return np.stack([ahead, right, down], axis=1)

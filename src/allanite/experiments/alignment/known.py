@@ -151,10 +151,12 @@ def knowledge_of(
     """
     place = {name: i for i, name in enumerate(layout.names)}
     start, covariance = np.zeros(len(place)), np.zeros((len(place), len(place)))
-    own = np.array([place[n] for n in sensors.calibration.names if n in place])
+    calibration_places = np.array([place[n] for n in sensors.calibration.names if n in place])
     kept = [i for i, n in enumerate(sensors.calibration.names) if n in place]
-    start[own] = sensors.calibration.values[kept]
-    covariance[np.ix_(own, own)] = sensors.calibration.covariance[np.ix_(kept, kept)]
+    start[calibration_places] = sensors.calibration.values[kept]
+    covariance[np.ix_(calibration_places, calibration_places)] = sensors.calibration.covariance[
+        np.ix_(kept, kept)
+    ]
     start[place["vertical"]] = -EARTH_RATE * math.sin(latitude)
     covariance[place["vertical"], place["vertical"]] = (
         EARTH_RATE * math.cos(latitude) * stated.latitude

@@ -112,13 +112,17 @@ def fit_of_record(columns: Array, y: Array, part: Array, dt: float, name: str) -
         pose=np.where(used, 0, -1),
     )
     object.__setattr__(rows, "table", columns)
-    found = levels_of_record(rows, 0, name)
-    value = found.level.copy()
+    record_levels = levels_of_record(rows, 0, name)
+    value = record_levels.level.copy()
     value[0] += median
-    own = fit_in(NoiseModel.of(White(N=1.0)), columns, y, part, dt)
-    size = math.sqrt(float(np.trace(found.covariance[1:3, 1:3]) / np.trace(own.covariance[1:3, 1:3])))
-    assert own.white is not None  # noqa: S101 - for the type checker
-    return ModulationFit(value=value, covariance=found.covariance, chi2=0.0, dof=0.0, white=own.white / size)
+    white_fit = fit_in(NoiseModel.of(White(N=1.0)), columns, y, part, dt)
+    size = math.sqrt(
+        float(np.trace(record_levels.covariance[1:3, 1:3]) / np.trace(white_fit.covariance[1:3, 1:3]))
+    )
+    assert white_fit.white is not None  # noqa: S101 - for the type checker
+    return ModulationFit(
+        value=value, covariance=record_levels.covariance, chi2=0.0, dof=0.0, white=white_fit.white / size
+    )
 
 
 def joined(fits: Sequence[ModulationFit]) -> tuple[Array, Array, Array, float]:
@@ -222,8 +226,8 @@ class Outcome:
         old = errors_of(self.values, ACCELEROMETER)
         c, s = math.cos(theta), math.sin(theta)
         coefficients = x["force"].reshape(3, 3)
-        seen = old.seen((coefficients[0] + c * coefficients[1] + s * coefficients[2]) @ self.basis.T)
-        force = errors_of(self._parameters(x), ACCELEROMETER).true(seen)
+        reading = old.seen((coefficients[0] + c * coefficients[1] + s * coefficients[2]) @ self.basis.T)
+        force = errors_of(self._parameters(x), ACCELEROMETER).true(reading)
         up = force / np.linalg.norm(force)
         return np.asarray(up + np.cross(x["tilt"], up))
 
@@ -242,9 +246,9 @@ class Outcome:
         angle = theta - kappa * away
         down = -(self.mounting @ self.sensor_up(x, angle))
         axis = axis or named_axis(down)
-        own = {"forward": (1.0, 0.0, 0.0), "down": (0.0, 0.0, 1.0), "up": (0.0, 0.0, -1.0)}[axis]
+        axis_direction = {"forward": (1.0, 0.0, 0.0), "down": (0.0, 0.0, 1.0), "up": (0.0, 0.0, -1.0)}[axis]
         c, s = math.cos(angle), math.sin(angle)
-        in_unit = self.basis.T @ (self.mounting.T @ np.array(own))
+        in_unit = self.basis.T @ (self.mounting.T @ np.array(axis_direction))
         ahead = np.array([c * in_unit[0] - s * in_unit[1], s * in_unit[0] + c * in_unit[1], in_unit[2]])
         ahead = ahead - up * float(ahead @ up)
         ahead = ahead / np.linalg.norm(ahead)

@@ -151,8 +151,10 @@ def _models(
     named = tuple((calibration.channels if calibration else {}).get(sensor, ()))
     names = named or tuple(f"{sensor}_{axis}" for axis in AXES)
     kind = Kind.RATE if sensor == GYRO else Kind.ACCELERATION
-    found = models_of(model, dict.fromkeys(names, kind), roles={sensor: names}, needed=sensor == GYRO)
-    return [found.get(name, _NONE) for name in names]
+    models_by_channel = models_of(
+        model, dict.fromkeys(names, kind), roles={sensor: names}, needed=sensor == GYRO
+    )
+    return [models_by_channel.get(name, _NONE) for name in names]
 
 
 def _standing(plan: AlignmentPlan, setting: AlignmentSetting, rate: float) -> AlignmentPrediction:
@@ -190,7 +192,7 @@ def _standing(plan: AlignmentPlan, setting: AlignmentSetting, rate: float) -> Al
     p[:2] = h * math.cos(azimuth), -h * math.sin(azimuth)
     solution = solve(geometry, known[1], geometry.gyros(p), means[0], p)
     _, end = answers_of(solution, (0.0, plan.duration), setting.confidence, 1.0, setting.stated.heading)
-    last, found = end.attitude, end.direction
+    last, direction = end.attitude, end.direction
     at = geometry.layout.index("gyro.bias_")
     sds = np.sqrt(np.diag(solution.covariance(solution.gradient(lambda q: q[at])))) / sensors.unit(GYRO)
     return AlignmentPrediction(
@@ -199,8 +201,8 @@ def _standing(plan: AlignmentPlan, setting: AlignmentSetting, rate: float) -> Al
         pitch_sd=last.pitch_sd,
         budget=end.budget,
         bias_sds=sds,
-        signal_to_noise=found.signal_to_noise,
-        resolves=found.signal_to_noise >= SEEN and not found.arc.full,
+        signal_to_noise=direction.signal_to_noise,
+        resolves=direction.signal_to_noise >= SEEN and not direction.arc.full,
         duration=plan.duration,
     )
 
@@ -271,14 +273,14 @@ def _rotating(plan: AlignmentPlan, setting: AlignmentSetting) -> AlignmentPredic
         along=along, span=(0.0, plan.dwell),
     )  # fmt: skip
     whole = Rotating.of(spin, setting)
-    last, found, budget = whole.attitude(1, setting, 1.0)
+    last, direction, budget = whole.attitude(1, setting, 1.0)
     return AlignmentPrediction(
         heading_sd=last.heading_sd,
         roll_sd=last.roll_sd,
         pitch_sd=last.pitch_sd,
         budget=budget,
         bias_sds=np.full(3, np.inf),
-        signal_to_noise=found.signal_to_noise,
-        resolves=found.signal_to_noise >= SEEN and not found.arc.full,
+        signal_to_noise=direction.signal_to_noise,
+        resolves=direction.signal_to_noise >= SEEN and not direction.arc.full,
         duration=plan.duration,
     )

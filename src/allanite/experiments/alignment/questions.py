@@ -62,19 +62,19 @@ def gravity_of_stands(
     def length(p: Array) -> Array:
         return np.asarray(np.linalg.norm(case.geometry.chain(p).force, axis=1))
 
-    seen = length(solution.parameters)
+    magnitudes = length(solution.parameters)
     gradient = solution.gradient(length)
     covariance = (
-        gradient @ solution.inverse @ gradient.T + LOCAL**2 + np.eye(len(seen)) * (1e-6 * gravity) ** 2
+        gradient @ solution.inverse @ gradient.T + LOCAL**2 + np.eye(len(magnitudes)) * (1e-6 * gravity) ** 2
     )
-    excess = seen - gravity
+    excess = magnitudes - gravity
     worst = float(excess[np.argmax(np.abs(excess))])
     says = (
         f"the calibrated accelerometers are off gravity by {1e3 * worst / STANDARD_GRAVITY:.3g} mg: the calibration is "
         "not that of this sensor, or its biases have changed (state bias_repeatability, --accelerometer-bias), or "
         "latitude or height are wrong"
     )
-    return [alarm("gravity", float(excess @ np.linalg.solve(covariance, excess)), len(seen), says)]
+    return [alarm("gravity", float(excess @ np.linalg.solve(covariance, excess)), len(magnitudes), says)]
 
 
 def tilt_of_turns(case: Case, solution: AlignmentSolution) -> tuple[ResidualTest | None, float]:

@@ -99,7 +99,7 @@ def align_rotating(
         )
     inflation = inflation_of(whole.checks)
     first = whole.attitude(0, setting, inflation)[0]
-    attitude, found, budget = whole.attitude(1, setting, inflation)
+    attitude, direction, budget = whole.attitude(1, setting, inflation)
     reference = EARTH_RATE * abs(math.sin(setting.frame.latitude)) * setting.stated.latitude
     estimate = AlignmentEstimate(
         last=attitude,
@@ -107,18 +107,18 @@ def align_rotating(
         mode="rotation",
         confidence=setting.confidence,
         inflation=inflation,
-        horizontal=fixed(found.vector),
-        horizontal_covariance=fixed(found.covariance),
-        horizontal_rate=found.length,
-        horizontal_interval=length_of(found, reference, setting.confidence),
+        horizontal=fixed(direction.vector),
+        horizontal_covariance=fixed(direction.covariance),
+        horizontal_rate=direction.length,
+        horizontal_interval=length_of(direction, reference, setting.confidence),
         expected_rate=EARTH_RATE * math.cos(setting.frame.latitude),
-        signal_to_noise=found.signal_to_noise,
+        signal_to_noise=direction.signal_to_noise,
         latitude_found=math.nan,
         latitude_sd=math.inf,
         latitude_interval=(-math.pi / 2, math.pi / 2),
         gravity=outcome.gravity(x),
         expected_gravity=normal_gravity(setting.frame.latitude, setting.height),
-        running=whole.running(found, setting, checkpoints),
+        running=whole.running(direction, setting, checkpoints),
         budget=budget,
         checks=whole.checks,
         revolutions=spin.revolutions,
@@ -134,7 +134,7 @@ def align_rotating(
         duration=recording.duration,
         source=recording.source,
     )
-    wrong = excludes(found, reference, estimate.expected_rate, CERTAIN)
+    wrong = excludes(direction, reference, estimate.expected_rate, CERTAIN)
     return judge(
         estimate, Outlook(one_attitude=False, apparent=math.nan, excluded=wrong, remarks=setting.remarks)
     )
@@ -184,22 +184,22 @@ class Rotating:
         theta, away = spin.angle[end], spin.span[end] - spin.middle
         x = errors.split(errors.mean)
         axis = outcome.axis(x, theta, away)
-        found = outcome.answer(x, theta, away, axis)
+        answer = outcome.answer(x, theta, away, axis)
 
-        def smooth(own: Mapping[str, Array]) -> Array:
-            out = outcome.answer(own, theta, away, axis)
-            out[2] = found[2] + math.remainder(out[2] - found[2], math.tau)
+        def smooth(parts: Mapping[str, Array]) -> Array:
+            out = outcome.answer(parts, theta, away, axis)
+            out[2] = answer[2] + math.remainder(out[2] - answer[2], math.tau)
             return out
 
         gradient = errors.gradient(smooth)
         covariance = gradient @ errors.covariance @ gradient.T * inflation**2
         more = setting.stated.heading
-        direction = direction_of(found[:2], covariance[:2, :2], setting.confidence, more)
-        turned = np.array([found[1], -found[0]]) @ gradient[:2] / float(found[:2] @ found[:2])
+        direction = direction_of(answer[:2], covariance[:2, :2], setting.confidence, more)
+        turned = np.array([answer[1], -answer[0]]) @ gradient[:2] / float(answer[:2] @ answer[:2])
         attitude = LevelledAttitude(
             time=spin.span[end],
-            roll=float(found[2]),
-            pitch=float(found[3]),
+            roll=float(answer[2]),
+            pitch=float(answer[3]),
             roll_sd=math.sqrt(float(covariance[2, 2])) if axis == "forward" else math.inf,
             pitch_sd=math.sqrt(float(covariance[3, 3]))
             if axis == "forward"
@@ -216,22 +216,22 @@ class Rotating:
         gradient = self.errors.gradient(lambda x: self.outcome.sensor_up(x, theta))
         return inflation * largest_sd(gradient @ self.errors.covariance @ gradient.T)
 
-    def running(self, found: Direction, setting: AlignmentSetting, count: int) -> RunningHeading:
+    def running(self, direction: Direction, setting: AlignmentSetting, count: int) -> RunningHeading:
         """From constant and modulated columns alone; the growth of theta is that of the final fit."""
         spin, fits, outcome, errors = self.spin, self.fits, self.outcome, self.errors
         rows = np.unique(np.linspace(0, len(spin.time), count + 1)[1:].astype(np.int64))
         theta, away = spin.angle[1], spin.span[1] - spin.middle
         gradient = errors.gradient(lambda x: outcome.answer(x, theta, away)[:2])[:, :8] @ DESIGN[:, :2]
-        final, own = _across(fits, len(spin.time))
-        rest = found.covariance - gradient @ own @ gradient.T
+        final, final_covariance = _across(fits, len(spin.time))
+        rest = direction.covariance - gradient @ final_covariance @ gradient.T
         out = []
         for row in rows.tolist():
             w, covariance = _across(fits, row)
-            told = bool(np.isfinite(covariance).all())
-            moved = found.vector + gradient @ (w - final)
-            whole = gradient @ covariance @ gradient.T + rest if told else covariance
+            is_determined = bool(np.isfinite(covariance).all())
+            moved = direction.vector + gradient @ (w - final)
+            whole = gradient @ covariance @ gradient.T + rest if is_determined else covariance
             out.append(direction_of(moved, whole, setting.confidence, setting.stated.heading))
-        return packed(spin.time[rows - 1] + 0.5 * spin.dt, [*out[:-1], found])
+        return packed(spin.time[rows - 1] + 0.5 * spin.dt, [*out[:-1], direction])
 
 
 def _fits(spin: Spin, setting: AlignmentSetting) -> tuple[list[ModulationFit], list[ModulationFit]]:
@@ -276,7 +276,7 @@ def _kappa_prior(spin: Spin, setting: AlignmentSetting) -> float:
     base = calibration.errors(GYRO)
     rate = spin.basis[:, 2] * (spin.angle[1] - spin.angle[0]) / (spin.span[1] - spin.span[0])
     force = spin.basis @ np.nanmean(spin.force, axis=0)
-    seen, slopes = base.seen(rate, force=force), np.zeros(len(calibration.names))
+    reading, slopes = base.seen(rate, force=force), np.zeros(len(calibration.names))
     for i, name in enumerate(calibration.names):
         if name.startswith(GYRO) and calibration.covariance[i, i] > 0:
             h = math.sqrt(float(calibration.covariance[i, i]))
@@ -285,7 +285,7 @@ def _kappa_prior(spin: Spin, setting: AlignmentSetting) -> float:
                 values = calibration.values.copy()
                 values[i] += side
                 errors = calibration.with_values(values).errors(GYRO)
-                ends.append(float(errors.true(seen, force=force) @ spin.basis[:, 2]))
+                ends.append(float(errors.true(reading, force=force) @ spin.basis[:, 2]))
             slopes[i] = (ends[0] - ends[1]) / (2 * h)
     return math.sqrt(max(float(slopes @ calibration.covariance @ slopes), 0.0))
 
@@ -353,8 +353,8 @@ class Errors:
         }
         sizes = tuple(len(mean) for mean, _ in parts.values())
         whole, at = np.zeros((sum(sizes), sum(sizes))), 0
-        for mean, own in parts.values():
-            whole[at : at + len(mean), at : at + len(mean)] = own
+        for mean, part_covariance in parts.values():
+            whole[at : at + len(mean), at : at + len(mean)] = part_covariance
             at += len(mean)
         labels = ["gyro noise"] * 8 + ["accelerometer noise"] * 9 + ["gyro bias"]
         for name in calibration.names:
@@ -409,8 +409,8 @@ def _budget(turned: Array, errors: Errors, inflation: float, more: float) -> dic
     """Standard uncertainties of the heading by source [rad]."""
     labels, out = np.array(errors.labels), {}
     for name in dict.fromkeys(errors.labels):
-        own = np.flatnonzero(labels == name)
-        variance = float(turned[own] @ errors.covariance[np.ix_(own, own)] @ turned[own])
+        places = np.flatnonzero(labels == name)
+        variance = float(turned[places] @ errors.covariance[np.ix_(places, places)] @ turned[places])
         if variance > 0:
             out[name] = inflation * math.sqrt(variance)
     if more:

@@ -66,9 +66,13 @@ class Knowledge:
             Parameters, by their places in the vector of all.
         """
         known = np.setdiff1d(np.flatnonzero(np.diag(covariance) > 0), free)
-        own = covariance[np.ix_(known, known)]
-        size = np.sqrt(np.diag(own))
-        values, vectors = np.linalg.eigh(own / np.outer(size, size)) if len(known) else (np.zeros(0), own)
+        known_covariance = covariance[np.ix_(known, known)]
+        size = np.sqrt(np.diag(known_covariance))
+        values, vectors = (
+            np.linalg.eigh(known_covariance / np.outer(size, size))
+            if len(known)
+            else (np.zeros(0), known_covariance)
+        )
         if len(values) and values[0] < -1e-9 * len(values):
             raise InputError("the covariance of the calibration is not positive semidefinite")
         keep = values > 1e-14 * max(len(values), 1)
@@ -191,8 +195,8 @@ class AlignmentSolution:
         factor = self.knowledge.factor
         if factor.shape[1]:
             share = through[self.n_data :] @ np.linalg.pinv(factor)
-            for name, own in self.knowledge.sources.items():
-                out[name] = float(np.linalg.norm(share[own] @ factor[own]))
+            for name, places in self.knowledge.sources.items():
+                out[name] = float(np.linalg.norm(share[places] @ factor[places]))
         return out
 
 
@@ -261,16 +265,16 @@ class _Task:
     def slopes(self, p: Array) -> Array:
         """Derivatives of the gyros by the unknown numbers, shape (n_stands, 3, n_unknown)."""
         active = np.concatenate([self.knowledge.free, self.knowledge.known])
-        found = derivative(self.geometry.gyros, p, self.geometry.layout.steps, active)
-        return self.knowledge.spread(found).reshape(self.geometry.n_stands, 3, -1)
+        derivatives = derivative(self.geometry.gyros, p, self.geometry.layout.steps, active)
+        return self.knowledge.spread(derivatives).reshape(self.geometry.n_stands, 3, -1)
 
     def settled(self, unknown: Array, slopes: Array) -> tuple[Array, float]:
         """Steps with the same derivatives, until they no longer get smaller; and the way they went in all."""
         whole, before = np.zeros(len(unknown)), np.inf
         scale = whole
         for _ in range(MOST_STEPS):
-            change, found = self.linear(unknown + whole, slopes)
-            scale, step = found.scale, float(np.abs(change * found.scale).max(initial=0.0))
+            change, solution = self.linear(unknown + whole, slopes)
+            scale, step = solution.scale, float(np.abs(change * solution.scale).max(initial=0.0))
             if step >= before:
                 break
             whole, before = whole + change, step

@@ -103,20 +103,23 @@ def blocks_of(
     size = _block_size(recording, spans, models)
     if recording.n_samples // size > MOST_BLOCKS:
         raise LimitError(f"{recording.n_samples // size} blocks are too many: take a part of the record")
-    found = [block_means(recording, name, size, spans) for name in channels]
-    mean, part = np.stack([b.mean for b in found], axis=1), np.stack([b.part for b in found], axis=1)
-    span = np.min([b.span for b in found], axis=0)
+    axis_blocks = [block_means(recording, name, size, spans) for name in channels]
+    mean, part = (
+        np.stack([b.mean for b in axis_blocks], axis=1),
+        np.stack([b.part for b in axis_blocks], axis=1),
+    )
+    span = np.min([b.span for b in axis_blocks], axis=0)
     if warmer is not None:
         name, reference, slope = warmer
         mean = mean - (block_means(recording, name, size, spans).mean[:, None] - reference) * slope
     unusable = (span < 0) | np.isnan(mean).any(axis=1)
     mean[unusable], part[unusable] = np.nan, 0.0
     return Blocks(
-        dt=found[0].dt,
+        dt=axis_blocks[0].dt,
         mean=mean,
         part=part,
         span=np.where(unusable, -1, span),
-        time=found[0].time,
+        time=axis_blocks[0].time,
         sampling=recording[channels[0]].sampling if size == 1 else "mean",
     )
 
@@ -180,12 +183,12 @@ def stand_means(
     running = []
     for k in range(len(rows)):
         # an axis may have lost a stand to missing samples that the others have
-        seen = np.logical_and.reduce([a.running[k][0] for a in axes])
+        stand_mask = np.logical_and.reduce([a.running[k][0] for a in axes])
         parts = [a.running[k] for a in axes]
-        keep = [seen[p[0]] for p in parts]
+        keep = [stand_mask[p[0]] for p in parts]
         running.append(
             (
-                seen,
+                stand_mask,
                 np.stack([p[1][i] for p, i in zip(parts, keep, strict=True)]),
                 np.stack([p[2][np.ix_(i, i)] for p, i in zip(parts, keep, strict=True)]),
             )
@@ -253,26 +256,26 @@ def _running(white: Array, rows: Index, offset: float) -> list[tuple[NDArray[np.
     for stop in rows.tolist():
         part = white[done:stop]
         products, done = products + part.T @ part, max(done, stop)
-        seen = np.diag(products)[:n] > 0
-        kept = np.append(np.flatnonzero(seen), n)
+        stand_mask = np.diag(products)[:n] > 0
+        kept = np.append(np.flatnonzero(stand_mask), n)
         covariance, level = (
-            _solved(products[np.ix_(kept, kept)]) if seen.any() else (np.zeros((0, 0)), np.zeros(0))
+            _solved(products[np.ix_(kept, kept)]) if stand_mask.any() else (np.zeros((0, 0)), np.zeros(0))
         )
-        out.append((seen, level + offset, covariance))
+        out.append((stand_mask, level + offset, covariance))
     return out
 
 
 def _axis_of_record(blocks: Blocks, axis: int, stand: Index, n: int, name: str, rows: Index) -> _StandAxis:
     """In the noise that the record shows; as it grows, in white noise of the same size."""
     given = LevelRows(dt=blocks.dt, mean=blocks.mean, part=np.minimum(blocks.part, 1.0), pose=stand)
-    found = levels_of_record(given, axis, name)
+    record_levels = levels_of_record(given, axis, name)
     used = (stand >= 0) & (blocks.part[:, axis] > 0)
     time = np.bincount(stand[used], blocks.part[used, axis], n) * blocks.dt
-    white = White(N=math.sqrt(float(np.mean(np.diag(found.covariance) * time))))
+    white = White(N=math.sqrt(float(np.mean(np.diag(record_levels.covariance) * time))))
     surrogate = _axis(blocks, axis, stand, n, name, NoiseModel.of(white), rows)
     return _StandAxis(
-        level=found.level,
-        covariance=found.covariance,
+        level=record_levels.level,
+        covariance=record_levels.covariance,
         chi2=0.0,
         dof=0.0,
         model=surrogate.model,

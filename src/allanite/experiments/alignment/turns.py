@@ -95,12 +95,12 @@ def calibrated(
     force: Force | None = None,
 ) -> Array:
     """Samples as true vectors in the axes of the body, shape (n, 3), NaN where missing; `force` for gyros."""
-    seen = np.stack([recording.scaled(name, start, stop) for name in channels], axis=1)
+    readings = np.stack([recording.scaled(name, start, stop) for name in channels], axis=1)
     if warmer is not None:
         name, reference, slope = warmer
-        seen = seen - (recording.scaled(name, start, stop)[:, None] - reference) * slope
+        readings = readings - (recording.scaled(name, start, stop)[:, None] - reference) * slope
     needed = force is not None and errors.gravity_sensitivity.any()
-    return errors.true(seen, force=force(start, stop) if needed else None)  # type: ignore[misc]
+    return errors.true(readings, force=force(start, stop) if needed else None)  # type: ignore[misc]
 
 
 def turns_between(

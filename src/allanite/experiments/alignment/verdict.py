@@ -73,12 +73,12 @@ def judge(estimate: AlignmentEstimate, outlook: Outlook) -> AlignmentEstimate:
     verdict, reason, advice = _verdict(estimate, outlook)
     failed = tuple(c.says for c in estimate.checks if not c.passed and c.says not in reason)
     hidden = verdict == "no north" or estimate.interval.full or _refuted(estimate, outlook)
-    said = [] if estimate.calibrated else [_NOMINAL]
+    statements = [] if estimate.calibrated else [_NOMINAL]
     if verdict == "bias not known":
-        said.insert(0, _NO_BIAS)
+        statements.insert(0, _NO_BIAS)
     more = (*failed, *_remarks(estimate, outlook, hidden))
     judged = replace(
-        estimate, verdict=verdict, reason=reason, advice=(*advice, *more), statement="; ".join(said)
+        estimate, verdict=verdict, reason=reason, advice=(*advice, *more), statement="; ".join(statements)
     )
     return _without_heading(judged) if hidden else judged
 
@@ -241,18 +241,18 @@ def _expected(estimate: AlignmentEstimate) -> float:
 
 
 def _too_weak(estimate: AlignmentEstimate) -> tuple[str, str, tuple[str, ...]]:
-    own = {n: v for n, v in estimate.budget.items() if n != "together"}
-    source = max(own, key=lambda n: own[n]) if own else "gyro noise"
+    contributions = {n: v for n, v in estimate.budget.items() if n != "together"}
+    source = max(contributions, key=lambda n: contributions[n]) if contributions else "gyro noise"
     words = {
         "gyro noise": ("the noise of the gyros leaves", ("record for longer, or with gyros of less noise",)),
         "gyro bias": ("the biases of the gyros leave", (TURN, CALIBRATE)),
         "turns": ("the azimuth of the turns leaves", ("turn faster, and rest for longer between the turns",)),
     }
-    said, advice = words.get(source, (f"the {source} leaves", ()))
-    reason = f"{said} {_left(estimate)}"
+    cause, advice = words.get(source, (f"the {source} leaves", ()))
+    reason = f"{cause} {_left(estimate)}"
     if _expected(estimate) >= SEEN:  # the sensors could see it, and did not
-        seen = f"the horizontal rate is {estimate.signal_to_noise:.3g} standard deviations from zero"
-        return "no north", f"{seen}, where the Earth would be {_expected(estimate):.3g}", (
+        evidence = f"the horizontal rate is {estimate.signal_to_noise:.3g} standard deviations from zero"
+        return "no north", f"{evidence}, where the Earth would be {_expected(estimate):.3g}", (
             "is this the right latitude, and do the gyros work? their axes may not see the ground turn",
         )  # fmt: skip
     return "no north", reason, advice

@@ -86,7 +86,7 @@ def _alone(fit: Adjustment) -> CalibrationSolution:
         gravity=observed.gravity,
     )
     beyond = {n: v for n, v in weights.beyond.items() if n in (ACCELEROMETER, DRIFT[ACCELEROMETER])}
-    own = Weights(
+    accelerometer_weights = Weights(
         at_rest={ACCELEROMETER: weights.at_rest[ACCELEROMETER]},
         slow=np.zeros((3, 0, 0)),
         density=np.zeros(3),
@@ -99,7 +99,14 @@ def _alone(fit: Adjustment) -> CalibrationSolution:
         values=state.values[observed.place(ACCELEROMETER)], attitudes=state.attitudes, earth=np.zeros(3)
     )
     names = force.names
-    return solve(force, own, start, plausible=plausible_of(names), nominal=nominal_of(names), earth=None)
+    return solve(
+        force,
+        accelerometer_weights,
+        start,
+        plausible=plausible_of(names),
+        nominal=nominal_of(names),
+        earth=None,
+    )
 
 
 def _same_chance(p: float, dof: int) -> float:

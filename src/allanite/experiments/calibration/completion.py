@@ -123,8 +123,12 @@ class _Known:
     @property
     def _values(self) -> tuple[Array, Array]:
         p = len(self.information) - 3
-        own, mixed, last = self.information[:p, :p], self.information[:p, p:], self.information[p:, p:]
-        values, vectors = np.linalg.eigh(own - mixed @ np.linalg.solve(last, mixed.T))
+        parameter_block, mixed, last = (
+            self.information[:p, :p],
+            self.information[:p, p:],
+            self.information[p:, p:],
+        )
+        values, vectors = np.linalg.eigh(parameter_block - mixed @ np.linalg.solve(last, mixed.T))
         return np.maximum(values, 0.0), vectors
 
     @property
@@ -141,13 +145,13 @@ class _Known:
 
 def _best(fit: Adjustment, known: _Known) -> tuple[str, _Known]:
     last_up = -known.attitude[2]
-    found = []
+    candidates = []
     for words, direction in ORIENTATIONS.items():
         up = np.array(direction, dtype=np.float64) / math.hypot(*direction)
         if up @ last_up < 1 - 1e-3:
-            found.append((words, _with(fit, known, up)))
+            candidates.append((words, _with(fit, known, up)))
     # ties go to the first: faces before edges, edges before corners
-    return max(found, key=lambda pair: round(pair[1].score, 3))
+    return max(candidates, key=lambda pair: round(pair[1].score, 3))
 
 
 def _with(fit: Adjustment, known: _Known, up: Array) -> _Known:

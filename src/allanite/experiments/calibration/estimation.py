@@ -133,11 +133,11 @@ def calibrate(
         name: Kind.UNKNOWN for three in axes.values() for name in three
     }  # in counts a model may be of any
     models = models_of(model, kinds, roles=axes) or None
-    found = _spans(recording, spans, models, axes)
+    static_spans = _spans(recording, spans, models, axes)
     advance(0.2, "reading the spans")
-    in_hand = found.held or (spans is not None and _held(recording, axes, found))
+    in_hand = static_spans.held or (spans is not None and _held(recording, axes, static_spans))
     data = gather(
-        recording, axes, found.array, model=models, temperature=heat, without=without, in_hand=in_hand
+        recording, axes, static_spans.array, model=models, temperature=heat, without=without, in_hand=in_hand
     )
     return _fitted(
         data,
@@ -146,8 +146,8 @@ def calibrate(
         advance,
         _gravity(gravity, latitude, height),
         quadratic=quadratic,
-        spans=found.array,
-        remarks=found.findings,
+        spans=static_spans.array,
+        remarks=static_spans.findings,
         frame=frame,
         latitude=latitude,
         reference_temperature=reference_temperature,
@@ -215,31 +215,31 @@ confidence, progress
     heat = _temperature(rows, temperature, reference_temperature)
     kinds = {name: Kind.UNKNOWN for three in axes.values() for name in three}
     models = models_of(model, kinds, roles=axes) or None
-    told = noise_source(means, axes, models)
+    source = noise_source(means, axes, models)
     data = gather_rows(
-        means, axes, models=models, source=told, temperature=heat, without=without, between=between
+        means, axes, models=models, source=source, temperature=heat, without=without, between=between
     )
-    found = _fitted(
+    estimate = _fitted(
         data,
         rows,
-        {"sure": True, "drift": False, "told": told != "scatter"},
+        {"sure": True, "drift": False, "told": source != "scatter"},
         advance,
         _gravity(gravity, latitude, height),
         quadratic=quadratic,
         spans=row_edges(means, between),
-        remarks=means.said_of_sd(used=told == "sd"),
+        remarks=means.said_of_sd(used=source == "sd"),
         frame=frame,
         latitude=latitude,
         reference_temperature=reference_temperature,
         stated=stated,
         spans_source="rows of means",
-        model_source=SOURCES[told],
+        model_source=SOURCES[source],
         confidence=confidence,
         date="",
         duration=math.nan,
         source=rows.source,
     )
-    return _as_the_table_tells(found, means, between)
+    return _as_the_table_tells(estimate, means, between)
 
 
 def _fitted(
@@ -267,27 +267,31 @@ def _fitted(
 
 
 def _as_the_table_tells(
-    found: CalibrationEstimate, means: PositionMeans, between: float
+    estimate: CalibrationEstimate, means: PositionMeans, between: float
 ) -> CalibrationEstimate:
     """Without the times that a table does not hold, and the models that nobody gave."""
-    if found.model_source == SOURCES["scatter"]:
-        of = (f"{s.what}: {s.sd_dof:.3g} degrees of freedom" for s in found.scatter if s.sd > 0)
-        said = (
+    if estimate.model_source == SOURCES["scatter"]:
+        of = (f"{s.what}: {s.sd_dof:.3g} degrees of freedom" for s in estimate.scatter if s.sd > 0)
+        remark = (
             f"nothing but the scatter of the positions tells their noise ({', '.join(of)}); intervals are by Student's "
             "law"
         )
-        scatter = tuple(replace(s, ratio=math.nan) for s in found.scatter)
-        found = replace(found, remarks=(*found.remarks, said), scatter=scatter)
-    if found.model_source == "given" and means.start is None:
-        said = f"the rows do not say when they were taken: {between:g} s are assumed between them (--between)"
-        found = replace(found, remarks=(*found.remarks, said))
-    bare = replace(found, rate=math.nan, models=found.models if found.model_source == "given" else {})
+        scatter = tuple(replace(s, ratio=math.nan) for s in estimate.scatter)
+        estimate = replace(estimate, remarks=(*estimate.remarks, remark), scatter=scatter)
+    if estimate.model_source == "given" and means.start is None:
+        remark = (
+            f"the rows do not say when they were taken: {between:g} s are assumed between them (--between)"
+        )
+        estimate = replace(estimate, remarks=(*estimate.remarks, remark))
+    bare = replace(
+        estimate, rate=math.nan, models=estimate.models if estimate.model_source == "given" else {}
+    )
     if means.start is not None and means.duration is not None:
         return bare
     return replace(
         bare,
-        positions=tuple(replace(p, start=math.nan, stop=math.nan) for p in found.positions),
-        turns=tuple(replace(t, start=math.nan, stop=math.nan) for t in found.turns),
+        positions=tuple(replace(p, start=math.nan, stop=math.nan) for p in estimate.positions),
+        turns=tuple(replace(t, start=math.nan, stop=math.nan) for t in estimate.turns),
     )
 
 
@@ -313,15 +317,15 @@ def _refuse(
 
 
 def _temperature(recording: Recording, name: str | None, reference: float | None) -> str | None:
-    found = [c.name for c in recording.channels if c.kind is Kind.TEMPERATURE]
+    channel_names = [c.name for c in recording.channels if c.kind is Kind.TEMPERATURE]
     if name is not None:
         return recording[name].name
-    if reference is not None and len(found) != 1:
+    if reference is not None and len(channel_names) != 1:
         raise InputError(
-            f"a reference temperature needs one channel of temperature; the recording has {len(found)}: say which with "
-            "temperature="
+            f"a reference temperature needs one channel of temperature; the recording has {len(channel_names)}: say "
+            "which with temperature="
         )
-    return found[0] if len(found) == 1 else None
+    return channel_names[0] if len(channel_names) == 1 else None
 
 
 def _gravity(gravity: float | None, latitude: float | None, height: float) -> tuple[float, str]:
@@ -341,17 +345,17 @@ def _spans(
     if isinstance(spans, StaticSpans):
         return spans
     if spans is None:
-        found = find_rests(
+        rests = find_rests(
             recording,
             gyro=axes.get(GYRO, ()),
             accelerometer=axes.get(ACCELEROMETER, ()),
             model=models,
         )
-        if not len(found):
+        if not len(rests):
             raise DataQualityError(
                 "the unit is nowhere at rest long enough; give the spans, or record positions of 5 s at least"
             )
-        return found
+        return rests
     from allanite.experiments.static_spans import StaticSpan
 
     edges = np.asarray(spans)
@@ -365,12 +369,12 @@ def _spans(
     )
 
 
-def _held(recording: Recording, axes: Mapping[str, tuple[str, ...]], found: StaticSpans) -> bool:
+def _held(recording: Recording, axes: Mapping[str, tuple[str, ...]], spans: StaticSpans) -> bool:
     """Whether spans that were given were held in the hand."""
     return held_by_hand(
         recording,
         UnitAxes(gyro=axes.get(GYRO, ()), accelerometer=axes.get(ACCELEROMETER, ())),
-        found.array,
+        spans.array,
     )
 
 

@@ -268,8 +268,8 @@ def _places(turns: Collection[tuple[int, int]], use: NDArray[np.bool_]) -> set[t
 def unused_of(whole: Mapping[str, Array], without: Collection[int]) -> dict[int, str]:
     """Numbers of the spans that cannot or shall not be used, and why."""
     empty = np.any([(counts == 0).any(axis=1) for counts in whole.values()], axis=0)
-    found = {int(k) + 1: "samples missing" for k in np.flatnonzero(empty)}
-    return dict(sorted((found | dict.fromkeys(without, "left out")).items()))
+    unused = {int(k) + 1: "samples missing" for k in np.flatnonzero(empty)}
+    return dict(sorted((unused | dict.fromkeys(without, "left out")).items()))
 
 
 def _models(
@@ -287,18 +287,18 @@ def _models(
     for sensor, three in axes.items():
         for axis, name in enumerate(three):
             parts = [y[sensor][a:b, axis] for a, b in edges]
-            found = (model_beside_motion if in_hand else model_of_spans)(parts, recording.dt)
+            fitted_model = (model_beside_motion if in_hand else model_of_spans)(parts, recording.dt)
             steps = float(np.diag(coarse[sensor][axis]).max())
-            if found is None and steps > 0:  # the steps hide the noise, which is smaller than they are
-                found = NoiseModel.of(White(N=math.sqrt(steps * recording.dt)))
-            if found is None:
-                found = _silent(y[sensor][:, axis], edges, recording.dt)
-            if found is None:
+            if fitted_model is None and steps > 0:  # the steps hide the noise, which is smaller than they are
+                fitted_model = NoiseModel.of(White(N=math.sqrt(steps * recording.dt)))
+            if fitted_model is None:
+                fitted_model = _silent(y[sensor][:, axis], edges, recording.dt)
+            if fitted_model is None:
                 raise DataQualityError(
                     f"channel {name!r} does not vary, or the static spans are too short: its noise cannot be told. "
                     "Give a noise model (--model), or longer spans"
                 )
-            out[name] = found
+            out[name] = fitted_model
     return out
 
 

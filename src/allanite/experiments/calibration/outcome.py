@@ -133,7 +133,7 @@ def _calibration(about: Circumstances, fit: Adjustment) -> Calibration:
         [v if n.startswith("accelerometer.scale") else 0.0 for n, v in zip(names, values, strict=True)]
     )
     opened = (fit.solution.open**2).sum(axis=1)
-    found = Calibration(
+    calibration = Calibration(
         names=names,
         values=values,
         covariance=covariance + relative**2 * np.outer(scales, scales),
@@ -146,7 +146,7 @@ def _calibration(about: Circumstances, fit: Adjustment) -> Calibration:
         date=about.date,
         source=about.source,
     )
-    return found.with_repeatability(stated) if stated else found
+    return calibration.with_repeatability(stated) if stated else calibration
 
 
 def _parameters(
@@ -180,7 +180,7 @@ def _uncovered(positions: tuple[CalibrationPosition, ...]) -> tuple[str, ...]:
     if not len(ups):
         return ()
     words = [(f"{axis} {way}", sign * ups[:, k]) for k, axis in enumerate(AXES) for way, sign in _WAYS]
-    return tuple(said for said, along in words if not (along >= NEAR).any())
+    return tuple(half_axis for half_axis, along in words if not (along >= NEAR).any())
 
 
 def _beside(missing: tuple[str, ...], added: tuple[str, ...]) -> tuple[str, ...]:
@@ -209,16 +209,16 @@ def _not_resolved(
 
 def _unit_of(name: str, units: Mapping[str, str]) -> str:
     sensor, _, rest = name.partition(".")
-    own, si = units[sensor], _UNITS[sensor]
+    unit, si = units[sensor], _UNITS[sensor]
     if rest.startswith("misalignment"):
         return "rad"
     if rest.startswith("quadratic"):
         return f"1/({si})"
     if rest.startswith("scale"):
-        return "1" if own == si else f"{own}/({si})"
+        return "1" if unit == si else f"{unit}/({si})"
     if rest.startswith("gravity_sensitivity"):
-        return f"{own}/({_UNITS[ACCELEROMETER]})"
-    return f"{own}/K" if rest.startswith("bias_temperature") else own
+        return f"{unit}/({_UNITS[ACCELEROMETER]})"
+    return f"{unit}/K" if rest.startswith("bias_temperature") else unit
 
 
 # -- positions and turns ------------------------------------------------------------------------------------
@@ -238,12 +238,12 @@ def _positions(about: Circumstances, fit: Adjustment, limit: float) -> tuple[Cal
 
 def _suspects(fit: Adjustment) -> set[int]:
     """The spans that lie farthest from what the others predict, where a scatter hides them: of each triad one."""
-    found = set()
+    suspects = set()
     for triad in fit.observed.triads:
         if triad.sensor in fit.beyond:
-            seen = [shift(fit.solution, _rows(fit, triad.sensor, k)) for k in range(fit.observed.n)]
-            found.add(int(np.argmax([chi2 / max(dof, 1) for chi2, dof in seen])))
-    return found
+            shifts = [shift(fit.solution, _rows(fit, triad.sensor, k)) for k in range(fit.observed.n)]
+            suspects.add(int(np.argmax([chi2 / max(dof, 1) for chi2, dof in shifts])))
+    return suspects
 
 
 def _linked(fit: Adjustment) -> set[int]:
@@ -273,8 +273,8 @@ def _position(
         place = fit.rows[triad.sensor][3 * k : 3 * k + 3]
         spread = noise[np.ix_(place, place)]
         values = state.values[observed.place(triad.sensor)]
-        seen = observed.means[triad.sensor][k]
-        true = triad.errors(values).true(seen, observed.warmer[k], up * observed.gravity)
+        mean_reading = observed.means[triad.sensor][k]
+        true = triad.errors(values).true(mean_reading, observed.warmer[k], up * observed.gravity)
         if triad.sensor == ACCELEROMETER:
             excess = float(np.linalg.norm(true)) - observed.gravity
             excess_sd = math.sqrt(float(up @ spread @ up))
@@ -342,11 +342,11 @@ def _rows(fit: Adjustment, what: str, k: int) -> Index:
 
 def _worst(deletions: list[Deletion]) -> tuple[float, float]:
     """Probability and misfit of the triad that says more, charged for the choice."""
-    seen = [d for d in deletions if d.dof]
-    if not seen:
+    testable_deletions = [d for d in deletions if d.dof]
+    if not testable_deletions:
         return 1.0, math.nan
-    worst = min(seen, key=lambda d: (d.p, -d.chi2))
-    return min(worst.p * len(seen), 1.0), worst.misfit
+    worst = min(testable_deletions, key=lambda d: (d.p, -d.chi2))
+    return min(worst.p * len(testable_deletions), 1.0), worst.misfit
 
 
 def _turns(about: Circumstances, fit: Adjustment, limit: float) -> tuple[CalibrationTurn, ...]:
@@ -359,10 +359,10 @@ def _turns(about: Circumstances, fit: Adjustment, limit: float) -> tuple[Calibra
         attitudes = fit.solution.state.attitudes
         vector = rotation_vector(attitudes[i].T @ attitudes[i + 1])
         angle = float(np.linalg.norm(vector))
-        found, residual = Deletion(chi2=0.0, dof=0, p=1.0), np.full(3, math.nan)
+        turn_deletion, residual = Deletion(chi2=0.0, dof=0, p=1.0), np.full(3, math.nan)
         if i in links and TURNS in fit.rows:
             rows = fit.rows[TURNS][3 * links[i] : 3 * links[i] + 3]
-            residual, found = fit.solution.residual[rows], _deleted(fit, TURNS, links[i])
+            residual, turn_deletion = fit.solution.residual[rows], _deleted(fit, TURNS, links[i])
         out.append(
             CalibrationTurn(
                 before=data.numbers[i],
@@ -372,9 +372,9 @@ def _turns(about: Circumstances, fit: Adjustment, limit: float) -> tuple[Calibra
                 angle=angle,
                 axis=_fixed(vector / angle if angle > 0 else vector),
                 residual=_fixed(residual),
-                misfit=found.misfit,
-                p=found.p,
-                outlier=found.p < limit,
+                misfit=turn_deletion.misfit,
+                p=turn_deletion.p,
+                outlier=turn_deletion.p < limit,
                 used=i in links,
                 why=data.dropped.get((i, i + 1), ""),
             )
@@ -434,13 +434,15 @@ def _remarks(about: Circumstances, fit: Adjustment) -> tuple[str, ...]:
         )
     numbers = about.data.numbers
     for why in dict.fromkeys(about.data.dropped.values()):
-        turns = [f"{numbers[i]} to {numbers[j]}" for (i, j), own in about.data.dropped.items() if own == why]
+        turns = [
+            f"{numbers[i]} to {numbers[j]}" for (i, j), reason in about.data.dropped.items() if reason == why
+        ]
         which = (
             f"turn {', '.join(turns)}" if len(turns) < len(numbers) - 1 or len(turns) == 1 else "all turns"
         )
         out.append(f"{which}: not used, {why}")
     for why in dict.fromkeys(about.data.unused.values()):
-        positions = [str(n) for n, own in about.data.unused.items() if own == why]
+        positions = [str(n) for n, reason in about.data.unused.items() if reason == why]
         out.append(f"position {', '.join(positions)}: not used, {why}")
     return tuple(out)
 

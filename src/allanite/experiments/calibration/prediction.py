@@ -183,8 +183,8 @@ def _models(
 ) -> dict[str, list[NoiseModel]]:
     out = {}
     for s in sensors:
-        own = models[s]
-        three = [own] * 3 if isinstance(own, NoiseModel) else list(own)
+        sensor_models = models[s]
+        three = [sensor_models] * 3 if isinstance(sensor_models, NoiseModel) else list(sensor_models)
         if len(three) != 3:
             raise InputError(f"the {s} has three axes: give one noise model or three, not {len(three)}")
         out[s] = three

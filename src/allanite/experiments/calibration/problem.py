@@ -187,15 +187,15 @@ def _astray(data: Gathered, motion: TurningSamples | None, bias: Array, down: Ar
 
 def _fits(best: Arrangement, names: tuple[str, ...]) -> str:
     """What would make the gyros go with the accelerometers."""
-    said = f"they go together with --gyro {','.join(names[i] for i in best.order)}"
+    suggestion = f"they go together with --gyro {','.join(names[i] for i in best.order)}"
     if best.order == (0, 1, 2):
-        said = "they go together"
+        suggestion = "they go together"
     if not best.turned:
-        return said
+        return suggestion
     turned = ", ".join(names[i] for i in sorted(best.turned))
     return (
-        f"{said} when the sign of {turned} is turned; if the axes of the accelerometers are left-handed, turn one of "
-        "these instead"
+        f"{suggestion} when the sign of {turned} is turned; if the axes of the accelerometers are left-handed, turn "
+        "one of these instead"
     )
 
 

@@ -49,14 +49,14 @@ def noise_source(
                 "60s, or in a column duration"
             )
         return "model"
-    told = [sensor for sensor, three in axes.items() if means.sds(three) is not None]
-    if told and len(told) < len(axes):
-        lacking = ", ".join(sensor for sensor in axes if sensor not in told)
+    sensors_with_sd = [sensor for sensor, three in axes.items() if means.sds(three) is not None]
+    if sensors_with_sd and len(sensors_with_sd) < len(axes):
+        lacking = ", ".join(sensor for sensor in axes if sensor not in sensors_with_sd)
         raise InputError(
-            f"the table has standard deviations of the {told[0]}, and none of the {lacking}: give both, or leave one "
-            "triad out (--channels)"
+            f"the table has standard deviations of the {sensors_with_sd[0]}, and none of the {lacking}: give both, "
+            "or leave one triad out (--channels)"
         )
-    return "sd" if told else "scatter"
+    return "sd" if sensors_with_sd else "scatter"
 
 
 def gather_rows(

@@ -55,9 +55,9 @@ def sphere(means: Array, gravity: float) -> tuple[Array, float]:
     values = np.linalg.svd(table, compute_uv=False)
     if values[-1] < SPREAD * values[0]:
         raise DataQualityError(f"these {len(means)} positions leave the scale factors open: {text}")
-    found = np.linalg.lstsq(table, (z**2).sum(axis=1), rcond=None)[0]
-    radius = math.sqrt(float(found[3] + found[:3] @ found[:3]))
-    return center + size * found[:3], size * radius / gravity
+    coefficients = np.linalg.lstsq(table, (z**2).sum(axis=1), rcond=None)[0]
+    radius = math.sqrt(float(coefficients[3] + coefficients[:3] @ coefficients[:3]))
+    return center + size * coefficients[:3], size * radius / gravity
 
 
 def attitudes_of(down: Array | None, n: int, before: Index, after: Index, turns: Array) -> Array:

@@ -51,55 +51,59 @@ def checks_of(fit: Adjustment, *, expected: bool) -> tuple[ResidualTest, ...]:
     return tuple(checks)
 
 
-def _earth_check(seen: EarthSeen) -> ResidualTest:
-    z = (seen.length - seen.expected) / seen.length_sd
+def _earth_check(earth_estimate: EarthSeen) -> ResidualTest:
+    z = (earth_estimate.length - earth_estimate.expected) / earth_estimate.length_sd
     return alarm(
         "rate of the Earth",
         z**2,
         1,
-        f"the gyros at rest see a rotation of {seen.length / DEG_H:.4g} deg/h where the Earth has "
-        f"{seen.expected / DEG_H:.4g}: wrong latitude, biases that follow gravity, or a unit that turned",
+        f"the gyros at rest see a rotation of {earth_estimate.length / DEG_H:.4g} deg/h where the Earth has "
+        f"{earth_estimate.expected / DEG_H:.4g}: wrong latitude, biases that follow gravity, or a unit that turned",
     )
 
 
-def judge(found: CalibrationEstimate, *, astray: str, missing: tuple[str, ...]) -> CalibrationEstimate:
+def judge(estimate: CalibrationEstimate, *, astray: str, missing: tuple[str, ...]) -> CalibrationEstimate:
     """With verdict, reason and advice; `missing` are the half axes that no position covers."""
-    estimated = [p for p in found.parameters if p.status == "estimated"]
-    verdict, reason = _verdict(found, astray, len(estimated), missing)
-    return replace(found, verdict=verdict, reason=reason, advice=() if astray else _advice(found))
+    estimated = [p for p in estimate.parameters if p.status == "estimated"]
+    verdict, reason = _verdict(estimate, astray, len(estimated), missing)
+    return replace(estimate, verdict=verdict, reason=reason, advice=() if astray else _advice(estimate))
 
 
-def _advice(found: CalibrationEstimate) -> tuple[str, ...]:
+def _advice(estimate: CalibrationEstimate) -> tuple[str, ...]:
     """What to do, the most pressing first."""
-    advice = [c.says for c in found.checks if not c.passed]
-    if found.outliers:
-        said = (
+    advice = [c.says for c in estimate.checks if not c.passed]
+    if estimate.outliers:
+        phrases = (
             ("it contradicts", "look at it")
-            if len(found.outliers) == 1
+            if len(estimate.outliers) == 1
             else ("they contradict", "look at them")
         )
         advice.insert(
             0,
-            f"{', '.join(found.outliers)}: {said[0]} the rest; {said[1]} in the pictures and, if something happened "
-            f"there, calibrate without (--without {','.join(_numbers(found))})",
+            f"{', '.join(estimate.outliers)}: {phrases[0]} the rest; {phrases[1]} in the pictures and, if something "
+            f"happened there, calibrate without (--without {','.join(_numbers(estimate))})",
         )
-    if found.temperature_span is not None and found.calibration.temperature is None and _drifts(found):
-        low, high = found.temperature_span
+    if (
+        estimate.temperature_span is not None
+        and estimate.calibration.temperature is None
+        and _drifts(estimate)
+    ):
+        low, high = estimate.temperature_span
         advice.append(
             f"the temperature went from {low:.3g} to {high:.3g}: slopes of the biases with it may explain the scatter "
             f"(--reference-temperature {(low + high) / 2:.0f})"
         )
-    if found.add:
-        advice.append(f"to estimate what is left open, add: {'; '.join(found.add)}")
-    elif found.assumed:
-        advice.extend(dict.fromkeys(a for p in found.parameters for a in p.advice))
+    if estimate.add:
+        advice.append(f"to estimate what is left open, add: {'; '.join(estimate.add)}")
+    elif estimate.assumed:
+        advice.extend(dict.fromkeys(a for p in estimate.parameters for a in p.advice))
     return tuple(advice)
 
 
-def _numbers(found: CalibrationEstimate) -> list[str]:
+def _numbers(estimate: CalibrationEstimate) -> list[str]:
     """Of what contradicts the rest, as `without` takes them."""
-    positions = [str(p.number) for p in found.positions if p.outlier]
-    return positions + [f"{t.before}-{t.after}" for t in found.turns if t.outlier]
+    positions = [str(p.number) for p in estimate.positions if p.outlier]
+    return positions + [f"{t.before}-{t.after}" for t in estimate.turns if t.outlier]
 
 
 def _axes(missing: tuple[str, ...]) -> str:
@@ -107,42 +111,44 @@ def _axes(missing: tuple[str, ...]) -> str:
     return f"accelerometer{'s' * (len(axes) > 1)} {', '.join(axes)}"
 
 
-def _drifts(found: CalibrationEstimate) -> bool:
-    return any(not c.passed and c.widens and "at rest" in c.name for c in found.checks)
+def _drifts(estimate: CalibrationEstimate) -> bool:
+    return any(not c.passed and c.widens and "at rest" in c.name for c in estimate.checks)
 
 
 def _verdict(
-    found: CalibrationEstimate, astray: str, estimated: int, missing: tuple[str, ...]
+    estimate: CalibrationEstimate, astray: str, estimated: int, missing: tuple[str, ...]
 ) -> tuple[str, str]:
-    used = sum(p.used for p in found.positions)
+    used = sum(p.used for p in estimate.positions)
     determine = plural(used, "position", "determine")
     if astray:
         return "inconsistent", astray
-    grave = [c for c in found.checks if not c.passed and not c.widens]
+    grave = [c for c in estimate.checks if not c.passed and not c.widens]
     earth = [c.says for c in grave if c.name == "rate of the Earth"]
     if earth:
         return "inconsistent", earth[0]
-    if found.outliers:  # named before what it does to the comparison of accelerometers and gyros
-        one = len(found.outliers) == 1
-        said = "does not go with what all others say" if one else "do not go with what the others say"
-        return "inconsistent", f"{', '.join(found.outliers)} {said}"
+    if estimate.outliers:  # named before what it does to the comparison of accelerometers and gyros
+        one = len(estimate.outliers) == 1
+        phrase = "does not go with what all others say" if one else "do not go with what the others say"
+        return "inconsistent", f"{', '.join(estimate.outliers)} {phrase}"
     if grave:
         return "inconsistent", grave[0].says
     if not estimated:
         return "not calibrated", f"{determine} no parameter"
-    if missing and estimated + len(found.assumed) < len(found.parameters):
+    if missing and estimated + len(estimate.assumed) < len(estimate.parameters):
         return (
             "partly calibrated",
             (
                 f"no position has {' or '.join(missing)} within 60 deg: bias and scale factor of {_axes(missing)} are "
-                f"not resolved; {determine} {estimated} of {len(found.parameters)} parameters"
+                f"not resolved; {determine} {estimated} of {len(estimate.parameters)} parameters"
             ),
         )
-    if found.assumed:
+    if estimate.assumed:
         return (
             "partly calibrated",
-            f"{determine} {estimated} of {len(found.parameters)} parameters; the others stay near nominal",
+            f"{determine} {estimated} of {len(estimate.parameters)} parameters; the others stay near nominal",
         )
-    told = found.model_source != SOURCES["scatter"]
-    widened = " with intervals widened by scatter beyond the noise" if found.inflated and told else ""
-    return "calibrated", f"{determine} all {len(found.parameters)} parameters{widened}"
+    noise_is_stated = estimate.model_source != SOURCES["scatter"]
+    widened = (
+        " with intervals widened by scatter beyond the noise" if estimate.inflated and noise_is_stated else ""
+    )
+    return "calibrated", f"{determine} all {len(estimate.parameters)} parameters{widened}"

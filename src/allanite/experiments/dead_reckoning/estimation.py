@@ -113,7 +113,7 @@ def dead_reckon(
     _check(duration, rest, vertical, heading, rate)
     shown = _shown(times, duration)
 
-    def found(own: Mapping[str, NoiseModel]) -> DeadReckoning:
+    def found(noise_models: Mapping[str, NoiseModel]) -> DeadReckoning:
         setting = ReckoningSetting(
             place=StartingPoint(latitude=float(latitude), rest=rest, held=held, vertical=vertical),
             times=_grid(shown, duration),
@@ -121,12 +121,14 @@ def dead_reckon(
             dt=1 / rate,
             span=duration + (rest or 0.0),
         )
-        by_sensor = _by_sensor(own)
+        by_sensor = _by_sensor(noise_models)
         terms = [
-            entry for sensor, names in by_sensor.items() for entry in entries(sensor, names, own, setting)
+            entry
+            for sensor, names in by_sensor.items()
+            for entry in entries(sensor, names, noise_models, setting)
         ]
         at_start = list(initial_processes(begun, setting.axes, setting.place, list(by_sensor)))
-        return _result(terms, at_start, setting, own, begun, heading, shown, duration)
+        return _result(terms, at_start, setting, noise_models, begun, heading, shown, duration)
 
     first = found({name: replace(model, alternative=None) for name, model in given.items()})
     undecided = any(model.alternative is not None for model in given.values())
@@ -156,10 +158,13 @@ def _check(duration: float, rest: float | None, vertical: bool, heading: float, 
 def _shown(times: Sequence[float] | None, duration: float) -> tuple[float, ...]:
     if times is None:
         return (*(t for t in TIMES if t < 0.99 * duration), float(duration))
-    found = np.unique(np.atleast_1d(np.asarray(times, dtype=np.float64)))
-    if not len(found) or not (np.isfinite(found) & (found > 0) & (found <= duration)).all():
+    shown_times = np.unique(np.atleast_1d(np.asarray(times, dtype=np.float64)))
+    if (
+        not len(shown_times)
+        or not (np.isfinite(shown_times) & (shown_times > 0) & (shown_times <= duration)).all()
+    ):
         raise InputError(f"times must lie between 0 and the duration, {duration:g} s; not {times!r}")
-    return tuple(float(t) for t in found)
+    return tuple(float(t) for t in shown_times)
 
 
 def _grid(shown: tuple[float, ...], duration: float) -> Array:
@@ -176,7 +181,7 @@ def _axes(heading: float) -> Array:
 
 def _by_sensor(given: Mapping[str, NoiseModel]) -> dict[str, list[str]]:
     """Names of the models of each kind of sensor: one for three axes alike, or one for each."""
-    found = {}
+    names_by_sensor = {}
     for sensor, kinds in SENSORS.items():
         names = [name for name, model in given.items() if model.kind in kinds]
         if len(names) not in (0, 1, 3):
@@ -185,11 +190,11 @@ def _by_sensor(given: Mapping[str, NoiseModel]) -> dict[str, list[str]]:
                 "three: x, y, z"
             )
         if names:
-            found[sensor] = names
-    if not found:
+            names_by_sensor[sensor] = names
+    if not names_by_sensor:
         there = ", ".join(sorted({m.kind for m in given.values()})) or "nothing"
         raise InputError(f"dead reckoning needs noise models of gyros or accelerometers, not of {there}")
-    return found
+    return names_by_sensor
 
 
 # -- the result ---------------------------------------------------------------------------------------------------
@@ -206,12 +211,12 @@ def _result(
     duration: float,
 ) -> DeadReckoning:
     held = [told(entry, setting) for entry in terms]
-    own = setting.variances([made for _, _, made in initial])
+    initial_variances = setting.variances([made for _, _, made in initial])
     rows: dict[str, _Row] = {}
     for entry, (value, parts) in zip(terms, held, strict=True):
         row = rows.setdefault(entry.name, _Row(sensor=entry.sensor, symbol=entry.symbol))
         row.add(value, parts, limit=entry.term is None)
-    for (name, sensor, _), value in zip(initial, own, strict=True):
+    for (name, sensor, _), value in zip(initial, initial_variances, strict=True):
         rows.setdefault(name, _Row(sensor=sensor, symbol="")).add(value, [], limit=False)
     if not rows:
         raise InputError(
@@ -290,10 +295,10 @@ def _sinking(setting: ReckoningSetting, sd: Array) -> Array:
         return np.zeros(len(setting.times))
     t = np.concatenate([[0.0], setting.times])
     column = list(QUANTITIES).index("tilt")
-    found = setting.place.gravity / 2 * np.concatenate([sd[:1, column], sd[:, column]]) ** 2
+    sinking = setting.place.gravity / 2 * np.concatenate([sd[:1, column], sd[:, column]]) ** 2
     for _ in range(2):
-        found = np.concatenate([[0.0], np.cumsum(0.5 * (found[1:] + found[:-1]) * np.diff(t))])
-    return np.asarray(found[1:])
+        sinking = np.concatenate([[0.0], np.cumsum(0.5 * (sinking[1:] + sinking[:-1]) * np.diff(t))])
+    return np.asarray(sinking[1:])
 
 
 def _linear_until(times: Array, sd: Array) -> float | None:
@@ -330,46 +335,46 @@ def _time(seconds: float) -> str:
 
 
 def _notes(
-    found: DeadReckoning, others: Mapping[str, NoiseModel] | None, again: Callable[..., DeadReckoning]
+    reckoning: DeadReckoning, others: Mapping[str, NoiseModel] | None, again: Callable[..., DeadReckoning]
 ) -> list[str]:
-    notes, kinds = [], {s.sensor for s in found.sources}
+    notes, kinds = [], {s.sensor for s in reckoning.sources}
     notes += [
         f"no noise model of the {sensor}s: their part is not in the sums"
         for sensor in SENSORS
         if sensor not in kinds
     ]
-    if found.initial == InitialErrors():
+    if reckoning.initial == InitialErrors():
         notes.append(
             "nothing is stated to be wrong at the start: turn-on biases and alignment are not in the sums"
         )
-    if found.rest is not None and not found.held and "accelerometer" in kinds:
-        notes.append(_VERTICAL[found.vertical])
-    down = found.sd[-1, found.quantities.index("position_down")]
-    if found.sinking[-1] > _SECOND_ORDER * down:
+    if reckoning.rest is not None and not reckoning.held and "accelerometer" in kinds:
+        notes.append(_VERTICAL[reckoning.vertical])
+    down = reckoning.sd[-1, reckoning.quantities.index("position_down")]
+    if reckoning.sinking[-1] > _SECOND_ORDER * down:
         notes.append(
-            f"the second order of the tilt alone makes the height wrong by {_metres(float(found.sinking[-1]))} at the "
-            "end, on average: the linear model, and with it the standard deviation of the height, leaves it out"
+            f"the second order of the tilt alone makes the height wrong by {_metres(float(reckoning.sinking[-1]))} "
+            "at the end, on average: the linear model, and with it the standard deviation of the height, leaves it out"
         )
-    if limits := [s.name for s in found.sources if s.is_limit]:
+    if limits := [s.name for s in reckoning.sources if s.is_limit]:
         notes.append(
             f"not resolved by the record: {', '.join(limits)}; they are not in the standard deviations, but their "
             "upper limits are in the upper ends"
         )
-    if not np.isfinite(found.lower).any():
+    if not np.isfinite(reckoning.lower).any():
         notes.append("a model states no intervals (a data sheet, words): there are none of the sums")
-    if found.linear_until is not None:
+    if reckoning.linear_until is not None:
         notes.append(
-            f"from {_time(found.linear_until)} on an attitude is wrong by more than 10 deg: beyond that the linear "
+            f"from {_time(reckoning.linear_until)} on an attitude is wrong by more than 10 deg: beyond that the linear "
             "error model is an extrapolation"
         )
     notes += [
         f"{name}: the model is inflated to lie above the sensor"
-        for name, m in found.models.items()
+        for name, m in reckoning.models.items()
         if m.overbound
     ]
     if others is not None:
         with_other = again(others)
-        column = found.quantities.index("position_horizontal")
+        column = reckoning.quantities.index("position_horizontal")
         notes.append(
             "the record cannot decide between flicker and a Gauss-Markov term; with the other family the horizontal "
             f"position is wrong by {_metres(float(with_other.sd[-1, column]))} at the end"

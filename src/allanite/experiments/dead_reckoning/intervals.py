@@ -79,11 +79,11 @@ def correlation(models: Mapping[str, NoiseModel], a: tuple[str, str], b: tuple[s
         return 1.0
     if a[0] != b[0]:
         return 0.0
-    found = models[a[0]].covariance
-    symbols = list(found.get("symbols", ()))
+    covariance = models[a[0]].covariance
+    symbols = list(covariance.get("symbols", ()))
     if a[1] not in symbols or b[1] not in symbols:
         return 0.0
-    matrix = np.asarray(found["matrix"], dtype=np.float64)
+    matrix = np.asarray(covariance["matrix"], dtype=np.float64)
     i, j = symbols.index(a[1]), symbols.index(b[1])
     size = float(np.sqrt(matrix[i, i] * matrix[j, j]))
     return float(np.clip(matrix[i, j] / size, -1.0, 1.0)) if size > 0 else 0.0

@@ -196,9 +196,9 @@ def initial_processes(
             yield f"initial {name}", "", [AxisProcess(along=np.zeros(3), begins=v) for v in vectors]
     felt = {"gyro": place.earth, "accelerometer": np.array([0.0, 0.0, -place.gravity])}
     for sensor in sensors:
-        seen = axes @ felt[sensor]
-        across = np.sqrt(np.maximum((seen**2).sum() - seen**2, 0.0))
-        kinds = (("bias", "turn-on bias", np.ones(3)), ("scale", "scale factor", seen))
+        inputs = axes @ felt[sensor]
+        across = np.sqrt(np.maximum((inputs**2).sum() - inputs**2, 0.0))
+        kinds = (("bias", "turn-on bias", np.ones(3)), ("scale", "scale factor", inputs))
         for key, words, per in (*kinds, ("misalignment", "misalignment", across)):
             size = getattr(initial, f"{sensor}_{key}")
             left = 0.0 if sensor == "gyro" and place.rest is not None else size  # a mean takes a constant off
@@ -221,14 +221,16 @@ def variances(groups: Sequence[Sequence[AxisProcess]], place: StartingPoint, tim
     a = error_dynamics(place.latitude, held=place.held)
     systems = [_system(p, a, place) for p in processes]
     dynamics, drive, start = (np.stack(part) for part in zip(*systems, strict=True))
-    found = covariances(dynamics, drive, start, times)
-    own = np.diagonal(found, axis1=-2, axis2=-1)[..., :NAVIGATION] + np.stack(
+    joint_covariances = covariances(dynamics, drive, start, times)
+    process_variances = np.diagonal(joint_covariances, axis1=-2, axis2=-1)[..., :NAVIGATION] + np.stack(
         [(p.quantum * _entry(p, place.held)) ** 2 for p in processes]
     )
-    own = np.maximum(own, 0.0)  # what a rest takes off leaves rounding, of either sign
+    # what a rest takes off leaves rounding, of either sign
+    process_variances = np.maximum(process_variances, 0.0)
     ends = np.cumsum([len(group) for group in groups])
     return [
-        own[:, end - len(group) : end].sum(axis=1) for group, end in zip(groups, ends.tolist(), strict=True)
+        process_variances[:, end - len(group) : end].sum(axis=1)
+        for group, end in zip(groups, ends.tolist(), strict=True)
     ]
 
 
@@ -281,14 +283,16 @@ def _corrected(p: AxisProcess, a: Array, b: Array, place: StartingPoint) -> tupl
 
 def _rested(p: AxisProcess, rest: float | None) -> Array:
     """Covariance of s, d and m at the start, shape (12, 12)."""
-    own, begins = slice(_S, None), np.zeros((_SIZE, _SIZE))
+    sensor_states, begins = slice(_S, None), np.zeros((_SIZE, _SIZE))
     begins[_S, _S], begins[_D, _D] = p.start
     if rest is not None and p.begins is None:
         f, w = np.zeros((3, 3)), np.zeros((3, 3))
         f[0, 0], f[0, 1], f[1, 0], f[2, 0] = -p.decay, 1.0, -(p.frequency**2), 1 / rest
         w[0, 0], w[2, 2] = p.drive, p.white / rest**2
-        found = covariances(f[None], w[None], begins[own, own][None], np.array([rest]))
-        begins[own, own] = found[0, 0]
+        rested_covariance = covariances(
+            f[None], w[None], begins[sensor_states, sensor_states][None], np.array([rest])
+        )
+        begins[sensor_states, sensor_states] = rested_covariance[0, 0]
     return begins
 
 

@@ -129,10 +129,10 @@ def _resolved(sensor: str, name: str, which: tuple[int, ...], model: NoiseModel)
 
 def _gauss_markov(model: NoiseModel, term: GaussMarkov) -> tuple[Estimate | None, Estimate | None]:
     """The estimates of one of the Gauss-Markov terms of a model: of its sigma (or q) and its T."""
-    own = [e for e in model.estimates if e.symbol.partition("_")[0] in ("sigma", "q")]
-    if not own:
+    amplitudes = [e for e in model.estimates if e.symbol.partition("_")[0] in ("sigma", "q")]
+    if not amplitudes:
         return None, None
-    nearest = min(own, key=lambda e: abs(math.log((e.value or math.inf) / _amplitude(term, e))))
+    nearest = min(amplitudes, key=lambda e: abs(math.log((e.value or math.inf) / _amplitude(term, e))))
     after = nearest.symbol.partition("_")[2]
     return nearest, model.estimate("T" + (f"_{after}" if after else ""))
 
@@ -180,8 +180,8 @@ def told(entry: AxisTerm, setting: ReckoningSetting) -> tuple[Array, list[Varian
         return value, None
     parts = []
     if entry.size is not None:
-        own = _amplitude(entry.term, entry.size)
-        low, high = (value * (end / own) ** 2 for end in (entry.size.lower, entry.size.upper))
+        amplitude = _amplitude(entry.term, entry.size)
+        low, high = (value * (end / amplitude) ** 2 for end in (entry.size.lower, entry.size.upper))
         parts.append(_part(entry, entry.size, value, low, high))
     if ends:
         parts.append(

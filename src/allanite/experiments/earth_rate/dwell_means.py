@@ -125,16 +125,18 @@ class DwellMeans:
 
     def readings(self) -> tuple[RateReading, ...]:
         """Both simple estimators, where the record allows them."""
-        found = (("pairs", *self.pairs()), (self.triple, *self.triples()))
-        return tuple(self._reading(*each) for each in found if len(each[1]))
+        estimators = (("pairs", *self.pairs()), (self.triple, *self.triples()))
+        return tuple(self._reading(*each) for each in estimators if len(each[1]))
 
     def _reading(self, name: str, members: NDArray[np.int64], weights: Array) -> RateReading:
         """Mean of the single values. Their variance is summed over groups of values that follow each other."""
         values, n, variance = (weights * self.mean[members]).sum(axis=1), len(members), 0.0
         for group in range(0, n, GROUP):
-            own = members[group : group + GROUP]
-            part = slice(int(own.min()), int(own.max()) + 1)
-            total = np.bincount((own - part.start).ravel(), weights[group : group + GROUP].ravel()) / n
+            group_members = members[group : group + GROUP]
+            part = slice(int(group_members.min()), int(group_members.max()) + 1)
+            total = (
+                np.bincount((group_members - part.start).ravel(), weights[group : group + GROUP].ravel()) / n
+            )
             variance += float(total @ self.covariance(part) @ total)
         return RateReading(
             name=name,
@@ -161,11 +163,11 @@ class DwellMeans:
 
         def gains(columns: Array) -> Array:
             """Chi-square that each column takes off the residuals."""
-            found = whitener @ columns
-            found -= known @ (known.T @ found)
-            lengths = (found**2).sum(axis=0)
+            whitened = whitener @ columns
+            whitened -= known @ (known.T @ whitened)
+            lengths = (whitened**2).sum(axis=0)
             good = lengths > 1e-9 * lengths.max()
-            return np.where(good, (left @ found) ** 2 / np.where(good, lengths, 1.0), 0.0)
+            return np.where(good, (left @ whitened) ** 2 / np.where(good, lengths, 1.0), 0.0)
 
         later = np.tril(np.ones((n, n - 1)), -1) * sign[:, None]
         trend = (sign * (middle - middle.mean()))[:, None]

@@ -117,9 +117,9 @@ def measure_earth_rate(
     multiplies the standard deviation by the root of chi-square over its expectation (R. T. Birge, Phys. Rev. 40 (1932)
     207). A record without reversals gives no rate: bias and Earth are one constant there.
     """
-    own = stated or Stated()
+    uncertainties = stated or Stated()
     vertical = is_vertical(first if reversals is None else reversals.first)
-    _refuse(latitude, confidence, own, g_sensitivity, vertical=vertical)
+    _refuse(latitude, confidence, uncertainties, g_sensitivity, vertical=vertical)
     advance = progress or (lambda fraction, what: None)
     name = rate_channel(recording, channel)
     if reversals is None:
@@ -140,7 +140,7 @@ def measure_earth_rate(
     decays = (take.best(model, "settling") if settling else []) + (
         take.best(model, "warm-up") if warm_up else []
     )
-    estimate = _estimate(take, model, source, decays, (own, g_sensitivity), confidence)
+    estimate = _estimate(take, model, source, decays, (uncertainties, g_sensitivity), confidence)
     return replace(estimate, undecided=undecided)
 
 
@@ -229,7 +229,7 @@ def _estimate(
     total = math.sqrt(sum(v**2 for v in budget.values()))
     pairs = next((r.count for r in readings if r.name == "pairs"), 0)
     half = quantile_of((1 + confidence) / 2, source, pairs) * total
-    seen = abs(rate) >= needed_quantile(source, pairs) * total
+    is_resolved = abs(rate) >= needed_quantile(source, pairs) * total
     estimate = EarthRateEstimate(
         verdict=EarthRateVerdict.NOT_SEPARABLE,
         rotation=Quantity(
@@ -237,7 +237,7 @@ def _estimate(
             lower=flip * rate - half,
             upper=flip * rate + half,
             unit="rad/s",
-            status=QuantityStatus.RESOLVED if seen else QuantityStatus.NOT_RESOLVED,
+            status=QuantityStatus.RESOLVED if is_resolved else QuantityStatus.NOT_RESOLVED,
         ),
         sd=sd * inflation,
         total_sd=total,
@@ -316,8 +316,8 @@ def _settling(estimate: EarthRateEstimate, take: Take, decays: list[Transient]) 
 
 def _own_scatter(readings: tuple[RateReading, ...], sd: float) -> float:
     """Where the noise comes from this record, the scatter of its pairs is asked too."""
-    found = [r.scatter / sd for r in readings if r.name == "pairs" and r.scatter is not None]
-    return max([1.0, *found])
+    ratios = [r.scatter / sd for r in readings if r.name == "pairs" and r.scatter is not None]
+    return max([1.0, *ratios])
 
 
 def _bias(take: Take, model: NoiseModel, decays: list[Transient], fit: Regression) -> tuple[float, float]:

@@ -64,5 +64,7 @@ def fit_noise(take: Take) -> NoiseModel:
 
     start = spread / 0.9539 * math.sqrt(blocks.dt)  # the median of |x1 - x2| is 0.9539 standard deviations
     guess = np.log([start, start / math.sqrt(100.0)])
-    found = minimize(cost, guess, method="Nelder-Mead", options={"xatol": 0.01, "fatol": 0.02, "maxfev": 150})
-    return model(found.x)
+    optimum = minimize(
+        cost, guess, method="Nelder-Mead", options={"xatol": 0.01, "fatol": 0.02, "maxfev": 150}
+    )
+    return model(optimum.x)

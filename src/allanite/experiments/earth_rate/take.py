@@ -128,8 +128,8 @@ class Take:
     @property
     def sampling(self) -> Sampling:
         """Means over a block are interval means, but for a block of one point sample."""
-        own = self.recording[self.channel].sampling
-        return own if round(self.blocks.dt * self.recording.rate) == 1 else "mean"
+        channel_sampling = self.recording[self.channel].sampling
+        return channel_sampling if round(self.blocks.dt * self.recording.rate) == 1 else "mean"
 
     @property
     def sign(self) -> Array:
@@ -217,10 +217,10 @@ class Take:
 
         start = min(offered, key=lambda decay: cost(math.log(decay.T)))
         middle = math.log(start.T)
-        found = minimize_scalar(
+        optimum = minimize_scalar(
             cost, bounds=(middle - 1.3, middle + 1.3), method="bounded", options={"xatol": 1e-3}
         )
-        return [Transient(kind, math.exp(float(found.x)), fitted=True)]
+        return [Transient(kind, math.exp(float(optimum.x)), fitted=True)]
 
 
 def _block_size(spans: NDArray[np.int64], recording: Recording, model: NoiseModel | None) -> int:

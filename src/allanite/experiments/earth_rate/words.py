@@ -137,8 +137,8 @@ def _one_constant(estimate: EarthRateEstimate) -> str:
         left = "dwells of one direction only" if known else "no dwell of known direction"
         return f"{plural(len(turns), 'turn', 'leave')} {left}: rate and bias are one constant"
     level, sd = (x / DEG_H for x in estimate.bias)
-    own = estimate.model_source is NoiseOrigin.RECORD
-    least = ", at least: the noise was fitted to this very record" if own else ""
+    from_record = estimate.model_source is NoiseOrigin.RECORD
+    least = ", at least: the noise was fitted to this very record" if from_record else ""
     digits = max(0, 1 - math.floor(math.log10(sd))) if 0 < sd < math.inf else 2
     constant = f"{level:.{digits}f} deg/h (standard deviation {sd:.2g}{least})"
     biases = [f"{level - part / DEG_H:.{digits}f} {words}" for part, words in _directions(estimate)]

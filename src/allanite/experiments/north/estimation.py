@@ -279,11 +279,11 @@ def _mirrored(
     blank: NorthEstimate, solution: NorthSolution, covariance: Array, stated: Stated
 ) -> NorthEstimate:
     """One component p along e is seen: H cos(psi - e) = p, and only the known H tells psi, but for its mirror image."""
-    seen = solution.seen[0]
-    if (math.atan2(seen[1], seen[0])) % math.tau >= math.pi:
-        seen = -seen
-    e, p = math.atan2(seen[1], seen[0]), float(seen @ solution.vector)
-    sd = math.sqrt(seen @ covariance @ seen)
+    direction = solution.seen[0]
+    if (math.atan2(direction[1], direction[0])) % math.tau >= math.pi:
+        direction = -direction
+    e, p = math.atan2(direction[1], direction[0]), float(direction @ solution.vector)
+    sd = math.sqrt(direction @ covariance @ direction)
     half = half_width(blank.confidence) * math.hypot(sd, _reference_sd(blank, stated))
     near, far = ((p + side) / blank.expected_rate for side in (half, -half))
     signal = abs(p) / sd

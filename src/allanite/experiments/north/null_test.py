@@ -90,11 +90,11 @@ def east_west_null(
         counts=np.where(track.used, track.blocks.part, 0.0),
         sampling=track.sampling,
     )
-    own = stated or Stated()
+    uncertainties = stated or Stated()
     # a heading off by h lets in Omega cos(latitude) h, a lean b to the east Omega sin(latitude) b
     letting_in = {
-        "heading": horizontal * own.heading,
-        "tilt": EARTH_RATE * abs(math.sin(latitude)) * own.tilt,
+        "heading": horizontal * uncertainties.heading,
+        "tilt": EARTH_RATE * abs(math.sin(latitude)) * uncertainties.tilt,
     }
     return _result(track, fit, letting_in, latitude, confidence, recording)
 
@@ -110,9 +110,9 @@ def _result(
     checks = [size_check(fit.chi2, fit.dof)]
     means = Means.of(track)
     if means is not None and len(means.mean) > 2:
-        seen = means.whitener @ np.sin(means.heading)
+        whitened_sines = means.whitener @ np.sin(means.heading)
         left = means.whitener @ (means.mean - EARTH_RATE * math.cos(latitude) * np.cos(means.heading))
-        left -= seen * (seen @ left) / (seen @ seen)
+        left -= whitened_sines * (whitened_sines @ left) / (whitened_sines @ whitened_sines)
         checks.append(scatter_check("positions", float(left @ left), len(left) - 1, REASONS))
     inflation = inflation_of(checks)
     value, sd = fit["bias"]
@@ -150,14 +150,14 @@ def _verdict(result: EastWestNull, *, separable: bool) -> tuple[str, str]:
         return "inconsistent", f"the residuals contradict the noise model ({names}): {bad[0].says}"
     value, total, limit = (x / DEG_H for x in (result.value, result.total_sd, result.limit))
     digits = max(0, 1 - math.floor(math.log10(total))) if 0 < total < math.inf else 2
-    found = f"{value:.{digits}f} +- {total:.2g} deg/h (1 sd)"
+    bias_text = f"{value:.{digits}f} +- {total:.2g} deg/h (1 sd)"
     if result.interval[0] <= 0 <= result.interval[1]:
         return (
             "no bias that follows the turns",
-            f"none above {limit:.3g} deg/h; the turns give {found}",
+            f"none above {limit:.3g} deg/h; the turns give {bias_text}",
         )
     reason = (
-        f"{found} change sign between east and west, where the Earth adds nothing: an Earth rate measured with these "
-        f"turns may be wrong by {limit / math.cos(result.latitude):.3g} deg/h"
+        f"{bias_text} change sign between east and west, where the Earth adds nothing: an Earth rate measured with "
+        f"these turns may be wrong by {limit / math.cos(result.latitude):.3g} deg/h"
     )
     return "a bias follows the turns", reason

@@ -102,17 +102,17 @@ class PositionScatter:
         """
         across = np.array([-math.sin(psi), math.cos(psi)])
         moved: dict[int, float] = {}
-        for own, weight in zip(self.means, self.weights, strict=True):
-            shifts = (across @ weight) * -np.sin(psi + own.heading)
-            for position, shift in zip(own.position.tolist(), shifts.tolist(), strict=True):
+        for axis_means, weight in zip(self.means, self.weights, strict=True):
+            shifts = (across @ weight) * -np.sin(psi + axis_means.heading)
+            for position, shift in zip(axis_means.position.tolist(), shifts.tolist(), strict=True):
                 moved[position] = moved.get(position, 0.0) + shift
-        share = float(np.mean([own.share for own in self.means]))
+        share = float(np.mean([axis_means.share for axis_means in self.means]))
         return math.sqrt(sum(v**2 for v in moved.values()) * share)
 
 
 def scatter_of(tracks: Sequence[Track]) -> PositionScatter | None:
     """Least squares of the means of all axes; None in a rotation."""
-    means = [own for own in (Means.of(track) for track in tracks) if own is not None]
+    means = [axis_means for axis_means in (Means.of(track) for track in tracks) if axis_means is not None]
     if len(means) < len(tracks):
         return None
     columns = np.concatenate(

@@ -158,12 +158,12 @@ def tracks_of(
         spans = np.array([(d.start, d.stop) for d in positions.dwells], dtype=np.int64).reshape(-1, 2)
     else:
         spans = np.array([(0, recording.n_samples)], dtype=np.int64)
-    size = min(_block_size(recording, spans, rotation, own) for own in models.values())
+    size = min(_block_size(recording, spans, rotation, axis_model) for axis_model in models.values())
     if recording.n_samples // size > MOST_BLOCKS:
         raise LimitError(
             f"{recording.n_samples // size} blocks of {size} samples are too many: take a part of the record"
         )
-    found = []
+    tracks = []
     for name, offset in axes.items():
         blocks = block_means(recording, name, size, spans)
         if positions is not None:
@@ -184,8 +184,8 @@ def tracks_of(
         )
         if not track.used.any():
             raise InputError(f"channel {name!r} has no usable sample in a position of known heading")
-        found.append(track)
-    return tuple(found)
+        tracks.append(track)
+    return tuple(tracks)
 
 
 def _block_size(

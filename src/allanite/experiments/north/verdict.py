@@ -90,15 +90,15 @@ def _undetermined(
         *advice,
         "a second axis across the first, or positions that do not lie on one line, decide between the two",
     )
-    seen = (
+    limitation = (
         "two axes are required, or positions not on one line: opposite positions of one axis see one component of the "
         "Earth's rotation only"
     )
     if not estimate.interval:
         return (
             "inconsistent with Earth",
-            f"{seen}, and it is more than the Earth gives at this latitude",
+            f"{limitation}, and it is more than the Earth gives at this latitude",
             more,
         )
-    found = " or ".join(f"{math.degrees(a):.3g}" for a in estimate.candidates)
-    return "not resolved", f"{seen}. Under the known rate the azimuth is {found} deg", more
+    azimuths = " or ".join(f"{math.degrees(a):.3g}" for a in estimate.candidates)
+    return "not resolved", f"{limitation}. Under the known rate the azimuth is {azimuths} deg", more

@@ -155,9 +155,9 @@ def _by_sensor(models: Mapping[str, NoiseModel] | NoiseModel) -> dict[str, Noise
     given = {"": models} if isinstance(models, NoiseModel) else dict(models)
     out = {}
     for sensor, kind in ((ACCELEROMETER, "acceleration"), (GYRO, "rate")):
-        own = [m for m in given.values() if m.kind == kind]
-        if own:
-            out[sensor] = max(own, key=lambda m: float(m.avar(1.0)))
+        sensor_models = [m for m in given.values() if m.kind == kind]
+        if sensor_models:
+            out[sensor] = max(sensor_models, key=lambda m: float(m.avar(1.0)))
     if not out:
         kinds = ", ".join(sorted({m.kind for m in given.values()})) or "nothing"
         raise InputError(f"positions are planned for gyros or accelerometers, not for {kinds}")
@@ -268,7 +268,7 @@ def _plan(
 
 def _told(unit: PlannedUnit, draft: Draft, dwells: Array) -> Forecast:
     """By the linear algebra of the calibration itself."""
-    found = predict(
+    prediction = predict(
         draft.way,
         dwell=dwells,
         turn=unit.turn,
@@ -279,10 +279,10 @@ def _told(unit: PlannedUnit, draft: Draft, dwells: Array) -> Forecast:
         rate=unit.rate,
     )
     return Forecast(
-        names=found.names,
-        covariance=found.covariance,
-        open=found.assumed,
-        earth=found.earth_resolved,
+        names=prediction.names,
+        covariance=prediction.covariance,
+        open=prediction.assumed,
+        earth=prediction.earth_resolved,
         total=float(dwells.sum() + (draft.n - 1) * unit.turn),
     )
 
@@ -295,11 +295,11 @@ def _round(dwells: Array, *, up: bool) -> Array:
 
 
 def _positions(draft: Draft, dwells: Array) -> tuple[PlannedPosition, ...]:
-    found = []
+    positions = []
     for i, (attitude, dwell) in enumerate(zip(draft.way, dwells, strict=True), 1):
         up = -attitude[2]
         roll, pitch, heading = angles_of(attitude)
-        found.append(
+        positions.append(
             PlannedPosition(
                 number=i,
                 words=words_of(up),
@@ -308,7 +308,7 @@ def _positions(draft: Draft, dwells: Array) -> tuple[PlannedPosition, ...]:
                 dwell=float(dwell),
             )
         )
-    return tuple(found)
+    return tuple(positions)
 
 
 def _forecasts(unit: PlannedUnit, draft: Draft, totals: Array) -> list[Forecast | None]:
@@ -318,8 +318,8 @@ def _forecasts(unit: PlannedUnit, draft: Draft, totals: Array) -> list[Forecast 
 
 
 def _curve(unit: PlannedUnit, draft: Draft, targets: Array, totals: Array) -> Array:
-    found = _forecasts(unit, draft, totals)
-    return np.array([math.nan if f is None else worst_of(f, targets) for f in found])
+    forecasts = _forecasts(unit, draft, totals)
+    return np.array([math.nan if f is None else worst_of(f, targets) for f in forecasts])
 
 
 def _running(unit: PlannedUnit, draft: Draft, groups: tuple[str, ...], totals: Array) -> Array:

@@ -68,10 +68,10 @@ def heading_plan(
     curves = {name: np.array([setting.heading(name, float(t)) for t in totals]) for name in SCHEMES}
     now = {name: setting.heading(name, prediction.duration) / goal for name in SCHEMES}
     compared = {"this plan": curves[best] / goal, **{n: c / goal for n, c in curves.items() if n != best}}
-    told = {"heading": prediction.heading_sd}
+    angle_sds = {"heading": prediction.heading_sd}
     if "accelerometer" in models:
-        told |= {"roll": prediction.roll_sd, "pitch": prediction.pitch_sd}
-    sd = np.array(list(told.values()))
+        angle_sds |= {"roll": prediction.roll_sd, "pitch": prediction.pitch_sd}
+    sd = np.array(list(angle_sds.values()))
     return PositionPlan(
         what="heading",
         positions=setting.positions(best, total),
@@ -80,10 +80,10 @@ def heading_plan(
         reached=bool(prediction.heading_sd <= goal * (1 + 1e-9)),
         worst=_finite(prediction.heading_sd / goal),
         goals={"heading": goal},
-        names=tuple(told),
+        names=tuple(angle_sds),
         sd=sd,
         covariance=np.diag(np.where(np.isfinite(sd), sd, 0.0) ** 2),
-        open=tuple(name for name, s in told.items() if not math.isfinite(s)),
+        open=tuple(name for name, s in angle_sds.items() if not math.isfinite(s)),
         earth=prediction.resolves,
         totals=totals,
         groups=("heading",),

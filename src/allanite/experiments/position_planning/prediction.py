@@ -124,25 +124,27 @@ class PlannedUnit:
         rows = np.concatenate([b.rows for b in scene.blocks])
         white = np.linalg.solve(np.linalg.cholesky(scene.covariance()), rows)
         earth = earth_prior(ACCELEROMETER in self.models, self.latitude) if GYRO in self.models else None
-        found, seen = self._solved(white, earth, scene.fixed), False
+        covariances, earth_resolved = self._solved(white, earth, scene.fixed), False
         if earth is not None:
             size = earth.sd * math.sqrt(earth.free.shape[1])
-            seen = size > RESOLVED * math.sqrt(float(np.linalg.eigvalsh(found[1])[-1]))
-            if seen:
+            earth_resolved = size > RESOLVED * math.sqrt(float(np.linalg.eigvalsh(covariances[1])[-1]))
+            if earth_resolved:
                 length = float(np.linalg.norm(earth.free.T @ self.earth_rate))
-                found = self._solved(white, replace(earth, length=length), scene.fixed)
-        sd = np.sqrt(np.diag(found[0]))
+                covariances = self._solved(white, replace(earth, length=length), scene.fixed)
+        sd = np.sqrt(np.diag(covariances[0]))
         open_ = tuple(n for n, s, p in zip(self.names, sd, self.plausible, strict=True) if s > OPEN * p)
         total = float(edges[-1, 1]) / self.rate
-        return Forecast(names=self.names, covariance=found[0], open=open_, earth=seen, total=total)
+        return Forecast(
+            names=self.names, covariance=covariances[0], open=open_, earth=earth_resolved, total=total
+        )
 
     def _solved(self, white: Array, earth: Earth | None, fixed: int) -> tuple[Array, Array]:
         """Covariance of the parameters, and of the free part of the Earth's rotation."""
         p = len(self.names)
-        values, seen, attitudes = white[:, :p], white[:, p : p + 3], white[:, p + 3 :]
+        values, earth_columns, attitudes = white[:, :p], white[:, p : p + 3], white[:, p + 3 :]
         directions = np.zeros((3, 0)) if earth is None else earth.directions(self.earth_rate)
         k = directions.shape[1]
-        table = np.column_stack([values * self.plausible, seen @ directions, attitudes[:, fixed:]])
+        table = np.column_stack([values * self.plausible, earth_columns @ directions, attitudes[:, fixed:]])
         prior = np.full(table.shape[1], 1 / ATTITUDE**2)
         prior[:p] = 1.0
         information = table.T @ table
@@ -214,8 +216,8 @@ class _SchemeObservations:
         sensors = [s for s in (ACCELEROMETER, GYRO) if s in self.unit.models]
         out = np.zeros((3 * (n * len(sensors) + m),) * 2)
         for place, sensor in enumerate(sensors):
-            own = self._of_models(sensor, self.edges, slow=False)
-            for axis, block in enumerate(own):
+            axis_covariances = self._of_models(sensor, self.edges, slow=False)
+            for axis, block in enumerate(axis_covariances):
                 at = 3 * n * place + axis
                 out[at : at + 3 * n : 3, at : at + 3 * n : 3] = block
         if m:

@@ -248,26 +248,26 @@ class _Measurement:
         else:
             model = self._wider(rows, self.given)
         advance(0.6, "fitting the response")
-        found, by_rate = self._solved(rows, model)
-        steps = self._steps(found, model)
+        solution, by_rate = self._solved(rows, model)
+        steps = self._steps(solution, model)
         checks = (
-            *agreement_checks(found),
+            *agreement_checks(solution),
             *noise_checks(by_rate),
             *(steps.checks() if steps is not None else ()),
-            *self._regression_checks(found, model),
+            *self._regression_checks(solution, model),
         )
-        wide = self._wide(found, checks, steps)
-        budget, bias_stated = self._budget(found, wide, steps, model)
-        parameters = self._parameters(found, model, wide, budget, bias_stated)
+        wide = self._wide(solution, checks, steps)
+        budget, bias_stated = self._budget(solution, wide, steps, model)
+        parameters = self._parameters(solution, model, wide, budget, bias_stated)
         advance(0.8, "other channels")
-        parameters += [self._misalignment(name, models, found, wide) for name in cross]
-        parameters += self._clocks(found, wide)
-        aided = aided_of(self.recording, self.channel, self.table, found, model)
-        estimate = self._result(found, model, wide, checks, budget, tuple(parameters), aided, steps)
+        parameters += [self._misalignment(name, models, solution, wide) for name in cross]
+        parameters += self._clocks(solution, wide)
+        aided = aided_of(self.recording, self.channel, self.table, solution, model)
+        estimate = self._result(solution, model, wide, checks, budget, tuple(parameters), aided, steps)
         estimate = replace(estimate, noise_by_rate=by_rate, frequencies=self._frequencies(model))
-        verdict, reason, advice = judge(estimate, unbounded=found.fit.unbounded)
+        verdict, reason, advice = judge(estimate, unbounded=solution.fit.unbounded)
         return replace(
-            estimate, verdict=verdict, reason=reason, advice=advice, notes=self._notes(estimate, found)
+            estimate, verdict=verdict, reason=reason, advice=advice, notes=self._notes(estimate, solution)
         )
 
     # -- fit ----------------------------------------------------------------------------------------------
@@ -283,26 +283,26 @@ class _Measurement:
         self, rows: RegressionRows, model: NoiseModel
     ) -> tuple[TableSolution, tuple[NoiseAtRate, ...]]:
         """The fit, and the noise by rate; where that depends on the rate, fitted again with weights for it."""
-        found = solve(rows, model, self.shape, self.others)
-        by_rate = noise_by_rate(found, model)
+        solution = solve(rows, model, self.shape, self.others)
+        by_rate = noise_by_rate(solution, model)
         trust = trust_by_rate(rows, by_rate)
         if trust is not None:
-            found = solve(rows.trusting(trust), model, self.shape, self.others)
-        return found, by_rate
+            solution = solve(rows.trusting(trust), model, self.shape, self.others)
+        return solution, by_rate
 
-    def _steps(self, found: TableSolution, model: NoiseModel) -> StepMeans | None:
-        if not isinstance(self.table, RateSteps) or found.fit.unbounded:
+    def _steps(self, solution: TableSolution, model: NoiseModel) -> StepMeans | None:
+        if not isinstance(self.table, RateSteps) or solution.fit.unbounded:
             return None
         sampling = self.recording[self.channel].sampling
-        return StepMeans.of(self.table, found, model, self.recording.rate, sampling)
+        return StepMeans.of(self.table, solution, model, self.recording.rate, sampling)
 
-    def _regression_checks(self, found: TableSolution, model: NoiseModel) -> tuple[ResidualTest, ...]:
-        if found.fit.unbounded:
+    def _regression_checks(self, solution: TableSolution, model: NoiseModel) -> tuple[ResidualTest, ...]:
+        if solution.fit.unbounded:
             return ()
         steps = self.table if isinstance(self.table, RateSteps) else None
-        return regression_checks(found, model, self.others, steps=steps)
+        return regression_checks(solution, model, self.others, steps=steps)
 
-    def _wide(self, found: TableSolution, checks: Sequence[ResidualTest], steps: StepMeans | None) -> Wide:
+    def _wide(self, solution: TableSolution, checks: Sequence[ResidualTest], steps: StepMeans | None) -> Wide:
         """Factor and law of the intervals: Student's where the scatter of the record decides how wide they are."""
         failed = [c for c in checks if c.widens and not c.passed]
         inflation = max([1.0, *(c.ratio for c in failed)])
@@ -320,17 +320,17 @@ class _Measurement:
     # -- numbers ------------------------------------------------------------------------------------------
 
     def _budget(
-        self, found: TableSolution, wide: Wide, steps: StepMeans | None, model: NoiseModel
+        self, solution: TableSolution, wide: Wide, steps: StepMeans | None, model: NoiseModel
     ) -> tuple[dict[str, float], float]:
         """Standard uncertainties of the scale factor, relative; and the Earth's in the bias, in SI of the channel."""
-        k, sd = found.scale
+        k, sd = solution.scale
         if not (math.isfinite(k) and k):
             return {"noise": math.inf}, 0.0
         noise = sd * wide.inflation / abs(k)
         budget = {"noise": noise}
         if self.timing.lags:
             alone = (
-                solve(found.rows, model, self.shape, companions(self.temperature)).scale[1]
+                solve(solution.rows, model, self.shape, companions(self.temperature)).scale[1]
                 * wide.inflation
                 / abs(k)
             )
@@ -338,17 +338,17 @@ class _Measurement:
         budget |= self.stated.budget()
         bias = 0.0
         if steps is not None and isinstance(self.table, RateSteps) and self.stated.misalignment:
-            length = found.rows.steps[steps.number, 3] - found.rows.steps[steps.number, 2]
-            own, level = self.earth.wobble(
+            length = solution.rows.steps[steps.number, 3] - solution.rows.steps[steps.number, 2]
+            wobble, level = self.earth.wobble(
                 self.table, steps.number, length / self.recording.rate, self.stated.misalignment
             )
-            budget["Earth, turns that are not whole"] = own
+            budget["Earth, turns that are not whole"] = wobble
             bias = level * abs(k)
         return budget, bias
 
     def _parameters(
         self,
-        found: TableSolution,
+        solution: TableSolution,
         model: NoiseModel,
         wide: Wide,
         budget: Mapping[str, float],
@@ -359,53 +359,57 @@ class _Measurement:
         stated = {name: value for name, value in budget.items() if name not in ("noise", "clock")}
         nominal = 1.0 if facts.kind is Kind.RATE else None
         out = parameters_of(
-            found,
+            solution,
             wide,
             unit=unit,
             budget=stated,
-            nominal=self._nominal(found, nominal),
+            nominal=self._nominal(solution, nominal),
             bias_stated=bias_stated,
         )
         if self.earth.along is not None and self.earth.axis != "vertical":
-            k, sd = found.scale
-            level, own = found.bias
-            moved = (level - k * self.earth.along, math.hypot(own, sd * self.earth.along))
+            k, sd = solution.scale
+            level, coefficient_sd = solution.bias
+            moved = (level - k * self.earth.along, math.hypot(coefficient_sd, sd * self.earth.along))
             out.append(wide.parameter("bias without the Earth", moved, unit, stated=bias_stated))
         if ABSOLUTE not in self.shape:
-            rows = found.rows
+            rows = solution.rows
             odd = tuple(n for n in self.shape if int(n.rpartition("^")[2]) % 2)
             both = solve(rows, model, (ABSOLUTE, *odd), self.others)
             if ABSOLUTE not in both.fit.unbounded and out[0].resolved:
-                value, own = both.of_scale(ABSOLUTE)
-                out.append(wide.parameter("asymmetry", (2 * value, 2 * own), "1"))
+                value, coefficient_sd = both.of_scale(ABSOLUTE)
+                out.append(wide.parameter("asymmetry", (2 * value, 2 * coefficient_sd), "1"))
         return out
 
-    def _nominal(self, found: TableSolution, nominal: float | None) -> float | None:
+    def _nominal(self, solution: TableSolution, nominal: float | None) -> float | None:
         """Of a sensor that is mounted the other way round, minus what its unit says."""
-        return None if nominal is None else math.copysign(nominal, found.scale[0])
+        return None if nominal is None else math.copysign(nominal, solution.scale[0])
 
     def _misalignment(
         self,
         name: str,
         models: NoiseModel | Mapping[str, NoiseModel] | None,
-        found: TableSolution,
+        solution: TableSolution,
         wide: Wide,
     ) -> ResponseParameter:
         """Response of another channel to the table, over that which it would have along the axis."""
         facts = self.recording[name]
-        own = models_of(models, {name: facts.kind}).get(name)
-        rows = self.rows(name, own)
+        given_model = models_of(models, {name: facts.kind}).get(name)
+        rows = self.rows(name, given_model)
         others = companions(self.temperature)
-        noise = fit_noise(rows, self.shape, others, facts.kind) if own is None else self._wider(rows, own)
+        noise = (
+            fit_noise(rows, self.shape, others, facts.kind)
+            if given_model is None
+            else self._wider(rows, given_model)
+        )
         other, by_rate = self._solved(rows, noise)
         checks = noise_checks(by_rate)[:1]
         k, sd = other.scale
-        along = abs(found.scale[0]) if facts.kind is not Kind.RATE else 1.0
+        along = abs(solution.scale[0]) if facts.kind is not Kind.RATE else 1.0
         inflation = max([1.0, *(c.ratio for c in checks if not c.passed)])
         limits = replace(wide, inflation=inflation)
         return limits.parameter(f"misalignment of {name}", (k / along, sd / along), "rad")
 
-    def _clocks(self, found: TableSolution, wide: Wide) -> list[ResponseParameter]:
+    def _clocks(self, solution: TableSolution, wide: Wide) -> list[ResponseParameter]:
         """Offset and drift of the clocks where they were found: from the edges, or by the coefficients of the fit."""
         timing = self.timing
         if not math.isfinite(timing.seen):
@@ -413,15 +417,15 @@ class _Measurement:
         clock, sd, drift_sd = timing.window.clock, timing.offset_sd, timing.drift_sd
         if timing.lags:
             sd, drift_sd = (
-                abs(found.fit[n][1] / found.fit[RATE][0]) if n in timing.lags else math.inf
+                abs(solution.fit[n][1] / solution.fit[RATE][0]) if n in timing.lags else math.inf
                 for n in (LAG, LATE)
             )
-        own = replace(wide, inflation=wide.inflation if timing.lags else 1.0)
+        limits = replace(wide, inflation=wide.inflation if timing.lags else 1.0)
         given = self.offset
         name, value = ("clock offset", timing.seen) if given is None else ("delay", timing.seen - given)
-        out = [own.parameter(name, (value, sd), "s", stated=timing.between)]
+        out = [limits.parameter(name, (value, sd), "s", stated=timing.between)]
         if math.isfinite(drift_sd) and clock.drift:
-            out.append(own.parameter("clock drift", (clock.drift, drift_sd), "1"))
+            out.append(limits.parameter("clock drift", (clock.drift, drift_sd), "1"))
         return out
 
     def _frequencies(self, model: NoiseModel) -> tuple[FrequencyPoint, ...]:
@@ -436,7 +440,7 @@ class _Measurement:
 
     def _result(
         self,
-        found: TableSolution,
+        solution: TableSolution,
         model: NoiseModel,
         wide: Wide,
         checks: tuple[ResidualTest, ...],
@@ -445,7 +449,7 @@ class _Measurement:
         aided: tuple[Aided, Array] | None,
         steps: StepMeans | None,
     ) -> RateTableEstimate:
-        facts, rows = self.recording[self.channel], found.rows
+        facts, rows = self.recording[self.channel], solution.rows
         u = rows.column(RATE)[rows.used]
         answers = parameters[0].resolved  # to the table: else nothing can be said relative to it
         results: tuple[StepResult, ...] = ()
@@ -467,13 +471,13 @@ class _Measurement:
             inflation=wide.inflation,
             budget=budget,
             nonlinearity=self.nonlinearity,
-            nominal=self._nominal(found, 1.0 if facts.kind is Kind.RATE else None),
+            nominal=self._nominal(solution, 1.0 if facts.kind is Kind.RATE else None),
             full_scale=rows.full_scale,
             span=float(np.ptp(u)) * rows.full_scale,
             checks=checks,
             steps=results,
-            points=response_points(found, steps, model) if answers else (),
-            fitted=curve(found, wide) if answers else np.zeros((0, 3)),
+            points=response_points(solution, steps, model) if answers else (),
+            fitted=curve(solution, wide) if answers else np.zeros((0, 3)),
             aided=None if aided is None else aided[0],
             table=self.whole.to_json(),
             clock=self.timing.source,
@@ -487,7 +491,7 @@ class _Measurement:
             block=rows.dt,
         )
 
-    def _notes(self, estimate: RateTableEstimate, found: TableSolution) -> tuple[str, ...]:
+    def _notes(self, estimate: RateTableEstimate, solution: TableSolution) -> tuple[str, ...]:
         """What was found on the way."""
         facts = self.recording[self.channel]
         notes = [clipped_words(self.clipped, self.table, facts)]
@@ -498,8 +502,8 @@ class _Measurement:
             )
         notes.append(self.earth.note(facts.kind is Kind.RATE))
         if isinstance(self.table, RateSteps) and self.earth.axis in ("horizontal", "unknown"):
-            used = np.flatnonzero(found.rows.steps[:, 0] > 0)
-            length = (found.rows.steps[used, 3] - found.rows.steps[used, 2]) / self.recording.rate
+            used = np.flatnonzero(solution.rows.steps[:, 0] > 0)
+            length = (solution.rows.steps[used, 3] - solution.rows.steps[used, 2]) / self.recording.rate
             count = not_whole(self.table, used, length)
             if count:
                 notes.append(
@@ -516,7 +520,7 @@ class _Measurement:
             notes.append(
                 f"the scale factor is that at the lowest frequency, {float(self.table.frequency[0]):.4g} Hz"  # type: ignore[union-attr]
             )
-        if facts.kind is Kind.RATE and found.scale[0] < 0:
+        if facts.kind is Kind.RATE and solution.scale[0] < 0:
             notes.append(
                 "the channel reads negative where the table turns positive: the sensor, or the table, counts the other "
                 "way round"

@@ -149,8 +149,8 @@ class Sampled:
         """From the angles of an encoder [rad]. Of angles within one turn, jumps by more than half a turn are taken for
         their wrapping; an encoder that counts on is believed.
         """
-        t, own = np.asarray(time, dtype=np.float64), np.asarray(angle, dtype=np.float64)
-        return cls(time=t, angle=np.unwrap(own) if np.ptp(own) <= 2 * math.pi * (1 + TURN) else own)
+        t, angles = np.asarray(time, dtype=np.float64), np.asarray(angle, dtype=np.float64)
+        return cls(time=t, angle=np.unwrap(angles) if np.ptp(angles) <= 2 * math.pi * (1 + TURN) else angles)
 
     @property
     def slope(self) -> Array:

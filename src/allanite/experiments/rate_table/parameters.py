@@ -47,15 +47,15 @@ class Wide:
         return normal_quantile(p) if math.isinf(self.dof) else student_quantile(p, self.dof)
 
     def parameter(
-        self, name: str, found: tuple[float, float], unit: str, *, stated: float = 0.0, zero: float = 0.0
+        self, name: str, estimate: tuple[float, float], unit: str, *, stated: float = 0.0, zero: float = 0.0
     ) -> ResponseParameter:
         """A number with its interval; `stated` is an uncertainty of its own, `zero` what it is measured from."""
-        value, sd = found[0], found[1] * self.inflation
+        value, sd = estimate[0], estimate[1] * self.inflation
         total = math.hypot(sd, stated)
         half = self.quantile((1 + self.confidence) / 2) * total
         low, high = value - half, value + half
-        seen = self.quantile(_THREE) * total
-        resolved = math.isfinite(total) and abs(value - zero) >= seen * (1 - 1e-12)
+        threshold = self.quantile(_THREE) * total
+        resolved = math.isfinite(total) and abs(value - zero) >= threshold * (1 - 1e-12)
         limit = None if resolved or not math.isfinite(total) else max(abs(low), abs(high))
         return ResponseParameter(
             name=name,
@@ -74,7 +74,7 @@ _THREE = 0.99865
 
 
 def parameters_of(
-    found: TableSolution,
+    solution: TableSolution,
     wide: Wide,
     *,
     unit: str,
@@ -94,46 +94,46 @@ def parameters_of(
         What the scale factor should be.
     bias_stated : float [SI of the channel]
     """
-    k, sd = found.scale
+    k, sd = solution.scale
     relative = math.sqrt(sum(v**2 for v in budget.values()))
     out = [wide.parameter("scale factor", (k, sd), f"{unit}/(rad/s)", stated=relative * abs(k))]
     if nominal is not None:
         error = (k / nominal - 1, abs(sd / nominal))
         out.append(wide.parameter("scale-factor error", error, "1", stated=relative * abs(k / nominal)))
-    out.append(wide.parameter("bias", found.bias, unit, stated=bias_stated))
-    shape = found.shape if out[0].resolved else ()  # what follows is relative to the scale factor
+    out.append(wide.parameter("bias", solution.bias, unit, stated=bias_stated))
+    shape = solution.shape if out[0].resolved else ()  # what follows is relative to the scale factor
     for name in shape:
         if name == ABSOLUTE:
-            value, own = found.of_scale(name)
-            out.append(wide.parameter("asymmetry", (2 * value, 2 * own), "1"))
+            value, coefficient_sd = solution.of_scale(name)
+            out.append(wide.parameter("asymmetry", (2 * value, 2 * coefficient_sd), "1"))
         else:
             degree = int(name.rpartition("^")[2])
-            out.append(wide.parameter(ORDINALS.get(degree, power(degree)), found.of_scale(name), "1"))
+            out.append(wide.parameter(ORDINALS.get(degree, power(degree)), solution.of_scale(name), "1"))
     if shape:
-        out.append(nonlinearity(found, wide))
-    if TEMPERATURE in found.fit.names:
-        out.append(wide.parameter("scale factor over temperature", found.of_scale(WARM_RATE), "1/K"))
-        out.append(wide.parameter("bias over temperature", found.fit[TEMPERATURE], f"{unit}/K"))
+        out.append(nonlinearity(solution, wide))
+    if TEMPERATURE in solution.fit.names:
+        out.append(wide.parameter("scale factor over temperature", solution.of_scale(WARM_RATE), "1/K"))
+        out.append(wide.parameter("bias over temperature", solution.fit[TEMPERATURE], f"{unit}/K"))
     return out
 
 
-def nonlinearity(found: TableSolution, wide: Wide) -> ResponseParameter:
+def nonlinearity(solution: TableSolution, wide: Wide) -> ResponseParameter:
     """Largest deviation from the best straight line, over full scale, with a band that holds for all rates at once.
 
     The band is Scheffe's: with c coefficients the root of the chi-square quantile of c degrees of freedom takes the
     place of the normal quantile. So the interval of the maximum holds the truth at least as often as it says.
     """
-    u = _grid(found)
-    value, sd = found.deviation(u)
+    u = _grid(solution)
+    value, sd = solution.deviation(u)
     sd = sd * wide.inflation
-    count = len(found.shape)
+    count = len(solution.shape)
     reach = math.sqrt(chi_square_quantile(wide.confidence, count))
     if not math.isinf(wide.dof):
         reach *= wide.quantile((1 + wide.confidence) / 2) / normal_quantile((1 + wide.confidence) / 2)
     at = int(np.argmax(np.abs(value)))
     high = float((np.abs(value) + reach * sd).max())
     low = max(float((np.abs(value) - reach * sd).max()), 0.0)
-    seen = _joint(found, wide)
+    is_resolved = _joint(solution, wide)
     return ResponseParameter(
         name="nonlinearity",
         value=float(np.abs(value[at])),
@@ -141,15 +141,15 @@ def nonlinearity(found: TableSolution, wide: Wide) -> ResponseParameter:
         total_sd=float(sd[at]),
         interval=(low, high),
         unit="1",
-        resolved=seen,
-        limit=None if seen else high,
+        resolved=is_resolved,
+        limit=None if is_resolved else high,
     )
 
 
-def _joint(found: TableSolution, wide: Wide) -> bool:
+def _joint(solution: TableSolution, wide: Wide) -> bool:
     """All coefficients of the shape together, against the chance of three standard deviations."""
-    at = [found.fit.names.index(n) for n in found.shape]
-    c, covariance = found.fit.coefficients[at], found.fit.covariance[np.ix_(at, at)] * wide.inflation**2
+    at = [solution.fit.names.index(n) for n in solution.shape]
+    c, covariance = solution.fit.coefficients[at], solution.fit.covariance[np.ix_(at, at)] * wide.inflation**2
     if not (np.isfinite(c).all() and np.isfinite(covariance).all()):
         return False
     size = np.sqrt(np.diag(covariance))
@@ -159,14 +159,14 @@ def _joint(found: TableSolution, wide: Wide) -> bool:
     return statistic >= chi_square_quantile(2 * _THREE - 1, len(at)) * max(factor, 1.0)
 
 
-def _grid(found: TableSolution) -> Array:
+def _grid(solution: TableSolution) -> Array:
     """Rates over full scale from the smallest that was used to the largest."""
-    own = found.rows.column(RATE)[found.rows.used]
-    return np.linspace(float(own.min()), float(own.max()), POINTS)
+    rates = solution.rows.column(RATE)[solution.rows.used]
+    return np.linspace(float(rates.min()), float(rates.max()), POINTS)
 
 
-def curve(found: TableSolution, wide: Wide) -> Array:
+def curve(solution: TableSolution, wide: Wide) -> Array:
     """Rate over full scale, deviation from the straight line, and its standard deviation; shape (n, 3)."""
-    u = _grid(found)[::4]
-    value, sd = found.deviation(u) if found.shape else (np.zeros_like(u), np.zeros_like(u))
+    u = _grid(solution)[::4]
+    value, sd = solution.deviation(u) if solution.shape else (np.zeros_like(u), np.zeros_like(u))
     return np.column_stack([u, value, sd * wide.inflation])

@@ -49,10 +49,10 @@ LEAST, FEW = 10, 3
 STRANGE = 0.01
 
 
-def noise_by_rate(found: TableSolution, model: NoiseModel) -> tuple[NoiseAtRate, ...]:
+def noise_by_rate(solution: TableSolution, model: NoiseModel) -> tuple[NoiseAtRate, ...]:
     """Differences of neighbouring blocks against the model, by rate: blind to whatever is slow."""
-    rows = found.rows
-    left = rows.mean - found.predicted()
+    rows = solution.rows
+    left = rows.mean - solution.predicted()
     early, late = _pairs(rows)
     step = left[late] - left[early]
     white = sum(t.N**2 for t in model.terms if isinstance(t, White)) / rows.dt
@@ -64,8 +64,8 @@ def noise_by_rate(found: TableSolution, model: NoiseModel) -> tuple[NoiseAtRate,
     chosen = np.flatnonzero(counts >= min(LEAST, max(counts.max(initial=0), FEW))).tolist()
     out = []
     for g in chosen:
-        own = group == g
-        chi2, dof = float((step[own] ** 2 / variance[own]).sum()), int(own.sum())
+        members = group == g
+        chi2, dof = float((step[members] ** 2 / variance[members]).sum()), int(members.sum())
         p = min(chi_square_tail(chi2, dof) * len(chosen), 1.0)
         out.append(NoiseAtRate(rate=float(sizes[g]), ratio=math.sqrt(chi2 / dof), chi2=chi2, dof=dof, p=p))
     return tuple(out)
@@ -117,23 +117,23 @@ def trust_by_rate(rows: RegressionRows, by_rate: Sequence[NoiseAtRate]) -> Array
     base = max(min(by_rate, key=lambda n: n.rate).ratio, 1.0)
     rates = np.array([n.rate for n in by_rate])
     ratio = np.array([max(n.ratio / base, 1.0) if n.p < ALARM else 1.0 for n in by_rate])
-    own = rows.full_scale * np.abs(rows.column(RATE))
-    nearest = np.argmin(np.abs(own[:, None] - rates[None, :]), axis=1)
+    block_rates = rows.full_scale * np.abs(rows.column(RATE))
+    nearest = np.argmin(np.abs(block_rates[:, None] - rates[None, :]), axis=1)
     return np.asarray(1 / ratio[nearest] ** 2)
 
 
-def agreement_checks(found: TableSolution) -> tuple[ResidualTest, ...]:
+def agreement_checks(solution: TableSolution) -> tuple[ResidualTest, ...]:
     """Where far more of the response is left than the noise allows, or than any curvature is, it is another table."""
-    rows = found.rows
-    weight, seen, left = (
+    rows = solution.rows
+    weight, signal, left = (
         rows.part[rows.used],
         rows.mean[rows.used],
-        (rows.mean - found.predicted())[rows.used],
+        (rows.mean - solution.predicted())[rows.used],
     )
-    seen = seen - float(np.average(seen, weights=weight))
-    share = math.sqrt(float(weight @ left**2) / max(float(weight @ seen**2), 1e-300))
-    chi2, dof = found.fit.chi2, max(found.fit.dof, 1)
-    if found.fit.unbounded or share < STRANGE or chi2 < FOREIGN**2 * dof:
+    signal = signal - float(np.average(signal, weights=weight))
+    share = math.sqrt(float(weight @ left**2) / max(float(weight @ signal**2), 1e-300))
+    chi2, dof = solution.fit.chi2, max(solution.fit.dof, 1)
+    if solution.fit.unbounded or share < STRANGE or chi2 < FOREIGN**2 * dof:
         return ()
     says = (
         f"the record does not follow the table: {100 * share:.3g} % of the signal is left; look at the times and "
@@ -143,11 +143,11 @@ def agreement_checks(found: TableSolution) -> tuple[ResidualTest, ...]:
 
 
 def regression_checks(
-    found: TableSolution, model: NoiseModel, others: Sequence[str], *, steps: RateSteps | None
+    solution: TableSolution, model: NoiseModel, others: Sequence[str], *, steps: RateSteps | None
 ) -> tuple[ResidualTest, ...]:
     """Columns that should not be there: each is tried beside the fit."""
-    trial = _Trial(found=found, model=model, others=tuple(others))
-    shape = None if steps is not None else _shape(found, trial)
+    trial = _Trial(found=solution, model=model, others=tuple(others))
+    shape = None if steps is not None else _shape(solution, trial)
     chi2, dof, size = trial.loop()
     says = (
         "the output depends on whether the rate came from below or from above, at rest by "
@@ -186,18 +186,18 @@ class _Trial:
 
     def _with(self, names: Sequence[str]) -> Regression:
         rows = self.found.rows
-        table, own = design(rows, self.found.shape, self.others)
+        table, fit_names = design(rows, self.found.shape, self.others)
         more = [rows.straight(n) if n.startswith(RATE + "^") else rows.column(n) for n in names]
-        return rows.regress(np.column_stack([table, *more]), (*own, *names), self.model)
+        return rows.regress(np.column_stack([table, *more]), (*fit_names, *names), self.model)
 
 
 def _alarm(name: str, chi2: float, dof: int, says: str) -> ResidualTest | None:
     return alarm(name, chi2, dof, says) if dof else None
 
 
-def _shape(found: TableSolution, trial: _Trial) -> ResidualTest | None:
+def _shape(solution: TableSolution, trial: _Trial) -> ResidualTest | None:
     """Powers above those that were fitted. How far the interval is from holding then, their gain does not say."""
-    degree = 2 if found.shape == (ABSOLUTE,) else len(found.shape) + 1
+    degree = 2 if solution.shape == (ABSOLUTE,) else len(solution.shape) + 1
     names = [power(k) for k in (degree + 1, degree + 2) if k <= POWERS]
     chi2, dof = trial.gain(names) if names else (0.0, 0)
     if not dof:

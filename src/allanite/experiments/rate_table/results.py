@@ -306,12 +306,12 @@ class RateTableEstimate:
         InputError
             No such parameter; the message lists those there are.
         """
-        found = next((p for p in self.parameters if p.name == name), None)
-        if found is None:
+        parameter = next((p for p in self.parameters if p.name == name), None)
+        if parameter is None:
             raise InputError(
                 f"no parameter {name!r}; there are: {', '.join(p.name for p in self.parameters)}"
             )
-        return found
+        return parameter
 
     @property
     def names(self) -> tuple[str, ...]:

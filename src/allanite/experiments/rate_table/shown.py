@@ -70,13 +70,13 @@ def _why(i: int, whole: Array, window: SampleSelection, clipped: Clipped, record
 
 
 def response_points(
-    found: TableSolution, steps: StepMeans | None, model: NoiseModel
+    solution: TableSolution, steps: StepMeans | None, model: NoiseModel
 ) -> tuple[ResponsePoint, ...]:
     """Deviation from the best straight line: of each step, or of the rates of a sweep for each direction."""
-    size = found.fit[RATE][0]
+    size = solution.fit[RATE][0]
     if steps is not None:
-        u = steps.rate / found.rows.full_scale
-        fitted, _ = found.deviation(u)
+        u = steps.rate / solution.rows.full_scale
+        fitted, _ = solution.deviation(u)
         return tuple(
             ResponsePoint(
                 rate=float(steps.rate[i]),
@@ -86,15 +86,15 @@ def response_points(
             )
             for i in range(steps.size)
         )
-    return _of_sweep(found, model, size)
+    return _of_sweep(solution, model, size)
 
 
-def _of_sweep(found: TableSolution, model: NoiseModel, size: float) -> tuple[ResponsePoint, ...]:
+def _of_sweep(solution: TableSolution, model: NoiseModel, size: float) -> tuple[ResponsePoint, ...]:
     """Means over bins of the rate; the standard deviation is that of white noise."""
-    rows = found.rows
+    rows = solution.rows
     used = rows.used
     u, part = rows.column(RATE)[used], rows.part[used]
-    left = (rows.mean - found.predicted())[used] / size
+    left = (rows.mean - solution.predicted())[used] / size
     way = np.sign(rows.column(DIRECTION)[used])
     edges = np.linspace(u.min(), u.max(), BINS + 1)
     white = sum(t.N**2 for t in model.terms if isinstance(t, White)) / rows.dt
@@ -102,13 +102,13 @@ def _of_sweep(found: TableSolution, model: NoiseModel, size: float) -> tuple[Res
     for direction in (1, -1):
         place = np.clip(np.searchsorted(edges, u, side="right") - 1, 0, BINS - 1)
         for b in range(BINS):
-            own = (place == b) & (way == direction)
-            weight = float(part[own].sum())
+            members = (place == b) & (way == direction)
+            weight = float(part[members].sum())
             if weight < 1:
                 continue
-            middle = float((part * u)[own].sum()) / weight
-            fitted, _ = found.deviation(np.array([middle]))
-            mean = float((part * left)[own].sum()) / weight
+            middle = float((part * u)[members].sum()) / weight
+            fitted, _ = solution.deviation(np.array([middle]))
+            mean = float((part * left)[members].sum()) / weight
             points.append(
                 ResponsePoint(
                     rate=middle * rows.full_scale,

@@ -61,24 +61,24 @@ class StepMeans:
 
     @classmethod
     def of(
-        cls, table: RateSteps, found: TableSolution, model: NoiseModel, rate: float, sampling: Sampling
+        cls, table: RateSteps, solution: TableSolution, model: NoiseModel, rate: float, sampling: Sampling
     ) -> StepMeans:
         """From the fit; `rate` is that of the samples [Hz]."""
-        rows = found.rows
+        rows = solution.rows
         number = np.flatnonzero(rows.steps[:, 0] > 0)
         if len(number) > MOST:
             first = (len(number) - MOST) // 2
             number = number[first : first + MOST]
-        own = {name: average[number] for name, average in rows.averages.items()}
+        step_averages = {name: average[number] for name, average in rows.averages.items()}
         count, mean, start, stop = rows.steps[number].T
         covariance = span_covariance(model, start, stop, count, dt=1 / rate, sampling=sampling)
-        trust = _trust(found, number)
+        trust = _trust(solution, number)
         white = sum(t.N**2 for t in model.terms if isinstance(t, White)) * rate
         covariance = covariance + np.diag(white * (1 / trust - 1) / count)
-        names = [n for n in found.fit.names if n != LEVEL]
-        design = np.column_stack([_average(found, own, n) for n in names])
+        names = [n for n in solution.fit.names if n != LEVEL]
+        design = np.column_stack([_average(solution, step_averages, n) for n in names])
         others = [i for i, n in enumerate(names) if n in (TEMPERATURE, WARM_RATE)]
-        residual = mean - found.predicted(own)
+        residual = mean - solution.predicted(step_averages)
         return cls(
             number=number,
             rate=table.rate[number],
@@ -119,8 +119,8 @@ class StepMeans:
                 "the response is not the curve that was fitted: the means of the rates lie {:.2f} times as far from it "
                 "as the noise allows; fit a higher degree (--nonlinearity 3), or asymmetry (--nonlinearity sign)"
             )
-            found = scatter_check("rates", max(whole - same, 0.0), dof - repeats, "")
-            checks.append(_renamed(found, "shape of the response", says.format(found.ratio)))
+            curve_check = scatter_check("rates", max(whole - same, 0.0), dof - repeats, "")
+            checks.append(_renamed(curve_check, "shape of the response", says.format(curve_check.ratio)))
         return tuple(checks)
 
     def _left(self, design: Array) -> tuple[float, int]:
@@ -149,9 +149,9 @@ def _renamed(check: ResidualTest, name: str, says: str) -> ResidualTest:
     return replace(check, name=name, says=says)
 
 
-def _trust(found: TableSolution, number: NDArray[np.int64]) -> Array:
+def _trust(solution: TableSolution, number: NDArray[np.int64]) -> Array:
     """Of the blocks of each step."""
-    rows = found.rows
+    rows = solution.rows
     last = int(number.max(initial=0)) + 1
     used = (rows.span >= 0) & (rows.span < last)
     count = np.bincount(rows.span[used], minlength=last)
@@ -159,11 +159,11 @@ def _trust(found: TableSolution, number: NDArray[np.int64]) -> Array:
     return np.asarray(np.where(count > 0, total / np.maximum(count, 1), 1.0)[number])
 
 
-def _average(found: TableSolution, own: dict[str, Array], name: str) -> Array:
-    if name in found.shape:
-        level, slope = found.rows.line(name)
-        return np.asarray(own[name] - level - slope * own[RATE])
-    return own[name]
+def _average(solution: TableSolution, step_averages: dict[str, Array], name: str) -> Array:
+    if name in solution.shape:
+        level, slope = solution.rows.line(name)
+        return np.asarray(step_averages[name] - level - slope * step_averages[RATE])
+    return step_averages[name]
 
 
 def _residual_sd(covariance: Array, design: Array) -> Array:

@@ -214,15 +214,15 @@ def _is_of_units(cells: Sequence[str]) -> bool:
 def _columns(sheet: _Sheet) -> dict[str, tuple[int, str]]:
     """Position and unit of the columns that have a meaning."""
     line, cells = sheet.heading
-    found: dict[str, tuple[int, str]] = {}
+    columns: dict[str, tuple[int, str]] = {}
     for i, cell in enumerate(cells):
         name, unit = _heading(cell)
         if name not in _QUANTITIES:
             continue
-        if name in found:
+        if name in columns:
             raise FormatError(f"{sheet.file}, line {line}: two columns {name!r}")
-        found[name] = i, unit
-    return found
+        columns[name] = i, unit
+    return columns
 
 
 def _heading(cell: str) -> tuple[str, str]:

@@ -79,10 +79,10 @@ def simulate_on_table(
     facts = record.channels[0]
     clock = TableClock(offset=offset, drift=drift)
     t: Array = np.arange(record.n_samples, dtype=np.float64) / rate
-    own = clock.table_time(t)
-    seen = _seen(table, own, record.dt if facts.sampling == "mean" else 0.0, settling)
+    table_time = clock.table_time(t)
+    table_rate = _seen(table, table_time, record.dt if facts.sampling == "mean" else 0.0, settling)
     whole = full_scale or table.full_scale
-    u = seen / whole
+    u = table_rate / whole
     shape = u + asymmetry / 2 * np.abs(u) + sum(c * u**k for k, c in enumerate(powers, 2))
     noise = record.values(facts.name) * facts.scale
     if noise_growth:
@@ -107,14 +107,16 @@ def simulate_on_table(
     )
 
 
-def _seen(table: RateTable, own: Array, wide: float, settling: float) -> Array:
+def _seen(table: RateTable, table_time: Array, wide: float, settling: float) -> Array:
     """Rate of the table at its own times, means over `wide` seconds; at rest before and after."""
     if isinstance(table, RateSteps):
         if wide:
-            return (_angle(table, own + wide, settling) - _angle(table, own, settling)) / wide
-        return (_angle(table, own + 1e-6, settling) - _angle(table, own - 1e-6, settling)) / 2e-6
-    inside = (own >= table.spans[0, 0]) & (own + wide <= table.spans[-1, 1])
-    return np.where(inside, table.means(own, wide), 0.0)
+            return (_angle(table, table_time + wide, settling) - _angle(table, table_time, settling)) / wide
+        return (
+            _angle(table, table_time + 1e-6, settling) - _angle(table, table_time - 1e-6, settling)
+        ) / 2e-6
+    inside = (table_time >= table.spans[0, 0]) & (table_time + wide <= table.spans[-1, 1])
+    return np.where(inside, table.means(table_time, wide), 0.0)
 
 
 def _angle(table: RateSteps, t: Array, settling: float) -> Array:

@@ -78,8 +78,8 @@ def latitude_check(vectors: Vectors, gravity: Array, latitude: float, stated: St
     variance = float(across @ noise @ across) / size**2 if size > 0 else float(np.diag(noise).max())
     # the angle turns with the part of the vector across, and by the accelerometers
     variance = variance / max(vectors.length, vectors.sd) ** 2 + stated.latitude**2 + stated.tilt**2
-    found = math.pi / 2 - angle_between(gravity, along)
-    statistic = (found - latitude) ** 2 / (variance * vectors.stretch**2)
+    measured_latitude = math.pi / 2 - angle_between(gravity, along)
+    statistic = (measured_latitude - latitude) ** 2 / (variance * vectors.stretch**2)
     p = chi_square_tail(statistic, 1)
     return ResidualTest(
         name="latitude",
@@ -87,6 +87,6 @@ def latitude_check(vectors: Vectors, gravity: Array, latitude: float, stated: St
         dof=1,
         p=p,
         passed=p >= ALARM,
-        says=f"the angle between gravity and the vector means a latitude of {math.degrees(found):.2f} deg, not "
-        f"{math.degrees(latitude):.2f}",
+        says=f"the angle between gravity and the vector means a latitude of {math.degrees(measured_latitude):.2f} "
+        f"deg, not {math.degrees(latitude):.2f}",
     )

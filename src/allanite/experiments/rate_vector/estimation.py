@@ -132,7 +132,7 @@ def measure_rate_vector(
         "resolution": _resolution(recording, names, cells, quiet, vectors),
     }
     total = math.sqrt(sum(v**2 for v in budget.values()))
-    found = RateVector(
+    rate_vector = RateVector(
         vector=_fixed(vectors.level[vectors.longest]),
         covariance=_fixed(vectors.covariance_of(vectors.longest)),
         length=vectors.length,
@@ -144,7 +144,7 @@ def measure_rate_vector(
         gravity_angle=None if gravity is None else angle_between(gravity, vectors.level[vectors.longest]),
         **facts,  # type: ignore[arg-type]
     )
-    return judge(found)
+    return judge(rate_vector)
 
 
 def _refuse(latitude: float | None, bias: float, confidence: float) -> None:
@@ -254,7 +254,7 @@ def _resolution(
     sub-means falls with the number of samples and not with its root.
     """
     first = int(np.argmax(quiet)) * cells.size
-    found = np.zeros(len(names))
+    step_errors = np.zeros(len(names))
     for i, name in enumerate(names):
         scale = abs(recording[name].scale)
         samples = recording.raw(name, first, first + max(BLOCK, cells.size))
@@ -265,5 +265,5 @@ def _resolution(
         white = 2 * spread**2 * (cells.details[0] + 1) / cells.size
         stuck = np.count_nonzero(energy == 0) > 0.5 * len(energy)
         if stuck or (spread < 0.5 * step and float(np.nanmedian(energy)) > 0.5 * white):
-            found[i] = step / math.sqrt(12)
-    return math.sqrt(float(((vectors.directions[vectors.longest] * found) ** 2).sum()))
+            step_errors[i] = step / math.sqrt(12)
+    return math.sqrt(float(((vectors.directions[vectors.longest] * step_errors) ** 2).sum()))

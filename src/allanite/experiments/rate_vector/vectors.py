@@ -55,19 +55,19 @@ class Vectors:
     @classmethod
     def of(cls, rows: LevelRows, names: Sequence[str], models: Sequence[NoiseModel | None]) -> Vectors:
         """By regression, axis by axis, in the noise of the model unless the record contradicts it."""
-        found, checks = [], []
+        axis_levels, checks = [], []
         for axis, (name, model) in enumerate(zip(names, models, strict=True)):
             given = None if model is None else levels(rows, axis, model)
             if given is not None:
                 checks.append(size_check(name, given))
                 if checks[-1].passed:
-                    found.append(given)
+                    axis_levels.append(given)
                     continue
-            found.append(_wider(levels_of_record(rows, axis, name), given))
+            axis_levels.append(_wider(levels_of_record(rows, axis, name), given))
         time = np.bincount(rows.pose[rows.pose >= 0], rows.part.mean(axis=1)[rows.pose >= 0])
         return cls(
-            level=np.stack([f.level for f in found], axis=1),
-            covariance=np.stack([f.covariance for f in found]),
+            level=np.stack([f.level for f in axis_levels], axis=1),
+            covariance=np.stack([f.covariance for f in axis_levels]),
             share=time / time.sum(),
             rows=int((rows.part > 0).all(axis=1).sum()),
             size=tuple(checks),
@@ -119,27 +119,30 @@ class Vectors:
     def widened(self, cells: AxisCells, state: States, pose: States, confidence: float) -> Vectors:
         """With Student's law, and wide enough for the scatter of batches of quiet cells."""
         p = (1 + confidence) / 2
-        own = student_quantile(p, max(self.rows - len(self.share), 1))
+        quantile = student_quantile(p, max(self.rows - len(self.share), 1))
         quiet = state == QUIET
         along = (cells.mean[quiet] * self.directions[pose[quiet]]).sum(axis=1)
         along -= (self.level * self.directions).sum(axis=1)[pose[quiet]]
-        half = own * self.projected
+        half = quantile * self.projected
         for count in BATCHES:
             if len(along) >= 2 * count:
                 means = np.array([part.mean() for part in np.array_split(along, count)])
                 error = float(means.std(ddof=1)) / math.sqrt(count)
                 half = max(half, student_quantile(p, count - 1) * error)
-        factor = half / (own * self.projected) if self.projected > 0 else 1.0
-        return replace(self, covariance=self.covariance * factor**2, stretch=own / normal_quantile(p))
+        factor = half / (quantile * self.projected) if self.projected > 0 else 1.0
+        return replace(self, covariance=self.covariance * factor**2, stretch=quantile / normal_quantile(p))
 
 
-def _wider(own: Levels, given: Levels | None) -> Levels:
+def _wider(record_levels: Levels, given: Levels | None) -> Levels:
     """Levels of the record's own noise, with no less than the standard deviations of the model."""
     if given is None:
-        return own
-    grow = np.sqrt(np.maximum(np.diag(given.covariance) / np.diag(own.covariance), 1.0))
+        return record_levels
+    grow = np.sqrt(np.maximum(np.diag(given.covariance) / np.diag(record_levels.covariance), 1.0))
     return Levels(
-        level=own.level, covariance=own.covariance * np.outer(grow, grow), chi2=own.chi2, dof=own.dof
+        level=record_levels.level,
+        covariance=record_levels.covariance * np.outer(grow, grow),
+        chi2=record_levels.chi2,
+        dof=record_levels.dof,
     )
 
 
@@ -157,12 +160,12 @@ def _bent_interval(length: float, sd: float, tail: float) -> tuple[float, float]
     from scipy.optimize import brentq
     from scipy.stats import ncx2
 
-    seen = (length / sd) ** 2 + 3
+    statistic = (length / sd) ** 2 + 3
 
     def root(p: float) -> float:
-        if float(ncx2.cdf(seen, 3, 1e-12)) <= p:
+        if float(ncx2.cdf(statistic, 3, 1e-12)) <= p:
             return 0.0
-        top = (math.sqrt(seen) + 10) ** 2
-        return sd * math.sqrt(float(brentq(lambda x: float(ncx2.cdf(seen, 3, x)) - p, 1e-12, top)))
+        top = (math.sqrt(statistic) + 10) ** 2
+        return sd * math.sqrt(float(brentq(lambda x: float(ncx2.cdf(statistic, 3, x)) - p, 1e-12, top)))
 
     return root(1 - tail), root(tail)

@@ -24,46 +24,46 @@ STATEMENT = (
 )
 
 
-def judge(found: RateVector, *, rise: float = 0.0) -> RateVector:
+def judge(rate_vector: RateVector, *, rise: float = 0.0) -> RateVector:
     """The same with verdict, reason and advice.
 
     Parameters
     ----------
-    found : RateVector
+    rate_vector : RateVector
     rise : float
         By how much even the quietest stretches move more over seconds than over parts of one; infinite where there
         are too few of them.
     """
-    verdict, reason, advice = _verdict(found, rise)
-    if found.turned:
+    verdict, reason, advice = _verdict(rate_vector, rise)
+    if rate_vector.turned:
         advice = tuple(_FURTHER if text == _TURN else text for text in advice)
-    failed = tuple(c.says for c in found.checks if not c.passed)
-    if found.turned:
-        poses = f"the sensor stood in {plural(len(found.turns), 'pose')}"
+    failed = tuple(c.says for c in rate_vector.checks if not c.passed)
+    if rate_vector.turned:
+        poses = f"the sensor stood in {plural(len(rate_vector.turns), 'pose')}"
         advice += (f"{poses}: the length is from all of them, the vector from the longest",)
-    return replace(found, verdict=verdict, reason=reason, advice=(*failed, *advice))
+    return replace(rate_vector, verdict=verdict, reason=reason, advice=(*failed, *advice))
 
 
-def _verdict(found: RateVector, rise: float) -> tuple[str, str, tuple[str, ...]]:
-    if math.isnan(found.length):
+def _verdict(rate_vector: RateVector, rise: float) -> tuple[str, str, tuple[str, ...]]:
+    if math.isnan(rate_vector.length):
         reason = (
-            f"no quiet stretch: only {found.quiet:.0f} s of {found.duration:.0f} s are at rest, in cells of "
-            f"{found.cell:.1f} s"
+            f"no quiet stretch: only {rate_vector.quiet:.0f} s of {rate_vector.duration:.0f} s are at rest, in cells "
+            f"of {rate_vector.cell:.1f} s"
             if math.isinf(rise)
             else f"no quiet stretch: even where the sensor moves least, it moves {math.sqrt(rise):.1f} times as much "
             "over seconds as over parts of a second, which no noise of a sensor at rest does"
         )
         return "not resolved", reason, ("record longer, with nobody near the sensor and engines off",)
-    low, high = (x / DEG_H for x in found.interval)
-    length, sd = found.length / DEG_H, found.total_sd / DEG_H
-    grave = [c for c in found.checks if not c.passed and c.name in ("latitude", "length in each pose")]
-    if found.length < SEEN * found.total_sd:
+    low, high = (x / DEG_H for x in rate_vector.interval)
+    length, sd = rate_vector.length / DEG_H, rate_vector.total_sd / DEG_H
+    grave = [c for c in rate_vector.checks if not c.passed and c.name in ("latitude", "length in each pose")]
+    if rate_vector.length < SEEN * rate_vector.total_sd:
         reason = (
             f"the length, |bias + Earth|, is {length / sd:.1f} standard deviations from zero, {SEEN:g} are needed; "
             f"it is below {_text(high)} deg/h"
         )
         return "not resolved", reason, ("record longer, or with a sensor of less noise", _TURN)
-    if not found.interval[0] <= EARTH_RATE <= found.interval[1]:
+    if not rate_vector.interval[0] <= EARTH_RATE <= rate_vector.interval[1]:
         reason = (
             f"the length is |bias + Earth|: its interval {_text(low)} to {_text(high)} deg/h excludes the known "
             f"{EARTH_RATE / DEG_H:.3f} deg/h, so the biases are together at least "
@@ -74,7 +74,9 @@ def _verdict(found: RateVector, rise: float) -> tuple[str, str, tuple[str, ...]]
     if grave:
         return "inconsistent", f"{grave[0].says}: bias and Earth together are not the Earth alone", (_TURN,)
     backed = (
-        "its direction agrees with the latitude" if _agrees(found) else "nothing in this record bounds them"
+        "its direction agrees with the latitude"
+        if _agrees(rate_vector)
+        else "nothing in this record bounds them"
     )
     reason = (
         f"{length:.3f} deg/h, and the interval {low:.3f} to {high:.3f} deg/h holds the known "
@@ -88,5 +90,5 @@ def _text(value: float) -> str:
     return f"{value:.4g}" if abs(value) < 1e4 else f"{value:.0f}"
 
 
-def _agrees(found: RateVector) -> bool:
-    return any(c.name == "latitude" and c.passed for c in found.checks)
+def _agrees(rate_vector: RateVector) -> bool:
+    return any(c.name == "latitude" and c.passed for c in rate_vector.checks)

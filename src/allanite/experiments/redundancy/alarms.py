@@ -154,7 +154,7 @@ class Bench:
     def first_alarm(self, cleaned: Array) -> tuple[int, int] | None:
         """Span in windows of the first test that fails, the shorter window before the longer; None without one."""
         q = len(self.parity)
-        found = []
+        alarms = []
         for scale, filter_ in self.filters.items():
             part = replace(self.means, mean=cleaned)
             rows = part.mean if scale == 1 else part.merged(scale).mean
@@ -162,10 +162,10 @@ class Bench:
             chi2 = (white**2).sum(axis=1)
             high = np.flatnonzero(np.nan_to_num(chi2) > self.level(q))
             if len(high):
-                found.append((int(high[0]) * scale, (int(high[0]) + 1) * scale))
+                alarms.append((int(high[0]) * scale, (int(high[0]) + 1) * scale))
             if scale == 1:
-                found += self._runs(chi2, q)
-        return min(found, key=lambda span: (span[1], span[1] - span[0])) if found else None
+                alarms += self._runs(chi2, q)
+        return min(alarms, key=lambda span: (span[1], span[1] - span[0])) if alarms else None
 
     def _runs(self, chi2: Array, q: int) -> list[tuple[int, int]]:
         runs = chi2[: len(chi2) // RUN * RUN].reshape(-1, RUN)

@@ -112,7 +112,7 @@ def combine(
     means = window_means(recording, names, setup.window)
     fine = means if setup.fine == setup.window else window_means(recording, names, setup.fine)
     advance(0.4, "looking for faults")
-    found = examine(
+    examination = examine(
         means,
         setup.parity,
         noise,
@@ -123,7 +123,7 @@ def combine(
     )
     advance(0.8, "combining")
     return _combination(
-        recording, setup, means, fine, found, false_alarm=false_alarm, confidence=confidence, rest=rest
+        recording, setup, means, fine, examination, false_alarm=false_alarm, confidence=confidence, rest=rest
     )
 
 
@@ -247,13 +247,13 @@ def _combination(
     setup: _Setup,
     means: WindowMeans,
     fine: WindowMeans,
-    found: Examination,
+    examination: Examination,
     *,
     false_alarm: float,
     confidence: float,
     rest: bool,
 ) -> Combination:
-    busy = _busy(found.faults, means)
+    busy = _busy(examination.faults, means)
     pairs: tuple[SharedNoise, ...] = ()
     correlation = np.eye(len(setup.names))
     allan = None
@@ -269,15 +269,15 @@ def _combination(
     differences = _differences(means, setup.parity, busy)
     models = tuple(combined_model(setup.models, w, correlation) for w in weights)
     axes = _axes(recording[setup.names[0]].kind, weights.shape[0])
-    left_out = _left_out(found.faults, recording.rate)
+    left_out = _left_out(examination.faults, recording.rate)
     combined = combined_recording(
         recording, setup.names, axes, setup.directions, covariance, differences, left_out
     )
-    written = _written(combined, setup) if found.faults and allan is not None else None
+    written = _written(combined, setup) if examination.faults and allan is not None else None
     curves = _curves(
         setup, allan, weights, correlation, models, fine.dt, recording.duration, confidence, written
     )
-    faults = tuple(replace(f, says=_says(f, setup.parity, setup.names)) for f in found.faults)
+    faults = tuple(replace(f, says=_says(f, setup.parity, setup.names)) for f in examination.faults)
     return Combination(
         channels=setup.names,
         axes=axes,
@@ -299,15 +299,18 @@ def _combination(
                     "time": (np.arange(len(chi2)) + 0.5) * scale * means.dt,
                     "statistic": chi2,
                 }
-                for scale, chi2 in found.series.items()
+                for scale, chi2 in examination.series.items()
             ],
-            "threshold": found.threshold,
-            "dof": found.dof,
+            "threshold": examination.threshold,
+            "dof": examination.dof,
         },
         false_alarm=false_alarm,
-        noise_ratio=found.noise_ratio,
+        noise_ratio=examination.noise_ratio,
         confidence=confidence,
-        remarks=(*_remarks(setup, pairs, found, rest, bool(busy.all())), *_as_written(found.faults, rest)),
+        remarks=(
+            *_remarks(setup, pairs, examination, rest, bool(busy.all())),
+            *_as_written(examination.faults, rest),
+        ),
         rate=recording.rate,
         duration=recording.duration,
         source=recording.source,
@@ -468,24 +471,28 @@ def _says(fault: SensorFault, parity: Array, names: Sequence[str]) -> str:
 
 
 def _remarks(
-    setup: _Setup, pairs: Sequence[SharedNoise], found: Examination, rest: bool, everywhere: bool
+    setup: _Setup, pairs: Sequence[SharedNoise], examination: Examination, rest: bool, everywhere: bool
 ) -> tuple[str, ...]:
     out = []
-    seen = sorted((p for p in pairs if p.seen), key=lambda p: -abs(p.correlation))
-    for p in seen[:3]:
+    shared_pairs = sorted((p for p in pairs if p.seen), key=lambda p: -abs(p.correlation))
+    for p in shared_pairs[:3]:
         out.append(
             f"noise is shared by {p.first} and {p.second}: correlation {p.correlation:.2f} "
             f"[{p.lower:.2f}, {p.upper:.2f}] of means over {p.tau:.3g} s; the weights take it into account"
         )
-    if len(seen) > 3:
-        out.append(f"{len(seen) - 3} more pairs share noise")
-    if seen:
+    if len(shared_pairs) > 3:
+        out.append(f"{len(shared_pairs) - 3} more pairs share noise")
+    if shared_pairs:
         out.append(
             "noise that looks like motion to all sensors no parity sees: if the record was not at rest, say so"
         )
-    if found.unusual:
-        word = "the tests allow for it" if found.noise_ratio > 1 else "the tests are stricter than need be"
-        out.append(f"the sensors disagree {found.noise_ratio:.2f} times as much as the models say: {word}")
+    if examination.unusual:
+        word = (
+            "the tests allow for it" if examination.noise_ratio > 1 else "the tests are stricter than need be"
+        )
+        out.append(
+            f"the sensors disagree {examination.noise_ratio:.2f} times as much as the models say: {word}"
+        )
     if not rest:
         out.append(
             "the record was not at rest: the weights come from the models alone, and no gain is measured"

@@ -93,14 +93,14 @@ def examine(
     stuck, open_ = _stuck(means, names)
     bench = Bench.of(means, parity, models, correlation, extra, open_, false_alarm)
     series = bench.series()
-    found, before = _search(bench, names), bench.allowed
+    explanations, before = _search(bench, names), bench.allowed
     bench.measure()  # a long fault is in the first measure of the noise
     if abs(bench.allowed / before - 1) > CHANGED:
         clean = Bench.of(means, parity, models, correlation, extra, open_, false_alarm)
         clean.median, clean.unusual = bench.median, bench.unusual
-        bench, found = clean, _search(clean, names)
+        bench, explanations = clean, _search(clean, names)
         bench.measure()
-    faults = _joined(bench, found, names)
+    faults = _joined(bench, explanations, names)
     return Examination(
         faults=tuple(sorted([*stuck, *faults], key=lambda f: f.start)),
         series={scale: chi2 / bench.allowed for scale, chi2 in series.items()},
@@ -163,21 +163,21 @@ class _Explained:
 
 
 def _search(bench: Bench, names: Sequence[str]) -> list[_Explained]:
-    found: list[_Explained] = []
+    explanations: list[_Explained] = []
     horizon, windows, n = 0, len(bench.means), len(names)
-    while len(found) < MOST:
+    while len(explanations) < MOST:
         cleaned = bench.cleaned(horizon)
         alarm = bench.first_alarm(cleaned)
         if alarm is None:
-            _again(bench, found, None, windows, n)
+            _again(bench, explanations, None, windows, n)
             break
         length = alarm[1] - alarm[0]
         horizon = min(alarm[1] + max(AFTER * length, SOON), windows)
-        if not _again(bench, found, alarm, horizon, n):
+        if not _again(bench, explanations, alarm, horizon, n):
             # the sizes of the earlier faults by the same windows: noise is judged by what they leave
             ranked = _ranked(bench, bench.cleaned(horizon), alarm, horizon, n)
-            found.append(_explained(bench, ranked, alarm, n))
-    return _pruned(bench, found)
+            explanations.append(_explained(bench, ranked, alarm, n))
+    return _pruned(bench, explanations)
 
 
 def _explained(bench: Bench, ranked: list[_Hypothesis], alarm: tuple[int, int], n: int) -> _Explained:
@@ -199,40 +199,40 @@ def _explained(bench: Bench, ranked: list[_Hypothesis], alarm: tuple[int, int], 
 
 
 def _again(
-    bench: Bench, found: list[_Explained], alarm: tuple[int, int] | None, horizon: int, n: int
+    bench: Bench, explanations: list[_Explained], alarm: tuple[int, int] | None, horizon: int, n: int
 ) -> bool:
     """The last hypothesis chosen anew, by all windows before the horizon, if that leaves no alarm there.
 
     It was judged by few windows: a drift of which only the beginning was seen, or a size that was not exact.
     """
-    if not found or not found[-1].columns:
+    if not explanations or not explanations[-1].columns:
         return False
-    before, both = bench.state(), found[-1].alarm
+    before, both = bench.state(), explanations[-1].alarm
     if alarm is not None:
         both = min(both[0], alarm[0]), max(both[1], alarm[1])
     misfit = bench.misfit(horizon)
-    del bench.explained[found[-1].columns[0] :]
-    gain = bench.misfit(horizon) - misfit - _price(found[-1].best.kind, horizon)
+    del bench.explained[explanations[-1].columns[0] :]
+    gain = bench.misfit(horizon) - misfit - _price(explanations[-1].best.kind, horizon)
     ranked = _ranked(bench, bench.cleaned(horizon), both, horizon, n)
     if ranked[0].kind == "noise" and alarm is not None:
         bench.restore(before)
         second = _ranked(bench, bench.cleaned(horizon), alarm, horizon, n)[0]
         if ranked[0].gain < gain + max(second.gain, 0.0):
             return False
-        del bench.explained[found[-1].columns[0] :]
+        del bench.explained[explanations[-1].columns[0] :]
     again = _explained(bench, ranked, both, n)
     left = bench.first_alarm(bench.cleaned(horizon))
     if left is not None and left[0] < horizon:
         bench.restore(before)
         return False
-    found[-1] = again
+    explanations[-1] = again
     return True
 
 
-def _pruned(bench: Bench, found: list[_Explained]) -> list[_Explained]:
+def _pruned(bench: Bench, explanations: list[_Explained]) -> list[_Explained]:
     """Without hypotheses that later ones made unnecessary."""
-    kept = list(found)
-    for item in found:
+    kept = list(explanations)
+    for item in explanations:
         if item.columns:
             sizes, covariance = bench.sizes()
             at = list(item.columns)
@@ -315,8 +315,8 @@ def _to_the_window(
         near |= set(range(int(low), min(int(high), len(white) - 1) + 1))
     fine = np.array(sorted(near), dtype=np.int64)
     shapes = _marks_of(bench, _marks(bench, fine), rough.sensor, len(white))
-    found = _signals(white, shapes, fine, last, rough.sensor, basis)
-    return next((h for h in found if h.kind == rough.kind), rough)
+    hypotheses = _signals(white, shapes, fine, last, rough.sensor, basis)
+    return next((h for h in hypotheses if h.kind == rough.kind), rough)
 
 
 def _marks(bench: Bench, onsets: NDArray[np.int64]) -> Array:
@@ -362,17 +362,17 @@ def _signals(
         along = np.nan_to_num((level * pulse).sum(axis=1) / (pulse**2).sum(axis=1))
         rest = level - along[:, None] * pulse
         step = spike + np.nan_to_num((rest @ y) ** 2 / (rest**2).sum(axis=1))
-    found = []
+    hypotheses = []
     for kind, gains in (("step", step), ("spike", spike), ("drift", drift)):
         gains = gains[begins]
         k = int(np.argmax(gains))
         stop = int(places[k]) + 1 if kind == "spike" else len(white)
-        found.append(_signal(kind, sensor, places[begins], gains, stop, len(white)))
+        hypotheses.append(_signal(kind, sensor, places[begins], gains, stop, len(white)))
     starts, stops, gains = _spells(level, pulse, y, places, begins)
     if len(gains):
         stop = int(stops[int(np.argmax(gains))]) + 1
-        found.append(_signal("spell", sensor, starts, gains, stop, len(white)))
-    return found
+        hypotheses.append(_signal("spell", sensor, starts, gains, stop, len(white)))
+    return hypotheses
 
 
 def _signal(
@@ -397,7 +397,7 @@ def _spells(
     if not len(first):
         return places[:0], places[:0], np.zeros(0)
     x = np.concatenate([level, pulse])
-    gram, seen = x @ x.T, x @ y
+    gram, projections = x @ x.T, x @ y
     a, b, p, q = first, then, first + len(places), then + len(places)
 
     def inner(i: NDArray[np.int64]) -> Array:
@@ -410,11 +410,11 @@ def _spells(
     normal[:, 0, 2] = normal[:, 2, 0] = inner(q)
     normal[:, 1, 1], normal[:, 2, 2] = gram[p, p], gram[q, q]
     normal[:, 1, 2] = normal[:, 2, 1] = gram[p, q]
-    right = np.stack([seen[a] - seen[b], seen[p], seen[q]], axis=-1)
+    right = np.stack([projections[a] - projections[b], projections[p], projections[q]], axis=-1)
     size, along = np.linalg.eigh(normal)  # no negative ones but for rounding; of nothing, nothing is gained
-    told = size > 1e-10 * size[:, -1:]
+    determined_axes = size > 1e-10 * size[:, -1:]
     part = (along.transpose(0, 2, 1) @ right[:, :, None])[:, :, 0]
-    return places[a], places[b], (part**2 / np.where(told, size, np.inf)).sum(axis=1)
+    return places[a], places[b], (part**2 / np.where(determined_axes, size, np.inf)).sum(axis=1)
 
 
 def _power(bench: Bench, white: Array, sensor: int) -> Array:
@@ -431,13 +431,13 @@ def _power(bench: Bench, white: Array, sensor: int) -> Array:
 
 def _noises(power: Array, alarm: tuple[int, int], sensor: int) -> list[_Hypothesis]:
     """More noise of one sensor around the alarm, for 16 windows, 32, ... up to the last."""
-    found = []
+    hypotheses = []
     for start in sorted({alarm[0], max(alarm[0] - RUN // 2, 0), max(alarm[0] - RUN + 1, 0)}):
         size = RUN
         while size < 2 * (len(power) - start):
-            found += _noise(power, start, min(start + size, len(power)), sensor)
+            hypotheses += _noise(power, start, min(start + size, len(power)), sensor)
             size *= 2
-    return found
+    return hypotheses
 
 
 def _noise(power: Array, start: int, stop: int, sensor: int) -> list[_Hypothesis]:
@@ -480,12 +480,12 @@ def _whole_spell(bench: Bench, cleaned: Array, first: _Hypothesis, n: int) -> li
 # -- faults out of hypotheses ----------------------------------------------------------------------------------
 
 
-def _joined(bench: Bench, found: list[_Explained], names: Sequence[str]) -> list[SensorFault]:
+def _joined(bench: Bench, explanations: list[_Explained], names: Sequence[str]) -> list[SensorFault]:
     """Faults with their spans: a step that is taken back ends there."""
     sizes, covariance = bench.sizes()
     faults: list[SensorFault] = []
     dt, end = bench.means.dt, len(bench.means)
-    for item in sorted(found, key=lambda e: e.best.start):
+    for item in sorted(explanations, key=lambda e: e.best.start):
         best = item.best
         at = item.columns[0] if item.columns else None
         size = _noise_factor(bench, best) if at is None else float(sizes[at])
@@ -515,8 +515,8 @@ def _noise_factor(bench: Bench, best: _Hypothesis) -> float:
     filter_ = bench.filters[1]
     effect = float(((filter_.roots[-1] @ bench.parity[:, best.sensor]) ** 2).sum())
     more = (best.ratio - 1) * bench.allowed / effect
-    own = float(bench.models[best.sensor].avar(bench.means.dt)) * bench.allowed
-    return math.sqrt(max(1 + more / own, 0.0))
+    model_variance = float(bench.models[best.sensor].avar(bench.means.dt)) * bench.allowed
+    return math.sqrt(max(1 + more / model_variance, 0.0))
 
 
 def _taken_back(faults: Sequence[SensorFault], later: SensorFault) -> list[int]:

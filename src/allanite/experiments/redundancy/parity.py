@@ -82,15 +82,15 @@ class ParityFilter:
         white = np.sqrt([sum(t.N**2 for t in m.terms if isinstance(t, White)) / dt for m in models])
         rest = np.array([s.noise for s in spaces]) - white**2
         shared = parity @ (np.outer(white, white) * correlation) @ parity.T
-        own = parity @ np.diag(np.maximum(rest, 0.0)) @ parity.T
-        seen = parity @ system.rows
+        independent_noise = parity @ np.diag(np.maximum(rest, 0.0)) @ parity.T
+        output_matrix = parity @ system.rows
         steps = _Recursion(
             transition=_padded(system.transition, q, np.eye(q)),
             process=_padded(system.process, q, np.zeros((q, q))),
-            output=np.hstack([seen, np.eye(q)]),
+            output=np.hstack([output_matrix, np.eye(q)]),
             shared=shared,
-            own=own,
-            states=seen.shape[1],
+            own=independent_noise,
+            states=output_matrix.shape[1],
             initial=system.initial,
         )
         return steps.run(parity, part, extra)
@@ -133,13 +133,13 @@ def _joined(spaces: Sequence[StateSpace]) -> _ParitySystem:
     transition, process, initial = (np.zeros((size, size)) for _ in range(3))
     rows, at = np.zeros((len(spaces), size)), 0
     for i, space in enumerate(spaces):
-        own = slice(at, at + space.size)
-        transition[own, own], process[own, own], initial[own, own] = (
+        block = slice(at, at + space.size)
+        transition[block, block], process[block, block], initial[block, block] = (
             space.transition,
             space.process,
             space.initial,
         )
-        rows[i, own] = space.output
+        rows[i, block] = space.output
         at += space.size
     return _ParitySystem(transition=transition, process=process, initial=initial, rows=rows)
 
@@ -211,11 +211,11 @@ class _Recursion:
     def _first(self, noise: Array) -> Array:
         """Covariance after the first window, which tells the constants: c = p - (seen s + v)."""
         size, s = len(self.transition), self.states
-        seen = self.output[:, :s]
-        cross = -seen @ self.initial
+        output_matrix = self.output[:, :s]
+        cross = -output_matrix @ self.initial
         out = np.zeros((size, size))
         out[:s, :s], out[s:, :s], out[:s, s:] = self.initial, cross, cross.T
-        out[s:, s:] = seen @ self.initial @ seen.T + noise
+        out[s:, s:] = output_matrix @ self.initial @ output_matrix.T + noise
         return out
 
     def _updated(self, covariance: Array, noise: Array) -> tuple[Array, Array, Array]:

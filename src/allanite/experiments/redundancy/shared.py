@@ -72,15 +72,15 @@ def allan_covariance(means: Array, dt: float, model: NoiseModel) -> AllanCovaria
     levels = np.nan_to_num(means - np.nanmean(means, axis=0)).T
     phases = np.concatenate([np.zeros((len(levels), 1)), np.cumsum(levels, axis=1)], axis=1)
     lags = octave_lags(rows, window=4)
-    found = allan_matrix(phases, edges.astype(np.int64).reshape(-1, 2), lags)
-    enough = np.logical_and.accumulate(found.count >= 2 * lags)
+    matrices = allan_matrix(phases, edges.astype(np.int64).reshape(-1, 2), lags)
+    enough = np.logical_and.accumulate(matrices.count >= 2 * lags)
     # gaps leave fewer windows: those of a shorter record
     free = [
         float(edf(model, [m], count + 2 * m - 1, dt, "mean")[0])
-        for m, count in zip(lags[enough].tolist(), found.count[enough].tolist(), strict=True)
+        for m, count in zip(lags[enough].tolist(), matrices.count[enough].tolist(), strict=True)
     ]
     return AllanCovariance(
-        tau=lags[enough].astype(np.float64) * dt, matrix=found.covariance[enough], edf=np.array(free)
+        tau=lags[enough].astype(np.float64) * dt, matrix=matrices.covariance[enough], edf=np.array(free)
     )
 
 
@@ -93,13 +93,13 @@ def pairs_of(
     count = len(names) * (len(names) - 1) // 2
     wide = normal_quantile(0.5 + confidence / 2) / spread
     strict = normal_quantile(1 - FALSE_PAIR / (2 * count)) / spread
-    found = []
+    pairs = []
     for i in range(len(names)):
         for j in range(i):
             scale = math.sqrt(c[i, i] * c[j, j])
             r = float(np.clip(c[i, j] / scale, -1 + 1e-12, 1 - 1e-12)) if scale > 0 else 0.0
             z = math.atanh(r)
-            found.append(
+            pairs.append(
                 SharedNoise(
                     first=names[j],
                     second=names[i],
@@ -110,7 +110,7 @@ def pairs_of(
                     seen=abs(z) > strict,
                 )
             )
-    return tuple(found)
+    return tuple(pairs)
 
 
 def correlation_kept(pairs: Sequence[SharedNoise], names: Sequence[str]) -> Array:

@@ -133,8 +133,8 @@ def joined_positions(
 
 def _in_unit_of(channel: Channel, recording: Recording) -> NDArray[np.float64]:
     """The same channel of another file, in the unit of the first."""
-    own = recording[channel.name]
-    if own.scale == channel.scale:
+    counterpart = recording[channel.name]
+    if counterpart.scale == channel.scale:
         return recording.values(channel.name)
     return recording.scaled(channel.name) / channel.scale
 
@@ -169,9 +169,11 @@ def _refuse_too_many(recordings: Sequence[Recording], missing: Sequence[int], ch
 def _pauses(recordings: Sequence[Recording], between: float) -> tuple[list[float], str]:
     """Time from each file to the next [s], by their stamps where all have them."""
     starts = [r.start for r in recordings]
-    told = f"the files do not say when they were recorded: {between:g} s are assumed between them (--between)"
+    assumption = (
+        f"the files do not say when they were recorded: {between:g} s are assumed between them (--between)"
+    )
     if any(start is None for start in starts):
-        return [between] * (len(recordings) - 1), told
+        return [between] * (len(recordings) - 1), assumption
     pauses = [
         ((later.start or 0) - (early.start or 0)) * 1e-9 - early.duration
         for early, later in zip(recordings, recordings[1:], strict=False)

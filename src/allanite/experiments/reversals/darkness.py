@@ -107,21 +107,21 @@ def goes_back_and_forth(runs: Sequence[Sequence[float]]) -> bool:
 
 
 def settle(
-    scene: SurgeScene, seen: Sequence[Turn], disturbed: Sequence[Disturbance], darks: Sequence[Dark]
+    scene: SurgeScene, visible_turns: Sequence[Turn], disturbed: Sequence[Disturbance], darks: Sequence[Dark]
 ) -> tuple[tuple[Turn, ...], tuple[Dark, ...], tuple[Dark, ...]]:
     """Turns hidden in dark stretches; stretches that hide none; stretches that nothing settles."""
     overloads = [d for d in darks if d.kind == "overload" and d.stop - d.start <= LONGEST * scene.rate]
-    if not seen and len(overloads) < 2:
+    if not visible_turns and len(overloads) < 2:
         overloads = []  # a single one is as well a fault of the meter
     hidden = [_hidden(d, 1, "out of range for as long as a turn") for d in overloads]
     rest = [d for d in darks if d not in overloads]
-    if not seen and not hidden:
+    if not visible_turns and not hidden:
         in_beat = _in_beat(scene, rest)
         hidden = [_hidden(d, 1, "out of sight at even intervals") for d in in_beat]
         rest = [d for d in rest if d not in in_beat]
-    if not seen and not hidden:  # a sensor at rest: nothing is hidden
+    if not visible_turns and not hidden:  # a sensor at rest: nothing is hidden
         return (), tuple(rest), ()
-    turns = sorted([*seen, *hidden], key=lambda t: t.start)
+    turns = sorted([*visible_turns, *hidden], key=lambda t: t.start)
     night = _Night(
         scene=scene,
         turns=turns,

@@ -97,11 +97,11 @@ def judge(scene: SurgeScene) -> SceneJudgement:
     doubtful = [_doubted(s) for s in scene.surges if _is_doubtful(scene, s, scale, limits)]
     sure = [s for s in scene.surges if not _is_doubtful(scene, s, scale, limits)]
     events = [_weighed(scene, s, scale, limits) for s in sure]
-    seen = tuple(e for e in events if isinstance(e, Turn))
+    visible_turns = tuple(e for e in events if isinstance(e, Turn))
     disturbed = [e for e in events if isinstance(e, Disturbance)]
     long = [d for d in scene.darks if d.stop - d.start >= HIDING * scene.rate]
     darks = sorted([*long, *doubtful], key=lambda d: d.start)
-    hidden, empty, unsettled = settle(scene, seen, disturbed, darks)
+    hidden, empty, unsettled = settle(scene, visible_turns, disturbed, darks)
     disturbed += [Disturbance(start=d.start, stop=d.stop, kind="knock") for d in empty if d in doubtful]
     disturbed += [Disturbance(start=d.start, stop=d.stop, kind=_name(d), hides=True) for d in unsettled]
     disturbed += [
@@ -109,7 +109,7 @@ def judge(scene: SurgeScene) -> SceneJudgement:
         for d in scene.darks
         if d.kind == "stuck" and d not in unsettled
     ]
-    turns = tuple(sorted((*seen, *hidden), key=lambda t: t.start))
+    turns = tuple(sorted((*visible_turns, *hidden), key=lambda t: t.start))
     return SceneJudgement(
         scale=scale,
         turns=turns,
@@ -117,7 +117,7 @@ def judge(scene: SurgeScene) -> SceneJudgement:
         beat=beat_of(turns),
         hidden=hidden,
         settled=tuple(d for d in empty if d not in doubtful),
-        returning=goes_back_and_forth(senses(seen, disturbed, darks)),
+        returning=goes_back_and_forth(senses(visible_turns, disturbed, darks)),
     )
 
 

@@ -160,17 +160,17 @@ def read_listing(
     cells = [(line, _cells(text, delimiter)) for line, text in rows]
     line, heading = cells[0]
     names = {**needed, **optional, **dict.fromkeys(texts, ())}
-    found: dict[str, int] = {}
+    column_numbers: dict[str, int] = {}
     factors: dict[str, float] = {}
     for i, cell in enumerate(heading):
         name, unit = _heading(cell, names)
-        if name in found:
+        if name in column_numbers:
             raise FormatError(f"{place.name}, line {line}: two columns {name!r}")
         if name:
-            found[name] = i
+            column_numbers[name] = i
             if name not in texts:
                 factors[name] = _factor(place.name, line, name, unit)
-    missing = [n for n in needed if n not in found]
+    missing = [n for n in needed if n not in column_numbers]
     if missing:
         raise FormatError(
             f"{place.name}, line {line}: no column {' and no column '.join(map(repr, missing))}; the heading must name "
@@ -179,13 +179,13 @@ def read_listing(
     body = cells[1:]
     if not body:
         raise FormatError(f"{place.name} holds a heading and no rows")
-    least = 1 + max(found[n] for n in needed)
+    least = 1 + max(column_numbers[n] for n in needed)
     for number, row in body:
         if len(row) < least:
             raise FormatError(
                 f"{place.name}, line {number}: {plural(len(row), 'cell')}, where the heading has {len(heading)}"
             )
-    columns = {n: tuple(row[i] if i < len(row) else "" for _, row in body) for n, i in found.items()}
+    columns = {n: tuple(row[i] if i < len(row) else "" for _, row in body) for n, i in column_numbers.items()}
     return Listing(
         file=place.name,
         lines=tuple(n for n, _ in body),

@@ -246,11 +246,15 @@ def _of_disturbances(scene: SurgeScene, judgement: SceneJudgement) -> Iterator[F
         )
 
 
-def off_schedule(scene: SurgeScene, turns: Sequence[Turn], seen: Sequence[Turn]) -> Iterator[Finding]:
+def off_schedule(
+    scene: SurgeScene, turns: Sequence[Turn], visible_turns: Sequence[Turn]
+) -> Iterator[Finding]:
     """Turns that a file or a period gives and the signal contradicts, and the other way round."""
     given = merge_spans(np.array([(t.start, t.stop) for t in turns], dtype=np.int64).reshape(-1, 2))
-    found = merge_spans(np.array([(t.start, t.stop) for t in seen], dtype=np.int64).reshape(-1, 2))
-    extra = [t for t in seen if not _touches(t, given)]
+    visible_spans = merge_spans(
+        np.array([(t.start, t.stop) for t in visible_turns], dtype=np.int64).reshape(-1, 2)
+    )
+    extra = [t for t in visible_turns if not _touches(t, given)]
     if extra:
         yield _finding(
             scene,
@@ -263,8 +267,8 @@ def off_schedule(scene: SurgeScene, turns: Sequence[Turn], seen: Sequence[Turn])
             "compare list and signal: is a turn missing, is the period right, does the time start with the record?",
             "if these were turns, the direction of all that follows is reversed",
         )
-    unseen = [t for t in turns if not _touches(t, found)]
-    if unseen and len(seen) > 0:
+    unseen = [t for t in turns if not _touches(t, visible_spans)]
+    if unseen and len(visible_turns) > 0:
         yield _finding(
             scene,
             "turn_not_seen",

@@ -89,10 +89,10 @@ def periodic_reversals(
     if phase is not None and not (math.isfinite(phase) and phase >= 0.0):
         raise InputError(f"phase must be seconds after the first sample, not {phase!r}")
     scene = survey(recording, channel_of(recording, channel))
-    seen = judge(scene)
+    scene_events = judge(scene)
     period = dwell * recording.rate
     begin = period if phase is None else phase * recording.rate
-    fitted = _fitted(seen.turns, period) if phase is None else None
+    fitted = _fitted(scene_events.turns, period) if phase is None else None
     begin, period = fitted or (begin, period)
     starts = np.arange(begin, recording.n_samples - GUARD * recording.rate, period)
     if len(starts) == 0:
@@ -104,7 +104,14 @@ def periodic_reversals(
         for a in starts.tolist()
     ]
     return _listed(
-        recording, scene, seen, turns, "period", first, dead_time, widen=bool(fitted) or phase is not None
+        recording,
+        scene,
+        scene_events,
+        turns,
+        "period",
+        first,
+        dead_time,
+        widen=bool(fitted) or phase is not None,
     )
 
 
@@ -211,18 +218,18 @@ def placed(
         )
         for p, q in zip(positions, positions[1:], strict=False)
     )
-    seen = judge(scene) if scene else None
+    scene_events = judge(scene) if scene else None
     return Reversals.cut(
         rate=recording.rate,
         n_samples=recording.n_samples,
         turns=turns,
         positions=positions,
-        disturbed=_rest(seen, turns) if seen else (),
+        disturbed=_rest(scene_events, turns) if scene_events else (),
         source="file",
         first=checked_first(direction_of(None, positions[0].sign)),
         dead_time=checked_dead_time(dead_time),
         guard=guard,
-        findings=_contradictions(scene, seen, positions, turns) if scene and seen else (),
+        findings=_contradictions(scene, scene_events, positions, turns) if scene and scene_events else (),
     )
 
 
@@ -232,7 +239,7 @@ def placed(
 def _listed(
     recording: Recording,
     scene: SurgeScene,
-    seen: SceneJudgement,
+    scene_events: SceneJudgement,
     given: Sequence[Turn],
     source: str,
     first: str | None,
@@ -242,8 +249,8 @@ def _listed(
 ) -> Reversals:
     """Reversals whose directions follow a list, and whose edges follow the signal."""
     start = checked_first(first)
-    turns = _widened(given, scene, seen) if widen else tuple(given)
-    disturbed = _rest(seen, turns)
+    turns = _widened(given, scene, scene_events) if widen else tuple(given)
+    disturbed = _rest(scene_events, turns)
     positions = positions_of(turns, (), scene.n_samples, first=heading_of(start), returning=False)
     return Reversals.cut(
         rate=recording.rate,
@@ -254,19 +261,21 @@ def _listed(
         source="period" if source == "period" else "file",
         first=start,
         dead_time=dead_time,
-        findings=tuple(off_schedule(scene, turns, [t for t in seen.turns if t not in seen.hidden])),
+        findings=tuple(
+            off_schedule(scene, turns, [t for t in scene_events.turns if t not in scene_events.hidden])
+        ),
     )
 
 
-def _fitted(seen: Sequence[Turn], period: float) -> tuple[float, float] | None:
+def _fitted(turns: Sequence[Turn], period: float) -> tuple[float, float] | None:
     """Beginning and period [samples] of the even grid through the turns of the signal; None if there is none.
 
     A turn number is given to each by the interval to the one before, so that missed turns and hidden ones do no
     harm, and a line is put through them by its median slope.
     """
-    if len(seen) < 3:
+    if len(turns) < 3:
         return None
-    starts = np.array([t.start for t in seen], dtype=np.float64)
+    starts = np.array([t.start for t in turns], dtype=np.float64)
     gaps = np.diff(starts)
     steps = np.maximum(np.round(gaps / period), 1.0)
     each = float(np.median(gaps / steps))
@@ -280,10 +289,13 @@ def _fitted(seen: Sequence[Turn], period: float) -> tuple[float, float] | None:
     return begin - each * math.floor(begin / each), each
 
 
-def _widened(given: Sequence[Turn], scene: SurgeScene, seen: SceneJudgement) -> tuple[Turn, ...]:
+def _widened(given: Sequence[Turn], scene: SurgeScene, scene_events: SceneJudgement) -> tuple[Turn, ...]:
     """Each turn together with the surge that it touches, or that is within two seconds; no surge twice."""
     slack = SLACK * scene.rate
-    surges: list[Turn | Disturbance] = [*seen.turns, *(d for d in seen.disturbed if d.kind == "knock")]
+    surges: list[Turn | Disturbance] = [
+        *scene_events.turns,
+        *(d for d in scene_events.disturbed if d.kind == "knock"),
+    ]
     surges.sort(key=lambda s: s.start)
     starts = np.array([s.start for s in surges], dtype=np.int64)
     stops = np.array([s.stop for s in surges], dtype=np.int64)
@@ -308,11 +320,14 @@ def _widened(given: Sequence[Turn], scene: SurgeScene, seen: SceneJudgement) -> 
     return tuple(out)
 
 
-def _rest(seen: SceneJudgement, turns: Sequence[Turn]) -> tuple[Disturbance, ...]:
+def _rest(scene_events: SceneJudgement, turns: Sequence[Turn]) -> tuple[Disturbance, ...]:
     """Everything in the signal that belongs to no turn of the list."""
     starts, stops = [t.start for t in turns], [t.stop for t in turns]
     out = []
-    parts: list[Turn | Disturbance] = [*(t for t in seen.turns if t not in seen.hidden), *seen.disturbed]
+    parts: list[Turn | Disturbance] = [
+        *(t for t in scene_events.turns if t not in scene_events.hidden),
+        *scene_events.disturbed,
+    ]
     for part in parts:
         i = int(np.searchsorted(stops, part.start, side="right"))
         inside = i < len(turns) and starts[i] <= part.start and part.stop <= stops[i]
@@ -332,11 +347,13 @@ def _scene_if_clear(recording: Recording, channel: str | None) -> SurgeScene | N
 
 
 def _contradictions(
-    scene: SurgeScene, seen: SceneJudgement, positions: Sequence[Position], turns: Sequence[Turn]
+    scene: SurgeScene, scene_events: SceneJudgement, positions: Sequence[Position], turns: Sequence[Turn]
 ) -> tuple[Finding, ...]:
     """What the signal shows between the first position and the last, and the list does not."""
     begin, end = positions[0].start, positions[-1].stop
-    inside = [t for t in seen.turns if begin <= t.start and t.stop <= end and t not in seen.hidden]
+    inside = [
+        t for t in scene_events.turns if begin <= t.start and t.stop <= end and t not in scene_events.hidden
+    ]
     return tuple(off_schedule(scene, turns, inside))
 
 

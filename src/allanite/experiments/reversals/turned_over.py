@@ -81,8 +81,8 @@ def turned_over(recording: Recording, channel: str, positions: Sequence[Position
 
 
 def _axis_of(name: str) -> str:
-    found = _AXIS.search(name)
-    return found[0].lower() if found else ""
+    match = _AXIS.search(name)
+    return match[0].lower() if match else ""
 
 
 def _means(recording: Recording, name: str, placed: Sequence[Position]) -> tuple[float, float] | None:

@@ -58,19 +58,19 @@ def unit_axes(
         More or fewer than three channels of a kind and no names, names that are not three different channels, a
         channel that measures something else, or no triad at all.
     """
-    found = UnitAxes(
+    axes = UnitAxes(
         gyro=_triad(recording, gyro, Kind.RATE),
         accelerometer=_triad(recording, accelerometer, Kind.ACCELERATION),
     )
-    twice = sorted(set(found.gyro) & set(found.accelerometer))
+    twice = sorted(set(axes.gyro) & set(axes.accelerometer))
     if twice:
         raise InputError(f"{', '.join(twice)} cannot be gyro and accelerometer at once")
-    if not found.names:
+    if not axes.names:
         raise InputError(
             f"neither three gyros nor three accelerometers: the recording has {_listing(recording)}"
             f"{_way_out(recording)}"
         )
-    return found
+    return axes
 
 
 def _triad(recording: Recording, given: Sequence[str] | None, kind: Kind) -> tuple[str, ...]:

@@ -77,10 +77,10 @@ def held_by_hand(recording: Recording, axes: UnitAxes, spans: ArrayLike) -> bool
     parts = [p for a, b in places.tolist() if (p := _followed(cells, center, a, b)) is not None]
     if not parts:
         return False
-    both, predicted, seen, count = np.sum(parts, axis=0).tolist()
-    if not predicted * seen > 0:
+    both, predicted, measured, count = np.sum(parts, axis=0).tolist()
+    if not predicted * measured > 0:
         return False
-    coefficient = both / math.sqrt(predicted * seen)
+    coefficient = both / math.sqrt(predicted * measured)
     return bool(coefficient > max(FOLLOWS, CHANCE / math.sqrt(count)))
 
 
@@ -140,5 +140,5 @@ def _center(recording: Recording, axes: UnitAxes, edges: NDArray[np.int64]) -> A
 
 def _means(recording: Recording, axes: UnitAxes, edges: NDArray[np.int64]) -> Array:
     y = np.stack([recording.scaled(n) for n in axes.accelerometer], axis=-1)
-    found = [np.nanmean(y[a:b], axis=0) for a, b in edges.tolist() if np.isfinite(y[a:b]).any(axis=0).all()]
-    return np.array(found).reshape(-1, 3)
+    means = [np.nanmean(y[a:b], axis=0) for a, b in edges.tolist() if np.isfinite(y[a:b]).any(axis=0).all()]
+    return np.array(means).reshape(-1, 3)

@@ -88,9 +88,9 @@ def find_static_spans(
     cells = cut(recording, axes.names, lambda part: advance(0.8 * part, "reading the samples"))
     advance(0.8, "looking for rest")
     sampling = [recording[name].sampling for name in axes.names]
-    seen = scan(cells, models, sampling)
+    rest_scan = scan(cells, models, sampling)
     given = [m is not None for m in models]
-    state = _states(cells, seen, axes, length, given=any(given))
+    state = _states(cells, rest_scan, axes, length, given=any(given))
     spans, moving = _spans(cells, state, recording.n_samples)
     advance(1.0, "looking for rest")
     return StaticSpans(
@@ -104,9 +104,9 @@ def find_static_spans(
         noise="model" if all(given) else "both" if any(given) else "record",
         alarm=ALARM,
         shortest=length,
-        floor={n: float(v) for n, v in zip(axes.names, seen.white, strict=True)},
-        level=level_of(cells, seen.ratio),
-        findings=remarks(cells, seen, axes, moving, bool(spans)),
+        floor={n: float(v) for n, v in zip(axes.names, rest_scan.white, strict=True)},
+        level=level_of(cells, rest_scan.ratio),
+        findings=remarks(cells, rest_scan, axes, moving, bool(spans)),
     )
 
 
@@ -132,25 +132,27 @@ def _models(
         )
     one = isinstance(model, NoiseModel)  # of a mapping a name or role says enough
     kinds = {name: recording[name].kind if one else Kind.UNKNOWN for name in axes.names}
-    found = models_of(model, kinds, roles=axes.triads, needed=False)
-    return [found.get(name) for name in axes.names]
+    models_by_channel = models_of(model, kinds, roles=axes.triads, needed=False)
+    return [models_by_channel.get(name) for name in axes.names]
 
 
 # -- what each cell is ----------------------------------------------------------------------------------------
 
 
-def _states(cells: ChannelCells, seen: RestScan, axes: UnitAxes, shortest: float, *, given: bool) -> States:
+def _states(
+    cells: ChannelCells, rest_scan: RestScan, axes: UnitAxes, shortest: float, *, given: bool
+) -> States:
     """Number of the kind of each cell, shape (n,)."""
-    state: States = np.where(seen.quiet, _QUIET, np.where(cells.whole, _MOVING, _MISSING))
+    state: States = np.where(rest_scan.quiet, _QUIET, np.where(cells.whole, _MOVING, _MISSING))
     state[(state == _QUIET) & _widened(state == _MOVING, max(round(GUARD / cells.length), 1))] = _BESIDE
     _without(state, frozen(cells, runs(state == _QUIET)), _FROZEN)
     least = shortest / cells.length - 1e-9
     _without(state, [(a, b) for a, b in runs(state == _QUIET) if b - a < least], _SHORT)
     quiet = runs(state == _QUIET)
-    _without(state, turning(cells, seen, axes, quiet), _TURNING)
-    if not given and held(cells, seen, axes, runs(state == _QUIET)):
+    _without(state, turning(cells, rest_scan, axes, quiet), _TURNING)
+    if not given and held(cells, rest_scan, axes, runs(state == _QUIET)):
         state[state == _QUIET] = _HELD
-    if not given and smooth(seen):
+    if not given and smooth(rest_scan):
         state[state == _QUIET] = _SMOOTH
     return state
 

@@ -156,16 +156,16 @@ def _usual(levels: Sequence[Array], length: float) -> list[float]:
         if np.median(x[x > bar]) - np.median(x[x <= bar]) < math.log(APART):
             return []
         quiet &= level <= math.exp(bar)
-    found = [(a, b) for a, b in runs(quiet) if (b - a) * length >= SHORTEST]
-    if len(found) < 2:
+    rests = [(a, b) for a, b in runs(quiet) if (b - a) * length >= SHORTEST]
+    if len(rests) < 2:
         return []
-    weight = np.minimum([(b - a) * length for a, b in found], COUNTED)
+    weight = np.minimum([(b - a) * length for a, b in rests], COUNTED)
     out = []
     for level in levels:
-        own = np.array([np.median(level[a:b]) for a, b in found])
-        order = np.argsort(own)
+        rest_levels = np.array([np.median(level[a:b]) for a, b in rests])
+        order = np.argsort(rest_levels)
         reached = np.cumsum(weight[order]) >= 0.5 * weight.sum()
-        out.append(float(own[order][int(np.argmax(reached))]))
+        out.append(float(rest_levels[order][int(np.argmax(reached))]))
     return out
 
 

@@ -112,14 +112,14 @@ class PositionMeans:
             Of some of its axes alone.
         """
         three = list(names)
-        told = [name for name in three if name in self.sd]
-        if not told:
+        names_with_sd = [name for name in three if name in self.sd]
+        if not names_with_sd:
             return None
-        if len(told) < len(three):
-            lacking = ", ".join(name for name in three if name not in told)
+        if len(names_with_sd) < len(three):
+            lacking = ", ".join(name for name in three if name not in names_with_sd)
             raise InputError(
-                f"the table has standard deviations of {', '.join(told)}, and none of {lacking}: give all three, or "
-                "none"
+                f"the table has standard deviations of {', '.join(names_with_sd)}, and none of {lacking}: give all "
+                "three, or none"
             )
         return np.stack([self.sd[name] for name in three], axis=1)
 
@@ -151,30 +151,32 @@ def means_of(
         recording.source or "the table",
         "A log of samples is read without --means",
     )
-    own = {
+    column_names = {
         what: name for name in recording.names for what, names in _COLUMNS.items() if _plain(name) in names
     }
-    rest = [name for name in recording.names if name not in own.values()]
+    rest = [name for name in recording.names if name not in column_names.values()]
     pairs = _deviations(rest)
     rows = recording.select(*(name for name in rest if name not in pairs))
-    sd, remarks = _uncertainties(recording, pairs, own.get("count"), sd_of)
-    start = _column(recording, own, "start")
-    duration = _column(recording, own, "duration")
-    if duration is None and start is not None and "stop" in own:
-        stop = _column(recording, own, "stop")
+    sd, remarks = _uncertainties(recording, pairs, column_names.get("count"), sd_of)
+    start = _column(recording, column_names, "start")
+    duration = _column(recording, column_names, "duration")
+    if duration is None and start is not None and "stop" in column_names:
+        stop = _column(recording, column_names, "stop")
         duration = None if stop is None else stop - start
     if duration is None and averaging is not None:
         duration = np.full(recording.n_samples, float(averaging))
     if duration is not None and not (np.isfinite(duration).all() and (duration > 0).all()):
         raise InputError("the time over which each row was averaged must be positive seconds in every row")
     if start is not None and not (np.isfinite(start).all() and (np.diff(start) > 0).all()):
-        raise InputError(f"column {own['start']}: the times of the positions must grow from row to row")
+        raise InputError(
+            f"column {column_names['start']}: the times of the positions must grow from row to row"
+        )
     return PositionMeans(
         rows=rows,
         sd=sd,
         start=start,
         duration=duration,
-        heading=_column(recording, own, "heading"),
+        heading=_column(recording, column_names, "heading"),
         remarks=remarks,
     )
 
@@ -183,11 +185,11 @@ def _plain(name: str) -> str:
     return re.sub(r"[\W_]+", "", name.casefold())
 
 
-def _column(recording: Recording, own: Mapping[str, str], what: str) -> Array | None:
+def _column(recording: Recording, column_names: Mapping[str, str], what: str) -> Array | None:
     """A column that is no reading, in SI."""
-    if what not in own:
+    if what not in column_names:
         return None
-    name = own[what]
+    name = column_names[what]
     try:
         factor = parse_unit(recording[name].unit, _QUANTITIES[what]).factor
     except InputError:  # none, or that of all readings
@@ -214,12 +216,12 @@ def _deviations(names: Iterable[str]) -> dict[str, tuple[str, str]]:
     """Columns of standard deviations, with the channel and the mark of each."""
     listed = list(names)
     plain = {"".join(p for p in re.split(r"[\W_]+", n.casefold()) if p not in _MEAN): n for n in listed}
-    found = {}
+    deviations = {}
     for name in listed:
         rest, mark = _marked(name)
         if mark and plain.get(rest, name) != name:
-            found[name] = (plain[rest], mark)
-    return found
+            deviations[name] = (plain[rest], mark)
+    return deviations
 
 
 def _uncertainties(
@@ -228,11 +230,11 @@ def _uncertainties(
     """Of the means, and how the columns were understood."""
     if not pairs:
         return {}, ()
-    said = {sd_of or _MARKS[mark] for _, mark in pairs.values()}
+    meanings = {sd_of or _MARKS[mark] for _, mark in pairs.values()}
     names = ", ".join(pairs)
-    if len(said) > 1:
+    if len(meanings) > 1:
         raise InputError(f"columns {names}: some are of readings, some of means; say which with --sd-of")
-    of_means = said == {"means"}
+    of_means = meanings == {"means"}
     if not of_means and count is None:
         raise InputError(
             f"columns {names}: standard deviations of the readings, or of their means? Say --sd-of means; those of "
@@ -249,17 +251,17 @@ def _uncertainties(
             f"columns {names} are taken for standard deviations of the readings, and divided by the root of their "
             f"number ({count}), as of white noise; slow noise is seen in the scatter of the positions alone"
         )
-    found = {}
+    uncertainties = {}
     for name, (of, _) in pairs.items():
         sd = np.asarray(recording.values(name) * _scale(recording[name], recording[of]) / root)
         if not (np.isfinite(sd).all() and (sd > 0).all()):
             raise InputError(f"column {name}: standard deviations must be positive numbers in every row")
-        found[of] = sd
-    return found, (words,)
+        uncertainties[of] = sd
+    return uncertainties, (words,)
 
 
-def _scale(own: Channel, of: Channel) -> float:
+def _scale(channel: Channel, of: Channel) -> float:
     """To SI, by the unit of the column, or that of its means where it has none."""
-    if own.kind is of.kind and of.kind is not Kind.UNKNOWN:
-        return own.scale
-    return parse_unit(own.unit).factor if own.unit else of.scale
+    if channel.kind is of.kind and of.kind is not Kind.UNKNOWN:
+        return channel.scale
+    return parse_unit(channel.unit).factor if channel.unit else of.scale

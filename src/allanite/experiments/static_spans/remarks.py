@@ -21,11 +21,11 @@ FOREIGN = 2.0
 
 
 def remarks(
-    cells: ChannelCells, seen: RestScan, axes: UnitAxes, moving: Sequence[MovingSpan], found: bool
+    cells: ChannelCells, rest_scan: RestScan, axes: UnitAxes, moving: Sequence[MovingSpan], has_rest: bool
 ) -> tuple[str, ...]:
     """Findings about the spans of a record, the gravest first."""
     names = np.array(axes.names)
-    out = [] if found else [_nothing(cells, moving)]
+    out = [] if has_rest else [_nothing(cells, moving)]
     empty = cells.count.sum(axis=0) == 0
     dead = ~empty & ~np.isfinite(cells.step)
     if empty.any():
@@ -37,12 +37,12 @@ def remarks(
             f"{_listed(names, dead)} {_hold(dead)} one value throughout, and shows no motion: is it connected?"
         )
     dead |= empty
-    foreign = seen.over_model > FOREIGN
+    foreign = rest_scan.over_model > FOREIGN
     if foreign.any():
         out.append(
-            f"the quietest parts of {_listed(names, foreign)} move {np.nanmax(seen.over_model):.3g} times as much from "
-            "sample to sample as the model says: is it the model of this sensor, in this unit? Without a model the "
-            "record's own floor is taken"
+            f"the quietest parts of {_listed(names, foreign)} move {np.nanmax(rest_scan.over_model):.3g} times as "
+            "much from sample to sample as the model says: is it the model of this sensor, in this unit? Without a "
+            "model the record's own floor is taken"
         )
     kinds = {m.why for m in moving}
     if "turning" in kinds:
@@ -52,13 +52,13 @@ def remarks(
         )
     if "frozen" in kinds:
         out.append(f"{_count(moving, 'frozen')} left out: {WHY['frozen']}")
-    flat = (seen.fall > FLAT) & ~seen.counted
-    if found and flat.any():
+    flat = (rest_scan.fall > FLAT) & ~rest_scan.counted
+    if has_rest and flat.any():
         out.append(
             f"what passes for noise of {_listed(names, flat)} does not fall over means of 0.05 to 0.8 s, as that of "
             "most sensors at rest does: the record may hold no rest but a hand that holds still. A noise model tells"
         )
-    counted = seen.counted & ~dead
+    counted = rest_scan.counted & ~dead
     if counted.any():
         out.append(
             f"the noise of {_listed(names, counted)} is below one count: motion below that is not seen"
@@ -81,8 +81,8 @@ def _nothing(cells: ChannelCells, moving: Sequence[MovingSpan]) -> str:
     parts = {m.why: _length(moving, m.why) for m in moving}
     size = cells.size * cells.n
     words = [f"{100 * n / size:.3g} % {WHY[why]}" for why, n in sorted(parts.items(), key=lambda p: -p[1])]
-    said = f"nothing is at rest for long enough: {'; '.join(words) or 'no samples'}"
-    return said + (
+    statement = f"nothing is at rest for long enough: {'; '.join(words) or 'no samples'}"
+    return statement + (
         "; a noise model of the sensors (--model) tells rest from slow motion" if "smooth" in parts else ""
     )
 

@@ -249,8 +249,8 @@ class _Scanner:
         for i, axis in enumerate(energy.T):
             dof = _scatter_dof(axis, nominal, width)
             high = chi_square(dof, 1 - 1e-4)
-            found = lowest_level(axis, dof, high)
-            level[i] = found if math.isfinite(found) else 0.0
+            lowest = lowest_level(axis, dof, high)
+            level[i] = lowest if math.isfinite(lowest) else 0.0
             known[i] = max(np.count_nonzero(axis < high * level[i]) / width * dof, 1.0)
         return level, known
 
@@ -317,12 +317,12 @@ class _Scanner:
 
 def _windows(cells: ChannelCells) -> Iterator[_Window]:
     """All kinds of windows, the shortest first."""
-    found = [_Window(m=0, row=1, cells=w) for w in FINE]
+    windows = [_Window(m=0, row=1, cells=w) for w in FINE]
     m = 1
     while m == 1 or m * cells.length <= LONGEST:
-        found += [_Window(m=m, row=1, cells=2 * m), _Window(m=m, row=ROW, cells=(ROW + 1) * m)]
+        windows += [_Window(m=m, row=1, cells=2 * m), _Window(m=m, row=ROW, cells=(ROW + 1) * m)]
         m *= 2
-    return iter(sorted((w for w in found if w.cells <= cells.n), key=lambda w: (w.cells, w.m)))
+    return iter(sorted((w for w in windows if w.cells <= cells.n), key=lambda w: (w.cells, w.m)))
 
 
 def _running(values: Array | Mask) -> Array:

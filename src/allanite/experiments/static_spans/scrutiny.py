@@ -39,16 +39,16 @@ def frozen(cells: ChannelCells, spans: Spans) -> list[tuple[int, int]]:
     share = np.array([cells.equal[a:b].sum(axis=0) for a, b in spans]) / np.maximum(steps, 1)
     usual = (share * steps).sum(axis=0) / steps.sum(axis=0)
     noisy = (np.median(share, axis=0) < 0.5) & (usual < 0.9)
-    found = []
+    frozen_spans = []
     width = max(round(STUCK / cells.length), 2)
     for a, b in spans:
         still = (cells.equal[a:b] == cells.steps[a:b]) & (cells.steps[a:b] > 0) & noisy
         for axis in still.T:
-            found += [(a + i, a + j) for i, j in runs(axis) if j - i >= width]
-    return found
+            frozen_spans += [(a + i, a + j) for i, j in runs(axis) if j - i >= width]
+    return frozen_spans
 
 
-def turning(cells: ChannelCells, seen: RestScan, axes: UnitAxes, spans: Spans) -> list[tuple[int, int]]:
+def turning(cells: ChannelCells, rest_scan: RestScan, axes: UnitAxes, spans: Spans) -> list[tuple[int, int]]:
     """Spans whose mean rate is off that of most of the time, by more than the bias of a sensor wanders.
 
     How much it wanders the spans show themselves, by the median; and nothing below a hundredth of the largest rate of
@@ -61,14 +61,14 @@ def turning(cells: ChannelCells, seen: RestScan, axes: UnitAxes, spans: Spans) -
     level = _weighted_median(rates, length)
     size = np.linalg.norm(rates - level, axis=1)
     usual = float(np.median(size)) / 0.6745
-    noise = float(np.linalg.norm(seen.white[:3])) / np.sqrt(length)
+    noise = float(np.linalg.norm(rest_scan.white[:3])) / np.sqrt(length)
     with np.errstate(invalid="ignore"):
         largest = float(np.nanmax(np.linalg.norm(cells.mean[:, :3] - level, axis=1)))
     off = (size > OFF * (usual + noise) + 2 * EARTH_RATE) & (size > PART * largest)
     return [span for span, is_off in zip(spans, off.tolist(), strict=True) if is_off]
 
 
-def held(cells: ChannelCells, seen: RestScan, axes: UnitAxes, spans: Spans) -> bool:
+def held(cells: ChannelCells, rest_scan: RestScan, axes: UnitAxes, spans: Spans) -> bool:
     """True when the accelerometers wander as the gyros turn: what passes for noise is motion.
 
     In each span the change of the mean force is regressed on the angle turned by the gyros, in each axis; at rest both
@@ -90,7 +90,7 @@ def held(cells: ChannelCells, seen: RestScan, axes: UnitAxes, spans: Spans) -> b
         turned = turned - turned.mean(axis=0)
         change = change - change.mean(axis=0)
         scale = np.linalg.norm(change, axis=0)
-        scale[scale < seen.tolerance[3:] * np.sqrt(len(change))] = (
+        scale[scale < rest_scan.tolerance[3:] * np.sqrt(len(change))] = (
             0.0  # steps of the samples, not of the unit
         )
         basis, values, _ = np.linalg.svd(turned, full_matrices=False)
@@ -108,10 +108,10 @@ def held(cells: ChannelCells, seen: RestScan, axes: UnitAxes, spans: Spans) -> b
     return bool(adjusted > FOLLOWED and _tail(share, dof, rest) < CHANCE)
 
 
-def smooth(seen: RestScan) -> bool:
+def smooth(rest_scan: RestScan) -> bool:
     """True when no axis has noise that falls over longer means: what is left of the record is slow motion."""
-    known = np.isfinite(seen.fall) & ~seen.counted
-    return bool(np.count_nonzero(known) >= 3 and (seen.fall[known] > FLAT).all())
+    known = np.isfinite(rest_scan.fall) & ~rest_scan.counted
+    return bool(np.count_nonzero(known) >= 3 and (rest_scan.fall[known] > FLAT).all())
 
 
 def _tail(share: float, dof: float, rest: float) -> float:

@@ -50,19 +50,19 @@ def headed_by_earth(observed: Observed, solution: CalibrationSolution) -> State 
     level = observed.means[GYRO] - solution.residual[rows].reshape(-1, 3)  # all but the heading is in it
     force = observed.force(state.attitudes)  # whatever the heading
     level = level - errors.seen(np.swapaxes(state.attitudes, -1, -2) @ state.earth, observed.warmer, force)
-    attitudes, found = state.attitudes.copy(), False
+    attitudes, is_better = state.attitudes.copy(), False
     for chain in chains:
         costs = []
         for k in range(TRIED):
             turned = rotation([0.0, 0.0, 2 * math.pi * k / TRIED]) @ state.attitudes[chain]
             earth = np.swapaxes(turned, -1, -2) @ state.earth
-            seen = errors.seen(earth, observed.warmer[chain], force[chain]) + level[chain]
-            costs.append(float((((observed.means[GYRO][chain] - seen) / sd[chain]) ** 2).sum()))
+            predicted = errors.seen(earth, observed.warmer[chain], force[chain]) + level[chain]
+            costs.append(float((((observed.means[GYRO][chain] - predicted) / sd[chain]) ** 2).sum()))
         best = int(np.argmin(costs))
         if costs[best] < costs[0] - BETTER:
             attitudes[chain] = rotation([0.0, 0.0, 2 * math.pi * best / TRIED]) @ state.attitudes[chain]
-            found = True
-    return replace(state, attitudes=attitudes) if found else None
+            is_better = True
+    return replace(state, attitudes=attitudes) if is_better else None
 
 
 def _chains(observed: Observed) -> list[NDArray[np.int64]]:

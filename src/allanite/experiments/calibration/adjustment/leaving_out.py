@@ -70,8 +70,8 @@ def _misfit(total: Array, unknowns: Array, residual: Array, rows: Index, others:
     return max(every[0] - rest[0], 0.0), every[1] - rest[1]
 
 
-def _left(table: Array, seen: Array) -> tuple[float, int]:
+def _left(table: Array, observations: Array) -> tuple[float, int]:
     """Sum of squares that a least squares leaves, and its degrees of freedom."""
     basis = _independent(table)
-    out = seen - basis @ (basis.T @ seen)
-    return float(out @ out), len(seen) - basis.shape[1]
+    out = observations - basis @ (basis.T @ observations)
+    return float(out @ out), len(observations) - basis.shape[1]

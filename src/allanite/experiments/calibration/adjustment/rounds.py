@@ -209,9 +209,9 @@ def adjust(
     if not asks or ACCELEROMETER not in plain.rows or plain.pure[GYRO].dof < LEAST_DOF:
         return _finished(plain, earth)
     following = _with_gravity(observed, weights, plain.solution.state)
-    found = _widened(*following, earth, always, never)
-    helps = _excess(found) < EXPLAINED**2 * _excess(plain) and _by_chance(plain, found) < CHANCE
-    return _finished(found if helps else plain, earth)
+    extended = _widened(*following, earth, always, never)
+    helps = _excess(extended) < EXPLAINED**2 * _excess(plain) and _by_chance(plain, extended) < CHANCE
+    return _finished(extended if helps else plain, earth)
 
 
 def _unheaded(
@@ -228,9 +228,9 @@ def _unheaded(
     )
     left = blind.solution.residual[blind.rows[GYRO]]
     if float(np.sqrt(np.mean(left**2))) < SEEN * earth.sd:
-        found = _finished(_widened(observed, weights, start, earth, always, never), earth)
-        if found.solution.converged and found.earth is not None and found.earth.resolved:
-            return found
+        adjustment = _finished(_widened(observed, weights, start, earth, always, never), earth)
+        if adjustment.solution.converged and adjustment.earth is not None and adjustment.earth.resolved:
+            return adjustment
     return _finished(blind, None)
 
 
@@ -260,11 +260,11 @@ def _with_gravity(observed: Observed, weights: Weights, state: State) -> tuple[O
     return _following_gravity(observed, state), weights, start
 
 
-def _by_chance(plain: Adjustment, found: Adjustment) -> float:
+def _by_chance(plain: Adjustment, extended: Adjustment) -> float:
     """Probability that unknowns without meaning take so much off the chi-square of the gyros at rest: Fisher's law."""
     from scipy.special import fdtrc
 
-    before, after = plain.pure[GYRO], found.pure[GYRO]
+    before, after = plain.pure[GYRO], extended.pure[GYRO]
     spent = before.dof - after.dof
     if not (spent > 0 and after.dof > 0 and after.chi2 > 0):
         return 1.0
@@ -368,17 +368,22 @@ def _fit(observed: Observed, weights: Weights, start: State, earth: Earth | None
 
 def _finished(fit: Adjustment, earth: Earth | None) -> Adjustment:
     """With the Earth held to its rate where it is seen, and the laws of the parameters."""
-    solution, seen = fit.solution, None
+    solution, earth_estimate = fit.solution, None
     if earth is not None:
-        seen = _seen(solution, earth)
-        if seen.resolved and abs(seen.length - seen.expected) < AGREES * seen.length_sd:
-            solution = _fit(fit.observed, fit.weights, solution.state, replace(earth, length=seen.expected))
+        earth_estimate = _seen(solution, earth)
+        if (
+            earth_estimate.resolved
+            and abs(earth_estimate.length - earth_estimate.expected) < AGREES * earth_estimate.length_sd
+        ):
+            solution = _fit(
+                fit.observed, fit.weights, solution.state, replace(earth, length=earth_estimate.expected)
+            )
     return replace(
         fit,
         solution=solution,
         kinds={name: shift(solution, rows) for name, rows in fit.rows.items()},
         dof=parameter_dof(solution, fit.shapes, fit.sizes),
-        earth=seen,
+        earth=earth_estimate,
     )
 
 

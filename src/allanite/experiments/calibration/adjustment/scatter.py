@@ -85,12 +85,14 @@ def group_of(solution: CalibrationSolution, rows: Index) -> ScatterGroup:
     )
 
 
-def _group(projector: Array, noise: Array, seen: Array) -> ScatterGroup:
+def _group(projector: Array, noise: Array, weighted_residual: Array) -> ScatterGroup:
     product = projector @ noise
     mean, square = float(np.trace(product)), float(np.einsum("ij,ji->", product, product))
     if mean < 0.05:  # nothing controls these observations
         return ScatterGroup(chi2=0.0, dof=0.0)
-    return ScatterGroup(chi2=float(seen @ noise @ seen) * mean / square, dof=mean**2 / square)
+    return ScatterGroup(
+        chi2=float(weighted_residual @ noise @ weighted_residual) * mean / square, dof=mean**2 / square
+    )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -200,13 +202,13 @@ def _scores(contrasts: Contrasts, parts: list[Array], x: Array) -> tuple[tuple[A
     """Slope of the likelihood by the logarithms of the variances; logarithms of found over expected; information."""
     v = np.eye(len(contrasts.seen)) + sum(a * p for a, p in zip(x, parts, strict=True))
     inverse = np.linalg.inv(v)
-    seen = inverse @ contrasts.seen
+    weighted_contrasts = inverse @ contrasts.seen
     products = [inverse @ p for p in parts]
-    found = np.array([float(seen @ p @ seen) for p in parts])
+    observed = np.array([float(weighted_contrasts @ p @ weighted_contrasts) for p in parts])
     expected = np.array([float(np.trace(p)) for p in products])
     curve = np.array([[float(np.einsum("ij,ji->", a, b)) for b in products] for a in products])
-    ratio = np.log(np.maximum(found, 1e-300) / expected)
-    return (0.5 * (found - expected) * x, ratio), 0.5 * curve * np.outer(x, x)
+    ratio = np.log(np.maximum(observed, 1e-300) / expected)
+    return (0.5 * (observed - expected) * x, ratio), 0.5 * curve * np.outer(x, x)
 
 
 def parameter_dof(solution: CalibrationSolution, shapes: Mapping[str, Array], sizes: Sizes) -> Array:
@@ -260,9 +262,9 @@ def shift(solution: CalibrationSolution, rows: Index) -> tuple[float, int]:
     projector = solution.projector[np.ix_(rows, rows)]
     factor = np.linalg.cholesky(solution.noise[np.ix_(rows, rows)])
     control, turned = np.linalg.eigh(factor.T @ projector @ factor)
-    seen = turned.T @ (factor.T @ (solution.projector[rows] @ solution.residual))
+    components = turned.T @ (factor.T @ (solution.projector[rows] @ solution.residual))
     used = control > CONTROLLED
-    return float((seen[used] ** 2 / control[used]).sum()), int(used.sum())
+    return float((components[used] ** 2 / control[used]).sum()), int(used.sum())
 
 
 def deletion(

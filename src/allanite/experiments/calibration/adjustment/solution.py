@@ -253,15 +253,15 @@ def solve(
         for _ in range(HALVINGS):
             moved = _held(state.moved(*(length * c for c in change)), earth)
             predicted = linearise(observed, moved)
-            found = _system(observed, moved, predicted, whitener, plausible, earth, fixed, directions)
+            trial = _system(observed, moved, predicted, whitener, plausible, earth, fixed, directions)
             # the valley of what is hardly determined is bent: a whole step leaves it, and the next one comes back
             # deeper; only where that fails are steps held to its floor
-            if count <= STEPS // 2 or small or found.cost <= system.cost * (1 + 1e-9):
+            if count <= STEPS // 2 or small or trial.cost <= system.cost * (1 + 1e-9):
                 break
             length /= 2
-        if count > PATIENT and abs(found.cost - system.cost) < FLAT:
+        if count > PATIENT and abs(trial.cost - system.cost) < FLAT:
             small = _small(change[0], system, plausible, NEAR)
-        state, system, converged = moved, found, small and length == 1
+        state, system, converged = moved, trial, small and length == 1
         if count in (2, 4):  # white noise of a turn, in the axes that the calibration makes of it
             whitener = _whitener(weights, observed, state, predicted)
             system = _system(observed, state, predicted, whitener, plausible, earth, fixed)

@@ -145,11 +145,13 @@ class TurningSamples:
         m, begin = len(self.dt), self.edges
         out = np.zeros((m, 3, m, 3))
         for k in range(m):
-            own = half[begin[k] : begin[k + 1]]
-            out[k, :, k] = np.einsum("nij,nkj->ik", own, own)
+            factors = half[begin[k] : begin[k + 1]]
+            out[k, :, k] = np.einsum("nij,nkj->ik", factors, factors)
             if self.shared is not None and self.shared[k]:
                 count = self.shared[k]
-                out[k, :, k - 1] = np.einsum("nij,nkj->ik", own[:count], half[begin[k] - count : begin[k]])
+                out[k, :, k - 1] = np.einsum(
+                    "nij,nkj->ik", factors[:count], half[begin[k] - count : begin[k]]
+                )
                 out[k - 1, :, k] = out[k, :, k - 1].T
         return out.reshape(3 * m, 3 * m)
 

@@ -180,9 +180,9 @@ def weights_of(
     unit_walk = NoiseModel.of(RandomWalk(K=1.0))
     density, angle = np.zeros(3), np.zeros((0, 3))
     for sensor, three in models.items():
-        own = [replace(spans[sensor], whole=whole[sensor][:, axis]) for axis in range(3)]
+        axis_spans = [replace(spans[sensor], whole=whole[sensor][:, axis]) for axis in range(3)]
         unit = gains[sensor] ** 2
-        both = list(zip(three, own, strict=True))
+        both = list(zip(three, axis_spans, strict=True))
         at_rest[sensor] = (np.stack([interval_covariance(m, i) for m, i in both]) + coarse[sensor]) / unit
         walk[sensor] = about_mean(unit_walk, spans[sensor])
         if sensor == GYRO and turns is not None:

@@ -34,18 +34,18 @@ MOST = 20_000_000
 
 
 def aided_of(
-    recording: Recording, channel: str, table: RateTable, found: TableSolution, model: NoiseModel
+    recording: Recording, channel: str, table: RateTable, solution: TableSolution, model: NoiseModel
 ) -> tuple[Aided, Array] | None:
     """The filtered record, and what is left of each stretch of the table; None where the model has no such filter."""
     slow = [t for t in model.terms if isinstance(t, (Flicker, GaussMarkov))]
-    own = tuple(t for t in model.terms if isinstance(t, (White, Flicker, GaussMarkov, RandomWalk)))
-    walks = [t for t in own if isinstance(t, RandomWalk)]
-    if len(slow) != 1 or len(walks) > 1 or not any(isinstance(t, White) for t in own):
+    terms = tuple(t for t in model.terms if isinstance(t, (White, Flicker, GaussMarkov, RandomWalk)))
+    walks = [t for t in terms if isinstance(t, RandomWalk)]
+    if len(slow) != 1 or len(walks) > 1 or not any(isinstance(t, White) for t in terms):
         return None
     if not model.terms or recording.n_samples > MOST:
         return None
-    rows = found.rows
-    left = rows.mean - found.predicted()
+    rows = solution.rows
+    left = rows.mean - solution.predicted()
     # One row for each block: the filter of the paper on means, in which the table's rate is exact.
     means = Recording.from_rate(
         np.where(rows.used, left, math.nan), rate=1 / rows.dt, unit="unknown", names=["left"]
@@ -54,7 +54,7 @@ def aided_of(
     spread = max(float(np.nanstd(left)), 1e-300)
     filtered = reference_aided(
         means,
-        replace(model, terms=own, kind="unknown", alternative=None),
+        replace(model, terms=terms, kind="unknown", alternative=None),
         reference=0.0,
         T=T,
         channel="left",
@@ -71,7 +71,7 @@ def aided_of(
     before, after = (_size(v) if isinstance(table, RateSteps) else math.nan for v in (raw_of, corrected_of))
     every = max(len(drift) // POINTS, 1)
     time: Array = (np.arange(len(drift), dtype=np.float64) + 0.5) * rows.dt
-    fitted = found.predicted()
+    fitted = solution.predicted()
     statement = (
         "told the fitted response to the table, the filter of the seed paper takes slow noise off the record; what it "
         "leaves agrees with what it was told, and is no measurement"
@@ -81,8 +81,8 @@ def aided_of(
         drift=_final(drift[::every]),
         raw=before,
         corrected=after,
-        scale=_slope(found, corrected + fitted) / rows.full_scale,
-        scale_raw=_slope(found, rows.mean) / rows.full_scale,
+        scale=_slope(solution, corrected + fitted) / rows.full_scale,
+        scale_raw=_slope(solution, rows.mean) / rows.full_scale,
         statement=statement,
     )
     return aided, corrected_of
@@ -101,12 +101,12 @@ def _size(values: Array) -> float:
     return float(np.sqrt(np.nanmean(values**2))) if np.isfinite(values).any() else math.nan
 
 
-def _slope(found: TableSolution, y: Array) -> float:
+def _slope(solution: TableSolution, y: Array) -> float:
     """By least squares, beside a level and the shape of the fit."""
-    rows = found.rows
+    rows = solution.rows
     used = rows.used & np.isfinite(y)
     weight = np.sqrt(rows.part[used])
-    columns = [np.ones_like(y), rows.column(RATE), *(rows.straight(n) for n in found.shape)]
+    columns = [np.ones_like(y), rows.column(RATE), *(rows.straight(n) for n in solution.shape)]
     table = np.column_stack(columns)[used] * weight[:, None]
     return float(np.linalg.lstsq(table, y[used] * weight, rcond=None)[0][1])
 

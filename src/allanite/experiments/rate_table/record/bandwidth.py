@@ -33,11 +33,11 @@ def frequency_response(
     points = []
     for row in range(len(table.start)):
         chosen = np.arange(len(table.start)) == row
-        own = replace(window, chosen=chosen, dead_time=dead_time(table, row))
-        spans, _ = own.spans(table)
+        row_window = replace(window, chosen=chosen, dead_time=dead_time(table, row))
+        spans, _ = row_window.spans(table)
         if not len(spans) or spans[0, 0] >= recording.duration or spans[0, 1] <= 0:
             continue
-        rows = RegressionRows.of(recording, channel, table, own, model=model)
+        rows = RegressionRows.of(recording, channel, table, row_window, model=model)
         # The derivative is a difference over two samples: what it loses of the cosine is known.
         frequency, step = float(table.frequency[row]), recording.dt
         whole = 2 * math.pi * frequency * float(np.sinc(frequency * step))

@@ -58,8 +58,11 @@ def refuse_still(recording: Recording, channel: str) -> None:
     """
     low, high = math.inf, -math.inf
     for _, samples in recording.blocks(channel):
-        own = samples[np.isfinite(samples)]
-        low, high = min(low, float(own.min(initial=math.inf))), max(high, float(own.max(initial=-math.inf)))
+        values = samples[np.isfinite(samples)]
+        low, high = (
+            min(low, float(values.min(initial=math.inf))),
+            max(high, float(values.max(initial=-math.inf))),
+        )
     if low == high:
         raise InputError(
             f"channel {channel!r} holds one value throughout: is the sensor connected, and is it this channel?"
@@ -68,9 +71,9 @@ def refuse_still(recording: Recording, channel: str) -> None:
 
 def _offered(recording: Recording) -> list[str]:
     for kinds in ((Kind.RATE,), (Kind.VOLTAGE, Kind.COUNTS), (Kind.UNKNOWN,)):
-        found = [c.name for c in recording.channels if c.kind in kinds]
-        if found:
-            return found
+        names = [c.name for c in recording.channels if c.kind in kinds]
+        if names:
+            return names
     return []
 
 

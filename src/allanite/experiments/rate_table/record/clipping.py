@@ -99,15 +99,17 @@ def _of_steps(
         np.median([len(np.unique(p)) / len(p) for p, c in zip(parts, clear, strict=True) if c and len(p)])
         > COARSE
     )
-    out, found = nothing.steps.copy(), [False, False]
+    out, clipped_ends = nothing.steps.copy(), [False, False]
     for i in np.flatnonzero(doubt.any(axis=1)):
         for side, sign in enumerate((-1, 1)):
             expected = slope * rates[i] + level
             lacks = sign * (expected - means[i])
             short = lacks > max(SHORT * abs(slope * rates[i]), 3 * grain)
             if doubt[i, side] and (short or (fine and lacks > 0)):
-                out[numbers[i]] = found[side] = True
-    low, high = (limit * scale if seen else None for limit, seen in zip(limits, found, strict=True))
+                out[numbers[i]] = clipped_ends[side] = True
+    low, high = (
+        limit * scale if is_clipped else None for limit, is_clipped in zip(limits, clipped_ends, strict=True)
+    )
     return Clipped(below=-math.inf, above=math.inf, steps=out, ends=(low, high))
 
 
@@ -121,19 +123,19 @@ def _of_samples(
     inside = (np.searchsorted(edges, t, side="right") % 2 == 1) & np.isfinite(y)
     if not inside.any():
         return nothing
-    below, above, seen = -math.inf, math.inf, [None, None]
+    below, above, ends = -math.inf, math.inf, [None, None]
     full = float(np.abs(rate[inside]).max())
     for side, limit in enumerate((float(y[inside].min()), float(y[inside].max()))):
         at = inside & (y == limit)
         count = int(at.sum())
-        own = rate[at]
-        spread = float(np.ptp(own)) if count else 0.0
+        rates = rate[at]
+        spread = float(np.ptp(rates)) if count else 0.0
         if count < max(COUNT, SHARE_OF_RECORD * inside.sum()) or spread < 0.01 * full:
             continue
-        least = float(np.quantile(np.abs(own), 0.05)) * ROOM
-        if own.mean() > 0:
+        least = float(np.quantile(np.abs(rates), 0.05)) * ROOM
+        if rates.mean() > 0:
             above = min(above, least)
         else:
             below = max(below, -least)
-        seen[side] = limit * recording[channel].scale  # type: ignore[call-overload]
-    return Clipped(below=below, above=above, steps=nothing.steps, ends=(seen[0], seen[1]))
+        ends[side] = limit * recording[channel].scale  # type: ignore[call-overload]
+    return Clipped(below=below, above=above, steps=nothing.steps, ends=(ends[0], ends[1]))

@@ -95,17 +95,17 @@ class ClockComparison:
 
     def _of_motion(self, follower: TableChannel, window: SampleSelection) -> Timing:
         """Of a rate that changes all the time."""
-        own = self.dead_time
-        if own is None:
-            own = swing_dead_time(follower.table, 0) if isinstance(follower.table, Sinusoids) else 0.0
+        dead_time = self.dead_time
+        if dead_time is None:
+            dead_time = swing_dead_time(follower.table, 0) if isinstance(follower.table, Sinusoids) else 0.0
         guard = ENDS * follower.recording.dt
-        window = replace(window, dead_time=max(own, guard), guard=guard)
-        found = fit_clock(follower, window, chi_square_quantile(1 - ALARM, 1))
+        window = replace(window, dead_time=max(dead_time, guard), guard=guard)
+        clock_fit = fit_clock(follower, window, chi_square_quantile(1 - ALARM, 1))
         return Timing(
-            window=found.window,
+            window=clock_fit.window,
             source="found" if self.offset is None else "given",
-            lags=found.lags,
-            seen=found.window.clock.offset,
+            lags=clock_fit.lags,
+            seen=clock_fit.window.clock.offset,
         )
 
     def _of_steps(self, follower: TableChannel, table: RateSteps, window: SampleSelection) -> Timing:
@@ -113,8 +113,8 @@ class ClockComparison:
         edges = find_edges(recording, channel, table, window.clock.offset, window.chosen)
         if edges is None:
             return self._unseen(table, window)
-        seen, sd, drift_sd = edges.clock(student_quantile(SURE, max(len(edges.seen) - 2, 1)))
-        clock = seen if self.offset is None else TableClock(offset=self.offset)
+        edge_clock, sd, drift_sd = edges.clock(student_quantile(SURE, max(len(edges.seen) - 2, 1)))
+        clock = edge_clock if self.offset is None else TableClock(offset=self.offset)
         settled = settling(recording, channel, table, edges, clock)
         guard = settled.guard if self.dead_time is None else min(settled.guard, self.dead_time)
         blur = table.blur
@@ -128,7 +128,7 @@ class ClockComparison:
                 guard=guard,
             ),
             source="found" if self.offset is None else "given",
-            seen=seen.offset,
+            seen=edge_clock.offset,
             offset_sd=sd,
             drift_sd=drift_sd,
             between=blur,

@@ -115,9 +115,9 @@ class TableSolution:
         """Of the deviation from the straight line at rates over full scale, one row for each."""
         out = np.zeros((len(u), len(self.fit.names)))
         for name in self.shape:
-            own = np.abs(u) if name == ABSOLUTE else u ** int(name.rpartition("^")[2])
+            column = np.abs(u) if name == ABSOLUTE else u ** int(name.rpartition("^")[2])
             level, slope = self.rows.line(name)
-            out[:, self.fit.names.index(name)] = own - level - slope * u
+            out[:, self.fit.names.index(name)] = column - level - slope * u
         return out
 
     def deviation(self, u: Array) -> tuple[Array, Array]:
@@ -213,9 +213,9 @@ def fit_clock(follower: TableChannel, window: SampleSelection, alarm: float) -> 
 def _converged(follower: TableChannel, window: SampleSelection, lags: tuple[str, ...]) -> SampleSelection:
     dt, duration = follower.recording.dt, follower.recording.duration
     for _ in range(MOST_STEPS):
-        found = follower.solved(window, lags)
-        k = found.fit[RATE][0]
-        moved = [-found.fit[name][0] / k for name in lags]
+        solution = follower.solved(window, lags)
+        k = solution.fit[RATE][0]
+        moved = [-solution.fit[name][0] / k for name in lags]
         if not all(map(math.isfinite, moved)):
             raise InputError(
                 "the clocks of record and table cannot be compared: the rate hardly changes; give their offset "
@@ -225,7 +225,7 @@ def _converged(follower: TableChannel, window: SampleSelection, lags: tuple[str,
         # The lag at the record's time t is offset + drift t, to first order in both.
         drift = moved[1] if len(moved) > 1 else 0.0
         window = replace(window, clock=TableClock(offset=clock.offset + moved[0], drift=clock.drift + drift))
-        still = max(STILL, min(1e-3 * abs(found.fit[LAG][1] / k), 1e-2 * dt))
+        still = max(STILL, min(1e-3 * abs(solution.fit[LAG][1] / k), 1e-2 * dt))
         if abs(moved[0]) < still and abs(drift) * duration < still:
             break
     return window
@@ -273,5 +273,7 @@ def fit_noise(rows: RegressionRows, shape: Shape, others: Sequence[str], kind: s
 
     start = spread / 0.9539 * math.sqrt(rows.dt)
     guess = np.log([start, start / math.sqrt(100.0)])
-    found = minimize(cost, guess, method="Nelder-Mead", options={"xatol": 0.01, "fatol": 0.02, "maxfev": 150})
-    return model(found.x)
+    optimum = minimize(
+        cost, guess, method="Nelder-Mead", options={"xatol": 0.01, "fatol": 0.02, "maxfev": 150}
+    )
+    return model(optimum.x)

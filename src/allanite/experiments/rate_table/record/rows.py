@@ -88,11 +88,11 @@ class SampleSelection:
     def spans(self, table: RateTable) -> tuple[Array, NDArray[np.int64]]:
         """Used stretches in times of the record, shape (n, 2) [s], and their numbers in the table."""
         whole = self.clock.record_time(table.spans)
-        own = np.column_stack([whole[:, 0] + self.dead_time, whole[:, 1] - self.guard])
-        keep = own[:, 1] > own[:, 0]
+        trimmed_spans = np.column_stack([whole[:, 0] + self.dead_time, whole[:, 1] - self.guard])
+        keep = trimmed_spans[:, 1] > trimmed_spans[:, 0]
         if self.chosen is not None:
             keep &= self.chosen
-        return own[keep], np.flatnonzero(keep)
+        return trimmed_spans[keep], np.flatnonzero(keep)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -239,14 +239,14 @@ def _turnover(table: Sampled) -> float:
 def _full_scale(table: RateTable, window: SampleSelection) -> float:
     """Largest rate among the stretches that take part."""
     if isinstance(table, Sampled):
-        found = table.full_scale
+        full_scale = table.full_scale
     else:
         sizes = np.abs(table.rate if isinstance(table, RateSteps) else table.amplitude)
-        found = float((sizes if window.chosen is None else sizes[window.chosen]).max(initial=0.0))
-    found = min(found, max(window.above, -window.below))
-    if found <= 0:
+        full_scale = float((sizes if window.chosen is None else sizes[window.chosen]).max(initial=0.0))
+    full_scale = min(full_scale, max(window.above, -window.below))
+    if full_scale <= 0:
         raise InputError("the table never turns: all of its rates are zero")
-    return found
+    return full_scale
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -316,8 +316,8 @@ class _Maker:
             raise InputError(
                 f"channel {self.temperature!r} holds no temperature: all of its samples are missing"
             )
-        own = np.interp(np.arange(len(values)), there, values[there])
-        return np.asarray((own - own.mean()) * self.recording[self.temperature].scale)
+        temperatures = np.interp(np.arange(len(values)), there, values[there])
+        return np.asarray((temperatures - temperatures.mean()) * self.recording[self.temperature].scale)
 
     def _columns(self, start: int, count: int, warmth: Array) -> tuple[dict[str, Array], NDArray[np.int64]]:
         """Columns of the samples [start, start + count), and the stretch of each; -1 where it is not used."""
@@ -328,8 +328,8 @@ class _Maker:
         ends = self.edges.ravel()[np.minimum(after, 2 * len(self.edges) - 1)]
         inside = (after % 2 == 1) & (t + wide <= ends + ROUNDING * dt)
         span = np.where(inside, self.numbers[np.minimum(after // 2, len(self.numbers) - 1)], -1)
-        own = clock.table_time(t)
-        rate = self._rates(own, wide)
+        table_time = clock.table_time(t)
+        rate = self._rates(table_time, wide)
         span = np.where((rate >= self.window.below) & (rate <= self.window.above), span, -1)
         u = rate / self.full_scale
         columns = {RATE: u, ABSOLUTE: np.abs(u), CONSTANCY: u * (t / self.recording.duration - 0.5)}
@@ -339,7 +339,7 @@ class _Maker:
             columns[DIRECTION] = self.table.direction[np.maximum(span, 0)]
         else:
             step = max(dt, self.table.interval if isinstance(self.table, Sampled) else dt)
-            lag = (self._rates(own + step / 2, wide) - self._rates(own - step / 2, wide)) / (
+            lag = (self._rates(table_time + step / 2, wide) - self._rates(table_time - step / 2, wide)) / (
                 step * self.full_scale
             )
             columns |= {LAG: lag, LATE: lag * t, DIRECTION: np.sign(lag)}
@@ -349,13 +349,13 @@ class _Maker:
             columns |= {TEMPERATURE: warm, WARM_RATE: warm * u}
         return columns, span
 
-    def _rates(self, own: Array, wide: float) -> Array:
+    def _rates(self, table_time: Array, wide: float) -> Array:
         """Rates of the table over samples; of an encoder, whose angles are rounded, over whole blocks."""
         if self._coarse:
-            first = own[:: self.size]
+            first = table_time[:: self.size]
             means = self.table.means(first, self.size * self.recording.dt)
-            return np.repeat(means, self.size)[: len(own)]
-        return self.table.means(own, wide)
+            return np.repeat(means, self.size)[: len(table_time)]
+        return self.table.means(table_time, wide)
 
     @property
     def _coarse(self) -> bool:

@@ -133,8 +133,10 @@ def _correlation(y: Array, x: Array) -> tuple[Array, Array]:
     xx = np.fft.irfft(here_part * xx_part, n) - x_sum**2 / count
     yy = np.fft.irfft(yy_part * there_part, n) - y_sum**2 / count
     enough = xx >= OVERLAP * float((x**2).sum()) * min(1.0, len(y) / len(x))
-    found = np.where(enough & (yy > ROUND * yy.max()), both / np.sqrt(np.maximum(xx * yy, 1e-300)), 0.0)
-    return found, count
+    coefficients = np.where(
+        enough & (yy > ROUND * yy.max()), both / np.sqrt(np.maximum(xx * yy, 1e-300)), 0.0
+    )
+    return coefficients, count
 
 
 def _refined(y: Array, step: float, table: RateTable, offset: float) -> tuple[float, float]:
@@ -143,22 +145,24 @@ def _refined(y: Array, step: float, table: RateTable, offset: float) -> tuple[fl
     width, best = step / 2, (offset, _left(y, at, step, table, offset))
     while width > step / 20:
         middle = best[0]
-        for own in (middle - width, middle + width):
-            left = _left(y, at, step, table, own)
-            best = min(best, (own, left), key=lambda pair: pair[1])
+        for candidate in (middle - width, middle + width):
+            left = _left(y, at, step, table, candidate)
+            best = min(best, (candidate, left), key=lambda pair: pair[1])
         width /= 2
     return best
 
 
 def _left(y: Array, at: Array, step: float, table: RateTable, offset: float) -> float:
-    own = at - offset
-    inside = (np.searchsorted(table.spans.ravel(), own + step / 2, side="right") % 2 == 1) & np.isfinite(y)
+    table_time = at - offset
+    inside = (
+        np.searchsorted(table.spans.ravel(), table_time + step / 2, side="right") % 2 == 1
+    ) & np.isfinite(y)
     if np.count_nonzero(inside) < 3:
         return 1.0
-    x, seen = table.means(own[inside], step), y[inside]
-    x, seen = x - x.mean(), seen - seen.mean()
-    size = float(x @ x) * float(seen @ seen)
-    return 1.0 if size <= 0 else max(1 - float(x @ seen) ** 2 / size, 0.0)
+    x, readings = table.means(table_time[inside], step), y[inside]
+    x, readings = x - x.mean(), readings - readings.mean()
+    size = float(x @ x) * float(readings @ readings)
+    return 1.0 if size <= 0 else max(1 - float(x @ readings) ** 2 / size, 0.0)
 
 
 def _cells(recording: Recording, channel: str, size: int) -> Array:
@@ -218,12 +222,12 @@ class Edges:
         left = float((((late - fit[0] - fit[1] * (self.commanded - middle)) * weight) ** 2).sum()) / (
             len(late) - 2
         )
-        own = math.sqrt(max(left, 1.0)) / max(float(np.linalg.norm(table[:, 1])), 1e-300)
-        if abs(fit[1]) <= quantile * own:
-            return TableClock(offset=offset), sd, own
+        drift_sd = math.sqrt(max(left, 1.0)) / max(float(np.linalg.norm(table[:, 1])), 1e-300)
+        if abs(fit[1]) <= quantile * drift_sd:
+            return TableClock(offset=offset), sd, drift_sd
         drift = float(fit[1])
         start = float(fit[0]) - drift * middle
-        return TableClock(offset=start, drift=drift), math.hypot(sd, own * middle), own
+        return TableClock(offset=start, drift=drift), math.hypot(sd, drift_sd * middle), drift_sd
 
 
 def find_edges(
@@ -243,11 +247,11 @@ def find_edges(
     ]
     if not rows:
         return None
-    number, commanded, seen, sd, before, after, reach = np.array(rows).T
+    number, commanded, observed, sd, before, after, reach = np.array(rows).T
     sharp = sd < SHARP * reach
     if not sharp.any():
         return None
-    columns = [c[sharp] for c in (commanded, seen, sd, before, after, reach)]
+    columns = [c[sharp] for c in (commanded, observed, sd, before, after, reach)]
     names = ("commanded", "seen", "sd", "before", "after", "reach")
     return Edges(number=number[sharp].astype(np.int64), **dict(zip(names, columns, strict=True)))
 
@@ -274,9 +278,9 @@ def _edge(
     if not math.isfinite(lost) or before == after:
         return None
     area = float((inner - before).sum()) / recording.rate
-    seen = (first + len(y) - quarter) / recording.rate - area / (after - before)
+    observed = (first + len(y) - quarter) / recording.rate - area / (after - before)
     sd = math.hypot(2 * math.sqrt(quarter) * noise, lost) / recording.rate / abs(after - before)
-    return float(i + 1), commanded, seen, max(sd, 0.002 / recording.rate), before, after, reach
+    return float(i + 1), commanded, observed, max(sd, 0.002 / recording.rate), before, after, reach
 
 
 def _filled(recording: Recording, channel: str, first: int, last: int) -> tuple[Array, float]:
