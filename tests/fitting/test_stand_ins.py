@@ -4,7 +4,7 @@
 import numpy as np
 import pytest
 from scipy.stats import binom
-from verification.simulators import flicker, power_law, random_walk
+from verification.simulators import flicker, gauss_markov, power_law, random_walk
 
 import allanite as al
 from allanite.fitting.verdict import stand_in_words
@@ -60,6 +60,33 @@ def test_a_power_law_is_named_where_flicker_or_a_walk_is_supported():
         covered += facts.get("slope_lower", 0.5) <= 1.3 <= facts.get("slope_upper", 1.5)
     assert claimed > records / 2
     assert covered >= binom.ppf(0.0005, claimed, 0.95)
+
+
+def test_samples_say_above_which_correlation_time_k_is_a_drive():
+    """Of Gauss-Markov terms that outlast a third of the record: the time lies below theirs."""
+    records, below, stated = 20, 0, 0
+    for i in range(records):
+        rng = np.random.default_rng([4000, i])
+        y = rng.standard_normal(12_000) + gauss_markov(rng, 12_000, 0.4, 4000.0)
+        model = al.fit(al.Recording.from_rate(y, rate=1.0, unit="rad/s", names=["x"]))
+        walk = next(e for e in model.estimates if e.symbol == "K")
+        if walk.supported:
+            stated += 1
+            below += model.goodness["slow_time"] < 4000
+            assert "drive" in walk.note
+    assert stated > records / 2
+    assert below >= binom.ppf(0.0005, stated, 0.95)
+
+
+def test_samples_say_which_power_laws_their_curve_allows():
+    records, covered = 10, 0
+    for i in range(records):
+        rng = np.random.default_rng([1301, 1, i])
+        y = rng.standard_normal(20_000) + power_law(rng, 20_000, 200**-1.3, 1.3)
+        model = al.fit(al.Recording.from_rate(y, rate=1.0, unit="rad/s", names=["x"]))
+        covered += model.goodness["slope_lower"] <= 1.3 <= model.goodness["slope_upper"]
+        assert "its Allan curve" in model.verdict or "slow noise falls as" in model.verdict
+    assert covered >= binom.ppf(0.0005, records, 0.95)
 
 
 def test_a_long_walk_excludes_power_laws_and_says_how_long_it_holds():

@@ -7,6 +7,7 @@
 ``likelihood``  the fit of the samples themselves.
 ``spectral``    the fit of their spectrum.
 ``selection``   which sums of terms a record may have, with their weights.
+``samples``     what samples show that no sum of terms holds; ``tails`` heavy tails in the interval of N.
 ``instrument``  a sensor seen through an instrument whose own noise was recorded too.
 ``rivals``      flicker or Gauss-Markov; ``undecided`` where it cannot be told; ``stand_ins`` what else a curve allows.
 ``estimates``   from sets to estimates; ``verdict`` what is supported, in words.
@@ -42,6 +43,7 @@ def fit(
     exclude: ArrayLike | None = None,
     confidence: float = 0.95,
     floor: AllanCurve | None = None,
+    screen: bool = True,
     **options: Any,
 ) -> NoiseModel:
     """Fit a noise model to the Allan curve of one channel, or to the samples of one channel.
@@ -61,6 +63,9 @@ def fit(
     floor : AllanCurve, optional
         For "moments": the curve of the instrument alone, on the interval and in the unit of `measured`
         (`allanite.fitting.instrument_floor.floor_of`). The model is that of the sensor without the instrument.
+    screen : bool
+        Of a recording: look through its samples for lines, heavy tails and faults, which the model does not hold; see
+        `allanite.fitting.samples`. False where that was done.
     **options
         Of a recording: `channel`, `terms` (the letters to fit), and what the method takes besides: "likelihood"
         `lines` [Hz], `engine` and `block` (see `allanite.fitting.likelihood.fit_likelihood`), "spectral" see
@@ -82,6 +87,7 @@ def fit(
     FitError
         No optimum was found.
     """
+    from allanite.fitting.samples import screened
     from allanite.fitting.scale import with_scale_uncertainty
     from allanite.recording.records import Recording
 
@@ -95,6 +101,7 @@ def fit(
             )
         model = _fit_recording(measured, method or "likelihood", {**options, "confidence": confidence})
         channels = [measured[options["channel"]]] if options.get("channel") else _noisy(measured)
+        model = screened(model, measured, channels[0].name) if screen and len(channels) == 1 else model
     else:
         model = _fit_curve(measured, method or "moments", exclude, confidence, floor, options)
         channels = list(measured.channels)

@@ -8,7 +8,7 @@ that are supported.
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -26,16 +26,16 @@ from allanite.fitting.misfit import Floor, LagChoice, best_explained
 from allanite.fitting.objective import CurveSolution, advantage, sensitivity
 from allanite.fitting.rivals import supported_families
 from allanite.fitting.sets import fisher_sd
-from allanite.fitting.stand_ins import StandIns, stand_ins
+from allanite.fitting.stand_ins import PowerLaws, power_laws, shortest_time
 from allanite.fitting.undecided import over_families, with_alternative
-from allanite.fitting.verdict import stand_in_words, supported_words, walk_note
+from allanite.fitting.verdict import stand_in_words, supported_words, with_walk_note
 from allanite.noise import Estimate, GaussMarkov, NoiseModel, TermType, term_of
 from allanite.noise.allan.curve import AllanCurve
 from allanite.noise.allan.degrees import chi_square_factors
 from allanite.plain_files.counted import plural
 from allanite.quantities.distributions import normal_quantile
 
-__all__ = ["fit_moments", "lags_used"]
+__all__ = ["curve_slopes", "fit_moments", "lags_used"]
 
 Array = NDArray[np.float64]
 
@@ -132,13 +132,11 @@ def fit_moments(
         "left_out": int(used.sum() - chosen.used.sum()),
     }
     fits = _families(chosen, confidence)
-    other = _open_to(fits)
-    facts |= {} if other is None else _facts_of(other, curve, frozenset().union(*(f.supported for f in fits)))
-    sets = (
-        None
-        if other is None or other.white is None
-        else {"N": _ends("N", other.white, chosen.scale, curve.dt)}
-    )
+    laws = _power_laws(fits)
+    if laws is not None:
+        facts |= _slow_time(fits, curve) | laws.facts(frozenset().union(*(f.supported for f in fits)))
+    white = None if laws is None else laws.white
+    sets = None if white is None else {"N": _ends("N", white, chosen.scale, curve.dt)}
     models = over_families([_model(f, chosen.scale, curve, confidence, facts) for f in fits], sets)
     verdict = _verdict(models) + (" The noise of the instrument is taken off." if floor is not None else "")
     return with_alternative([replace(m, verdict=verdict) for m in models])
@@ -191,24 +189,33 @@ def _families(chosen: LagChoice, confidence: float) -> list[CurveFamilyFit]:
     )
 
 
-def _open_to(fits: Sequence[CurveFamilyFit]) -> StandIns | None:
+def curve_slopes(curve: AllanCurve, supported: Collection[str]) -> dict[str, float]:
+    """Power laws that a one-channel curve does not exclude, for a model that another fit supports; see `PowerLaws`."""
+    used = lags_used(curve)
+    if used.sum() < 3:
+        return {}
+    try:
+        chosen = best_explained(curve, used)
+    except FitError:
+        return {}
+    listed = sorted((chosen.flicker, chosen.markov), key=lambda s: s.value)
+    return power_laws(chosen.data, listed).facts(supported)
+
+
+def _power_laws(fits: Sequence[CurveFamilyFit]) -> PowerLaws | None:
     """What the curve allows in the place of the slow terms that it supports.
 
     Not asked beside the floor of an instrument, whose own slow terms move with them.
     """
     slow = any(f.supported & {"B", "G", "K"} for f in fits)
-    return stand_ins(fits) if slow and fits[0].family.sensor == fits[0].family.symbols else None
+    if not slow or fits[0].family.sensor != fits[0].family.symbols:
+        return None
+    return power_laws(fits[0].family.curve, [f.best for f in fits])
 
 
-def _facts_of(other: StandIns, curve: AllanCurve, supported: frozenset[str]) -> dict[str, float]:
-    """The same as `goodness` holds it; times in s. A slope of 1 is not said where no flicker is supported."""
-    facts: dict[str, float] = {}
-    if other.shortest is not None and other.shortest < curve.n_samples:
-        facts["slow_time"] = other.shortest * curve.dt
-    if other.slopes is not None and (supported & {"B", "K"} or not other.slopes[0] <= 1 <= other.slopes[1]):
-        facts |= {"slope_lower": other.slopes[0], "slope_upper": other.slopes[1]}
-        facts["slope_better"] = float(other.better)
-    return facts
+def _slow_time(fits: Sequence[CurveFamilyFit], curve: AllanCurve) -> dict[str, float]:
+    T = shortest_time(fits)
+    return {} if T is None else {"slow_time": T * curve.dt}
 
 
 def _verdict(models: list[NoiseModel]) -> str:
@@ -242,10 +249,7 @@ def _model(
     chosen = fit.selected
     dof = max(len(fit.family.curve.variance) - int((chosen.c > 0).sum()) - int("G" in fit.supported), 1)
     sensor = fit.family.sensor
-    estimates = [_estimate(fit, s, scale, dt) for s in sensor]
-    estimates = [
-        replace(e, note=walk_note(facts)) if e.symbol == "K" and e.supported else e for e in estimates
-    ]
+    estimates = with_walk_note([_estimate(fit, s, scale, dt) for s in sensor], facts)
     if "G" in sensor:
         sigma = next(e for e in estimates if e.symbol == "sigma")
         estimates += [equivalent_flicker(sigma), _time_estimate(fit, dt)]

@@ -9,7 +9,7 @@ not of the sensor.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -20,7 +20,7 @@ from allanite.fitting.families import CurveFamilyFit
 from allanite.fitting.objective import CurveData, CurveSolution, advantage, solve
 from allanite.fitting.sets import coefficient_set
 
-__all__ = ["StandIns", "stand_ins"]
+__all__ = ["INTERVAL", "PowerLaws", "power_laws", "shortest_time"]
 
 Ends = tuple[float, float]
 
@@ -30,7 +30,7 @@ EXCLUDES_POWER_LAW = 10.0
 #: That of a power law over all listed families, from which on it is said to explain the curve better.
 PREFERS_POWER_LAW = 10.0
 #: Loss in twice the log-likelihood at the ends of the interval of a slope, and of a correlation time (95 %).
-_INTERVAL = 3.84
+INTERVAL = 3.84
 _SLOPES = np.round(np.arange(0.5, 1.51, 0.1), 1)
 #: Correlation times of the other Gauss-Markov term that are tried, over that of the last fit.
 _FASTER = (0.5, 0.7, 1.0, 1.4, 2.0)
@@ -38,56 +38,62 @@ _SHORTEST_SHARE = 512  # of the record, down to which correlation times are trie
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class StandIns:
-    """What a curve allows in the place of a random walk.
+class PowerLaws:
+    """What a curve says of white noise and a density f^-slope, in the place of the listed families.
 
     Attributes
     ----------
     slopes : (float, float) or None
-        Exponents of a power law f^-slope beside white noise that the curve does not exclude, from 0.5 to 1.5; None: it
-        excludes all.
+        Exponents that the curve does not exclude, from 0.5 to 1.5; None: it excludes all.
     better : bool
         The power law explains the curve better than every listed family.
     white : (float, float) or None
         Set of the coefficient of white noise under these power laws, where they explain the curve better than every
         listed family: the sets of those need not hold N.
-    shortest : float or None
-        Correlation time [samples] above which a Gauss-Markov term does as well as the random walk; None: no random walk
-        is supported.
     """
 
     slopes: Ends | None
     better: bool
     white: Ends | None
-    shortest: float | None
+
+    def facts(self, supported: Collection[str]) -> dict[str, float]:
+        """As `goodness` holds it. A slope of 1 is not said where neither flicker nor a walk is supported."""
+        if self.slopes is None or not (
+            {"B", "K"} & {*supported} or not self.slopes[0] <= 1 <= self.slopes[1]
+        ):
+            return {}
+        low, high = self.slopes
+        return {"slope_lower": low, "slope_upper": high, "slope_better": float(self.better)}
 
 
-def stand_ins(fits: Sequence[CurveFamilyFit]) -> StandIns:
-    """What stands in for the slow noise of the families that a curve supports, the better one first."""
-    best = fits[0].best
-    data = fits[0].family.curve
-    laws = _power_laws(data, best)
+def power_laws(data: CurveData, listed: Sequence[CurveSolution]) -> PowerLaws:
+    """Power laws beside the best fits of the listed families, the better one first."""
+    laws = [solve(data, ("Q", "N", power_law_symbol(float(slope)), "R")) for slope in _SLOPES]
     law = min(laws, key=lambda s: s.value)
-    allowed = [i for i, at in enumerate(laws) if at.value - law.value <= _INTERVAL]
-    excluded = advantage(data, best, law) > EXCLUDES_POWER_LAW
-    gain = min(f.best.value for f in fits) - law.value
-    walks = [f for f in fits if "K" in f.supported]
-    return StandIns(
+    allowed = [i for i, at in enumerate(laws) if at.value - law.value <= INTERVAL]
+    excluded = advantage(data, listed[0], law) > EXCLUDES_POWER_LAW
+    gain = min(s.value for s in listed) - law.value
+    return PowerLaws(
         slopes=None if excluded else (float(_SLOPES[allowed[0]]), float(_SLOPES[allowed[-1]])),
-        better=all(advantage(data, law, f.best) > PREFERS_POWER_LAW for f in fits),
-        white=_white_noise(data, [laws[allowed[0]], law, laws[allowed[-1]]]) if gain > _INTERVAL else None,
-        shortest=min((_shortest_time(f) for f in walks), default=None),
+        better=all(advantage(data, law, s) > PREFERS_POWER_LAW for s in listed),
+        white=_white_noise(data, [laws[allowed[0]], law, laws[allowed[-1]]]) if gain > INTERVAL else None,
     )
 
 
-def _power_laws(data: CurveData, best: CurveSolution) -> list[CurveSolution]:
-    """The best sum of white noise, quantization, a ramp and a power law, for each slope."""
-    return [solve(data, ("Q", "N", power_law_symbol(float(slope)), "R")) for slope in _SLOPES]
+def shortest_time(fits: Sequence[CurveFamilyFit]) -> float | None:
+    """Correlation time [samples] above which a Gauss-Markov term explains a curve as well as the random walk does.
+
+    None: some family does without a random walk, or none of these terms does as well.
+    """
+    if not all("K" in f.supported for f in fits):
+        return None
+    shortest = min(_shortest_time(f) for f in fits)
+    return shortest if shortest < fits[0].family.curve.design.n_samples else None
 
 
 def _white_noise(data: CurveData, laws: Sequence[CurveSolution]) -> Ends:
     """The union of the sets of white noise beside these power laws."""
-    sets = [coefficient_set(data, partial(_with_fixed, data, law), law, "N", _INTERVAL) for law in laws]
+    sets = [coefficient_set(data, partial(_with_fixed, data, law), law, "N", INTERVAL) for law in laws]
     return min(low for low, _ in sets), max(high for _, high in sets)
 
 
@@ -104,7 +110,7 @@ def _shortest_time(fit: CurveFamilyFit) -> float:
     for halvings in range(int(math.log2(_SHORTEST_SHARE)) + 2):
         T = 2 * longest / 2**halvings
         at = _in_place_of_the_walk(data, near, T)
-        if at.value - fit.best.value > _INTERVAL:
+        if at.value - fit.best.value > INTERVAL:
             break
         shortest, near = T, at
     return shortest

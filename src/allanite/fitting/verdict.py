@@ -4,12 +4,13 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 
-from allanite.noise import NoiseModel
+from allanite.noise import Estimate, NoiseModel
 from allanite.plain_files.counted import listed
 from allanite.quantities.number_words import duration
 
-__all__ = ["stand_in_words", "supported_words", "walk_note"]
+__all__ = ["stand_in_words", "supported_words", "with_walk_note"]
 
 _NAMES = {
     "Q": "quantisation",
@@ -43,13 +44,15 @@ def supported_words(models: Sequence[NoiseModel]) -> str:
     return text
 
 
-def stand_in_words(facts: Mapping[str, float]) -> str:
+def stand_in_words(facts: Mapping[str, float], seen_in: str = "the record") -> str:
     """What the record allows in the place of its slow terms; empty where it allows nothing else.
 
     Parameters
     ----------
     facts : mapping
         `goodness` of a model: "slow_time" [s], "slope_lower", "slope_upper" and "slope_better", where they are known.
+    seen_in : str
+        Of what the power laws are said.
     """
     text = ""
     if "slow_time" in facts:
@@ -65,17 +68,18 @@ def stand_in_words(facts: Mapping[str, float]) -> str:
         return text + f" The density of its slow noise falls as {law}."
     if facts["slope_better"]:
         return text + (
-            f" White noise and a density of {law} explain the record better than flicker, Gauss-Markov noise and a "
+            f" White noise and a density of {law} explain {seen_in} better than flicker, Gauss-Markov noise and a "
             "random walk do: N, B, T and K describe this curve, not the sensor."
         )
     return text + (
-        f" White noise and a density of {law} explain the record as well: the record does not prove flicker, "
+        f" White noise and a density of {law} explain {seen_in} as well: the record does not prove flicker, "
         "Gauss-Markov noise or a random walk."
     )
 
 
-def walk_note(facts: Mapping[str, float]) -> str:
-    """What K is where a long correlation time explains the record as well; empty where nothing else does."""
+def with_walk_note(estimates: Sequence[Estimate], facts: Mapping[str, float]) -> list[Estimate]:
+    """Estimates of which K says what it is where a long correlation time explains the record as well."""
     if "slow_time" not in facts:
-        return ""
-    return f"drive of slow noise with T above {duration(facts['slow_time'])}; a random walk is not excluded"
+        return list(estimates)
+    note = f"drive of slow noise with T above {duration(facts['slow_time'])}; a random walk is not excluded"
+    return [replace(e, note=note) if e.symbol == "K" and e.supported else e for e in estimates]

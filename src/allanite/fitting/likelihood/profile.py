@@ -32,6 +32,7 @@ __all__ = [
     "critical_value",
     "relative_sd",
     "slope_set",
+    "time_end",
     "time_set",
 ]
 
@@ -205,25 +206,27 @@ def coefficient_set(
 
 def time_set(search: LikelihoodSearch, best: Peak, j: int, critical: float) -> tuple[float, float]:
     """Ends of the set of the correlation time of component j [samples]; those of `search.times` where it has none."""
+    lower, upper = (time_end(search, best, j, critical, limit) for limit in search.times)
+    return lower, upper
+
+
+def time_end(search: LikelihoodSearch, best: Peak, j: int, critical: float, limit: float) -> float:
+    """The end of that set toward `limit`; `limit` where it has none."""
     place = len(best.at.c) + [i for i, k in enumerate(best.at.components) if k.T is not None].index(j)
-    ends = []
-    for limit in search.times:
-        near = best
+    near = best
 
-        def profile(T: float) -> float:
-            nonlocal near
-            components = tuple(
-                RandomTerm(k.symbol, T) if i == j else k for i, k in enumerate(near.at.components)
-            )
-            near = search.climb(replace(near.at, components=components), held=frozenset({place}))
-            return _root_distance(best, near) - math.sqrt(critical)
+    def profile(T: float) -> float:
+        nonlocal near
+        components = tuple(RandomTerm(k.symbol, T) if i == j else k for i, k in enumerate(near.at.components))
+        near = search.climb(replace(near.at, components=components), held=frozenset({place}))
+        return _root_distance(best, near) - math.sqrt(critical)
 
-        here = best.at.components[j].T or 1.0
-        reach = abs(math.log(limit / here))
-        sd = min(max(relative_sd(best).get(place, 0.3), 1e-3), 1.0)
-        direction = 1 if limit > here else -1
-        ends.append(_edge(profile, here, direction, sd, critical, reach) if reach > 0 else limit)
-    return ends[0], ends[1]
+    here = best.at.components[j].T or 1.0
+    reach = abs(math.log(limit / here))
+    if reach == 0:
+        return limit
+    sd = min(max(relative_sd(best).get(place, 0.3), 1e-3), 1.0)
+    return _edge(profile, here, 1 if limit > here else -1, sd, critical, reach)
 
 
 def _root_distance(best: Peak, null: Peak) -> float:

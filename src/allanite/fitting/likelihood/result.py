@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 
@@ -22,9 +22,10 @@ from allanite.fitting.likelihood.family import (
 from allanite.fitting.likelihood.lines import GIVEN_WIDTHS, checked_lines, line_price
 from allanite.fitting.likelihood.maximum import Peak
 from allanite.fitting.likelihood.problem import LikelihoodProblem, Maximum, checked_letters
+from allanite.fitting.likelihood.slow import slow_facts
 from allanite.fitting.rivals import supported_families
 from allanite.fitting.undecided import over_families, with_alternative
-from allanite.fitting.verdict import supported_words
+from allanite.fitting.verdict import stand_in_words, supported_words, with_walk_note
 from allanite.noise import Estimate, NoiseModel
 from allanite.noise.allan.degrees import chi_square_factors
 from allanite.quantities.distributions import normal_quantile
@@ -149,7 +150,9 @@ def _looked_at(problem: LikelihoodProblem) -> tuple[_Looks, float]:
 
 
 def _judged(looks: _Looks, confidence: float) -> NoiseModel:
-    models = over_families([_model(looks.problem, f, confidence) for f in _families(looks, confidence)])
+    fits = _families(looks, confidence)
+    facts = slow_facts(looks.problem, fits)
+    models = over_families([_model(looks.problem, f, confidence, facts) for f in fits])
     return with_alternative(_with_verdict(models))
 
 
@@ -180,13 +183,20 @@ def _with_verdict(models: list[NoiseModel]) -> list[NoiseModel]:
             f" The model does not explain the record well (p = {facts['p']:.1g}): something else is in it, and the "
             "intervals do not hold that."
         )
+    text += stand_in_words(facts, "its Allan curve")
     return [replace(m, verdict=text) for m in models]
 
 
 # -- from sample units to a model -------------------------------------------------------------------------
 
 
-def _model(problem: LikelihoodProblem, fit: LikelihoodFamilyFit, confidence: float) -> NoiseModel:
+def _model(
+    problem: LikelihoodProblem,
+    fit: LikelihoodFamilyFit,
+    confidence: float,
+    slow: Mapping[str, float] | None = None,
+) -> NoiseModel:
+    """With the facts of `slow_facts`, where they were asked for."""
     if problem.engine == "exact":
         fit = _exact(problem, fit, confidence)
     ramp = ("R",) if fit.ramp else ()
@@ -195,7 +205,10 @@ def _model(problem: LikelihoodProblem, fit: LikelihoodFamilyFit, confidence: flo
     return NoiseModel(
         terms=described.terms,
         family="gauss-markov" if "G" in fit.letters else "flicker",
-        estimates=(*_estimates(problem, fit), *_line_estimates(described, confidence)),
+        estimates=(
+            *with_walk_note(_estimates(problem, fit), slow or {}),
+            *_line_estimates(described, confidence),
+        ),
         confidence=confidence,
         covariance=described.covariance,
         goodness={
@@ -208,6 +221,7 @@ def _model(problem: LikelihoodProblem, fit: LikelihoodFamilyFit, confidence: flo
             "method": "likelihood",
             "engine": problem.engine,
             "log_likelihood": described.log_likelihood,
+            **(slow or {}),
         },
         kind=channel.kind.value,
         unit="" if channel.kind.has_si else channel.unit,

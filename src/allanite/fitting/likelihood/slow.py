@@ -1,0 +1,52 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What could stand in for the slow noise that samples are said to show?
+
+Correlation times by the likelihood itself; power laws, which its blocks do not know, by the Allan curve of the record.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from allanite.fitting.likelihood.family import LikelihoodFamilyFit
+from allanite.fitting.likelihood.problem import LikelihoodProblem
+from allanite.fitting.likelihood.profile import time_end
+from allanite.fitting.moments import curve_slopes
+from allanite.fitting.stand_ins import INTERVAL
+from allanite.noise.allan import allan_curve
+
+__all__ = ["slow_facts"]
+
+
+def slow_facts(problem: LikelihoodProblem, fits: Sequence[LikelihoodFamilyFit]) -> dict[str, float]:
+    """Facts for `goodness`: "slow_time" [s], and the slopes that the curve does not exclude."""
+    letters = frozenset(fit.letters[i] for fit in fits for i in fit.supported)
+    if not letters & {"B", "G", "K"}:
+        return {}
+    walk = all("K" in (fit.letters[i] for i in fit.supported) for fit in fits)
+    times = [T for fit in fits if walk and (T := _shortest_time(problem, fit)) is not None]
+    facts = {"slow_time": min(times) * problem.block * problem.dt} if times else {}
+    return facts | _slopes(problem, letters)
+
+
+def _shortest_time(problem: LikelihoodProblem, fit: LikelihoodFamilyFit) -> float | None:
+    """Correlation time above which a Gauss-Markov term does as well as the random walk; None: none that is shown."""
+    letters = tuple("G" if s == "K" else s for s in fit.letters)
+    if letters.count("G") > 2:
+        return None
+    other = problem.peak(letters, slope=None, averaged=True)
+    allowed = INTERVAL + 2 * (other.log_likelihood - fit.best.log_likelihood)
+    slowest = int(np.argmax([k.T or 0.0 for k in other.at.components]))
+    if allowed <= 0 or not other.at.components[slowest].T:
+        return None
+    return time_end(problem.search, other, slowest, allowed, problem.search.times[0])
+
+
+def _slopes(problem: LikelihoodProblem, supported: frozenset[str]) -> dict[str, float]:
+    """By the curve; not where lines were fitted, which are in it."""
+    if problem.lines:
+        return {}
+    name = problem.channel.name
+    return curve_slopes(allan_curve(problem.recording.select(name))[name], supported)

@@ -1,0 +1,56 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""What the samples of a record show that a sum of Gaussian noise terms does not hold.
+
+Heavy tails of the white noise enter the interval of N (`allanite.fitting.tails`). Spectral lines, and what the health
+checks find, are named: each may be taken for a term.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from allanite.errors import AllaniteError
+from allanite.fitting.tails import with_tails
+from allanite.noise import NoiseModel
+from allanite.recording.health import Severity, check
+from allanite.recording.health.tails import law_of
+from allanite.recording.records import Recording
+
+__all__ = ["screened"]
+
+_LINE = "spectral_line"
+
+
+def screened(model: NoiseModel, recording: Recording, name: str) -> NoiseModel:
+    """A model that was fitted to the samples of a channel, with what they show beside noise.
+
+    The codes of the findings stand in `goodness` under "findings", and in the verdict.
+    """
+    alone = recording.select(name)
+    missing = sum(int(np.isnan(samples).sum()) for _, samples in alone.blocks(name))
+    model = with_tails(model, law_of(alone, name), alone.n_samples - missing)
+    codes = [f.code for f in check(alone) if f.severity is not Severity.INFO]
+    codes += [_LINE] if _has_lines(alone, model) else []
+    if not codes:
+        return model
+    names = tuple(dict.fromkeys(codes))
+    text = f" Found in the samples: {', '.join(names)} (see `allanite info`)."
+    families = [
+        replace(m, goodness={**m.goodness, "findings": list(names)}, verdict=m.verdict + text)
+        for m in model.families
+    ]
+    return families[0] if len(families) == 1 else replace(families[0], alternative=families[1])
+
+
+def _has_lines(recording: Recording, model: NoiseModel) -> bool:
+    """Whether there are spectral lines beyond those that the model holds."""
+    from allanite.noise.spectrum import power_spectrum
+
+    fitted = any(e.symbol.startswith("frequency") for e in model.estimates)
+    try:
+        with np.errstate(invalid="ignore", over="ignore"):  # squares of samples may be no numbers
+            return not fitted and bool(power_spectrum(recording, recording.names[0]).lines)
+    except AllaniteError:  # too short for a spectrum: nothing is seen
+        return False
