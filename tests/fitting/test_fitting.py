@@ -65,16 +65,16 @@ def test_a_covariance_knows_of_terms_that_are_not_resolved() -> None:
     design = design_of(curve.lags[used], curve.n_samples, "mean")
     N, B = (term for term in model.terms if isinstance(term, (White, GaussMarkov)))
     c, T = np.array([N.N**2 * curve.dt**-1, B.sigma**2]), B.T / curve.dt
-    G = [design.column("G", T * f) for f in (1.01, 1 / 1.01)]
+    G = [design.column("G", (T * f,)) for f in (1.01, 1 / 1.01)]
     slopes = np.stack(
         [
             2 * c[0] * design.column("N"),
-            2 * c[1] * design.column("G", T),
+            2 * c[1] * design.column("G", (T,)),
             c[1] * (G[0] - G[1]) / math.log(1.0201),
         ],
         axis=1,
     )  # of ln N, ln sigma, ln T
-    V = design.covariance(["N", "G"], c, T)
+    V = design.covariance(["N", "G"], c, (T,))
     alone = np.linalg.inv(slopes.T @ np.linalg.solve(V, slopes))
     assert matrix[1, 1] > alone[1, 1]
     for i, j in ((0, 1), (0, 2), (1, 2)):  # correlations are those of the information

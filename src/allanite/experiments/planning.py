@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, Literal
 
 import numpy as np
@@ -189,30 +189,22 @@ def plan(
     grid, spans = _times("dwells", dwells), _times("durations", durations)
     count = _layout(model, latitude, what, goal, dead_time, positions, axes, misalignment)
     aim = GOALS[what] if goal is None else float(goal)
-    usable = grid[grid > dead_time]
-    if not len(usable):
+    if not np.any(grid > dead_time):
         raise InputError(f"no dwell is longer than the dead time of {dead_time:g} s: give longer dwells")
-    scene = _PlanSetting(
-        model=model,
-        latitude=latitude,
-        what=what,
-        dead_time=dead_time,
-        positions=count,
-        axes=axes,
-        stated=stated or Stated(),
-        misalignment=misalignment,
-    )
-    budget = scene.budget()
-    floor = math.sqrt(sum(v**2 for v in budget.values()))
-    growths = [_Growth.of(scene, float(d), floor) for d in usable]
-    sd, total = (np.full((len(grid), len(spans)), math.inf) for _ in range(2))
-    reached, left = (np.full(len(grid), math.inf) for _ in range(2))
-    able = np.flatnonzero(grid > dead_time)
-    for i, growth in zip(able, growths, strict=True):
-        sd[i] = [growth.sd(float(t)) for t in spans]
-        total[i] = [growth.total(float(t)) for t in spans]
-        reached[i], left[i] = growth.time_of(aim * scene.unit), growth.total(LONGEST) / scene.unit
-    return _plan(scene, aim, grid, spans, sd, total, reached, budget, float(left.min()))
+    scenes = [
+        _PlanSetting(
+            model=family,
+            latitude=latitude,
+            what=what,
+            dead_time=dead_time,
+            positions=count,
+            axes=axes,
+            stated=stated or Stated(),
+            misalignment=misalignment,
+        )
+        for family in model.families
+    ]
+    return _cautious([_of_family(scene, aim, grid, spans) for scene in scenes])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -359,6 +351,32 @@ class _Growth:
             middle = 0.5 * (low + high) if low == 0 else math.sqrt(low * high)
             low, high = (low, middle) if self.total(middle) <= goal else (middle, high)
         return high
+
+
+def _of_family(scene: _PlanSetting, aim: float, grid: Array, spans: Array) -> Plan:
+    """The plan for one noise model."""
+    budget = scene.budget()
+    floor = math.sqrt(sum(v**2 for v in budget.values()))
+    sd, total = (np.full((len(grid), len(spans)), math.inf) for _ in range(2))
+    reached, left = (np.full(len(grid), math.inf) for _ in range(2))
+    for i in np.flatnonzero(grid > scene.dead_time):
+        growth = _Growth.of(scene, float(grid[i]), floor)
+        sd[i] = [growth.sd(float(t)) for t in spans]
+        total[i] = [growth.total(float(t)) for t in spans]
+        reached[i], left[i] = growth.time_of(aim * scene.unit), growth.total(LONGEST) / scene.unit
+    return _plan(scene, aim, grid, spans, sd, total, reached, budget, float(left.min()))
+
+
+def _cautious(plans: Sequence[Plan]) -> Plan:
+    """Of the noise models that a record at rest leaves open, the plan for the one that needs longer."""
+    if len(plans) == 1:
+        return plans[0]
+    worst = max(plans, key=lambda p: (p.duration or math.inf, float(np.min(p.total))))
+    note = (
+        "the record at rest cannot tell flicker from a Gauss-Markov term; the plan takes "
+        f"{'flicker' if worst.model.family == 'flicker' else 'the Gauss-Markov term'}, which needs the longer record"
+    )
+    return replace(worst, notes=(*worst.notes, note))
 
 
 # -- words ------------------------------------------------------------------------------------------------

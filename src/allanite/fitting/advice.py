@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from allanite.errors import InputError
-from allanite.fitting.design import TIME_POWER, design_of
+from allanite.fitting.design import TIME_POWER, Times, design_of
 from allanite.fitting.objective import CurveData, solve
 from allanite.fitting.sets import fisher_sd
 from allanite.noise import Estimate, Flicker, GaussMarkov, NoiseModel, RandomWalk, Sinusoid
@@ -58,14 +58,14 @@ def predicted_sd(model: NoiseModel, *, n_samples: int, dt: float, sampling: str 
     InputError
         A model with another term, or two of one kind.
     """
-    symbols, c, T = _coefficients(model, dt)
+    symbols, c, times = _coefficients(model, dt)
     design = design_of(octave_lags(n_samples), n_samples, sampling)
-    curve = CurveData(design.columns(symbols, T) @ c, design)
-    at = solve(curve, symbols, T=T, fixed=dict(zip(symbols, c, strict=True)))
+    curve = CurveData(design.columns(symbols, times) @ c, design)
+    at = solve(curve, symbols, times=times, fixed=dict(zip(symbols, c, strict=True)))
     return {("sigma" if s == "G" else s): v if s == "T" else v / 2 for s, v in fisher_sd(curve, at).items()}
 
 
-def _coefficients(model: NoiseModel, dt: float) -> tuple[tuple[str, ...], np.ndarray, float | None]:
+def _coefficients(model: NoiseModel, dt: float) -> tuple[tuple[str, ...], np.ndarray, Times]:
     names = {
         "quantisation": "Q",
         "white": "N",
@@ -75,7 +75,7 @@ def _coefficients(model: NoiseModel, dt: float) -> tuple[tuple[str, ...], np.nda
         "gauss_markov": "G",
     }
     values: dict[str, float] = {}
-    T = None
+    times: Times = ()
     for term in model.terms:
         if isinstance(term, Sinusoid):  # a line of known frequency takes next to nothing from the other terms
             continue
@@ -83,13 +83,13 @@ def _coefficients(model: NoiseModel, dt: float) -> tuple[tuple[str, ...], np.nda
         if symbol is None or symbol in values:
             raise InputError(f"prediction takes one term each of {', '.join(names)}; got {model}")
         if isinstance(term, GaussMarkov):
-            amplitude, T = term.sigma, term.T / dt
+            amplitude, times = term.sigma, (term.T / dt,)
         else:
             amplitude = getattr(term, symbol)
         values[symbol] = (amplitude / dt ** TIME_POWER[symbol]) ** 2
     symbols = tuple(values)
     scale = max(values.values(), default=1.0)
-    return symbols, np.array([values[s] for s in symbols]) / scale, T
+    return symbols, np.array([values[s] for s in symbols]) / scale, times
 
 
 def advise(model: NoiseModel, *, n_samples: int, dt: float, sampling: str = "mean") -> tuple[Advice, ...]:

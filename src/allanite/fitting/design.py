@@ -13,6 +13,7 @@ matrix costs a few microseconds.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from functools import lru_cache
@@ -26,10 +27,13 @@ from allanite.noise.power_law import PowerLaw
 
 __all__ = [
     "LINEAR",
+    "MARKOV",
+    "SHORTEST_TIME",
+    "TIME_OF",
     "TIME_POWER",
     "CurveDesign",
+    "Times",
     "design_of",
-    "nearest_time",
     "power_law_symbol",
     "slow_symbol",
     "without_shortest",
@@ -37,6 +41,7 @@ __all__ = [
 
 Array = NDArray[np.float64]
 Spans = NDArray[np.int64]
+Times = tuple[float, ...]  # correlation times [samples] of the terms of MARKOV, in their order
 
 #: Terms that enter linearly, as unit processes.
 LINEAR: dict[str, TermType] = {
@@ -46,16 +51,20 @@ LINEAR: dict[str, TermType] = {
     "K": RandomWalk(K=1.0),
     "R": Ramp(R=1.0),
 }
+#: Gauss-Markov terms whose correlation times are given beside the symbols.
+MARKOV = ("G", "G2")
+#: Shortest correlation time [samples] that is tried at first: a bias that forgets itself earlier is a matter of the
+#: sensor's bandwidth.
+SHORTEST_TIME = 16.0
+#: Their correlation times as parameters.
+TIME_OF = {"G": "T", "G2": "T_2"}
 _POWER_LAW, _SLOW = "P", "H"  # of symbols that carry their shape
 #: SI amplitude = amplitude in sample units * (sample interval)^power.
-TIME_POWER = {"Q": 1.0, "N": 0.5, "B": 0.0, "G": 0.0, "K": -0.5, "R": -1.0}
+TIME_POWER = {"Q": 1.0, "N": 0.5, "B": 0.0, "G": 0.0, "G2": 0.0, "K": -0.5, "R": -1.0}
 #: Grid of correlation times on which covariances are computed: the covariance needs T to some percent only.
 _TIMES_PER_OCTAVE = 2
-
-
-def nearest_time(T: float) -> float:
-    """The correlation time of the covariance grid nearest to T (samples)."""
-    return float(2 ** (round(np.log2(T) * _TIMES_PER_OCTAVE) / _TIMES_PER_OCTAVE))
+#: Spacing in ln T of the columns between which others are interpolated: within 3e-8 of them.
+_NODES = 1 / 32
 
 
 def power_law_symbol(slope: float) -> str:
@@ -72,10 +81,45 @@ def slow_symbol(T: float) -> str:
 
 
 def _unit(symbol: str) -> TermType | PowerLaw:
+    """The unit process of a symbol that names it whole."""
     if symbol in LINEAR:
         return LINEAR[symbol]
-    shape = float(symbol[1:])
-    return PowerLaw(slope=shape) if symbol[0] == _POWER_LAW else GaussMarkov(q=1.0, T=shape)
+    kind, shape = symbol[0], float(symbol[1:])
+    if kind == _POWER_LAW:
+        return PowerLaw(slope=shape)
+    return GaussMarkov(q=1.0, T=shape) if kind == _SLOW else GaussMarkov.from_sigma(1.0, shape)
+
+
+def _processes(symbol: str, times: Times) -> list[tuple[str, float]]:
+    """The processes whose covariance is that of a term, with their shares.
+
+    Of a free correlation time the two nearest of the grid, so that the covariance moves smoothly with it.
+    """
+    if symbol not in MARKOV:
+        return [(symbol, 1.0)]
+    place = math.log2(times[MARKOV.index(symbol)]) * _TIMES_PER_OCTAVE
+    share = place % 1
+    shares = ((math.floor(place), 1 - share), (math.floor(place) + 1, share))
+    return [(f"G{2 ** (k / _TIMES_PER_OCTAVE)!r}", part) for k, part in shares if part > 0]
+
+
+def _cubic(t: float) -> Array:
+    """Weights of the values at 0, 1, 2 and 3 in the cubic through them, at t."""
+    a, b, c, d = t, t - 1, t - 2, t - 3
+    return np.array([-b * c * d / 6, a * c * d / 2, -a * b * d / 2, a * b * c / 6])
+
+
+def _cubic_slope(t: float) -> Array:
+    """Their derivatives."""
+    a, b, c, d = t, t - 1, t - 2, t - 3
+    return np.array(
+        [
+            -(c * d + b * d + b * c) / 6,
+            (c * d + a * d + a * c) / 2,
+            -(b * d + a * d + a * b) / 2,
+            (b * c + a * c + a * b) / 6,
+        ]
+    )
 
 
 @dataclass(slots=True)
@@ -94,61 +138,74 @@ class CurveDesign:
     sampling: str
     pairs: LagPairs
     _columns: dict[str, Array] = field(default_factory=dict)
+    _nodes: dict[int, Array] = field(default_factory=dict)
     _cross: dict[str, Array] = field(default_factory=dict)
     _parts: dict[tuple[str, str], Array] = field(default_factory=dict)
     _slopes: dict[str, Array] = field(default_factory=dict)
 
-    def column(self, symbol: str, T: float | None = None) -> Array:
+    def column(self, symbol: str, times: Times = ()) -> Array:
         """AVAR of the unit process at the lags, shape (n_lags,)."""
-        if symbol == "G":
-            unit = GaussMarkov.from_sigma(1.0, _known(T))
-            return unit.avar_sampled(self.lags.astype(np.float64), 1.0, self.sampling)
+        if symbol in MARKOV:
+            return self.markov(times[MARKOV.index(symbol)])[0]
         if symbol not in self._columns:
             self._columns[symbol] = _unit(symbol).avar_sampled(
                 self.lags.astype(np.float64), 1.0, self.sampling
             )
         return self._columns[symbol]
 
-    def columns(self, symbols: Sequence[str], T: float | None = None) -> Array:
-        """The columns of several symbols, shape (n_lags, n_symbols)."""
-        return np.stack([self.column(s, T) for s in symbols], axis=1)
+    def markov(self, T: float) -> tuple[Array, Array]:
+        """AVAR of unit Gauss-Markov noise at the lags, and its derivative by ln T, each of shape (n_lags,).
 
-    def covariance(self, symbols: Sequence[str], c: Array, T: float | None = None) -> Array:
+        Cubic between four columns that are kept: a search evaluates both at hundreds of times.
+        """
+        place = math.log(T) / _NODES
+        first = math.floor(place) - 1
+        t = place - first
+        nodes = np.stack([self._node(first + i) for i in range(4)])
+        return _cubic(t) @ nodes, _cubic_slope(t) @ nodes / _NODES
+
+    def _node(self, i: int) -> Array:
+        if i not in self._nodes:
+            unit = GaussMarkov.from_sigma(1.0, math.exp(i * _NODES))
+            self._nodes[i] = unit.avar_sampled(self.lags.astype(np.float64), 1.0, self.sampling)
+        return self._nodes[i]
+
+    def columns(self, symbols: Sequence[str], times: Times = ()) -> Array:
+        """The columns of several symbols, shape (n_lags, n_symbols)."""
+        return np.stack([self.column(s, times) for s in symbols], axis=1)
+
+    def covariance(self, symbols: Sequence[str], c: Array, times: Times = ()) -> Array:
         """Covariance matrix of the curve for these coefficients, shape (n_lags, n_lags)."""
-        time = None if T is None else nearest_time(T)
         total = np.zeros((len(self.lags),) * 2)
         ramp = c[symbols.index("R")] if "R" in symbols else 0.0
-        active = [(s, v) for s, v in zip(symbols, c, strict=True) if v > 0 and s != "R"]
+        active = [
+            (process, value * share)
+            for s, value in zip(symbols, c, strict=True)
+            if value > 0 and s != "R"
+            for process, share in _processes(s, times)
+        ]
         for i, (s, a) in enumerate(active):
-            for t, b in active[i:]:
-                total += (1 if s == t else 2) * a * b * self._part(s, t, time)
+            for j, (t, b) in enumerate(active[i:]):
+                total += (2 if j else 1) * a * b * self._part(s, t)
             if ramp > 0:
-                total += ramp * a * self._slope(s, time)
+                total += ramp * a * self._slope(s)
         return total
 
-    def _key(self, symbol: str, time: float | None) -> str:
-        return symbol if symbol != "G" else f"G{time!r}"
+    def _r12(self, process: str) -> Array:
+        if process not in self._cross:
+            self._cross[process] = self.pairs.cross(_unit(process), self.sampling)
+        return self._cross[process]
 
-    def _r12(self, symbol: str, time: float | None) -> Array:
-        key = self._key(symbol, time)
-        if key not in self._cross:
-            term = _unit(symbol) if symbol != "G" else GaussMarkov.from_sigma(1.0, _known(time))
-            self._cross[key] = self.pairs.cross(term, self.sampling)
-        return self._cross[key]
+    def _part(self, s: str, t: str) -> Array:
+        if (s, t) not in self._parts:
+            self._parts[s, t] = self._parts[t, s] = 2 * self.pairs.sum(self._r12(s) * self._r12(t))
+        return self._parts[s, t]
 
-    def _part(self, s: str, t: str, time: float | None) -> Array:
-        key = (self._key(s, time), self._key(t, time))
-        if key not in self._parts:
-            self._parts[key] = 2 * self.pairs.sum(self._r12(s, time) * self._r12(t, time))
-            self._parts[key[::-1]] = self._parts[key]
-        return self._parts[key]
-
-    def _slope(self, s: str, time: float | None) -> Array:
-        key = self._key(s, time)
-        if key not in self._slopes:
+    def _slope(self, s: str) -> Array:
+        if s not in self._slopes:
             m = self.lags.astype(np.float64)
-            self._slopes[key] = 2 * np.outer(m, m) * self.pairs.sum(self._r12(s, time))
-        return self._slopes[key]
+            self._slopes[s] = 2 * np.outer(m, m) * self.pairs.sum(self._r12(s))
+        return self._slopes[s]
 
 
 @dataclass(slots=True, kw_only=True)
@@ -158,13 +215,18 @@ class _Longer(CurveDesign):
     whole: CurveDesign
     left_out: int
 
-    def column(self, symbol: str, T: float | None = None) -> Array:
+    def column(self, symbol: str, times: Times = ()) -> Array:
         """As of the whole."""
-        return self.whole.column(symbol, T)[self.left_out :]
+        return self.whole.column(symbol, times)[self.left_out :]
 
-    def covariance(self, symbols: Sequence[str], c: Array, T: float | None = None) -> Array:
+    def markov(self, T: float) -> tuple[Array, Array]:
         """As of the whole."""
-        return self.whole.covariance(symbols, c, T)[self.left_out :, self.left_out :]
+        column, slope = self.whole.markov(T)
+        return column[self.left_out :], slope[self.left_out :]
+
+    def covariance(self, symbols: Sequence[str], c: Array, times: Times = ()) -> Array:
+        """As of the whole."""
+        return self.whole.covariance(symbols, c, times)[self.left_out :, self.left_out :]
 
 
 def without_shortest(design: CurveDesign, left_out: int) -> CurveDesign:
@@ -179,12 +241,6 @@ def without_shortest(design: CurveDesign, left_out: int) -> CurveDesign:
         whole=design,
         left_out=left_out,
     )
-
-
-def _known(T: float | None) -> float:
-    if T is None:
-        raise ValueError("a Gauss-Markov column needs its correlation time")
-    return T
 
 
 def design_of(

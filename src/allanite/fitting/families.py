@@ -1,36 +1,53 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""The two candidate families: flicker or one Gauss-Markov term between the white noise and the random walk."""
+"""The candidate families: flicker, or one or two Gauss-Markov terms, between the white noise and the random walk."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import itertools
+import math
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.fitting.design import MARKOV, SHORTEST_TIME, TIME_OF, Times
 from allanite.fitting.instrument import FLOOR, of_floor
 from allanite.fitting.objective import CurveData, CurveSolution, distance, solve
 from allanite.fitting.sets import CERTAIN, coefficient_set, critical_value, fisher_sd, time_set
 
-__all__ = ["FLICKER", "GAUSS_MARKOV", "CurveFamilyFit", "Family", "fit_family"]
+__all__ = [
+    "FLICKER",
+    "GAUSS_MARKOV",
+    "TWO_GAUSS_MARKOV",
+    "CurveFamilyFit",
+    "Family",
+    "fit_family",
+]
 
 Array = NDArray[np.float64]
 
 FLICKER = ("Q", "N", "B", "K", "R")
 GAUSS_MARKOV = ("Q", "N", "G", "K", "R")
-_SCAN = 4.0  # ratio of the correlation times tried first
-_FIRST = 16.0  # shortest correlation time [samples]
-_FLAT = 1e-3
+#: Where one Gauss-Markov term does not explain a curve: two, down to correlation times of one sample.
+TWO_GAUSS_MARKOV = ("Q", "N", "G", "G2", "K", "R")
+_SCAN, _SCAN_OF_TWO = 4.0, 10.0  # ratio of the correlation times tried first
 _NEEDED = 6.0  # loss by leaving out all unsupported terms (95 % point for two) that calls one of them back
 
 
 @dataclass(frozen=True, slots=True)
 class Family:
-    """A curve seen through one family: answers "the best fit with these coefficients fixed"."""
+    """A curve seen through one family: answers "the best fit with these coefficients fixed".
+
+    Attributes
+    ----------
+    shortest : float [samples]
+        Shortest correlation time considered.
+    """
 
     curve: CurveData
     symbols: tuple[str, ...]
+    shortest: float = SHORTEST_TIME
 
     @property
     def sensor(self) -> tuple[str, ...]:
@@ -38,74 +55,87 @@ class Family:
         return tuple(s for s in self.symbols if not of_floor(s))
 
     @property
+    def markov(self) -> tuple[str, ...]:
+        """The Gauss-Markov terms, the quicker one first."""
+        return tuple(s for s in MARKOV if s in self.symbols)
+
+    @property
     def times(self) -> tuple[float, float]:
         """Shortest and longest correlation time considered [samples].
 
-        A bias that forgets itself within some samples is a matter of the sensor's bandwidth, and one that outlasts
-        the record is a random walk.
+        A bias that outlasts the record is a random walk.
         """
-        return max(_FIRST, 2.0 * float(self.curve.design.lags[0])), float(self.curve.design.n_samples / 2)
+        first = int(self.curve.design.lags[0])
+        return max(self.shortest, 2.0 * first if first > 1 else 1.0), self.curve.design.n_samples / 2
 
     def __call__(
-        self, fixed: Mapping[str, float], near: CurveSolution | None = None, T: float | None = None
+        self,
+        fixed: Mapping[str, float],
+        near: CurveSolution | None = None,
+        held: Mapping[str, float] | None = None,
     ) -> CurveSolution:
-        start = None if near is None else near.c
-        if "G" not in self.symbols:
-            return solve(self.curve, self.symbols, fixed=fixed, start=start)
-        if T is not None or fixed.get("G") == 0.0:
-            return solve(
-                self.curve, self.symbols, T=T or _time_of(near, self.times), fixed=fixed, start=start
-            )
-        if near is not None and near.T is not None:
-            return self._refine(fixed, near, 0.15)
-        return self._scan(fixed)
+        """The best fit with these coefficients fixed, and the correlation times of some Gauss-Markov terms held.
+
+        Parameters
+        ----------
+        near : CurveSolution, optional
+            Where to begin; all correlation times are tried without it.
+        held : mapping of str to float [samples], optional
+        """
+        if not self.markov:
+            return solve(self.curve, self.symbols, fixed=fixed, start=None if near is None else near.c)
+        if near is None:
+            return self._scan(fixed)
+        return self._nearest(fixed, near, held or {})
 
     def _scan(self, fixed: Mapping[str, float]) -> CurveSolution:
-        """A coarse grid of correlation times, each fit beginning where its neighbour ended; the best is refined."""
+        """A coarse grid of correlation times, each fit beginning where its neighbor ended; the best move on."""
+        begun: list[CurveSolution] = []
+        for times in self._grid([s for s in self.markov if fixed.get(s) != 0.0]):
+            start = begun[-1].c if begun else None
+            begun.append(solve(self.curve, self.symbols, times=times, fixed=fixed, start=start))
+        best = min(begun, key=lambda s: s.value)
+        return self._best([*begun, solve(self.curve, self.symbols, times=best.times, fixed=fixed)], fixed)
+
+    def _best(self, begun: Sequence[CurveSolution], fixed: Mapping[str, float]) -> CurveSolution:
+        """The lowest minimum near the best of these; with several correlation times there may be several."""
+        few = sorted(begun, key=lambda s: s.value)[: 2 * len(self.markov) - 1]
+        return min((self._nearest(fixed, at, {}) for at in few), key=lambda s: s.value)
+
+    def _grid(self, moving: Sequence[str]) -> Iterator[Times]:
+        """Correlation times to begin with; those of terms that are not there do not matter."""
         shortest, longest = self.times
-        grid = np.geomspace(shortest, longest, int(np.log(longest / shortest) / np.log(_SCAN)) + 2)
-        solutions: list[CurveSolution] = []
-        for t in grid:
-            start = solutions[-1].c if solutions else None
-            solutions.append(solve(self.curve, self.symbols, T=float(t), fixed=fixed, start=start))
-        best = min(solutions, key=lambda s: s.value)
-        fresh = solve(self.curve, self.symbols, T=best.T, fixed=fixed)
-        return self._refine(fixed, min((best, fresh), key=lambda s: s.value), float(np.log(_SCAN)) / 2)
+        ratio = _SCAN if len(moving) < 2 else _SCAN_OF_TWO
+        grid = np.geomspace(shortest, longest, int(math.log(longest / shortest) / math.log(ratio)) + 2)
+        for chosen in itertools.combinations(grid.tolist(), len(moving)):
+            named = dict(zip(moving, chosen, strict=True))
+            yield tuple(named.get(s, math.sqrt(shortest * longest)) for s in self.markov)
 
-    def _refine(self, fixed: Mapping[str, float], near: CurveSolution, step: float) -> CurveSolution:
-        """Minimum over log T: walk downhill in steps, then the vertex of a parabola, twice."""
-        shortest, longest = (float(np.log(t)) for t in self.times)
-        known: dict[float, CurveSolution] = {}
+    def _nearest(
+        self, fixed: Mapping[str, float], near: CurveSolution, held: Mapping[str, float]
+    ) -> CurveSolution:
+        """The minimum over coefficients and correlation times that is nearest to another solution."""
+        times = tuple(held.get(s, T) for s, T in zip(self.markov, near.times, strict=True))
+        ends = [(held[s], held[s]) if s in held else self.times for s in self.markov]
+        return solve(self.curve, self.symbols, times=times, within=ends, fixed=fixed, start=near.c)
 
-        def at(x: float) -> float:
-            x = min(max(x, shortest), longest)
-            if x not in known:
-                start = min(known.values(), key=lambda s: s.value).c if known else near.c
-                known[x] = solve(self.curve, self.symbols, T=float(np.exp(x)), fixed=fixed, start=start)
-            return known[x].value
+    def above(self, nested: CurveSolution) -> CurveSolution:
+        """The best fit, which is no worse than this one of a family with fewer terms."""
+        start = np.array([nested.coefficient(s) for s in self.symbols])
+        known = len(nested.times)
+        begun = [
+            solve(self.curve, self.symbols, times=(*nested.times, *times[known:]), start=start)
+            for times in self._grid(self.markov[known:])
+        ]
+        return self._ordered(min((self._best(begun, {}), self._scan({})), key=lambda s: s.value))
 
-        x = float(np.log(near.T or 1.0))
-        for _ in range(20):
-            left, here, right = at(x - step), at(x), at(x + step)
-            if here <= min(left, right):
-                bend = left - 2 * here + right
-                if not 0 < bend < np.inf or step < 0.03:
-                    break
-                vertex = x + step * (left - right) / (2 * bend)
-                x = vertex if at(vertex) < here else x
-                step /= 4
-            elif min(left, right) > here - _FLAT or not shortest < x < longest:
-                step /= 2
-                if step < 0.03:
-                    break
-                x = x - step if left < right else x + step
-            else:
-                x = max(x - step, shortest) if left < right else min(x + step, longest)
-        return min(known.values(), key=lambda s: s.value)
-
-
-def _time_of(near: CurveSolution | None, times: tuple[float, float]) -> float:
-    return near.T if near is not None and near.T is not None else (times[0] * times[1]) ** 0.5
+    def _ordered(self, at: CurveSolution) -> CurveSolution:
+        """The quicker Gauss-Markov term first."""
+        if [*at.times] == sorted(at.times):
+            return at
+        c, (i, j) = at.c.copy(), (self.symbols.index(s) for s in self.markov)
+        c[[i, j]] = c[[j, i]]
+        return replace(at, c=c, times=at.times[::-1])
 
 
 @dataclass(frozen=True, slots=True)
@@ -144,15 +174,15 @@ def fit_family(family: Family, best: CurveSolution, confidence: float) -> CurveF
         critical = critical_value(family.curve, best, s, rough, confidence)
         sets[s] = coefficient_set(family.curve, family, best, s, critical)
     supported = frozenset(s for s in symbols if sets[s][0] > 0)
-    if "G" in supported and best.T is not None:
-        critical = critical_value(family.curve, best, "T", supported, confidence)
-        sets["T"] = time_set(family.curve, family, best, critical, *family.times)
+    for s in (s for s in family.markov if s in supported):
+        critical = critical_value(family.curve, best, TIME_OF[s], supported, confidence)
+        sets[TIME_OF[s]] = time_set(family.curve, family, best, s, critical, family.times)
     return CurveFamilyFit(family, best, _selected(family, best, supported), supported, sets)
 
 
 def _excludes_zero(family: Family, best: CurveSolution, symbol: str, critical: float) -> bool:
-    null = family({symbol: 0.0}, best if symbol == "G" else None)
-    return distance(family.curve, null, best.T) > critical
+    null = family({symbol: 0.0}, best if family.markov == (symbol,) else None)
+    return distance(family.curve, null, best.times) > critical
 
 
 def _selected(family: Family, best: CurveSolution, supported: frozenset[str]) -> CurveSolution:
@@ -180,6 +210,4 @@ def _only(family: Family, best: CurveSolution, chosen: set[str]) -> CurveSolutio
     absent = {s: 0.0 for s in family.symbols if s not in chosen}
     if len(absent) == len(family.symbols):
         return replace(best, value=np.inf)
-    return (
-        family(absent, best) if "G" in chosen else solve(family.curve, family.symbols, T=best.T, fixed=absent)
-    )
+    return family(absent, best)

@@ -23,7 +23,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.fitting.design import CurveDesign
+from allanite.fitting.design import CurveDesign, Times
 
 __all__ = ["FLOOR", "TwoRecords", "of_floor", "two_records"]
 
@@ -53,22 +53,24 @@ class TwoRecords(CurveDesign):
     measured: CurveDesign
     floor: CurveDesign
 
-    def column(self, symbol: str, T: float | None = None) -> Array:
+    def column(self, symbol: str, times: Times = ()) -> Array:
         """What a unit of this term gives at the lags of both curves, the measured one first."""
         letter = symbol.removeprefix("f")
         above = np.zeros(len(self.measured.lags))
         below = np.zeros(len(self.floor.lags))
         if symbol != "fR":
-            above = self.measured.column(letter, T)
+            above = self.measured.column(letter, times)
         if of_floor(symbol):
             below = self.floor.column(letter)
         return np.concatenate([above, below])
 
-    def columns(self, symbols: Sequence[str], T: float | None = None) -> Array:
-        """The columns of several symbols, shape (n_lags, n_symbols)."""
-        return np.stack([self.column(s, T) for s in symbols], axis=1)
+    def markov(self, T: float) -> tuple[Array, Array]:
+        """Gauss-Markov noise of the sensor."""
+        column, slope = self.measured.markov(T)
+        below = np.zeros(len(self.floor.lags))
+        return np.concatenate([column, below]), np.concatenate([slope, below])
 
-    def covariance(self, symbols: Sequence[str], c: Array, T: float | None = None) -> Array:
+    def covariance(self, symbols: Sequence[str], c: Array, times: Times = ()) -> Array:
         """Covariance matrix of both curves for these coefficients: two blocks."""
         total: dict[str, float] = {}
         sensor: dict[str, float] = {}
@@ -80,7 +82,7 @@ class TwoRecords(CurveDesign):
                 sensor[letter] = float(value)
         n = len(self.measured.lags)
         out = np.zeros((n + len(self.floor.lags),) * 2)
-        out[:n, :n] = self.measured.covariance(list(total), np.array(list(total.values())), T)
+        out[:n, :n] = self.measured.covariance(list(total), np.array(list(total.values())), times)
         out[n:, n:] = self.floor.covariance(list(sensor), np.array(list(sensor.values())))
         return out
 

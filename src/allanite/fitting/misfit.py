@@ -2,25 +2,27 @@
 """What to do when no sum of noise terms explains a curve.
 
 Real sensors filter, vibrate and warm up. At short lags a curve may be known to 0.1 %, so that a shape which is wrong
-by 1 % there would decide every parameter. Two remedies, in this order, both said in the result:
+by 1 % there would decide every parameter. Remedies, in this order, both said in the result:
 
-1. the shortest lags are left out, until the rest is explained;
-2. if that does not help, every lag gets a relative model error (the *discrepancy*), as small as makes the misfit
+1. one or two Gauss-Markov terms with correlation times down to one sample;
+2. the shortest lags are left out, until the rest is explained;
+3. if that does not help, every lag gets a relative model error (the *discrepancy*), as small as makes the misfit
    what chance would give; the intervals then hold it.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import FitError
-from allanite.fitting.design import CurveDesign, design_of, without_shortest
-from allanite.fitting.families import FLICKER, GAUSS_MARKOV, Family
+from allanite.fitting.design import SHORTEST_TIME, CurveDesign, design_of, without_shortest
+from allanite.fitting.families import FLICKER, GAUSS_MARKOV, TWO_GAUSS_MARKOV, Family
 from allanite.fitting.instrument import FLOOR, two_records
-from allanite.fitting.objective import CurveData, CurveSolution
+from allanite.fitting.objective import CurveData, CurveSolution, advantage
+from allanite.fitting.rivals import DOUBTFUL, PAYS_FOR_TIME, PAYS_FOR_TWO, REJECTS_FLICKER
 from allanite.noise.allan.curve import AllanCurve
 
 __all__ = ["Floor", "LagChoice", "best_explained", "candidate"]
@@ -46,6 +48,8 @@ class LagChoice:
         Variance unit of `data`.
     data : CurveData
     flicker, markov : CurveSolution
+    other : CurveSolution or None
+        Of shorter correlation times, and maybe two Gauss-Markov terms, where that explains what neither family does.
     """
 
     used: NDArray[np.bool_]
@@ -53,16 +57,45 @@ class LagChoice:
     data: CurveData
     flicker: CurveSolution
     markov: CurveSolution
+    other: CurveSolution | None = None
+
+    @property
+    def solutions(self) -> tuple[CurveSolution, ...]:
+        """The best fits of all families that were tried."""
+        return (self.flicker, self.markov, *([] if self.other is None else [self.other]))
 
     @property
     def p(self) -> float:
         """Goodness of the better family."""
+        return max(self._p(self.flicker), self._p(self.markov))
+
+    def with_shorter_times(self) -> LagChoice:
+        """The same with one Gauss-Markov term of any correlation time, or two, if that explains what is left."""
+        at_end = self.markov.times[0] <= 1.001 * SHORTEST_TIME and self._only_markov()
+        if self.p >= DOUBTFUL and not at_end:
+            return self
+        below = self.markov
+        for symbols in (GAUSS_MARKOV, TWO_GAUSS_MARKOV):
+            family = Family(self.data, symbols, shortest=1.0)
+            if len(self.data.variance) <= len(symbols) + len(family.markov):
+                break
+            other = family.above(below)
+            gain = min(self.flicker.value, self.markov.value) - other.value
+            price = PAYS_FOR_TIME if at_end and symbols == GAUSS_MARKOV else PAYS_FOR_TWO
+            if gain > price and self._p(other) >= _EXPLAINED:
+                return replace(self, other=other)
+            below = other
+        return self
+
+    def _only_markov(self) -> bool:
+        """Whether the curve rejects flicker, and not a Gauss-Markov term."""
+        return advantage(self.data, self.markov, self.flicker) > REJECTS_FLICKER
+
+    def _p(self, at: CurveSolution) -> float:
         from scipy.special import chdtrc
 
-        return max(
-            float(chdtrc(max(len(self.data.variance) - int((s.c > 0).sum()) - extra, 1), s.chi2))
-            for s, extra in ((self.flicker, 0), (self.markov, 1))
-        )
+        free = int((at.c > 0).sum()) + len(at.times)
+        return float(chdtrc(max(len(self.data.variance) - free, 1), at.chi2))
 
 
 @dataclass(frozen=True, slots=True)
@@ -120,7 +153,9 @@ def best_explained(curve: AllanCurve, used: NDArray[np.bool_], floor: Floor | No
     """All lags if they are explained, else fewer, else all of them with a discrepancy."""
     lags = _Lags(curve, used, floor)
     whole = lags.candidate()
-    if whole.p >= _NOT_EXPLAINED:
+    if floor is None:
+        whole = whole.with_shorter_times()
+    if whole.other is not None or whole.p >= _NOT_EXPLAINED:
         return whole
     for left_out in range(1, lags.most_left_out + 1):
         trial = lags.candidate(left_out=left_out)

@@ -17,7 +17,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from allanite.errors import DataQualityError, FitError, InputError
-from allanite.fitting.design import TIME_POWER
+from allanite.fitting.design import SHORTEST_TIME, TIME_OF, TIME_POWER
 from allanite.fitting.estimates import amplitude_estimate, equivalent_flicker, time_estimate
 from allanite.fitting.families import CurveFamilyFit, Family, fit_family
 from allanite.fitting.instrument import of_floor
@@ -28,7 +28,7 @@ from allanite.fitting.rivals import supported_families
 from allanite.fitting.sets import fisher_sd
 from allanite.fitting.stand_ins import PowerLaws, power_laws, shortest_time
 from allanite.fitting.undecided import over_families, with_alternative
-from allanite.fitting.verdict import stand_in_words, supported_words, with_walk_note
+from allanite.fitting.verdict import stand_in_words, supported_words, with_slow_notes
 from allanite.noise import Estimate, GaussMarkov, NoiseModel, TermType, term_of
 from allanite.noise.allan.curve import AllanCurve
 from allanite.noise.allan.degrees import chi_square_factors
@@ -39,6 +39,8 @@ __all__ = ["curve_slopes", "fit_moments", "lags_used"]
 
 Array = NDArray[np.float64]
 
+#: Gauss-Markov terms as estimates.
+_NAMES = {"G": "sigma", "G2": "sigma_2"}
 #: Neighbouring lags nearer than this carry the same information (correlation 0.9998) and make C singular.
 _SPACING = 1.6
 
@@ -137,7 +139,7 @@ def fit_moments(
         facts |= _slow_time(fits, curve) | laws.facts(frozenset().union(*(f.supported for f in fits)))
     white = None if laws is None else laws.white
     sets = None if white is None else {"N": _ends("N", white, chosen.scale, curve.dt)}
-    models = over_families([_model(f, chosen.scale, curve, confidence, facts) for f in fits], sets)
+    models = over_families([_model(f, chosen.scale, curve, confidence, facts) for f in fits], sets, facts)
     verdict = _verdict(models) + (" The noise of the instrument is taken off." if floor is not None else "")
     return with_alternative([replace(m, verdict=verdict) for m in models])
 
@@ -172,8 +174,10 @@ def _families(chosen: LagChoice, confidence: float) -> list[CurveFamilyFit]:
     if not math.isfinite(best.value):
         raise FitError("no sum of noise terms explains the curve; look at the findings and at the curve")
 
-    def fitted(symbols: tuple[str, ...], solution: CurveSolution, name: str) -> tuple[CurveFamilyFit, bool]:
-        fit = fit_family(Family(data, symbols), solution, confidence)
+    def fitted(
+        symbols: tuple[str, ...], solution: CurveSolution, name: str, shortest: float = SHORTEST_TIME
+    ) -> tuple[CurveFamilyFit, bool]:
+        fit = fit_family(Family(data, symbols, shortest), solution, confidence)
         if not math.isfinite(fit.selected.value):
             raise FitError(
                 "the curve is that of a ramp, and no noise is resolved beside it; take the trend out, or look at the "
@@ -181,6 +185,8 @@ def _families(chosen: LagChoice, confidence: float) -> list[CurveFamilyFit]:
             )
         return fit, name in fit.supported
 
+    if chosen.other is not None:
+        return [fitted(chosen.other.symbols, chosen.other, "G", 1.0)[0]]
     return supported_families(
         advantage(data, other, best),
         advantage(data, best, other) if other.coefficient("G") > 0 else math.inf,
@@ -198,7 +204,7 @@ def curve_slopes(curve: AllanCurve, supported: Collection[str]) -> dict[str, flo
         chosen = best_explained(curve, used)
     except FitError:
         return {}
-    listed = sorted((chosen.flicker, chosen.markov), key=lambda s: s.value)
+    listed = sorted(chosen.solutions, key=lambda s: s.value)
     return power_laws(chosen.data, listed).facts(supported)
 
 
@@ -207,7 +213,7 @@ def _power_laws(fits: Sequence[CurveFamilyFit]) -> PowerLaws | None:
 
     Not asked beside the floor of an instrument, whose own slow terms move with them.
     """
-    slow = any(f.supported & {"B", "G", "K"} for f in fits)
+    slow = any(f.supported & {"B", "G", "G2", "K"} for f in fits)
     if not slow or fits[0].family.sensor != fits[0].family.symbols:
         return None
     return power_laws(fits[0].family.curve, [f.best for f in fits])
@@ -247,15 +253,16 @@ def _model(
 
     dt, channel = curve.dt, curve.channels[0]
     chosen = fit.selected
-    dof = max(len(fit.family.curve.variance) - int((chosen.c > 0).sum()) - int("G" in fit.supported), 1)
+    free = int((chosen.c > 0).sum()) + len(fit.supported & {*fit.family.markov})
+    dof = max(len(fit.family.curve.variance) - free, 1)
     sensor = fit.family.sensor
-    estimates = with_walk_note([_estimate(fit, s, scale, dt) for s in sensor], facts)
-    if "G" in sensor:
-        sigma = next(e for e in estimates if e.symbol == "sigma")
-        estimates += [equivalent_flicker(sigma), _time_estimate(fit, dt)]
+    estimates = with_slow_notes([_estimate(fit, s, scale, dt) for s in sensor], facts)
+    for s in fit.family.markov:
+        sigma = next(e for e in estimates if e.symbol == _NAMES.get(s))
+        estimates += [equivalent_flicker(sigma), _time_estimate(fit, s, dt)]
     return NoiseModel(
         terms=tuple(_term(s, chosen, scale, dt) for s in sensor if chosen.coefficient(s) > 0),
-        family="gauss-markov" if "G" in sensor else "flicker",
+        family="gauss-markov" if fit.family.markov else "flicker",
         estimates=tuple(estimates),
         confidence=confidence,
         covariance=_covariance(fit, confidence),
@@ -278,7 +285,7 @@ def _ends(symbol: str, ends: tuple[float, float], scale: float, dt: float) -> tu
 
 def _estimate(fit: CurveFamilyFit, symbol: str, scale: float, dt: float) -> Estimate:
     return amplitude_estimate(
-        "sigma" if symbol == "G" else symbol,
+        _NAMES.get(symbol, symbol),
         _ends(symbol, fit.sets[symbol], scale, dt),
         _amplitude(symbol, fit.selected.coefficient(symbol), scale, dt),
         lambda: _amplitude(symbol, fit.best.coefficient(symbol), scale, dt),
@@ -287,21 +294,21 @@ def _estimate(fit: CurveFamilyFit, symbol: str, scale: float, dt: float) -> Esti
     )
 
 
-def _time_estimate(fit: CurveFamilyFit, dt: float) -> Estimate:
+def _time_estimate(fit: CurveFamilyFit, symbol: str, dt: float) -> Estimate:
     shortest, longest = fit.family.times
-    ends = fit.sets.get("T") if fit.selected.T is not None else None
+    ends = fit.sets.get(TIME_OF[symbol])
     return time_estimate(
-        "T",
+        TIME_OF[symbol],
         None if ends is None else (ends[0] * dt, ends[1] * dt),
         (shortest * dt, longest * dt),
-        (fit.selected.T or 0.0) * dt,
+        fit.selected.times[fit.family.markov.index(symbol)] * dt,
     )
 
 
 def _term(symbol: str, at: CurveSolution, scale: float, dt: float) -> TermType:
     value = _amplitude(symbol, at.coefficient(symbol), scale, dt)
-    if symbol == "G":
-        return GaussMarkov.from_sigma(value, (at.T or 1.0) * dt)
+    if symbol in at.markov:
+        return GaussMarkov.from_sigma(value, at.times[at.markov.index(symbol)] * dt)
     return term_of(symbol, value, dt=dt)
 
 
@@ -316,9 +323,9 @@ def _covariance(fit: CurveFamilyFit, confidence: float) -> dict[str, Any]:
     if not sd:
         return {}
     J = sensitivity(fit.family.curve, at)
-    names = [*at.symbols, *(["T"] if at.T is not None else [])]
+    names = [*at.symbols, *(TIME_OF[s] for s in at.markov)]
     index = [names.index(n) for n in sd]
-    half = np.array([1.0 if n == "T" else 0.5 for n in sd])
+    half = np.array([1.0 if n in TIME_OF.values() else 0.5 for n in sd])
     matrix = np.linalg.pinv(J[:, index].T @ J[:, index])
     scale = np.array([_width(fit.sets.get(n), confidence, float(sd[n])) / sd[n] for n in sd]) * half
     matrix *= np.outer(scale, scale)
@@ -326,7 +333,7 @@ def _covariance(fit: CurveFamilyFit, confidence: float) -> dict[str, Any]:
     if not of_sensor:
         return {}
     return {
-        "symbols": ["sigma" if n == "G" else n for n in sd if not of_floor(n)],
+        "symbols": [_NAMES.get(n, n) for n in sd if not of_floor(n)],
         "of": "natural logarithms",
         "matrix": matrix[np.ix_(of_sensor, of_sensor)].tolist(),
     }

@@ -20,13 +20,14 @@ References
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.fitting.design import CurveDesign
+from allanite.fitting.design import MARKOV, CurveDesign, Times
 
 __all__ = ["CurveData", "CurveSolution", "advantage", "distance", "sensitivity", "solve"]
 
@@ -36,6 +37,7 @@ _ROUNDS = 12
 _STEPS = 30
 _SETTLED = 1e-5  # a gain of the objective that no longer matters: 0.003 standard deviations
 _EDF_MIN = 0.5
+_FARTHEST = 1.0  # in ln T, in one step
 _RAMPS = ("R", "fR")  # no noise: they have no spread of their own
 
 
@@ -61,8 +63,8 @@ class CurveSolution:
     symbols : tuple of str
     c : ndarray, shape (n_symbols,)
         Variance coefficients, not negative.
-    T : float or None
-        Correlation time [samples].
+    times : tuple of float
+        Correlation times [samples] of the Gauss-Markov terms, in the order of `MARKOV`.
     value : float
         L at the minimum.
     chi2 : float
@@ -71,10 +73,20 @@ class CurveSolution:
 
     symbols: tuple[str, ...]
     c: Array
-    T: float | None
+    times: Times
     value: float
     chi2: float
     weight: _Weight | None
+
+    @property
+    def T(self) -> float | None:
+        """Correlation time [samples] of the first Gauss-Markov term; None without one."""
+        return self.times[0] if self.times else None
+
+    @property
+    def markov(self) -> tuple[str, ...]:
+        """The Gauss-Markov terms whose correlation times these are."""
+        return MARKOV[: len(self.times)]
 
     def coefficient(self, symbol: str) -> float:
         """The variance coefficient of a symbol, 0 where it is not a candidate."""
@@ -85,7 +97,8 @@ def solve(
     curve: CurveData,
     symbols: tuple[str, ...],
     *,
-    T: float | None = None,
+    times: Times = (),
+    within: Sequence[tuple[float, float]] = (),
     fixed: Mapping[str, float] | None = None,
     start: Array | None = None,
 ) -> CurveSolution:
@@ -93,46 +106,58 @@ def solve(
 
     The weights (C) are those of the current model and are renewed until they no longer matter; within a round
     the minimum is found by Gauss-Newton steps, each a non-negative least-squares problem.
+
+    Parameters
+    ----------
+    times : tuple of float [samples]
+        Correlation times of the Gauss-Markov terms.
+    within : sequence of (float, float), optional [samples]
+        Each of the times is free between two ends, and the minimum is the one nearest to `times`. By default they are
+        held.
     """
     fixed = fixed or {}
-    A = curve.design.columns(symbols, T)
+    A = curve.design.columns(symbols, times)
     free = np.array([s not in fixed for s in symbols])
     c = _start(curve.variance, A, symbols, fixed, free) if start is None else np.maximum(start, 0.0)
     for s, value in fixed.items():
         c[symbols.index(s)] = value
     weight = None
     for _ in range(_ROUNDS):
-        fresh = _Weight.of(curve, symbols, c, A, T)
+        fresh = _Weight.of(curve, symbols, c, A, times)
         if fresh is None:
             break
         weight = fresh
         before = weight.objective(curve.variance, A @ c)[0]
-        c = _minimise(curve.variance, A, c, free, weight)
+        if not within:
+            c = _minimise(curve.variance, A, c, free, weight)
+        else:
+            c, times = _with_times(curve, symbols, c, free, times, within, weight)
+            A = curve.design.columns(symbols, times)
         if before - weight.objective(curve.variance, A @ c)[0] < 1e-3:
             break
     if weight is None:
-        return CurveSolution(symbols, c, T, np.inf, np.inf, None)
+        return CurveSolution(symbols, c, times, np.inf, np.inf, None)
     value, chi2 = weight.objective(curve.variance, A @ c)
-    return CurveSolution(symbols, c, T, value + weight.log_det, chi2, weight)
+    return CurveSolution(symbols, c, times, value + weight.log_det, chi2, weight)
 
 
-def distance(curve: CurveData, null: CurveSolution, time: float | None = None) -> float:
+def distance(curve: CurveData, null: CurveSolution, times: Times = ()) -> float:
     """How much better the full family does than a constrained solution, judged with the weights of the latter.
 
     Under the constraint this is chi-square with one degree of freedom (half of the time zero on the border of the
-    parameter space), because the weights are then the right ones. `time` is another correlation time at which the
-    full family is tried, that of its own best fit.
+    parameter space), because the weights are then the right ones. `times` are other correlation times at which the
+    full family is tried, those of its own best fit.
     """
     if null.weight is None:
         return np.inf
-    A = curve.design.columns(null.symbols, null.T)
+    A = curve.design.columns(null.symbols, null.times)
     free = np.ones(len(null.symbols), dtype=bool)
     at_null = null.weight.objective(curve.variance, A @ null.c)[0]
     best = null.weight.objective(curve.variance, A @ _minimise(curve.variance, A, null.c, free, null.weight))[
         0
     ]
-    if time is not None and null.T is not None and time != null.T:
-        A = curve.design.columns(null.symbols, time)
+    if len(times) == len(null.times) and times != null.times:
+        A = curve.design.columns(null.symbols, times)
         other = _minimise(curve.variance, A, null.c, free, null.weight)
         best = min(best, null.weight.objective(curve.variance, A @ other)[0])
     return at_null - best
@@ -142,25 +167,19 @@ def advantage(curve: CurveData, rival: CurveSolution, null: CurveSolution) -> fl
     """How much better a rival family does than `null`, judged with the weights that are right if `null` is true."""
     if null.weight is None:
         return np.inf
-    A = curve.design.columns(null.symbols, null.T)
+    A = curve.design.columns(null.symbols, null.times)
     at_null = null.weight.objective(curve.variance, A @ null.c)[0]
-    A = curve.design.columns(rival.symbols, rival.T)
+    A = curve.design.columns(rival.symbols, rival.times)
     c = _minimise(curve.variance, A, rival.c, np.ones(len(rival.c), dtype=bool), null.weight)
     return at_null - null.weight.objective(curve.variance, A @ c)[0]
 
 
 def sensitivity(curve: CurveData, at: CurveSolution) -> Array:
-    """Expected change of the whitened residuals with log(c_t), shape (n_lags, n_symbols); last column: log T."""
-    A = curve.design.columns(at.symbols, at.T)
+    """Expected change of the whitened residuals with ln c and, in the last columns, ln T; shape (n_lags, n)."""
+    A = curve.design.columns(at.symbols, at.times)
     mu = A @ at.c
-    slope = A * at.c / mu[:, None]
-    if at.T is not None:
-        step = 1.02
-        G = at.symbols.index("G")
-        up = curve.design.column("G", at.T * step)
-        down = curve.design.column("G", at.T / step)
-        along = at.c[G] * (up - down) / (2 * np.log(step)) / mu
-        slope = np.concatenate([slope, along[:, None]], axis=1)
+    along = [at.coefficient(s) * curve.design.markov(T)[1] for s, T in zip(MARKOV, at.times, strict=False)]
+    slope = np.concatenate([A * at.c, np.reshape(along, (-1, len(mu))).T], axis=1) / mu[:, None]
     if at.weight is None:
         return np.full_like(slope, np.nan)
     return -(at.weight.whiten @ slope) / 3
@@ -199,7 +218,7 @@ class _Weight:
 
     @classmethod
     def of(
-        cls, curve: CurveData, symbols: tuple[str, ...], c: Array, A: Array, T: float | None
+        cls, curve: CurveData, symbols: tuple[str, ...], c: Array, A: Array, times: Times
     ) -> _Weight | None:
         """Weights of the noise alone. A ramp has no spread of its own; were it to lend its size to the weights, a
         large ramp would make the long lags look certain and never be let go of. So its set is a little too wide."""
@@ -209,7 +228,7 @@ class _Weight:
         mu = A @ noise
         if mu.min() <= 0:
             return None
-        V = curve.design.covariance(list(symbols), noise, T)
+        V = curve.design.covariance(list(symbols), noise, times)
         variance = np.maximum(V.diagonal(), 1e-14 * mu**2)
         edf = np.maximum(2 * mu**2 / variance, _EDF_MIN)
         spread = np.sqrt(variance)
@@ -260,6 +279,52 @@ def _minimise(v: Array, A: Array, c: Array, free: NDArray[np.bool_], weight: _We
     out = c.copy()
     out[free] = x
     return out
+
+
+def _with_times(
+    curve: CurveData,
+    symbols: tuple[str, ...],
+    c: Array,
+    free: NDArray[np.bool_],
+    times: Times,
+    within: Sequence[tuple[float, float]],
+    weight: _Weight,
+) -> tuple[Array, Times]:
+    """The same over the correlation times, too: each is one more direction, its logarithm above the shortest."""
+    v, design = curve.variance, curve.design
+    places = [symbols.index(s) for s in MARKOV[: len(times)]]
+    shortest, longest = np.log(within).T
+    u = np.clip(np.log(times), shortest, longest)
+    A = design.columns(symbols, times)
+    mu = A @ c
+    value = weight.objective(v, mu)[0]
+    for _ in range(_STEPS):
+        moving = [k for k, i in enumerate(places) if c[i] > 0 and shortest[k] < longest[k]]
+        along = [c[places[k]] * design.markov(math.exp(u[k]))[1] for k in moving]
+        B = np.concatenate([A[:, free], np.reshape(along, (-1, len(v))).T], axis=1)
+        if not B.shape[1]:
+            break
+        step = _step(v, B, np.concatenate([c[free], (u - shortest)[moving]]), mu, weight)
+        dc, du = np.zeros_like(c), np.zeros_like(u)
+        dc[free] = step[: int(free.sum())]
+        du[moving] = np.clip(step[int(free.sum()) :], -_FARTHEST, _FARTHEST)
+        size, new = 1.0, np.inf
+        while size > 1e-7:
+            c_trial = np.maximum(c + size * dc, 0.0)
+            u_trial = np.clip(u + size * du, shortest, longest)
+            A_trial = design.columns(symbols, tuple(np.exp(u_trial).tolist()))
+            mu_trial = A_trial @ c_trial
+            if mu_trial.min() > 0:
+                new = weight.objective(v, mu_trial)[0]
+                if new <= value + 1e-12:
+                    break
+            size /= 2
+        if not new <= value + 1e-12:
+            break
+        gain, c, u, A, mu, value = value - new, c_trial, u_trial, A_trial, mu_trial, new
+        if gain < _SETTLED:
+            break
+    return c, tuple(np.exp(u).tolist())
 
 
 def _step(v: Array, B: Array, x: Array, mu: Array, weight: _Weight) -> Array:

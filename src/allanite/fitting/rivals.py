@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TypeVar
 
-__all__ = ["REJECTS_FLICKER", "supported_families"]
+__all__ = ["DOUBTFUL", "PAYS_FOR_TIME", "PAYS_FOR_TWO", "REJECTS_FLICKER", "supported_families"]
 
 Fit = TypeVar("Fit")
 
@@ -19,6 +19,10 @@ Fit = TypeVar("Fit")
 REJECTS_FLICKER, REJECTS_GAUSS_MARKOV = 8.0, 5.0
 #: Undecided: Gauss-Markov stands first from here on.
 PREFERS_GAUSS_MARKOV = 4.0
+#: Goodness of both families below which shorter times and two Gauss-Markov terms are tried, and what these must gain in
+#: twice the log-likelihood: far more than noise gains by two more parameters. A term that stands at the shortest time
+#: has to gain only what excludes that time.
+DOUBTFUL, PAYS_FOR_TWO, PAYS_FOR_TIME = 0.05, 15.0, 3.84
 
 
 def supported_families(

@@ -25,6 +25,7 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.fitting.design import TIME_OF
 from allanite.fitting.instrument import of_floor
 from allanite.fitting.objective import CurveData, CurveSolution, distance, sensitivity
 
@@ -85,17 +86,18 @@ def _directions(
     """Whitened directions of the tested symbol (first), of free and of one-sided nuisances."""
     if at.weight is None:
         return [], ()
-    A = curve.design.columns(at.symbols, at.T)
+    A = curve.design.columns(at.symbols, at.times)
     whitened = at.weight.whiten @ (A / (A @ at.c)[:, None])
     named = {s: whitened[:, i] for i, s in enumerate(at.symbols)}
-    if at.T is not None and at.coefficient("G") > 0:
-        named["T"] = sensitivity(curve, at)[:, -1]
+    by_time = sensitivity(curve, at)[:, len(at.symbols) :]
+    present = [k for k, s in enumerate(at.markov) if at.coefficient(s) > 0]
+    named |= {TIME_OF[at.markov[k]]: by_time[:, k] for k in present}
     if symbol not in named:
         return [], ()
     # An instrument's terms move freely where its own record shows them, and are left alone at zero.
     others = [s for s in named if s != symbol and not (of_floor(s) and at.coefficient(s) == 0.0)]
     columns = [named[symbol], *(named[s] for s in others)]
-    free = {s for s in others if s in supported or s == "T" or of_floor(s)}
+    free = {s for s in others if s in supported or s in TIME_OF.values() or of_floor(s)}
     kinds = ["free", *("free" if s in free else "one-sided" for s in others)]
     norms = [float(np.linalg.norm(c)) for c in columns]
     kept = [i for i, n in enumerate(norms) if n > 1e-12 or i == 0]
@@ -125,12 +127,11 @@ def _explained(U: Array, y: Array, kinds: tuple[str, ...], without: int | None) 
 
 
 def fisher_sd(curve: CurveData, at: CurveSolution) -> dict[str, float]:
-    """Relative standard deviation of each positive coefficient (and of T) from the expected information."""
+    """Relative standard deviation of each positive coefficient (and correlation time) from the expected information."""
     J = sensitivity(curve, at)
-    names = [*at.symbols, "T"] if at.T is not None else list(at.symbols)
-    active = [
-        i for i, n in enumerate(names) if (n == "T" and at.coefficient("G") > 0) or at.coefficient(n) > 0
-    ]
+    names = [*at.symbols, *(TIME_OF[s] for s in at.markov)]
+    holders = [*at.symbols, *at.markov]
+    active = [i for i, s in enumerate(holders) if at.coefficient(s) > 0]
     if not active:
         return {}
     inverse = np.linalg.pinv(J[:, active].T @ J[:, active], rcond=1e-12)
@@ -165,7 +166,7 @@ def coefficient_set(
         null = family({symbol: value}, None if cold else near)
         if not cold:
             near = null
-        return math.sqrt(max(distance(curve, null, best.T), 0.0)) - math.sqrt(critical)
+        return math.sqrt(max(distance(curve, null, best.times), 0.0)) - math.sqrt(critical)
 
     estimate = best.coefficient(symbol)
     sd = fisher_sd(curve, best).get(symbol, 1.0)
@@ -181,21 +182,30 @@ def time_set(
     curve: CurveData,
     family: Callable[..., CurveSolution],
     best: CurveSolution,
+    symbol: str,
     critical: float,
-    shortest: float,
-    longest: float,
+    within: tuple[float, float],
 ) -> tuple[float, float]:
-    """Ends of the set of the correlation time [samples]; `shortest` or `longest` where the record sets no end."""
+    """Ends of the set of a correlation time [samples]; those of `within` where the record sets no end.
+
+    Parameters
+    ----------
+    family : callable
+        family(fixed, near, held) -> CurveSolution: the best fit with these correlation times held.
+    symbol : str
+        Of the Gauss-Markov term.
+    """
     ends = []
-    for limit in (shortest, longest):
+    here = best.times[best.markov.index(symbol)]
+    for limit in within:
         near = best
 
         def profile(T: float) -> float:
             nonlocal near
-            near = family({}, near, T)
-            return math.sqrt(max(distance(curve, near, best.T), 0.0)) - math.sqrt(critical)
+            near = family({}, near, {symbol: T})
+            return math.sqrt(max(distance(curve, near, best.times), 0.0)) - math.sqrt(critical)
 
-        inside, outside = math.log(best.T or 1.0), None
+        inside, outside = math.log(here), None
         step = math.copysign(0.25, math.log(limit) - inside)
         while outside is None and inside != math.log(limit):
             trial = inside + step
@@ -216,7 +226,7 @@ def time_set(
 
 def _first_guess(curve: CurveData, best: CurveSolution, symbol: str) -> float:
     """A value of an absent coefficient that would be seen for certain: as large as the curve where it is smallest."""
-    column = curve.design.column(symbol, best.T)
+    column = curve.design.column(symbol, best.times)
     visible = column > 0
     return float(np.min(curve.variance[visible] / column[visible])) * 1e-3
 

@@ -16,7 +16,7 @@ from functools import partial
 import numpy as np
 
 from allanite.fitting.design import power_law_symbol, slow_symbol
-from allanite.fitting.families import CurveFamilyFit
+from allanite.fitting.families import CurveFamilyFit, Family
 from allanite.fitting.objective import CurveData, CurveSolution, advantage, solve
 from allanite.fitting.sets import coefficient_set
 
@@ -32,8 +32,6 @@ PREFERS_POWER_LAW = 10.0
 #: Loss in twice the log-likelihood at the ends of the interval of a slope, and of a correlation time (95 %).
 INTERVAL = 3.84
 _SLOPES = np.round(np.arange(0.5, 1.51, 0.1), 1)
-#: Correlation times of the other Gauss-Markov term that are tried, over that of the last fit.
-_FASTER = (0.5, 0.7, 1.0, 1.4, 2.0)
 _SHORTEST_SHARE = 512  # of the record, down to which correlation times are tried
 
 
@@ -105,20 +103,20 @@ def _with_fixed(
 
 def _shortest_time(fit: CurveFamilyFit) -> float:
     """The shortest correlation time that explains the curve as well as the random walk does."""
-    data, longest = fit.family.curve, float(fit.family.curve.design.n_samples)
+    longest = float(fit.family.curve.design.n_samples)
     shortest, near = math.inf, fit.best
     for halvings in range(int(math.log2(_SHORTEST_SHARE)) + 2):
         T = 2 * longest / 2**halvings
-        at = _in_place_of_the_walk(data, near, T)
+        at = _in_place_of_the_walk(fit.family, near, T)
         if at.value - fit.best.value > INTERVAL:
             break
         shortest, near = T, at
     return shortest
 
 
-def _in_place_of_the_walk(data: CurveData, near: CurveSolution, T: float) -> CurveSolution:
-    """The best fit with a Gauss-Markov term of this correlation time for the slowest one."""
+def _in_place_of_the_walk(family: Family, near: CurveSolution, T: float) -> CurveSolution:
+    """The best fit with a Gauss-Markov term of this correlation time for the slowest one, others being quicker."""
     slow = tuple(slow_symbol(T) if s == "K" or s[0] == slow_symbol(T)[0] else s for s in near.symbols)
-    times = [None] if near.T is None else [near.T * r for r in _FASTER if near.T * r <= T / 2] or [T / 2]
-    fits = (solve(data, slow, T=time, start=near.c) for time in times)
-    return min(fits, key=lambda s: s.value)
+    ends = (family.shortest, max(T / 2, family.shortest))
+    times = tuple(min(t, ends[1]) for t in near.times)
+    return solve(family.curve, slow, times=times, within=[ends] * len(times), start=near.c)

@@ -3,7 +3,8 @@
 
 What one family takes for a random walk the other may explain without. While neither is excluded, a value is excluded
 only where both exclude it: the set of a shared term is the union of its sets, and a term is supported where both
-families support it. A power law that explains the record better than both has a say in N, too.
+families support it. A power law that explains the record better than both has a say in N, too; one that explains it as
+well, and is not that of flicker, leaves no flicker supported.
 """
 
 from __future__ import annotations
@@ -12,6 +13,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from allanite.fitting.estimates import limit_estimate
+from allanite.fitting.verdict import power_law_words
 from allanite.noise import Estimate, NoiseModel
 
 __all__ = ["over_families", "with_alternative"]
@@ -20,7 +22,9 @@ _SHARED = ("Q", "N", "K", "R")
 
 
 def over_families(
-    models: Sequence[NoiseModel], others: Mapping[str, tuple[float, float]] | None = None
+    models: Sequence[NoiseModel],
+    others: Mapping[str, tuple[float, float]] | None = None,
+    facts: Mapping[str, float] | None = None,
 ) -> list[NoiseModel]:
     """The models of one or both families, whose shared terms have the sets that hold under each.
 
@@ -30,6 +34,8 @@ def over_families(
     ----------
     others : mapping of str to (float, float), optional
         Sets of terms under what explains the record better than these families, by symbol.
+    facts : mapping, optional
+        `goodness`, with the power laws that the record does not exclude.
     """
     sets = {
         symbol: [
@@ -38,9 +44,15 @@ def over_families(
         ]
         for symbol in _SHARED
     }
-    return [
-        replace(m, estimates=tuple(_joint(e, sets.get(e.symbol, ())) for e in m.estimates)) for m in models
-    ]
+    law = power_law_words(facts or {})
+    other_law = bool(law) and facts is not None and not facts["slope_lower"] <= 1 <= facts["slope_upper"]
+
+    def judged(e: Estimate) -> Estimate:
+        if other_law and e.symbol == "B" and e.supported:
+            return limit_estimate("B", e.upper, f"; the record needs a density of {law} or one like it")
+        return _joint(e, sets.get(e.symbol, ()))
+
+    return [replace(m, estimates=tuple(judged(e) for e in m.estimates)) for m in models]
 
 
 def with_alternative(models: Sequence[NoiseModel]) -> NoiseModel:

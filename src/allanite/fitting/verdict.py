@@ -10,7 +10,7 @@ from allanite.noise import Estimate, NoiseModel
 from allanite.plain_files.counted import listed
 from allanite.quantities.number_words import duration
 
-__all__ = ["stand_in_words", "supported_words", "with_walk_note"]
+__all__ = ["power_law_words", "stand_in_words", "supported_words", "with_slow_notes"]
 
 _NAMES = {
     "Q": "quantisation",
@@ -60,11 +60,10 @@ def stand_in_words(facts: Mapping[str, float], seen_in: str = "the record") -> s
             f" A Gauss-Markov term with T above {duration(facts['slow_time'])} explains the record as well as the "
             "random walk; K is then its drive, σ√(2/T)."
         )
-    if "slope_lower" not in facts:
+    law = power_law_words(facts)
+    if not law:
         return text
-    low, high = facts["slope_lower"], facts["slope_upper"]
-    law = f"f^-{low:g}" if low == high else f"f^-{low:g} to f^-{high:g}"
-    if low <= 1 <= high and not facts["slope_better"] and "slow_time" not in facts:
+    if facts["slope_lower"] <= 1 <= facts["slope_upper"] and not facts["slope_better"] and not text:
         return text + f" The density of its slow noise falls as {law}."
     if facts["slope_better"]:
         return text + (
@@ -77,9 +76,22 @@ def stand_in_words(facts: Mapping[str, float], seen_in: str = "the record") -> s
     )
 
 
-def with_walk_note(estimates: Sequence[Estimate], facts: Mapping[str, float]) -> list[Estimate]:
-    """Estimates of which K says what it is where a long correlation time explains the record as well."""
-    if "slow_time" not in facts:
+def power_law_words(facts: Mapping[str, float]) -> str:
+    """The power laws that the record allows, as in "f^-0.9 to f^-1.1"; empty where it allows none."""
+    if "slope_lower" not in facts:
+        return ""
+    low, high = facts["slope_lower"], facts["slope_upper"]
+    return f"f^-{low:g}" if low == high else f"f^-{low:g} to f^-{high:g}"
+
+
+def with_slow_notes(estimates: Sequence[Estimate], facts: Mapping[str, float]) -> list[Estimate]:
+    """Estimates of which a supported K says what else explains the record as well."""
+    notes = (
+        [f"drive of slow noise with T above {duration(facts['slow_time'])}"] if "slow_time" in facts else []
+    )
+    if power_law_words(facts):
+        notes.append(f"a density of {power_law_words(facts)} does as well")
+    if not notes:
         return list(estimates)
-    note = f"drive of slow noise with T above {duration(facts['slow_time'])}; a random walk is not excluded"
+    note = "; ".join([*notes, "a random walk is not excluded"])
     return [replace(e, note=note) if e.symbol == "K" and e.supported else e for e in estimates]

@@ -8,6 +8,7 @@
 ``lines``      spectral lines; ``exact`` all samples through the Kalman filter.
 ``problem``    LikelihoodProblem: what other fits and model selection are built on.
 ``family``     a sum of terms with its sets; ``coarser`` what part of a record terms explain; ``result`` the model.
+``slow``       what else explains slow noise.
 """
 
 from __future__ import annotations

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -170,6 +170,7 @@ def maximise(
     slope: float | None = 0.0,
     averaged: bool = False,
     near: Peak | None = None,
+    nested: Sequence[Peak] = (),
 ) -> Peak:
     """The highest maximum over coefficients and correlation times.
 
@@ -185,6 +186,8 @@ def maximise(
         The mean over all slopes instead of the best: see `Point`.
     near : Peak, optional
         A maximum for more terms: correlation times are tried around its own only.
+    nested : sequence of Peak
+        Maxima for some of the terms. What is returned is no lower than any of them.
     """
     peaks: list[Peak] = []
     for times in _tried(search.times, sum(s == "G" for s in symbols), near):
@@ -194,10 +197,28 @@ def maximise(
         # two times that are both somewhat wrong mislead: there they move at once
         held = frozenset(range(len(c), len(c) + len(times))) if len(times) < 2 else frozenset()
         peaks.append(search.climb(Point(components, c, slope, averaged), held=held, settled=_ROUGHLY))
+    for fewer in nested:
+        starts = _beside(search.times, symbols, fewer)
+        peaks += [search.climb(Point(*start, slope, averaged), settled=_ROUGHLY) for start in starts]
     peaks.sort(key=lambda p: -p.log_likelihood)
     # scans stop early, so the runner-up gets its chance where it is close
     close = [p for p in peaks[:3] if p.log_likelihood > peaks[0].log_likelihood - _CLOSE]
     return max((search.climb(p.at) for p in close), key=lambda p: p.log_likelihood)
+
+
+def _beside(
+    ends: tuple[float, float], symbols: Sequence[str], fewer: Peak
+) -> Iterator[tuple[tuple[RandomTerm, ...], Array]]:
+    """Where to begin from a maximum for fewer terms: the others are zero, with several correlation times."""
+    known = list(zip(fewer.at.components, fewer.at.c.tolist(), strict=True))
+    rest = list(symbols)
+    for component, _ in known:
+        rest.remove(component.symbol)
+    for times in _tried(ends, rest.count("G"), None):
+        left = iter(times)
+        terms = [*known, *((RandomTerm(s, next(left) if s == "G" else None), 0.0) for s in rest)]
+        terms.sort(key=lambda term: symbols.index(term[0].symbol))
+        yield tuple(component for component, _ in terms), np.array([c for _, c in terms])
 
 
 def _tried(ends: tuple[float, float], count: int, near: Peak | None) -> list[tuple[float, ...]]:

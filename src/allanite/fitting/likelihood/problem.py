@@ -5,14 +5,14 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, NoReturn
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import DataQualityError, InputError
-from allanite.fitting.design import TIME_POWER
+from allanite.fitting.design import SHORTEST_TIME, TIME_POWER
 from allanite.fitting.likelihood.bands import Band, ModeBand, bands, explained, first_guess
 from allanite.fitting.likelihood.exact import sharpened, shifted
 from allanite.fitting.likelihood.lines import FEWEST_PERIODS, Line, checked_lines, fit_lines, without
@@ -29,9 +29,7 @@ Array = NDArray[np.float64]
 
 #: Terms that a maximum may be asked for.
 LETTERS = ("Q", "N", "B", "K", "R", "G")
-#: Shortest correlation time [samples], as in the fit of the curve: a bias that forgets itself within some samples is
-#: a matter of the sensor's bandwidth; one that outlasts half of the record is a random walk.
-_SHORTEST, _PART = 16.0, 2.0
+_PART = 2.0  # of the record: a bias that outlasts it is a random walk
 _FEWEST = 8  # samples
 #: Noise [unit of the channel] whose square, and what is small beside it, are still numbers of full precision.
 _SMALLEST = 1e-135
@@ -110,6 +108,8 @@ class LikelihoodProblem:
         Removed beforehand.
     correction : (Peak, ndarray) or None
         Where the exact likelihood was compared with the composite, and what is added to the gradient since.
+    shortest : float [samples]
+        Shortest correlation time.
     """
 
     channel: Channel
@@ -122,6 +122,7 @@ class LikelihoodProblem:
     lines: tuple[Line, ...]
     recording: Recording = field(repr=False)
     correction: tuple[Peak, Array] | None = field(default=None, repr=False)
+    shortest: float = SHORTEST_TIME
 
     @classmethod
     def of(
@@ -211,7 +212,8 @@ class LikelihoodProblem:
             fitted = fit_lines(
                 lambda: _rates(self.recording, name), self.n_samples, [f * self.dt for f in frequencies]
             )
-        return LikelihoodProblem.of(self.recording, name, block=self.block, engine=self.engine, lines=fitted)
+        made = LikelihoodProblem.of(self.recording, name, block=self.block, engine=self.engine, lines=fitted)
+        return replace(made, shortest=self.shortest)
 
     def coarser(self, block: int) -> LikelihoodProblem:
         """The same from means over so many samples, with the lines that were removed."""
@@ -220,7 +222,7 @@ class LikelihoodProblem:
     @property
     def search(self) -> LikelihoodSearch:
         """What climbs the likelihood."""
-        shortest = max(_SHORTEST, 2.0 * self.block)
+        shortest = max(self.shortest, 2.0 * self.block if self.block > 1 else 1.0)
         evaluate = self.objective if self.correction is None else shifted(self.objective, *self.correction)
         return LikelihoodSearch(
             evaluate=evaluate, times=(shortest, max(self.n_samples / _PART, 2 * shortest))
@@ -233,15 +235,20 @@ class LikelihoodProblem:
         slope: float | None = 0.0,
         averaged: bool = False,
         near: Peak | None = None,
+        nested: Sequence[Peak] = (),
     ) -> Peak:
         """The maximum in sample units, for random terms (no R); the slope is free where it is None: see `Point`."""
-        return maximise(self.search, letters, self.start, slope=slope, averaged=averaged, near=near)
+        return maximise(
+            self.search, letters, self.start, slope=slope, averaged=averaged, near=near, nested=nested
+        )
 
     def start(self, components: tuple[RandomTerm, ...]) -> Array:
         """Coefficients to begin with."""
         return first_guess(self.objective, components, list(self.octaves))
 
-    def maximum(self, terms: Sequence[str], *, engine: str | None = None) -> Maximum:
+    def maximum(
+        self, terms: Sequence[str], *, engine: str | None = None, nested: Sequence[Peak] = ()
+    ) -> Maximum:
         """The likelihood at its maximum over all parameters of a sum of terms.
 
         Parameters
@@ -250,6 +257,8 @@ class LikelihoodProblem:
             Letters: Q, N, B (flicker), K, R (ramp), and G (Gauss-Markov) once or twice. Lines come by `with_lines`.
         engine : str, optional
             Another than that of the problem.
+        nested : sequence of Peak
+            Maxima for some of the terms, of which the new one is no lower than any.
 
         Raises
         ------
@@ -258,7 +267,7 @@ class LikelihoodProblem:
         """
         letters = checked_letters(terms)
         random = tuple(s for s in letters if s != "R")
-        peak = self.peak(random, slope=None if "R" in letters else 0.0)
+        peak = self.peak(random, slope=None if "R" in letters else 0.0, nested=nested)
         if (engine or self.engine) == "exact":
             peak = sharpened(self.search, self.objective, peak, lambda: self.samples(), self.channel.sampling)
         return self.described(peak, letters)

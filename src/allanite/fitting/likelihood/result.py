@@ -22,10 +22,16 @@ from allanite.fitting.likelihood.family import (
 from allanite.fitting.likelihood.lines import GIVEN_WIDTHS, checked_lines, line_price
 from allanite.fitting.likelihood.maximum import Peak
 from allanite.fitting.likelihood.problem import LikelihoodProblem, Maximum, checked_letters
-from allanite.fitting.likelihood.slow import slow_facts
-from allanite.fitting.rivals import supported_families
+from allanite.fitting.likelihood.slow import ShownSum, slow_facts
+from allanite.fitting.rivals import (
+    DOUBTFUL,
+    PAYS_FOR_TIME,
+    PAYS_FOR_TWO,
+    REJECTS_FLICKER,
+    supported_families,
+)
 from allanite.fitting.undecided import over_families, with_alternative
-from allanite.fitting.verdict import stand_in_words, supported_words, with_walk_note
+from allanite.fitting.verdict import stand_in_words, supported_words, with_slow_notes
 from allanite.noise import Estimate, NoiseModel
 from allanite.noise.allan.degrees import chi_square_factors
 from allanite.quantities.distributions import normal_quantile
@@ -118,10 +124,6 @@ def _refuse_nothing(*peaks: Peak) -> None:
 # -- which families ---------------------------------------------------------------------------------------
 
 
-#: Goodness of both families below which two Gauss-Markov terms are tried, and what they have to gain in 2 ln L: far
-#: more than noise gains by two more parameters.
-_DOUBTFUL, _PAYS_FOR_TWO = 0.05, 15.0
-
 Candidate = tuple[tuple[str, ...], Peak]  # letters and their best fit
 
 
@@ -134,25 +136,42 @@ class _Looks:
 
 
 def _looked_at(problem: LikelihoodProblem) -> tuple[_Looks, float]:
-    """Both families, or two Gauss-Markov terms where these explain what neither family does."""
+    """Both families, or one or two Gauss-Markov terms of any correlation time where these explain what is left."""
     both = tuple(
         (letters, problem.peak(letters, slope=None, averaged=True)) for letters in (FLICKER, GAUSS_MARKOV)
     )
     _refuse_nothing(*(peak for _, peak in both))
     p = max(problem.described(peak, letters).p for letters, peak in both)
-    if p < _DOUBTFUL:
-        double = problem.peak(TWO_GAUSS_MARKOV, slope=None, averaged=True)
-        better = problem.described(double, TWO_GAUSS_MARKOV).p
-        gain = 2 * (double.log_likelihood - max(peak.log_likelihood for _, peak in both))
-        if better >= EXPLAINED and gain > _PAYS_FOR_TWO:
-            return _Looks(problem, ((TWO_GAUSS_MARKOV, double),)), better
+    (_, flicker), (_, markov) = both
+    gain = 2 * (markov.log_likelihood - flicker.log_likelihood)
+    at_end = gain > REJECTS_FLICKER and _time(markov) <= 1.001 * problem.search.times[0]
+    if p >= DOUBTFUL and not at_end:
+        return _Looks(problem, both), p
+    wide, below = replace(problem, shortest=1.0), markov
+    for letters in (GAUSS_MARKOV, TWO_GAUSS_MARKOV):
+        other = wide.peak(letters, slope=None, averaged=True, nested=[below])
+        better = wide.described(other, letters).p
+        gain = 2 * (other.log_likelihood - max(peak.log_likelihood for _, peak in both))
+        price = PAYS_FOR_TIME if at_end and letters == GAUSS_MARKOV else PAYS_FOR_TWO
+        if better >= EXPLAINED and gain > price:
+            return _Looks(wide, ((letters, other),)), better
+        below = other
     return _Looks(problem, both), p
+
+
+def _time(peak: Peak) -> float:
+    """Correlation time of the Gauss-Markov term of a peak [samples]."""
+    return next(k.T for k in peak.at.components if k.T is not None)
 
 
 def _judged(looks: _Looks, confidence: float) -> NoiseModel:
     fits = _families(looks, confidence)
-    facts = slow_facts(looks.problem, fits)
-    models = over_families([_model(looks.problem, f, confidence, facts) for f in fits])
+    sums = [
+        ShownSum(letters=f.letters, shown=frozenset(f.letters[i] for i in f.supported), peak=f.best)
+        for f in fits
+    ]
+    facts = slow_facts(looks.problem, sums)
+    models = over_families([_model(looks.problem, f, confidence, facts) for f in fits], facts=facts)
     return with_alternative(_with_verdict(models))
 
 
@@ -206,7 +225,7 @@ def _model(
         terms=described.terms,
         family="gauss-markov" if "G" in fit.letters else "flicker",
         estimates=(
-            *with_walk_note(_estimates(problem, fit), slow or {}),
+            *with_slow_notes(_estimates(problem, fit), slow or {}),
             *_line_estimates(described, confidence),
         ),
         confidence=confidence,

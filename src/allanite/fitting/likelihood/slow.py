@@ -7,37 +7,58 @@ Correlation times by the likelihood itself; power laws, which its blocks do not 
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
-from allanite.fitting.likelihood.family import LikelihoodFamilyFit
+from allanite.fitting.likelihood.maximum import Peak
 from allanite.fitting.likelihood.problem import LikelihoodProblem
 from allanite.fitting.likelihood.profile import time_end
 from allanite.fitting.moments import curve_slopes
 from allanite.fitting.stand_ins import INTERVAL
 from allanite.noise.allan import allan_curve
 
-__all__ = ["slow_facts"]
+__all__ = ["ShownSum", "slow_facts"]
 
 
-def slow_facts(problem: LikelihoodProblem, fits: Sequence[LikelihoodFamilyFit]) -> dict[str, float]:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ShownSum:
+    """A sum of terms that explains a record.
+
+    Attributes
+    ----------
+    letters : tuple of str
+        Random terms.
+    shown : frozenset of str
+        Those that the record supports.
+    peak : Peak
+        The best fit of all of them.
+    """
+
+    letters: tuple[str, ...]
+    shown: frozenset[str]
+    peak: Peak
+
+
+def slow_facts(problem: LikelihoodProblem, sums: Sequence[ShownSum]) -> dict[str, float]:
     """Facts for `goodness`: "slow_time" [s], and the slopes that the curve does not exclude."""
-    letters = frozenset(fit.letters[i] for fit in fits for i in fit.supported)
-    if not letters & {"B", "G", "K"}:
+    shown = frozenset[str]().union(*(one.shown for one in sums))
+    if not shown & {"B", "G", "K"}:
         return {}
-    walk = all("K" in (fit.letters[i] for i in fit.supported) for fit in fits)
-    times = [T for fit in fits if walk and (T := _shortest_time(problem, fit)) is not None]
+    walk = all("K" in one.shown for one in sums)
+    times = [T for one in sums if walk and (T := _shortest_time(problem, one)) is not None]
     facts = {"slow_time": min(times) * problem.block * problem.dt} if times else {}
-    return facts | _slopes(problem, letters)
+    return facts | _slopes(problem, shown)
 
 
-def _shortest_time(problem: LikelihoodProblem, fit: LikelihoodFamilyFit) -> float | None:
+def _shortest_time(problem: LikelihoodProblem, one: ShownSum) -> float | None:
     """Correlation time above which a Gauss-Markov term does as well as the random walk; None: none that is shown."""
-    letters = tuple("G" if s == "K" else s for s in fit.letters)
+    letters = tuple("G" if s == "K" else s for s in one.letters)
     if letters.count("G") > 2:
         return None
-    other = problem.peak(letters, slope=None, averaged=True)
-    allowed = INTERVAL + 2 * (other.log_likelihood - fit.best.log_likelihood)
+    at = one.peak.at
+    other = problem.peak(letters, slope=at.slope, averaged=at.averaged)
+    allowed = INTERVAL + 2 * (other.log_likelihood - one.peak.log_likelihood)
     slowest = int(np.argmax([k.T or 0.0 for k in other.at.components]))
     if allowed <= 0 or not other.at.components[slowest].T:
         return None

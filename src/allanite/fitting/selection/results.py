@@ -4,14 +4,15 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from allanite.fitting.likelihood import Maximum
 from allanite.fitting.selection.averaging import averaged
 from allanite.fitting.selection.search import MOST_MARKOV, ORDER, Letters, named
-from allanite.noise import NoiseModel
+from allanite.fitting.verdict import stand_in_words, with_slow_notes
+from allanite.noise import Estimate, NoiseModel
 
 if TYPE_CHECKING:
     from allanite.noise.allan import AllanCurve
@@ -126,6 +127,9 @@ class Selection:
         What happens within less was left out, because no sum of terms explains it; the sample interval: nothing was.
     confidence : float
         Level of the intervals of `model`.
+    slow : mapping of str to float
+        What else explains the slow noise of the best set, as `goodness` of a fit holds it: "slow_time" [s],
+        "slope_lower", "slope_upper", "slope_better".
     recording : Recording
         Of that channel.
     """
@@ -139,6 +143,7 @@ class Selection:
     unit: str
     shortest: float
     confidence: float = 0.95
+    slow: Mapping[str, float] = field(default_factory=dict)
     recording: Recording = field(repr=False)
 
     @property
@@ -163,9 +168,7 @@ class Selection:
         best = self.best.maximum
         return NoiseModel(
             terms=best.terms,
-            estimates=averaged(
-                [c.maximum for c in self.candidates], [c.weight for c in self.candidates], self.confidence
-            ),
+            estimates=tuple(with_slow_notes(self._averaged(), self.slow)),
             confidence=self.confidence,
             covariance=best.covariance,
             goodness={
@@ -174,11 +177,16 @@ class Selection:
                 "p": best.p,
                 "shortest_tau": self.shortest,
                 "log_likelihood": best.log_likelihood,
+                **self.slow,
             },
             verdict=self.verdict,
             kind=self.kind,
             unit=self.unit,
         )
+
+    def _averaged(self) -> tuple[Estimate, ...]:
+        maxima, weights = [c.maximum for c in self.candidates], [c.weight for c in self.candidates]
+        return averaged(maxima, weights, self.confidence)
 
     @property
     def rivals(self) -> tuple[Candidate, ...]:
@@ -219,7 +227,7 @@ class Selection:
             text = f"The likeliest set is {best.words} ({best.weight:.0%} of the weight), but it may be {listed}."
         if not self.explained:
             text += f" No set explains it well (p = {best.maximum.p:.1g}): something else is in the record."
-        return text
+        return text + stand_in_words(self.slow, "its Allan curve")
 
     def curve(self) -> AllanCurve:
         """The Allan deviation of the record."""
@@ -249,6 +257,7 @@ class Selection:
             "candidates": [c.to_json() for c in self.candidates],
             "lines": [line.to_json() for line in self.lines],
             "remarks": list(self.remarks),
+            "slow": dict(self.slow),
             "model": self.model.to_json(),
             "curve": curve.to_json(),
         }

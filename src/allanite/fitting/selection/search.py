@@ -97,6 +97,11 @@ def neighbours(letters: Letters) -> list[Letters]:
     return sorted(k for k in sets if set(k) - {"R"})
 
 
+def _holds(letters: Letters, fewer: Letters) -> bool:
+    """Whether a set is another one with one term more."""
+    return len(letters) == len(fewer) + 1 and all(letters.count(s) >= fewer.count(s) for s in fewer)
+
+
 @dataclass(slots=True)
 class TermSearch:
     """Sets whose likelihood is known, and the way to the best.
@@ -118,7 +123,8 @@ class TermSearch:
         if letters not in self.maxima:
             if self.progress is not None:  # nobody knows how many steps there are: ever slower towards 1
                 self.progress(1 - 1 / (1 + len(self.maxima) / 10), f"trying {named(letters)}")
-            self.maxima[letters] = self.problem.maximum(letters)
+            below = [m.peak for k, m in self.maxima.items() if _holds(letters, k)]
+            self.maxima[letters] = self.problem.maximum(letters, nested=below)
         return 2 * self.maxima[letters].log_likelihood - sum(PRICE[s] for s in letters)
 
     def best(self) -> Letters:

@@ -94,7 +94,7 @@ def _ratio(series: FittedChannel, null: CurveSolution, grid: Array) -> Ratio:
     data = series.fit.data
     if null.weight is None:
         return Ratio(tau=grid[:0], z=grid[:0], covariance=np.zeros((0, 0)))
-    mu = data.design.columns(null.symbols, null.T) @ null.c
+    mu = data.design.columns(null.symbols, null.times) @ null.c
     z = np.cbrt(data.variance / mu) - null.weight.centre
     factor = np.linalg.inv(null.weight.whiten)
     rows, kept = _rows(np.log(series.curve.tau[series.fit.used]), np.log(grid))

@@ -188,7 +188,7 @@ def joint_loss(design: JointDesign, pooled: CurveSolution, evidence: Sequence[Ev
     losses = []
     for i, e in enumerate(evidence):
         null = seen_by(design, i, pooled)
-        losses.append(max(distance(e.series.fit.data, null, e.best.T), 0.0))
+        losses.append(max(distance(e.series.fit.data, null, e.best.times), 0.0))
     return np.array(losses)
 
 

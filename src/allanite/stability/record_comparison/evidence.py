@@ -88,7 +88,7 @@ class _Tracer:
 
     def _loss(self, symbol: str, c: float, near: CurveSolution | None = None) -> float:
         start = near or (self.best if symbol == "G" else None)
-        return distance(self.data, self.family({symbol: c}, start), self.best.T)
+        return distance(self.data, self.family({symbol: c}, start), self.best.times)
 
     def coefficient(self, symbol: str) -> Profile:
         """ln of the SI amplitude."""
@@ -101,10 +101,10 @@ class _Tracer:
         def loss(x: float) -> float:
             nonlocal near
             near = self.family({symbol: math.exp(2 * (x - shift))}, near)
-            return distance(self.data, near, self.best.T)
+            return distance(self.data, near, self.best.times)
 
         if c <= 0:
-            column = self.data.design.column(symbol, self.best.T)
+            column = self.data.design.column(symbol, self.best.times)
             guess = float(np.min(self.data.variance / column)) * 1e-3
             return limit(loss, 0.5 * math.log(guess) + shift, critical)
         x = 0.5 * math.log(c) + shift
@@ -119,8 +119,8 @@ class _Tracer:
 
         def loss(x: float) -> float:
             nonlocal near
-            near = self.family({}, near, math.exp(x - shift))
-            return distance(self.data, near, self.best.T)
+            near = self.family({}, near, {"G": math.exp(x - shift)})
+            return distance(self.data, near, self.best.times)
 
         bounds = tuple(math.log(t) + shift for t in self.family.times)
         x = math.log(self.best.T or 1.0) + shift
@@ -139,9 +139,9 @@ class _Tracer:
         def at(x: float, log_time: float) -> float:
             nonlocal near
             T = math.exp(log_time)
-            null = self.family({"G": math.exp(2 * (x - shift)) * T / 2}, near, T)
+            null = self.family({"G": math.exp(2 * (x - shift)) * T / 2}, near, {"G": T})
             near = null if math.isfinite(null.value) else near
-            return distance(self.data, null, self.best.T)
+            return distance(self.data, null, self.best.times)
 
         def loss(x: float) -> float:
             times = np.linspace(max(here - width, low), min(here + width, high), _SWEEP)
@@ -163,7 +163,7 @@ class _Tracer:
 def _columns(data: CurveData, at: CurveSolution, present: frozenset[str]) -> dict[str, Array]:
     if at.weight is None:
         return {}
-    A = data.design.columns(at.symbols, at.T)
+    A = data.design.columns(at.symbols, at.times)
     whitened = at.weight.whiten @ (A / (A @ at.c)[:, None]) / 3
     columns = {s: whitened[:, i] for i, s in enumerate(at.symbols)}
     if at.T is not None and "G" in present:

@@ -17,7 +17,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.fitting.design import TIME_POWER, CurveDesign
+from allanite.fitting.design import TIME_POWER, CurveDesign, Times
 from allanite.fitting.families import Family
 from allanite.fitting.objective import CurveData, CurveSolution, distance, solve
 from allanite.noise import GaussMarkov, NoiseModel, TermType, term_of
@@ -62,29 +62,35 @@ class JointDesign(CurveDesign):
             self._factors[i, symbol] = a.fit.scale / b.fit.scale * ratio
         return self._factors[i, symbol]
 
-    def time(self, i: int, T: float | None) -> float | None:
-        """Correlation time in samples of record i."""
-        return None if T is None else T * self.series[0].curve.dt / self.series[i].curve.dt
+    def times(self, i: int, times: Times) -> Times:
+        """Correlation times in samples of record i."""
+        return tuple(T * self.series[0].curve.dt / self.series[i].curve.dt for T in times)
 
-    def column(self, symbol: str, T: float | None = None) -> Array:
+    def column(self, symbol: str, times: Times = ()) -> Array:
         """AVAR of the unit process at the lags of all records, shape (n_all_lags,)."""
         parts = [
-            s.fit.data.design.column(symbol, self.time(i, T)) * self.factor(i, symbol)
+            s.fit.data.design.column(symbol, self.times(i, times)) * self.factor(i, symbol)
             for i, s in enumerate(self.series)
         ]
         return np.concatenate(parts)
 
-    def columns(self, symbols: Sequence[str], T: float | None = None) -> Array:
-        """The columns of several symbols, shape (n_all_lags, n_symbols)."""
-        return np.stack([self.column(s, T) for s in symbols], axis=1)
+    def markov(self, T: float) -> tuple[Array, Array]:
+        """Gauss-Markov noise at the lags of all records, shape (n_all_lags,) each."""
+        factors = [self.factor(i, "G") for i in range(len(self.series))]
+        parts = [s.fit.data.design.markov(self.times(i, (T,))[0]) for i, s in enumerate(self.series)]
+        column, slope = (
+            np.concatenate([part[k] * factor for part, factor in zip(parts, factors, strict=True)])
+            for k in (0, 1)
+        )
+        return column, slope
 
-    def covariance(self, symbols: Sequence[str], c: Array, T: float | None = None) -> Array:
+    def covariance(self, symbols: Sequence[str], c: Array, times: Times = ()) -> Array:
         """Block-diagonal covariance of all curves, shape (n_all_lags, n_all_lags)."""
         size = sum(len(s.fit.data.variance) for s in self.series)
         out, at = np.zeros((size, size)), 0
         for i, s in enumerate(self.series):
             factors = np.array([value * self.factor(i, name) for name, value in zip(symbols, c, strict=True)])
-            part = s.fit.data.design.covariance(symbols, factors, self.time(i, T))
+            part = s.fit.data.design.covariance(symbols, factors, self.times(i, times))
             stop = at + len(part)
             out[at:stop, at:stop] = part
             at = stop
@@ -117,13 +123,13 @@ def pooled_fit(
 def _loss_without(family: Family, best: CurveSolution, symbol: str) -> float:
     if best.coefficient(symbol) <= 0:
         return 0.0
-    return distance(family.curve, family({symbol: 0.0}, best), best.T)
+    return distance(family.curve, family({symbol: 0.0}, best), best.times)
 
 
 def seen_by(design: JointDesign, i: int, pooled: CurveSolution) -> CurveSolution:
     """The pooled model as a solution of record i: its coefficients there, and the weights that they give."""
     fixed = {s: pooled.coefficient(s) * design.factor(i, s) for s in pooled.symbols}
-    return solve(design.series[i].fit.data, pooled.symbols, T=design.time(i, pooled.T), fixed=fixed)
+    return solve(design.series[i].fit.data, pooled.symbols, times=design.times(i, pooled.times), fixed=fixed)
 
 
 def model_of(series: FittedChannel, at: CurveSolution) -> NoiseModel:
