@@ -267,7 +267,7 @@ def _aligned(recording: Recording, case: Case, setting: AlignmentSetting, times:
     one = case.geometry.n_stands == 1
     fit = _fitted(case, setting)
     solution, confidence, inflation = fit.solution, setting.confidence, fit.inflation
-    (first, last), direction = fit.ends, fit.found
+    (first, last), direction = fit.ends, fit.last_direction
     bare = AlignmentEstimate(
         last=last.attitude,
         first=first.attitude,
@@ -326,7 +326,7 @@ class _FittedAlignment:
         As they were known, or taken to be known, in the fit.
     ends : pair of StandAnswer
         First stand and last.
-    found : Direction
+    last_direction : Direction
         At the last, by what was said of the biases even where that is refuted.
     checks : tuple of ResidualTest
     inflation : float
@@ -341,7 +341,7 @@ class _FittedAlignment:
     solution: AlignmentSolution
     sensors: Sensors
     ends: tuple[StandAnswer, StandAnswer]
-    found: Direction
+    last_direction: Direction
     checks: tuple[ResidualTest, ...]
     inflation: float
     excluded: bool
@@ -395,7 +395,7 @@ def _fitted_with(case: Case, setting: AlignmentSetting, sensors: Sensors) -> _Fi
         solution=solution,
         sensors=sensors,
         ends=ends,
-        found=ends[1].direction,
+        last_direction=ends[1].direction,
         checks=(*asked, *([tilted] if tilted else [])),
         inflation=inflation,
         excluded=excludes(ends[1].direction, _reference(setting), expected, CERTAIN),

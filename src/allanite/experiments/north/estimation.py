@@ -279,7 +279,7 @@ def _mirrored(
     blank: NorthEstimate, solution: NorthSolution, covariance: Array, stated: Stated
 ) -> NorthEstimate:
     """One component p along e is seen: H cos(psi - e) = p, and only the known H tells psi, but for its mirror image."""
-    direction = solution.seen[0]
+    direction = solution.observable[0]
     if (math.atan2(direction[1], direction[0])) % math.tau >= math.pi:
         direction = -direction
     e, p = math.atan2(direction[1], direction[0]), float(direction @ solution.vector)

@@ -369,7 +369,7 @@ class _TrueRuns:
     """Runs of True of at least `least` samples, gathered block by block."""
 
     least: int
-    found: list[Spans] = field(default_factory=list)
+    closed: list[Spans] = field(default_factory=list)
     open: int = -1
     end: int = 0
 
@@ -388,7 +388,7 @@ class _TrueRuns:
             runs = runs[:-1]
         runs = runs[runs[:, 1] - runs[:, 0] >= self.least]
         if len(runs):
-            self.found.append(runs.astype(np.int64))
+            self.closed.append(runs.astype(np.int64))
 
     def spans(self) -> Spans:
         last = (
@@ -396,7 +396,7 @@ class _TrueRuns:
             if 0 <= self.open <= self.end - self.least
             else []
         )
-        return np.concatenate([np.zeros((0, 2), dtype=np.int64), *self.found, *last])
+        return np.concatenate([np.zeros((0, 2), dtype=np.int64), *self.closed, *last])
 
 
 # -- second pass: surges ----------------------------------------------------------------------------------

@@ -177,16 +177,16 @@ def _with_sums(table: Table, sentences: Sentences, cells: TextColumns) -> Table:
 def _of_kind(table: Table, chosen: ChosenKind) -> Table:
     """The rows of one kind: named by it, with the unit of the clock that all kinds have."""
     number, _, unit = (chosen.time or "").partition(":")
-    said, units = list(chosen.said), list(table.units)
+    remarks, units = list(chosen.remarks), list(table.units)
     if number and int(number) in table.numbers:
         at = table.numbers.index(int(number))
         if not table.headings[at] and not units[at]:
             units[at] = unit
-            said.append(f"column {number} is read as time in {unit}, by the rates of all kinds")
+            remarks.append(f"column {number} is read as time in {unit}, by the rates of all kinds")
     return replace(
         table,
         units=tuple(units),
-        guesses=(*said, *table.guesses),
+        guesses=(*remarks, *table.guesses),
         source={**table.source, "contents": chosen.contents},
         prefix=chosen.name,
     )
@@ -256,7 +256,7 @@ def _table(
         time_units,
     )
     questions = {
-        used.index(i): said for i, said in _questions(path.name, headings, cells).items() if i in used
+        used.index(i): question for i, question in _questions(path.name, headings, cells).items() if i in used
     }
     if cells.keep is not None and cells.keep[0] in used:
         at = used.index(cells.keep[0])
@@ -264,9 +264,11 @@ def _table(
         time_units = {k - (k > at): v for k, v in time_units.items()}
         questions = {k - (k > at): v for k, v in questions.items()}
     of_kind = -1 if dialect.record is None else dialect.record[0] % len(dialect.kinds)
-    told = (of_kind, *dialect.unit_columns.values())
+    places_without_words = (of_kind, *dialect.unit_columns.values())
     words = [
-        headings[i] or f"column {i + 1}" for i, k in enumerate(dialect.kinds) if k == "x" and i not in told
+        headings[i] or f"column {i + 1}"
+        for i, k in enumerate(dialect.kinds)
+        if k == "x" and i not in places_without_words
     ]
     if words:
         guesses.append(f"columns of words left out: {', '.join(words)}")
@@ -294,13 +296,13 @@ def _with_suffixes(
     cells: TextColumns, headings: tuple[str, ...], units: tuple[str, ...], units_from: str
 ) -> tuple[tuple[str, ...], str, dict[str, dict[str, int]]]:
     """Units of the columns where those behind the numbers count, too; and all that stands there, by column."""
-    found, told = list(units), dict[str, dict[str, int]]()
+    result, suffixes_of = list(units), dict[str, dict[str, int]]()
     for i, suffixes in cells.suffixes.items():
         name = headings[i] or f"column {i + 1}"
         stated = units[i] or read_heading(headings[i]).unit
-        found[i] = unit_behind(suffixes, stated, f"{cells.name}, {name}") or units[i]
-        told[name] = {suffix: count for suffix, (count, _) in suffixes.items()}
-    return tuple(found), "cells" if units_from == "none" and any(found) else units_from, told
+        result[i] = unit_behind(suffixes, stated, f"{cells.name}, {name}") or units[i]
+        suffixes_of[name] = {suffix: count for suffix, (count, _) in suffixes.items()}
+    return tuple(result), "cells" if units_from == "none" and any(result) else units_from, suffixes_of
 
 
 def _facts(stream: TextStream, dialect: Dialect, cells: TextColumns) -> dict[str, Any]:

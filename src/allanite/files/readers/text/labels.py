@@ -262,12 +262,12 @@ class _Form:
     @property
     def headings(self) -> tuple[str, ...]:
         """Names of the columns: the labels, with an axis or a number where one has several values."""
-        found = [""] * self.places
+        names = [""] * self.places
         for (label, occurrence), width in self.widths.items():
             name = label if occurrence == 1 else _beside(label, f"_{occurrence}")
             ends = "xyz" if width == 3 else range(width)
-            found += [name] if width == 1 else [_beside(name, f"_{end}") for end in ends]
-        return tuple(found)
+            names += [name] if width == 1 else [_beside(name, f"_{end}") for end in ends]
+        return tuple(names)
 
 
 def _beside(label: str, end: str) -> str:

@@ -56,7 +56,7 @@ class ChosenKind:
     Attributes
     ----------
     name : str
-    said : list of str
+    remarks : list of str
         Why, in words.
     contents : list of str
         All kinds of the file, in words.
@@ -65,7 +65,7 @@ class ChosenKind:
     """
 
     name: str
-    said: list[str]
+    remarks: list[str]
     contents: list[str]
     time: str | None
 
@@ -160,7 +160,7 @@ def choose_kind(
         raise InputError(f"{name}: no lines of kind {variable!r}; there are: {'; '.join(listed(parts))}")
     groups = [word for word in channels or () if any(has_channel(p, word) for p in parts)]
     part, remarks = choose_part(parts, variable, groups or None, file=name, option="variable", what="kind")
-    return ChosenKind(name=part.name, said=remarks, contents=listed(parts), time=times[part.name])
+    return ChosenKind(name=part.name, remarks=remarks, contents=listed(parts), time=times[part.name])
 
 
 def _kind_of_channels(kinds: Iterable[str], channels: Sequence[str], name: str) -> str | None:

@@ -70,7 +70,7 @@ class _Sentence:
     before: str
     cells: list[str]
     digits: int
-    told: int
+    checksum: int
     body: bytes
 
     @property
@@ -179,7 +179,7 @@ class Sentences:
     def _passes(self, sentence: _Sentence) -> bool:
         if self._sum is None:
             return sentence.digits == self.digits
-        return sentence.digits == self.digits and self._sum(sentence.body) == sentence.told
+        return sentence.digits == self.digits and self._sum(sentence.body) == sentence.checksum
 
     def _row(self, sentence: _Sentence) -> bytes:
         before = [sentence.before] if self.places else []
@@ -224,7 +224,7 @@ def find_sentences(lines: Sequence[str], variable: str | None, name: str) -> Sen
     sentences = [s for s in sentences if s.digits == digits]
     checksum, compute = _checksum_of(sentences, digits)
     if compute is not None:
-        sentences = [s for s in sentences if compute(s.body) == s.told]
+        sentences = [s for s in sentences if compute(s.body) == s.checksum]
     kinds = Counter(s.kind for s in sentences)
     kind, guesses = _chosen(kinds, variable, name)
     if digits and compute is None:
@@ -271,7 +271,7 @@ def _is_comment(line: bytes) -> bool:
 def _checksum_of(sentences: Sequence[_Sentence], digits: int) -> tuple[str, Callable[[bytes], int] | None]:
     """The checksum that the most sentences pass, if those are more than chance makes of another one."""
     tried = [
-        (sum(compute(s.body) == s.told for s in sentences), -k, name, compute)
+        (sum(compute(s.body) == s.checksum for s in sentences), -k, name, compute)
         for k, (name, compute) in enumerate(_SUMS.get(digits, ()))
     ]
     passed, _, name, compute = max(tried, default=(0, 0, "", None), key=lambda entry: entry[:2])
