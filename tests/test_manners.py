@@ -63,7 +63,7 @@ PUBLIC_NAMES = [
     "Recording",
     "Rotation",
     "Sinusoid",
-    "Stated",
+    "SetupUncertainty",
     "StorageError",
     "Study",
     "TableUncertainty",

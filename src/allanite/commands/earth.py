@@ -94,14 +94,14 @@ def earth_rate_of(
         Those of `read`.
     """
     from allanite.experiments.earth_rate import measure_earth_rate
-    from allanite.quantities.setup_uncertainty import Stated
+    from allanite.quantities.setup_uncertainty import SetupUncertainty
     from allanite.study.result_document import Overview, ResultDocument
     from allanite.views.figures.records import overview
 
     advance = progress or (lambda fraction, what: None)
     advance(0.0, "reading")
     whole, start, stop = read_whole(log, start, stop, listed=turns is not None, source=source, **options)
-    stated = Stated(
+    stated = SetupUncertainty(
         scale=scale_uncertainty, latitude=latitude_uncertainty, tilt=tilt, heading=heading_uncertainty
     )
     turned = any((turns, dwell is not None, first, settling, warm_up, temperature, g_sensitivity))

@@ -93,7 +93,10 @@ def _with_imports(text: str) -> str:
     before = "import math\n\n" if "math." in text else ""
     after = [
         f"from allanite.{module} import {name}\n"
-        for name, module in (("parse_unit", "quantities.units"), ("Stated", "quantities.setup_uncertainty"))
+        for name, module in (
+            ("parse_unit", "quantities.units"),
+            ("SetupUncertainty", "quantities.setup_uncertainty"),
+        )
         if re.search(rf"\b{name}\(", text)
     ]
     head, _, rest = text.partition("\n\n")
@@ -120,7 +123,7 @@ def _call(function: str, positional: Sequence[Any], spelt: Spelt, reading: Spelt
     inside = {name: dict(values) for name, values in spelt.inside.items()}
     named = {**({} if reading is None else reading.arguments), **spelt.arguments}
     if spelt.stated:
-        stated = Code(f"Stated({_arguments([], spelt.stated)})")
+        stated = Code(f"SetupUncertainty({_arguments([], spelt.stated)})")
         if function == "commands.plan_of":
             named["stated"] = stated
         else:

@@ -41,7 +41,7 @@ from allanite.noise import NoiseModel
 from allanite.quantities.distributions import student_quantile
 from allanite.quantities.earth import EARTH_RATE, checked_latitude, normal_gravity
 from allanite.quantities.residual_tests import ResidualTest, grave, inflation_of
-from allanite.quantities.setup_uncertainty import Stated
+from allanite.quantities.setup_uncertainty import SetupUncertainty
 from allanite.recording.calibration import ACCELEROMETER, GYRO, Calibration
 from allanite.recording.records import BLOCK, Kind, Recording
 
@@ -71,7 +71,7 @@ def align(
     headings: ArrayLike | None = None,
     rotation: bool | None = None,
     bias_repeatability: tuple[float | None, float | None] | None = None,
-    stated: Stated | None = None,
+    stated: SetupUncertainty | None = None,
     gyro: Sequence[str] | None = None,
     accelerometer: Sequence[str] | None = None,
     confidence: float = 0.95,
@@ -108,7 +108,7 @@ def align(
     bias_repeatability : (float or None, float or None), optional [rad/s], [m/s^2]
         Standard deviations of the biases of gyros and accelerometers from one switching-on to the next, added to those
         of the calibration. Without either, nothing is known of the biases of the gyros.
-    stated : Stated, optional
+    stated : SetupUncertainty, optional
         Of the scale factors of the gyros, the latitude, the levelling (tilt) and the mounting (heading).
     gyro, accelerometer : sequence of str, optional
         Channels x, y, z, where they do not follow from their kind.
@@ -140,7 +140,7 @@ def align(
     checked_latitude(latitude)
     seen_from(confidence)  # refuses a confidence that makes no sense
     advance = progress or (lambda fraction, what: None)
-    stated = stated or Stated()
+    stated = stated or SetupUncertainty()
     unit, remarks = unit_of(recording, calibration, gyro, accelerometer)
     frame = frame_of(recording, unit, model, axes, latitude)
     setting = AlignmentSetting(
