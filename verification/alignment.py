@@ -20,7 +20,7 @@ from allanite.quantities.attitude import angles_of
 from allanite.quantities.setup_uncertainty import SetupUncertainty
 from allanite.recording.calibration import ACCELEROMETER, AXES, GYRO, Calibration, parameter_names
 from allanite.recording.records import ArrayColumn, Recording
-from verification.triad import CHANNELS, CONSUMER, DEG, DEG_H, DEG_RT_H
+from verification.calibration import CHANNELS, CONSUMER, DEG, DEG_H, DEG_RT_H
 
 __all__ = ["BATTERY", "run_battery"]
 
