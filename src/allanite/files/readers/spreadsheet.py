@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import FormatError
-from allanite.files.readers import text
+from allanite.files.readers import delimited
 from allanite.files.readers.contents import FilePart, choose_part, listed
 from allanite.files.readers.extras import require
 from allanite.files.readers.sandbox import run
@@ -85,9 +85,9 @@ def read(path: Path, options: Options) -> Table:
     )
     content = arrays["text"]
     pieces = (content[a : a + _PIECE].tobytes() for a in range(0, len(content), _PIECE))
-    stream = text.TextStream(to_file(pieces), "utf-8", bom=False, packed="", size=len(content))
+    stream = delimited.TextStream(to_file(pieces), "utf-8", bom=False, packed="", size=len(content))
     understood = replace(options, delimiter="\t", variable=facts["variable"])
-    table = text.read_stream(stream, path, understood)
+    table = delimited.read_stream(stream, path, understood)
     return replace(
         table,
         format=NAME,

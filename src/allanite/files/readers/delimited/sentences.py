@@ -23,7 +23,12 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from allanite.errors import InputError
-from allanite.files.readers.text.sentence_kinds import fields_of, is_inertial, known_fields, words_of_kind
+from allanite.files.readers.delimited.sentence_kinds import (
+    fields_of,
+    is_inertial,
+    known_fields,
+    words_of_kind,
+)
 
 __all__ = ["DAMAGED", "Sentences", "find_sentences"]
 

@@ -18,11 +18,11 @@ import numpy as np
 from allanite.errors import InputError
 from allanite.files.readers.column_look import rises
 from allanite.files.readers.contents import FilePart, choose_part, has_channel, listed
+from allanite.files.readers.delimited.dates import is_month
+from allanite.files.readers.delimited.streams import TextStream
 from allanite.files.readers.headings import measures, read_heading
 from allanite.files.readers.stamp_table import StampTable, TimeChoice
 from allanite.files.readers.stamps import choose_time
-from allanite.files.readers.text.dates import is_month
-from allanite.files.readers.text.streams import TextStream
 from allanite.recording.channel_names import for_shell
 from allanite.recording.records import ArrayColumn
 

@@ -16,12 +16,12 @@ from itertools import accumulate
 from typing import Final
 
 from allanite.errors import FormatError, InputError
+from allanite.files.readers.delimited.dates import date_format
+from allanite.files.readers.delimited.dialect import COMMENT, Dialect, column_kind, kind_of
+from allanite.files.readers.delimited.label_lines import LabeledLine, read_json, read_labels
+from allanite.files.readers.delimited.sentences import DAMAGED
+from allanite.files.readers.delimited.suffixes import NUMBER, split_suffix
 from allanite.files.readers.headings import is_unit, read_heading
-from allanite.files.readers.text.dates import date_format
-from allanite.files.readers.text.dialect import COMMENT, Dialect, column_kind, kind_of
-from allanite.files.readers.text.label_lines import LabeledLine, read_json, read_labels
-from allanite.files.readers.text.sentences import DAMAGED
-from allanite.files.readers.text.suffixes import NUMBER, split_suffix
 from allanite.plain_files.limits import COLUMNS, refuse_more
 
 __all__ = ["Labels", "find_labels"]

@@ -1,9 +1,8 @@
-# Specification: RFC 4180 for comma-separated values, and what loggers in the wild make of it.
 # SPDX-License-Identifier: BSD-3-Clause
-"""Text tables of any dialect, also packed with gzip, xz or bzip2.
+"""Lines of text as a table of numbers: what the text reader and the reader of spreadsheets share.
 
-The content decides, not the suffix: a text table called .mat or .imu is read here. What was understood stands in
-the recording's notes: delimiter, decimal sign, encoding, header, and how many rows and cells were not numbers.
+A text is opened (`streams`), its dialect told from its first lines (`dialect`, `labels`, `sentences`, `labview`,
+`row_kinds`), and its cells are read piece by piece (`cells`, `dates`, `suffixes`).
 """
 
 from __future__ import annotations
@@ -12,53 +11,30 @@ import re
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import InputError
+from allanite.files.readers.delimited.cells import TextColumns
+from allanite.files.readers.delimited.dates import HALVES, in_halves, moments_column, unwrap_midnight
+from allanite.files.readers.delimited.dialect import Dialect, detect, split
+from allanite.files.readers.delimited.labels import Labels, find_labels
+from allanite.files.readers.delimited.labview import Lvm, find_lvm
+from allanite.files.readers.delimited.preamble import facts_in, rate_in, unit_in
+from allanite.files.readers.delimited.row_kinds import ChosenKind, choose_kind, find_kinds
+from allanite.files.readers.delimited.sentences import Sentences, find_sentences
+from allanite.files.readers.delimited.streams import TextStream, head_lines, other_lines, pieces
+from allanite.files.readers.delimited.suffixes import unit_behind
 from allanite.files.readers.headings import is_unit, read_heading, shared_unit
 from allanite.files.readers.stated_time import date_order, option_text
 from allanite.files.readers.table import Options, Table
-from allanite.files.readers.text.cells import TextColumns
-from allanite.files.readers.text.dates import HALVES, in_halves, moments_column, unwrap_midnight
-from allanite.files.readers.text.dialect import Dialect, detect, split
-from allanite.files.readers.text.labels import Labels, find_labels
-from allanite.files.readers.text.labview import Lvm, find_lvm
-from allanite.files.readers.text.preamble import facts_in, rate_in, unit_in
-from allanite.files.readers.text.row_kinds import ChosenKind, choose_kind, find_kinds
-from allanite.files.readers.text.sentences import Sentences, find_sentences
-from allanite.files.readers.text.streams import TextStream, head_lines, is_text, opened, other_lines, pieces
-from allanite.files.readers.text.suffixes import unit_behind
 from allanite.quantities.units import QuantityKind, parse_unit
 from allanite.recording.channel_names import for_shell
 from allanite.recording.records import ArrayColumn, Column
 
-__all__ = ["NAME", "OPTIONS", "TextStream", "read", "read_stream", "sniff"]
-
-NAME: Final = "text"
-OPTIONS: Final = frozenset({"delimiter", "decimal", "variable"})
-
-
-def sniff(head: bytes, path: Path) -> bool:
-    """True for text, whatever the name, and for packed files."""
-    return is_text(head)
-
-
-def read(path: Path, options: Options) -> Table:
-    """Read a text table.
-
-    Raises
-    ------
-    FormatError
-        No table of numbers, or a cell that is neither a number nor a known word; line and column are named.
-    InputError
-        Several kinds of records, or a whole number beyond 64 bits.
-    LimitError
-        A line of more than a megabyte, more than 4096 columns, or a decompression bomb.
-    """
-    return read_stream(opened(path), path, options)
+__all__ = ["TextStream", "read_stream"]
 
 
 def read_stream(stream: TextStream, path: Path, options: Options) -> Table:
@@ -276,7 +252,7 @@ def _table(
     source |= {"packed": stream.packed} if stream.packed else {}
     source |= facts_in(dialect.preamble)
     return Table(
-        format=NAME,
+        format="text",
         headings=tuple(headings[i] for i in used),
         columns=tuple(columns),
         numbers=tuple(i + 1 for i in used),
