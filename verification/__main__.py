@@ -125,13 +125,13 @@ def _rate_table(order: Order) -> None:
     write_tables("rate_table", title, parts, HERE / "results", seed=ROOT_SEED, date=order.date)
 
 
-def _triad(order: Order) -> None:
+def _calibration(order: Order) -> None:
+    from verification.calibration import run_calibration
     from verification.tables import write_tables
-    from verification.triad import run_triad
 
-    parts = run_triad(order.count(1000), ROOT_SEED, _say, order.workers, order.cache)
+    parts = run_calibration(order.count(1000), ROOT_SEED, _say, order.workers, order.cache)
     title = "Calibration and alignment of a unit"
-    write_tables("triad", title, parts, HERE / "results", seed=ROOT_SEED, date=order.date)
+    write_tables("calibration", title, parts, HERE / "results", seed=ROOT_SEED, date=order.date)
 
 
 def _hand_held(order: Order) -> None:
@@ -326,14 +326,14 @@ def _spectrum(order: Order) -> None:
     write_tables("spectrum", "Spectra", parts, HERE / "results", seed=ROOT_SEED, date=order.date)
 
 
-def _separation(order: Order) -> None:
-    from verification.cross_covariance import run_separation
+def _shared_noise(order: Order) -> None:
+    from verification.shared_noise import run_shared_noise
     from verification.tables import write_tables
 
-    rows = run_separation(ROOT_SEED, _say, order.count(2000), order.workers, order.cache)
+    rows = run_shared_noise(ROOT_SEED, _say, order.count(2000), order.workers, order.cache)
     parts = {"Coverage of the 95 % intervals of every part": rows}
     title = "Two and three sensors taken apart"
-    write_tables("separation", title, parts, HERE / "results", seed=ROOT_SEED, date=order.date)
+    write_tables("shared_noise", title, parts, HERE / "results", seed=ROOT_SEED, date=order.date)
 
 
 def _selection(order: Order) -> None:
@@ -502,7 +502,7 @@ PARTS: dict[str, Callable[[Order], None]] = {
     "north": _north,
     "rate-vector": _rate_vector,
     "rate-table": _rate_table,
-    "triad": _triad,
+    "calibration": _calibration,
     "hand-held calibration": _hand_held,
     "alignment": _alignment,
     "positions": _positions,
@@ -511,7 +511,7 @@ PARTS: dict[str, Callable[[Order], None]] = {
     "environment": _environment,
     "comparison": _comparison,
     "variation": _variation,
-    "separation": _separation,
+    "shared-noise": _shared_noise,
     "selection": _selection,
     "likelihood": _likelihood,
     "likelihood-coverage": _likelihood_coverage,

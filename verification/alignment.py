@@ -17,10 +17,10 @@ from allanite.experiments.north import mean_direction
 from allanite.filtering.simulation import UnitMotion, simulate_unit, true_attitudes
 from allanite.noise import Flicker, NoiseModel, White
 from allanite.quantities.attitude import angles_of
-from allanite.quantities.setup_uncertainty import Stated
+from allanite.quantities.setup_uncertainty import SetupUncertainty
 from allanite.recording.calibration import ACCELEROMETER, AXES, GYRO, Calibration, parameter_names
 from allanite.recording.records import ArrayColumn, Recording
-from verification.triad import CHANNELS, CONSUMER, DEG, DEG_H, DEG_RT_H
+from verification.calibration import CHANNELS, CONSUMER, DEG, DEG_H, DEG_RT_H
 
 __all__ = ["BATTERY", "run_battery"]
 
@@ -170,21 +170,21 @@ def _e6(seed: int, count: int) -> list[Json]:
 
 def _e7(seed: int, count: int) -> list[Json]:
     """One source at a time, without noise; static at random headings and attitudes."""
-    cases: dict[str, tuple[str, Callable[[np.random.Generator], Calibration], Calibration, Stated]] = {
+    cases: dict[str, tuple[str, Callable[[np.random.Generator], Calibration], Calibration, SetupUncertainty]] = {
         "gyro scale factors, 1000 ppm": (
-            "gyro scale and misalignment", _off("gyro.scale", 1e-3), _knowing("gyro.scale", 1e-3), Stated(),
+            "gyro scale and misalignment", _off("gyro.scale", 1e-3), _knowing("gyro.scale", 1e-3), SetupUncertainty(),
         ),
         "gyro misalignments, 1 mrad": (
             "gyro scale and misalignment", _off("gyro.misalignment", 1e-3), _knowing("gyro.misalignment", 1e-3),
-            Stated(),
+            SetupUncertainty(),
         ),
-        "tilt between the triads, 0.1 deg": ("tilt", _leaning(0.1 * DEG), PERFECT, Stated(tilt=0.1 * DEG)),
+        "tilt between the triads, 0.1 deg": ("tilt", _leaning(0.1 * DEG), PERFECT, SetupUncertainty(tilt=0.1 * DEG)),
         "accelerometer biases, 1 mg": (
             "accelerometer calibration", _off("accelerometer.bias", 9.8e-3), _knowing("accelerometer.bias", 9.8e-3),
-            Stated(),
+            SetupUncertainty(),
         ),
         "gyro biases, 0.01 deg/h": (
-            "gyro bias", _off("gyro.bias", 0.01 * DEG_H), _knowing("gyro.bias", 0.01 * DEG_H), Stated(),
+            "gyro bias", _off("gyro.bias", 0.01 * DEG_H), _knowing("gyro.bias", 0.01 * DEG_H), SetupUncertainty(),
         ),
     }  # fmt: skip
     rows = []

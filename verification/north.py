@@ -20,7 +20,7 @@ from allanite.experiments.reversals import Position, Reversals
 from allanite.filtering.simulation import Motion, simulate
 from allanite.noise import Flicker, GaussMarkov, NoiseModel, RandomWalk, White
 from allanite.quantities.earth import EARTH_RATE
-from allanite.quantities.setup_uncertainty import Stated
+from allanite.quantities.setup_uncertainty import SetupUncertainty
 from allanite.recording.records import Recording
 
 __all__ = ["SNR", "WANDERING", "run_budget", "run_circle", "run_indexing"]
@@ -134,7 +134,7 @@ def run_budget(seed: int, say: Callable[[str], None], runs: int = 2000) -> list[
     Each record has random errors of one kind in the set-up and next to no noise; the spread of the azimuth is held
     against the budget.
     """
-    stated = Stated(scale=1e-3, tilt=0.1 * DEG, heading=1e-3)
+    stated = SetupUncertainty(scale=1e-3, tilt=0.1 * DEG, heading=1e-3)
     rows = []
     for number, term in enumerate(("scale factor", "misalignment", "tilt", "heading")):
         rng = np.random.default_rng([seed, number])
@@ -154,7 +154,7 @@ def run_budget(seed: int, say: Callable[[str], None], runs: int = 2000) -> list[
     return rows
 
 
-def _setup(rng: np.random.Generator, term: str, stated: Stated) -> tuple[float, float]:
+def _setup(rng: np.random.Generator, term: str, stated: SetupUncertainty) -> tuple[float, float]:
     """Error of the azimuth, and the budget's term."""
     silent = NoiseModel.of(White(N=1e-14))
     psi, right = 35 * DEG, math.pi / 2

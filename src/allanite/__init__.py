@@ -149,7 +149,7 @@ if TYPE_CHECKING:
     from allanite.noise.allan.interval_error import interval_error
     from allanite.noise.allan.theo_covariance import theo1_bias
     from allanite.noise.spectrum import power_spectrum, without_stable_lines
-    from allanite.quantities.setup_uncertainty import Stated
+    from allanite.quantities.setup_uncertainty import SetupUncertainty
     from allanite.quantities.units import parse_unit
     from allanite.recording.calibration import Calibration
     from allanite.recording.cleaning import clean
@@ -189,8 +189,8 @@ __all__ = [
     "RandomWalk",
     "Recording",
     "Rotation",
+    "SetupUncertainty",
     "Sinusoid",
-    "Stated",
     "StorageError",
     "Study",
     "TableUncertainty",
@@ -272,7 +272,7 @@ _HOMES = {
     "Recording": "recording.records",
     "Rotation": "experiments.north",
     "Sinusoid": "noise",
-    "Stated": "quantities.setup_uncertainty",
+    "SetupUncertainty": "quantities.setup_uncertainty",
     "StorageError": "errors",
     "Study": "study.study",
     "TableUncertainty": "experiments.rate_table",

@@ -21,7 +21,7 @@ from allanite.filtering.simulation import Temperature, UnitMotion, simulate_unit
 from allanite.noise import Flicker, GaussMarkov, NoiseModel, RandomWalk, White
 from allanite.quantities.attitude import attitude_of, rotation, rotation_vector
 from allanite.quantities.earth import DEG_H, EARTH_RATE
-from allanite.quantities.setup_uncertainty import Stated
+from allanite.quantities.setup_uncertainty import SetupUncertainty
 from allanite.recording.calibration import Calibration, parameter_names
 from allanite.recording.records import ArrayColumn, Recording
 
@@ -254,7 +254,7 @@ def test_e7_each_term_of_the_budget_is_what_the_error_does(kind: str, size: floa
 
 def test_e7_tilt_latitude_and_mounting() -> None:
     still = UnitMotion.still(degrees(0, 0, 30), duration=40.0)
-    stated = Stated(tilt=0.1 * DEG, latitude=0.1 * DEG, heading=0.2 * DEG)
+    stated = SetupUncertainty(tilt=0.1 * DEG, latitude=0.1 * DEG, heading=0.2 * DEG)
     found, _ = aligned(still, by_bias_repeatability=(1e-4 * DEG_H, 0.0), by_stated=stated, latitude=60 * DEG)
     assert found.budget["tilt"] / DEG == pytest.approx(0.1 * math.tan(60 * DEG), rel=1e-3)
     assert found.budget["heading"] / DEG == pytest.approx(0.2)

@@ -15,7 +15,7 @@ from allanite.experiments.alignment.known import Sensors, knowledge_of
 from allanite.experiments.alignment.solution import AlignmentSolution, Knowledge, solve, whitened
 from allanite.quantities.attitude import attitude_of, axes_matrix
 from allanite.quantities.earth import EARTH_RATE, earth_rate_vector, normal_gravity
-from allanite.quantities.setup_uncertainty import Stated
+from allanite.quantities.setup_uncertainty import SetupUncertainty
 from allanite.recording.calibration import ACCELEROMETER, GYRO, Calibration, parameter_names
 
 DEG = math.pi / 180
@@ -57,13 +57,13 @@ def still(sds: dict[str, float], attitude: tuple[float, float, float], latitude:
     )
     sensor = attitude_of(*attitude) @ MOUNTING
     force = sensor.T @ np.array([0.0, 0.0, -normal_gravity(latitude)])
-    layout, sensors = ParameterLayout.of(1, 0, 1.0, 1.0), Sensors.of(calibration, None, Stated())
+    layout, sensors = ParameterLayout.of(1, 0, 1.0, 1.0), Sensors.of(calibration, None, SetupUncertainty())
     geometry = Geometry(
         layout=layout, mounting=MOUNTING, reading=force[None], values=sensors.values, turns=(),
         leaving=np.zeros(1), entering=np.zeros(1),
     )  # fmt: skip
     none = np.zeros((3, 1, 1))
-    start, knowledge = knowledge_of(layout, sensors, latitude, Stated(), none, np.zeros(0))
+    start, knowledge = knowledge_of(layout, sensors, latitude, SetupUncertainty(), none, np.zeros(0))
     rng = np.random.default_rng(seed)
     spread = np.array([sds.get(n.rsplit("_", 1)[0], 0.0) for n in layout.names])
     truth = start + spread * rng.standard_normal(len(spread))

@@ -14,7 +14,7 @@ from scipy import stats
 
 import allanite as al
 from allanite.errors import DataQualityError, InputError
-from allanite.experiments.earth_rate import Stated, measure_earth_rate
+from allanite.experiments.earth_rate import SetupUncertainty, measure_earth_rate
 from allanite.experiments.earth_rate.dwell_means import DwellMeans
 from allanite.experiments.earth_rate.take import Take
 from allanite.experiments.reversals import find_reversals, periodic_reversals
@@ -350,7 +350,7 @@ def test_e7_the_budget_is_what_the_effects_do(name: str, effect: dict[str, Any])
     e = measured(twin(QUIET, **effect), QUIET)
     size = 0.1 if name == "heading" else 1e-3
     off = abs(e.rate / EARTH_RATE - 1)
-    stated = sum(Stated(**{name: size}).budget(LATITUDE).values())
+    stated = sum(SetupUncertainty(**{name: size}).budget(LATITUDE).values())
     if name == "heading":
         assert off == pytest.approx(size**2 / 2, rel=0.01)
         normal = np.random.default_rng(0).standard_normal(200_000) * size
@@ -361,7 +361,7 @@ def test_e7_the_budget_is_what_the_effects_do(name: str, effect: dict[str, Any])
 
 def test_stated_uncertainties_widen_the_interval() -> None:
     record = twin(seed=4)
-    bare, wide = measured(record), measured(record, stated=Stated(scale=0.2, latitude=0.01))
+    bare, wide = measured(record), measured(record, stated=SetupUncertainty(scale=0.2, latitude=0.01))
     assert wide.sd == bare.sd
     assert wide.budget["scale factor"] == pytest.approx(0.2 * EARTH_RATE)
     assert wide.budget["latitude"] == pytest.approx(0.01 * abs(math.tan(LATITUDE)) * EARTH_RATE)
@@ -369,7 +369,7 @@ def test_stated_uncertainties_widen_the_interval() -> None:
     half = wide.interval[1] - wide.rate
     assert half == pytest.approx(stats.norm.ppf(0.975) * wide.total_sd)
     with pytest.raises(InputError, match="scale"):
-        Stated(scale=-1.0)
+        SetupUncertainty(scale=-1.0)
 
 
 def test_too_short_a_take_is_not_resolved() -> None:

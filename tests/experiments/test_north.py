@@ -31,7 +31,7 @@ from allanite.filtering.block_means import BlockMeans
 from allanite.filtering.simulation import Motion, simulate
 from allanite.noise import GaussMarkov, NoiseModel, RandomWalk, White
 from allanite.quantities.earth import EARTH_RATE
-from allanite.quantities.setup_uncertainty import Stated
+from allanite.quantities.setup_uncertainty import SetupUncertainty
 from allanite.recording.records import Recording
 
 DEG = math.pi / 180
@@ -357,7 +357,7 @@ def budget(**given: Any) -> dict[str, float]:
         latitude=LAT,
         positions=where,
         channels=["x", "y"],
-        stated=Stated(**given),
+        stated=SetupUncertainty(**given),
         misalignment=misalignment,
     ).budget
 
@@ -393,7 +393,9 @@ def test_e7_heading_of_the_table(headings: tuple[float, ...]) -> None:
     """Each position in turn off by 1 mrad: the shifts add in quadrature."""
     where = positions(headings, 48, 10.0, rounds=3)
     clean = record(signal(where, PSI), rate=10.0)
-    found = find_north(clean, model=QUIET, latitude=LAT, positions=where, stated=Stated(heading=1e-3))
+    found = find_north(
+        clean, model=QUIET, latitude=LAT, positions=where, stated=SetupUncertainty(heading=1e-3)
+    )
     moved = []
     for i in range(len(where.positions)):
         wrong = tuple(replace(p, heading=p.heading + 1e-3 * (k == i)) for k, p in enumerate(where.positions))
@@ -408,7 +410,9 @@ def test_e7_latitude_moves_the_expected_rate_not_the_azimuth() -> None:
     where = positions(QUARTERS, 200, 10.0)
     recording = record(signal(where, PSI), rate=10.0)
     a, b = (
-        find_north(recording, model=QUIET, latitude=LAT + d, positions=where, stated=Stated(latitude=0.02))
+        find_north(
+            recording, model=QUIET, latitude=LAT + d, positions=where, stated=SetupUncertainty(latitude=0.02)
+        )
         for d in (0.0, 0.02)
     )
     assert a.azimuth == b.azimuth and a.budget["latitude"] == 0.0
@@ -420,7 +424,9 @@ def test_e7_latitude_moves_the_expected_rate_not_the_azimuth() -> None:
 def test_stated_uncertainties_widen_the_interval_in_quadrature() -> None:
     where = positions(QUARTERS, 200, 1.0)
     recording = record(signal(where, PSI) + noise(QUIET, where, 1), rate=1.0)
-    found = find_north(recording, model=QUIET, latitude=LAT, positions=where, stated=Stated(tilt=1e-3))
+    found = find_north(
+        recording, model=QUIET, latitude=LAT, positions=where, stated=SetupUncertainty(tilt=1e-3)
+    )
     assert found.total_sd == pytest.approx(math.hypot(found.sd, 1e-3), rel=1e-9)
     assert found.interval[0].width / 2 == pytest.approx(1.959964 * found.total_sd, rel=1e-3)
 
@@ -498,7 +504,9 @@ def test_a_wrong_scale_is_inconsistent_with_earth() -> None:
     recording = record(1.01 * signal(where, 1.0) + noise(QUIET, where, 1), rate=1.0)
     found = find_north(recording, model=QUIET, latitude=LAT, positions=where)
     assert found.verdict == "inconsistent with Earth" and "scale factor" in found.reason
-    again = find_north(recording, model=QUIET, latitude=LAT, positions=where, stated=Stated(scale=0.01))
+    again = find_north(
+        recording, model=QUIET, latitude=LAT, positions=where, stated=SetupUncertainty(scale=0.01)
+    )
     assert again.verdict == "north found"
 
 
@@ -587,7 +595,11 @@ def test_a_null_test_takes_off_the_earth_that_a_known_heading_lets_in() -> None:
 def test_a_null_test_counts_an_uncertain_heading_to_first_order() -> None:
     recording, where = turned_east_west(0.0, 4)
     found = east_west_null(
-        recording, model=QUIET, latitude=LAT, positions=where, stated=Stated(heading=0.01, tilt=0.02)
+        recording,
+        model=QUIET,
+        latitude=LAT,
+        positions=where,
+        stated=SetupUncertainty(heading=0.01, tilt=0.02),
     )
     assert found.budget["heading"] == pytest.approx(0.01 * HORIZONTAL)
     assert found.budget["tilt"] == pytest.approx(0.02 * EARTH_RATE * math.sin(LAT))

@@ -18,7 +18,7 @@ from allanite.filtering.block_means import longest_block
 from allanite.filtering.regression import covariance_of, regress
 from allanite.noise import SIGMA_PER_B, Flicker, GaussMarkov, NoiseModel, Quantisation, RandomWalk, White
 from allanite.quantities.earth import EARTH_RATE
-from allanite.quantities.setup_uncertainty import Stated
+from allanite.quantities.setup_uncertainty import SetupUncertainty
 
 DEG = math.pi / 180
 DEG_H = DEG / 3600
@@ -219,7 +219,7 @@ def test_a_model_without_white_noise_is_doubted() -> None:
 
 
 def test_goal_below_the_stated_uncertainties_is_never_reached() -> None:
-    found = plan(SEED, latitude=LONDRINA, goal=0.03, stated=Stated(scale=0.04, tilt=0.01))
+    found = plan(SEED, latitude=LONDRINA, goal=0.03, stated=SetupUncertainty(scale=0.04, tilt=0.01))
     assert found.dwell is None and found.duration is None
     assert found.floor == pytest.approx(math.hypot(0.04, 0.01 * math.tan(LONDRINA)), rel=1e-12)
     np.testing.assert_allclose(found.total, np.hypot(found.sd, found.floor * EARTH_RATE), rtol=1e-9)
@@ -235,7 +235,7 @@ def test_goal_beyond_thirty_days_says_what_is_left() -> None:
 
 def test_heading_budget_of_north() -> None:
     """One axis: its direction counts one to one, its scale not at all; two at right angles share both."""
-    stated = Stated(scale=1e-3, tilt=2e-3)
+    stated = SetupUncertainty(scale=1e-3, tilt=2e-3)
     kw = {"latitude": 45 * DEG, "what": "north", "stated": stated, "misalignment": 3e-3}
     one = plan(SEED, axes=1, **kw).budget
     assert one["misalignment"] == pytest.approx(3e-3) and one["tilt"] == pytest.approx(2e-3)

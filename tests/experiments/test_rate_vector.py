@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from scipy.stats import binom
 
 from allanite.errors import DataQualityError, InputError
-from allanite.experiments.earth_rate import Stated
+from allanite.experiments.earth_rate import SetupUncertainty
 from allanite.experiments.rate_vector import RateVector, measure_rate_vector
 from allanite.experiments.rate_vector.stretches import MOVING, cut, rest
 from allanite.experiments.rate_vector.vectors import _bent_interval
@@ -258,7 +258,7 @@ def test_the_second_order_bias_of_a_mean_is_taken_off(rng: np.random.Generator) 
 def test_stated_uncertainties_enter_the_budget(rng: np.random.Generator) -> None:
     rates = still(rng, minutes=10)
     plain = measured(rates)
-    found = measured(rates, stated=Stated(scale=0.01), bias=0.2 * DEG_H)
+    found = measured(rates, stated=SetupUncertainty(scale=0.01), bias=0.2 * DEG_H)
     assert found.budget["scale factor"] == pytest.approx(0.01 * found.length)
     assert found.budget["bias"] == 0.2 * DEG_H
     expected = math.sqrt(plain.sd**2 + (0.01 * found.length) ** 2 + (0.2 * DEG_H) ** 2)
@@ -281,7 +281,7 @@ def test_the_latitude_is_checked_where_there_are_accelerometers(rng: np.random.G
     assert found.latitude_found == pytest.approx(math.radians(40), abs=4 * found.sd / EARTH_RATE)
     wrong = measure_rate_vector(record, latitude=math.radians(43))
     assert wrong.verdict == "inconsistent" and "a latitude of 39.9" in wrong.reason
-    assert measure_rate_vector(record, latitude=math.radians(43), stated=Stated(tilt=0.05)).resolved
+    assert measure_rate_vector(record, latitude=math.radians(43), stated=SetupUncertainty(tilt=0.05)).resolved
 
 
 # -- manners ----------------------------------------------------------------------------------------------

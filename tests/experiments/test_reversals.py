@@ -495,7 +495,7 @@ def written(folder: Path, text: str) -> Path:
     return path
 
 
-def test_turns_of_a_file_take_in_the_surges_they_touch(tmp_path: Path) -> None:
+def test_turns_of_a_file_take_in_the_excursions_they_touch(tmp_path: Path) -> None:
     y, truth = turned(720.0, 51)
     late = "\n".join(f"{t['start'] + 0.8:.2f},{t['stop'] + 0.5:.2f}" for t in truth["turns"])
     found = read_turns(written(tmp_path, "# by hand\n\nstart,stop\n" + late), record(y))

@@ -18,7 +18,7 @@ from scipy import stats
 
 from allanite.commands.cli.options import GSensitivity
 from allanite.errors import InputError
-from allanite.experiments.earth_rate import EarthRateEstimate, Stated, measure_earth_rate
+from allanite.experiments.earth_rate import EarthRateEstimate, SetupUncertainty, measure_earth_rate
 from allanite.experiments.reversals import Reversals, find_reversals, periodic_reversals
 from allanite.experiments.reversals.sides import direction_of, part_seen, triple_of
 from allanite.files.recording_file import write_recording
@@ -198,7 +198,7 @@ def test_nothing_is_seen_at_the_equator() -> None:
 def test_the_budget_is_what_the_effects_do() -> None:
     """Without noise: a lean, a wrong latitude, a scale factor, a bias that follows gravity."""
     size, follows = 1e-3, 0.1 * PER_G
-    budget = Stated(scale=size, latitude=size, tilt=size).budget_of_vertical(NORTHERN)
+    budget = SetupUncertainty(scale=size, latitude=size, tilt=size).budget_of_vertical(NORTHERN)
     gravity = measured(twin(), g_sensitivity=follows).budget["g-sensitivity"] / EARTH_RATE
     effects = {
         "scale factor": (measured(twin(scale_error=size)), budget["scale factor"]),
@@ -215,7 +215,7 @@ def test_at_a_pole_a_lean_counts_in_the_second_order() -> None:
     lean, pole = 0.05, math.pi / 2
     leans = np.random.default_rng(0).standard_normal((200_000, 2)) * lean
     exact = math.sqrt(np.mean((1 - np.cos(np.hypot(*leans.T))) ** 2))
-    assert Stated(tilt=lean).budget_of_vertical(pole)["tilt"] == pytest.approx(exact, rel=0.02)
+    assert SetupUncertainty(tilt=lean).budget_of_vertical(pole)["tilt"] == pytest.approx(exact, rel=0.02)
     assert measured(twin(latitude=pole, lean=lean), latitude=pole).rate == pytest.approx(
         EARTH_RATE * math.cos(lean), rel=1e-5
     )
@@ -278,7 +278,7 @@ def test_without_a_g_sensitivity_the_earth_alone_is_never_claimed() -> None:
 def test_what_such_an_axis_does_not_have_is_refused() -> None:
     record = twin()
     with pytest.raises(InputError, match="no heading"):
-        measured(record, stated=Stated(heading=0.01))
+        measured(record, stated=SetupUncertainty(heading=0.01))
     for first in ("north", None):
         with pytest.raises(InputError, match="between up and down"):
             measured(record, first=first, g_sensitivity=PER_G)

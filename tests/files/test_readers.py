@@ -17,10 +17,10 @@ from hypothesis import strategies as st
 
 from allanite.errors import DataQualityError, FormatError, InputError
 from allanite.files.readers import parquet, read
+from allanite.files.readers.delimited import cells, streams
+from allanite.files.readers.delimited.dates import date_format, to_nanoseconds
+from allanite.files.readers.delimited.preamble import facts_in, rate_in
 from allanite.files.readers.headings import read_heading
-from allanite.files.readers.text import cells, streams
-from allanite.files.readers.text.dates import date_format, to_nanoseconds
-from allanite.files.readers.text.preamble import facts_in, rate_in
 from allanite.recording.records import Kind, Recording
 
 N = 500

@@ -160,7 +160,7 @@ def test_one_unit_for_a_file_is_not_that_of_a_sensor_of_another_kind(tmp_path: P
     "line", ["OutputRate:,60Hz", '"Output Rate:";"60"', "Sample Rate = , 60 Hz", "ODR:\t60"]
 )
 def test_a_rate_stands_behind_several_signs(line: str) -> None:
-    from allanite.files.readers.text.preamble import rate_in
+    from allanite.files.readers.delimited.preamble import rate_in
 
     assert rate_in([line])[0] == 60.0
 

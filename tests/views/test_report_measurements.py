@@ -16,7 +16,7 @@ import pytest
 
 import allanite as al
 from allanite.errors import FormatError, InputError
-from allanite.experiments.earth_rate import Stated, measure_earth_rate
+from allanite.experiments.earth_rate import SetupUncertainty, measure_earth_rate
 from allanite.experiments.north import find_north
 from allanite.experiments.planning import plan
 from allanite.experiments.reference_aided import reference_aided
@@ -56,7 +56,7 @@ def take() -> al.Recording:
 
 @pytest.fixture(scope="module")
 def measured(take: al.Recording) -> dict[str, Any]:
-    stated = Stated(scale=1e-3, heading=math.radians(3.0))
+    stated = SetupUncertainty(scale=1e-3, heading=math.radians(3.0))
     found = measure_earth_rate(take, latitude=seed_paper.LATITUDE, model=seed_paper.sensor(), stated=stated)
     return found.to_json()
 
@@ -158,7 +158,7 @@ def test_the_report_of_a_plan() -> None:
     assert "3 % after" in text
     assert document_of(page).count('class="value best"') == 2
     never = plan(
-        seed_paper.sensor(), latitude=seed_paper.LATITUDE, goal=1e-6, stated=Stated(scale=0.01),
+        seed_paper.sensor(), latitude=seed_paper.LATITUDE, goal=1e-6, stated=SetupUncertainty(scale=0.01),
         dwells=[30.0], durations=[3600.0],
     )  # fmt: skip
     assert "not reached" in text_of(html_of(never))
@@ -212,7 +212,7 @@ def test_steps_of_the_record_are_a_list_with_the_names_of_its_channels(measured:
 
 
 def test_objects_and_their_documents_give_the_same_page(take: al.Recording, measured: dict[str, Any]) -> None:
-    stated = Stated(scale=1e-3, heading=math.radians(3.0))
+    stated = SetupUncertainty(scale=1e-3, heading=math.radians(3.0))
     found = measure_earth_rate(take, latitude=seed_paper.LATITUDE, model=seed_paper.sensor(), stated=stated)
     assert html_of(found) == html_of(json.loads(json.dumps(measured)))
 

@@ -4,8 +4,10 @@
 The modules here do the work of a command each and hand over plain documents, tables and files; they can be called
 without any door, and the page shows the lines that do.
 
-`cli`   the command line
-`page`  the page that `allanite serve` opens
+`declaration`  a command said once: command line, form, job and Python lines come of it; `registry` lists them
+`cli`          the command line
+`page`         the page that `allanite serve` opens
+`monitor`      a run while it grows
 
 Names below load on first use, as those of `allanite` do.
 """

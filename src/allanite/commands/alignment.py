@@ -127,7 +127,7 @@ def alignment_of(
     # a unit that turned all the time is not cut where it turned
     used = rests if len(rests) and not turning else None
     ready = judged_at_rest(part, used, axes, accept=accept)
-    found = align(
+    aligned = align(
         ready.recording,
         latitude=latitude,
         model=models,
@@ -141,10 +141,10 @@ def alignment_of(
     )
     if by_file is not None:
         unsaid = (_UNSAID,) if None in (positions or {}).values() else ()
-        found = replace(found, advice=(*found.advice, *unsaid, by_file.remark))
+        aligned = replace(aligned, advice=(*aligned.advice, *unsaid, by_file.remark))
         ready = replace(ready, findings=(*by_file.findings, *by_file.without_pauses(ready.findings)))
     document = {
-        **found.to_json(),
+        **aligned.to_json(),
         **({} if by_file is None else {"files": headed(by_file, (positions or {}).values())}),
         **beside(part, None, ready.findings, file_sha256(log), command),
     }
@@ -200,7 +200,7 @@ def alignment_of_means(
             f"a mean does not tell its noise, and there is no model of {', '.join(lacking)}: give one of gyros and "
             "accelerometers (--model study.json)"
         )
-    found = align(
+    aligned = align(
         record,
         latitude=latitude,
         model=models,
@@ -214,8 +214,8 @@ def alignment_of_means(
     )
     unsaid = (_UNSAID_ROWS,) if means.heading is None and means.n > 1 else ()
     more = (*unsaid, *(remark if means.n > 1 else remark[1:]))
-    found = replace(found, advice=(*found.advice, *more))
-    document = {**found.to_json(), **beside(record, None, findings, file_sha256(table), command)}
+    aligned = replace(aligned, advice=(*aligned.advice, *more))
+    document = {**aligned.to_json(), **beside(record, None, findings, file_sha256(table), command)}
     return _measured(document, lossy=is_lossy(f.to_json() for f in findings))
 
 
@@ -239,8 +239,8 @@ def _headings(rests: StaticSpans, log: LogOfFiles, headings: Sequence[float | No
     """
     if None in headings and set(headings) != {None}:
         raise InputError("give the heading of every position, or of none: first.csv=0 turned.csv=180")
-    found = [headings[log.file_at(s.start)] for s in rests.spans]
-    return [math.nan if heading is None else heading for heading in found]
+    of_rests = [headings[log.file_at(s.start)] for s in rests.spans]
+    return [math.nan if heading is None else heading for heading in of_rests]
 
 
 def _models(

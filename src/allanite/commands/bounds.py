@@ -42,7 +42,7 @@ def bounds_of(
     from allanite.study.study import Study
 
     study = Study.load(Path(source))
-    found = bounds_of_study(study, probability=probability, horizon=horizon, terms=terms, progress=progress)
+    bounds = bounds_of_study(study, probability=probability, horizon=horizon, terms=terms, progress=progress)
     origin = study.document["provenance"]
     made = provenance(origin["source"], origin.get("sha256"), command)
     rows = [
@@ -53,12 +53,12 @@ def bounds_of(
             "shortest_s": f"{bound.overbound['shortest']:.6g}",
             "horizon_s": f"{bound.overbound['horizon']:.6g}",
         }
-        for name, bound in found.models.items()
+        for name, bound in bounds.models.items()
         for symbol, factor in bound.overbound["factors"].items()
     ]
     return MeasurementResult(
-        result=found,
-        document={**found.to_json(), "provenance": made},
+        result=bounds,
+        document={**bounds.to_json(), "provenance": made},
         name="overbound",
         tables={"inflation.csv": rows},
         lossy=False,

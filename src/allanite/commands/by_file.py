@@ -66,10 +66,10 @@ def read_files(files: Sequence[Place], *, accept: Collection[str] = (), **option
     recordings, findings = [], []
     for file in files:
         recording = read_part(file, **options)
-        found = [f for look in LOG_DETECTORS for f in look(recording)]
-        recording, said = prepare(recording, found, accept=accept)
+        of_text = [f for look in LOG_DETECTORS for f in look(recording)]
+        recording, kept = prepare(recording, of_text, accept=accept)
         recordings.append(recording)
-        findings += [(recording.source, f) for f in said]
+        findings += [(recording.source, f) for f in kept]
     return ByFile(
         recordings=tuple(recordings),
         findings=_together(findings),
@@ -80,8 +80,8 @@ def read_files(files: Sequence[Place], *, accept: Collection[str] = (), **option
 def _together(findings: Sequence[tuple[str, Finding]]) -> tuple[Finding, ...]:
     """What several files have alike is said once, with their names."""
     alike: dict[tuple[str, str, str | None], list[tuple[str, Finding]]] = {}
-    for source, found in findings:
-        alike.setdefault((found.code, found.message, found.channel), []).append((source, found))
+    for source, finding in findings:
+        alike.setdefault((finding.code, finding.message, finding.channel), []).append((source, finding))
     return tuple(
         replace(
             group[0][1],
@@ -132,9 +132,9 @@ class LogOfFiles:
         """Findings without those of samples that are missing between the files alone."""
         pauses = [(a, b) for (_, a), (b, _) in pairwise(self.spans)]
 
-        def between(found: Finding) -> bool:
-            spans = [tuple(span) for span in found.spans.tolist()]
-            return found.code == "missing" and bool(spans) and all(span in pauses for span in spans)
+        def between(finding: Finding) -> bool:
+            spans = [tuple(span) for span in finding.spans.tolist()]
+            return finding.code == "missing" and bool(spans) and all(span in pauses for span in spans)
 
         return tuple(f for f in findings if not between(f))
 
@@ -198,12 +198,12 @@ def log_of_files(
     )
 
 
-def rests_by_file(found: StaticSpans, log: LogOfFiles) -> StaticSpans:
+def rests_by_file(rests_of_log: StaticSpans, log: LogOfFiles) -> StaticSpans:
     """The rests that were found, each with its file; a file too short to be asked is taken as it was given.
 
     Parameters
     ----------
-    found : StaticSpans
+    rests_of_log : StaticSpans
         In the log of all files.
     log : LogOfFiles
 
@@ -216,26 +216,26 @@ def rests_by_file(found: StaticSpans, log: LogOfFiles) -> StaticSpans:
 
     rests, taken = [], []
     for (a, b), file in zip(log.spans, log.names, strict=True):
-        own = [s for s in found.spans if s.start < b and s.stop > a]
-        if not own and (b - a) / found.rate > TAKEN:
-            why = {WHY[m.why]: m.stop - m.start for m in found.moving if m.start < b and m.stop > a}
+        of_file = [s for s in rests_of_log.spans if s.start < b and s.stop > a]
+        if not of_file and (b - a) / rests_of_log.rate > TAKEN:
+            why = {WHY[m.why]: m.stop - m.start for m in rests_of_log.moving if m.start < b and m.stop > a}
             longest = max(why, key=lambda words: why[words], default="")
             raise DataQualityError(
                 f"{file}: the unit is nowhere at rest in it ({longest}). Leave the file out, or take the part of it in "
                 "which the unit rests (--from, --to, or a file of its own)"
             )
-        if not own:
+        if not of_file:
             taken.append(file)
-        rests += [replace(s, label=file) for s in own] or [StaticSpan(start=a, stop=b, label=file)]
-    said = (
+        rests += [replace(s, label=file) for s in of_file] or [StaticSpan(start=a, stop=b, label=file)]
+    remark = (
         (f"{_named(taken)}: {TAKEN:g} s and less, too short to tell rest from motion; taken as rest",)
         if taken
         else ()
     )
     kept = [(s.start, s.stop) for s in rests]
     return replace(
-        found,
+        rests_of_log,
         spans=tuple(rests),
-        moving=tuple(m for m in found.moving if not any(a < m.stop and m.start < b for a, b in kept)),
-        findings=(*found.findings, *said),
+        moving=tuple(m for m in rests_of_log.moving if not any(a < m.stop and m.start < b for a, b in kept)),
+        findings=(*rests_of_log.findings, *remark),
     )

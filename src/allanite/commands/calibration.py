@@ -132,7 +132,7 @@ def calibration_of(
         rests = rests_by_file(_found(part, axes, models=models), by_file)
     advance(0.3, "looking for faults")
     ready = judged_at_rest(part, rests, axes, accept=accept, milder=_STEPS)
-    found = calibrate(
+    calibrated = calibrate(
         ready.recording,
         spans=rests,
         model=models,
@@ -146,10 +146,10 @@ def calibration_of(
         **(estimate or {}),
     )
     if by_file is not None:
-        found = replace(found, remarks=(by_file.remark, *found.remarks))
+        calibrated = replace(calibrated, remarks=(by_file.remark, *calibrated.remarks))
         ready = replace(ready, findings=(*by_file.findings, *by_file.without_pauses(ready.findings)))
     document = {
-        **found.to_json(),
+        **calibrated.to_json(),
         **({} if by_file is None else {"files": list(by_file.files)}),
         **beside(part, None, ready.findings, file_sha256(log), command),
         "static_spans": document_of(rests, part),
@@ -173,13 +173,13 @@ def _rests(whole: Recording, part: Recording, axes: UnitAxes, **given: Any) -> S
     DataQualityError
         None was found.
     """
-    found = _found(part, axes, **given) if given["listing"] is None else rests_of(whole, part, axes, **given)
-    if not len(found):
+    rests = _found(part, axes, **given) if given["listing"] is None else rests_of(whole, part, axes, **given)
+    if not len(rests):
         raise DataQualityError(
             "the unit is nowhere at rest long enough: let it rest for 5 s at least in each position, or say when it "
             "was at rest with --spans"
         )
-    return found
+    return rests
 
 
 def _found(part: Recording, axes: UnitAxes, *, models: Mapping[str, Any] | None, **_: Any) -> StaticSpans:
@@ -237,7 +237,7 @@ def calibration_of_means(
     axes = unit_axes(means.rows, gyro, accelerometer)
     given, where = models_for(model, [means.rows[name] for name in axes.names], model_channels)
     about = {name: value for name, value in (estimate or {}).items() if name != "drift"}
-    found = calibrate_means(
+    calibrated = calibrate_means(
         means,
         between=between,
         model=given or None,
@@ -252,7 +252,7 @@ def calibration_of_means(
     )
     facts = beside(means.rows, None, findings, file_sha256(table), command)
     document = {
-        **found.to_json(),
+        **calibrated.to_json(),
         **facts,
         "recording": {**facts["recording"], "rate": None, "duration": None},
         "model_name": "" if model is None else next(iter(where.values())).split(", channel")[0],

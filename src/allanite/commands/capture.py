@@ -176,21 +176,21 @@ def _words(state: Progress) -> str:
     return f"{state.samples} samples{missing}, last {last}{remark}"
 
 
-def captured_document(found: Captured) -> Mapping[str, Any]:
+def captured_document(captured: Captured) -> Mapping[str, Any]:
     """Plain data of a run that has ended."""
     return {
         "format": "allanite-captured",
         "version": 1,
-        "folder": str(found.folder),
-        "instrument": found.identity.to_json(),
-        "samples": found.samples,
-        "missing": found.missing,
-        "gaps": found.gaps,
-        "overloads": found.overloads,
-        "doubtful": found.doubtful,
-        "remarks": found.remarks,
-        "remarks_noted": found.remarks_noted,
-        "dropped": found.dropped,
-        "status": found.status,
-        "reason": found.reason,
+        "folder": str(captured.folder),
+        "instrument": captured.identity.to_json(),
+        "samples": captured.samples,
+        "missing": captured.missing,
+        "gaps": captured.gaps,
+        "overloads": captured.overloads,
+        "doubtful": captured.doubtful,
+        "remarks": captured.remarks,
+        "remarks_noted": captured.remarks_noted,
+        "dropped": captured.dropped,
+        "status": captured.status,
+        "reason": captured.reason,
     }

@@ -64,13 +64,13 @@ def comparison_of(
     advance = progress or (lambda fraction, what: None)
     reading = _Reading(len(places), advance)
     with ThreadPoolExecutor(threads or min(len(places), os.cpu_count() or 1)) as pool:
-        found = list(
+        records = list(
             pool.map(
                 lambda task: _record(Path(task[1]), accept, options, reading.part(task[0])), enumerate(places)
             )
         )
     result = compared(
-        [record for record, _ in found],
+        [record for record, _ in records],
         names=list(names) if names else _names([Path(p) for p in places]),
         channels=matches,
         threads=threads,
@@ -83,7 +83,7 @@ def comparison_of(
         document=document,
         name="comparison",
         tables={"parameters.csv": _rows(document)},
-        lossy=any(lossy for _, lossy in found),
+        lossy=any(lossy for _, lossy in records),
     )
 
 

@@ -53,22 +53,22 @@ def datasheet_of(
     if log is None and (idle or accept):
         raise InputError(f"{(idle or ['accept'])[0]} is about a log, and none is given")
     stated = read_datasheet(sheet)
-    found = _studied(log, study, accept, source, progress, options)
-    result = hold_against(found, stated)
+    measured = _studied(log, study, accept, source, progress, options)
+    result = hold_against(measured, stated)
     document = result.to_json()
     document["sheet_name"] = Path(sheet).name
-    if found is None:
+    if measured is None:
         document["provenance"] = provenance(Path(sheet).name, file_sha256(sheet), command)
     else:
-        document["provenance"] = {**found.document["provenance"], "command": command}
-        document["recording"] = found.document["recording"]
-        document["findings"] = found.document["findings"]
+        document["provenance"] = {**measured.document["provenance"], "command": command}
+        document["recording"] = measured.document["recording"]
+        document["findings"] = measured.document["findings"]
     return MeasurementResult(
         result=result,
         document=document,
         name="datasheet",
         tables={"datasheet.csv": _rows(document)},
-        lossy=found is not None and is_lossy(found.document["findings"]),
+        lossy=measured is not None and is_lossy(measured.document["findings"]),
     )
 
 

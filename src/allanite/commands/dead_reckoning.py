@@ -41,10 +41,10 @@ def dead_reckoning_of(
     from allanite.views.wording import duration
 
     sources = list(models)
-    found, rate = models_of_several(sources)
+    given, rate = models_of_several(sources)
     if rate is not None:
         options.setdefault("rate", rate)
-    made = dead_reckon(found, **options)
+    made = dead_reckon(given, **options)
     records = [length for source in sources if (length := _length(source)) is not None]
     if records and min(records) < made.duration:
         note = (

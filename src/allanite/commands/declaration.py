@@ -159,7 +159,7 @@ class Command:
         from allanite.study.result_document import ResultDocument
 
         advance = progress or (lambda fraction, what: None)
-        own = {o.python: options.pop(o.python) for o in self.options if o.python in options}
+        of_command = {o.python: options.pop(o.python) for o in self.options if o.python in options}
         recording, findings = ready_log(
             log,
             accept=accept,
@@ -169,9 +169,11 @@ class Command:
             **options,
         )
         if model is not None:
-            own["models"] = models_from(model, noise_channels(recording))
+            of_command["models"] = models_from(model, noise_channels(recording))
         run: Callable[..., Result] = _loaded(self.run)
-        result = run(recording, progress=lambda fraction, what: advance(0.3 + 0.7 * fraction, what), **own)
+        result = run(
+            recording, progress=lambda fraction, what: advance(0.3 + 0.7 * fraction, what), **of_command
+        )
         return MeasurementResult(
             result=result,
             document=ResultDocument(

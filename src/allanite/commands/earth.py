@@ -94,14 +94,14 @@ def earth_rate_of(
         Those of `read`.
     """
     from allanite.experiments.earth_rate import measure_earth_rate
-    from allanite.quantities.setup_uncertainty import Stated
+    from allanite.quantities.setup_uncertainty import SetupUncertainty
     from allanite.study.result_document import Overview, ResultDocument
     from allanite.views.figures.records import overview
 
     advance = progress or (lambda fraction, what: None)
     advance(0.0, "reading")
     whole, start, stop = read_whole(log, start, stop, listed=turns is not None, source=source, **options)
-    stated = Stated(
+    stated = SetupUncertainty(
         scale=scale_uncertainty, latitude=latitude_uncertainty, tilt=tilt, heading=heading_uncertainty
     )
     turned = any((turns, dwell is not None, first, settling, warm_up, temperature, g_sensitivity))
@@ -255,7 +255,7 @@ def north_of(
     else:
         longest = LONGEST_TURN if positions is None else math.inf
         ready = checked(part, placed, channels, accept=accept, longest=longest)
-    found = find_north(
+    north = find_north(
         ready.recording,
         model=models,
         latitude=latitude,
@@ -265,14 +265,14 @@ def north_of(
         progress=lambda fraction, what: advance(0.5 + 0.5 * fraction, what),
         **(estimate or {}),
     )
-    found = replace(found, advice=(*found.advice, *remarks))
+    north = replace(north, advice=(*north.advice, *remarks))
     document = {
-        **found.to_json(),
+        **north.to_json(),
         **({} if by_file is None else {"files": headed(by_file, (positions or {}).values())}),
         **beside(part, channels[0], (*of_files, *ready.findings), file_sha256(log), command),
         "model_name": where[channels[0]],
     }
-    return MeasurementResult(result=found, document=document, name="north", tables={}, lossy=ready.lossy)
+    return MeasurementResult(result=north, document=document, name="north", tables={}, lossy=ready.lossy)
 
 
 def _table_of(
@@ -343,7 +343,7 @@ def null_of(
     advance(0.3, "looking for faults")
     ready = checked(part, positions, [channel], accept=accept)
     advance(0.5, "fitting the rates")
-    found = east_west_null(
+    null = east_west_null(
         ready.recording,
         model=noise,
         latitude=latitude,
@@ -352,7 +352,7 @@ def null_of(
         **(estimate or {}),
     )
     document = {
-        **found.to_json(),
+        **null.to_json(),
         **beside(part, channel, ready.findings, file_sha256(log), command),
         "model": noise.to_json(),
         "model_name": model_name,

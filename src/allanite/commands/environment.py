@@ -69,11 +69,11 @@ def environment_of(
         confidence=confidence,
         progress=lambda fraction, what: advance(0.1 + 0.8 * fraction, what),
     )
-    said = [*findings, *(r for e in freed.estimates for r in remarks(e))]
+    shown = [*findings, *(r for e in freed.estimates for r in remarks(e))]
     document = {
         **freed.to_json(),
         "confidence": confidence,
-        **beside(prepared, None, said, file_sha256(log), command),
+        **beside(prepared, None, shown, file_sha256(log), command),
     }
     curves = {e.channel: e.correction for e in freed.estimates if e.correction is not None}
     tables = {

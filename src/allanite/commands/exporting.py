@@ -70,9 +70,9 @@ def export_of(
                 raise InputError(
                     f"a bound is made of a study, with the curve that was measured, not of {path}"
                 )
-            models, own = load_models(path)
+            models, stated_rate = load_models(path)
             known = {"source": Path(path).name, "sha256": file_sha256(path)} if Path(path).is_file() else None
-            return document_of(models, own if rate is None else rate, known)
+            return document_of(models, stated_rate if rate is None else rate, known)
         if rate is not None:
             raise InputError("the study knows its sample rate: rate= is for models that do not")
         study = Study.load(Path(path))
@@ -111,7 +111,7 @@ def _is_calibration(source: str | os.PathLike[str]) -> bool:
 def _document(source: str | os.PathLike[str]) -> dict[str, Any]:
     """The JSON object of a file; an empty one where it is none, whose reader will say so."""
     try:
-        found = parse_plain(read_regular_text(source))
+        content = parse_plain(read_regular_text(source))
     except (OSError, ValueError):
         return {}
-    return found if isinstance(found, dict) else {}
+    return content if isinstance(content, dict) else {}

@@ -59,7 +59,7 @@ def filter_of(
         ready, findings = prepare(recording, check(recording), accept=accept)
     except DataQualityError as error:
         raise _refused(recording, channel, error) from None
-    found = filter_recording(
+    filtered = filter_recording(
         ready,
         noise,
         channel=channel,
@@ -67,7 +67,7 @@ def filter_of(
         progress=lambda fraction: advance(0.3 + 0.7 * fraction, "smoothing" if smooth else "filtering"),
     )
     known = beside(ready, channel, findings, file_sha256(log), command)
-    plain = found.to_json()
+    plain = filtered.to_json()
     document = {
         "format": "allanite-filtered",
         "version": 1,
@@ -78,7 +78,7 @@ def filter_of(
         "model_name": model_name,
     }
     lossy = is_lossy(f.to_json() for f in findings)
-    return MeasurementResult(result=found, document=document, name="filter", tables={}, lossy=lossy)
+    return MeasurementResult(result=filtered, document=document, name="filter", tables={}, lossy=lossy)
 
 
 def _refused(recording: Recording, channel: str, error: DataQualityError) -> DataQualityError:
@@ -158,10 +158,10 @@ def aided_of(
     ready = checked(part, reversals, [channel], accept=accept)
     still = ready.recording.excluding({channel: turn_spans(reversals)}, "turns")
     advance(0.5, "filtering")
-    told: dict[str, Any] = {"reference": reference, "channel": channel, "T": correlation_time}
-    readings = [reference_aided(still, noise, **told)]
+    given: dict[str, Any] = {"reference": reference, "channel": channel, "T": correlation_time}
+    readings = [reference_aided(still, noise, **given)]
     if first is not None and reversals.turns:
-        readings.append(reference_aided(ready.recording, noise, signs=reversals.signs(), **told))
+        readings.append(reference_aided(ready.recording, noise, signs=reversals.signs(), **given))
     document = {
         "format": "allanite-reference-aided",
         "version": 1,

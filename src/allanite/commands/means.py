@@ -52,9 +52,9 @@ def read_means(
             f"--{names.get(of_logs[0], of_logs[0])} is for logs: rows of means are positions, not samples"
         )
     recording = read_part(table, rate=1.0, time="none", source=source, **options)
-    found = [f for look in LOG_DETECTORS for f in look(recording)]
+    findings = [f for look in LOG_DETECTORS for f in look(recording)]
     means = means_of(recording, sd_of=sd_of, averaging=averaging)
-    return means, tuple(f for f in found if CATALOGUE[f.code].group == "Text")
+    return means, tuple(f for f in findings if CATALOGUE[f.code].group == "Text")
 
 
 def refuse_rows_of_means(recording: Recording, accept: Collection[str]) -> None:
@@ -109,8 +109,8 @@ def record_of_means(
             "the same time; give the positions as logs (--positions)"
         )
     remark = "the time between the positions is that of the table"
-    own = means.start
-    start = np.arange(means.n) * (length + between) if own is None else own
+    begins = means.start
+    start = np.arange(means.n) * (length + between) if begins is None else begins
     if means.start is None:
         remark = (
             f"the rows do not say when they were taken: {between:g} s are assumed between them (--between)"

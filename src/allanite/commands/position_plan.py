@@ -37,10 +37,10 @@ def position_plan_of(
     """
     from allanite.experiments.position_planning import plan_positions
 
-    found, rate = models_of_several(models)
+    given, rate = models_of_several(models)
     if rate is not None:
         options.setdefault("rate", rate)
-    made = plan_positions(found, progress=progress, **options)
+    made = plan_positions(given, progress=progress, **options)
     document = {**made.to_json(), "provenance": provenance("", command=command)}
     rows = [
         {

@@ -74,27 +74,27 @@ def rate_table_of(
         "channel": channel,
         **(estimate or {}),
     }
-    found = measure_rate_table(part, progress=lambda f, what: advance(0.5 * f, what), **chosen)
+    measured = measure_rate_table(part, progress=lambda f, what: advance(0.5 * f, what), **chosen)
     advance(0.5, "looking for faults")
-    own = part.select(found.channel, *_beside(part, found, chosen))
+    used = part.select(measured.channel, *_beside(part, measured, chosen))
     ready = judged(
-        own,
+        used,
         np.array([[0, part.n_samples]]),  # nobody says that the table rests before and after
-        own.names,
+        used.names,
         where="while the table turned",
         longest=0.0,
         accept=accept,
     )
     if any(f.excludes for f in ready.findings):
-        found = measure_rate_table(ready.recording, **{**chosen, "channel": found.channel})
+        measured = measure_rate_table(ready.recording, **{**chosen, "channel": measured.channel})
     document = {
-        **found.to_json(),
-        **beside(part, found.channel, ready.findings, file_sha256(log), command),
-        "model_name": where[found.channel],
+        **measured.to_json(),
+        **beside(part, measured.channel, ready.findings, file_sha256(log), command),
+        "model_name": where[measured.channel],
     }
     tables = {STEPS: step_rows(document)} if document["steps"] else {}
     return MeasurementResult(
-        result=found, document=document, name="rate-table", tables=tables, lossy=ready.lossy
+        result=measured, document=document, name="rate-table", tables=tables, lossy=ready.lossy
     )
 
 
@@ -103,16 +103,16 @@ def _following(recording: Recording, channel: str | None) -> list[Any]:
     from allanite.recording.records import Kind
 
     for kinds in ((Kind.RATE,), (Kind.VOLTAGE, Kind.COUNTS), (Kind.UNKNOWN,)):
-        found = [c for c in recording.channels if c.kind in kinds]
-        if channel is not None and channel not in [c.name for c in found]:
+        of_kind = [c for c in recording.channels if c.kind in kinds]
+        if channel is not None and channel not in [c.name for c in of_kind]:
             continue
-        if found:
-            return found
+        if of_kind:
+            return of_kind
     return [] if channel is None else [recording[channel]]
 
 
-def _beside(recording: Recording, found: RateTableEstimate, chosen: Mapping[str, Any]) -> list[str]:
+def _beside(recording: Recording, measured: RateTableEstimate, chosen: Mapping[str, Any]) -> list[str]:
     """Other channels that took part."""
-    across = [n.removeprefix("misalignment of ") for n in found.names if n.startswith("misalignment of ")]
+    across = [n.removeprefix("misalignment of ") for n in measured.names if n.startswith("misalignment of ")]
     warm = chosen.get("temperature")
     return [n for n in (*across, warm) if n]

@@ -92,17 +92,17 @@ def options_of(path: str | os.PathLike[str], options: Mapping[str, Any]) -> dict
 def _of_log(path: Path, value: Mapping[str, Any]) -> Any:
     """What a mapping says of a log: one thing for all of it, or what it says of its channels."""
     channels: dict[str, Any] = {}
-    own: dict[str, Any] = {}
-    for key, said in value.items():
+    of_channels: dict[str, Any] = {}
+    for key, statement in value.items():
         log, colon, channel = key.rpartition(":")
         if _names_log(key, path):
             if _is_same(key, path):
-                return said
+                return statement
         elif colon and _names_log(log, path):
-            own |= {channel: said} if _is_same(log, path) else {}
+            of_channels |= {channel: statement} if _is_same(log, path) else {}
         else:
-            channels[key] = said
-    return channels | own or None
+            channels[key] = statement
+    return channels | of_channels or None
 
 
 def _names_log(key: str, path: Path) -> bool:
@@ -152,16 +152,16 @@ def read_floor(floor: str | os.PathLike[str], **options: Any) -> Recording:
         "kind",
         "carrier",
     )
-    found = read_part(floor, **{k: options[k] for k in kept if options.get(k) is not None})
-    for step in found.history:
+    recording = read_part(floor, **{k: options[k] for k in kept if options.get(k) is not None})
+    for step in recording.history:
         for name, stated in step.get("units_set_aside", {}).items():
-            said = found[name].unit
+            unit = recording[name].unit
             raise InputError(
-                f"{floor}: the floor says that {name} is in {stated}, and {said} was said for the log. If {said} is "
-                f"right for both, write it into a copy: allanite convert {floor} floor.parquet --unit {said}; if not, "
+                f"{floor}: the floor says that {name} is in {stated}, and {unit} was said for the log. If {unit} is "
+                f"right for both, write it into a copy: allanite convert {floor} floor.parquet --unit {unit}; if not, "
                 "correct the unit in the file of the log, and say none"
             )
-    return found
+    return recording
 
 
 def ready_log(
@@ -194,8 +194,8 @@ def ready_log(
     advance = progress or (lambda fraction, what: None)
     advance(0.0, "reading")
     recording = read_part(log, source=source, **options)
-    found = check(recording, progress=lambda fraction: advance(fraction, "looking for faults"))
-    return prepare(recording, [f for f in found if f.code not in judged_elsewhere], accept=accept)
+    findings = check(recording, progress=lambda fraction: advance(fraction, "looking for faults"))
+    return prepare(recording, [f for f in findings if f.code not in judged_elsewhere], accept=accept)
 
 
 def noise_channels(recording: Recording) -> list[str]:
@@ -234,16 +234,16 @@ def models_of_several(
     """
     from allanite.study.model_file import load_models
 
-    found: dict[str, NoiseModel] = {}
+    by_channel: dict[str, NoiseModel] = {}
     rate = None
     for source in sources:
-        models, own = load_models(source)
-        twice = sorted(set(models) & set(found))
+        models, stated = load_models(source)
+        twice = sorted(set(models) & set(by_channel))
         if twice:
             raise InputError(f"{source} has another model of {twice[0]!r}: give each channel once")
-        found |= models
-        rate = rate or own
-    return found, rate
+        by_channel |= models
+        rate = rate or stated
+    return by_channel, rate
 
 
 def describe(
@@ -261,7 +261,7 @@ def describe(
     from allanite.recording.health.run import missing_because
 
     findings, account = tuple(findings), None if log is None else account_of(log)
-    found = [f.to_json() for f in findings]
+    listed = [f.to_json() for f in findings]
     missing = max((f.count for f in findings if f.code == "missing"), default=0)
     return {
         "source": recording.source,
@@ -277,7 +277,7 @@ def describe(
         "contents": [*_contents(recording), *(account.sentences() if account else ())],
         "run": account and account.to_json(),
         "remarks": _remarks(recording),
-        "findings": found,
+        "findings": listed,
     }
 
 

@@ -49,11 +49,11 @@ def recovery_of(
     )
 
 
-def recovery_document(found: Recovery) -> Mapping[str, Any]:
+def recovery_document(recovery: Recovery) -> Mapping[str, Any]:
     """Plain data of what was recovered, with what was noted as missing while recording."""
     from allanite.commands.run_account import account_of_recovery
 
-    return {**found.to_json(), **account_of_recovery(found).to_json()}
+    return {**recovery.to_json(), **account_of_recovery(recovery).to_json()}
 
 
 def compaction_of(

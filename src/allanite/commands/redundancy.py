@@ -63,7 +63,7 @@ def combination_of(
     names = list(axes) if axes else None
     if names is not None:
         recording = recording.select(*names)
-    found = combine(
+    combination = combine(
         recording,
         models=models_from(model, recording.names),
         directions=None if axes is None else list(axes.values()),
@@ -72,18 +72,21 @@ def combination_of(
         **(estimate or {}),
     )
     advance(0.8, "looking for faults of the record")
-    findings = [f for f in check(recording.select(*found.channels)) if f.code not in _JUDGED_HERE]
+    findings = [f for f in check(recording.select(*combination.channels)) if f.code not in _JUDGED_HERE]
     document = {
-        **found.to_json(),
+        **combination.to_json(),
         **beside(recording, None, findings, file_sha256(log), command),
         "model_name": str(model),
     }
     rows = [
-        {"sensor": name, **{axis: f"{w[i]:.9f}" for axis, w in zip(found.axes, found.weights, strict=True)}}
-        for i, name in enumerate(found.channels)
+        {
+            "sensor": name,
+            **{axis: f"{w[i]:.9f}" for axis, w in zip(combination.axes, combination.weights, strict=True)},
+        }
+        for i, name in enumerate(combination.channels)
     ]
     return MeasurementResult(
-        result=found,
+        result=combination,
         document=document,
         name="combination",
         tables={"weights.csv": rows},
@@ -110,7 +113,7 @@ def directions_from(path: str | os.PathLike[str]) -> dict[str, Sequence[float]]:
     rows = [[cell.strip() for cell in row] for row in rows if any(cell.strip() for cell in row)]
     if not rows or [cell.lower() for cell in rows[0]] != ["channel", "x", "y", "z"]:
         raise FormatError(f"{path}: a file of sensitive axes begins with channel,x,y,z")
-    found: dict[str, Sequence[float]] = {}
+    axes: dict[str, Sequence[float]] = {}
     for number, row in enumerate(rows[1:], 2):
         try:
             axis = [float(cell) for cell in row[1:]]
@@ -120,10 +123,10 @@ def directions_from(path: str | os.PathLike[str]) -> dict[str, Sequence[float]]:
             raise FormatError(
                 f"{path}, line {number}: expected a channel and three numbers, found {','.join(row)}"
             )
-        if row[0] in found:
+        if row[0] in axes:
             raise FormatError(f"{path}, line {number}: channel {row[0]!r} is there twice")
-        found[row[0]] = axis
-    return found
+        axes[row[0]] = axis
+    return axes
 
 
 def save_combined(measured: MeasurementResult, path: str | os.PathLike[str], *, force: bool = False) -> Path:

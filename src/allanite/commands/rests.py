@@ -136,26 +136,26 @@ def judged_at_rest(
         longest=math.inf,
         milder={*_DOUBTFUL, *milder},
         accept=accept,
-        reviewed=None if rests is None else lambda found: _without_noise(found, part, rests),
+        reviewed=None if rests is None else lambda finding: _without_noise(finding, part, rests),
     )
     silent = {f.channel for f in ready.findings if f.code in _SILENT and not f.excludes}
     return replace(ready, findings=tuple(_of_attitudes(f, silent) for f in ready.findings))
 
 
-def _of_attitudes(found: Finding, silent: Collection[str | None]) -> Finding:
+def _of_attitudes(finding: Finding, silent: Collection[str | None]) -> Finding:
     from allanite.recording.health import Severity
 
     advice = "none needed: every attitude has a level of its own, and each is judged by itself"
-    if found.code == "clipping" and found.channel in silent:
+    if finding.code == "clipping" and finding.channel in silent:
         advice = "none needed: without noise every level is repeated, the largest as any other"
-    elif found.code not in _OF_ATTITUDES:
-        return found
-    if found.severity is Severity.INFO:
-        return found
-    return replace(found, severity=Severity.INFO, advice=advice, risk="")
+    elif finding.code not in _OF_ATTITUDES:
+        return finding
+    if finding.severity is Severity.INFO:
+        return finding
+    return replace(finding, severity=Severity.INFO, advice=advice, risk="")
 
 
-def _without_noise(found: Finding, part: Recording, rests: StaticSpans) -> Finding:
+def _without_noise(finding: Finding, part: Recording, rests: StaticSpans) -> Finding:
     """Readings of few values at rest that vary on the move are not frozen: their steps hide the noise.
 
     How long a value repeats is then a matter of where the level of an attitude lies between two steps.
@@ -164,19 +164,19 @@ def _without_noise(found: Finding, part: Recording, rests: StaticSpans) -> Findi
 
     from allanite.recording.health import Severity
 
-    unlike = found.code != "stuck" or found.severity is Severity.INFO
-    if unlike or found.channel is None or len(rests.spans) < 2:
-        return found
-    few = [_few_values(part.raw(found.channel, s.start, s.stop)) for s in rests.spans]
+    unlike = finding.code != "stuck" or finding.severity is Severity.INFO
+    if unlike or finding.channel is None or len(rests.spans) < 2:
+        return finding
+    few = [_few_values(part.raw(finding.channel, s.start, s.stop)) for s in rests.spans]
     moves = [(a.stop, b.start) for a, b in pairwise(rests.spans)]
-    alive = [len(np.unique(part.raw(found.channel, a, b))) > 1 for a, b in moves]
+    alive = [len(np.unique(part.raw(finding.channel, a, b))) > 1 for a, b in moves]
     if np.mean(few) < 0.5 or np.mean(alive) < 0.5:
-        return found
+        return finding
     return replace(
-        found,
+        finding,
         severity=Severity.WARNING,
-        message=f"{found.message}; but it varies while the unit is moved, and takes {_FEW} values at the most in most "
-        "rests: its steps hide the noise",
+        message=f"{finding.message}; but it varies while the unit is moved, and takes {_FEW} values at the most in "
+        "most rests: its steps hide the noise",
         advice="none needed where the log is simulated; of a sensor, log more digits",
         risk="",
         excludes=False,

@@ -57,23 +57,25 @@ class RunAccount:
 
     def to_json(self) -> dict[str, Any]:
         """Plain data."""
-        found = {
+        facts = {
             name: getattr(self, name)
             for name in ("kept", "lost", "missing", "gaps", "remarks", "status", "reason")
         }
-        return {**found, "losses": [asdict(loss) for loss in self.losses]}
+        return {**facts, "losses": [asdict(loss) for loss in self.losses]}
 
     def sentences(self) -> list[str]:
         """The same in words."""
         gap = "gap" if self.gaps == 1 else "gaps"
         missing = f"{self.missing} missing in {self.gaps} {gap}" if self.missing else "none missing"
-        said = [f"{self.kept} samples stored, {missing}"]
+        sentences = [f"{self.kept} samples stored, {missing}"]
         if self.status in _ENDED:
-            said.append(_ENDED[self.status] + (f" ({self.reason})" if self.reason else ""))
+            sentences.append(_ENDED[self.status] + (f" ({self.reason})" if self.reason else ""))
         for loss in self.losses:
             rows = "samples not known" if loss.rows is None else f"{loss.rows} samples"
-            said.append(f"lost: {rows}, {loss.file} from byte {loss.offset}, {loss.size} bytes: {loss.why}")
-        return said
+            sentences.append(
+                f"lost: {rows}, {loss.file} from byte {loss.offset}, {loss.size} bytes: {loss.why}"
+            )
+        return sentences
 
 
 def account_of(log: str | os.PathLike[str]) -> RunAccount | None:
@@ -96,15 +98,15 @@ def account_of(log: str | os.PathLike[str]) -> RunAccount | None:
     run = open_run(place)
     if run.status == "recording" or _is_sound(run):
         return _account(run, kept_in(run))
-    found = recover(place, None)
-    return _account(run, found.kept, found.losses)
+    recovery = recover(place, None)
+    return _account(run, recovery.kept, recovery.losses)
 
 
-def account_of_recovery(found: Recovery) -> RunAccount:
+def account_of_recovery(recovery: Recovery) -> RunAccount:
     """The same of a run that was recovered."""
     from allanite.files.store import open_run
 
-    return _account(open_run(found.folder), found.kept, found.losses)
+    return _account(open_run(recovery.folder), recovery.kept, recovery.losses)
 
 
 def kept_in(run: Run) -> int:

@@ -130,8 +130,8 @@ def _disagreement(recording: Recording, spectrum: Spectrum, model: NoiseModel) -
         data, _ = spectral_ordinates(recording, spectrum.channel, spectrum=spectrum)
     except DataQualityError:
         return None
-    found = disagreement(model, data)
-    return None if found is None else found.words
+    difference = disagreement(model, data)
+    return None if difference is None else difference.words
 
 
 def _rows(channel: Json) -> list[Json]:

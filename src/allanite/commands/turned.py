@@ -197,14 +197,14 @@ def chosen_model(
 
 def _refuse_other_kind(model: NoiseModel, where: str, channel: Channel) -> None:
     """Words and files say what sensor they are of: its numbers mean nothing for another."""
-    own = {"angle": "rate", "velocity": "acceleration"}.get(channel.kind.value, channel.kind.value)
-    if own == model.kind:
+    kind = {"angle": "rate", "velocity": "acceleration"}.get(channel.kind.value, channel.kind.value)
+    if kind == model.kind:
         return
     advice = "give the model of this channel"
-    if own == "unknown":
+    if kind == "unknown":
         unit = "deg/s" if model.kind == "rate" else "m/s^2" if model.kind == "acceleration" else ""
         advice = f"state the unit of the samples, as in {unit_option([channel.name], unit)}"
-    elif way := scale_option([(channel.name, own)]):
+    elif way := scale_option([(channel.name, kind)]):
         advice = f"give the scale factor of the data sheet, as in {way}, or a model in that unit"
     raise InputError(
         f"channel {channel.name!r} is one of {channel.kind.value}, the noise model ({where}) is one of {model.kind}: "
@@ -322,9 +322,9 @@ def checked(
         if not doubts:
             raise
         # A list of turns that is wrong makes a good record look bad.
-        said = "".join(f"{f.message}\n    what to do: {f.advice}\n" for f in doubts)
+        contradictions = "".join(f"{f.message}\n    what to do: {f.advice}\n" for f in doubts)
         raise DataQualityError(
-            f"signal and turns contradict each other: {said}{error}", (*doubts, *error.findings)
+            f"signal and turns contradict each other: {contradictions}{error}", (*doubts, *error.findings)
         ) from None
     others = [f for f in reversals.findings if f not in doubts]
     return replace(ready, findings=(*doubts, *ready.findings, *others))
@@ -371,18 +371,18 @@ def judged(
         for f in (() if moves_all_the_time else check(still))
         if f.code not in _MADE_BY_LEAVING_OUT and not _is_of_the_log(f)
     }
-    found: list[Finding] = []
+    kept_findings: list[Finding] = []
     for f in as_it_is:
         kept = f if _is_of_the_log(f) else at_rest.pop((f.code, f.channel), None)
-        found.append(_of_the_spans(f, where) if kept is None else kept)
-    found += at_rest.values()
-    found = [_milder(f) if f.code in {*_JUDGED_LATER, *milder} else f for f in found]
-    found = [reviewed(f) for f in found] if reviewed is not None else found
-    found.sort(key=lambda f: f.severity.rank)
-    ready, said = prepare(recording, found, accept=accept)
-    serious = [f for f in said if f.severity is not Severity.INFO or f.excludes or _is_of_the_log(f)]
+        kept_findings.append(_of_the_spans(f, where) if kept is None else kept)
+    kept_findings += at_rest.values()
+    kept_findings = [_milder(f) if f.code in {*_JUDGED_LATER, *milder} else f for f in kept_findings]
+    kept_findings = [reviewed(f) for f in kept_findings] if reviewed is not None else kept_findings
+    kept_findings.sort(key=lambda f: f.severity.rank)
+    ready, findings = prepare(recording, kept_findings, accept=accept)
+    serious = [f for f in findings if f.severity is not Severity.INFO or f.excludes or _is_of_the_log(f)]
     short = spans[spans[:, 1] - spans[:, 0] <= longest * recording.rate]
-    return TurnedRecord(recording=ready, findings=said, lossy=is_lossy(_lost(f, short) for f in serious))
+    return TurnedRecord(recording=ready, findings=findings, lossy=is_lossy(_lost(f, short) for f in serious))
 
 
 def turn_spans(reversals: Reversals) -> NDArray[np.int64]:
@@ -398,43 +398,43 @@ def turn_spans(reversals: Reversals) -> NDArray[np.int64]:
     return np.array(sorted(spans), dtype=np.int64).reshape(-1, 2)
 
 
-def _is_of_the_log(found: Finding) -> bool:
+def _is_of_the_log(finding: Finding) -> bool:
     """True for findings of time stamps and text, and for gaps: they do not depend on what the samples are."""
     from allanite.recording.health import CATALOGUE
 
-    return found.code == "missing" or CATALOGUE[found.code].group in ("Time", "Text")
+    return finding.code == "missing" or CATALOGUE[finding.code].group in ("Time", "Text")
 
 
-def _of_the_spans(found: Finding, where: str) -> Finding:
+def _of_the_spans(finding: Finding, where: str) -> Finding:
     from allanite.recording.health import Severity
 
     return replace(
-        found,
+        finding,
         severity=Severity.INFO,
-        message=f"{where}: {found.message}",
+        message=f"{where}: {finding.message}",
         advice="none needed: it comes from moving the sensor",
         excludes=False,
         risk="",
     )
 
 
-def _milder(found: Finding) -> Finding:
+def _milder(finding: Finding) -> Finding:
     from allanite.recording.health import Severity
 
-    return replace(found, severity=Severity.WARNING) if found.severity is Severity.FATAL else found
+    return replace(finding, severity=Severity.WARNING) if finding.severity is Severity.FATAL else finding
 
 
-def _lost(found: Finding, spans: NDArray[np.int64]) -> Json:
+def _lost(finding: Finding, spans: NDArray[np.int64]) -> Json:
     """A finding as plain data, its count that of samples outside of the spans where it names its samples."""
     import numpy as np
 
     from allanite.recording.records import merge_spans
 
-    plain = found.to_json()
-    if not len(found.spans):
+    plain = finding.to_json()
+    if not len(finding.spans):
         return plain
     spans = merge_spans(spans)
     before = np.cumsum(np.column_stack([np.zeros(len(spans)), spans[:, 1] - spans[:, 0]]))  # at their ends
-    ends = np.interp(found.spans, spans.ravel(), before) if len(spans) else np.zeros_like(found.spans)
+    ends = np.interp(finding.spans, spans.ravel(), before) if len(spans) else np.zeros_like(finding.spans)
     inside = round(float(np.diff(ends, axis=1).sum()))
     return {**plain, "count": max(plain["count"] - inside, 0)}

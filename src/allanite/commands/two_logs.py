@@ -69,8 +69,8 @@ def joined(
     both = set(first.names) & set(second.names)
     places = [(ACCELEROMETER, first, n) for n in first.names] + [(GYRO, second, n) for n in gyro]
 
-    def name(sensor: str, own: str) -> str:
-        return f"{_PREFIX[sensor]}_{own}" if own in both else own
+    def name(sensor: str, given: str) -> str:
+        return f"{_PREFIX[sensor]}_{given}" if given in both else given
 
     whole = replace(
         first,
@@ -88,7 +88,7 @@ def joined(
 
 def _own(options: Mapping[str, Any], sensor: str) -> dict[str, Any]:
     """The options for the file of one triad."""
-    groups = {group for own in _GROUPS.values() for group in own}
+    groups = {group for names in _GROUPS.values() for group in names}
     out = dict(options)
     for key in ("unit", "scale_factor"):
         given = out.get(key)
@@ -122,9 +122,9 @@ def _refuse_other_instants(first: Recording, second: Recording) -> None:
         late = abs(first.start - second.start) * 1e-9 * first.rate
     if second.n_samples == n and apart < 0.5 and late < 0.5:
         return
-    said = ", ".join(f"{r.source}: {r.n_samples} samples at {r.rate:.6g} Hz" for r in (first, second))
+    rates = ", ".join(f"{r.source}: {r.n_samples} samples at {r.rate:.6g} Hz" for r in (first, second))
     if late >= 0.5:
-        said += f", begun {late / first.rate:.3g} s apart"
+        rates += f", begun {late / first.rate:.3g} s apart"
     raise InputError(
-        f"the two logs do not hold the same instants ({said}): bring them to one time first, and write one file"
+        f"the two logs do not hold the same instants ({rates}): bring them to one time first, and write one file"
     )

@@ -106,15 +106,17 @@ def vector_of(
         "model": models or None,
         **(estimate or {}),
     }
-    found = measure_rate_vector(part, progress=lambda done, what: advance(0.5 * done, what), **options)
+    vector = measure_rate_vector(part, progress=lambda done, what: advance(0.5 * done, what), **options)
     if not forced:
-        _refuse_turned(found)
+        _refuse_turned(vector)
     advance(0.5, "looking for faults")
-    ready = judged(part, _moving(found, part.rate), part.names, where=_MOVED, longest=math.inf, accept=accept)
+    ready = judged(
+        part, _moving(vector, part.rate), part.names, where=_MOVED, longest=math.inf, accept=accept
+    )
     if any(f.excludes for f in ready.findings):
-        found = measure_rate_vector(ready.recording, **options)
+        vector = measure_rate_vector(ready.recording, **options)
     document: dict[str, Any] = {
-        **found.to_json(),
+        **vector.to_json(),
         **beside(part, None, ready.findings, sha256, command),
         "model_name": _model_name(list(where.values())),
         "overviews": [overview(part, name) for name in axes],
@@ -137,8 +139,8 @@ def _inertial(recording: Recording) -> Recording:
     return recording.select(*rates_of(recording), *(force if len(force) == AXES else ()))
 
 
-def _refuse_turned(found: RateVector) -> None:
-    reversals = [turn for turn in found.turns.tolist() if abs(turn - math.pi) < _REVERSAL]
+def _refuse_turned(vector: RateVector) -> None:
+    reversals = [turn for turn in vector.turns.tolist() if abs(turn - math.pi) < _REVERSAL]
     if reversals:
         times = "once" if len(reversals) == 1 else f"{len(reversals)} times"
         raise InputError(
@@ -148,11 +150,11 @@ def _refuse_turned(found: RateVector) -> None:
         )
 
 
-def _moving(found: RateVector, rate: float) -> NDArray[np.int64]:
+def _moving(vector: RateVector, rate: float) -> NDArray[np.int64]:
     """Samples of the stretches that were left out because the sensor moved."""
     import numpy as np
 
-    spans = [(s.start, s.stop) for s in found.left_out if s.why != "samples missing"]
+    spans = [(s.start, s.stop) for s in vector.left_out if s.why != "samples missing"]
     return np.round(np.array(spans, dtype=np.float64).reshape(-1, 2) * rate).astype(np.int64)
 
 

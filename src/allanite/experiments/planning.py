@@ -26,7 +26,7 @@ from allanite.filtering.regression import Whitener
 from allanite.noise import NoiseModel, White
 from allanite.plain_files.json_values import plain
 from allanite.quantities.earth import EARTH_RATE, checked_latitude
-from allanite.quantities.setup_uncertainty import Stated
+from allanite.quantities.setup_uncertainty import SetupUncertainty
 
 __all__ = ["DURATIONS", "DWELLS", "LONGEST", "Plan", "plan"]
 
@@ -143,7 +143,7 @@ def plan(
     dead_time: float = 2.0,
     dwells: Sequence[float] = DWELLS,
     durations: Sequence[float] = DURATIONS,
-    stated: Stated | None = None,
+    stated: SetupUncertainty | None = None,
     misalignment: float = 0.0,
     positions: int | None = None,
     axes: int = 1,
@@ -165,7 +165,7 @@ def plan(
         From the beginning of one turn to the beginning of the next; what is used of each is less by `dead_time`.
     durations : sequence of float [s]
         Of the record.
-    stated : Stated, optional
+    stated : SetupUncertainty, optional
         Uncertainties that no length of record reduces.
     misalignment : float [rad]
         Standard uncertainty of the direction of each axis on the table; for north only.
@@ -191,7 +191,7 @@ def plan(
     aim = GOALS[what] if goal is None else float(goal)
     if not np.any(grid > dead_time):
         raise InputError(f"no dwell is longer than the dead time of {dead_time:g} s: give longer dwells")
-    scenes = [
+    settings = [
         _PlanSetting(
             model=family,
             latitude=latitude,
@@ -199,12 +199,12 @@ def plan(
             dead_time=dead_time,
             positions=count,
             axes=axes,
-            stated=stated or Stated(),
+            stated=stated or SetupUncertainty(),
             misalignment=misalignment,
         )
         for family in model.families
     ]
-    return _cautious([_of_family(scene, aim, grid, spans) for scene in scenes])
+    return _cautious([_of_family(setting, aim, grid, spans) for setting in settings])
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -217,7 +217,7 @@ class _PlanSetting:
     dead_time: float
     positions: int
     axes: int
-    stated: Stated
+    stated: SetupUncertainty
     misalignment: float
 
     @property
@@ -266,7 +266,7 @@ class _Growth:
     that errors of heading leave after one dwell.
     """
 
-    scene: _PlanSetting
+    setting: _PlanSetting
     dwell: float
     blocks: int
     products: Array
@@ -274,33 +274,33 @@ class _Growth:
     wander: float
 
     @classmethod
-    def of(cls, scene: _PlanSetting, dwell: float, floor: float) -> _Growth:
-        blocks = math.ceil(dwell / longest_block(scene.model, dwell) - 1e-9)
+    def of(cls, setting: _PlanSetting, dwell: float, floor: float) -> _Growth:
+        blocks = math.ceil(dwell / longest_block(setting.model, dwell) - 1e-9)
         dt = dwell / blocks
-        most = max(min(PASS, ROWS // blocks), 4 * scene.positions)
+        most = max(min(PASS, ROWS // blocks), 4 * setting.positions)
         rows = blocks * most
         number = np.arange(rows) // blocks
         into = (np.arange(rows) % blocks) * dt  # since the beginning of the dwell
-        part = np.where(number == 0, 1.0, np.clip((into + dt - scene.dead_time) / dt, 0.0, 1.0))
-        heading = scene.headings(number)
+        part = np.where(number == 0, 1.0, np.clip((into + dt - setting.dead_time) / dt, 0.0, 1.0))
+        heading = setting.headings(number)
         columns = [np.ones(rows)]
-        for axis in range(scene.axes):
+        for axis in range(setting.axes):
             a = heading + axis * math.pi / 2
-            axis_columns = [np.cos(a)] if scene.what == "rate" else [np.cos(a), -np.sin(a)]
-            columns += [scene.projection * column for column in axis_columns]
-        white, _ = Whitener.of(scene.model, dt=dt, counts=part)(np.column_stack(columns))
+            axis_columns = [np.cos(a)] if setting.what == "rate" else [np.cos(a), -np.sin(a)]
+            columns += [setting.projection * column for column in axis_columns]
+        white, _ = Whitener.of(setting.model, dt=dt, counts=part)(np.column_stack(columns))
         white = np.nan_to_num(white)
-        k = (len(columns) - 1) // scene.axes
-        per_axis = [white[:, [*range(1 + i * k, 1 + (i + 1) * k), 0]] for i in range(scene.axes)]
+        k = (len(columns) - 1) // setting.axes
+        per_axis = [white[:, [*range(1 + i * k, 1 + (i + 1) * k), 0]] for i in range(setting.axes)]
         single = np.stack([w[:, :, None] * w[:, None, :] for w in per_axis], axis=1)
         start = np.zeros((1, *single.shape[1:]))
         return cls(
-            scene=scene,
+            setting=setting,
             dwell=dwell,
             blocks=blocks,
             products=np.concatenate([start, np.cumsum(single, axis=0)]),
-            steady=floor * scene.unit,
-            wander=scene.wander(),
+            steady=floor * setting.unit,
+            wander=setting.wander(),
         )
 
     @property
@@ -313,7 +313,7 @@ class _Growth:
         last = len(self.products) - 1
         if time <= last * self.dt:
             return self._at(time / self.dt)
-        period = self.blocks * self.scene.positions
+        period = self.blocks * self.setting.positions
         whole = last // period * period
         back = whole // (2 * period) * period
         gain = (self._at(whole) - self._at(whole - back)) / (back * self.dt)
@@ -336,7 +336,7 @@ class _Growth:
         if not least > RANK * most:
             return math.inf
         # the columns carry cos(latitude): the vector is Omega (cos psi, sin psi), so its tangential part is Omega dpsi
-        return float(1 / math.sqrt(least)) / (1.0 if self.scene.what == "rate" else EARTH_RATE)
+        return float(1 / math.sqrt(least)) / (1.0 if self.setting.what == "rate" else EARTH_RATE)
 
     def total(self, time: float) -> float:
         """With the stated uncertainties."""
@@ -353,18 +353,18 @@ class _Growth:
         return high
 
 
-def _of_family(scene: _PlanSetting, aim: float, grid: Array, spans: Array) -> Plan:
+def _of_family(setting: _PlanSetting, aim: float, grid: Array, spans: Array) -> Plan:
     """The plan for one noise model."""
-    budget = scene.budget()
+    budget = setting.budget()
     floor = math.sqrt(sum(v**2 for v in budget.values()))
     sd, total = (np.full((len(grid), len(spans)), math.inf) for _ in range(2))
     reached, left = (np.full(len(grid), math.inf) for _ in range(2))
-    for i in np.flatnonzero(grid > scene.dead_time):
-        growth = _Growth.of(scene, float(grid[i]), floor)
+    for i in np.flatnonzero(grid > setting.dead_time):
+        growth = _Growth.of(setting, float(grid[i]), floor)
         sd[i] = [growth.sd(float(t)) for t in spans]
         total[i] = [growth.total(float(t)) for t in spans]
-        reached[i], left[i] = growth.time_of(aim * scene.unit), growth.total(LONGEST) / scene.unit
-    return _plan(scene, aim, grid, spans, sd, total, reached, budget, float(left.min()))
+        reached[i], left[i] = growth.time_of(aim * setting.unit), growth.total(LONGEST) / setting.unit
+    return _plan(setting, aim, grid, spans, sd, total, reached, budget, float(left.min()))
 
 
 def _cautious(plans: Sequence[Plan]) -> Plan:
@@ -383,7 +383,7 @@ def _cautious(plans: Sequence[Plan]) -> Plan:
 
 
 def _plan(
-    scene: _PlanSetting,
+    setting: _PlanSetting,
     goal: float,
     dwells: Array,
     durations: Array,
@@ -399,7 +399,7 @@ def _plan(
     known = bool(np.isfinite(reached[first]))
     best = np.where(np.isfinite(sd).any(axis=0), dwells[np.argmin(sd, axis=0)], np.nan)
     return Plan(
-        what=scene.what,
+        what=setting.what,
         dwells=dwells,
         durations=durations,
         sd=sd,
@@ -410,19 +410,19 @@ def _plan(
         dwell=float(dwells[first]) if known else None,
         duration=float(reached[first]) if known else None,
         floor=floor,
-        says=_sentence(scene, goal, dwells, reached, floor, budget, left),
-        notes=_notes(scene.model),
+        says=_sentence(setting, goal, dwells, reached, floor, budget, left),
+        notes=_notes(setting.model),
         budget=budget,
-        dead_time=scene.dead_time,
-        latitude=scene.latitude,
-        positions=scene.positions,
-        axes=scene.axes,
-        model=scene.model,
+        dead_time=setting.dead_time,
+        latitude=setting.latitude,
+        positions=setting.positions,
+        axes=setting.axes,
+        model=setting.model,
     )
 
 
 def _sentence(
-    scene: _PlanSetting,
+    setting: _PlanSetting,
     goal: float,
     dwells: Array,
     reached: Array,
@@ -430,24 +430,28 @@ def _sentence(
     budget: dict[str, float],
     left: float,
 ) -> str:
-    aim = f"{_amount(scene, goal)} (one standard deviation)"
+    aim = f"{_amount(setting, goal)} (one standard deviation)"
     if not np.isfinite(reached).any():
         if floor >= goal:
             worst = max(budget, key=lambda name: budget[name])
             return (
-                f"{aim} is never reached: the stated uncertainties leave {_amount(scene, floor)}, most of it by "
-                f"{worst} ({_amount(scene, budget[worst])})"
+                f"{aim} is never reached: the stated uncertainties leave {_amount(setting, floor)}, most of it by "
+                f"{worst} ({_amount(setting, budget[worst])})"
             )
         return (
             f"{aim} is not reached within 30 days: noise and stated uncertainties leave "
-            f"{_amount(scene, left)} then"
+            f"{_amount(setting, left)} then"
         )
     first = int(np.argmin(reached))
     near = dwells[reached <= 1.05 * reached[first]]
     others = (
         f"; dwells of {near.min():g} to {near.max():g} s need at most 5 % longer" if len(near) > 1 else ""
     )
-    lost = f"{scene.dead_time:g} s are lost at each turn" if scene.dead_time else "no time is lost in turning"
+    lost = (
+        f"{setting.dead_time:g} s are lost at each turn"
+        if setting.dead_time
+        else "no time is lost in turning"
+    )
     return (
         f"{aim} is reached after {_time(float(reached[first]))} with dwells of {dwells[first]:g} s, when {lost}"
         f"{others}"
@@ -463,8 +467,8 @@ def _notes(model: NoiseModel) -> tuple[str, ...]:
     return (note,)
 
 
-def _amount(scene: _PlanSetting, value: float) -> str:
-    return f"{100 * value:.3g} %" if scene.what == "rate" else f"{math.degrees(value):.3g} deg"
+def _amount(setting: _PlanSetting, value: float) -> str:
+    return f"{100 * value:.3g} %" if setting.what == "rate" else f"{math.degrees(value):.3g} deg"
 
 
 def _time(seconds: float) -> str:

@@ -62,7 +62,7 @@ def _bytes(given: object) -> bytes:
 
 
 HexBytes = Annotated[
-    bytes, BeforeValidator(_bytes), PlainSerializer(lambda found: found.hex(" ").upper(), return_type=str)
+    bytes, BeforeValidator(_bytes), PlainSerializer(lambda value: value.hex(" ").upper(), return_type=str)
 ]
 
 

@@ -178,13 +178,13 @@ def read_curve(
     columns, name = _columns(table, place.name), place.name
     roles, remarks = _roles(columns, channels, name), []
     tau = roles.get("tau")
-    quantity, squared, chosen, said = _quantity(roles["value"], statistic, place, channels)
-    remarks += said
+    quantity, squared, chosen, notes = _quantity(roles["value"], statistic, place, channels)
+    remarks += notes
     grid = _grid(tau, roles.get("lag"), name)
-    shape, said = _shape(
+    shape, notes = _shape(
         grid, roles.get("count"), quantity, samples, rate or (table.rate if tau is not None else rate), name
     )
-    remarks += said
+    remarks += notes
     if quantity == "allan":
         quantity = shape.statistic or "oadev"
         remarks.append(
@@ -196,17 +196,17 @@ def read_curve(
                 "degrees of freedom"
             )
         )
-    lags, first, said = _lags(grid, shape, name)
-    remarks += said
+    lags, first, notes = _lags(grid, shape, name)
+    remarks += notes
     known = _channels(chosen, unit, squared, sampling, remarks)
     counted = _terms(quantity, lags, shape.n_samples, name)
-    own = [c.values[first] ** (1.0 if squared else 2.0) for c in chosen]
+    variances = [c.values[first] ** (1.0 if squared else 2.0) for c in chosen]
     if quantity == "tdev":  # TVAR = tau² MVAR/3
-        own = [3.0 * v / (lags * shape.dt) ** 2 for v in own]
+        variances = [3.0 * v / (lags * shape.dt) ** 2 for v in variances]
     curve = curve_of_sums(
         STATISTICS[quantity],
         lags,
-        [(v, np.where(np.isfinite(v), counted, 0)) for v in own],
+        [(v, np.where(np.isfinite(v), counted, 0)) for v in variances],
         [np.zeros((0, 2), dtype=np.int64)] * len(chosen),
         channels=known,
         dt=shape.dt,
@@ -361,7 +361,7 @@ def _quantity(
         fitting = [c for c in fitting if _is_squared(c.plain) in (squared, None)] or fitting
         return name, squared, *_without(values, fitting or values)
     best = min(values, key=lambda c: (_rank(c), c.number))
-    file, said = _plain(place.name), []
+    file, remarks = _plain(place.name), []
     name = _stated(best) or next((kind for kind, p in _KIND_OF_VALUE if p.search(file)), "")
     squared_by = _is_squared(best.plain)
     if squared_by is None:
@@ -371,12 +371,12 @@ def _quantity(
                 f"{place.name}: nothing says whether {best.shown!r} holds deviations or variances: say --statistic "
                 "oadev (overlapping Allan deviation) or --statistic oavar (its square); statistic= in Python"
             )
-        said = [f"{'variances' if squared_by else 'deviations'}, as the name of the file says"]
+        remarks = [f"{'variances' if squared_by else 'deviations'}, as the name of the file says"]
     alike = [
         c for c in values if _stated(c) == _stated(best) and _is_squared(c.plain) == _is_squared(best.plain)
     ]
     chosen, left = _without(values, alike)
-    return name or "allan", squared_by, chosen, [*said, *left]
+    return name or "allan", squared_by, chosen, [*remarks, *left]
 
 
 def _without(values: list[_Column], chosen: list[_Column]) -> tuple[list[_Column], list[str]]:
@@ -503,11 +503,11 @@ def _length_by(
         return _agreed(most, samples, name), "oadev", [f"{most} samples, from the counts"]
     whole = samples if samples is not None else most
     if least >= _COMPLETE * whole and most <= whole + _SAME_LENGTH:
-        said = (
+        remark = (
             f"the counts are up to {1 - least / whole:.1%} below those of {whole} samples without gaps: the intervals "
             f"are those of {least} samples"
         )
-        return least, "oadev", [said]
+        return least, "oadev", [remark]
     if samples is None:
         raise InputError(
             f"{name}: the counts fit no record without gaps ({least} to {most} samples): the intervals of this curve "

@@ -8,11 +8,11 @@ from dataclasses import asdict, dataclass
 
 from allanite.errors import InputError
 
-__all__ = ["Stated"]
+__all__ = ["SetupUncertainty"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Stated:
+class SetupUncertainty:
     """Standard uncertainties that only the user knows; they enter the interval and the budget.
 
     Attributes

@@ -116,12 +116,12 @@ class TriadErrors:
         x = np.asarray(true, dtype=np.float64)
         return np.asarray((x + self.quadratic * x**2) @ self.matrix.T + self._level(warmer, force))
 
-    def true(self, seen: ArrayLike, warmer: ArrayLike = 0.0, force: ArrayLike | None = None) -> Array:
+    def true(self, measured: ArrayLike, warmer: ArrayLike = 0.0, force: ArrayLike | None = None) -> Array:
         """The true vectors of y: the inverse of `seen`, with its parameters.
 
         The quadratic is solved for the root that is there without it, in the form that loses no digits.
         """
-        y = np.asarray(seen, dtype=np.float64)
+        y = np.asarray(measured, dtype=np.float64)
         z = (y - self._level(warmer, force)) @ np.linalg.inv(self.matrix).T
         return np.asarray(2 * z / (1 + np.sqrt(1 + 4 * self.quadratic * z)))
 

@@ -194,14 +194,14 @@ def _nuisance(name: str, value: float, sd: float) -> str:
 
 
 def _record(document: ResultDocument[EarthRateEstimate]) -> Iterator[PageBlock]:
-    result, seen = document.result, document.overview
+    result, overview = document.result, document.overview
     yield from drawn(
         "record-figure",
         result,
         "The record: lowest and highest value of each block, with the turns marked.",
         f"Raw record of {result.channel} with {plural(len(result.reversals.turns), 'turn')}.",
         view="record",
-        recording=None if seen is None else seen.to_json(),
+        recording=None if overview is None else overview.to_json(),
     )
     unknown = "not known: the sign of the rate is a choice (--first north, south, up or down)"
     yield pairs(

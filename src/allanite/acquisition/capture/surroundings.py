@@ -24,7 +24,7 @@ class Surroundings:
 
     store: LogStore
     clock: HostClock
-    told: Callable[[str, Mapping[str, Any]], None]
+    on_event: Callable[[str, Mapping[str, Any]], None]
     _watch: ClockWatch = field(init=False)
     _slept: list[float] = field(default_factory=list)  # [s], of which no gap has told yet
 
@@ -50,7 +50,7 @@ class Surroundings:
         for event in self._watch.look():
             facts = {"what": event.what, "seconds": event.seconds}
             self.store.note("clock", **facts)
-            self.told("clock", {**facts, "text": _words(event)})
+            self.on_event("clock", {**facts, "text": _words(event)})
             if event.what == "sleep":
                 self._slept = [*self._slept[1 - _SLEEPS :], event.seconds]
 

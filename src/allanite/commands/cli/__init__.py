@@ -20,7 +20,7 @@ from allanite.commands.cli import rate_table
 from allanite.commands.cli import calibration
 from allanite.commands.cli import alignment
 from allanite.commands.cli import redundancy
-from allanite.commands.cli import separation
+from allanite.commands.cli import shared_noise
 from allanite.commands.cli import declared
 from allanite.commands.cli import environment
 from allanite.commands.cli import datasheet
@@ -61,7 +61,7 @@ __all__ = [
     "recovery",
     "redundancy",
     "selection",
-    "separation",
     "serve",
+    "shared_noise",
     "spectrum",
 ]

@@ -90,7 +90,7 @@ def align(
     gets report.html, alignment.json and stands.csv.
     """
     from allanite.commands.alignment import alignment_of, alignment_of_means
-    from allanite.quantities.setup_uncertainty import Stated
+    from allanite.quantities.setup_uncertainty import SetupUncertainty
     from allanite.views import terminal
 
     by_file = headed_files_of(logs, _HEADED, needed=False) if positions else None
@@ -101,7 +101,7 @@ def align(
         "axes": axes,
         "rotation": rotation,
         "bias_repeatability": (gyro_bias, accelerometer_bias),
-        "stated": Stated(scale=scale, latitude=latitude_uncertainty, tilt=tilt, heading=heading),
+        "stated": SetupUncertainty(scale=scale, latitude=latitude_uncertainty, tilt=tilt, heading=heading),
         "confidence": confidence,
     }
     measure = alignment_of_means if means else alignment_of

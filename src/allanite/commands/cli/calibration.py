@@ -34,15 +34,15 @@ class Numbers(Listed):
     ) -> tuple[int | tuple[int, int], ...]:
         if isinstance(value, tuple):
             return value
-        found: list[int | tuple[int, int]] = []
+        numbers: list[int | tuple[int, int]] = []
         for word in str(value).split(","):
             ends = [int(end) if end.strip().isdecimal() else 0 for end in word.split("-")]
             if len(ends) > 2 or min(ends) < 1:
                 self.fail(
                     f"{value!r} are no numbers of positions: write 7 or 7,12, and 7-8 for a turn", param, ctx
                 )
-            found.append((ends[0], ends[1]) if len(ends) == 2 else ends[0])
-        return tuple(found)
+            numbers.append((ends[0], ends[1]) if len(ends) == 2 else ends[0])
+        return tuple(numbers)
 
 
 @command("allanite calibrate log.parquet --model study.json --latitude 48.1 --out calibration")

@@ -54,16 +54,16 @@ def main() -> None:
 
 def _incoming() -> queue.SimpleQueue[str | None]:
     """Lines of standard input; at its end, also in the middle of a task, everything here is over."""
-    found: queue.SimpleQueue[str | None] = queue.SimpleQueue()
+    lines: queue.SimpleQueue[str | None] = queue.SimpleQueue()
 
     def listen() -> None:
         for line in sys.stdin:
-            found.put(line)
-        own = os.getpgrp() == os.getpid()
-        os.killpg(0, signal.SIGKILL) if own else os.kill(os.getpid(), signal.SIGKILL)
+            lines.put(line)
+        leads_group = os.getpgrp() == os.getpid()
+        os.killpg(0, signal.SIGKILL) if leads_group else os.kill(os.getpid(), signal.SIGKILL)
 
     threading.Thread(target=listen, daemon=True).start()
-    return found
+    return lines
 
 
 def _warm() -> None:
@@ -125,16 +125,16 @@ def _command(argv: list[str], advance: _Advance) -> Json:
 
     sys.argv = ["allanite", *argv]
     listen(advance)
-    said, complained = io.StringIO(), io.StringIO()
+    printed, complained = io.StringIO(), io.StringIO()
     code: Any = 0
-    with redirect_stdout(said), redirect_stderr(complained):
+    with redirect_stdout(printed), redirect_stderr(complained):
         try:
             program(argv)
         except SystemExit as left:
             code = left.code
     listen(None)
     return {
-        "exit": int(code or 0), "stdout": said.getvalue()[:_MOST], "stderr": complained.getvalue()[-_MOST:]
+        "exit": int(code or 0), "stdout": printed.getvalue()[:_MOST], "stderr": complained.getvalue()[-_MOST:]
     }  # fmt: skip
 
 

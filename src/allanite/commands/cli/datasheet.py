@@ -86,8 +86,8 @@ def overbound(
     from allanite.study import model_file
     from allanite.views import terminal
 
-    def save(found: MeasurementResult) -> Path:
-        models = {name: model.to_json() for name, model in found.result.models.items()}
+    def save(measured: MeasurementResult) -> Path:
+        models = {name: model.to_json() for name, model in measured.result.models.items()}
         return model_file.save_models(models, str(output), force=to.force)
 
     return to.deliver(

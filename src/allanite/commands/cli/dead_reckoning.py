@@ -46,7 +46,7 @@ class Initial(Listed):
     def _quantity(self, name: str, param: click.Parameter | None, ctx: click.Context | None) -> QuantityKind:
         from allanite.quantities.units import QuantityKind
 
-        found = {
+        quantities = {
             "position": QuantityKind.LENGTH,
             "velocity": QuantityKind.VELOCITY,
             "tilt": QuantityKind.ANGLE,
@@ -56,9 +56,9 @@ class Initial(Listed):
             **{f"{s}.scale": QuantityKind.RATIO for s in ("gyro", "accelerometer")},
             **{f"{s}.misalignment": QuantityKind.ANGLE for s in ("gyro", "accelerometer")},
         }
-        if name not in found:
-            self.fail(f"{name!r} is no initial error; there are: {', '.join(found)}", param, ctx)
-        return found[name]
+        if name not in quantities:
+            self.fail(f"{name!r} is no initial error; there are: {', '.join(quantities)}", param, ctx)
+        return quantities[name]
 
 
 @command("allanite dead-reckon --model study.json --latitude 48.1 --rest 60s --out budget", "dead-reckon")

@@ -112,7 +112,7 @@ def north(
     follows the turns. Its headings are from north.
     """
     from allanite.commands.earth import north_of, null_of
-    from allanite.experiments.earth_rate import Stated
+    from allanite.experiments.earth_rate import SetupUncertainty
     from allanite.views import terminal
 
     by_file = headed_files_of(logs, _HEADED) if positions else None
@@ -127,7 +127,7 @@ def north(
     if not means or null:
         for_means(False, options)
     chosen: dict[str, Any] = {
-        "stated": Stated(scale=scale, latitude=latitude_uncertainty, tilt=tilt, heading=heading),
+        "stated": SetupUncertainty(scale=scale, latitude=latitude_uncertainty, tilt=tilt, heading=heading),
         "confidence": confidence,
     }
     if null:
@@ -192,7 +192,7 @@ def plan(
     planned by `allanite plan positions`.
     """
     from allanite.commands.earth import plan_of
-    from allanite.experiments.earth_rate import Stated
+    from allanite.experiments.earth_rate import SetupUncertainty
     from allanite.views import terminal
 
     context = click.get_current_context()
@@ -207,7 +207,7 @@ def plan(
             if goal.is_angle
             else "--goal is an angle with --north, 1deg"
         )
-    stated = Stated(scale=scale, latitude=latitude_uncertainty, tilt=tilt, heading=heading)
+    stated = SetupUncertainty(scale=scale, latitude=latitude_uncertainty, tilt=tilt, heading=heading)
     given: dict[str, Any] = {
         name: value for name, value in (("dwells", dwells), ("durations", durations)) if value
     }

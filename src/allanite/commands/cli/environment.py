@@ -49,5 +49,5 @@ def environment(
         lambda **known: environment_of(place_of(log), **known, **options),
         terminal.show_environment,
         log=log,
-        save=None if output is None else lambda found: save_residual(found, output, force=to.force),
+        save=None if output is None else lambda measured: save_residual(measured, output, force=to.force),
     )

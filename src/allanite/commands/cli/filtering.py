@@ -74,7 +74,7 @@ def filter_(
         lambda **known: measure(place_of(log), **known, **options),
         show,
         log=log,
-        save=None if output is None else lambda found: save_corrected(found, output, force=to.force),
+        save=None if output is None else lambda measured: save_corrected(measured, output, force=to.force),
     )
 
 

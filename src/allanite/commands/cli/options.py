@@ -78,10 +78,10 @@ def in_si(text: str, quantity: QuantityKind, unit: str = "") -> float:
     from allanite.quantities.units import parse_unit
 
     words = text.strip().replace("−", "-")
-    found = re.fullmatch(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([^\d.].*)?", words, re.S)
-    if found is None or not (found[2] or unit):
+    parts = re.fullmatch(r"([-+]?(?:\d+\.?\d*|\.\d+)(?:[eE][-+]?\d+)?)\s*([^\d.].*)?", words, re.S)
+    if parts is None or not (parts[2] or unit):
         raise InputError("write a number with its unit, as in 1deg or 10deg/h")
-    return float(found[1]) * parse_unit(found[2] or unit, quantity).factor
+    return float(parts[1]) * parse_unit(parts[2] or unit, quantity).factor
 
 
 class Duration(click.ParamType[Any]):
@@ -129,7 +129,7 @@ class PerLog(Listed):
         if not isinstance(value, str) or not Path(value.partition("=")[0]).exists():
             return value if isinstance(value, dict) else self.kind.convert(value, param, ctx)
         parts = [part.partition("=") for part in value.split(",")]
-        return {log.strip(): self.kind.convert(said.strip(), param, ctx) for log, _, said in parts}
+        return {log.strip(): self.kind.convert(text.strip(), param, ctx) for log, _, text in parts}
 
 
 class Renamed(Listed):
@@ -148,10 +148,10 @@ class Renamed(Listed):
                 param,
                 ctx,
             )
-        found = {part[0]: part[1] for part in parts}
-        if len(found) < len(parts):
+        names = {part[0]: part[1] for part in parts}
+        if len(names) < len(parts):
             self.fail(f"{value!r} names a channel of the log twice", param, ctx)
-        return found
+        return names
 
 
 class Names(Listed):
@@ -194,13 +194,13 @@ class Spans(Listed):
     ) -> list[tuple[float, float]]:
         if isinstance(value, (list, tuple)):
             return list(value)
-        found = []
+        spans = []
         for part in value.split(","):
             ends = [Duration()(end, param, ctx) for end in part.split(":")]
             if len(ends) > 2:
                 self.fail(f"{part!r}: write from:to, or one time", param, ctx)
-            found.append((ends[0], ends[-1]))
-        return found
+            spans.append((ends[0], ends[-1]))
+        return spans
 
 
 class Durations(Listed):
@@ -271,20 +271,20 @@ class Latitude(Angle):
     name = "latitude"
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> float:
-        found = super().convert(value, param, ctx)
+        latitude = super().convert(value, param, ctx)
         text = str(value).strip()
         if text.endswith(("E", "W")):
             self.fail(f"{value!r} is a longitude: a latitude is north or south, like 23.31S", param, ctx)
-        if not abs(found) <= 0.5 * math.pi * (1 + 1e-12):
+        if not abs(latitude) <= 0.5 * math.pi * (1 + 1e-12):
             self.fail(f"{value!r} lies beyond a pole: latitudes go from -90 to 90 degrees", param, ctx)
-        self._note(text, found)
-        return found
+        self._note(text, latitude)
+        return latitude
 
-    def _note(self, text: str, found: float) -> None:
+    def _note(self, text: str, latitude: float) -> None:
         """A bare number that small may have been meant in radians."""
         bare = re.fullmatch(r"[-+−]?[\d.]+(?:[eE][-+−]?\d+)?", text)
-        if bare and 0 < abs(math.degrees(found)) < _MOST_RADIANS:
-            meant = math.degrees(math.degrees(found))
+        if bare and 0 < abs(math.degrees(latitude)) < _MOST_RADIANS:
+            meant = math.degrees(math.degrees(latitude))
             click.echo(
                 f"allanite: note: latitude {text} is taken as degrees, close to the equator; in radians it would be "
                 f"{meant:.2f} deg: write {text}rad for that, or {text}deg to be without this note",

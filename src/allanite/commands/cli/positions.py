@@ -68,8 +68,8 @@ def for_means(means: bool, options: dict[str, Any], **of_logs: Any) -> None:
     unfit = of_logs if means else {name: options[name] for name in ("averaging", "sd_of")}
     for name, value in unfit.items():
         if value:
-            said = "is for logs: leave it out with --means" if means else "goes with --means"
-            raise click.UsageError(f"--{name.replace('_', '-')} {said}")
+            reason = "is for logs: leave it out with --means" if means else "goes with --means"
+            raise click.UsageError(f"--{name.replace('_', '-')} {reason}")
     for name in (*unfit, *(("positions", "accept") if means else ())):
         options.pop(name, None)
 
@@ -109,7 +109,7 @@ def headed_files_of(logs: Sequence[str], example: str, *, needed: bool = True) -
     click.UsageError
         One without a heading that needs it, or there twice.
     """
-    found: list[tuple[str, float | None]] = []
+    headed: list[tuple[str, float | None]] = []
     for text in logs:
         name, _, heading = text.rpartition("=")
         if not name or (not needed and Path(text).exists()):
@@ -117,8 +117,8 @@ def headed_files_of(logs: Sequence[str], example: str, *, needed: bool = True) -
                 raise click.UsageError(
                     f"{text!r} has no heading: write {example}, with degrees clockwise from the mark"
                 )
-            found.append((text, None))
+            headed.append((text, None))
         else:
-            found.append((name, Angle().convert(heading, None, click.get_current_context())))
-    files_of([name for name, _ in found])
-    return dict(found)
+            headed.append((name, Angle().convert(heading, None, click.get_current_context())))
+    files_of([name for name, _ in headed])
+    return dict(headed)

@@ -86,10 +86,10 @@ def _record(build: Callable[[], Instrument], as_json: bool, unit_file: str | Non
     except (InputError, FormatError, LimitError) as error:
         raise click.UsageError(str(error)) from None
     with terminal.progress(quiet=as_json) as advance:
-        found = record_to(instrument, progress=advance, happened=terminal.journal(), **options)
-    document = captured_document(found)
+        captured = record_to(instrument, progress=advance, happened=terminal.journal(), **options)
+    document = captured_document(captured)
     _tell(lambda: print_json(document) if as_json else terminal.show_captured(document))
-    return LOSS if found.missing or found.overloads or found.doubtful else 0
+    return LOSS if captured.missing or captured.overloads or captured.doubtful else 0
 
 
 def _tell(show: Callable[[], None]) -> None:

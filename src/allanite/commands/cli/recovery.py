@@ -28,13 +28,13 @@ def recover(run: str, output: str | None, dry_run: bool, as_json: bool) -> int:
     from allanite.views import terminal
 
     with terminal.progress(quiet=as_json) as advance:
-        found = recovery_of(run, output, dry_run=dry_run, progress=advance)
-    document = recovery_document(found)
+        recovery = recovery_of(run, output, dry_run=dry_run, progress=advance)
+    document = recovery_document(recovery)
     if as_json:
         print_json(document)
     else:
         terminal.show_recovery(document)
-    return found.exit_code
+    return recovery.exit_code
 
 
 @command("allanite compact runs/gyro_SN12_20260901T120000Z -o gyro.parquet")

@@ -70,5 +70,5 @@ def combine(
         terminal.show_combination,
         tables=["weights.csv"],
         log=log,
-        save=None if output is None else lambda found: save_combined(found, output, force=to.force),
+        save=None if output is None else lambda measured: save_combined(measured, output, force=to.force),
     )

@@ -68,14 +68,14 @@ class Destination:
         if log is not None:
             known["source"] = "stdin" if log == "-" else None
         with terminal.progress(quiet=quiet or self.as_json) as advance:
-            found = make(progress=advance, **known)
-        saved = [] if save is None else [save(found)]
-        done = write_measurement(found, self.folder, self.figure, force=self.force)
+            measured = make(progress=advance, **known)
+        saved = [] if save is None else [save(measured)]
+        done = write_measurement(measured, self.folder, self.figure, force=self.force)
         if self.as_json:
-            print_json(found.plain)
+            print_json(measured.plain)
         else:
-            show(found.document, [*saved, *done.files])
-        return LOSS if found.lossy else 0
+            show(measured.document, [*saved, *done.files])
+        return LOSS if measured.lossy else 0
 
 
 def result_options(command: Callable[..., Any]) -> Callable[..., Any]:
@@ -91,7 +91,7 @@ def result_options(command: Callable[..., Any]) -> Callable[..., Any]:
             "--plot", "figure", type=click.Path(dir_okay=False), help="Draw it: .pdf, .svg or .png."
         ),
     ]
-    found = force_option(json_option(bundled))
+    decorated = force_option(json_option(bundled))
     for option in reversed(options):
-        found = option(found)
-    return found
+        decorated = option(decorated)
+    return decorated

@@ -57,5 +57,5 @@ class StampIndex:
 
         from allanite.files.store.survey import clock_rate
 
-        found = clock_rate(np.array(self._kept, dtype=np.int64).reshape(-1, 2)) if self._kept else None
-        return None if found is None else {"value": found[0], "standard_uncertainty": found[1]}
+        fitted = clock_rate(np.array(self._kept, dtype=np.int64).reshape(-1, 2)) if self._kept else None
+        return None if fitted is None else {"value": fitted[0], "standard_uncertainty": fitted[1]}

@@ -180,5 +180,5 @@ def _run_in(folder: Path) -> Path:
 
     if (folder / NAME).exists() or any(folder.glob("*.arrows")):
         return folder
-    found = [path.parent for path in folder.glob(f"*/{NAME}")]
-    return max(found, key=lambda run: (run / NAME).stat().st_mtime_ns, default=folder)
+    runs = [path.parent for path in folder.glob(f"*/{NAME}")]
+    return max(runs, key=lambda run: (run / NAME).stat().st_mtime_ns, default=folder)

@@ -180,10 +180,10 @@ class Application:
 
     @_answering
     async def file(self, request: Request) -> Response:
-        found = self.static.file(request)
-        if found is None:
+        response = self.static.file(request)
+        if response is None:
             raise Refused(404, "no such file")
-        return found
+        return response
 
     @_answering
     async def script(self, request: Request) -> Response:
@@ -297,12 +297,12 @@ class Application:
         kind = asked.get("type", "f8")
         if kind not in ("f4", "f8") or len(channels) > 64:
             raise Refused(400, "type must be f4 or f8, and channels at most 64")
-        found = pyramid.window(channels, start, end, blocks=blocks)
+        part = pyramid.window(channels, start, end, blocks=blocks)
         facts = {
-            "kind": found.kind, "first": found.first, "size": found.size, "count": found.count, "channels": channels,
+            "kind": part.kind, "first": part.first, "size": part.size, "count": part.count, "channels": channels,
             "type": kind, "rate": pyramid.facts["rate"], "samples": pyramid.samples,
         }  # fmt: skip
-        body = b"".join(np.ascontiguousarray(v, dtype=f"<{kind}").tobytes() for v in found.values)
+        body = b"".join(np.ascontiguousarray(v, dtype=f"<{kind}").tobytes() for v in part.values)
         return Response(
             body,
             media_type="application/octet-stream",
@@ -371,12 +371,12 @@ class Application:
                 state["number"] = self.jobs.number
                 return [("jobs", {"jobs": [self._job_json(job) for job in self.jobs.all()]})]
             changed = self.jobs.since(state["number"])
-            found: list[tuple[str, Any]] = [("job", self._job_json(job)) for job in changed]
+            events: list[tuple[str, Any]] = [("job", self._job_json(job)) for job in changed]
             state["number"] = max((job.number for job in changed), default=state["number"])
             if state["results"] != self._results:
                 state["results"] = self._results
-                found.append(("catalogue", {}))
-            return found
+                events.append(("catalogue", {}))
+            return events
 
         return self.streams.stream(news, over=self.ending)
 
@@ -395,11 +395,11 @@ class Application:
         if work.kind == "open" and work.series is not None and work.keep is not None:
             self.catalogue.keep(work.keep, "facts", self.series.facts(work.series["key"]))
         if work.kind == "check" and work.keep is not None:
-            found = json.loads(job.output)
-            self.catalogue.keep(work.keep, "health", health_of(found["findings"], "check"))
+            document = json.loads(job.output)
+            self.catalogue.keep(work.keep, "health", health_of(document["findings"], "check"))
         if work.kind == "characterize" and work.keep is not None and job.document is not None:
-            found = json.loads(job.document.read_text(encoding="utf-8"))
-            self.catalogue.keep(work.keep, "health", health_of(found["findings"], "study"))
+            document = json.loads(job.document.read_text(encoding="utf-8"))
+            self.catalogue.keep(work.keep, "health", health_of(document["findings"], "study"))
         if job.document is not None:
             self.catalogue.link(job.document, work.recording)
         self.catalogue.scan()
@@ -409,8 +409,8 @@ class Application:
 
     @_answering
     async def document(self, request: Request) -> Response:
-        found = self.catalogue.document(request.path_params["id"])
-        return await run_in_threadpool(self._file_json, found.path)
+        document = self.catalogue.document(request.path_params["id"])
+        return await run_in_threadpool(self._file_json, document.path)
 
     def _file_json(self, path: Path) -> Response:
         content = read_inside(path, self.settings, self.settings.limits.document)
@@ -437,14 +437,14 @@ class Application:
 
     @_answering
     async def parameters(self, request: Request) -> Response:
-        found = self.catalogue.document(request.path_params["id"])
-        return await self._asked({"task": "parameters", "document": str(found.path)})
+        document = self.catalogue.document(request.path_params["id"])
+        return await self._asked({"task": "parameters", "document": str(document.path)})
 
     @_answering
     async def said(self, request: Request) -> Response:
-        found = self.catalogue.document(request.path_params["id"])
+        document = self.catalogue.document(request.path_params["id"])
         dark = request.query_params.get("dark") == "1"
-        return await self._asked({"task": "said", "document": str(found.path), "dark": dark})
+        return await self._asked({"task": "said", "document": str(document.path), "dark": dark})
 
     async def _asked(self, task: Json, status: int = 400) -> Response:
         answer = await self._waited(self.quick.ask, task)
@@ -454,17 +454,17 @@ class Application:
 
     @_answering
     async def report(self, request: Request) -> Response:
-        found = self.catalogue.document(request.path_params["id"])
-        files = self.catalogue.files_of(found)
+        document = self.catalogue.document(request.path_params["id"])
+        files = self.catalogue.files_of(document)
         path = next((p for p in files if p.name == "report.html"), None)
         if path is None:
             raise Refused(404, "no report lies beside this result: start a job of kind report")
-        return download(path, f"{found.path.parent.name}-report.html")
+        return download(path, f"{document.path.parent.name}-report.html")
 
     @_answering
     async def document_file(self, request: Request) -> Response:
-        found = self.catalogue.document(request.path_params["id"])
-        return self._numbered(self.catalogue.files_of(found), request.path_params["index"])
+        document = self.catalogue.document(request.path_params["id"])
+        return self._numbered(self.catalogue.files_of(document), request.path_params["index"])
 
     def _numbered(self, files: list[Path], given: str) -> Response:
         number = int(given) if given.isascii() and given.isdigit() and len(given) < 5 else -1
@@ -502,8 +502,10 @@ class Application:
 
     @_answering
     async def list_instruments(self, request: Request) -> Response:
-        found, note = await self._waited(self.attached.look)
-        listed = [{"id": i.id, "kind": i.kind, "title": i.title, "described": bool(i.format)} for i in found]
+        instruments, note = await self._waited(self.attached.look)
+        listed = [
+            {"id": i.id, "kind": i.kind, "title": i.title, "described": bool(i.format)} for i in instruments
+        ]
         return plain({"instruments": listed, "note": note})
 
     @_answering
@@ -527,9 +529,9 @@ class Application:
         state = {"number": 0}
 
         def news() -> list[tuple[str, Any]]:
-            found = watcher.since(state["number"])
-            state["number"] = max((n for n, *_ in found), default=state["number"])
-            return [(name, data) for _, name, data in found]
+            events = watcher.since(state["number"])
+            state["number"] = max((n for n, *_ in events), default=state["number"])
+            return [(name, data) for _, name, data in events]
 
         return self.streams.stream(
             news, over=lambda: watcher.over or self.ending(), leave=lambda: self.live.leave(watcher)
@@ -547,13 +549,13 @@ class Application:
         """The folder of a run; one that has just begun is looked for."""
         given = request.path_params["id"]
         try:
-            found = self.catalogue.recording(given)
+            recording = self.catalogue.recording(given)
         except Refused:
             await run_in_threadpool(self.catalogue.scan)
-            found = self.catalogue.recording(given)
-        if found.format != "run" or not found.path.is_dir():
+            recording = self.catalogue.recording(given)
+        if recording.format != "run" or not recording.path.is_dir():
             raise Refused(409, "only a run that `allanite record` writes can be followed")
-        return found.path
+        return recording.path
 
 
 # -- pieces -----------------------------------------------------------------------------------------------

@@ -50,8 +50,8 @@ class Named:
     @property
     def id(self) -> str:
         """Short, and the same at each start."""
-        said = "\0".join((self.kind, self.name, self.format))
-        return hashlib.sha256(said.encode(errors="surrogateescape")).hexdigest()[:12]
+        facts = "\0".join((self.kind, self.name, self.format))
+        return hashlib.sha256(facts.encode(errors="surrogateescape")).hexdigest()[:12]
 
 
 class Attached:
@@ -108,7 +108,7 @@ class Attached:
         if answer["exit"]:
             return (), f"this machine cannot list its instruments: {answer.get('message', '')}"
         result = answer["result"]
-        return tuple(Named(**found) for found in result["instruments"]), "; ".join(result["notes"])
+        return tuple(Named(**facts) for facts in result["instruments"]), "; ".join(result["notes"])
 
 
 # -- in the child -----------------------------------------------------------------------------------------
@@ -116,15 +116,15 @@ class Attached:
 
 def listed_here() -> dict[str, Any]:
     """Serial ports and VISA resources of this machine, found without asking the network."""
-    found, notes = [], []
+    instruments, notes = [], []
     for of in (_ports, _resources):
         try:
-            found += of()
+            instruments += of()
         except ModuleNotFoundError as error:
             notes.append(f"{error.name} is not installed: pip install 'allanite[instruments]'")
         except Exception as error:  # noqa: BLE001 - drivers of others; what they cannot list is said
             notes.append(f"{'serial ports' if of is _ports else 'VISA'}: {error}")
-    return {"instruments": found, "notes": notes}
+    return {"instruments": instruments, "notes": notes}
 
 
 def _ports() -> list[dict[str, str]]:

@@ -149,12 +149,12 @@ class Captures:
         _, options, required = INSTRUMENTS[name]
         given = given_in(request, "options")
         missing = [option for option in required if given.get(option) in (None, "", {})]
-        own = self._format_of(name, given)
-        if own:
+        format_words = self._format_of(name, given)
+        if format_words:
             missing = [option for option in missing if option != "format"]
         if missing:
             raise Refused(400, f"give {' and '.join(missing)}")
-        words = [*checked(options, given, self._place).words, *own]
+        words = [*checked(options, given, self._place).words, *format_words]
         own_folder(self._settings, RUNS)
         with self._lock:
             if sum(c.alive for c in self._captures.values()) >= self._settings.limits.captures:
@@ -171,13 +171,13 @@ class Captures:
         if described:
             copy = self._copied(self._catalogue.description(described).path, self._notes / key)
             argv = [f"--format={copy}" if word.startswith("--format=") else word for word in shown]
-        with log.open("wb") as said:
+        with log.open("wb") as output:
             process = subprocess.Popen(
                 [sys.executable, "-m", "allanite", *argv],
                 cwd=self._settings.folder,
                 stdin=subprocess.DEVNULL,
-                stdout=said,
-                stderr=said,
+                stdout=output,
+                stderr=output,
                 start_new_session=True,
                 env={**os.environ, "PYTHONUNBUFFERED": "1", "NO_COLOR": "1"},
             )
@@ -191,10 +191,10 @@ class Captures:
 
     def get(self, given: object) -> _Capture:
         """The recorder with this id."""
-        found = self._captures.get(given) if isinstance(given, str) else None
-        if found is None:
+        capture = self._captures.get(given) if isinstance(given, str) else None
+        if capture is None:
             raise Refused(404, "no capture with this id")
-        return found
+        return capture
 
     def stop(self, capture: _Capture) -> None:
         """Ask a recorder to close its run, as Ctrl-C does."""
@@ -204,8 +204,8 @@ class Captures:
 
     def all(self) -> list[Mapping[str, Any]]:
         """The newest first."""
-        found = sorted(self._captures.values(), key=lambda c: -c.started)
-        return [self.to_json(c) for c in found]
+        newest_first = sorted(self._captures.values(), key=lambda c: -c.started)
+        return [self.to_json(c) for c in newest_first]
 
     def to_json(self, capture: _Capture) -> dict[str, Any]:
         """One recorder."""
@@ -237,7 +237,7 @@ class Captures:
 
     def _found(self) -> dict[str, _Capture]:
         """Recorders that an earlier server started and that still run; notes of others are removed."""
-        found: dict[str, _Capture] = {}
+        running: dict[str, _Capture] = {}
         for note in sorted(self._notes.glob("*.json")):
             try:
                 data = json.loads(note.read_text(encoding="utf-8"))
@@ -246,14 +246,14 @@ class Captures:
             except (OSError, ValueError, TypeError):
                 continue
             if capture.alive:
-                found[capture.id] = capture
+                running[capture.id] = capture
                 if run is not None:
                     self._runs[capture.id] = capture.out / run
             else:
                 note.unlink(missing_ok=True)
                 note.with_suffix(".log").unlink(missing_ok=True)
                 shutil.rmtree(note.with_suffix(""), ignore_errors=True)
-        return found
+        return running
 
     def _place(self, option: Option, name: str, value: Any) -> str:
         """The word for a value that is the id of something, or a model."""
@@ -264,7 +264,7 @@ class Captures:
         return model_word(value, self._catalogue, self._settings)
 
     def _instrument(self, option: str, given: object) -> Named:
-        return self._attached.get(next(kind for kind, own in KINDS.items() if own == option), given)
+        return self._attached.get(next(kind for kind, needed in KINDS.items() if needed == option), given)
 
     def _format_of(self, name: str, given: Mapping[str, Any]) -> list[str]:
         """The word for the description that the administrator's file gives with a port, if it does."""
@@ -300,12 +300,12 @@ def _began(pid: int) -> str:
 
 def _held_by(pid: int) -> set[str]:
     """Files that a process has open."""
-    found = set()
+    files = set()
     with suppress(OSError):
         for link in Path(f"/proc/{pid}/fd").iterdir():
             with suppress(OSError):
-                found.add(str(link.readlink()))
-    return found
+                files.add(str(link.readlink()))
+    return files
 
 
 def _tail(log: Path) -> str:

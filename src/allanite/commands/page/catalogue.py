@@ -127,20 +127,20 @@ class Catalogue:
         Refused
             There is none.
         """
-        found: Recorded = self._checked(self._recordings, given, "recording")
-        return found
+        recorded: Recorded = self._checked(self._recordings, given, "recording")
+        return recorded
 
     def document(self, given: object) -> Document:
         """The result with this id."""
-        found: Document = self._checked(self._documents, given, "document")
-        if found.size > self._settings.limits.document:
-            raise Refused(413, f"{found.name} is too large to be shown: {found.size >> 20} MiB")
-        return found
+        document: Document = self._checked(self._documents, given, "document")
+        if document.size > self._settings.limits.document:
+            raise Refused(413, f"{document.name} is too large to be shown: {document.size >> 20} MiB")
+        return document
 
     def description(self, given: object) -> _Listed:
         """The description of a serial device with this id."""
-        found: _Listed = self._checked(self._descriptions, given, "description of frames")
-        return found
+        description: _Listed = self._checked(self._descriptions, given, "description of frames")
+        return description
 
     def recording_or_document(self, given: object) -> Recorded | Document:
         """Either, by its id."""
@@ -149,10 +149,10 @@ class Catalogue:
         return self.recording(given)
 
     def _checked(self, known: Mapping[str, Any], given: object, what: str) -> Any:
-        found = known.get(given) if isinstance(given, str) and _ID.fullmatch(given) else None
-        if found is None or not is_inside(found.path, self._settings) or not found.path.exists():
+        listed = known.get(given) if isinstance(given, str) and _ID.fullmatch(given) else None
+        if listed is None or not is_inside(listed.path, self._settings) or not listed.path.exists():
             raise Refused(404, f"no {what} with this id: look at the catalogue again")
-        return found
+        return listed
 
     def id_of(self, path: Path) -> str:
         """The id of a file; the same file has the same id as long as the server runs."""
@@ -177,10 +177,10 @@ class Catalogue:
         """
         self.scan()
         with self._lock:
-            found = self._recordings.get(self.id_of(path))
-            if found is None:
+            recorded = self._recordings.get(self.id_of(path))
+            if recorded is None:
                 raise Refused(400, "nothing in this file looks like a recording that allanite reads")
-            return self._recording_json(found, [])
+            return self._recording_json(recorded, [])
 
     def link(self, document: Path, recording: str | None) -> None:
         """Remember what a result was made from."""
@@ -249,8 +249,8 @@ class Catalogue:
         form, layout = recording_format(path, head), None
         if form is None and (layout := self._layout(path)) is not None:
             form, known = "raw_binary", layout.stat()
-            said = f"{identity} {known.st_size} {known.st_mtime_ns}"
-            identity = hashlib.sha256(said.encode()).hexdigest()[:32]
+            mark = f"{identity} {known.st_size} {known.st_mtime_ns}"
+            identity = hashlib.sha256(mark.encode()).hexdigest()[:32]
         if form is not None:
             recordings[key] = Recorded(
                 id=key, name=_shown(name), path=path, format=form, size=_size(path, stat),
@@ -258,8 +258,8 @@ class Catalogue:
             )  # fmt: skip
 
     def _layout(self, path: Path) -> Path | None:
-        found = layout_beside(path)
-        return found if found is not None and is_inside(found, self._settings) else None
+        layout = layout_beside(path)
+        return layout if layout is not None and is_inside(layout, self._settings) else None
 
     def _walk(self, folder: Path, depth: int) -> Iterator[tuple[Path, os.stat_result]]:
         try:
@@ -296,10 +296,10 @@ class Catalogue:
                 first = file.read(_END)
                 file.seek(max(stat.st_size - _END, 0))
                 last = file.read(_END)
-            said = hashlib.sha256(
+            digest = hashlib.sha256(
                 f"{path} {mark}".encode(errors="surrogateescape") + first + last
             ).hexdigest()
-            known = self._heads[path] = (mark, first[:HEAD], said[:32])
+            known = self._heads[path] = (mark, first[:HEAD], digest[:32])
         return known[1], known[2]
 
     def _facts_of(self, path: Path, stat: os.stat_result, kind: str) -> Json:
@@ -324,12 +324,12 @@ class Catalogue:
     def known(self, identity: str, what: str) -> Json | None:
         """What was kept."""
         try:
-            found = json.loads(
+            content = json.loads(
                 (self._settings.cache / "known" / f"{identity}-{what}.json").read_text(encoding="utf-8")
             )
         except (OSError, ValueError):
             return None
-        return found if isinstance(found, dict) else None
+        return content if isinstance(content, dict) else None
 
     # -- plain data -------------------------------------------------------------------------------------------
 
@@ -370,8 +370,8 @@ class Catalogue:
         }  # fmt: skip
 
     def _health_of_study(self, documents: list[str]) -> Json | None:
-        found = [self._documents[d] for d in documents if self._documents[d].facts.get("health")]
-        newest = max(found, key=lambda d: d.modified, default=None)
+        judged = [self._documents[d] for d in documents if self._documents[d].facts.get("health")]
+        newest = max(judged, key=lambda d: d.modified, default=None)
         return None if newest is None else newest.facts["health"]
 
     def document_json(self, d: Document, recording: str | None) -> dict[str, Any]:
@@ -405,17 +405,17 @@ def _said(path: Path, size: int, most: int, kind: str) -> Json:
     if size > most:
         return {}
     try:
-        found = parse_plain(read_regular_text(path))
+        content = parse_plain(read_regular_text(path))
     except (OSError, ValueError, RecursionError):
         return {}
-    if not isinstance(found, dict):
+    if not isinstance(content, dict):
         return {}
-    made = found.get("provenance")
+    made = content.get("provenance")
     made = made if isinstance(made, dict) else {}
-    source = made.get("source") or found.get("source")
+    source = made.get("source") or content.get("source")
     what = kind.removeprefix("allanite-").replace("-", " ").capitalize()
     title = f"{what} of {source}" if isinstance(source, str) and source else what
-    findings, origin = found.get("findings"), "study" if kind == "allanite-study" else kind
+    findings, origin = content.get("findings"), "study" if kind == "allanite-study" else kind
     return {
         "title": _shown(title), "source": source if isinstance(source, str) else None,
         "command": made["command"] if isinstance(made.get("command"), str) else None,
@@ -448,8 +448,8 @@ def _status(path: Path) -> str:
 
 
 def _folder_identity(path: Path) -> str:
-    said = sorted((p.name, p.stat().st_size, p.stat().st_mtime_ns) for p in path.iterdir() if p.is_file())
-    return hashlib.sha256(f"{path} {said}".encode(errors="surrogateescape")).hexdigest()[:32]
+    listing = sorted((p.name, p.stat().st_size, p.stat().st_mtime_ns) for p in path.iterdir() if p.is_file())
+    return hashlib.sha256(f"{path} {listing}".encode(errors="surrogateescape")).hexdigest()[:32]
 
 
 def _size(path: Path, stat: os.stat_result) -> int:

@@ -154,8 +154,8 @@ class PageConnection(H11Protocol):
         others = self._others()
         strangers = [c for c in others if not c.known]
         if not _is_here(self.client):
-            own = [c for c in strangers if _host(c) == _host(self)]
-            _end(own, len(own) + 1 - self.limits.share)
+            of_same_host = [c for c in strangers if _host(c) == _host(self)]
+            _end(of_same_host, len(of_same_host) + 1 - self.limits.share)
         _end(strangers, len(strangers) + 1 - self.limits.strangers)
         if len(others) < self.most:
             return
@@ -164,8 +164,8 @@ class PageConnection(H11Protocol):
         _end([c for c in waiting if not c.known] or waiting or [self], len(others) + 1 - self.most)
 
     def _others(self) -> list[PageConnection]:
-        found = (c for c in self.connections if isinstance(c, PageConnection) and c is not self)
-        return [c for c in found if not c.transport.is_closing()]
+        others = (c for c in self.connections if isinstance(c, PageConnection) and c is not self)
+        return [c for c in others if not c.transport.is_closing()]
 
 
 def _end(connections: list[PageConnection], number: int) -> None:

@@ -72,10 +72,10 @@ def figure_of(
         document = _with_models(document, models, without)
     shown: Any = document
     if "format" not in document:
-        found = [m for m in document.values() if isinstance(m, Mapping) and "terms" in m]
-        if not found:
+        models_inside = [m for m in document.values() if isinstance(m, Mapping) and "terms" in m]
+        if not models_inside:
             raise InputError("nothing in this document has a figure")
-        shown = NoiseModel.from_json(found[0])
+        shown = NoiseModel.from_json(models_inside[0])
     try:
         return spec(sheet_of(shown, **options), dark=dark)
     except (ArithmeticError, AttributeError, LookupError, TypeError) as error:
@@ -125,7 +125,7 @@ def parameters_of(study: Json) -> dict[str, Any]:
 
     if study.get("format") != "allanite-study":
         raise InputError("only a study has a table of parameters")
-    found = []
+    channels = []
     for group in groups(study["channels"]):
         for channel in group.channels:
             models = []
@@ -136,8 +136,8 @@ def parameters_of(study: Json) -> dict[str, Any]:
                 models.append(
                     {"family": model.get("family", ""), "verdict": model.get("verdict", ""), "rows": rows}
                 )
-            found.append({"name": channel["name"], "kind": channel["kind"], "models": models})
-    return {"channels": found}
+            channels.append({"name": channel["name"], "kind": channel["kind"], "models": models})
+    return {"channels": channels}
 
 
 def _row(group: Any, channel: Json, symbol: str, reading: Any, estimates: Json) -> dict[str, Any]:
@@ -158,13 +158,13 @@ def _row(group: Any, channel: Json, symbol: str, reading: Any, estimates: Json) 
     }
 
 
-def _units(kind: str, symbol: str, own: str) -> list[dict[str, Any]]:
+def _units(kind: str, symbol: str, shown_in: str) -> list[dict[str, Any]]:
     """Units of a coefficient, that of people first: value in SI times factor is the value in the unit."""
     from allanite.quantities.display_units import display_unit
     from allanite.quantities.units import parse_unit
 
-    first, size = display_unit(kind, symbol, own)
-    found = {first: 1.0 / size}
+    first, size = display_unit(kind, symbol, shown_in)
+    factors = {first: 1.0 / size}
     same: Sequence[str] = _UNITS.get(_ALIKE.get(kind, kind), {}).get(symbol, ())
     quantity = None
     for text in (first, *same):
@@ -174,5 +174,5 @@ def _units(kind: str, symbol: str, own: str) -> list[dict[str, Any]]:
             continue
         quantity = quantity or parsed.quantity
         if parsed.quantity == quantity:
-            found.setdefault(text, 1.0 / parsed.factor)
-    return [{"unit": text, "factor": factor} for text, factor in found.items()]
+            factors.setdefault(text, 1.0 / parsed.factor)
+    return [{"unit": text, "factor": factor} for text, factor in factors.items()]

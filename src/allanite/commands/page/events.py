@@ -59,26 +59,26 @@ class Streams:
         over: Callable[[], bool],
         leave: Callable[[], None] | None,
     ) -> AsyncIterator[bytes]:
-        own = object()
+        stream = object()
         while len(self._open) >= self._most:
             del self._open[next(iter(self._open))]
-        self._open[own] = None
-        said = time.monotonic()
+        self._open[stream] = None
+        last_sent = time.monotonic()
         try:
             yield f"retry: {_SOON * 1000}\n\n".encode()
-            while own in self._open:
+            while stream in self._open:
                 last = over()  # asked first: what comes meanwhile is still told
                 for name, data in news():
                     yield f"event: {name}\ndata: {json.dumps(data, separators=(',', ':'))}\n\n".encode()
-                    said = time.monotonic()
+                    last_sent = time.monotonic()
                 if last:
                     return
-                if time.monotonic() - said > _ALIVE:
-                    said = time.monotonic()
+                if time.monotonic() - last_sent > _ALIVE:
+                    last_sent = time.monotonic()
                     yield b": alive\n\n"
                 await asyncio.sleep(_EVERY)
             yield f"retry: {_LATER * 1000}\n\n".encode()
         finally:
-            self._open.pop(own, None)
+            self._open.pop(stream, None)
             if leave is not None:
                 leave()

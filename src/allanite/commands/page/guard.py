@@ -126,7 +126,7 @@ class Guard:
         return refusal(401, "no session: open the address that `allanite serve` has printed")
 
     def _has_cookie(self, headers: Headers) -> bool:
-        found = False
+        valid = False
         for line in headers.getlist("cookie"):
             try:
                 jar = SimpleCookie(line)
@@ -134,8 +134,8 @@ class Guard:
                 continue
             if self._settings.cookie in jar:
                 given = jar[self._settings.cookie].value.encode()
-                found |= compare_digest(given, self._settings.session.encode())
-        return found
+                valid |= compare_digest(given, self._settings.session.encode())
+        return valid
 
     def _has_token(self, scope: Scope) -> bool:
         if scope["type"] != "http" or scope["path"] != "/" or scope["method"] not in ("GET", "HEAD"):
@@ -177,8 +177,8 @@ def _names_of(settings: Settings) -> frozenset[str]:
     """By which a browser may call this server."""
     names = {"127.0.0.1", "localhost", "[::1]"}
     if not settings.local:
-        own = settings.host
-        names |= {f"[{own}]" if ":" in own else own.lower(), socket.gethostname().lower()}
+        host = settings.host
+        names |= {f"[{host}]" if ":" in host else host.lower(), socket.gethostname().lower()}
     return frozenset(names)
 
 

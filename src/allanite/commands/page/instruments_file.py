@@ -64,10 +64,12 @@ def read_instruments(source: str | os.PathLike[str], written: Iterable[Path]) ->
             "/etc/allanite"
         )
     try:
-        found, lines = read_yaml_lines(place, "list of instruments")
-        if not isinstance(found, Mapping):
+        content, lines = read_yaml_lines(place, "list of instruments")
+        if not isinstance(content, Mapping):
             raise FormatError(f"{source} is no list of instruments: it begins with 'instruments:'")
-        listing = check_entries(_Listing, found, str(source), lines, lambda made: _faults(made, place.parent))
+        listing = check_entries(
+            _Listing, content, str(source), lines, lambda made: _faults(made, place.parent)
+        )
     except FormatError as error:
         raise InputError(str(error)) from None
     return tuple(
@@ -84,19 +86,19 @@ def read_instruments(source: str | os.PathLike[str], written: Iterable[Path]) ->
 def _faults(listing: _Listing, beside: Path) -> Iterator[Fault]:
     titles = [entry.title for entry in listing.instruments]
     for i, entry in enumerate(listing.instruments):
-        for at, said in _faults_of(entry, beside):
-            yield ("instruments", i, *at), said
+        for at, fault in _faults_of(entry, beside):
+            yield ("instruments", i, *at), fault
         if entry.title in titles[:i]:
             yield ("instruments", i, "title"), f"{entry.title!r} is given twice"
 
 
 def _faults_of(entry: _Instrument, beside: Path) -> Iterator[tuple[Place, str]]:
-    own = KINDS[entry.kind]
-    other = "resource" if own == "port" else "port"
-    if getattr(entry, own) is None:
-        yield (), f"gives no {own}"
+    needed = KINDS[entry.kind]
+    other = "resource" if needed == "port" else "port"
+    if getattr(entry, needed) is None:
+        yield (), f"gives no {needed}"
     if getattr(entry, other) is not None:
-        yield (other,), f"belongs to another kind; a {entry.kind} has a {own}"
+        yield (other,), f"belongs to another kind; a {entry.kind} has a {needed}"
     if entry.kind == "3458a" and entry.format is not None:
         yield ("format",), "describes the frames of a serial device"
     if entry.format is not None and not (beside / entry.format).is_file():

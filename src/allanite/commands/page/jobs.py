@@ -140,10 +140,10 @@ class Jobs:
             There is none.
         """
         with self._lock:
-            found = self._jobs.get(given) if isinstance(given, str) else None
-        if found is None:
+            job = self._jobs.get(given) if isinstance(given, str) else None
+        if job is None:
             raise Refused(404, "no job with this id")
-        return found
+        return job
 
     def all(self) -> list[Job]:
         """The newest first."""
@@ -241,12 +241,12 @@ class Jobs:
 
     def _ended(self, job: Job, end: Json) -> None:
         code = int(end["exit"])
-        said = [line for line in str(end.get("stderr", "")).splitlines() if line.strip()][-_LINES:]
+        lines = [line for line in str(end.get("stderr", "")).splitlines() if line.strip()][-_LINES:]
         notes = [
-            line.removeprefix("allanite: note: ") for line in said if line.startswith("allanite: note: ")
+            line.removeprefix("allanite: note: ") for line in lines if line.startswith("allanite: note: ")
         ]
         if code not in (0, _LOSS):
-            rest = [line for line in said if not line.startswith("allanite: note: ")]
+            rest = [line for line in lines if not line.startswith("allanite: note: ")]
             message = str(end.get("message") or "\n".join(rest)).removeprefix("allanite: ")
             job.message = message or f"the command ended with status {code}"
             self._tell(job, notes)

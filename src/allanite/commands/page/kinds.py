@@ -77,14 +77,14 @@ def described_kinds() -> dict[str, Any]:
 # -- Python -----------------------------------------------------------------------------------------------
 
 
-def lines_of(kind: JobKind, subjects: Sequence[str], reading: Spelt, own: Spelt, out: str) -> str:
+def lines_of(kind: JobKind, subjects: Sequence[str], reading: Spelt, spelt: Spelt, out: str) -> str:
     """Lines of Python that do what the job does."""
-    return _with_imports(kind.lines(kind, subjects, reading, own, out))
+    return _with_imports(kind.lines(kind, subjects, reading, spelt, out))
 
 
-def plan_lines(model: str, own: Spelt) -> str:
+def plan_lines(model: str, spelt: Spelt) -> str:
     """Lines of Python that plan, without files."""
-    call = _call("commands.plan_of", [model], own, None)
+    call = _call("commands.plan_of", [model], spelt, None)
     return _with_imports(f"from allanite import commands\n\ndocument = {call}.document")
 
 
@@ -93,7 +93,10 @@ def _with_imports(text: str) -> str:
     before = "import math\n\n" if "math." in text else ""
     after = [
         f"from allanite.{module} import {name}\n"
-        for name, module in (("parse_unit", "quantities.units"), ("Stated", "quantities.setup_uncertainty"))
+        for name, module in (
+            ("parse_unit", "quantities.units"),
+            ("SetupUncertainty", "quantities.setup_uncertainty"),
+        )
         if re.search(rf"\b{name}\(", text)
     ]
     head, _, rest = text.partition("\n\n")
@@ -115,12 +118,12 @@ def _arguments(positional: Sequence[Any], named: Mapping[str, Any]) -> str:
     return ", ".join([*map(code_of, positional), *(f"{k}={code_of(v)}" for k, v in named.items())])
 
 
-def _call(function: str, positional: Sequence[Any], own: Spelt, reading: Spelt | None) -> str:
+def _call(function: str, positional: Sequence[Any], spelt: Spelt, reading: Spelt | None) -> str:
     """A call of a function of `allanite.commands`, with the options where it has them."""
-    inside = {name: dict(values) for name, values in own.inside.items()}
-    named = {**({} if reading is None else reading.arguments), **own.arguments}
-    if own.stated:
-        stated = Code(f"Stated({_arguments([], own.stated)})")
+    inside = {name: dict(values) for name, values in spelt.inside.items()}
+    named = {**({} if reading is None else reading.arguments), **spelt.arguments}
+    if spelt.stated:
+        stated = Code(f"SetupUncertainty({_arguments([], spelt.stated)})")
         if function == "commands.plan_of":
             named["stated"] = stated
         else:
@@ -128,8 +131,8 @@ def _call(function: str, positional: Sequence[Any], own: Spelt, reading: Spelt |
     return f"{function}({_arguments(positional, {**named, **inside})})"
 
 
-def _study_lines(kind: JobKind, subjects: Sequence[str], reading: Spelt, own: Spelt, out: str) -> str:
-    named = dict(own.arguments)
+def _study_lines(kind: JobKind, subjects: Sequence[str], reading: Spelt, spelt: Spelt, out: str) -> str:
+    named = dict(spelt.arguments)
     if "floor" in named:
         kept = ("unit", "time", "rate", "scale_factor", "sampling", "delimiter", "decimal")
         floor = {k: v for k, v in reading.arguments.items() if k in kept}
@@ -141,37 +144,37 @@ def _study_lines(kind: JobKind, subjects: Sequence[str], reading: Spelt, own: Sp
     )
 
 
-def _check_lines(kind: JobKind, subjects: Sequence[str], reading: Spelt, own: Spelt, out: str) -> str:
+def _check_lines(kind: JobKind, subjects: Sequence[str], reading: Spelt, spelt: Spelt, out: str) -> str:
     return (
         f"import allanite as al\nfrom allanite.commands import describe\n{_read(subjects[0], reading)}\n"
         "facts = describe(recording, al.check(recording))"
     )
 
 
-def _measured_lines(kind: JobKind, subjects: Sequence[str], reading: Spelt, own: Spelt, out: str) -> str:
+def _measured_lines(kind: JobKind, subjects: Sequence[str], reading: Spelt, spelt: Spelt, out: str) -> str:
     subject = [list(subjects)] if kind.takes == "recordings" else list(subjects)
     function = f"commands.{kind.function}"
-    if own.arguments.get("null"):
-        own = Spelt(
-            words=(), arguments={k: v for k, v in own.arguments.items() if k != "null"}, inside=own.inside,
-            stated=own.stated,
+    if spelt.arguments.get("null"):
+        spelt = Spelt(
+            words=(), arguments={k: v for k, v in spelt.arguments.items() if k != "null"}, inside=spelt.inside,
+            stated=spelt.stated,
         )  # fmt: skip
         function = "commands.null_of"
-    call = _call(function, subject, own, reading if kind.reads else None)
+    call = _call(function, subject, spelt, reading if kind.reads else None)
     return (
         f"from allanite import commands\n\nmeasured = {call}\ncommands.write_measurement(measured, {out!r})"
     )
 
 
-def _declared_lines(kind: JobKind, subjects: Sequence[str], reading: Spelt, own: Spelt, out: str) -> str:
-    call = _call("commands.measure", [kind.command, *subjects], own, reading)
+def _declared_lines(kind: JobKind, subjects: Sequence[str], reading: Spelt, spelt: Spelt, out: str) -> str:
+    call = _call("commands.measure", [kind.command, *subjects], spelt, reading)
     return (
         f"from allanite import commands\n\nmeasured = {call}\ncommands.write_measurement(measured, {out!r})"
     )
 
 
-def _fit_lines(kind: JobKind, subjects: Sequence[str], reading: Spelt, own: Spelt, out: str) -> str:
-    call = _call("commands.fit_file", subjects, own, reading)
+def _fit_lines(kind: JobKind, subjects: Sequence[str], reading: Spelt, spelt: Spelt, out: str) -> str:
+    call = _call("commands.fit_file", subjects, spelt, reading)
     models = '{c["name"]: commands.joined(c["models"]) for c in fitted.channels if c["models"]}'
     return (
         "from allanite import commands\nfrom allanite.study.model_file import save_models\n\n"
@@ -179,13 +182,13 @@ def _fit_lines(kind: JobKind, subjects: Sequence[str], reading: Spelt, own: Spel
     )
 
 
-def _export_lines(kind: JobKind, subjects: Sequence[str], reading: Spelt, own: Spelt, out: str) -> str:
-    named = dict(own.arguments)
+def _export_lines(kind: JobKind, subjects: Sequence[str], reading: Spelt, spelt: Spelt, out: str) -> str:
+    named = dict(spelt.arguments)
     consumer = named.pop("consumer")
     return f"from allanite import commands\n\ncommands.export_of({_arguments([consumer, *subjects, out], named)})"
 
 
-def _report_lines(kind: JobKind, subjects: Sequence[str], reading: Spelt, own: Spelt, out: str) -> str:
+def _report_lines(kind: JobKind, subjects: Sequence[str], reading: Spelt, spelt: Spelt, out: str) -> str:
     return f"from allanite.views.report import render_file\n\nrender_file({_arguments([*subjects, out], {})})"
 
 

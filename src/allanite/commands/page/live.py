@@ -37,8 +37,8 @@ class Watcher:
     def since(self, number: int) -> list[tuple[int, str, Json]]:
         """Events after a number: of each name the last one."""
         with self._lock:
-            found = [(n, name, data) for name, (n, data) in self._events.items() if n > number]
-        return sorted(found, key=lambda event: event[0])
+            events = [(n, name, data) for name, (n, data) in self._events.items() if n > number]
+        return sorted(events, key=lambda event: event[0])
 
     def end(self) -> None:
         """Stop looking."""
@@ -86,16 +86,16 @@ class Live:
             Too many runs are looked at.
         """
         with self._lock:
-            found = self._watchers.get(run)
-            if found is None or found.over:
+            watcher = self._watchers.get(run)
+            if watcher is None or watcher.over:
                 going = [w for w in self._watchers.values() if not w.over]
                 if len(going) >= self._limits.watchers:
                     raise Refused(429, f"{len(going)} runs are followed already: close one of them")
-                found = self._watchers[run] = Watcher(
+                watcher = self._watchers[run] = Watcher(
                     run, {"task": "follow", "run": str(run), "every": self._limits.look}
                 )
-            found.lookers += 1
-            return found
+            watcher.lookers += 1
+            return watcher
 
     def leave(self, watcher: Watcher) -> None:
         """Nobody follows a run at which nobody looks."""

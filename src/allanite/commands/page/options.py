@@ -38,10 +38,10 @@ def given_in(request: Mapping[str, Any], name: str) -> dict[str, Any]:
     Refused
         They are no object.
     """
-    found = request.get(name)
-    if found is not None and not isinstance(found, Mapping):
+    options = request.get(name)
+    if options is not None and not isinstance(options, Mapping):
         raise Refused(400, f"{name} must be an object of names and values")
-    return dict(found or {})
+    return dict(options or {})
 
 
 #: Types that the page shows as others.
@@ -133,11 +133,11 @@ def _spelt(option: Option, name: str, value: Any, place: Place) -> tuple[list[st
         case "text":
             return [_text(name, value)], value
         case "texts" | "findings":
-            found = [_text(name, v) for v in _list(name, value)]
-            return list(found), found
+            texts = [_text(name, v) for v in _list(name, value)]
+            return list(texts), texts
         case "names":
-            found = [_name(name, v) for v in _list(name, value)]
-            return [",".join(found)], found
+            texts = [_name(name, v) for v in _list(name, value)]
+            return [",".join(texts)], texts
         case "by-channel":
             return _by_channel(name, value)
         case "seconds-list":

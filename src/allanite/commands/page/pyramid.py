@@ -145,16 +145,16 @@ class SeriesPyramid:
         join = size // FACTOR**level
         begin, end = first * join, (first + count) * join
         if level:
-            found = self._maps[channel][level][:, begin:end]
-            low, high = found[0], found[1]
+            block_ends = self._maps[channel][level][:, begin:end]
+            low, high = block_ends[0], block_ends[1]
         else:
             low = high = self._maps[channel][0][begin:end]
         ends = np.stack([_joined(low, join, count, np.fmin), _joined(high, join, count, np.fmax)])
         return ends + self._origin(channel)
 
     def _samples(self, channel: int, first: int, last: int) -> Array:
-        found: Array = self._maps[channel][0][first:last] + self._origin(channel)
-        return found
+        samples: Array = self._maps[channel][0][first:last] + self._origin(channel)
+        return samples
 
     def _origin(self, channel: int) -> float:
         return float(self.facts["channels"][channel]["origin"])
@@ -165,13 +165,13 @@ def _joined(values: NDArray[Any], join: int, count: int, least: np.ufunc) -> Arr
     if values.size < join * count:
         padded = np.full(join * count, np.nan)
         padded[: values.size] = values
-    found: Array = least.reduce(padded.reshape(count, join), axis=1)
-    return found
+    joined: Array = least.reduce(padded.reshape(count, join), axis=1)
+    return joined
 
 
 def _mapped(path: Path) -> NDArray[Any]:
-    found: NDArray[Any] = np.load(path, mmap_mode="r", allow_pickle=False)
-    return found
+    mapped: NDArray[Any] = np.load(path, mmap_mode="r", allow_pickle=False)
+    return mapped
 
 
 def _file(channel: int, level: int) -> str:
@@ -273,8 +273,8 @@ def _width(recording: Recording, name: str) -> type[np.floating[Any]]:
 
 
 def _created(path: Path, shape: tuple[int, ...], width: type[np.floating[Any]]) -> NDArray[Any]:
-    found: NDArray[Any] = np.lib.format.open_memmap(path, mode="w+", dtype=width, shape=shape)
-    return found
+    created: NDArray[Any] = np.lib.format.open_memmap(path, mode="w+", dtype=width, shape=shape)
+    return created
 
 
 class _Gaps:

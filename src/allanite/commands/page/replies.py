@@ -84,9 +84,9 @@ async def body_of(request: Request, *, most: int, seconds: float) -> dict[str, A
     except ClientDisconnect:
         raise Refused(400, "the request was broken off") from None
     try:
-        found = json.loads(bytes(data) or b"{}")
+        body = json.loads(bytes(data) or b"{}")
     except (ValueError, RecursionError):
         raise Refused(400, "the request is no JSON") from None
-    if not isinstance(found, dict):
+    if not isinstance(body, dict):
         raise Refused(400, "the request is no JSON object")
-    return found
+    return body

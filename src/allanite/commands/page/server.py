@@ -79,8 +79,8 @@ def serve(
 
             named = read_instruments(instruments, (settings.folder, settings.cache.resolve()))
             settings = replace(settings, instruments=named)
-        told = ready or (lambda address: None)
-        application = Application(settings, ready=lambda: told(address_of(settings)))
+        on_ready = ready or (lambda address: None)
+        application = Application(settings, ready=lambda: on_ready(address_of(settings)))
         with suppress(KeyboardInterrupt):
             server_of(application).run(sockets=[bound])
 
@@ -134,16 +134,16 @@ def listening(host: str, port: int) -> socket.socket:
         The port is taken, or not allowed; no such address.
     """
     family = socket.AF_INET6 if ":" in host else socket.AF_INET
-    found = socket.socket(family, socket.SOCK_STREAM, socket.IPPROTO_TCP)
-    found.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    listener = socket.socket(family, socket.SOCK_STREAM, socket.IPPROTO_TCP)
+    listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
     # Head and body of an answer leave one by one: without this, the body waits 40 ms for the other side's word.
-    found.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
+    listener.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
     try:
-        found.bind((host, port))
-        found.listen(128)
+        listener.bind((host, port))
+        listener.listen(128)
     except OSError as error:
-        found.close()
+        listener.close()
         taken = error.errno == errno.EADDRINUSE
         hint = "leave --port out for one that is free" if taken else "choose another --host or --port"
         raise InputError(f"{host} port {port}: {error.strerror}: {hint}") from None
-    return found
+    return listener

@@ -132,8 +132,8 @@ def _is_table(head: bytes) -> bool:
     if b"\x00" in head or head.startswith(_OURS) or _FORMAT.search(head):
         return False
     lines = head.splitlines()
-    found = sum(1 for line in lines if _NUMBERS.search(line) or _LABELED.search(line))
-    return found >= min(_FEWEST_LINES, max(len(lines), 1))
+    rows = sum(1 for line in lines if _NUMBERS.search(line) or _LABELED.search(line))
+    return rows >= min(_FEWEST_LINES, max(len(lines), 1))
 
 
 def _is_objects(head: bytes) -> bool:
@@ -145,7 +145,7 @@ def document_format(path: Path, head: bytes) -> str | None:
     """Format of a result of allanite; None for what is none."""
     if path.suffix.lower() != ".json" or not head.lstrip().startswith(b"{"):
         return None
-    found = _FORMAT.search(head)
-    if found:
-        return found.group(1).decode()
+    match = _FORMAT.search(head)
+    if match:
+        return match.group(1).decode()
     return "models" if _MODEL.match(head) else None

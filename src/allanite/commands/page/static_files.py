@@ -67,10 +67,10 @@ class StaticFiles:
 
     def file(self, request: Request) -> Response | None:
         """One file by its name; None where there is none."""
-        found = self._files.get(request.path_params["name"])
-        if found is None:
+        entry = self._files.get(request.path_params["name"])
+        if entry is None:
             return None
-        content, kind, mark = found
+        content, kind, mark = entry
         headers = {"ETag": mark, "Cache-Control": "private, no-cache"}
         if request.headers.get("if-none-match") == mark:
             return Response(status_code=304, headers=headers)
@@ -94,6 +94,6 @@ def _packed() -> bytes:
 def _plotly() -> Path:
     from importlib.util import find_spec
 
-    found = find_spec("plotly")  # its files, without importing it
-    assert found is not None and found.origin is not None  # noqa: S101 - the package needs it
-    return Path(found.origin).parent / "package_data" / "plotly.min.js"
+    spec = find_spec("plotly")  # its files, without importing it
+    assert spec is not None and spec.origin is not None  # noqa: S101 - the package needs it
+    return Path(spec.origin).parent / "package_data" / "plotly.min.js"

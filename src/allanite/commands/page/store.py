@@ -38,10 +38,10 @@ class SeriesStore:
 
     def key(self, recording: Recorded, read: Mapping[str, Any]) -> str:
         """Of a recording as it is read: another file or another unit is another series."""
-        said = json.dumps([__version__, VERSION, recording.identity, read], sort_keys=True)
-        found = hashlib.sha256(said.encode(errors="surrogateescape")).hexdigest()[:32]
-        self._of[found] = recording
-        return found
+        facts = json.dumps([__version__, VERSION, recording.identity, read], sort_keys=True)
+        key = hashlib.sha256(facts.encode(errors="surrogateescape")).hexdigest()[:32]
+        self._of[key] = recording
+        return key
 
     def folder(self, key: str) -> Path:
         """Where it lies, or will."""
@@ -58,19 +58,19 @@ class SeriesStore:
         if given not in self._of:
             raise Refused(404, "no series with this id: open its recording")
         with self._lock:
-            found = self._open.get(given)
-            if found is None:
+            series = self._open.get(given)
+            if series is None:
                 try:
-                    found = SeriesPyramid(self.folder(given))
+                    series = SeriesPyramid(self.folder(given))
                 except FormatError:
                     raise Refused(404, "this series is not prepared: open its recording") from None
                 with suppress(OSError):
                     os.utime(self.folder(given))
-                self._open[given] = found
+                self._open[given] = series
                 while len(self._open) > _OPEN:
                     self._open.popitem(last=False)
             self._open.move_to_end(given)
-            return found
+            return series
 
     def ready(self, key: str) -> bool:
         """Whether it need not be prepared."""
@@ -112,10 +112,10 @@ class SeriesStore:
         with suppress(OSError):
             self._folder.mkdir(parents=True, exist_ok=True)
         with self._lock:
-            found = [(p.stat().st_mtime, _size(p), p) for p in self._folder.iterdir() if p.is_dir()]
-            total = sum(size for _, size, _ in found)
+            by_age = [(p.stat().st_mtime, _size(p), p) for p in self._folder.iterdir() if p.is_dir()]
+            total = sum(size for _, size, _ in by_age)
             free = shutil.disk_usage(self._folder).free
-            for _, size, path in sorted(found):
+            for _, size, path in sorted(by_age):
                 if total <= self._settings.limits.cache and free > self._settings.limits.spare:
                     return
                 if path.name in self._open:

@@ -124,13 +124,13 @@ def follow(run: str, tell: Callable[[str, Json], None], *, every: float = 1.0) -
     from allanite.commands.monitor import RunWatch
     from allanite.commands.page.envelope import GrowingEnvelope
 
-    seen: dict[int, GrowingEnvelope] = {}
+    envelopes: dict[int, GrowingEnvelope] = {}
 
     def take(part: int, rate: float, channels: int, batches: Any) -> None:
-        if part not in seen:
-            seen.clear()
-            seen[part] = GrowingEnvelope(channels, rate, most=_LIVE_BLOCKS)
-        seen[part].take(batches)
+        if part not in envelopes:
+            envelopes.clear()
+            envelopes[part] = GrowingEnvelope(channels, rate, most=_LIVE_BLOCKS)
+        envelopes[part].take(batches)
 
     watch = RunWatch(run, also=take)
     curves_at, curves, samples = -10.0, None, -1
@@ -143,7 +143,7 @@ def follow(run: str, tell: Callable[[str, Json], None], *, every: float = 1.0) -
             due = time.monotonic() - curves_at > 2 * every or not going
             if due:
                 curves, curves_at = watch.curves(), time.monotonic()
-            series = next((e.to_json() for e in seen.values()), None)
+            series = next((e.to_json() for e in envelopes.values()), None)
             tell("run", {"state": state, "series": series, "curves": curves if due else None})
         elif going:
             tell("run", {"state": state, "series": None, "curves": None})

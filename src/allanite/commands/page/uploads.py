@@ -36,10 +36,10 @@ async def receive(request: Request, settings: Settings) -> Path:
         408 too slow, 413 too large, 400 empty or broken off, 507 the disk is full, 409 the folder is read-only.
     """
     limits = settings.limits
-    said = _length(request, limits)
+    announced = _length(request, limits)
     if not settings.writable:
         raise Refused(409, "the folder is read-only: copy the file into it yourself, and look again")
-    _room(settings.folder, said, limits)
+    _room(settings.folder, announced, limits)
     folder = own_folder(settings, DROPPED)
     target = folder / name_for(request.headers.get("x-file-name", ""))
     made = folder / f".{secrets.token_hex(8)}.part"
@@ -48,8 +48,8 @@ async def receive(request: Request, settings: Settings) -> Path:
             size = await _pour(request, file, limits)
         if not size:
             raise Refused(400, "the file is empty")
-        if said is not None and size != said:
-            raise Refused(400, f"{size} bytes came, and {said} were announced")
+        if announced is not None and size != announced:
+            raise Refused(400, f"{size} bytes came, and {announced} were announced")
         made.rename(target)
     except OSError as error:
         full = error.errno in (errno.ENOSPC, errno.EDQUOT, errno.EFBIG)

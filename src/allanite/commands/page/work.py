@@ -88,25 +88,25 @@ def work_of(
     kind = KINDS.get(name) if isinstance(name, str) else None
     if kind is None or not isinstance(name, str):
         raise Refused(400, f"no kind of work {str(name)[:60]!r}; there are: {', '.join(KINDS)}")
-    found = _subjects(kind, request, catalogue)
+    subjects_of = _subjects(kind, request, catalogue)
     consumer = _consumer(request.get("options")) if name == "export" else ""
-    folder = _free(settings, _stem(found[0]), consumer or name, given_away)
+    folder = _free(settings, _stem(subjects_of[0]), consumer or name, given_away)
     desk = _Desk(catalogue, settings, folder)
-    subjects = [desk.word(getattr(place, "path", place)) for _, place, _ in found]
-    reading = _reading(kind, request, [place for _, place, _ in found], desk)
+    subjects = [desk.word(getattr(place, "path", place)) for _, place, _ in subjects_of]
+    reading = _reading(kind, request, [place for _, place, _ in subjects_of], desk)
     given = given_in(request, "options")
     missing = [option for option in kind.required if given.get(option) in (None, "", {})]
     if missing:
         raise Refused(400, f"{kind.title}: give {' and '.join(missing)}")
-    own = _plan_options(given, desk) if name == "plan" else checked(kind.options, given, desk.place)
+    spelt = _plan_options(given, desk) if name == "plan" else checked(kind.options, given, desk.place)
     target = folder if kind.out == "--out" or not kind.out else folder / _file_of(name, consumer)
-    argv = _argv(kind, subjects, reading, own, desk.word(target), consumer)
-    of = found[0][2] if kind.takes == "recording" else None
+    argv = _argv(kind, subjects, reading, spelt, desk.word(target), consumer)
+    of = subjects_of[0][2] if kind.takes == "recording" else None
     return Work(
         kind=name,
-        title=_title(kind, [name for name, *_ in found]),
+        title=_title(kind, [name for name, *_ in subjects_of]),
         argv=tuple(argv),
-        python=lines_of(kind, [_plain(s) for s in subjects], reading, own, _plain(desk.word(target))),
+        python=lines_of(kind, [_plain(s) for s in subjects], reading, spelt, _plain(desk.word(target))),
         cwd=settings.folder,
         folder=folder,
         result=kind.results,
@@ -125,22 +125,22 @@ def planned(
     given = given_in(request, "options")
     if given.get("latitude") is None:
         raise Refused(400, "Plan: give latitude")
-    own = _plan_options(given, desk)
-    command = shlex.join(["allanite", "plan", f"--model={word}", *own.words])
+    spelt = _plan_options(given, desk)
+    command = shlex.join(["allanite", "plan", f"--model={word}", *spelt.words])
     task = {
-        "task": "command", "cwd": str(settings.folder), "argv": ["plan", f"--model={word}", *own.words, "--json"],
+        "task": "command", "cwd": str(settings.folder), "argv": ["plan", f"--model={word}", *spelt.words, "--json"],
         "command": command,
     }  # fmt: skip
-    return task, plan_lines(_plain(word), own)
+    return task, plan_lines(_plain(word), spelt)
 
 
 # -- pieces -----------------------------------------------------------------------------------------------
 
 
 def _argv(
-    kind: JobKind, subjects: Sequence[str], reading: Spelt, own: Spelt, target: str, consumer: str
+    kind: JobKind, subjects: Sequence[str], reading: Spelt, spelt: Spelt, target: str, consumer: str
 ) -> list[str]:
-    words = [w for w in own.words if not w.startswith("=")]
+    words = [w for w in spelt.words if not w.startswith("=")]
     out = [f"{kind.out}={target}"] if kind.out else ["--json"]
     if kind.takes == "model":
         return [kind.command, f"--model={subjects[0]}", *words, *out]
@@ -195,11 +195,11 @@ def _plan_options(given: Mapping[str, Any], desk: _Desk) -> Spelt:
     north = given.get("north") is True
     if north:
         options["goal"] = replace(options["goal"], type="degrees")
-    own = checked(options, given, desk.place)
-    arguments = dict(own.arguments)
+    spelt = checked(options, given, desk.place)
+    arguments = dict(spelt.arguments)
     if north:
         arguments["what"] = "north"
-    return replace(own, arguments=arguments)
+    return replace(spelt, arguments=arguments)
 
 
 def _subjects(
@@ -217,13 +217,13 @@ def _subjects(
     ids = request.get("recordings")
     if not isinstance(ids, list) or not 2 <= len(ids) <= _MOST_RECORDINGS:
         raise Refused(400, f"recordings must be a list of 2 to {_MOST_RECORDINGS} recordings")
-    return [(found.name, found, None) for found in map(catalogue.recording_or_document, ids)]
+    return [(entry.name, entry, None) for entry in map(catalogue.recording_or_document, ids)]
 
 
 def _stem(subject: tuple[str, Any, Any]) -> str:
     """What a result is called after: the recording, also that of a result."""
-    name, found, _ = subject
-    source = found.facts.get("source") if isinstance(found, Document) else None
+    name, entry, _ = subject
+    source = entry.facts.get("source") if isinstance(entry, Document) else None
     return Path(source or name).name.split(".")[0]
 
 

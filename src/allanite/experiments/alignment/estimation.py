@@ -41,7 +41,7 @@ from allanite.noise import NoiseModel
 from allanite.quantities.distributions import student_quantile
 from allanite.quantities.earth import EARTH_RATE, checked_latitude, normal_gravity
 from allanite.quantities.residual_tests import ResidualTest, grave, inflation_of
-from allanite.quantities.setup_uncertainty import Stated
+from allanite.quantities.setup_uncertainty import SetupUncertainty
 from allanite.recording.calibration import ACCELEROMETER, GYRO, Calibration
 from allanite.recording.records import BLOCK, Kind, Recording
 
@@ -71,7 +71,7 @@ def align(
     headings: ArrayLike | None = None,
     rotation: bool | None = None,
     bias_repeatability: tuple[float | None, float | None] | None = None,
-    stated: Stated | None = None,
+    stated: SetupUncertainty | None = None,
     gyro: Sequence[str] | None = None,
     accelerometer: Sequence[str] | None = None,
     confidence: float = 0.95,
@@ -108,7 +108,7 @@ def align(
     bias_repeatability : (float or None, float or None), optional [rad/s], [m/s^2]
         Standard deviations of the biases of gyros and accelerometers from one switching-on to the next, added to those
         of the calibration. Without either, nothing is known of the biases of the gyros.
-    stated : Stated, optional
+    stated : SetupUncertainty, optional
         Of the scale factors of the gyros, the latitude, the levelling (tilt) and the mounting (heading).
     gyro, accelerometer : sequence of str, optional
         Channels x, y, z, where they do not follow from their kind.
@@ -140,7 +140,7 @@ def align(
     checked_latitude(latitude)
     seen_from(confidence)  # refuses a confidence that makes no sense
     advance = progress or (lambda fraction, what: None)
-    stated = stated or Stated()
+    stated = stated or SetupUncertainty()
     unit, remarks = unit_of(recording, calibration, gyro, accelerometer)
     frame = frame_of(recording, unit, model, axes, latitude)
     setting = AlignmentSetting(
@@ -267,7 +267,7 @@ def _aligned(recording: Recording, case: Case, setting: AlignmentSetting, times:
     one = case.geometry.n_stands == 1
     fit = _fitted(case, setting)
     solution, confidence, inflation = fit.solution, setting.confidence, fit.inflation
-    (first, last), direction = fit.ends, fit.found
+    (first, last), direction = fit.ends, fit.last_direction
     bare = AlignmentEstimate(
         last=last.attitude,
         first=first.attitude,
@@ -326,7 +326,7 @@ class _FittedAlignment:
         As they were known, or taken to be known, in the fit.
     ends : pair of StandAnswer
         First stand and last.
-    found : Direction
+    last_direction : Direction
         At the last, by what was said of the biases even where that is refuted.
     checks : tuple of ResidualTest
     inflation : float
@@ -341,7 +341,7 @@ class _FittedAlignment:
     solution: AlignmentSolution
     sensors: Sensors
     ends: tuple[StandAnswer, StandAnswer]
-    found: Direction
+    last_direction: Direction
     checks: tuple[ResidualTest, ...]
     inflation: float
     excluded: bool
@@ -395,7 +395,7 @@ def _fitted_with(case: Case, setting: AlignmentSetting, sensors: Sensors) -> _Fi
         solution=solution,
         sensors=sensors,
         ends=ends,
-        found=ends[1].direction,
+        last_direction=ends[1].direction,
         checks=(*asked, *([tilted] if tilted else [])),
         inflation=inflation,
         excluded=excludes(ends[1].direction, _reference(setting), expected, CERTAIN),

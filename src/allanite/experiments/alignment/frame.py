@@ -12,7 +12,7 @@ from allanite.experiments.static_spans import UnitAxes, unit_axes
 from allanite.noise import NoiseModel
 from allanite.noise.given_models import models_of
 from allanite.quantities.attitude import axes_matrix
-from allanite.quantities.setup_uncertainty import Stated
+from allanite.quantities.setup_uncertainty import SetupUncertainty
 from allanite.recording.calibration import ACCELEROMETER, GYRO, Calibration
 from allanite.recording.channel_names import ways_to_units
 from allanite.recording.records import Kind, Recording
@@ -63,7 +63,7 @@ class AlignmentSetting:
     ----------
     frame : UnitFrame
     sensors : Sensors
-    stated : Stated
+    stated : SetupUncertainty
     height : float [m]
     confidence : float
     remarks : tuple of str
@@ -72,7 +72,7 @@ class AlignmentSetting:
 
     frame: UnitFrame
     sensors: Sensors
-    stated: Stated
+    stated: SetupUncertainty
     height: float
     confidence: float
     remarks: tuple[str, ...] = ()

@@ -14,7 +14,7 @@ from allanite.experiments.alignment.geometry import ParameterLayout
 from allanite.experiments.alignment.solution import Knowledge
 from allanite.experiments.alignment.turns import StandTurn
 from allanite.quantities.earth import EARTH_RATE
-from allanite.quantities.setup_uncertainty import Stated
+from allanite.quantities.setup_uncertainty import SetupUncertainty
 from allanite.recording.calibration import ACCELEROMETER, AXES, GYRO, Calibration
 
 __all__ = ["SOURCES", "Sensors", "knowledge_of"]
@@ -56,7 +56,7 @@ class Sensors:
         cls,
         calibration: Calibration | None,
         repeatability: tuple[float | None, float | None] | None,
-        stated: Stated,
+        stated: SetupUncertainty,
     ) -> Sensors:
         """Nominal where there is no calibration.
 
@@ -134,7 +134,7 @@ def knowledge_of(
     layout: ParameterLayout,
     sensors: Sensors,
     latitude: float,
-    stated: Stated,
+    stated: SetupUncertainty,
     reading: Array,
     turn_variance: Array,
     *free: str,

@@ -27,7 +27,7 @@ from allanite.noise.given_models import models_of
 from allanite.quantities.attitude import attitude_of, axes_matrix, rotation, rotation_vector
 from allanite.quantities.earth import EARTH_RATE, checked_latitude, earth_rate_vector, normal_gravity
 from allanite.quantities.residual_tests import SEEN
-from allanite.quantities.setup_uncertainty import Stated
+from allanite.quantities.setup_uncertainty import SetupUncertainty
 from allanite.recording.calibration import ACCELEROMETER, AXES, GYRO, Calibration
 from allanite.recording.records import Kind
 
@@ -91,7 +91,7 @@ def predict_alignment(
     rate: float = 100.0,
     calibration: Calibration | None = None,
     bias_repeatability: tuple[float | None, float | None] | None = None,
-    stated: Stated | None = None,
+    stated: SetupUncertainty | None = None,
     axes: str = "FLU",
 ) -> AlignmentPrediction:
     """Standard deviations of heading, roll and pitch that `align` will state for a plan.
@@ -120,7 +120,7 @@ def predict_alignment(
     checked_latitude(latitude)
     if not (plan.dwell > 0 and plan.turn >= 0 and plan.attitudes):
         raise InputError("a plan needs at least one attitude, and time to stand there")
-    stated = stated or Stated()
+    stated = stated or SetupUncertainty()
     frame = UnitFrame(
         gyro=tuple(f"gyro_{a}" for a in "xyz"),
         accelerometer=tuple(f"acc_{a}" for a in "xyz"),

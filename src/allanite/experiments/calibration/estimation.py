@@ -222,7 +222,7 @@ confidence, progress
     estimate = _fitted(
         data,
         rows,
-        {"sure": True, "drift": False, "told": source != "scatter"},
+        {"sure": True, "drift": False, "noise_known": source != "scatter"},
         advance,
         _gravity(gravity, latitude, height),
         quadratic=quadratic,

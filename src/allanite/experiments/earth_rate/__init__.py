@@ -20,7 +20,7 @@ from allanite.experiments.earth_rate.estimation import measure_earth_rate
 from allanite.experiments.earth_rate.results import DwellMean, EarthRateEstimate, RateReading, RunningEstimate
 from allanite.experiments.reversals.turns import DEAD_TIME
 from allanite.quantities.residual_tests import ResidualTest
-from allanite.quantities.setup_uncertainty import Stated
+from allanite.quantities.setup_uncertainty import SetupUncertainty
 
 __all__ = [
     "DEAD_TIME",
@@ -29,6 +29,6 @@ __all__ = [
     "RateReading",
     "ResidualTest",
     "RunningEstimate",
-    "Stated",
+    "SetupUncertainty",
     "measure_earth_rate",
 ]

@@ -35,7 +35,7 @@ from allanite.noise import NoiseModel, White
 from allanite.quantities.earth import EARTH_RATE, checked_latitude
 from allanite.quantities.quantity import Quantity, QuantityStatus
 from allanite.quantities.residual_tests import inflation_of
-from allanite.quantities.setup_uncertainty import Stated
+from allanite.quantities.setup_uncertainty import SetupUncertainty
 from allanite.quantities.units import STANDARD_GRAVITY
 from allanite.recording.records import Kind, Recording
 
@@ -61,7 +61,7 @@ def measure_earth_rate(
     settling: bool = False,
     warm_up: bool = False,
     temperature: str | None = None,
-    stated: Stated | None = None,
+    stated: SetupUncertainty | None = None,
     g_sensitivity: float = 0.0,
     confidence: float = 0.95,
     progress: Progress | None = None,
@@ -90,7 +90,7 @@ def measure_earth_rate(
         Fit a rotation that settles after each turn, or an exponential warm-up, beside the rate.
     temperature : str, optional
         Name of a temperature channel to fit beside the rate.
-    stated : Stated, optional
+    stated : SetupUncertainty, optional
         Uncertainties of scale factor, latitude, tilt and heading.
     g_sensitivity : float [rad/s/(m/s^2)]
         Standard uncertainty of the rate that gravity along an axis adds to it, for an axis turned between up and down;
@@ -117,7 +117,7 @@ def measure_earth_rate(
     multiplies the standard deviation by the root of chi-square over its expectation (R. T. Birge, Phys. Rev. 40 (1932)
     207). A record without reversals gives no rate: bias and Earth are one constant there.
     """
-    uncertainties = stated or Stated()
+    uncertainties = stated or SetupUncertainty()
     vertical = is_vertical(first if reversals is None else reversals.first)
     _refuse(latitude, confidence, uncertainties, g_sensitivity, vertical=vertical)
     advance = progress or (lambda fraction, what: None)
@@ -170,7 +170,7 @@ def rate_channel(recording: Recording, channel: str | None) -> str:
 
 
 def _refuse(
-    latitude: float, confidence: float, stated: Stated, g_sensitivity: float, *, vertical: bool
+    latitude: float, confidence: float, stated: SetupUncertainty, g_sensitivity: float, *, vertical: bool
 ) -> None:
     checked_latitude(latitude, vertical=vertical)
     if not (isinstance(g_sensitivity, (int, float)) and math.isfinite(g_sensitivity) and g_sensitivity >= 0):
@@ -212,7 +212,7 @@ def _estimate(
     model: NoiseModel,
     source: NoiseOrigin,
     decays: list[Transient],
-    stated: tuple[Stated, float],
+    stated: tuple[SetupUncertainty, float],
     confidence: float,
 ) -> EarthRateEstimate:
     fit = take.fit(model, decays, running=True)
@@ -289,7 +289,7 @@ def _if_up(estimate: EarthRateEstimate, over: TurnedOver | None, along_first: fl
     return along_first / math.sin(estimate.latitude)
 
 
-def _stated(take: Take, stated: Stated, g_sensitivity: float) -> dict[str, float]:
+def _stated(take: Take, stated: SetupUncertainty, g_sensitivity: float) -> dict[str, float]:
     """Stated uncertainties of the rate [rad/s]; what follows gravity is reversed with an axis that is turned over."""
     vertical = is_vertical(take.reversals.first)
     relative = (stated.budget_of_vertical if vertical else stated.budget)(take.latitude)

@@ -35,7 +35,7 @@ from allanite.noise import NoiseModel
 from allanite.noise.given_models import models_of
 from allanite.quantities.earth import EARTH_RATE, checked_latitude
 from allanite.quantities.residual_tests import SEEN, ResidualTest, inflation_of, scatter_check, size_check
-from allanite.quantities.setup_uncertainty import Stated
+from allanite.quantities.setup_uncertainty import SetupUncertainty
 from allanite.recording.records import Recording
 
 __all__ = ["check_latitude", "find_north"]
@@ -55,7 +55,7 @@ def find_north(
     positions: Reversals | None = None,
     rotation: Rotation | None = None,
     channels: Axes | None = None,
-    stated: Stated | None = None,
+    stated: SetupUncertainty | None = None,
     misalignment: float = 0.0,
     confidence: float = 0.95,
     progress: Progress | None = None,
@@ -79,7 +79,7 @@ def find_north(
     channels : str, sequence of str, or mapping of str to float [rad]
         Axes in the horizontal plane; of two without headings the second is 90 deg on (from north over east) from the
         first. By default the only channel of rates.
-    stated : Stated, optional
+    stated : SetupUncertainty, optional
         Uncertainties of scale factor, latitude, tilt and headings; the tilt here is that towards the east as well as
         that towards the north, the heading that of each position, or of the start of a rotation.
     misalignment : float [rad]
@@ -123,7 +123,7 @@ def find_north(
     scatter = scatter_of(tracks)
     checks = _checks(solution, scatter)
     estimate = _estimate(
-        tracks, solution, scatter, checks, latitude, stated or Stated(), misalignment, confidence
+        tracks, solution, scatter, checks, latitude, stated or SetupUncertainty(), misalignment, confidence
     )
     estimate = replace(
         estimate,
@@ -174,7 +174,7 @@ def _estimate(
     scatter: PositionScatter | None,
     checks: tuple[ResidualTest, ...],
     latitude: float,
-    stated: Stated,
+    stated: SetupUncertainty,
     misalignment: float,
     confidence: float,
 ) -> NorthEstimate:
@@ -221,7 +221,7 @@ def _located(
     solution: NorthSolution,
     covariance: Array,
     scatter: PositionScatter | None,
-    stated: Stated,
+    stated: SetupUncertainty,
     misalignment: float,
 ) -> NorthEstimate:
     """Both components are seen."""
@@ -261,7 +261,7 @@ def _located(
     )
 
 
-def _reference_sd(blank: NorthEstimate, stated: Stated) -> float:
+def _reference_sd(blank: NorthEstimate, stated: SetupUncertainty) -> float:
     """How far the stated uncertainties let the horizontal rate differ from its known value [rad/s]."""
     slope = math.tan(blank.latitude)
     return blank.expected_rate * math.hypot(stated.scale, slope * stated.latitude, slope * stated.tilt)
@@ -276,10 +276,10 @@ def _length(length: float, noise: float, reference: float, confidence: float) ->
 
 
 def _mirrored(
-    blank: NorthEstimate, solution: NorthSolution, covariance: Array, stated: Stated
+    blank: NorthEstimate, solution: NorthSolution, covariance: Array, stated: SetupUncertainty
 ) -> NorthEstimate:
     """One component p along e is seen: H cos(psi - e) = p, and only the known H tells psi, but for its mirror image."""
-    direction = solution.seen[0]
+    direction = solution.observable[0]
     if (math.atan2(direction[1], direction[0])) % math.tau >= math.pi:
         direction = -direction
     e, p = math.atan2(direction[1], direction[0]), float(direction @ solution.vector)

@@ -20,7 +20,7 @@ from allanite.noise import NoiseModel
 from allanite.noise.given_models import models_of
 from allanite.quantities.earth import DEG_H, EARTH_RATE
 from allanite.quantities.residual_tests import grave, inflation_of, scatter_check, size_check
-from allanite.quantities.setup_uncertainty import Stated
+from allanite.quantities.setup_uncertainty import SetupUncertainty
 from allanite.recording.records import Recording
 
 __all__ = ["east_west_null"]
@@ -36,7 +36,7 @@ def east_west_null(
     latitude: float,
     positions: Reversals,
     channel: str | None = None,
-    stated: Stated | None = None,
+    stated: SetupUncertainty | None = None,
     confidence: float = 0.95,
 ) -> EastWestNull:
     """Does a bias follow the turns?
@@ -56,7 +56,7 @@ def east_west_null(
         used, and the little of the Earth that a known heading lets in is taken off.
     channel : str, optional
         Needed where the recording has several rates.
-    stated : Stated, optional
+    stated : SetupUncertainty, optional
         Uncertainty of the heading, taken as common to all dwells, and of the tilt towards the east: both let in some
         of the Earth, to first order.
     confidence : float
@@ -90,7 +90,7 @@ def east_west_null(
         counts=np.where(track.used, track.blocks.part, 0.0),
         sampling=track.sampling,
     )
-    uncertainties = stated or Stated()
+    uncertainties = stated or SetupUncertainty()
     # a heading off by h lets in Omega cos(latitude) h, a lean b to the east Omega sin(latitude) b
     letting_in = {
         "heading": horizontal * uncertainties.heading,

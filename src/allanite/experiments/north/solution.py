@@ -34,8 +34,8 @@ class NorthSolution:
     vector : ndarray, shape (2,) [rad/s]
         (x, y); in a direction that the design does not see, zero.
     covariance : ndarray, shape (2, 2)
-        Under the noise models; of the seen directions.
-    seen : ndarray, shape (rank, 2)
+        Under the noise models; of the observable directions.
+    observable : ndarray, shape (rank, 2)
         Unit vectors of the plane that the design sees.
     information : tuple of ndarray, shape (2, 2)
         Of each axis, its level taken out.
@@ -51,7 +51,7 @@ class NorthSolution:
 
     vector: Array
     covariance: Array
-    seen: Array
+    observable: Array
     information: tuple[Array, ...] = field(repr=False)
     levels: tuple[tuple[float, float], ...]
     chi2: float
@@ -62,7 +62,7 @@ class NorthSolution:
     @property
     def rank(self) -> int:
         """Components that the design sees: 0, 1 or 2."""
-        return len(self.seen)
+        return len(self.observable)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -107,7 +107,7 @@ def solve(tracks: Sequence[Track], checkpoints: Sequence[int] = ()) -> NorthSolu
     return NorthSolution(
         vector=vector,
         covariance=covariance,
-        seen=right,
+        observable=right,
         information=tuple(w.free[:, :2].T @ w.free[:, :2] for w in white),
         levels=tuple(_level(w, t, vector, covariance) for w, t in zip(white, tracks, strict=True)),
         chi2=float(residual @ residual),

@@ -120,17 +120,17 @@ class PlannedUnit:
         rest = np.asarray(dwells, dtype=np.float64)
         start = np.concatenate([[0.0], np.cumsum(rest[:-1] + self.turn)])
         edges = np.round(np.stack([start, start + rest], axis=1) * self.rate)
-        scene = _SchemeObservations.of(self, attitudes, edges)
-        rows = np.concatenate([b.rows for b in scene.blocks])
-        white = np.linalg.solve(np.linalg.cholesky(scene.covariance()), rows)
+        observations = _SchemeObservations.of(self, attitudes, edges)
+        rows = np.concatenate([b.rows for b in observations.blocks])
+        white = np.linalg.solve(np.linalg.cholesky(observations.covariance()), rows)
         earth = earth_prior(ACCELEROMETER in self.models, self.latitude) if GYRO in self.models else None
-        covariances, earth_resolved = self._solved(white, earth, scene.fixed), False
+        covariances, earth_resolved = self._solved(white, earth, observations.fixed), False
         if earth is not None:
             size = earth.sd * math.sqrt(earth.free.shape[1])
             earth_resolved = size > RESOLVED * math.sqrt(float(np.linalg.eigvalsh(covariances[1])[-1]))
             if earth_resolved:
                 length = float(np.linalg.norm(earth.free.T @ self.earth_rate))
-                covariances = self._solved(white, replace(earth, length=length), scene.fixed)
+                covariances = self._solved(white, replace(earth, length=length), observations.fixed)
         sd = np.sqrt(np.diag(covariances[0]))
         open_ = tuple(n for n, s, p in zip(self.names, sd, self.plausible, strict=True) if s > OPEN * p)
         total = float(edges[-1, 1]) / self.rate

@@ -412,7 +412,7 @@ class _Measurement:
     def _clocks(self, solution: TableSolution, wide: Wide) -> list[ResponseParameter]:
         """Offset and drift of the clocks where they were found: from the edges, or by the coefficients of the fit."""
         timing = self.timing
-        if not math.isfinite(timing.seen):
+        if not math.isfinite(timing.observed_offset):
             return []
         clock, sd, drift_sd = timing.window.clock, timing.offset_sd, timing.drift_sd
         if timing.lags:
@@ -422,7 +422,11 @@ class _Measurement:
             )
         limits = replace(wide, inflation=wide.inflation if timing.lags else 1.0)
         given = self.offset
-        name, value = ("clock offset", timing.seen) if given is None else ("delay", timing.seen - given)
+        name, value = (
+            ("clock offset", timing.observed_offset)
+            if given is None
+            else ("delay", timing.observed_offset - given)
+        )
         out = [limits.parameter(name, (value, sd), "s", stated=timing.between)]
         if math.isfinite(drift_sd) and clock.drift:
             out.append(limits.parameter("clock drift", (clock.drift, drift_sd), "1"))

@@ -146,7 +146,7 @@ def regression_checks(
     solution: TableSolution, model: NoiseModel, others: Sequence[str], *, steps: RateSteps | None
 ) -> tuple[ResidualTest, ...]:
     """Columns that should not be there: each is tried beside the fit."""
-    trial = _Trial(found=solution, model=model, others=tuple(others))
+    trial = _Trial(solution=solution, model=model, others=tuple(others))
     shape = None if steps is not None else _shape(solution, trial)
     chi2, dof, size = trial.loop()
     says = (
@@ -166,14 +166,14 @@ def regression_checks(
 class _Trial:
     """A fit to which columns are added."""
 
-    found: TableSolution
+    solution: TableSolution
     model: NoiseModel
     others: tuple[str, ...]
 
     def gain(self, names: Sequence[str]) -> tuple[float, int]:
         """Chi-square that these columns take off, and their number; 0 where the design cannot tell them from others."""
         fit = self._with(names)
-        return (0.0, 0) if fit.unbounded else (max(self.found.fit.chi2 - fit.chi2, 0.0), len(names))
+        return (0.0, 0) if fit.unbounded else (max(self.solution.fit.chi2 - fit.chi2, 0.0), len(names))
 
     def loop(self) -> tuple[float, int, float]:
         """The same of a hysteresis, and how far the output at rest depends on the direction, over full scale."""
@@ -181,12 +181,12 @@ class _Trial:
             fit = self._with(names)
             if not fit.unbounded:
                 width = 2 * sum(fit[n][0] for n in names) / fit[RATE][0]
-                return max(self.found.fit.chi2 - fit.chi2, 0.0), len(names), abs(width)
+                return max(self.solution.fit.chi2 - fit.chi2, 0.0), len(names), abs(width)
         return 0.0, 0, 0.0
 
     def _with(self, names: Sequence[str]) -> Regression:
-        rows = self.found.rows
-        table, fit_names = design(rows, self.found.shape, self.others)
+        rows = self.solution.rows
+        table, fit_names = design(rows, self.solution.shape, self.others)
         more = [rows.straight(n) if n.startswith(RATE + "^") else rows.column(n) for n in names]
         return rows.regress(np.column_stack([table, *more]), (*fit_names, *names), self.model)
 

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 from allanite.experiments.rate_vector.levels import Levels
 from allanite.quantities.distributions import chi_square_tail
 from allanite.quantities.residual_tests import ResidualTest
-from allanite.quantities.setup_uncertainty import Stated
+from allanite.quantities.setup_uncertainty import SetupUncertainty
 
 if TYPE_CHECKING:
     from allanite.experiments.rate_vector.vectors import Vectors
@@ -68,7 +68,9 @@ def angle_between(a: Array, b: Array) -> float:
     return math.atan2(float(np.linalg.norm(np.cross(a, b))), float(a @ b))
 
 
-def latitude_check(vectors: Vectors, gravity: Array, latitude: float, stated: Stated) -> ResidualTest:
+def latitude_check(
+    vectors: Vectors, gravity: Array, latitude: float, stated: SetupUncertainty
+) -> ResidualTest:
     """The Earth alone lies 90 deg less the latitude from the vertical."""
     up = gravity / np.linalg.norm(gravity)
     along = vectors.directions[vectors.longest]

@@ -28,7 +28,7 @@ from allanite.experiments.rate_vector.vectors import Vectors, interval_of
 from allanite.experiments.rate_vector.verdict import STATEMENT, judge
 from allanite.noise import NoiseModel
 from allanite.noise.given_models import models_of
-from allanite.quantities.setup_uncertainty import Stated
+from allanite.quantities.setup_uncertainty import SetupUncertainty
 from allanite.recording.records import BLOCK, Kind, Recording
 
 __all__ = ["measure_rate_vector"]
@@ -47,7 +47,7 @@ def measure_rate_vector(
     channels: Sequence[str] | None = None,
     model: NoiseModel | Mapping[str, NoiseModel] | None = None,
     latitude: float | None = None,
-    stated: Stated | None = None,
+    stated: SetupUncertainty | None = None,
     bias: float = 0.0,
     confidence: float = 0.95,
     progress: Progress | None = None,
@@ -65,7 +65,7 @@ def measure_rate_vector(
         bounds the flicker gives the narrower interval: see Notes.
     latitude : float, optional [rad]
         With three accelerometers in the recording, the angle between gravity and the vector is checked against it.
-    stated : Stated, optional
+    stated : SetupUncertainty, optional
         Uncertainties of scale factor, latitude and tilt (here that of the accelerometers against the gyros).
     bias : float [rad/s]
         Standard uncertainty of the bias of each axis, if it is known from elsewhere.
@@ -124,10 +124,10 @@ def measure_rate_vector(
     gravity = _gravity(recording, cells, quiet)
     checks = [*vectors.size, *pose_check(vectors)]
     if gravity is not None and latitude is not None:
-        checks.append(latitude_check(vectors, gravity, latitude, stated or Stated()))
+        checks.append(latitude_check(vectors, gravity, latitude, stated or SetupUncertainty()))
     budget = {
         "noise": vectors.sd,
-        "scale factor": (stated or Stated()).scale * vectors.length,
+        "scale factor": (stated or SetupUncertainty()).scale * vectors.length,
         "bias": bias,
         "resolution": _resolution(recording, names, cells, quiet, vectors),
     }

@@ -89,7 +89,7 @@ class ParityFilter:
             process=_padded(system.process, q, np.zeros((q, q))),
             output=np.hstack([output_matrix, np.eye(q)]),
             shared=shared,
-            own=independent_noise,
+            independent=independent_noise,
             states=output_matrix.shape[1],
             initial=system.initial,
         )
@@ -159,7 +159,7 @@ class _Recursion:
     process: Array
     output: Array
     shared: Array
-    own: Array
+    independent: Array
     states: int
     initial: Array
 
@@ -206,7 +206,7 @@ class _Recursion:
         return steps
 
     def _noise(self, fraction: float, extra: float) -> Array:
-        return np.asarray(self.shared / fraction + self.own + extra * np.eye(len(self.own)))
+        return np.asarray(self.shared / fraction + self.independent + extra * np.eye(len(self.independent)))
 
     def _first(self, noise: Array) -> Array:
         """Covariance after the first window, which tells the constants: c = p - (seen s + v)."""

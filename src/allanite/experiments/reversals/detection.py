@@ -6,10 +6,10 @@ from __future__ import annotations
 import math
 
 from allanite.errors import InputError
+from allanite.experiments.reversals.excursions import survey
 from allanite.experiments.reversals.judgement import judge, positions_of
 from allanite.experiments.reversals.remarks import remarks
 from allanite.experiments.reversals.sides import checked_first, sign_at_first
-from allanite.experiments.reversals.surges import survey
 from allanite.experiments.reversals.turned_over import turned_over
 from allanite.experiments.reversals.turns import DEAD_TIME, Reversals, checked_dead_time
 from allanite.recording.records import Kind, Recording
@@ -57,7 +57,7 @@ def find_reversals(
     Notes
     -----
     1. Turns stand hundreds of noise deviations above the level; the level is a running median, which a warm-up of
-       1 deg/s does not disturb (`allanite.experiments.reversals.surges`).
+       1 deg/s does not disturb (`allanite.experiments.reversals.excursions`).
     2. What is a turn is decided by the angle, else by size, else by rhythm; stretches without readings are settled by
        the turns around them, or leave the direction unknown (`allanite.experiments.reversals.judgement`).
     3. The record is streamed; memory grows by a few bytes for each 8 s of it, and by the turns.
@@ -71,12 +71,12 @@ def find_reversals(
     name = channel_of(recording, channel)
     start = checked_first(first)
     dead_time = checked_dead_time(dead_time)
-    scene = survey(recording, name)
-    judgement = judge(scene)
+    surveyed = survey(recording, name)
+    judgement = judge(surveyed)
     positions = positions_of(
         judgement.turns,
         judgement.disturbed,
-        scene.n_samples,
+        surveyed.n_samples,
         first=heading_of(start),
         returning=judgement.returning,
     )
@@ -89,7 +89,7 @@ def find_reversals(
         source="detected" if judgement.turns else "none",
         first=start,
         dead_time=dead_time,
-        findings=remarks(scene, judgement, positions, turned_over(recording, name, positions)),
+        findings=remarks(surveyed, judgement, positions, turned_over(recording, name, positions)),
     ).beginning(first)
 
 

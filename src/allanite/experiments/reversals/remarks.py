@@ -9,8 +9,8 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.experiments.reversals.judgement import SceneJudgement
-from allanite.experiments.reversals.surges import SurgeScene
+from allanite.experiments.reversals.excursions import SurveyedSignal
+from allanite.experiments.reversals.judgement import TurnJudgement
 from allanite.experiments.reversals.turned_over import TurnedOver
 from allanite.experiments.reversals.turns import Disturbance, Position, Turn
 from allanite.recording.health.finding import PLACES, Finding, Severity, plural
@@ -29,32 +29,34 @@ _GIVE_TURNS = "give the turns: --turns FILE, or --dwell SECONDS"
 
 
 def remarks(
-    scene: SurgeScene,
-    judgement: SceneJudgement,
+    surveyed: SurveyedSignal,
+    judgement: TurnJudgement,
     positions: Sequence[Position],
     over: TurnedOver | None = None,
 ) -> tuple[Finding, ...]:
     """All findings about turns read off the signal; `over` is what accelerometers say of them."""
     made = (
-        *_of_mode(scene, judgement, over),
-        *_of_angle(scene, judgement),
-        *_of_rhythm(scene, judgement, positions),
-        *_of_darkness(scene, judgement, positions),
-        *_of_disturbances(scene, judgement),
+        *_of_mode(surveyed, judgement, over),
+        *_of_angle(surveyed, judgement),
+        *_of_rhythm(surveyed, judgement, positions),
+        *_of_dropouts(surveyed, judgement, positions),
+        *_of_disturbances(surveyed, judgement),
     )
     return tuple(sorted(made, key=lambda f: f.severity.rank))
 
 
-def _of_mode(scene: SurgeScene, judgement: SceneJudgement, over: TurnedOver | None) -> Iterator[Finding]:
+def _of_mode(
+    surveyed: SurveyedSignal, judgement: TurnJudgement, over: TurnedOver | None
+) -> Iterator[Finding]:
     turns = judgement.turns
     if judgement.scale.mode == "size":
         why = "without a physical unit their angle is not known"
-        if scene.physical:
+        if surveyed.physical:
             half = math.degrees(judgement.scale.half)
             why = f"they agree with each other at {half:.3g} deg, not with half turns of 180 deg"
         advice = (
             "none needed if the gyro was turned across its axis, over or about the vertical: it hardly sees that. Else "
-            "check unit, scale factor and channel, or " + _give_turns(scene, judgement)
+            "check unit, scale factor and channel, or " + _give_turns(surveyed, judgement)
         )
         if over is not None:
             why += f"; {over.says}: the sensor was turned over, which a gyro across that turn hardly sees"
@@ -62,37 +64,37 @@ def _of_mode(scene: SurgeScene, judgement: SceneJudgement, over: TurnedOver | No
             ways = f"--first {over.first}" if over.along else "--first up or --first down"
             advice = f"none needed for the turns; {upright}say where it pointed first: {ways}"
         yield _finding(
-            scene,
+            surveyed,
             "turns_by_size",
             f"{plural(len(turns), 'turn')} told by size: {why}",
-            Severity.WARNING if scene.physical and over is None else Severity.INFO,
+            Severity.WARNING if surveyed.physical and over is None else Severity.INFO,
             turns[:1],
             len(turns),
             advice,
-            "surges of equal size that are not half turns would alternate the direction wrongly",
+            "excursions of equal size that are not half turns would alternate the direction wrongly",
         )
     elif judgement.scale.mode == "rhythm":
         yield _finding(
-            scene,
+            surveyed,
             "turns_by_rhythm",
-            f"{plural(len(turns), 'turn')} told by their even intervals alone: the surges leave no angle",
+            f"{plural(len(turns), 'turn')} told by their even intervals alone: the excursions leave no angle",
             Severity.WARNING,
             turns[:1],
             len(turns),
-            _give_turns(scene, judgement),
+            _give_turns(surveyed, judgement),
             "a knock in time with the turns would alternate the direction wrongly",
         )
 
 
-def _give_turns(scene: SurgeScene, judgement: SceneJudgement) -> str:
+def _give_turns(surveyed: SurveyedSignal, judgement: TurnJudgement) -> str:
     """Where the turns are even, their interval is that of the signal."""
     beat = judgement.beat
     if beat is None or not beat.even:
         return _GIVE_TURNS
-    return f"give the turns: --turns FILE, or --dwell {beat.interval / scene.rate:.3g} for even ones"
+    return f"give the turns: --turns FILE, or --dwell {beat.interval / surveyed.rate:.3g} for even ones"
 
 
-def _of_angle(scene: SurgeScene, judgement: SceneJudgement) -> Iterator[Finding]:
+def _of_angle(surveyed: SurveyedSignal, judgement: TurnJudgement) -> Iterator[Finding]:
     odd = [
         t
         for t in judgement.turns
@@ -102,9 +104,9 @@ def _of_angle(scene: SurgeScene, judgement: SceneJudgement) -> Iterator[Finding]
         and (t.change != math.pi or abs(abs(t.angle) - math.pi) > UNLIKE)
     ]
     if odd:
-        named = ", ".join(f"{math.degrees(t.angle):+.0f} deg at {_second(scene, t)}" for t in odd[:PLACES])
+        named = ", ".join(f"{math.degrees(t.angle):+.0f} deg at {_second(surveyed, t)}" for t in odd[:PLACES])
         yield _finding(
-            scene,
+            surveyed,
             "turn_unlike",
             f"{plural(len(odd), 'turn')} not of half a turn: {named}{_and_more(odd)}",
             Severity.WARNING,
@@ -116,7 +118,7 @@ def _of_angle(scene: SurgeScene, judgement: SceneJudgement) -> Iterator[Finding]
     clipped = [t for t in judgement.turns if t.clipped and t not in judgement.hidden]
     if clipped:
         yield _finding(
-            scene,
+            surveyed,
             "turns_clipped",
             f"{len(clipped)} of {plural(len(judgement.turns), 'turn')} beyond the range of the converter: "
             "their angle is a lower bound",
@@ -129,7 +131,7 @@ def _of_angle(scene: SurgeScene, judgement: SceneJudgement) -> Iterator[Finding]
 
 
 def _of_rhythm(
-    scene: SurgeScene, judgement: SceneJudgement, positions: Sequence[Position]
+    surveyed: SurveyedSignal, judgement: TurnJudgement, positions: Sequence[Position]
 ) -> Iterator[Finding]:
     beat = judgement.beat
     if beat is None or not beat.even or len(positions) < 4:
@@ -138,12 +140,12 @@ def _of_rhythm(
     inner = [p for p in positions[1:-1] if p.segment == positions[0].segment]
     long = [p for p in inner if p.stop - p.start + turned > MISSED * beat.interval]
     short = [p for p in inner if p.stop - p.start + turned < DOUBLED * beat.interval]
-    usual = f"{beat.interval / scene.rate:.3g} s"
+    usual = f"{beat.interval / surveyed.rate:.3g} s"
     if long:
         yield _finding(
-            scene,
+            surveyed,
             "turn_missed",
-            f"{plural(len(long), 'dwell')} much longer than the usual {usual}, at {times(scene.rate, long)}: the "
+            f"{plural(len(long), 'dwell')} much longer than the usual {usual}, at {times(surveyed.rate, long)}: the "
             "operator may have missed a turn",
             Severity.INFO,
             long,
@@ -153,60 +155,60 @@ def _of_rhythm(
         )
     if short:
         yield _finding(
-            scene,
+            surveyed,
             "turn_doubled",
-            f"{plural(len(short), 'dwell')} much shorter than the usual {usual}, at {times(scene.rate, short)}: turned "
-            "twice, or one of the turns is none",
+            f"{plural(len(short), 'dwell')} much shorter than the usual {usual}, at {times(surveyed.rate, short)}: "
+            "turned twice, or one of the turns is none",
             Severity.WARNING,
             short,
             len(short),
-            "compare with the notes taken; " + _give_turns(scene, judgement),
+            "compare with the notes taken; " + _give_turns(surveyed, judgement),
             "if one of the two was no half turn, the direction of all that follows is reversed",
         )
 
 
-def _of_darkness(
-    scene: SurgeScene, judgement: SceneJudgement, positions: Sequence[Position]
+def _of_dropouts(
+    surveyed: SurveyedSignal, judgement: TurnJudgement, positions: Sequence[Position]
 ) -> Iterator[Finding]:
     hidden = judgement.hidden
     if hidden:
         yield _finding(
-            scene,
+            surveyed,
             "turn_hidden",
-            f"{plural(len(hidden), 'turn')} not seen but told by the others, at {times(scene.rate, hidden)}: "
+            f"{plural(len(hidden), 'turn')} not seen but told by the others, at {times(surveyed.rate, hidden)}: "
             f"{hidden[0].evidence}",
             Severity.WARNING,
             hidden,
             len(hidden),
-            "compare with the notes taken; " + _give_turns(scene, judgement),
+            "compare with the notes taken; " + _give_turns(surveyed, judgement),
             "if it was no turn, the direction of all that follows is reversed",
         )
     hiding = [d for d in judgement.disturbed if d.hides]
     lost = [p for p in positions if p.sign == 0 and p.segment > 0]
     if hiding:
-        span = sum(p.stop - p.start for p in lost) / scene.rate
+        span = sum(p.stop - p.start for p in lost) / surveyed.rate
         after = (
             f"{span:.0f} s after it have no direction"
             if lost
             else "the sense of later turns tells the direction"
         )
         yield _finding(
-            scene,
+            surveyed,
             "direction_unknown",
-            f"{plural(len(hiding), 'stretch')} may hide a turn, at {times(scene.rate, hiding)} "
-            f"({hiding[0].kind}, {(hiding[0].stop - hiding[0].start) / scene.rate:.3g} s): {after}",
+            f"{plural(len(hiding), 'stretch')} may hide a turn, at {times(surveyed.rate, hiding)} "
+            f"({hiding[0].kind}, {(hiding[0].stop - hiding[0].start) / surveyed.rate:.3g} s): {after}",
             Severity.WARNING if lost else Severity.INFO,
             hiding,
             len(hiding),
-            _give_turns(scene, judgement),
+            _give_turns(surveyed, judgement),
             "with a direction that is guessed, half of the record would count against the other half",
         )
     if judgement.settled and judgement.turns:
         yield _finding(
-            scene,
+            surveyed,
             "gap_without_turn",
             f"{plural(len(judgement.settled), 'stretch')} without readings taken to hide no turn, at "
-            f"{', '.join(f'{d.start / scene.rate:.1f} s' for d in judgement.settled[:PLACES])}"
+            f"{', '.join(f'{d.start / surveyed.rate:.1f} s' for d in judgement.settled[:PLACES])}"
             f"{_and_more(judgement.settled)}",
             Severity.INFO,
             [Disturbance(start=d.start, stop=d.stop, kind=d.kind) for d in judgement.settled],
@@ -216,14 +218,14 @@ def _of_darkness(
         )
 
 
-def _of_disturbances(scene: SurgeScene, judgement: SceneJudgement) -> Iterator[Finding]:
+def _of_disturbances(surveyed: SurveyedSignal, judgement: TurnJudgement) -> Iterator[Finding]:
     knocks = [d for d in judgement.disturbed if d.kind in ("knock", "handling") and not d.hides]
     if knocks:
-        longest = max((d.stop - d.start) / scene.rate for d in knocks)
+        longest = max((d.stop - d.start) / surveyed.rate for d in knocks)
         yield _finding(
-            scene,
+            surveyed,
             "dwell_disturbed",
-            f"{plural(len(knocks), 'disturbance')}, no turn, at {times(scene.rate, knocks)}, the longest "
+            f"{plural(len(knocks), 'disturbance')}, no turn, at {times(surveyed.rate, knocks)}, the longest "
             f"{longest:.2g} s: cut out of the dwells",
             Severity.INFO,
             knocks,
@@ -234,9 +236,9 @@ def _of_disturbances(scene: SurgeScene, judgement: SceneJudgement) -> Iterator[F
     stuck = [d for d in judgement.disturbed if d.kind == "stuck"]
     if stuck:
         yield _finding(
-            scene,
+            surveyed,
             "dwell_stuck",
-            f"{plural(len(stuck), 'stretch')} of one repeated value, at {times(scene.rate, stuck)}: left out of "
+            f"{plural(len(stuck), 'stretch')} of one repeated value, at {times(surveyed.rate, stuck)}: left out of "
             "the dwells",
             Severity.WARNING,
             stuck,
@@ -247,7 +249,7 @@ def _of_disturbances(scene: SurgeScene, judgement: SceneJudgement) -> Iterator[F
 
 
 def off_schedule(
-    scene: SurgeScene, turns: Sequence[Turn], visible_turns: Sequence[Turn]
+    surveyed: SurveyedSignal, turns: Sequence[Turn], visible_turns: Sequence[Turn]
 ) -> Iterator[Finding]:
     """Turns that a file or a period gives and the signal contradicts, and the other way round."""
     given = merge_spans(np.array([(t.start, t.stop) for t in turns], dtype=np.int64).reshape(-1, 2))
@@ -257,10 +259,10 @@ def off_schedule(
     extra = [t for t in visible_turns if not _touches(t, given)]
     if extra:
         yield _finding(
-            scene,
+            surveyed,
             "turn_not_listed",
-            f"{plural(len(extra), 'turn')} in the signal that the list does not hold, at {times(scene.rate, extra)}: "
-            "cut out, without a change of direction",
+            f"{plural(len(extra), 'turn')} in the signal that the list does not hold, at "
+            f"{times(surveyed.rate, extra)}: cut out, without a change of direction",
             Severity.WARNING,
             extra,
             len(extra),
@@ -270,10 +272,10 @@ def off_schedule(
     unseen = [t for t in turns if not _touches(t, visible_spans)]
     if unseen and len(visible_turns) > 0:
         yield _finding(
-            scene,
+            surveyed,
             "turn_not_seen",
             f"{len(unseen)} of {plural(len(turns), 'turn')} listed, but not in the signal, at "
-            f"{times(scene.rate, unseen)}",
+            f"{times(surveyed.rate, unseen)}",
             Severity.WARNING,
             unseen,
             len(unseen),
@@ -292,8 +294,8 @@ def _touches(turn: Turn, spans: NDArray[np.int64]) -> bool:
     return near < len(spans) and bool(spans[near, 0] < turn.stop)
 
 
-def _second(scene: SurgeScene, part: Part) -> str:
-    return f"{part.start / scene.rate:.1f} s"
+def _second(surveyed: SurveyedSignal, part: Part) -> str:
+    return f"{part.start / surveyed.rate:.1f} s"
 
 
 def _and_more(parts: Sequence[object]) -> str:
@@ -301,7 +303,7 @@ def _and_more(parts: Sequence[object]) -> str:
 
 
 def _finding(
-    scene: SurgeScene,
+    surveyed: SurveyedSignal,
     code: str,
     message: str,
     severity: Severity,
@@ -313,7 +315,7 @@ def _finding(
     return Finding(
         code=code,
         severity=severity,
-        channel=scene.channel,
+        channel=surveyed.channel,
         message=message,
         advice=advice,
         risk=risk,

@@ -2,8 +2,8 @@
 """Turns from a period or a file, held against the signal.
 
 A clock and a notebook are right about how often and how often not, and wrong by a second about when. So a turn that
-is listed takes in the surge that it touches, a surge that belongs to no turn of the list is cut out of its dwell, and
-where list and signal contradict each other a finding says so. The direction follows the list alone.
+is listed takes in the excursion that it touches, an excursion that belongs to no turn of the list is cut out of its
+dwell, and where list and signal contradict each other a finding says so. The direction follows the list alone.
 """
 
 from __future__ import annotations
@@ -17,11 +17,11 @@ import numpy as np
 
 from allanite.errors import InputError
 from allanite.experiments.reversals.detection import channel_of, heading_of
-from allanite.experiments.reversals.judgement import SceneJudgement, judge, positions_of
+from allanite.experiments.reversals.excursions import SurveyedSignal, survey
+from allanite.experiments.reversals.judgement import TurnJudgement, judge, positions_of
 from allanite.experiments.reversals.listing import read_listing
 from allanite.experiments.reversals.remarks import off_schedule
 from allanite.experiments.reversals.sides import checked_first, direction_of
-from allanite.experiments.reversals.surges import SurgeScene, survey
 from allanite.experiments.reversals.turns import (
     DEAD_TIME,
     GUARD,
@@ -88,11 +88,11 @@ def periodic_reversals(
         raise InputError(f"a turn of {turn:g} s leaves nothing of a dwell of {dwell:g} s")
     if phase is not None and not (math.isfinite(phase) and phase >= 0.0):
         raise InputError(f"phase must be seconds after the first sample, not {phase!r}")
-    scene = survey(recording, channel_of(recording, channel))
-    scene_events = judge(scene)
+    surveyed = survey(recording, channel_of(recording, channel))
+    judgement = judge(surveyed)
     period = dwell * recording.rate
     begin = period if phase is None else phase * recording.rate
-    fitted = _fitted(scene_events.turns, period) if phase is None else None
+    fitted = _fitted(judgement.turns, period) if phase is None else None
     begin, period = fitted or (begin, period)
     starts = np.arange(begin, recording.n_samples - GUARD * recording.rate, period)
     if len(starts) == 0:
@@ -105,8 +105,8 @@ def periodic_reversals(
     ]
     return _listed(
         recording,
-        scene,
-        scene_events,
+        surveyed,
+        judgement,
         turns,
         "period",
         first,
@@ -146,9 +146,9 @@ def read_turns(
     """
     listing = read_listing(path, {"start": ("time", "t", "begin")}, {"stop": ("end",)})
     spans = listing.spans(recording, default=TURN)
-    scene = survey(recording, channel_of(recording, channel))
+    surveyed = survey(recording, channel_of(recording, channel))
     turns = [Turn(start=a, stop=b, evidence=f"line {line} of the file") for line, a, b in spans]
-    return _listed(recording, scene, judge(scene), turns, "file", first, dead_time, widen=True)
+    return _listed(recording, surveyed, judge(surveyed), turns, "file", first, dead_time, widen=True)
 
 
 def read_positions(
@@ -188,9 +188,9 @@ def read_positions(
         texts=("name",),
     )
     spans = [(a, b) for _, a, b in listing.spans(recording)]
-    scene = _scene_if_clear(recording, channel)
+    surveyed = _survey_if_clear(recording, channel)
     headings, names = listing.numbers("heading"), listing.texts("name")
-    return placed(recording, spans, headings, names, dead_time=dead_time, scene=scene)
+    return placed(recording, spans, headings, names, dead_time=dead_time, surveyed=surveyed)
 
 
 def placed(
@@ -201,9 +201,9 @@ def placed(
     *,
     dead_time: float = DEAD_TIME,
     guard: float = GUARD,
-    scene: SurgeScene | None = None,
+    surveyed: SurveyedSignal | None = None,
 ) -> Reversals:
-    """Positions from their spans [samples] and headings [rad], held against the signal where there is a scene."""
+    """Positions from their spans [samples] and headings [rad], held against the signal where that was surveyed."""
     relative = [_relative(h, 0.0) for h in headings]
     positions = tuple(
         Position(start=a, stop=b, heading=h, sign=sign_of(h), relative=_relative(h, relative[0]), name=name)
@@ -218,18 +218,18 @@ def placed(
         )
         for p, q in zip(positions, positions[1:], strict=False)
     )
-    scene_events = judge(scene) if scene else None
+    judgement = judge(surveyed) if surveyed else None
     return Reversals.cut(
         rate=recording.rate,
         n_samples=recording.n_samples,
         turns=turns,
         positions=positions,
-        disturbed=_rest(scene_events, turns) if scene_events else (),
+        disturbed=_rest(judgement, turns) if judgement else (),
         source="file",
         first=checked_first(direction_of(None, positions[0].sign)),
         dead_time=checked_dead_time(dead_time),
         guard=guard,
-        findings=_contradictions(scene, scene_events, positions, turns) if scene and scene_events else (),
+        findings=_contradictions(surveyed, judgement, positions, turns) if surveyed and judgement else (),
     )
 
 
@@ -238,8 +238,8 @@ def placed(
 
 def _listed(
     recording: Recording,
-    scene: SurgeScene,
-    scene_events: SceneJudgement,
+    surveyed: SurveyedSignal,
+    judgement: TurnJudgement,
     given: Sequence[Turn],
     source: str,
     first: str | None,
@@ -249,9 +249,9 @@ def _listed(
 ) -> Reversals:
     """Reversals whose directions follow a list, and whose edges follow the signal."""
     start = checked_first(first)
-    turns = _widened(given, scene, scene_events) if widen else tuple(given)
-    disturbed = _rest(scene_events, turns)
-    positions = positions_of(turns, (), scene.n_samples, first=heading_of(start), returning=False)
+    turns = _widened(given, surveyed, judgement) if widen else tuple(given)
+    disturbed = _rest(judgement, turns)
+    positions = positions_of(turns, (), surveyed.n_samples, first=heading_of(start), returning=False)
     return Reversals.cut(
         rate=recording.rate,
         n_samples=recording.n_samples,
@@ -262,7 +262,7 @@ def _listed(
         first=start,
         dead_time=dead_time,
         findings=tuple(
-            off_schedule(scene, turns, [t for t in scene_events.turns if t not in scene_events.hidden])
+            off_schedule(surveyed, turns, [t for t in judgement.turns if t not in judgement.hidden])
         ),
     )
 
@@ -289,22 +289,22 @@ def _fitted(turns: Sequence[Turn], period: float) -> tuple[float, float] | None:
     return begin - each * math.floor(begin / each), each
 
 
-def _widened(given: Sequence[Turn], scene: SurgeScene, scene_events: SceneJudgement) -> tuple[Turn, ...]:
-    """Each turn together with the surge that it touches, or that is within two seconds; no surge twice."""
-    slack = SLACK * scene.rate
-    surges: list[Turn | Disturbance] = [
-        *scene_events.turns,
-        *(d for d in scene_events.disturbed if d.kind == "knock"),
+def _widened(given: Sequence[Turn], surveyed: SurveyedSignal, judgement: TurnJudgement) -> tuple[Turn, ...]:
+    """Each turn together with the excursion that it touches, or that is within two seconds; no excursion twice."""
+    slack = SLACK * surveyed.rate
+    excursions: list[Turn | Disturbance] = [
+        *judgement.turns,
+        *(d for d in judgement.disturbed if d.kind == "knock"),
     ]
-    surges.sort(key=lambda s: s.start)
-    starts = np.array([s.start for s in surges], dtype=np.int64)
-    stops = np.array([s.stop for s in surges], dtype=np.int64)
+    excursions.sort(key=lambda s: s.start)
+    starts = np.array([s.start for s in excursions], dtype=np.int64)
+    stops = np.array([s.stop for s in excursions], dtype=np.int64)
     out: list[Turn] = []
     for i, t in enumerate(given):
-        after = given[i + 1].start if i + 1 < len(given) else scene.n_samples
+        after = given[i + 1].start if i + 1 < len(given) else surveyed.n_samples
         before = out[-1].stop if out else 0
         a, b = int(np.searchsorted(stops, t.start - slack)), int(np.searchsorted(starts, t.stop + slack))
-        near = [s for s in surges[a:b] if s.start >= before and s.stop <= after]
+        near = [s for s in excursions[a:b] if s.start >= before and s.stop <= after]
         turned = [s for s in near if isinstance(s, Turn)]
         closest = min(turned, key=lambda s: abs(s.centre - t.centre), default=None)
         touched = [s for s in near if s is closest or (s.start < t.stop and s.stop > t.start)]
@@ -320,13 +320,13 @@ def _widened(given: Sequence[Turn], scene: SurgeScene, scene_events: SceneJudgem
     return tuple(out)
 
 
-def _rest(scene_events: SceneJudgement, turns: Sequence[Turn]) -> tuple[Disturbance, ...]:
+def _rest(judgement: TurnJudgement, turns: Sequence[Turn]) -> tuple[Disturbance, ...]:
     """Everything in the signal that belongs to no turn of the list."""
     starts, stops = [t.start for t in turns], [t.stop for t in turns]
     out = []
     parts: list[Turn | Disturbance] = [
-        *(t for t in scene_events.turns if t not in scene_events.hidden),
-        *scene_events.disturbed,
+        *(t for t in judgement.turns if t not in judgement.hidden),
+        *judgement.disturbed,
     ]
     for part in parts:
         i = int(np.searchsorted(stops, part.start, side="right"))
@@ -337,7 +337,7 @@ def _rest(scene_events: SceneJudgement, turns: Sequence[Turn]) -> tuple[Disturba
     return tuple(sorted(out, key=lambda d: d.start))
 
 
-def _scene_if_clear(recording: Recording, channel: str | None) -> SurgeScene | None:
+def _survey_if_clear(recording: Recording, channel: str | None) -> SurveyedSignal | None:
     if channel is None:
         try:
             channel = channel_of(recording, None)
@@ -347,14 +347,12 @@ def _scene_if_clear(recording: Recording, channel: str | None) -> SurgeScene | N
 
 
 def _contradictions(
-    scene: SurgeScene, scene_events: SceneJudgement, positions: Sequence[Position], turns: Sequence[Turn]
+    surveyed: SurveyedSignal, judgement: TurnJudgement, positions: Sequence[Position], turns: Sequence[Turn]
 ) -> tuple[Finding, ...]:
     """What the signal shows between the first position and the last, and the list does not."""
     begin, end = positions[0].start, positions[-1].stop
-    inside = [
-        t for t in scene_events.turns if begin <= t.start and t.stop <= end and t not in scene_events.hidden
-    ]
-    return tuple(off_schedule(scene, turns, inside))
+    inside = [t for t in judgement.turns if begin <= t.start and t.stop <= end and t not in judgement.hidden]
+    return tuple(off_schedule(surveyed, turns, inside))
 
 
 def _relative(heading: float, origin: float) -> float:

@@ -73,8 +73,8 @@ def assemble(table: Table, options: Options, name: str) -> Recording:
         table, time = _part(table, rows), _time_of_part(time, rows)
     guesses = [*table.guesses, *(time.guesses if time else ())]
     used = set(time.used) if time else set()
-    counters, told = numbering_of(headings, table.columns, used, timed=time is not None)
-    guesses += told
+    counters, remarks = numbering_of(headings, table.columns, used, timed=time is not None)
+    guesses += remarks
     used |= {counter.place for counter in counters}
     if time is not None and options.kind is None:
         used |= clocks_beside(time.stamps, headings, table.columns, used, guesses)
@@ -188,14 +188,18 @@ def _with_unit(heading: Heading, unit: str) -> Heading:
 def _named(headings: Sequence[Heading], places: Sequence[int], prefix: str) -> dict[int, Heading]:
     """Channel columns with names that differ: ch0, ch1, ... where the file has none, or those of the kind of row."""
     nameless = [i for i in places if not headings[i].name]
-    own = dict(zip(nameless, _names_of_kind(prefix, len(nameless)), strict=True)) if prefix else {}
-    seen: dict[str, int] = {}
+    names_of_kind = dict(zip(nameless, _names_of_kind(prefix, len(nameless)), strict=True)) if prefix else {}
+    occurrences: dict[str, int] = {}
     result = {}
     for number, i in enumerate(places):
-        heading = replace(read_heading(own[i]), unit=headings[i].unit) if i in own else headings[i]
+        heading = (
+            replace(read_heading(names_of_kind[i]), unit=headings[i].unit)
+            if i in names_of_kind
+            else headings[i]
+        )
         name = heading.name or f"ch{number}"
-        seen[name] = seen.get(name, 0) + 1
-        result[i] = replace(heading, name=name if seen[name] == 1 else f"{name}_{seen[name]}")
+        occurrences[name] = occurrences.get(name, 0) + 1
+        result[i] = replace(heading, name=name if occurrences[name] == 1 else f"{name}_{occurrences[name]}")
     return result
 
 

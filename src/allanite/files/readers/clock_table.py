@@ -119,8 +119,8 @@ def _names(heads: Sequence[Heading], data: Sequence[int], kind: Kind) -> list[st
     plain = [heads[i].name if heads[i].group in ("", "gyro", "acc") else "" for i in data]
     made: list[str] = []
     for number, name in enumerate(plain, 1):
-        own = name or (kind.value if len(data) == 1 else f"{kind.value}_{number}")
-        made.append(own if own not in made else f"{own}_{number}")
+        label = name or (kind.value if len(data) == 1 else f"{kind.value}_{number}")
+        made.append(label if label not in made else f"{label}_{number}")
     return made
 
 

@@ -115,19 +115,19 @@ def _settled(stretches: list[_Floats], coarse: CoarseStamps) -> tuple[CoarseStam
 def _explains(stretches: list[_Floats], coarse: CoarseStamps) -> bool:
     """True if the step explains far more differences that are not the usual one than pauses must: it is no chance."""
     usual = 0.5 + np.median(np.round(np.concatenate([np.diff(s) for s in stretches]) / coarse.step))
-    told = untold = early = size = 0
+    explained = pauses = backward = size = 0
     for stretch in stretches:
         runs = _BoundedRuns.of(stretch, coarse)
         odd = np.abs(np.diff(stretch) / coarse.step - usual + 0.5) > 0.5
         odd[runs.starts[1:] - 1] = False
-        told += int(np.count_nonzero(odd))
-        untold += int(np.count_nonzero(runs.steps < 3.0 * max(coarse.interval, coarse.step)))
-        early += int(np.count_nonzero(runs.steps < 0.0))
+        explained += int(np.count_nonzero(odd))
+        pauses += int(np.count_nonzero(runs.steps < 3.0 * max(coarse.interval, coarse.step)))
+        backward += int(np.count_nonzero(runs.steps < 0.0))
         size += len(stretch)
     if usual < 1.0:  # a tick holds samples: its stamps rise but once
-        return told > untold and early <= _EARLY * size
-    rare = coarse.interval < coarse.step and told < _FEWEST * size
-    return told >= _EVEN * (untold + 1) and early <= _EARLY * size and not rare
+        return explained > pauses and backward <= _EARLY * size
+    rare = coarse.interval < coarse.step and explained < _FEWEST * size
+    return explained >= _EVEN * (pauses + 1) and backward <= _EARLY * size and not rare
 
 
 def _longest(stretches: list[_Floats], coarse: CoarseStamps) -> float:

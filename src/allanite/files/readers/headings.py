@@ -244,13 +244,13 @@ def measures(unit: str) -> QuantityKind | None:
 def shared_unit(unit: str, headings: Sequence[str], guesses: list[str]) -> tuple[str, ...]:
     """The unit of each column where a file states one for all: none where the name of a column speaks against it."""
     quantity = parse_unit(unit, tuple(QuantityKind)).quantity
-    found = [read_heading(heading) for heading in headings]
-    against = [h.name for h in found if h.group in FITTING and quantity not in FITTING[h.group]]
+    read = [read_heading(heading) for heading in headings]
+    against = [h.name for h in read if h.group in FITTING and quantity not in FITTING[h.group]]
     if against:
         guesses.append(
             f"the unit {unit} of the file is not that of {', '.join(against)}, by their names: theirs is unknown"
         )
-    return tuple(unit if h.group in ("", "gyro", "acc") and h.name not in against else "" for h in found)
+    return tuple(unit if h.group in ("", "gyro", "acc") and h.name not in against else "" for h in read)
 
 
 def unbracketed(text: str) -> str:

@@ -199,8 +199,8 @@ def _columns(table: NDArray[np.float64], units: list[str]) -> tuple[Columns, lis
     """Named columns and their units; the temperature in °C, where one is sent."""
     columns: Columns = {f"time_{units[0]}": table[:, 0].astype(np.int64)}
     columns |= {name: table[:, i] for i, name in enumerate(_FIELDS.values(), 1)}
-    own = units[:-1]
+    sent_units = units[:-1]
     if np.any(table[:, -1] != 0):
         columns["temperature"] = table[:, -1] * (0.01 if units[-1] == "cdegC" else 1.0)
-        own = [*own, "°C"]
-    return columns, own
+        sent_units = [*sent_units, "°C"]
+    return columns, sent_units

@@ -46,14 +46,14 @@ class RowNumbering:
     name : str
     numbers : Column
         One more from row to row where no sample is missing.
-    said : tuple of str
+    remarks : tuple of str
         What was understood, in words.
     """
 
     place: int
     name: str
     numbers: Column
-    said: tuple[str, ...] = ()
+    remarks: tuple[str, ...] = ()
 
     @property
     def missing(self) -> int:
@@ -86,7 +86,7 @@ def numbering_of(
             numbering = _numbering(place, heading.name, column)
             if numbering is not None:
                 numberings.append(numbering)
-                remarks += [] if timed else numbering.said
+                remarks += [] if timed else numbering.remarks
             elif not timed:
                 remarks.append(
                     f"column {heading.name} is named like a sample number and does not number the rows: it is a "
@@ -97,7 +97,7 @@ def numbering_of(
             unnamed += [] if numbering is None else [numbering]
     if len(numberings) + len(unnamed) + len(used) < len(columns):  # else nothing would be left
         numberings += unnamed
-        remarks += [text for numbering in unnamed for text in numbering.said]
+        remarks += [text for numbering in unnamed for text in numbering.remarks]
     return sorted(numberings, key=lambda numbering: numbering.place), remarks
 
 
@@ -112,7 +112,7 @@ def _unnamed(place: int, name: str, column: Column, *, timed: bool) -> RowNumber
     say = f"column {name} counts rows: it is " + (
         "no channel" if timed else f"neither time nor a channel (--time {name}:s if it counts seconds)"
     )
-    return replace(numbering, said=(say, *numbering.said))
+    return replace(numbering, remarks=(say, *numbering.remarks))
 
 
 def _steps_alike(column: Column) -> bool:
@@ -199,7 +199,7 @@ def _numbering(place: int, name: str, column: Column) -> RowNumbering | None:
             f"the number in column {name} goes on by {stride:g} from row to row: one of {stride:g} is in the file"
         )
     numbers = np.concatenate(([0], np.cumsum(going / stride))).astype(np.int64)
-    return RowNumbering(place=place, name=name, numbers=ArrayColumn(numbers), said=tuple(remarks))
+    return RowNumbering(place=place, name=name, numbers=ArrayColumn(numbers), remarks=tuple(remarks))
 
 
 def _parts(column: Column) -> Iterator[NDArray[np.float64]]:

@@ -15,9 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import DataQualityError
+from allanite.files.readers.delimited.streams import opened, pieces
 from allanite.files.readers.raw_layout import RecordLayout
 from allanite.files.readers.spool import GrowingColumn
-from allanite.files.readers.text.streams import opened, pieces
 
 __all__ = ["WrittenRecords", "written_records"]
 

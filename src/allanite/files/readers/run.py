@@ -92,11 +92,11 @@ def _missing(survey: RunSurvey, manifest: Sequence[Mapping[str, Any]]) -> list[d
     )
     ends, zero = (survey.begins + survey.counts).tolist(), int(survey.begins[0])
     following = [*survey.begins[1:].tolist(), survey.end]  # the last gap has no sample behind it
-    found: list[dict[str, Any]] = []
+    gaps: list[dict[str, Any]] = []
 
     def add(start: int, stop: int, reason: str) -> None:
         if stop > start:
-            found.append({"position": start - zero, "samples": stop - start, "reason": reason})
+            gaps.append({"position": start - zero, "samples": stop - start, "reason": reason})
 
     for at, stop in zip(ends, following, strict=True):
         first = bisect_left(noted, at, key=lambda n: n[0])
@@ -108,7 +108,7 @@ def _missing(survey: RunSurvey, manifest: Sequence[Mapping[str, Any]]) -> list[d
             add(at, min(counter + samples, stop), reason)
             at = min(max(at, counter + samples), stop)
         add(at, stop, "")
-    return found
+    return gaps
 
 
 def _part(variable: str | None) -> int | None:

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import FormatError
-from allanite.files.readers import text
+from allanite.files.readers import delimited
 from allanite.files.readers.contents import FilePart, choose_part, listed
 from allanite.files.readers.extras import require
 from allanite.files.readers.sandbox import run
@@ -75,7 +75,7 @@ def read(path: Path, options: Options) -> Table:
     require("python_calamine", "spreadsheet", path, "a spreadsheet", otherwise=", or save the sheet as .csv")
     size = path.stat().st_size
     _refuse_bomb(path)
-    found, arrays = run(
+    facts, arrays = run(
         f"{__name__}:text_in",
         [str(path), options.variable],
         imports=["python_calamine"],
@@ -85,14 +85,14 @@ def read(path: Path, options: Options) -> Table:
     )
     content = arrays["text"]
     pieces = (content[a : a + _PIECE].tobytes() for a in range(0, len(content), _PIECE))
-    stream = text.TextStream(to_file(pieces), "utf-8", bom=False, packed="", size=len(content))
-    understood = replace(options, delimiter="\t", variable=found["variable"])
-    table = text.read_stream(stream, path, understood)
+    stream = delimited.TextStream(to_file(pieces), "utf-8", bom=False, packed="", size=len(content))
+    understood = replace(options, delimiter="\t", variable=facts["variable"])
+    table = delimited.read_stream(stream, path, understood)
     return replace(
         table,
         format=NAME,
-        source={**table.source, "sheet": found["sheet"], "contents": found["contents"]},
-        guesses=(*found["guesses"], *table.guesses),
+        source={**table.source, "sheet": facts["sheet"], "contents": facts["contents"]},
+        guesses=(*facts["guesses"], *table.guesses),
     )
 
 
@@ -134,13 +134,13 @@ def text_in(path: str, variable: str | None) -> tuple[dict[str, Any], dict[str, 
     sheet = sheets[part.name]
     refuse_more(sheet.width, COLUMNS, "columns", name, "Save those that are needed in a sheet of their own")
     content = "\n".join([*[""] * (sheet.start or (0, 0))[0], *_lines(sheet.iter_rows())]) + "\n"
-    found = {
+    facts = {
         "sheet": part.name,
         "variable": None if chosen else variable,
         "guesses": guesses,
         "contents": listed(parts),
     }
-    return found, {"text": np.frombuffer(content.encode(), dtype=np.uint8)}
+    return facts, {"text": np.frombuffer(content.encode(), dtype=np.uint8)}
 
 
 def _headings(sheet: Any) -> tuple[str, ...]:

@@ -145,7 +145,7 @@ def find_parts(
 def _named_parts(raw: Sequence[str]) -> dict[str, int]:
     """Which column is which part, by name; none that two columns claim."""
     names = [re.sub(r"[^A-Za-zµμé]+", "_", text).strip("_") for text in raw]
-    found: dict[str, list[int]] = {}
+    claims: dict[str, list[int]] = {}
     for i, name in enumerate(names):
         bare = _WHOSE.sub("", _WHOSE.sub("", name)) or name
         part = next(
@@ -156,13 +156,13 @@ def _named_parts(raw: Sequence[str]) -> dict[str, int]:
             hours = i > 0 and _PATTERNS["hour"].fullmatch(_WHOSE.sub("", names[i - 1]) or "-")
             part = "minute" if hours else "month"
         if part is not None:
-            found.setdefault(part, []).append(i)
+            claims.setdefault(part, []).append(i)
     for letters, parts in _LETTERS:
         for i in range(len(names) - 2):
             if tuple(name.lower() for name in names[i : i + 3]) == letters:
                 for k, part in enumerate(parts):
-                    found.setdefault(part, []).append(i + k)
-    return {part: places[0] for part, places in found.items() if len(places) == 1}
+                    claims.setdefault(part, []).append(i + k)
+    return {part: places[0] for part, places in claims.items() if len(places) == 1}
 
 
 def _in_range(part: str, looked: Looked) -> bool:
@@ -189,12 +189,12 @@ def _chain(places: Mapping[str, int]) -> list[str]:
 
 def _fine(places: Mapping[str, int], looked: Mapping[int, Looked]) -> list[str]:
     """Parts of a second; microseconds of a whole second stand for the milliseconds beside them."""
-    found: list[str] = []
+    fine: list[str] = []
     for part in _FINE:
         if part in places and is_fraction(looked[places["second"]], looked[places[part]], _SECONDS[part]):
             largest = max((float(np.nanmax(v, initial=0.0)) for v in looked[places[part]]), default=0.0)
-            found = [one for one in found if largest * _SECONDS[part] < _SECONDS[one]] + [part]
-    return found
+            fine = [one for one in fine if largest * _SECONDS[part] < _SECONDS[one]] + [part]
+    return fine
 
 
 @dataclass(frozen=True, slots=True)
@@ -251,9 +251,9 @@ class _Parted(Calculated):
         bad |= dates.astype(span) != months.astype(span)
         if bad.any():
             at = int(bad.argmax())
-            told = ", ".join(f"{part} {int(values[at])}" for part, values in of.items())
+            date = ", ".join(f"{part} {int(values[at])}" for part, values in of.items())
             raise InputError(
-                f"{self.file}: row {int(rows[at])}: {told} is no date. Correct the row, name another time column "
+                f"{self.file}: row {int(rows[at])}: {date} is no date. Correct the row, name another time column "
                 "(--time), or give the rate and no time (--time none --rate RATE)"
             )
         return np.asarray(dates.astype(np.int64))

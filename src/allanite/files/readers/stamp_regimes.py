@@ -113,16 +113,16 @@ def probe_of(stamps: Filled, source: str, *, exact: bool = False) -> Probe:
     with np.errstate(
         over="ignore", invalid="ignore", divide="ignore"
     ):  # absurd stamps are refused further on
-        found = None if exact else _coarse(stamps, look)
-        found = found or _even(look)
-        if found is not None and found.regime != "coarse":
-            found = _late(look, found.interval) or found
-        elif found is None:
-            found = _late(look, interval_between_pauses(look.stretches, look.median, lossy=True))
-        if found is None and _wander(look.stretches, look.differences):
+        probe = None if exact else _coarse(stamps, look)
+        probe = probe or _even(look)
+        if probe is not None and probe.regime != "coarse":
+            probe = _late(look, probe.interval) or probe
+        elif probe is None:
+            probe = _late(look, interval_between_pauses(look.stretches, look.median, lossy=True))
+        if probe is None and _wander(look.stretches, look.differences):
             raise no_grid(stamps, source, "the times fit no even grid")
-        if found is not None:
-            return found
+        if probe is not None:
+            return probe
         interval = _block_interval(stamps, source)
         return _late(look, interval) or _irregular(look, interval)
 
@@ -189,11 +189,11 @@ def _late(look: _StampStretches, interval: float) -> Probe | None:
         interval = interval_between_pauses(stretches, interval, lossy=True)
     if _steady(look, interval) < _STEADY or off_grid(in_time, interval) > _ON_GRID:
         return None
-    found = _even(_StampStretches.of(stretches))
-    if found is None:
+    even = _even(_StampStretches.of(stretches))
+    if even is None:
         return None
     return replace(
-        found, window=REACH, late=usual, interval=interval, stamps=look.stretches[0], median=look.median
+        even, window=REACH, late=usual, interval=interval, stamps=look.stretches[0], median=look.median
     )
 
 
@@ -386,8 +386,8 @@ def _judge_coarse(
 ) -> tuple[_Ints, _Floats]:
     """Pauses between runs of stamps that one place allows: where they are and how long [s]."""
     at, step = pauses_between(block, probe.coarse or CoarseStamps(interval, interval))
-    own = (at >= lead) & (at < lead + count) & (np.abs(step) > 0.5 * interval)
-    return at[own], step[own]
+    in_block = (at >= lead) & (at < lead + count) & (np.abs(step) > 0.5 * interval)
+    return at[in_block], step[in_block]
 
 
 def _judge_late(
@@ -403,8 +403,11 @@ def _judge_irregular(
     block: _Floats, differences: _Floats, lead: int, count: int, interval: float, probe: Probe
 ) -> tuple[_Ints, _Floats]:
     """Jumps beyond the regular ones that stay: their places and their lasting size [s]."""
-    own = slice(lead, lead + count)
-    odd = np.flatnonzero((differences[own] > probe.threshold) | (differences[own] < -0.5 * interval)) + lead
+    in_block = slice(lead, lead + count)
+    odd = (
+        np.flatnonzero((differences[in_block] > probe.threshold) | (differences[in_block] < -0.5 * interval))
+        + lead
+    )
     at, steps = [], []
     w = probe.window
     level = block - interval * np.arange(len(block))

@@ -49,26 +49,26 @@ _UNKNOWN_UNIT = re.compile(
 _TICKS = re.compile(r"(?:^|_)(?:sys_?)?(?:ticks?|timer|cnt|counter)(?:_|$)|sample_?time_?fine", re.IGNORECASE)
 
 
-def choose_time(table: StampTable, said: str | None = None) -> TimeChoice | None:
+def choose_time(table: StampTable, statement: str | None = None) -> TimeChoice | None:
     """The time column of a table, or None.
 
     Parameters
     ----------
     table : StampTable
-    said : str, optional
+    statement : str, optional
         What the caller says of time, see `allanite.files.readers.stated_time`.
 
     Raises
     ------
     InputError
         A column that may be time, or whose unit may be one of several; the message names the option that settles it.
-        Or `said` names no column.
+        Or `statement` names no column.
     """
     if not table.columns or len(table.columns[0]) == 0:
         return None
-    if said is not None and said.strip().lower() == NO_TIME:
+    if statement is not None and statement.strip().lower() == NO_TIME:
         return None
-    stated = None if said is None else stated_time(said, table.raw, table.numbers, table.file)
+    stated = None if statement is None else stated_time(statement, table.raw, table.numbers, table.file)
     intervals = _intervals(table)
     if (stated is None and table.rate_said) or len(intervals) == len(table.columns):
         intervals = {i: unit for i, unit in intervals.items() if not is_period(table.raw[i])}
@@ -79,11 +79,11 @@ def choose_time(table: StampTable, said: str | None = None) -> TimeChoice | None
         return _beside_intervals(table, time, intervals)
     if intervals:
         return _running(table, min(intervals, key=lambda i: is_period(table.raw[i])), intervals, None)
-    found = _without_name(table)
-    if found is None:
+    rising = _without_name(table)
+    if rising is None:
         return None
-    guesses = [f"column {table.numbers[found]} has no name but rises evenly: read as time"]
-    return _single(table, found, (found,), guesses)
+    guesses = [f"column {table.numbers[rising]} has no name but rises evenly: read as time"]
+    return _single(table, rising, (rising,), guesses)
 
 
 def _stamped(table: StampTable, stated: StatedTime | None, intervals: Mapping[int, str]) -> TimeChoice | None:
@@ -142,10 +142,10 @@ def _running(
         unit, factor = stated.unit, stated.factor
     elif not unit:
         steps = StampSteps.of(np.concatenate([part[1:] + column.origin for part in look(column)]))
-        told = None if steps is None else tell(steps, 0.0, table.nominal, table.inertial)
-        if steps is not None and told is None and not table.rate_said:
+        judged_unit = None if steps is None else tell(steps, 0.0, table.nominal, table.inertial)
+        if steps is not None and judged_unit is None and not table.rate_said:
             raise _which_unit(table, chosen, steps, candidates(steps, 0.0, table.inertial))
-        unit, factor = (told.unit, told.factor) if told else ("s", 1.0)
+        unit, factor = (judged_unit.unit, judged_unit.factor) if judged_unit else ("s", 1.0)
         guesses.append(f"column {label}: no unit given, read as {unit}")
     if table.rate_said:
         sums: Column = column  # set aside
@@ -166,7 +166,7 @@ def _running(
 
 def _beside_intervals(table: StampTable, time: TimeChoice, intervals: Mapping[int, str]) -> TimeChoice:
     """The time of a table without the columns that repeat its intervals."""
-    left, said = [], []
+    left, remarks = [], []
     for i, unit in {} if holds_increments(table.raw) else intervals.items():
         steps = np.concatenate([part[1:] for part in look(table.columns[i])]) + table.columns[i].origin
         typical = _typical(steps) * _stated(unit)[1]
@@ -181,8 +181,8 @@ def _beside_intervals(table: StampTable, time: TimeChoice, intervals: Mapping[in
             if agrees
             else "does not agree with the steps of the time stamps"
         )
-        said.append(f"column {table.label(i)}, the interval since the row before, {why}: left out")
-    return replace(time, used=(*time.used, *left), guesses=(*time.guesses, *said))
+        remarks.append(f"column {table.label(i)}, the interval since the row before, {why}: left out")
+    return replace(time, used=(*time.used, *left), guesses=(*time.guesses, *remarks))
 
 
 def _typical(steps: NDArray[np.float64]) -> float:
@@ -215,29 +215,29 @@ def _single(
     """The time in one column."""
     column, heading = table.columns[chosen], table.headings[chosen]
     name = heading.name or f"column {table.numbers[chosen]}"
-    told = _unit(table, chosen, guesses, stated)
+    unit = _unit(table, chosen, guesses, stated)
     turned = None
     if chosen not in table.known_units:
         counts = stated is not None and stated.counts
-        turned = unwrapped(column, None if counts else told.factor, stated.turn if stated else None)
+        turned = unwrapped(column, None if counts else unit.factor, stated.turn if stated else None)
     if turned is not None:
         column = turned.column
-        guesses.append(f"{name} wraps at {turned.turn:.15g} {told.unit}, {turned.times} times: unwrapped")
+        guesses.append(f"{name} wraps at {turned.turn:.15g} {unit.unit}, {turned.times} times: unwrapped")
     first = first_finite(column)
     absolute = first + column.origin
-    if told.factor >= 1e-9 and round(told.factor * 1e9) == told.factor * 1e9:
-        first_ns = round(absolute * round(told.factor * 1e9))
+    if unit.factor >= 1e-9 and round(unit.factor * 1e9) == unit.factor * 1e9:
+        first_ns = round(absolute * round(unit.factor * 1e9))
     else:
-        first_ns = round(absolute * told.factor * 1e9)
-    start = None if told.epoch is None else first_ns - told.epoch * 10**9
+        first_ns = round(absolute * unit.factor * 1e9)
+    start = None if unit.epoch is None else first_ns - unit.epoch * 10**9
     spacing = None
     if column.dtype.kind == "f" and column.dtype.itemsize < 8:
         last = float(np.abs(column.read(len(column) - 1, len(column))).max())
-        spacing = float(np.spacing(column.dtype.type(max(abs(first), last)))) * told.factor
+        spacing = float(np.spacing(column.dtype.type(max(abs(first), last)))) * unit.factor
     return TimeChoice(
-        stamps=Scaled(column, told.factor, first),
+        stamps=Scaled(column, unit.factor, first),
         source=name,
-        unit=told.unit,
+        unit=unit.unit,
         start=start,
         used=used,
         first_ns=first_ns,
@@ -274,15 +274,19 @@ def _unit(table: StampTable, chosen: int, guesses: list[str], stated: StatedTime
             return Told(unit, factor)
     if steps is None:
         return Told("s", 1.0)  # no stamp is later than another: the time grid refuses them
-    told = tell(steps, first, table.nominal, table.inertial)
-    ticks = table.nominal is None and (told is None or told.epoch is None) and _TICKS.search(heading.name)
-    if (told is None or ticks) and not table.rate_said:
+    judged_unit = tell(steps, first, table.nominal, table.inertial)
+    ticks = (
+        table.nominal is None
+        and (judged_unit is None or judged_unit.epoch is None)
+        and _TICKS.search(heading.name)
+    )
+    if (judged_unit is None or ticks) and not table.rate_said:
         raise _which_unit(table, chosen, steps, candidates(steps, first, table.inertial), bool(ticks))
-    told = told or Told("s", 1.0)
-    if told.epoch is None:
+    judged_unit = judged_unit or Told("s", 1.0)
+    if judged_unit.epoch is None:
         reason = f"the unit {inside[1]!r} is not known" if inside else "no unit given"
-        guesses.append(f"time column {table.label(chosen)}: {reason}, read as {told.unit}")
-    return told
+        guesses.append(f"time column {table.label(chosen)}: {reason}, read as {judged_unit.unit}")
+    return judged_unit
 
 
 def _which_unit(
@@ -331,9 +335,9 @@ def _of_gps(table: StampTable, stated: StatedTime | None) -> TimeChoice | None:
     used = (clock.within, *(i for i, h in enumerate(headings) if h.group == "time" and i != clock.within))
     used = tuple(dict.fromkeys((*used, clock.week)))
     if not clock.steps:
-        said = f"column {week}, a GPS week, does not go on where {within} begins anew: left out"
+        remark = f"column {week}, a GPS week, does not go on where {within} begins anew: left out"
         of_within = stated if stated is not None and stated.place == clock.within else None
-        return _single(table, clock.within, used, [said], of_within)
+        return _single(table, clock.within, used, [remark], of_within)
     unit, factor = clock.unit, clock.factor
     if stated is not None and stated.factor is not None:
         unit, factor = stated.unit, stated.factor
@@ -345,8 +349,8 @@ def _of_gps(table: StampTable, stated: StatedTime | None) -> TimeChoice | None:
     )
     if headings[clock.week].name:
         return time
-    said = f"column {week} is taken for the GPS week of column {within}, in {unit}: together they are time"
-    return replace(time, source=f"column {week} + column {within}", guesses=(said,))
+    remark = f"column {week} is taken for the GPS week of column {within}, in {unit}: together they are time"
+    return replace(time, source=f"column {week} + column {within}", guesses=(remark,))
 
 
 def _of_packed(table: StampTable, stated: StatedTime | None) -> TimeChoice | None:

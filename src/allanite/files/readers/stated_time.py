@@ -53,12 +53,12 @@ class StatedTime:
     turn: float | None = None
 
 
-def stated_time(said: str, headings: Sequence[str], numbers: Sequence[int], file: str) -> StatedTime:
+def stated_time(statement: str, headings: Sequence[str], numbers: Sequence[int], file: str) -> StatedTime:
     """The column that is meant, and its unit.
 
     Parameters
     ----------
-    said : str
+    statement : str
         COLUMN[:UNIT] or COLUMN:STEP[:TURN]; the column by its heading, its name, or its number in the file from 1.
     headings : sequence of str
     numbers : sequence of int
@@ -71,21 +71,21 @@ def stated_time(said: str, headings: Sequence[str], numbers: Sequence[int], file
     InputError
         No such column, or something that is no unit, step or turn.
     """
-    parts = said.split(":")
+    parts = statement.split(":")
     for count in range(len(parts), 0, -1):  # a name may hold colons
         place = _place(":".join(parts[:count]).strip(), headings, numbers)
         if place is not None:
-            return _counted(place, [p.strip() for p in parts[count:]], said)
+            return _counted(place, [p.strip() for p in parts[count:]], statement)
     there = ", ".join(
         f"{number} ({heading.strip()})" if heading.strip() else str(number)
         for number, heading in zip(numbers, headings, strict=True)
     )
-    raise InputError(f"{file}: no column {parts[0].strip()!r} for time={said!r}; there are: {there}")
+    raise InputError(f"{file}: no column {parts[0].strip()!r} for time={statement!r}; there are: {there}")
 
 
-def date_order(said: str | None) -> str | None:
+def date_order(statement: str | None) -> str | None:
     """The order of a date that the caller states, or None."""
-    last = (said or "").rpartition(":")[2].strip().lower()
+    last = (statement or "").rpartition(":")[2].strip().lower()
     return last if last in ORDERS else None
 
 
@@ -101,27 +101,27 @@ def _place(word: str, headings: Sequence[str], numbers: Sequence[int]) -> int | 
         lambda heading: heading.strip().lower() == word.lower(),
         lambda heading: read_heading(heading).name.lower() == word.lower(),
     ):
-        found = [i for i, heading in enumerate(headings) if heading.strip() and same(heading)]
-        if found:
-            return found[0]
+        places = [i for i, heading in enumerate(headings) if heading.strip() and same(heading)]
+        if places:
+            return places[0]
     if word.isdecimal() and int(word) in numbers:
         return list(numbers).index(int(word))
     return None
 
 
-def _counted(place: int, told: list[str], said: str) -> StatedTime:
+def _counted(place: int, parts: list[str], statement: str) -> StatedTime:
     """The unit, or the step and the turn, that stand behind a column."""
-    if not told or (len(told) == 1 and told[0].lower() in ORDERS):
+    if not parts or (len(parts) == 1 and parts[0].lower() in ORDERS):
         return StatedTime(place=place)
-    turn = _turn(told[1], said) if len(told) == 2 else None
-    unit = told[0]
+    turn = _turn(parts[1], statement) if len(parts) == 2 else None
+    unit = parts[0]
     try:
         factor = parse_unit(unit, QuantityKind.TIME).factor
     except InputError:
         step = parse_step(unit)
-        if step is None or len(told) > 2:
+        if step is None or len(parts) > 2:
             raise InputError(
-                f"time={said!r}: write a column and its unit, t:ms; a counter and its step, cnt:1/1000 s or "
+                f"time={statement!r}: write a column and its unit, t:ms; a counter and its step, cnt:1/1000 s or "
                 f"cnt:2us:2^16; or a date and its order, Date:dmy ({', '.join(ORDERS)})"
             ) from None
         return StatedTime(place=place, unit=unit, factor=step, counts=True, turn=turn)
@@ -144,7 +144,7 @@ def parse_step(text: str) -> float | None:
     return size if unit.quantity is QuantityKind.TIME else 1.0 / size
 
 
-def _turn(text: str, said: str) -> float:
+def _turn(text: str, statement: str) -> float:
     match = _TURN.fullmatch(text)
     bits = int(match[1] or match[2]) if match and (match[1] or match[2]) else None
     if bits is not None and _FEWEST_BITS <= bits <= _MOST_BITS:
@@ -152,5 +152,5 @@ def _turn(text: str, said: str) -> float:
     if match and match[3] and int(match[3]) > 1:
         return float(int(match[3]))
     raise InputError(
-        f"time={said!r}: {text!r} is no count at which a counter begins anew: write 2^16 or 65536"
+        f"time={statement!r}: {text!r} is no count at which a counter begins anew: write 2^16 or 65536"
     )

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from allanite import _kernels
 from allanite.errors import InputError
 from allanite.filtering.simulation.motion import Motion
-from allanite.filtering.simulation.signal import PerChannel, Signal, SimulatedScene, Temperature
+from allanite.filtering.simulation.signal import PerChannel, Signal, SimulatedEffects, Temperature
 from allanite.noise import NoiseModel, Ramp, Sinusoid
 from allanite.noise.markov import MarkovForm, MarkovState
 from allanite.recording.records import ArrayColumn, Channel, Kind, Recording, Sampling, checked_rate
@@ -144,7 +144,7 @@ def simulate(
     n_samples = _sample_count(rate, duration)
     models = model if isinstance(model, Mapping) else {name or _name(model): model}
     channels = tuple(_channel(key, value, unit, sampling) for key, value in models.items())
-    scene = SimulatedScene(
+    effects = SimulatedEffects(
         motion=motion,
         latitude=latitude,
         scale_error=scale_error,
@@ -158,8 +158,8 @@ def simulate(
     columns = []
     for channel, one, stream in zip(channels, models.values(), streams, strict=True):
         process = process_of(one, 1 / rate, n_samples, sampling, 1 / channel.scale)
-        if not scene.empty:
-            process = replace(process, signal=scene.signal(channel, len(channels), course, 1 / rate))
+        if not effects.empty:
+            process = replace(process, signal=effects.signal(channel, len(channels), course, 1 / rate))
             process = replace(process, limit=_limit(motion, channel))
         columns.append(ArrayColumn(_samples(process, n_samples, stream, advance)))
     step = {
@@ -167,7 +167,7 @@ def simulate(
         "seed": int(seed),
         "sampling": sampling,
         "models": {key: value.to_json() for key, value in models.items()},
-        **scene.to_json(course),
+        **effects.to_json(course),
     }
     if temperature is not None and temperature.channel is not None:
         channels += (Channel.of(temperature.channel, "°C", sampling=sampling),)

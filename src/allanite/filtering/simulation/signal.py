@@ -30,7 +30,7 @@ from allanite.filtering.simulation.motion import Motion
 from allanite.quantities.earth import EARTH_RATE
 from allanite.recording.records import Channel, Kind, Sampling
 
-__all__ = ["Signal", "SimulatedScene", "Temperature", "earth_on_table"]
+__all__ = ["Signal", "SimulatedEffects", "Temperature", "earth_on_table"]
 
 Array = NDArray[np.float64]
 #: One value for all channels, or one for each.
@@ -141,7 +141,7 @@ class Signal:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class SimulatedScene:
+class SimulatedEffects:
     """All that a simulation was asked for besides noise; attributes are the arguments of `simulate`."""
 
     motion: Motion | None = None
@@ -161,7 +161,7 @@ class SimulatedScene:
     @property
     def empty(self) -> bool:
         """Nothing but noise was asked for."""
-        return self == SimulatedScene()
+        return self == SimulatedEffects()
 
     def signal(self, channel: Channel, count: int, course: Course | None, dt: float) -> Signal:
         """The signal of one of `count` channels.

@@ -129,7 +129,7 @@ def simulate_unit(
         )
     by_channel = _by_channel(models)
     course = motion.draw(stream_of(seed, MOTION_STREAM))
-    scene = _UnitScene(
+    signals = _UnitSignals(
         course=course,
         place=_UnitPlace.of(latitude, height, gravity),
         mounting=axes_matrix(axes),
@@ -153,18 +153,18 @@ def simulate_unit(
         "motion": {**course.to_json(), "parameters": motion.to_json()},
         "axes": axes.upper(),
         "calibration": None if calibration is None else calibration.to_json(),
-        **asdict(scene.place),
+        **asdict(signals.place),
     }
-    unit = replace(noise, columns=_moved(noise, scene), history=(step,))
+    unit = replace(noise, columns=_moved(noise, signals), history=(step,))
     return unit if temperature is None else _with_readings(unit, temperature, seed, sampling)
 
 
-def _moved(noise: Recording, scene: _UnitScene) -> tuple[ArrayColumn, ...]:
+def _moved(noise: Recording, signals: _UnitSignals) -> tuple[ArrayColumn, ...]:
     """Samples with what the triads show added to their noise."""
     sensors = tuple(s for s in CHANNELS if CHANNELS[s][0] in noise.names)
     columns = [column.read(0, len(column)) for column in noise.columns]
     for first in range(0, noise.n_samples, BLOCK):
-        truth = scene.seen(first, min(BLOCK, noise.n_samples - first), sensors)
+        truth = signals.seen(first, min(BLOCK, noise.n_samples - first), sensors)
         for channel, column, x in zip(noise.channels, columns, truth, strict=True):
             column[first : first + len(x)] += x / channel.scale
     return tuple(ArrayColumn(c) for c in columns)
@@ -231,7 +231,7 @@ class _UnitPlace:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class _UnitScene:
+class _UnitSignals:
     """What the triads show without noise."""
 
     course: UnitCourse

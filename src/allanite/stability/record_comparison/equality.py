@@ -160,7 +160,7 @@ def parameter_law(evidence: Sequence[Evidence], symbol: str) -> ScaledChiSquare:
         records.append(
             Directions(
                 shared=(e.columns[inner] * _unit_of(e, inner, evidence[0]))[:, None],
-                own=_table(list(others.values()), n),
+                alone=_table(list(others.values()), n),
                 floor=np.array([math.inf if s in e.present or s == "T" else 0.0 for s in others]),
             )
         )
@@ -201,6 +201,6 @@ def joint_law(design: JointDesign, pooled: CurveSolution, evidence: Sequence[Evi
         columns = [e.columns[s] * design.factor(i, s) for s in names]
         columns += [e.columns["T"]] if timed else []
         n = len(e.series.fit.data.variance)
-        records.append(Directions(shared=_table(columns, n), own=np.zeros((n, 0)), floor=np.zeros(0)))
+        records.append(Directions(shared=_table(columns, n), alone=np.zeros((n, 0)), floor=np.zeros(0)))
     floor = [pooled.coefficient(s) for s in names] + ([math.inf] if timed else [])
     return law_of_equality(records, floor)

@@ -57,14 +57,14 @@ class Directions:
     ----------
     shared : ndarray, shape (n_lags, n_shared)
         With the parameters that are to be equal, in units common to all records.
-    own : ndarray, shape (n_lags, n_own)
+    alone : ndarray, shape (n_lags, n_own)
         With parameters of this record alone.
     floor : ndarray, shape (n_own,)
         How far below its true value each of them may go (to zero); infinite: as far as it likes.
     """
 
     shared: Array
-    own: Array
+    alone: Array
     floor: Array
 
 
@@ -108,25 +108,25 @@ def _reduced(record: Directions) -> tuple[Array, Array, Array]:
     """Shared and bounded own directions and their floors, without what the free ones explain, in few coordinates."""
     n = record.shared.shape[1]
     near = _near(record)
-    columns = np.concatenate([record.shared, record.own[:, near]], axis=1)
+    columns = np.concatenate([record.shared, record.alone[:, near]], axis=1)
     if not near.all():
-        q = np.linalg.qr(_unit(record.own[:, ~near]))[0]
+        q = np.linalg.qr(_unit(record.alone[:, ~near]))[0]
         columns = columns - q @ (q.T @ columns)
     r: Array = np.asarray(np.linalg.qr(columns, mode="r"), dtype=np.float64)
     bounded, floor = r[:, n:], record.floor[near]
     norms = np.linalg.norm(bounded, axis=0)
-    kept = norms > 1e-9 * np.linalg.norm(record.own[:, near], axis=0)
+    kept = norms > 1e-9 * np.linalg.norm(record.alone[:, near], axis=0)
     return r[:, :n], bounded[:, kept] / norms[kept], floor[kept] * norms[kept]
 
 
 def _near(record: Directions) -> NDArray[np.bool_]:
     """Own parameters whose border is within reach, judged by what all other directions leave of theirs."""
-    every = np.concatenate([record.shared, record.own], axis=1)
+    every = np.concatenate([record.shared, record.alone], axis=1)
     n = record.shared.shape[1]
     near = np.isfinite(record.floor)
     for j in np.flatnonzero(near):
         others = _unit(np.delete(every, n + j, axis=1))
-        left = record.own[:, j] - others @ np.linalg.lstsq(others, record.own[:, j], rcond=1e-10)[0]
+        left = record.alone[:, j] - others @ np.linalg.lstsq(others, record.alone[:, j], rcond=1e-10)[0]
         near[j] = record.floor[j] * float(np.linalg.norm(left)) < _CERTAIN
     return near
 

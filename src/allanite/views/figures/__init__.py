@@ -420,11 +420,11 @@ def _environment(found: Any, *, view: str = "whole") -> Sheet:
 
 
 def _separation(found: Any, *, view: str = "whole") -> Sheet:
-    from allanite.views.figures import separation
+    from allanite.views.figures import shared_noise
 
-    _known_view(view, separation.VIEWS, "sensors taken apart")
+    _known_view(view, shared_noise.VIEWS, "sensors taken apart")
     document = found if isinstance(found, Mapping) else found.to_json()
-    parts = {"parts": separation.part_panel, "correlation": separation.correlation_panel}
+    parts = {"parts": shared_noise.part_panel, "correlation": shared_noise.correlation_panel}
     return _column([make(document) for name, make in parts.items() if view in ("whole", name)])
 
 

@@ -80,9 +80,9 @@ def corrected_panel(document: Json) -> Panel:
 def means_panel(documents: Sequence[Json]) -> Panel:
     """The cumulative mean for each rate that was typed in, and that rate: one reading, one or more results."""
     axis, second = _axis(documents[0])
-    told = [document["mean_reference"] / MILLI for document in documents]
+    references = [document["mean_reference"] / MILLI for document in documents]
     curves, late = [], []
-    for document, (colour, style, marker), rate in zip(documents, _LOOKS, told, strict=False):
+    for document, (colour, style, marker), rate in zip(documents, _LOOKS, references, strict=False):
         time, mean = _line(document, "corrected")
         words = f"told {rate / 1000:.6f} deg/s".replace("-", "−")
         look: dict[str, Any] = {"colour": colour, "style": style, "marker": marker}
@@ -90,14 +90,14 @@ def means_panel(documents: Sequence[Json]) -> Panel:
         late.append((mean / MILLI)[time > 0.1 * _duration(document)])
     lines = [
         Label(x=0.0, y=rate, text="", colour=look[0], place="level")
-        for rate, look in zip(told, _LOOKS, strict=False)
+        for rate, look in zip(references, _LOOKS, strict=False)
     ]
     reading, follows = documents[0]["reading"], documents[0]["follows"]
     moved = "–" if follows is None else f"{follows:.2f}"
     return Panel(
         title=f"Reference-aided, {reading}: a unit typed in moves the mean by {moved}",
         x=axis,
-        y=Axis(label=f"Mean so far [{MILLI_NAME}]", limits=around(told, [0.0], *late, room=0.14)),
+        y=Axis(label=f"Mean so far [{MILLI_NAME}]", limits=around(references, [0.0], *late, room=0.14)),
         curves=tuple(curves),
         labels=tuple(lines),
         height=0.3,

@@ -42,9 +42,9 @@ def _title(document: Json) -> str:
 
 def _needle(document: Json) -> _Parts:
     """The arc that is allowed, the heading, and the naive mean where it is elsewhere."""
-    found, last = document["last"]["interval"], document["last"]
-    start = math.pi / 2 - found["start"]
-    stop = start - found["width"]
+    interval, last = document["last"]["interval"], document["last"]
+    start = math.pi / 2 - interval["start"]
+    stop = start - interval["width"]
     parts: _Parts = [
         wedge(_CENTRE, _RADIUS, start, stop, fill="z", opacity=0.22, name="arc"),
         line(*arc(_CENTRE, _RADIUS, start, stop), colour="z", width=3.0, name="rim"),

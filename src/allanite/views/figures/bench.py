@@ -164,13 +164,13 @@ def _cables() -> _Parts:
 
 
 def _captions() -> _Parts:
-    said = (
+    captions = (
         (_AXLE, "turntable on a level bench,\naxis of rotation vertical"),
         (47.5, "power supply"),
         (68.0, "Agilent 3458A multimeter,\n32 readings per second"),
         (91.0, "computer,\nwrites the log"),
     )
-    return [Words(x=x, y=_TOP - 2.6, text=text, up="top") for x, text in said]
+    return [Words(x=x, y=_TOP - 2.6, text=text, up="top") for x, text in captions]
 
 
 def _from_above() -> _Parts:

@@ -36,10 +36,10 @@ _BESIDE = 3  # panels side by side
 
 def sphere_panels(document: Json) -> list[Panel]:
     """The positions on the sphere, with those that should be added."""
-    seen = [p for p in document["positions"] if None not in p["up"]]
-    spots = [Spot(up=tuple(p["up"]), label=str(p["number"]), kind=_kind(p)) for p in seen]
-    said = {"proposed": "to be added"}
-    return [sphere_panel([*spots, *_proposed(document["add"])], words=said)] if spots else []
+    oriented = [p for p in document["positions"] if None not in p["up"]]
+    spots = [Spot(up=tuple(p["up"]), label=str(p["number"]), kind=_kind(p)) for p in oriented]
+    words = {"proposed": "to be added"}
+    return [sphere_panel([*spots, *_proposed(document["add"])], words=words)] if spots else []
 
 
 def _proposed(words: Sequence[str]) -> list[Spot]:
@@ -47,8 +47,8 @@ def _proposed(words: Sequence[str]) -> list[Spot]:
     known = sorted(
         ORIENTATIONS.items(), key=lambda entry: -len(entry[0])
     )  # "on an edge, +x and +y up" before "y up"
-    found = [next((up for said, up in known if said in text), None) for text in words]
-    return [Spot(up=(float(x), float(y), float(z)), kind="proposed") for x, y, z in filter(None, found)]
+    directions = [next((up for name, up in known if name in text), None) for text in words]
+    return [Spot(up=(float(x), float(y), float(z)), kind="proposed") for x, y, z in filter(None, directions)]
 
 
 def _kind(position: Json) -> Any:

@@ -83,8 +83,8 @@ def curves_panel(document: Json, channel: Json) -> Panel:
 
 def parameter_panels(document: Json, channel: Json) -> list[Panel]:
     """One panel for each parameter and for the bias."""
-    found = [*channel["parameters"], *([channel["bias"]] if channel["bias"] else [])]
-    return [_parameter(document, channel, p) for p in found]
+    parameters = [*channel["parameters"], *([channel["bias"]] if channel["bias"] else [])]
+    return [_parameter(document, channel, p) for p in parameters]
 
 
 def columns(document: Json) -> list[tuple[Panel, ...]]:
@@ -123,11 +123,11 @@ def _form(height: float, alone: bool) -> dict[str, Any]:
 
 def _said_once(rows: Sequence[tuple[Panel, ...]]) -> list[tuple[Panel, ...]]:
     """The panels of one column without the entries of a legend that stand above an earlier one."""
-    said = set[str]()
+    labels = set[str]()
     out: list[tuple[Panel, ...]] = []
     for (panel,) in rows:
-        curves = tuple(replace(c, label="") if c.label in said else c for c in panel.curves)
-        said |= {c.label for c in panel.curves}
+        curves = tuple(replace(c, label="") if c.label in labels else c for c in panel.curves)
+        labels |= {c.label for c in panel.curves}
         out.append((replace(panel, curves=curves),))
     return out
 
@@ -187,9 +187,9 @@ def _names(document: Json) -> list[tuple[float, str]]:
     ]
 
 
-def _population(found: Json | None, factor: float, ends: tuple[float, float]) -> list[Curve]:
+def _population(population: Json | None, factor: float, ends: tuple[float, float]) -> list[Curve]:
     """The middle of the kind with its interval, and where the next one lies."""
-    if found is None:
+    if population is None:
         return []
     x = np.array(ends)
 
@@ -198,12 +198,19 @@ def _population(found: Json | None, factor: float, ends: tuple[float, float]) ->
         return Curve(x=x, y=np.full(2, value / factor), lower=flat[0], upper=flat[1], label=label, **look)
 
     made = [
-        level(found["mean"], found["lower"], found["upper"], "middle of the kind", colour="y", style="dashed")
+        level(
+            population["mean"],
+            population["lower"],
+            population["upper"],
+            "middle of the kind",
+            colour="y",
+            style="dashed",
+        )
     ]
-    if found["next_lower"] is not None and found["next_upper"] is not None:
+    if population["next_lower"] is not None and population["next_upper"] is not None:
         words = {"colour": "guide", "style": "dotted"}
-        made.append(level(found["next_lower"], None, None, "the next lies between", **words))
-        made.append(level(found["next_upper"], None, None, "the next lies between", **words))
+        made.append(level(population["next_lower"], None, None, "the next lies between", **words))
+        made.append(level(population["next_upper"], None, None, "the next lies between", **words))
     return made
 
 

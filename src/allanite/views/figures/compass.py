@@ -67,9 +67,9 @@ def card() -> _Parts:
 def _arcs(north: Json) -> _Parts:
     """The directions that are allowed: a sector each, with a bold line along the card."""
     parts: _Parts = []
-    for found in north["interval"]:
-        start = _turned(found["start"])
-        stop = start - found["width"]
+    for sector in north["interval"]:
+        start = _turned(sector["start"])
+        stop = start - sector["width"]
         parts.append(wedge(_CENTRE, _RADIUS, start, stop, fill="z", opacity=0.22, name="arc"))
         parts.append(line(*arc(_CENTRE, _RADIUS, start, stop), colour="z", width=3.0, name="rim"))
     return parts
@@ -107,23 +107,23 @@ def _direction(north: Json) -> list[str]:
     arcs = north["interval"]
     if _anywhere(north):
         return [f"{percent} interval: every direction", "the record says nothing about north"]
-    digits = min((_digits(found["width"]) for found in arcs), default=1)
-    found = [
+    digits = min((_digits(a["width"]) for a in arcs), default=1)
+    intervals = [
         f"{math.degrees(a['start']):.{digits}f} to {math.degrees(a['stop']):.{digits}f} deg" for a in arcs
     ]
-    if not found:
+    if not intervals:
         return ["no direction explains the record"]
     if north["azimuth"] is None:
-        return ["one component alone is seen", *(f"{percent} interval {text}" for text in found)]
+        return ["one component alone is seen", *(f"{percent} interval {text}" for text in intervals)]
     return [
         f"azimuth of the mark {math.degrees(north['azimuth']):.{digits}f} deg",
-        f"{percent} interval {found[0]}",
+        f"{percent} interval {intervals[0]}",
     ]
 
 
 def _anywhere(north: Json) -> bool:
     """The record does not exclude a single direction."""
-    return any(found["width"] >= 2 * math.pi for found in north["interval"])
+    return any(sector["width"] >= 2 * math.pi for sector in north["interval"])
 
 
 def _digits(width: float) -> int:

@@ -85,5 +85,8 @@ def _legend(cell: float) -> list[DrawnShape | Words]:
         text = f"{r:g}".replace("-", "−")
         parts.append(Words(x=x + 0.5 * cell + 0.8, y=0.5 * _KEY - 0.5, text=text, across="left", size=0.92))
         x += cell + 5.5
-    said = "filled: positive, hollow: negative"
-    return [*parts, Words(x=x + 2.0, y=0.5 * _KEY - 0.5, text=said, across="left", size=0.92, colour="guide")]
+    words = "filled: positive, hollow: negative"
+    return [
+        *parts,
+        Words(x=x + 2.0, y=0.5 * _KEY - 0.5, text=words, across="left", size=0.92, colour="guide"),
+    ]

@@ -46,10 +46,10 @@ def growth_panel(document: Json, view: str) -> Panel:
         )
     ]  # fmt: skip
     for i, source in enumerate(largest_sources(document, quantity, _MOST)):
-        own = values(source, "sd")
+        sd = values(source, "sd")
         curves.append(
             Curve(
-                x=times, y=np.where(own > 0, own, np.nan), label=source["name"], colour=SERIES[i % len(SERIES)],
+                x=times, y=np.where(sd > 0, sd, np.nan), label=source["name"], colour=SERIES[i % len(SERIES)],
                 style="dashed" if i < len(SERIES) // 2 else "dashdot",
             )
         )  # fmt: skip

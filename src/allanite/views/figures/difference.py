@@ -40,8 +40,8 @@ def drift_panels(document: Json) -> list[Panel]:
     """Drift of both models of each sensor over the time."""
     panels = []
     for channel in document["channels"]:
-        told = [line["seconds"] for line in channel["drifts"]]
-        t = np.geomspace(min(told) / 10, max(told) * 10, 121)
+        seconds = [line["seconds"] for line in channel["drifts"]]
+        t = np.geomspace(min(seconds) / 10, max(seconds) * 10, 121)
         unit, factor = drift_unit(channel["kind"], channel["unit"])
         rest = document["rest"]
 
@@ -55,15 +55,15 @@ def drift_panels(document: Json) -> list[Panel]:
 
 
 def _both(document: Json, channel: Json, x: np.ndarray, of: Any, factor: float) -> tuple[Curve, ...]:
-    found = []
+    curves = []
     for i, key in enumerate(("first", "second")):
         model = NoiseModel.from_json(channel[key])
-        found.append(
+        curves.append(
             Curve(
                 x=x, y=of(model, x) / factor, label=document["names"][i], colour=SERIES[i], style=_STYLES[i],  # type: ignore[arg-type]
             )
         )  # fmt: skip
-    return tuple(found)
+    return tuple(curves)
 
 
 def _panel(title: str, x: Axis, label: str, curves: tuple[Curve, ...]) -> Panel:

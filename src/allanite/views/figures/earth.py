@@ -129,7 +129,7 @@ def _settled(
 def dwell_panels(estimate: EarthRateEstimate) -> tuple[Panel, Panel]:
     """Means of the dwells less the level of the record, and what the fit leaves of them."""
     base = np.nan_to_num(estimate.bias[0]) / DEG_H
-    seen = estimate.component.expected / DEG_H
+    expected = estimate.component.expected / DEG_H
     means = _dwell_curves(estimate, "mean", base)
     left = _dwell_curves(estimate, "residual", 0.0)
     unit, second = clock(estimate.duration)
@@ -137,7 +137,7 @@ def dwell_panels(estimate: EarthRateEstimate) -> tuple[Panel, Panel]:
     x = Axis(label=f"Time since the first sample [{unit}]", limits=frame)
     alone = Curve(
         x=array([*frame, math.nan, *frame]),
-        y=array([seen, seen, math.nan, -seen, -seen]),
+        y=array([expected, expected, math.nan, -expected, -expected]),
         label="the Earth alone",
         colour="ink",
         style="dashed",
@@ -146,7 +146,7 @@ def dwell_panels(estimate: EarthRateEstimate) -> tuple[Panel, Panel]:
         Panel(
             title=f"Means of the dwells, less the level of {number(base, 5)} deg/h".replace("-", "−"),
             x=x,
-            y=Axis(label="Mean [deg/h]", limits=_bars(means, array([-seen, seen]))),
+            y=Axis(label="Mean [deg/h]", limits=_bars(means, array([-expected, expected]))),
             curves=(*means, alone),
             height=0.34,
             key="above",
@@ -254,13 +254,13 @@ def estimator_panel(estimate: EarthRateEstimate) -> Panel:
     percent = f"{100 * estimate.confidence:g} %"
     names = [r.name for r in estimate.readings]
     points: list[tuple[float, float, float]] = []
-    own: list[tuple[float, float, float]] = []
+    scatters: list[tuple[float, float, float]] = []
     for i, reading in enumerate(estimate.readings):
         points.append((i, reading.rate / DEG_H, wide * reading.sd / DEG_H))
         if reading.scatter is not None:
-            own.append((i + 0.14, reading.rate / DEG_H, wide * reading.scatter / DEG_H))
+            scatters.append((i + 0.14, reading.rate / DEG_H, wide * reading.scatter / DEG_H))
     curves = [_points(points, f"{percent} by the noise model", "orange", "square")] if points else []
-    curves += [_points(own, f"{percent} by their own scatter", "sky", "triangle")] if own else []
+    curves += [_points(scatters, f"{percent} by their own scatter", "sky", "triangle")] if scatters else []
     result = _result(estimate, float(len(names)), _text(estimate))
     ends = [end for c in (*curves, *result) for end in (c.lower, c.upper) if end is not None]
     known = array([estimate.earth_rate / DEG_H])
@@ -279,10 +279,10 @@ def estimator_panel(estimate: EarthRateEstimate) -> Panel:
 def open_panel(estimate: EarthRateEstimate) -> Panel:
     """Without reversals: the bias that the record leaves for each direction that the axis may have had."""
     base, sd = (v / DEG_H for v in estimate.bias)
-    seen = estimate.component.expected / DEG_H
+    expected = estimate.component.expected / DEG_H
     half = quantile(estimate.confidence) * sd
     plus, minus = sides_of(estimate.first)
-    poses = [(-seen, f"if the axis pointed {plus}"), (0.0, "east or west"), (seen, minus)]
+    poses = [(-expected, f"if the axis pointed {plus}"), (0.0, "east or west"), (expected, minus)]
     if is_vertical(estimate.first):
         del poses[1]
     y = base + array([change for change, _ in poses])

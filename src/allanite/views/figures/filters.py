@@ -48,8 +48,8 @@ def document_of(filtered: Any) -> Json:
     source, name = filtered.source, filtered.channel
     if "measured" in document["overview"] or source[name].kind.value != document["kind"]:
         return document  # an angle that comes back as a rate has no picture of the same kind
-    seen = overview(source, name)
-    measured = {key: seen[key] for key in ("t", "low", "high")}
+    samples = overview(source, name)
+    measured = {key: samples[key] for key in ("t", "low", "high")}
     return {**document, "overview": {"measured": measured, **document["overview"]}}
 
 
@@ -57,14 +57,14 @@ def series_panels(document: Json) -> list[Panel]:
     """Measured and corrected samples, one above the other and equally scaled."""
     unit, factor = display_unit(document["kind"], "sd", document["unit"])
     how = "smoothed" if document["smoothed"] else "filtered"
-    found = [(key, document["overview"].get(key)) for key in ("measured", "corrected")]
+    overviews = [(key, document["overview"].get(key)) for key in ("measured", "corrected")]
     titles = {"measured": "Measured", "corrected": f"Corrected: the drift taken off ({how})"}
     colours = {"measured": "guide", "corrected": "z"}
     panels = []
-    for key, seen in found:
-        if seen is None:
+    for key, samples in overviews:
+        if samples is None:
             continue
-        t, low, high = (array(seen[part]) for part in ("t", "low", "high"))
+        t, low, high = (array(samples[part]) for part in ("t", "low", "high"))
         x, second = _axis(document)
         words = "lowest and highest sample of each block"
         envelope = Envelope(
@@ -177,9 +177,9 @@ def whiteness_panel(document: Json) -> Panel:
 def _nis(tests: Json) -> str:
     if tests["nis"] is None:
         return "Innovations: not tested"
-    said = "consistent" if tests["consistent"] else "not consistent"
+    verdict = "consistent" if tests["consistent"] else "not consistent"
     ends = f"{number(tests['nis_lower'], 4)} to {number(tests['nis_upper'], 4)}"
-    return f"Innovations {said}: NIS {number(tests['nis'], 4)}, {ends} if the model holds"
+    return f"Innovations {verdict}: NIS {number(tests['nis'], 4)}, {ends} if the model holds"
 
 
 def _axis(document: Json) -> tuple[Axis, float]:
@@ -189,9 +189,9 @@ def _axis(document: Json) -> tuple[Axis, float]:
     return axis, second
 
 
-def _centre(seen: Json) -> tuple[Array, Array]:
+def _centre(envelope: Json) -> tuple[Array, Array]:
     """Middle of an envelope so narrow that it is a line."""
-    t, low, high = (array(seen[part]) for part in ("t", "low", "high"))
+    t, low, high = (array(envelope[part]) for part in ("t", "low", "high"))
     return t, (low + high) / 2
 
 

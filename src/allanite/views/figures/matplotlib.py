@@ -106,16 +106,16 @@ def _figure(sheet: Sheet, *, dark: bool, still: bool) -> Figure:
         made = Figure(figsize=size, facecolor=look["paper"])
         common: dict[str, Any] = {}
         labelled = [sheet.labelled(i) for i, row in enumerate(sheet.rows) for _ in row]
-        for panel, box, said in zip(sheet.panels, boxes, labelled, strict=True):
+        for panel, box, numbered in zip(sheet.panels, boxes, labelled, strict=True):
             left, bottom, width, height = box
             axes = made.add_axes((left / size[0], bottom / size[1], width / size[0], height / size[1]))
             axes.set_facecolor(look["paper"])
             _draw(axes, panel, look, titled=len(sheet.panels) > 1, room=round(width * _CHARACTERS))
             axes.yaxis.set_label_coords(-(_LEFT - 0.16) / width, 0.5)
-            if not said:
+            if not numbered:
                 axes.set_xlabel("")
             if panel.drawing is None:
-                _axes_of(axes, look, numbered=said)
+                _axes_of(axes, look, numbered=numbered)
             common |= {name: handle for name, handle in _entries(axes).items() if name != _plain(panel.title)}
         if crowded:  # small panels have no room for a legend each: one below says it for all
             _legend(made, common, look, loc="lower center", ncols=4)

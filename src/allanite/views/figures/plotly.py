@@ -356,8 +356,8 @@ def _curve(curve: Curve, first: Any, *, log: bool, banded: bool) -> list[Json]:
     traces: list[Json] = []
     if curve.lower is not None and curve.upper is not None and not curve.bars:
         band = _band(curve, curve.lower, curve.upper, group, log=log)
-        said = banded and bool(curve.band_label) and first(curve.band_label)
-        named = {"name": _plain(curve.band_label), "legendgroup": "", "showlegend": True} if said else {}
+        in_legend = banded and bool(curve.band_label) and first(curve.band_label)
+        named = {"name": _plain(curve.band_label), "legendgroup": "", "showlegend": True} if in_legend else {}
         traces.append({**band, **named})
     line = {"color": colour, "dash": _DASH[curve.style], "width": 1 if curve.style == "thin" else 2}
     trace: Json = {
@@ -422,8 +422,8 @@ def _envelope(envelope: Envelope, *, named: bool) -> Json:
     line = {"width": 0.5, "color": LIGHT[envelope.colour]}
     look = {"fill": "toself", "fillcolor": _faint(envelope.colour, 0.5), "line": line, "mode": "lines"}
     outline = _outline(envelope.x, envelope.low, envelope.high, good)
-    said = {"name": _plain(envelope.label), "showlegend": True} if named else {}
-    return {"type": "scatter", **outline, **look, "meta": envelope.colour, **_SILENT, **said}
+    legend = {"name": _plain(envelope.label), "showlegend": True} if named else {}
+    return {"type": "scatter", **outline, **look, "meta": envelope.colour, **_SILENT, **legend}
 
 
 def _guide(guide: Guide) -> Json:

@@ -66,8 +66,8 @@ def scheme_panel(document: Json) -> Panel:
 
 def _goal(goals: Json, group: str) -> float | None:
     """The strictest of a kind."""
-    found = [goal for key, goal in goals.items() if key == group or key.rpartition("_")[0] == group]
-    return min(found) if found else None
+    values = [goal for key, goal in goals.items() if key == group or key.rpartition("_")[0] == group]
+    return min(values) if values else None
 
 
 def _against_length(document: Json, title: str, curves: list[Curve]) -> Panel:

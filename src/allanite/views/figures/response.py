@@ -52,14 +52,14 @@ def response_panels(document: Json) -> list[Panel]:
     )
     curves = [band]
     for direction, name, colour, marker in _SIDES:
-        own = [p for p in points if p["direction"] == direction]
-        if not own:
+        along = [p for p in points if p["direction"] == direction]
+        if not along:
             continue
-        y, half = (array([p[k] for p in own]) / _PPM for k in ("deviation", "sd"))
+        y, half = (array([p[k] for p in along]) / _PPM for k in ("deviation", "sd"))
         half = wide * half
         curves.append(
             Curve(
-                x=array([p["rate"] for p in own]) / DEG,
+                x=array([p["rate"] for p in along]) / DEG,
                 y=y,
                 lower=y - half,
                 upper=y + half,
@@ -166,13 +166,13 @@ def noise_panels(document: Json) -> list[Panel]:
         style="dashed",
         band_label=f"{percent} by chance",
     )
-    found = Curve(x=rate / DEG, y=ratio, label="found", colour="z", style="none", marker="circle")
+    ratios = Curve(x=rate / DEG, y=ratio, label="found", colour="z", style="none", marker="circle")
     return [
         Panel(
             title="Noise against the rate",
             x=Axis(label="Rate of the table, without its sign [deg/s]"),
             y=Axis(label="Noise over the model's", limits=around(ratio, 1 - half, 1 + half)),
-            curves=(expected, found),
+            curves=(expected, ratios),
             height=0.24,
             key="above",
         )

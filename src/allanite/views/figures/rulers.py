@@ -75,7 +75,7 @@ class _Ruler(Artist):
 
     def _ticks(self, renderer: RendererBase, which: str) -> float:
         """Draw ticks of a kind; the lowest pixel of their labels, or of the axes."""
-        at, said = self._places(which)
+        at, labels = self._places(which)
         if not at.size:
             return float(self._panel.bbox.y0)
         size, width, pad = (
@@ -93,18 +93,18 @@ class _Ruler(Artist):
             color=self._colours[1],
         )
         self._placed(mark, "tick1").draw(renderer)
-        return self._labels(renderer, at, said, size + pad)
+        return self._labels(renderer, at, labels, size + pad)
 
     def _places(self, which: str) -> tuple[NDArray[np.float64], list[str]]:
         """Ticks of a kind within the view, and their labels."""
         at = np.asarray(getattr(self._axis, f"get_{which}ticklocs")(), dtype=np.float64)
-        said = getattr(self._axis, f"get_{which}_formatter")().format_ticks(at)
+        labels = getattr(self._axis, f"get_{which}_formatter")().format_ticks(at)
         scaled = self._axis.get_transform()
         low, high = np.sort(scaled.transform(np.asarray(self._axis.get_view_interval())))
         slack = 1e-10 * (high - low)
         where = scaled.transform(at)
-        seen = (where >= low - slack) & (where <= high + slack)
-        return at[seen], [words for words, shown in zip(said, seen, strict=True) if shown]
+        inside = (where >= low - slack) & (where <= high + slack)
+        return at[inside], [words for words, shown in zip(labels, inside, strict=True) if shown]
 
     def _grid(self, at: NDArray[np.float64]) -> Line2D:
         along = np.repeat(at, 3)
@@ -127,7 +127,7 @@ class _Ruler(Artist):
         return line
 
     def _labels(
-        self, renderer: RendererBase, at: NDArray[np.float64], said: list[str], distance: float
+        self, renderer: RendererBase, at: NDArray[np.float64], labels: list[str], distance: float
     ) -> float:
         axes = self._panel
         if not self._numbered:
@@ -144,7 +144,7 @@ class _Ruler(Artist):
         )
         text.set_figure(axes.get_figure())
         text.axes = axes
-        for value, words in zip(at.tolist(), said, strict=True):
+        for value, words in zip(at.tolist(), labels, strict=True):
             if words:
                 text.set(text=words, position=self._oriented(value, 0.0))
                 text.draw(renderer)

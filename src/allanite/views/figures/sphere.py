@@ -139,10 +139,10 @@ class _Globe:
     def ground(self) -> list[DrawnShape | Words]:
         """The rim, and the three circles in which two axes lie."""
         x, y = self.centre
-        said = "+x, +y and +z" if self.side > 0 else "−x, −y and −z"
+        corner = "+x, +y and +z" if self.side > 0 else "−x, −y and −z"
         parts: list[DrawnShape | Words] = [
             circle(self.centre, _RADIUS, fill="gap", opacity=0.1, colour="guide", name="globe"),
-            Words(x=x, y=y + _RADIUS + 2.3, text=f"seen from between {said}", colour="guide", size=0.92),
+            Words(x=x, y=y + _RADIUS + 2.3, text=f"seen from between {corner}", colour="guide", size=0.92),
         ]
         for (_, first), (_, second) in zip(_AXES, (*_AXES[1:], _AXES[0]), strict=True):
             parts += self._great_circle(np.array(first), np.array(second))
@@ -235,11 +235,11 @@ def _mark(point: Point, kind: SpotKind) -> DrawnShape:
 def _legend(spots: Sequence[Spot], words: Mapping[str, str]) -> list[DrawnShape | Words]:
     """Forms that occur, in a row below."""
     present = [kind for kind in SPOT_LOOKS if any(spot.kind == kind for spot in spots)]
-    said = [words.get(kind, SPOT_LOOKS[kind].words) for kind in present]
-    widths = [4.0 + 0.95 * len(text) for text in said]
+    texts = [words.get(kind, SPOT_LOOKS[kind].words) for kind in present]
+    widths = [4.0 + 0.95 * len(text) for text in texts]
     x = 0.5 * (_WIDTH - sum(widths))
     parts: list[DrawnShape | Words] = []
-    for kind, text, width in zip(present, said, widths, strict=True):
+    for kind, text, width in zip(present, texts, widths, strict=True):
         parts.append(_mark((x, _KEY), kind))
         parts.append(Words(x=x + 1.9, y=_KEY, text=text, across="left", size=0.92))
         x += width

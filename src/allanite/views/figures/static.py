@@ -27,9 +27,9 @@ _APART = 0.012  # width of a digit over a span, as a part of the panel
 _LOWEST = 1e-2  # of the threshold: what moves less is of no interest
 
 
-def document_of(found: Any, recording: Recording | None) -> Json:
+def document_of(spans: Any, recording: Recording | None) -> Json:
     """The document of `StaticSpans`, with the overviews of its channels where their record is given."""
-    document: Json = found if isinstance(found, Mapping) else found.to_json()
+    document: Json = spans if isinstance(spans, Mapping) else spans.to_json()
     if recording is None:
         return document
     names = [*document["gyro"], *document["accelerometer"]] or list(recording.names)
@@ -67,21 +67,21 @@ def level_panels(document: Json) -> list[Panel]:
 
 def record_panels(document: Json) -> list[Panel]:
     """The rates and the accelerations; nothing without the record."""
-    seen = document.get("overviews", [])
+    overviews = document.get("overviews", [])
     n = len(document["gyro"])
     parts: tuple[tuple[str, Sequence[Json]], ...]
     parts = (
-        (("Rates", seen[:n]), ("Accelerations", seen[n:]))
+        (("Rates", overviews[:n]), ("Accelerations", overviews[n:]))
         if document["gyro"] + document["accelerometer"]
-        else (("Record", seen),)
+        else (("Record", overviews),)
     )
     return [_triad_panel(title, part, document) for title, part in parts if part]
 
 
-def _triad_panel(title: str, seen: Sequence[Json], document: Json) -> Panel:
+def _triad_panel(title: str, overviews: Sequence[Json], document: Json) -> Panel:
     _, second = clock(document["duration"])
-    unit, factor = display_unit(seen[0]["kind"], "sd", seen[0]["unit"])
-    looks = series_colours([one["name"] for one in seen])
+    unit, factor = display_unit(overviews[0]["kind"], "sd", overviews[0]["unit"])
+    looks = series_colours([one["name"] for one in overviews])
     envelopes = tuple(
         Envelope(
             x=array(one["t"]) / second,
@@ -90,7 +90,7 @@ def _triad_panel(title: str, seen: Sequence[Json], document: Json) -> Panel:
             label=one["name"],
             colour=colour,
         )
-        for one, (colour, _) in zip(seen, looks, strict=True)
+        for one, (colour, _) in zip(overviews, looks, strict=True)
     )
     return Panel(
         title=title,
@@ -134,7 +134,7 @@ def _numbers(document: Json, second: float) -> tuple[tuple[float, str], ...]:
 
 def _spans(document: Json) -> tuple[ShadedSpan, ...]:
     _, second = clock(document["duration"])
-    found = [
+    spans = [
         ShadedSpan(
             start=s["start_s"] / second, stop=s["stop_s"] / second, kind="quiet", text=f"static span {i}"
         )
@@ -151,7 +151,7 @@ def _spans(document: Json) -> tuple[ShadedSpan, ...]:
     for part in document["moving"]:
         if part["why"] in kinds:
             kind: Any = kinds[part["why"]]
-            found.append(
+            spans.append(
                 ShadedSpan(start=part["start"] / rate, stop=part["stop"] / rate, kind=kind, text=part["why"])
             )
-    return tuple(found)
+    return tuple(spans)

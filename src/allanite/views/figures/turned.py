@@ -45,9 +45,9 @@ def only_rate(recording: Recording, channel: str | None) -> str:
 
 def turned_panel(record: Recording | Json, reversals: Any, *, channel: str | None = None) -> Panel:
     """The whole record with its turns, from a `Recording` or from the document that `overview` gives."""
-    seen = overview(record, only_rate(record, channel)) if isinstance(record, Recording) else record
-    duration = float(seen.get("duration") or _length(reversals_of(reversals)))
-    return _panel(seen, reversals_of(reversals), (0.0, duration), offset=0.0, close=False)
+    samples = overview(record, only_rate(record, channel)) if isinstance(record, Recording) else record
+    duration = float(samples.get("duration") or _length(reversals_of(reversals)))
+    return _panel(samples, reversals_of(reversals), (0.0, duration), offset=0.0, close=False)
 
 
 def turned_panels(
@@ -84,14 +84,14 @@ def window_panels(
     """A part of the record, twice: at full range, and enlarged to the noise between the turns."""
     document, name = reversals_of(reversals), only_rate(recording, channel)
     part = recording.window(*window)
-    seen = overview(part, name)
-    whole = _panel(seen, document, window, offset=window[0], close=True)
+    samples = overview(part, name)
+    whole = _panel(samples, document, window, offset=window[0], close=True)
     limits = _quiet(part, name, document, window)
-    return [whole, _panel(seen, document, window, offset=window[0], close=True, limits=limits)]
+    return [whole, _panel(samples, document, window, offset=window[0], close=True, limits=limits)]
 
 
 def _panel(
-    seen: Json,
+    samples: Json,
     document: Json,
     window: Limits,
     *,
@@ -99,11 +99,11 @@ def _panel(
     close: bool,
     limits: Limits | None = None,
 ) -> Panel:
-    unit, factor = display_unit(seen.get("kind", "rate"), "sd", seen.get("unit") or "")
+    unit, factor = display_unit(samples.get("kind", "rate"), "sd", samples.get("unit") or "")
     name, second = clock(window[1] - window[0] if not close else window[1])
-    t, low, high = (array(seen[part]) for part in ("t", "low", "high"))
+    t, low, high = (array(samples[part]) for part in ("t", "low", "high"))
     spans = _spans(document, window, close=close)
-    spans += [(a + offset, b + offset, "gap") for a, b in seen.get("gaps", ())]
+    spans += [(a + offset, b + offset, "gap") for a, b in samples.get("gaps", ())]
     turns = [t for t in document["turns"] if _inside(_ends(t, document), window)]
     many = len(turns) > _MOST_TURNS
     if not many:
@@ -161,13 +161,13 @@ def _length(document: Json) -> float:
 
 def _spans(document: Json, window: Limits, *, close: bool) -> list[tuple[float, float, SpanKind]]:
     """What is not used and why, within the window."""
-    found: list[tuple[float, float, SpanKind]] = []
+    spans: list[tuple[float, float, SpanKind]] = []
     for part in document["disturbed"]:
-        found.append((*_ends(part, document), "gap" if part["kind"] == "missing" else "disturbed"))
-    found += [(*_ends(p, document), "unknown") for p in document["positions"] if _lost(p)]
+        spans.append((*_ends(part, document), "gap" if part["kind"] == "missing" else "disturbed"))
+    spans += [(*_ends(p, document), "unknown") for p in document["positions"] if _lost(p)]
     if close:
-        found += _unused(document)
-    return [span for span in found if _inside(span[:2], window)]
+        spans += _unused(document)
+    return [span for span in spans if _inside(span[:2], window)]
 
 
 def _lost(position: Json) -> bool:

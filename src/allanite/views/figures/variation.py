@@ -57,13 +57,13 @@ def _map(channel: ChannelVariation, length: float) -> Drawing:
 
 def _deepest(lags: Sequence[LagTest]) -> float:
     """Logarithm of the ratio that has the deepest colour: the largest that is no chance."""
-    told = [
+    significant = [
         abs(math.log(r))
         for lag in lags
         for r, s in zip(lag.ratio, lag.significant, strict=True)
         if s and r > 0
     ]
-    return min(max([_LEAST, *told]), _MOST)
+    return min(max([_LEAST, *significant]), _MOST)
 
 
 def _row(lag: LagTest, y: float, across: float, deepest: float) -> list[DrawnShape]:
@@ -71,18 +71,18 @@ def _row(lag: LagTest, y: float, across: float, deepest: float) -> list[DrawnSha
     level = np.rint(_LEVELS * np.clip(np.log(lag.ratio) / deepest, -1, 1)).astype(int)
     depth = np.where(lag.significant, 1.0, _PALE)
     cells = list(zip(level.tolist(), depth.tolist(), lag.start, lag.stop, strict=True))
-    found = []
+    boxes = []
     for (k, pale), members in groupby(cells, key=lambda cell: cell[:2]):
         run = list(members)
         if k:
             left, right = (_LEFT + across * run[i][j] for i, j in ((0, 2), (-1, 3)))
-            found.append(
+            boxes.append(
                 box(
                     left, y, right - left, _ROW, colour=None, fill="x" if k > 0 else "z",
                     opacity=pale * abs(k) / _LEVELS, name="window",
                 )
             )  # fmt: skip
-    return found
+    return boxes
 
 
 def _frames(lag: LagTest, y: float, across: float) -> list[DrawnShape]:
@@ -141,8 +141,8 @@ def _key(deepest: float, y: float) -> list[DrawnShape | Words]:
         )
         x += 10.5
     parts.append(box(x, y - 0.9, 2.6, 1.8, line_width=0.9))
-    said = "framed: no chance; others pale"
-    return [*parts, Words(x=x + 3.7, y=y, text=said, across="left", size=0.9, colour="guide")]
+    caption = "framed: no chance; others pale"
+    return [*parts, Words(x=x + 3.7, y=y, text=caption, across="left", size=0.9, colour="guide")]
 
 
 def line_panels(channel: ChannelVariation, length: float, *, most: int = 3) -> list[Panel]:

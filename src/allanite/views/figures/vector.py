@@ -40,13 +40,13 @@ _MOST_MEANS = 400
 _PARTS = 400  # of the record: a stretch below half of one would be a hairline
 
 
-def document_of(found: Any, recording: Recording | None) -> Json:
+def document_of(vector: Any, recording: Recording | None) -> Json:
     """The document of a `RateVector`, with what its record adds where that is given."""
-    document: Json = found if isinstance(found, Mapping) else found.to_json()
+    document: Json = vector if isinstance(vector, Mapping) else vector.to_json()
     if recording is None:
         return document
-    seen = [overview(recording, name) for name in document["channels"]]
-    return {**document, "overviews": seen, "quiet_means": quiet_means(recording, document)}
+    overviews = [overview(recording, name) for name in document["channels"]]
+    return {**document, "overviews": overviews, "quiet_means": quiet_means(recording, document)}
 
 
 def quiet_means(recording: Recording, document: Json) -> dict[str, Any]:
@@ -106,16 +106,16 @@ def length_panels(document: Json) -> list[Panel]:
 
 def mean_panels(document: Json) -> list[Panel]:
     """The means of the quiet cells, one panel for each axis; nothing where they are not known."""
-    found = document.get("quiet_means")
-    if not found or not found["time"]:
+    quiet_means = document.get("quiet_means")
+    if not quiet_means or not quiet_means["time"]:
         return []
     unit, second = clock(document["duration"])
-    time, frame = array(found["time"]) / second, (0.0, document["duration"] / second)
+    time, frame = array(quiet_means["time"]) / second, (0.0, document["duration"] / second)
     x = Axis(label=f"Time since the first sample [{unit}]", limits=frame)
-    dots = f"mean over {duration(found['joined'] * document['cell'])} at rest"
+    dots = f"mean over {duration(quiet_means['joined'] * document['cell'])} at rest"
     panels = []
     for i, (name, colour) in enumerate(_axes(document)):
-        mean = array(found["means"][i]) / DEG_H
+        mean = array(quiet_means["means"][i]) / DEG_H
         marks: dict[str, Any] = {"colour": colour, "style": "none", "marker": "circle"}
         lines = _fitted(document, i, frame)
         panels.append(
@@ -153,9 +153,9 @@ def record_panels(document: Json) -> list[Panel]:
         for start, stop, kind in _stretches(document)
     ]
     panels = []
-    for seen, (name, colour) in zip(document.get("overviews", ()), _axes(document), strict=False):
-        words, factor = display_unit(seen["kind"], "sd", seen["unit"])
-        t, low, high = (array(seen[part]) for part in ("t", "low", "high"))
+    for samples, (name, colour) in zip(document.get("overviews", ()), _axes(document), strict=False):
+        words, factor = display_unit(samples["kind"], "sd", samples["unit"])
+        t, low, high = (array(samples[part]) for part in ("t", "low", "high"))
         look = {"label": "lowest and highest sample of each block", "colour": colour}
         panels.append(
             Panel(

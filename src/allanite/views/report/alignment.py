@@ -175,14 +175,14 @@ def _record(document: Json) -> list[PageBlock]:
 
 def _checks(document: Json) -> list[PageBlock]:
     gravity = document["gravity"]
-    said = (
+    agreement = (
         ""
         if gravity is None
         else f"{gravity:.5f} m/s² measured, {document['expected_gravity']:.5f} m/s² by latitude and height"
     )
     return [
         *checks_table(check_lines(document["checks"]), "Questions put to what the fit leaves."),
-        pairs([("Gravity", said)]),
+        pairs([("Gravity", agreement)]),
     ]
 
 

@@ -71,9 +71,9 @@ def page(document: Json) -> Page:
 
 def _verdict(document: Json) -> list[PageBlock]:
     channels = document["channels"]
-    told = [f"{c['name']}: {c['verdict']}" for c in channels] if len(channels) > 1 else []
-    told += [f"{c['name']}: {remark}" for c in channels for remark in c["remarks"]]
-    return judgement(document, told)
+    remarks = [f"{c['name']}: {c['verdict']}" for c in channels] if len(channels) > 1 else []
+    remarks += [f"{c['name']}: {remark}" for c in channels for remark in c["remarks"]]
+    return judgement(document, remarks)
 
 
 def _sets(document: Json) -> list[PageBlock]:
@@ -94,7 +94,7 @@ def _sets(document: Json) -> list[PageBlock]:
             caption="Score: 2 ln L less the prices of the terms, below that of the best.",
             kept=[row == 0 for row in range(len(rows))],
         )
-        blocks.append(pairs([(fact.capitalize(), said) for fact, said in selection_facts(channel)]))
+        blocks.append(pairs([(fact.capitalize(), sentence) for fact, sentence in selection_facts(channel)]))
     return blocks
 
 

@@ -120,19 +120,19 @@ def _verdict(document: Mapping[str, Any]) -> str:
         ("overloads", "has no value", "have no value"),
         ("doubtful", "is doubtful", "are doubtful"),
     )
-    said = [f"{n} {one if n == 1 else many}" for key, one, many in states if (n := document[key])]
-    if not said:
+    shortfalls = [f"{n} {one if n == 1 else many}" for key, one, many in states if (n := document[key])]
+    if not shortfalls:
         return "Nothing is missing"
-    first, rest = said[0].split(" ", 1)
-    said[0] = f"{first} sample{'' if first == '1' else 's'} {rest}"
-    listed = " and ".join(part for part in (", ".join(said[:-1]), said[-1]) if part)
+    first, rest = shortfalls[0].split(" ", 1)
+    shortfalls[0] = f"{first} sample{'' if first == '1' else 's'} {rest}"
+    listed = " and ".join(part for part in (", ".join(shortfalls[:-1]), shortfalls[-1]) if part)
     return listed if document["missing"] else f"Nothing is missing, but {listed}"
 
 
 def _remarks(document: Mapping[str, Any]) -> str:
     """How many, and how many of them have a line in the manifest."""
-    said, noted = document["remarks"], document["remarks_noted"]
-    return f"{said}, in manifest.jsonl" if noted == said else f"{said}, {noted} of them in manifest.jsonl"
+    count, noted = document["remarks"], document["remarks_noted"]
+    return f"{count}, in manifest.jsonl" if noted == count else f"{count}, {noted} of them in manifest.jsonl"
 
 
 def _gaps(document: Mapping[str, Any]) -> str:

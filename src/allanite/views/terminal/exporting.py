@@ -20,5 +20,5 @@ def consumer_rows() -> list[tuple[str, str, str]]:
     """Of every consumer its name, what it takes, and what it gets."""
     from allanite.exporters import EXPORTERS, exporter
 
-    found = [exporter(name) for name in EXPORTERS]
-    return [(m.NAME.replace("_", "-"), _TAKES[m.TAKES], m.SUMMARY) for m in found]
+    modules = [exporter(name) for name in EXPORTERS]
+    return [(m.NAME.replace("_", "-"), _TAKES[m.TAKES], m.SUMMARY) for m in modules]

@@ -203,8 +203,8 @@ def _disk(document: Json) -> str | Text:
     if disk["needed"] is None:
         return Text(f"{text}: make room", TONES["fatal"])
     short = disk["needed"] - disk["free"]
-    said = f"{_size(short)} too little" if short > 0 else "less than twice that are free"
-    return Text(f"{text}; the run still needs {_size(disk['needed'])}, {said}: make room", TONES["fatal"])
+    shortage = f"{_size(short)} too little" if short > 0 else "less than twice that are free"
+    return Text(f"{text}; the run still needs {_size(disk['needed'])}, {shortage}: make room", TONES["fatal"])
 
 
 def _size(count: float) -> str:
@@ -242,8 +242,8 @@ def _lowest(curve: AllanCurve | None, name: str) -> str:
     j = int(there[np.argmin(curve.deviation[there, i])])
     unit, factor = display_unit(curve.channels[i].kind.value, "adev", curve.channels[i].unit)
     middle, low, high = (float(getattr(curve, k)[j, i]) / factor for k in ("deviation", "lower", "upper"))
-    said = interval(middle, low, high)
-    return f"{said[0]} [{said[1]}, {said[2]}] {unit} at {duration(float(curve.tau[j]))}"
+    texts = interval(middle, low, high)
+    return f"{texts[0]} [{texts[1]}, {texts[2]}] {unit} at {duration(float(curve.tau[j]))}"
 
 
 def _grouped(count: int) -> str:

@@ -49,8 +49,8 @@ class LogScale:
     def ticks(self) -> list[float]:
         """Round numbers within the scale: whole decades where there are two of them, else 1, 2 and 5 as well."""
         decades = range(math.floor(math.log10(self.low)), math.ceil(math.log10(self.high)) + 1)
-        found = [s * 10.0**d for d in decades for s in _STEPS]
-        inside = [v for v in found if self.low <= v <= self.high]
+        round_numbers = [s * 10.0**d for d in decades for s in _STEPS]
+        inside = [v for v in round_numbers if self.low <= v <= self.high]
         round_ones = [v for v in inside if math.isclose(10.0 ** round(math.log10(v)), v)]
         return round_ones if len(round_ones) > 2 else inside
 
@@ -134,10 +134,10 @@ def _drawn(scale: LogScale, middle: float, lower: float, upper: float) -> Text:
 
 def _scale(values: Sequence[float], width: int) -> LogScale | None:
     """From the smallest to the largest value; none where there is no room or nothing to draw."""
-    found = [v for v in values if math.isfinite(v) and v > 0]
-    if width < _NARROW or not found:
+    drawable = [v for v in values if math.isfinite(v) and v > 0]
+    if width < _NARROW or not drawable:
         return None
-    low, high = min(found), max(found)
+    low, high = min(drawable), max(drawable)
     if high < 1.5 * low:  # a level line in the middle
         low, high = low / 1.5, high * 1.5
     return LogScale(low, high, width)

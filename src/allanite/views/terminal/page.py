@@ -40,8 +40,8 @@ def show_page(page: Page, files: Sequence[object] = ()) -> None:
     blocks = list(page.blocks())
     for block in blocks:
         _show(out, block)
-    for found in (b for b in blocks if isinstance(b, Findings)):
-        show_findings([f for f in found.findings if f.severity is not Severity.INFO])
+    for group in (b for b in blocks if isinstance(b, Findings)):
+        show_findings([f for f in group.findings if f.severity is not Severity.INFO])
     say_files(out, files)
 
 

@@ -11,7 +11,7 @@ documents of results and holds no formula: it rounds, chooses units and makes se
 ``north``    directions
 ``redundancy``  combined sensors
 ``selection``  sets of terms
-``separation``  what sensors share, and what each has alone
+``shared_noise``  what sensors share, and what each has alone
 ``comparison``  records beside one another
 ``vector``   rate vector and null test
 ``rate_table``  the response to a rate table
@@ -161,7 +161,7 @@ from allanite.views.wording.selection import (
     term_lines,
     weight_words,
 )
-from allanite.views.wording.separation import part_lines, part_term_lines, separation_facts
+from allanite.views.wording.shared_noise import part_lines, part_term_lines, separation_facts
 from allanite.views.wording.spectrum import (
     density_lines,
     density_unit,

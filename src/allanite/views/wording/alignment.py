@@ -70,8 +70,8 @@ def attitude_lines(document: Json) -> list[AngleLine]:
 
 
 def _heading(attitude: Json, name: str) -> AngleLine:
-    own = attitude["heading_axis"]
-    words = name if own == "forward" else f"{name}, of the {own} axis"
+    axis = attitude["heading_axis"]
+    words = name if axis == "forward" else f"{name}, of the {axis} axis"
     return AngleLine(name=words, value=direction_words(attitude), range=arcs_words([attitude["interval"]]))
 
 
@@ -96,11 +96,11 @@ def horizontal_line(document: Json) -> AngleLine:
 
 def latitude_line(document: Json) -> AngleLine | None:
     """The latitude by the angle between gravity and the rotation, beside the one that was given."""
-    found, expected = document["latitude_found"], f"{document['latitude'] / DEG:.6g}°"
-    if found is None:
+    latitude, expected = document["latitude_found"], f"{document['latitude'] / DEG:.6g}°"
+    if latitude is None:
         return None
     ends = document["latitude_interval"]
-    middle, low, high = interval(found / DEG, ends[0] / DEG, ends[1] / DEG)
+    middle, low, high = interval(latitude / DEG, ends[0] / DEG, ends[1] / DEG)
     return AngleLine(name="latitude", value=f"{middle}°", range=f"{low}° to {high}°", expected=expected)
 
 
@@ -163,11 +163,11 @@ def naive_words(document: Json) -> str:
     naive = document["naive"]
     if naive is None or naive["heading"] is None:
         return ""
-    said = (
+    words = (
         f"{_degrees(naive['heading'], 1)}, with {naive['rate'] / DEG_H:.2f} deg/h: the plain mean of the first "
         f"{duration(naive['duration'])}"
     )
-    return f"{said}; not to be used" if naive["flagged"] else f"{said}; it agrees"
+    return f"{words}; not to be used" if naive["flagged"] else f"{words}; it agrees"
 
 
 def standing_words(document: Json) -> str:
@@ -177,9 +177,9 @@ def standing_words(document: Json) -> str:
         return f"turning all the time: {document['revolutions']:.1f} revolutions about an axis {_tilted(document)}"
     count = len(document["spans"])
     stretches = f"{count} stretch{'es' * (count != 1)}"
-    said = f"{duration(rest)} of {duration(document['duration'])} at rest, in {stretches}"
+    rests = f"{duration(rest)} of {duration(document['duration'])} at rest, in {stretches}"
     stands = len(document["stands"])
-    return f"{said} and one attitude" if stands == 1 else f"{said} and {stands} attitudes"
+    return f"{rests} and one attitude" if stands == 1 else f"{rests} and {stands} attitudes"
 
 
 def _tilted(document: Json) -> str:

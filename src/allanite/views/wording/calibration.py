@@ -167,14 +167,14 @@ def _line(row: Json, unit: DisplayUnit) -> CalibrationLine:
 
 def _unit(kind: str, rows: Sequence[Json]) -> DisplayUnit:
     """The unit of a kind; where there are two, the one in which its largest number has a digit before the point."""
-    own = rows[0]["unit"]
-    nominal = 1.0 if kind == "scale" and own == "1" else 0.0
+    unit = rows[0]["unit"]
+    nominal = 1.0 if kind == "scale" and unit == "1" else 0.0
     known = [row for row in rows if row["status"] == "estimated"] or rows
     size = max(abs(end - nominal) for row in known for end in row["interval"])
-    for text, factor in _CHOICES.get((kind, own), ()):
+    for text, factor in _CHOICES.get((kind, unit), ()):
         if size >= factor:
             return DisplayUnit(text=text, factor=factor, nominal=nominal)
-    smallest = _CHOICES.get((kind, own), ((own, 1.0),))[-1]
+    smallest = _CHOICES.get((kind, unit), ((unit, 1.0),))[-1]
     return DisplayUnit(text=smallest[0], factor=smallest[1], nominal=nominal)
 
 
@@ -206,8 +206,8 @@ def still_open(document: Json) -> list[tuple[str, str]]:
 
 def _to_do(advice: Sequence[str], add: Sequence[str]) -> str:
     """Positions are added; anything else speaks for itself."""
-    said = "; ".join(advice)
-    return f"add: {said}" if said and set(advice) <= set(add) else said
+    words = "; ".join(advice)
+    return f"add: {words}" if words and set(advice) <= set(add) else words
 
 
 def _listed(names: Sequence[str]) -> str:
@@ -295,9 +295,9 @@ def _added(scatter: Json, seconds: float | None) -> str:
     """Scatter of each span or turn, and a drift that the spans by themselves do not show."""
     unit, size = _SCATTERED.get(scatter["unit"], (scatter["unit"], 1.0))
     drift = scatter["walk"] * math.sqrt(seconds or 0.0)  # of a random walk, over the record
-    said = [f"{number(scatter['sd'] / size, 2)} {unit}"] if scatter["sd"] else []
-    said += [f"a drift of {number(drift / size, 2)} {unit} over the record"] if drift else []
-    return " and ".join(said) or "nothing"
+    parts = [f"{number(scatter['sd'] / size, 2)} {unit}"] if scatter["sd"] else []
+    parts += [f"a drift of {number(drift / size, 2)} {unit} over the record"] if drift else []
+    return " and ".join(parts) or "nothing"
 
 
 def earth_seen_words(document: Json) -> str:
@@ -308,9 +308,9 @@ def earth_seen_words(document: Json) -> str:
     known = f"{number(earth['expected'] / DEG_H, 4)} deg/h"
     if earth["length"] is None or earth["length_sd"] is None:
         return f"not seen; expected {known}"
-    seen = _with_sd(earth["length"], earth["length_sd"], DEG_H)
+    measured = _with_sd(earth["length"], earth["length_sd"], DEG_H)
     use = "used for the scale factors" if earth["resolved"] else "seen too weakly to be used"
-    return f"{seen} deg/h (1 sd), expected {known}: {use}"
+    return f"{measured} deg/h (1 sd), expected {known}: {use}"
 
 
 def calibrated_words(document: Json) -> str:
@@ -328,10 +328,10 @@ def calibrated_words(document: Json) -> str:
     )
     sources = {"found": "found in the signal", "rows of means": "rows of means"}
     turns = sum(t["used"] for t in document["turns"])
-    said = f"{count} position{'s' * (count != '1')} ({sources.get(document['spans_source'], 'as given')})"
+    words = f"{count} position{'s' * (count != '1')} ({sources.get(document['spans_source'], 'as given')})"
     if all(p["start"] is not None for p in used):
-        said += f", {duration(sum(p['stop'] - p['start'] for p in used))} at rest"
-    return f"{said}; {turns} turn{'s' * (turns != 1)} between them" if document["turns"] else said
+        words += f", {duration(sum(p['stop'] - p['start'] for p in used))} at rest"
+    return f"{words}; {turns} turn{'s' * (turns != 1)} between them" if document["turns"] else words
 
 
 def calibration_facts(document: Json) -> list[tuple[str, str]]:

@@ -110,10 +110,10 @@ def _percent(share: float) -> str:
 
 def _spread_words(channel: Json, parameter: Json) -> str:
     """Standard deviation between the records, or its limit."""
-    found = parameter["population"]
-    if found is None:
+    population = parameter["population"]
+    if population is None:
         return "–"
-    ends = found["spread"], found["spread_lower"], found["spread_upper"]
+    ends = population["spread"], population["spread_lower"], population["spread_upper"]
     if parameter["symbol"] == "mean":
         factor = compared_unit(channel, "mean")[1]
         return _spread([_over(e, factor) for e in ends], "")
@@ -130,16 +130,16 @@ def _spread(ends: Sequence[float | None], unit: str, none: float = 0.0) -> str:
     return f"{number(value, 2)}{unit} [{number(low, 2)}, {top}]"
 
 
-def _middle(found: Json | None, factor: float) -> str:
-    if found is None:
+def _middle(population: Json | None, factor: float) -> str:
+    if population is None:
         return "–"
-    return _range(found["mean"], found["lower"], found["upper"], factor)
+    return _range(population["mean"], population["lower"], population["upper"], factor)
 
 
-def _next(found: Json | None, factor: float) -> str:
-    if found is None or found["next_lower"] is None or found["next_upper"] is None:
+def _next(population: Json | None, factor: float) -> str:
+    if population is None or population["next_lower"] is None or population["next_upper"] is None:
         return "–"
-    return f"{number(found['next_lower'] / factor, 3)} to {number(found['next_upper'] / factor, 3)}"
+    return f"{number(population['next_lower'] / factor, 3)} to {number(population['next_upper'] / factor, 3)}"
 
 
 def _range(value: float, low: float, high: float | None, factor: float) -> str:
@@ -193,9 +193,9 @@ def outlier_lines(document: Json) -> list[tuple[str, str, str, str, str]]:
     """Channel, what, record, p and what the others do: the records that stand out."""
     rows = []
     for c in document["channels"]:
-        found = [("Allan curve", c["outlier"])]
-        found += [(parameter_name(p["symbol"]), p["outlier"]) for p in _parameters(c)]
-        for what, o in found:
+        outliers = [("Allan curve", c["outlier"])]
+        outliers += [(parameter_name(p["symbol"]), p["outlier"]) for p in _parameters(c)]
+        for what, o in outliers:
             if o is not None and o["p"] < document["level"]:
                 others = "agree" if o["rest_p"] >= document["level"] else "differ, too"
                 chance = f"{probability(o['p'])} for {o['looked_at']} looked at"

@@ -117,13 +117,13 @@ def _open(channel: Json, symbol: str) -> str:
 
 def _amplitudes(terms: list[Json]) -> dict[str, float]:
     """Amplitude of each term by its symbol, a Gauss-Markov term by its standard deviation; a second is called _2."""
-    found: dict[str, float] = {}
+    amplitudes: dict[str, float] = {}
     for term in terms:
         markov = term["type"] == "gauss_markov"
         symbol = "sigma" if markov else next(key for key in term if key not in ("type", "dt"))
         name, count = symbol, 1
-        while name in found:
+        while name in amplitudes:
             count += 1
             name = f"{symbol}_{count}"
-        found[name] = term["q"] * (term["T"] / 2) ** 0.5 if markov else term[symbol]
-    return found
+        amplitudes[name] = term["q"] * (term["T"] / 2) ** 0.5 if markov else term[symbol]
+    return amplitudes

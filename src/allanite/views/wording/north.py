@@ -38,8 +38,8 @@ def azimuth_words(document: Json) -> str:
     sd = document["total_sd"] or document["sd"]
     decimals = 2 if not sd else min(max(1 - math.floor(math.log10(sd / DEG)), 0), 6)
     if document["azimuth"] is None:
-        found = [f"{c / DEG:.{decimals}f}°" for c in document["candidates"] if c is not None]
-        return " or ".join(found) or "–"
+        candidates = [f"{c / DEG:.{decimals}f}°" for c in document["candidates"] if c is not None]
+        return " or ".join(candidates) or "–"
     return f"{document['azimuth'] / DEG:.{decimals}f}°"
 
 

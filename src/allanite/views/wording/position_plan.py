@@ -39,14 +39,14 @@ def planned_lines(document: Json) -> list[tuple[str, str, str, str]]:
     for name, sd in zip(document["names"], document["sd"], strict=True):
         unit, factor = parameter_unit(name)
         goal = _goal(document["goals"], name)
-        told = "not determined" if name in document["open"] or sd is None else number(sd / factor, 3)
-        rows.append((name, unit, told, "" if goal is None else number(goal / factor, 3)))
+        predicted = "not determined" if name in document["open"] or sd is None else number(sd / factor, 3)
+        rows.append((name, unit, predicted, "" if goal is None else number(goal / factor, 3)))
     return rows
 
 
 def _goal(goals: Json, name: str) -> float | None:
-    found = [goals[key] for key in (name, name.rpartition("_")[0]) if key in goals]
-    return min(found) if found else None
+    values = [goals[key] for key in (name, name.rpartition("_")[0]) if key in goals]
+    return min(values) if values else None
 
 
 def scheme_lines(document: Json) -> list[tuple[str, str, str, str]]:

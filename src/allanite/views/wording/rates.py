@@ -442,12 +442,12 @@ def aided_lines(readings: Sequence[Json]) -> list[tuple[str, str, str, str, str]
     """One row for each reading of the reference-aided filter: reading, told, raw, corrected [deg/h], follows."""
     rows = []
     for r in readings:
-        told, raw, corrected = (
+        reference, raw, corrected = (
             number(None if r[k] is None else r[k] / DEG_H, 4)
             for k in ("mean_reference", "mean_raw", "mean_corrected")
         )
         follows = "–" if r["follows"] is None else f"{100 * r['follows']:.0f} %"
-        rows.append((r["reading"], told, raw, corrected, follows))
+        rows.append((r["reading"], reference, raw, corrected, follows))
     return rows
 
 

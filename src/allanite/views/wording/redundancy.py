@@ -65,14 +65,14 @@ def _times(document: Json) -> list[int]:
 
 def shared_lines(document: Json, most: int = 10) -> list[tuple[str, str, str]]:
     """Pairs of sensors that share noise, and their correlation with its interval; the largest first."""
-    seen = sorted((p for p in document["shared"] if p["seen"]), key=lambda p: -abs(p["correlation"]))
+    correlated = sorted((p for p in document["shared"] if p["seen"]), key=lambda p: -abs(p["correlation"]))
     return [
         (
             f"{p['first']} and {p['second']}",
             f"{p['correlation']:.3f} [{p['lower']:.3f}, {p['upper']:.3f}]",
             duration(p["tau"]),
         )
-        for p in seen[:most]
+        for p in correlated[:most]
     ]
 
 

@@ -48,12 +48,14 @@ def candidate_lines(channel: Json, most: int = 8) -> list[tuple[str, float, str,
 
 
 def _parameters(channel: Json, parameters: Json) -> str:
-    told = []
+    parts = []
     for symbol, value in parameters.items():
         if not symbol.startswith(("amplitude", "frequency")):
             unit, factor = _unit(channel, symbol)
-            told.append(f"{_name(symbol)} {number(value / factor)} {unit}" if value else f"{_name(symbol)} 0")
-    return ", ".join(told)
+            parts.append(
+                f"{_name(symbol)} {number(value / factor)} {unit}" if value else f"{_name(symbol)} 0"
+            )
+    return ", ".join(parts)
 
 
 def _name(symbol: str) -> str:
@@ -74,9 +76,9 @@ def term_lines(channel: Json) -> list[tuple[str, str, str]]:
     for letter, symbols in _PARAMETERS.items():
         weight = channel["presence"][letter]
         shown = [s for s in symbols if s in estimates and letter != elsewhere]
-        found = [_estimate(channel, estimates[s]) for s in shown]
-        if letter != "GG" or found or weight > 0.01:
-            rows.append((_NAMES.get(letter, letter), weight_words(weight), ", ".join(found) or "–"))
+        texts = [_estimate(channel, estimates[s]) for s in shown]
+        if letter != "GG" or texts or weight > 0.01:
+            rows.append((_NAMES.get(letter, letter), weight_words(weight), ", ".join(texts) or "–"))
     return rows
 
 

@@ -84,16 +84,16 @@ def _reading_words(first: str, name: str) -> tuple[str, str]:
 
 def axis_facts(estimate: EarthRateEstimate) -> list[tuple[str, str]]:
     """What the axis saw beside what is expected of it, and the g-sensitivity of a vertical axis; each with its name."""
-    seen, gravity = estimate.component, estimate.g_sensitivity
-    if math.isnan(seen.value):
+    component, gravity = estimate.component, estimate.g_sensitivity
+    if math.isnan(component.value):
         return []
     plus, minus = sides_of(estimate.first)
-    expected = seen.expected / DEG_H
+    expected = component.expected / DEG_H
     sd = abs(expected) * estimate.budget.get("latitude", 0.0) / estimate.earth_rate
     by = f" (standard deviation {number(sd, 2)} by the latitude)" if sd else ""
     of_latitude = f"the known rate times the {function_of_latitude(estimate.first)} of the latitude"
     facts = [
-        ("Component", f"{_with_ends(seen, DEG_H, 'deg/h')} {plus}"),
+        ("Component", f"{_with_ends(component, DEG_H, 'deg/h')} {plus}"),
         ("Expected", f"{expected:.3f} deg/h {plus}, {-expected:.3f} deg/h {minus}{by}: {of_latitude}"),
     ]
     if gravity is not None:

@@ -35,8 +35,8 @@ def length_lines(document: Json) -> list[EarthRateWording]:
     """The length and the known rate."""
     low, high = document["interval"]
     note = "bias and Earth together, everything in the budget included"
-    found = estimate_of(document["length"], low, high, name="length of the vector", note=note, kept=True)
-    return [found, known_rate(document["earth_rate"])]
+    length = estimate_of(document["length"], low, high, name="length of the vector", note=note, kept=True)
+    return [length, known_rate(document["earth_rate"])]
 
 
 def axis_lines(document: Json) -> list[tuple[str, str, str, str]]:
@@ -95,8 +95,10 @@ def latitude_words(document: Json) -> str:
     """The latitude that gravity and the vector make together, beside the one that was given."""
     if document["latitude_found"] is None:
         return "not checked: that takes three accelerometers in the log"
-    found = f"{math.degrees(document['latitude_found']):.2f}° from the angle between gravity and the vector"
-    return found if document["latitude"] is None else f"{found}; given {angle(document['latitude'])}"
+    latitude = (
+        f"{math.degrees(document['latitude_found']):.2f}° from the angle between gravity and the vector"
+    )
+    return latitude if document["latitude"] is None else f"{latitude}; given {angle(document['latitude'])}"
 
 
 def pose_words(document: Json) -> str:
@@ -104,9 +106,9 @@ def pose_words(document: Json) -> str:
     turns = document["turns"]
     if len(turns) < 2:
         return ""
-    found = ["unknown" if turn is None else f"{math.degrees(turn):.1f}°" for turn in turns[1:]]
-    said = ", ".join(found) if len(found) <= 6 else f"{', '.join(found[:6])} and more"
-    return f"{len(turns)} poses, turned between them by {said}"
+    angles = ["unknown" if turn is None else f"{math.degrees(turn):.1f}°" for turn in turns[1:]]
+    turned_by = ", ".join(angles) if len(angles) <= 6 else f"{', '.join(angles[:6])} and more"
+    return f"{len(turns)} poses, turned between them by {turned_by}"
 
 
 def vector_budget(document: Json) -> list[tuple[str, str, str]]:

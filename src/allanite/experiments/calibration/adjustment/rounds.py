@@ -159,7 +159,7 @@ def adjust(
     sure: bool,
     drift: bool = True,
     in_hand: bool = False,
-    told: bool = True,
+    noise_known: bool = True,
 ) -> Adjustment:
     """Fit, widen, fit again; with biases that follow gravity where the gyros at rest show them.
 
@@ -174,13 +174,13 @@ def adjust(
         Such a walk may be looked for at all.
     in_hand : bool
         The unit was held: the spans scatter, whatever the noise, and a walk of the biases does not show beside it.
-    told : bool
-        The noise is told. Otherwise it is what the spans scatter by.
+    noise_known : bool
+        The noise is known beforehand. Otherwise it is what the spans scatter by.
 
     Raises
     ------
     DataQualityError
-        The noise is not told, and the fit leaves nothing to tell it by.
+        The noise is not known, and the fit leaves nothing to find it from.
     """
     earth = None
     if observed.triad(GYRO) is not None:
@@ -198,7 +198,7 @@ def adjust(
         if _affords_gravity(observed):
             state = _fit(observed, weights, start, earth).state
             return _finished(_widened(*_with_gravity(observed, weights, state), earth, always, never), earth)
-    if not told:
+    if not noise_known:
         weights = weights.with_beyond({name: HAND[name] for name in groups_of(observed)})
         always = always | set(weights.beyond)
         _refuse_untold(observed, _fit(observed, weights, start, None))

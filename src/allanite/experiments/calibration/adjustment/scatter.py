@@ -105,12 +105,12 @@ class Contrasts:
         Of the combinations, independent and of variance one under the noise.
     noise : ndarray, shape (r, r)
         By the models.
-    seen : ndarray, shape (c,)
+    values : ndarray, shape (c,)
     """
 
     basis: Array
     noise: Array
-    seen: Array
+    values: Array
 
     @classmethod
     def of(cls, noise: Array, residual: Array, unknowns: Array) -> Contrasts:
@@ -119,7 +119,7 @@ class Contrasts:
         white = inverse @ unknowns
         full = np.linalg.qr(white / np.linalg.norm(white, axis=0), mode="complete")[0]
         basis = full[:, unknowns.shape[1] :].T @ inverse
-        return cls(basis=basis, noise=noise, seen=basis @ residual)
+        return cls(basis=basis, noise=noise, values=basis @ residual)
 
     def of_shape(self, shape: Array) -> Array:
         """Covariance of the contrasts, shape (c, c)."""
@@ -127,10 +127,10 @@ class Contrasts:
 
     def group(self, rows: Index, beyond: Array) -> ScatterGroup:
         """Chi-square of rows with something beyond the noise, shape (r, r)."""
-        inverse = np.linalg.inv(np.eye(len(self.seen)) + self.of_shape(beyond))
+        inverse = np.linalg.inv(np.eye(len(self.values)) + self.of_shape(beyond))
         part = self.basis[:, rows]
         noise = self.noise + beyond
-        return _group(part.T @ inverse @ part, noise[np.ix_(rows, rows)], part.T @ (inverse @ self.seen))
+        return _group(part.T @ inverse @ part, noise[np.ix_(rows, rows)], part.T @ (inverse @ self.values))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -174,13 +174,13 @@ def sizes_of(
         anything else that they say.
     """
     names = list(shapes)
-    if not names or not len(contrasts.seen):
+    if not names or not len(contrasts.values):
         return Sizes()
     parts = [contrasts.of_shape(shapes[n]) for n in names]
     # in units of what would double the noise of a contrast
     unit = np.array([len(p) / float(np.trace(p)) for p in parts])
     parts = [u * p for u, p in zip(unit, parts, strict=True)]
-    chi2 = float(contrasts.seen @ contrasts.seen) / len(contrasts.seen)
+    chi2 = float(contrasts.values @ contrasts.values) / len(contrasts.values)
     x = np.array([before.get(n, 0.0) ** 2 / u or max(chi2, 1.0) for n, u in zip(names, unit, strict=True)])
     least = np.array([NOTHING if n in certain else NOTHING**2 for n in names])
     slope, curve = _scores(contrasts, parts, x)
@@ -200,9 +200,9 @@ def sizes_of(
 
 def _scores(contrasts: Contrasts, parts: list[Array], x: Array) -> tuple[tuple[Array, Array], Array]:
     """Slope of the likelihood by the logarithms of the variances; logarithms of found over expected; information."""
-    v = np.eye(len(contrasts.seen)) + sum(a * p for a, p in zip(x, parts, strict=True))
+    v = np.eye(len(contrasts.values)) + sum(a * p for a, p in zip(x, parts, strict=True))
     inverse = np.linalg.inv(v)
-    weighted_contrasts = inverse @ contrasts.seen
+    weighted_contrasts = inverse @ contrasts.values
     products = [inverse @ p for p in parts]
     observed = np.array([float(weighted_contrasts @ p @ weighted_contrasts) for p in parts])
     expected = np.array([float(np.trace(p)) for p in products])

@@ -38,7 +38,7 @@ class Timing:
         "found", "given" or "not seen".
     lags : tuple of str
         Columns of the regression that carry the uncertainty of the clock, of a rate that changes all the time.
-    seen : float [s]
+    observed_offset : float [s]
         Offset that the record shows.
     offset_sd, drift_sd : float [s], relative
         Of the edges of steps.
@@ -51,7 +51,7 @@ class Timing:
     window: SampleSelection
     source: str
     lags: tuple[str, ...] = ()
-    seen: float = math.nan
+    observed_offset: float = math.nan
     offset_sd: float = 0.0
     drift_sd: float = math.inf
     between: float = 0.0
@@ -105,7 +105,7 @@ class ClockComparison:
             window=clock_fit.window,
             source="found" if self.offset is None else "given",
             lags=clock_fit.lags,
-            seen=clock_fit.window.clock.offset,
+            observed_offset=clock_fit.window.clock.offset,
         )
 
     def _of_steps(self, follower: TableChannel, table: RateSteps, window: SampleSelection) -> Timing:
@@ -113,7 +113,7 @@ class ClockComparison:
         edges = find_edges(recording, channel, table, window.clock.offset, window.chosen)
         if edges is None:
             return self._unseen(table, window)
-        edge_clock, sd, drift_sd = edges.clock(student_quantile(SURE, max(len(edges.seen) - 2, 1)))
+        edge_clock, sd, drift_sd = edges.clock(student_quantile(SURE, max(len(edges.observed) - 2, 1)))
         clock = edge_clock if self.offset is None else TableClock(offset=self.offset)
         settled = settling(recording, channel, table, edges, clock)
         guard = settled.guard if self.dead_time is None else min(settled.guard, self.dead_time)
@@ -128,7 +128,7 @@ class ClockComparison:
                 guard=guard,
             ),
             source="found" if self.offset is None else "given",
-            seen=edge_clock.offset,
+            observed_offset=edge_clock.offset,
             offset_sd=sd,
             drift_sd=drift_sd,
             between=blur,

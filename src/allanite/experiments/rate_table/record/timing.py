@@ -189,7 +189,7 @@ class Edges:
         Of the step that begins.
     commanded : ndarray, shape (n,) [s]
         By the table's clock.
-    seen, sd : ndarray, shape (n,) [s]
+    observed, sd : ndarray, shape (n,) [s]
         By the record's, and its standard deviation by white noise.
     before, after : ndarray, shape (n,) [SI of the channel]
         Means well before and well after.
@@ -199,7 +199,7 @@ class Edges:
 
     number: NDArray[np.int64]
     commanded: Array
-    seen: Array
+    observed: Array
     sd: Array
     before: Array
     after: Array
@@ -212,7 +212,7 @@ class Edges:
         """
         weight, middle = 1 / self.sd, float(np.mean(self.commanded))
         table = np.column_stack([weight, weight * (self.commanded - middle)])
-        late = self.seen - self.commanded
+        late = self.observed - self.commanded
         offset = float((weight**2 * late).sum() / (weight**2).sum())
         spread = math.sqrt(max(float((((late - offset) * weight) ** 2).sum()) / max(len(late) - 1, 1), 1.0))
         sd = spread / float(np.sqrt((weight**2).sum()))
@@ -252,14 +252,14 @@ def find_edges(
     if not sharp.any():
         return None
     columns = [c[sharp] for c in (commanded, observed, sd, before, after, reach)]
-    names = ("commanded", "seen", "sd", "before", "after", "reach")
+    names = ("commanded", "observed", "sd", "before", "after", "reach")
     return Edges(number=number[sharp].astype(np.int64), **dict(zip(names, columns, strict=True)))
 
 
 def _edge(
     recording: Recording, channel: str, table: RateSteps, i: int, offset: float
 ) -> tuple[float, ...] | None:
-    """Number, commanded and seen time, its sd, means before and after, half window; None where it cannot be seen."""
+    """Number, commanded and observed time, its sd, means before and after, half window; None where it is not seen."""
     gap = float(table.start[i + 1] - table.stop[i])
     dwell = min(float(table.stop[i] - table.start[i]), float(table.stop[i + 1] - table.start[i + 1]))
     if gap > dwell:

@@ -120,15 +120,17 @@ def _instances(
 ) -> Iterator[tuple[FilePart, _PartPlace]]:
     column = next((c for c in form.numbers if c == "I" or stated.get(form.kind, {}).get(c) == "#"), None)
     clock = str(_clock(form))
-    seen: dict[int | None, list[float]] = {}  # instance -> rows, first and last stamp
+    extents: dict[int | None, list[float]] = {}  # instance -> rows, first and last stamp
     for block in records.blocks(form.kind):
         stamps = block[clock].astype(np.float64)
         numbers = block[column] if column else np.zeros(len(block), dtype=np.uint8)
         for one in np.unique(numbers).tolist():
-            own = stamps[numbers == one]
-            entry = seen.setdefault(int(one) if column else None, [0, float(own[0]), float(own[0])])
-            entry[0], entry[2] = entry[0] + len(own), float(own[-1])
-    for instance, (rows, first, last) in sorted(seen.items(), key=lambda s: s[0] or 0):
+            stamps_of_instance = stamps[numbers == one]
+            entry = extents.setdefault(
+                int(one) if column else None, [0, float(stamps_of_instance[0]), float(stamps_of_instance[0])]
+            )
+            entry[0], entry[2] = entry[0] + len(stamps_of_instance), float(stamps_of_instance[-1])
+    for instance, (rows, first, last) in sorted(extents.items(), key=lambda s: s[0] or 0):
         span = (last - first) * (1e-3 if clock == "TimeMS" else 1e-6)
         part = FilePart(
             name=form.name if instance is None else f"{form.name}[{instance}]",

@@ -52,7 +52,7 @@ def read(path: Path, options: Options) -> Table:
     """
     require("rosbags", "ros", path, "a ROS recording")
     size = _size(path)
-    found, arrays = run(
+    head, arrays = run(
         f"{__name__}.table:table_in",
         [str(path), options.topic, options.channel_names],
         imports=["pyarrow", "rosbags.typesys"],
@@ -60,22 +60,22 @@ def read(path: Path, options: Options) -> Table:
         seconds=60 + size / 1e6,
         name=path.name,
     )
-    headings = tuple(found["headings"])
+    headings = tuple(head["headings"])
     rows = len(arrays[headings[0]])
     if rows == 0:
-        raise DataQualityError(f"{path.name}: topic {found['source']['topic']} holds no messages")
+        raise DataQualityError(f"{path.name}: topic {head['source']['topic']} holds no messages")
     columns: list[Column] = [ArrayColumn(arrays[h]) for h in headings]
-    for companion in found["companions"]:
+    for companion in head["companions"]:
         columns.append(_sparse(ArrayColumn(arrays[companion["name"]]), arrays[companion["rows"]], rows))
     return Table(
         format=NAME,
-        headings=(*headings, *(c["name"] for c in found["companions"])),
+        headings=(*headings, *(c["name"] for c in head["companions"])),
         columns=tuple(columns),
-        units=(*found["units"], *(c["unit"] for c in found["companions"])),
-        units_from="metadata" if any(found["units"]) else "none",
+        units=(*head["units"], *(c["unit"] for c in head["companions"])),
+        units_from="metadata" if any(head["units"]) else "none",
         time_units={0: "ns"},
-        source={"size_bytes": size, **found["source"]},
-        guesses=tuple(found["guesses"]),
+        source={"size_bytes": size, **head["source"]},
+        guesses=tuple(head["guesses"]),
     )
 
 

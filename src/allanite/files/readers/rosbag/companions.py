@@ -90,8 +90,8 @@ def companions_of(
     channels : sequence of str or None
         What the caller wants to have; companions nobody asks for are not decoded.
     """
-    found: dict[tuple[int, int], Companion] = {}
-    said: list[str] = []
+    companions: dict[tuple[int, int], Companion] = {}
+    remarks: list[str] = []
     for layout in (TEMPERATURE, MAGNETIC_FIELD):
         if channels is not None and not any(_means(word, layout) for word in channels):
             continue
@@ -105,13 +105,13 @@ def companions_of(
         if not topics:
             continue
         if len(topics) > 1 and _shared(topics[0], topic) == _shared(topics[1], topic):
-            said.append(
+            remarks.append(
                 f"{', '.join(layout.names)} could be any of {', '.join(topics)}: none is kept beside {topic}"
             )
             continue
         places = {id(c): (i, c.key) for i, s in enumerate(storages) for c in s.connections}
-        found |= {places[id(c.connection)]: c for c in fitting if c.topic == topics[0]}
-    return found, said
+        companions |= {places[id(c.connection)]: c for c in fitting if c.topic == topics[0]}
+    return companions, remarks
 
 
 def _means(word: str, layout: MessageLayout) -> bool:
@@ -130,7 +130,7 @@ def _shared(one: str, other: str) -> int:
 
 
 def beside(
-    time: _Ints, found: Sequence[tuple[Companion, _Finished]], *, zero: bool
+    time: _Ints, samples_of_companions: Sequence[tuple[Companion, _Finished]], *, zero: bool
 ) -> tuple[list[CompanionChannel], list[str]]:
     """Channels of companions, each sample at its row of the IMU; and what is to be said.
 
@@ -142,18 +142,18 @@ def beside(
         `time` is that of reception.
     """
     placed: list[CompanionChannel] = []
-    said: list[str] = []
-    for companion, (stamps, received, numbers) in found:
+    remarks: list[str] = []
+    for companion, (stamps, received, numbers) in samples_of_companions:
         names = companion.layout.names
         if zero or (len(stamps) and not stamps[:1000].any()):
             stamps = received
         rows, kept, why = _rows(time, stamps)
         if why:
-            said.append(f"{companion.topic} ({companion.connection.kind}) is not kept beside: {why}")
+            remarks.append(f"{companion.topic} ({companion.connection.kind}) is not kept beside: {why}")
             continue
         away = len(stamps) - len(kept)
         more = f"; {plural(away, 'sample')} outside, or sharing a sample of it, left out" if away else ""
-        said.append(
+        remarks.append(
             f"beside: {', '.join(names)} from {companion.topic}, each sample at the nearest one of the IMU, none "
             f"between{more}"
         )
@@ -161,7 +161,7 @@ def beside(
         for name, unit, values in zip(names, companion.layout.units, numbers, strict=True):
             arrays = {name: np.ascontiguousarray(values[kept]), key: rows}
             placed.append(CompanionChannel(name=name, unit=unit, rows=key, arrays=arrays))
-    return placed, said
+    return placed, remarks
 
 
 _NONE: Final = np.zeros(0, dtype=np.int64)
@@ -188,8 +188,8 @@ def _rows(time: _Ints, stamps: _Ints) -> tuple[_Ints, _Ints, str]:
     fitting = np.flatnonzero(distance <= near)
     lost = len(within) - int(np.isin(within, fitting, assume_unique=True).sum())
     if lost > _MOST_AWAY * len(within):
-        said = "has no sample of the IMU near it" if lost == 1 else "have no sample of the IMU near them"
-        return _NONE, _NONE, f"{lost} of {len(within)} samples {said}"
+        reason = "has no sample of the IMU near it" if lost == 1 else "have no sample of the IMU near them"
+        return _NONE, _NONE, f"{lost} of {len(within)} samples {reason}"
     order = fitting[np.lexsort((distance[fitting], row[fitting]))]
     first = np.concatenate(([True], np.diff(row[order]) > 0))
     kept = order[first]

@@ -128,9 +128,9 @@ class Chunked(ABC):
         return FormatError(f"{self._name}: the index names a chunk at byte {place}, there is none")
 
     def _remark_torn(self) -> None:
-        said = f"the file breaks off at byte {self._size} in the middle of a record: what follows is lost"
-        if said not in self.remarks:
-            self.remarks.append(said)
+        remark = f"the file breaks off at byte {self._size} in the middle of a record: what follows is lost"
+        if remark not in self.remarks:
+            self.remarks.append(remark)
 
 
 def unpacked(data: bytes, compression: str, size: int, name: str) -> bytes:

@@ -55,9 +55,9 @@ def table_in(path: str, topic: str | None, channels: list[str] | None) -> tuple[
     with ExitStack() as stack:
         storages = _opened(place, stack)
         choice = _choose(storages, topic, place.name)
-        found, undecided = companions_of(storages, choice.topic, channels)
+        companions, undecided = companions_of(storages, choice.topic, channels)
         lots = {k: _Lots(choice.decoder(c)) for k, c in choice.connections.items()}
-        others = {k: _Lots(c.decoder()) for k, c in found.items()}
+        others = {k: _Lots(c.decoder()) for k, c in companions.items()}
         _read(storages, {**lots, **others})
         remarks = [r for s in storages for r in s.remarks]
     stamps, received, numbers = _together([lot.finish() for lot in lots.values()])
@@ -72,12 +72,12 @@ def table_in(path: str, topic: str | None, channels: list[str] | None) -> tuple[
         guesses.append("channels that the messages mark as absent (covariance -1) are left out")
     units = IMU.units if choice.place.standard else ("",) * 6
     arrays: Arrays = {"stamp": time, **{IMU.names[i]: numbers[i] for i in keep}}
-    placed, said = beside(time, _finished(found, others), zero=time is received)
+    placed, remarks_of_companions = beside(time, _finished(companions, others), zero=time is received)
     head = {
         "headings": list(arrays),
         "units": ["", *(units[i] for i in keep)],
         "companions": [{"name": c.name, "unit": c.unit, "rows": c.rows} for c in placed],
-        "guesses": [*guesses, *said, *undecided],
+        "guesses": [*guesses, *remarks_of_companions, *undecided],
         "source": {
             "topic": choice.name,
             "message_type": next(iter(choice.connections.values())).kind,
@@ -96,7 +96,7 @@ def _opened(place: Path, stack: ExitStack) -> list[Storage]:
     files = [place]
     if place.is_dir():
         kinds = {s: sorted([*place.glob(f"*{s}"), *place.glob(f"*{s}.zstd")]) for s in (".db3", ".mcap")}
-        there = [s for s, found in kinds.items() if found]
+        there = [s for s, containers in kinds.items() if containers]
         if len(there) != 1:
             what = "both .db3 and .mcap files" if there else "neither .db3 nor .mcap files"
             raise InputError(f"{place.name} holds {what}; give one file")
@@ -339,10 +339,10 @@ def _told(choice: _Choice, lots: dict[tuple[int, int], _Lots]) -> list[str]:
 
 
 def _finished(
-    found: dict[tuple[int, int], Companion], others: dict[tuple[int, int], _Lots]
+    companions: dict[tuple[int, int], Companion], others: dict[tuple[int, int], _Lots]
 ) -> list[tuple[Companion, _Finished]]:
     """The companions by topic, each with what was read of it."""
     by_topic: dict[str, list[tuple[int, int]]] = {}
-    for k, c in found.items():
+    for k, c in companions.items():
         by_topic.setdefault(c.topic, []).append(k)
-    return [(found[ks[0]], _together([others[k].finish() for k in ks])) for ks in by_topic.values()]
+    return [(companions[ks[0]], _together([others[k].finish() for k in ks])) for ks in by_topic.values()]

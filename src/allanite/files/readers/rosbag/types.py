@@ -164,8 +164,8 @@ def _idl_files(text: str) -> list[str]:
 
 def places_in(store: Typestore, kind: str) -> list[ImuPlace]:
     """Where Imu messages stand in the messages of a type, first the ones on top."""
-    found = list(islice(_walk(store, kind, (), _DEEPEST, _leading(store)), _MOST_PLACES))
-    return sorted(found, key=lambda p: (not p.standard, len(p.path)))
+    places = list(islice(_walk(store, kind, (), _DEEPEST, _leading(store)), _MOST_PLACES))
+    return sorted(places, key=lambda p: (not p.standard, len(p.path)))
 
 
 def _inside(store: Typestore, kind: str) -> Iterator[tuple[str, str, bool]]:
@@ -192,12 +192,12 @@ def _leading(store: Typestore) -> frozenset[str]:
         for _, what, _ in _inside(store, kind):
             holders.setdefault(what, set()).add(kind)
     waiting = [kind for kind in store.fielddefs if kind == _IMU or _looks_like_imu(store, kind)]
-    found = set(waiting)
+    leading = set(waiting)
     while waiting:
-        new = holders.get(waiting.pop(), set()) - found
-        found |= new
+        new = holders.get(waiting.pop(), set()) - leading
+        leading |= new
         waiting += new
-    return frozenset(found)
+    return frozenset(leading)
 
 
 def _walk(store: Typestore, kind: str, path: Way, deep: int, leading: frozenset[str]) -> Iterator[ImuPlace]:

@@ -241,15 +241,15 @@ SENSOR: dict[str, FindingKind] = {
     "turns_by_size": FindingKind(
         group=_TURNS,
         severity="info, warning",
-        means="surges of equal size, no half turns by their angle: a gyro turned across its axis, or another unit",
-        risk="surges of equal size that are no turns would alternate the direction wrongly",
+        means="excursions of equal size, no half turns by their angle: a gyro turned across its axis, or another unit",
+        risk="excursions of equal size that are no turns would alternate the direction wrongly",
         done="they count as half turns",
         advice="none if the gyro was turned across its axis; else check unit and scale factor, or list the turns",
     ),
     "turns_by_rhythm": FindingKind(
         group=_TURNS,
         severity="warning",
-        means="surges without an angle, as long as turns, at even intervals",
+        means="excursions without an angle, as long as turns, at even intervals",
         risk="a knock in time with the turns would alternate the direction wrongly",
         done="they count as half turns",
         advice="list the turns",

@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Where a signal leaves its level, and where it says nothing: surges and dark stretches, in bounded memory.
+"""Where a signal leaves its level, and where it says nothing: excursions and dropouts, in bounded memory.
 
-The record is read twice, block by block. The first pass cuts it into plates of 8 s and takes from each the median
+The record is read twice, block by block. The first pass cuts it into windows of 8 s and takes from each the median
 and the median absolute deviation, of samples and of cells (means over 1/8 s). Medians do not see a turn, which fills
-less than half a plate, and a running median over five plates does not see a plate that is lost altogether, while a
+less than half a window, and a running median over five windows does not see a window that is lost altogether, while a
 warm-up drifts freely through both. The second pass marks the cells that stand 8 deviations off that level, by a
-sample or by their mean. Each surge is then followed outwards on the samples themselves until a running mean over
+sample or by their mean. Each excursion is then followed outwards on the samples themselves until a running mean over
 1/4 s is back at the level, so that no sample of a turn stays in a dwell.
 
-Nothing below ten times the Earth's rotation is called a surge where the unit is known: there lies what is to be
+Nothing below ten times the Earth's rotation is called an excursion where the unit is known: there lies what is to be
 measured, and the slow settling after a turn, which dead time deals with.
 """
 
@@ -24,39 +24,39 @@ from numpy.typing import NDArray
 from allanite.errors import DataQualityError
 from allanite.recording.records import BLOCK, OVERLOAD, Kind, Recording, merge_spans
 
-__all__ = ["PAUSE", "Dark", "Surge", "SurgeScene", "survey"]
+__all__ = ["PAUSE", "Dropout", "Excursion", "SurveyedSignal", "survey"]
 
 Array = NDArray[np.float64]
 Flags = NDArray[np.bool_]
 Spans = NDArray[np.int64]
 
-#: Cell, plate, and the shortest pause that parts two surges [s].
-CELL, PLATE, PAUSE = 0.125, 8.0, 0.25
-#: Deviations above which a cell belongs to a surge, and down to which the surge is followed outwards.
+#: Cell, window, and the shortest pause that parts two excursions [s].
+CELL, WINDOW, PAUSE = 0.125, 8.0, 0.25
+#: Deviations above which a cell belongs to an excursion, and down to which the excursion is followed outwards.
 HIGH, LOW = 8.0, 4.0
 #: Followed down to this share of its peak at least: a scale factor error or a rebound of the hand is not chased.
 OF_PEAK = 1e-3
-#: Smallest surge where the unit is known: ten times the Earth's rotation [rad/s].
+#: Smallest excursion where the unit is known: ten times the Earth's rotation [rad/s].
 FLOOR = 10 * 7.292115e-5
 #: Local noise counts up to so many times the record's: beyond, it is a disturbance and not noise.
 RESTLESS = 4.0
-#: The noise of a plate is taken from about so many of its samples.
+#: The noise of a window is taken from about so many of its samples.
 SOME = 128
 #: A bell-shaped movement of the least jerk, 16 u^2 (1 - u)^2, spends sqrt(x/2) of its time within the share x of its
 #: peak; twice as much is a flat top.
 BELL = 2 * math.sqrt(0.5)
-#: Farthest that a surge is followed on each side [s].
+#: Farthest that an excursion is followed on each side [s].
 REACH = 4.0
-#: Samples on each side from which the level of a surge is taken [s].
+#: Samples on each side from which the level of an excursion is taken [s].
 AROUND = 4.0
-#: More surges than one in so many seconds are heavy tails, not motion: the threshold is raised.
+#: More excursions than one in so many seconds are heavy tails, not motion: the threshold is raised.
 CROWDED = 2.0
 #: A value that repeats for longer is stuck [s], and more often than this by chance in one record of 10 000.
 STUCK, ALARM = 1.0, 1e-4
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Surge:
+class Excursion:
     """A stretch in which the signal is away from its level.
 
     Attributes
@@ -92,8 +92,8 @@ class Surge:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Dark:
-    """A stretch of at least 1/4 s that says nothing and belongs to no surge: "missing", "overload" or "stuck"."""
+class Dropout:
+    """A stretch of at least 1/4 s that says nothing and belongs to no excursion: "missing", "overload" or "stuck"."""
 
     start: int
     stop: int
@@ -101,8 +101,8 @@ class Dark:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class SurgeScene:
-    """All surges and dark stretches of a signal, in order of time.
+class SurveyedSignal:
+    """All excursions and dropouts of a signal, in order of time.
 
     Attributes
     ----------
@@ -113,8 +113,8 @@ class SurgeScene:
         The signal is an angular rate in rad/s.
     sigma : float [rad/s, or unit]
         Deviation of one sample.
-    surges : tuple of Surge
-    darks : tuple of Dark
+    excursions : tuple of Excursion
+    dropouts : tuple of Dropout
     """
 
     channel: str
@@ -122,12 +122,12 @@ class SurgeScene:
     n_samples: int
     physical: bool
     sigma: float
-    surges: tuple[Surge, ...]
-    darks: tuple[Dark, ...]
+    excursions: tuple[Excursion, ...]
+    dropouts: tuple[Dropout, ...]
 
 
-def survey(recording: Recording, channel: str) -> SurgeScene:
-    """Find the surges and dark stretches of one channel.
+def survey(recording: Recording, channel: str) -> SurveyedSignal:
+    """Find the excursions and dropouts of one channel.
 
     Raises
     ------
@@ -138,21 +138,21 @@ def survey(recording: Recording, channel: str) -> SurgeScene:
     grid = _CellGrid.of(recording.rate)
     level = _LevelTrack.of(signal, grid)
     cores = _cores(signal, level)
-    dark = merge_spans(np.concatenate([level.missing, level.stuck]))
+    silent = merge_spans(np.concatenate([level.missing, level.stuck]))
     spans = _with_missing(_followed(signal, level, cores), level.missing, round(PAUSE * recording.rate))
     limits = np.concatenate([[0], spans.reshape(-1), [recording.n_samples]])
-    surges = tuple(
+    excursions = tuple(
         _measure(signal, level, int(a), int(b), int(limits[2 * i]), int(limits[2 * i + 3]))
         for i, (a, b) in enumerate(spans)
     )
-    return SurgeScene(
+    return SurveyedSignal(
         channel=channel,
         rate=recording.rate,
         n_samples=recording.n_samples,
         physical=signal.physical,
         sigma=level.sigma,
-        surges=surges,
-        darks=tuple(_darks(signal, _outside(dark, spans), level.stuck)),
+        excursions=excursions,
+        dropouts=tuple(_dropouts(signal, _outside(silent, spans), level.stuck)),
     )
 
 
@@ -195,7 +195,7 @@ class _Signal:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _CellGrid:
-    """Samples in a cell, cells in a plate, samples read at once (whole plates)."""
+    """Samples in a cell, cells in a window, samples read at once (whole windows)."""
 
     rate: float
     cell: int
@@ -205,16 +205,16 @@ class _CellGrid:
     @classmethod
     def of(cls, rate: float) -> _CellGrid:
         cell = max(1, round(CELL * rate))
-        cells = max(8, round(PLATE * rate / cell))
+        cells = max(8, round(WINDOW * rate / cell))
         return cls(rate=rate, cell=cell, cells=cells, block=max(1, BLOCK // (cell * cells)) * cell * cells)
 
     @property
-    def plate(self) -> int:
+    def window(self) -> int:
         return self.cell * self.cells
 
     def padded(self, block: Array) -> Array:
-        """The block with NaN up to a whole plate."""
-        short = -len(block) % self.plate
+        """The block with NaN up to a whole window."""
+        short = -len(block) % self.window
         return np.concatenate([block, np.full(short, np.nan)]) if short else block
 
     def means(self, block: Array) -> Array:
@@ -230,7 +230,7 @@ class _CellGrid:
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _LevelTrack:
-    """Level and noise along the record, one value each per plate; dark stretches on the way."""
+    """Level and noise along the record, one value each per window; dropouts on the way."""
 
     grid: _CellGrid
     centres: Array
@@ -243,7 +243,7 @@ class _LevelTrack:
 
     @classmethod
     def of(cls, signal: _Signal, grid: _CellGrid) -> _LevelTrack:
-        plates: list[tuple[Array, Array, Array]] = []
+        windows: list[tuple[Array, Array, Array]] = []
         missing, equal = (
             _TrueRuns(max(1, math.ceil(PAUSE * grid.rate))),
             _TrueRuns(max(7, math.floor(STUCK * grid.rate))),
@@ -260,13 +260,13 @@ class _LevelTrack:
             repeats += int(same.sum())
             if start == 0 and not same.all():
                 step = _step(move)
-            plates.append(_plates(grid, grid.padded(block)))
+            windows.append(_windows(grid, grid.padded(block)))
         if present < 8:
             raise DataQualityError(
                 f"channel {signal.name!r} holds {present} samples: turns cannot be looked for. "
                 "Choose another channel, or look for the fault in the log"
             )
-        levels, noise, calm = (np.concatenate(parts) for parts in zip(*plates, strict=True))
+        levels, noise, calm = (np.concatenate(parts) for parts in zip(*windows, strict=True))
         stuck = _beyond_chance(equal.spans(), present, repeats)
         least = 0.5 * step if math.isfinite(step) else 0.0
         return cls._smoothed(grid, levels, noise, calm, least, missing.spans(), stuck)
@@ -283,7 +283,7 @@ class _LevelTrack:
         stuck: Spans,
     ) -> _LevelTrack:
         there = np.isfinite(levels)
-        centres: Array = (np.flatnonzero(there) + 0.5).astype(np.float64) * grid.plate
+        centres: Array = (np.flatnonzero(there) + 0.5).astype(np.float64) * grid.window
         moving = noise[there] > 0.0
         sigma, quiet = (
             max(float(np.median(x[there][moving])), least) if moving.any() else least for x in (noise, calm)
@@ -307,12 +307,12 @@ class _LevelTrack:
         return level, noise, calm
 
 
-def _plates(grid: _CellGrid, block: Array) -> tuple[Array, Array, Array]:
-    """Median, and deviation of samples and of cells about it, of each plate of a padded block."""
-    samples = block.reshape(-1, grid.plate)
+def _windows(grid: _CellGrid, block: Array) -> tuple[Array, Array, Array]:
+    """Median, and deviation of samples and of cells about it, of each window of a padded block."""
+    samples = block.reshape(-1, grid.window)
     cells = grid.means(block).reshape(-1, grid.cells)
     level = _median(cells)
-    some = samples[:, :: max(1, grid.plate // SOME)]
+    some = samples[:, :: max(1, grid.window // SOME)]
     noise = 1.4826 * _median(np.abs(some - level[:, None]))
     calm = 1.4826 * _median(np.abs(cells - level[:, None])) if grid.cell > 1 else noise
     return level, noise, calm
@@ -369,7 +369,7 @@ class _TrueRuns:
     """Runs of True of at least `least` samples, gathered block by block."""
 
     least: int
-    found: list[Spans] = field(default_factory=list)
+    closed: list[Spans] = field(default_factory=list)
     open: int = -1
     end: int = 0
 
@@ -388,7 +388,7 @@ class _TrueRuns:
             runs = runs[:-1]
         runs = runs[runs[:, 1] - runs[:, 0] >= self.least]
         if len(runs):
-            self.found.append(runs.astype(np.int64))
+            self.closed.append(runs.astype(np.int64))
 
     def spans(self) -> Spans:
         last = (
@@ -396,10 +396,10 @@ class _TrueRuns:
             if 0 <= self.open <= self.end - self.least
             else []
         )
-        return np.concatenate([np.zeros((0, 2), dtype=np.int64), *self.found, *last])
+        return np.concatenate([np.zeros((0, 2), dtype=np.int64), *self.closed, *last])
 
 
-# -- second pass: surges ----------------------------------------------------------------------------------
+# -- second pass: excursions ----------------------------------------------------------------------------------
 
 
 def _cores(signal: _Signal, level: _LevelTrack) -> Spans:
@@ -474,28 +474,28 @@ def _running_mean(values: Array, width: int) -> Array:
     return np.asarray(total[: len(values)] / np.maximum(count[: len(values)], 1.0))
 
 
-def _with_missing(surges: Spans, missing: Spans, pause: int) -> Spans:
-    """Surges together with the missing stretches that touch them: an overload begins and ends within a turn."""
-    if len(surges) == 0 or len(missing) == 0:
-        return surges
-    before = np.searchsorted(surges[:, 0], missing[:, 1] + pause, side="right") - 1
-    near = (before >= 0) & (surges[np.maximum(before, 0), 1] + pause >= missing[:, 0])
-    return merge_spans(np.concatenate([surges, _bridged(missing[near], surges, pause)]))
+def _with_missing(excursions: Spans, missing: Spans, pause: int) -> Spans:
+    """Excursions together with the missing stretches that touch them: an overload begins and ends within a turn."""
+    if len(excursions) == 0 or len(missing) == 0:
+        return excursions
+    before = np.searchsorted(excursions[:, 0], missing[:, 1] + pause, side="right") - 1
+    near = (before >= 0) & (excursions[np.maximum(before, 0), 1] + pause >= missing[:, 0])
+    return merge_spans(np.concatenate([excursions, _bridged(missing[near], excursions, pause)]))
 
 
-def _bridged(missing: Spans, surges: Spans, pause: int) -> Spans:
-    """Missing stretches grown to reach the surges beside them."""
+def _bridged(missing: Spans, excursions: Spans, pause: int) -> Spans:
+    """Missing stretches grown to reach the excursions beside them."""
     grown = missing.copy()
     for i, (a, b) in enumerate(missing):
-        left = surges[(surges[:, 1] <= a) & (surges[:, 1] + pause >= a)]
-        right = surges[(surges[:, 0] >= b) & (surges[:, 0] - pause <= b)]
+        left = excursions[(excursions[:, 1] <= a) & (excursions[:, 1] + pause >= a)]
+        right = excursions[(excursions[:, 0] >= b) & (excursions[:, 0] - pause <= b)]
         grown[i, 0] = left[-1, 1] if len(left) else a
         grown[i, 1] = right[0, 0] if len(right) else b
     return grown
 
 
-def _measure(signal: _Signal, level: _LevelTrack, a: int, b: int, before: int, after: int) -> Surge:
-    """Angle, size and flat parts of a surge; `before` and `after` end the neighbours."""
+def _measure(signal: _Signal, level: _LevelTrack, a: int, b: int, before: int, after: int) -> Excursion:
+    """Angle, size and flat parts of an excursion; `before` and `after` end the neighbours."""
     rate = level.grid.rate
     around = math.ceil(AROUND * rate)
     first, last = max(before, a - around), min(after, b + around)
@@ -515,7 +515,7 @@ def _measure(signal: _Signal, level: _LevelTrack, a: int, b: int, before: int, a
     near = max(LOW * level.sigma, 5e-3 * peak)
     round_top = BELL * math.sqrt(near / peak) * len(inside) / rate if peak > 0.0 else math.inf
     missing = len(inside) - len(there)
-    return Surge(
+    return Excursion(
         start=a,
         stop=b,
         area=float(off.sum()) / rate,
@@ -536,22 +536,22 @@ def _flat(near: Flags, rate: float, round_top: float) -> float:
     return time if time > round_top else 0.0
 
 
-# -- dark stretches ---------------------------------------------------------------------------------------
+# -- dropouts ---------------------------------------------------------------------------------------
 
 
-def _outside(dark: Spans, surges: Spans) -> Spans:
-    """Dark stretches that no surge holds: a clipped turn repeats its limit, an overload has its flanks."""
-    if len(surges) == 0 or len(dark) == 0:
-        return dark
-    near = np.maximum(np.searchsorted(surges[:, 0], dark[:, 0], side="right") - 1, 0)
-    held = (surges[near, 0] <= dark[:, 0]) & (dark[:, 1] <= surges[near, 1])
-    return np.asarray(dark[~held])
+def _outside(silent: Spans, excursions: Spans) -> Spans:
+    """Dropouts that no excursion holds: a clipped turn repeats its limit, an overload has its flanks."""
+    if len(excursions) == 0 or len(silent) == 0:
+        return silent
+    near = np.maximum(np.searchsorted(excursions[:, 0], silent[:, 0], side="right") - 1, 0)
+    held = (excursions[near, 0] <= silent[:, 0]) & (silent[:, 1] <= excursions[near, 1])
+    return np.asarray(silent[~held])
 
 
-def _darks(signal: _Signal, spans: Spans, stuck: Spans) -> Iterator[Dark]:
+def _dropouts(signal: _Signal, spans: Spans, stuck: Spans) -> Iterator[Dropout]:
     for a, b in spans.tolist():
         if ((stuck[:, 0] < b) & (a < stuck[:, 1])).any():
             kind = "stuck"
         else:
             kind = "overload" if signal.overloaded(a, b) else "missing"
-        yield Dark(start=a, stop=b, kind=kind)
+        yield Dropout(start=a, stop=b, kind=kind)

@@ -23,7 +23,12 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from allanite.errors import InputError
-from allanite.files.readers.text.sentence_kinds import fields_of, is_inertial, known_fields, words_of_kind
+from allanite.files.readers.delimited.sentence_kinds import (
+    fields_of,
+    is_inertial,
+    known_fields,
+    words_of_kind,
+)
 
 __all__ = ["DAMAGED", "Sentences", "find_sentences"]
 
@@ -70,7 +75,7 @@ class _Sentence:
     before: str
     cells: list[str]
     digits: int
-    told: int
+    checksum: int
     body: bytes
 
     @property
@@ -179,7 +184,7 @@ class Sentences:
     def _passes(self, sentence: _Sentence) -> bool:
         if self._sum is None:
             return sentence.digits == self.digits
-        return sentence.digits == self.digits and self._sum(sentence.body) == sentence.told
+        return sentence.digits == self.digits and self._sum(sentence.body) == sentence.checksum
 
     def _row(self, sentence: _Sentence) -> bytes:
         before = [sentence.before] if self.places else []
@@ -224,7 +229,7 @@ def find_sentences(lines: Sequence[str], variable: str | None, name: str) -> Sen
     sentences = [s for s in sentences if s.digits == digits]
     checksum, compute = _checksum_of(sentences, digits)
     if compute is not None:
-        sentences = [s for s in sentences if compute(s.body) == s.told]
+        sentences = [s for s in sentences if compute(s.body) == s.checksum]
     kinds = Counter(s.kind for s in sentences)
     kind, guesses = _chosen(kinds, variable, name)
     if digits and compute is None:
@@ -271,7 +276,7 @@ def _is_comment(line: bytes) -> bool:
 def _checksum_of(sentences: Sequence[_Sentence], digits: int) -> tuple[str, Callable[[bytes], int] | None]:
     """The checksum that the most sentences pass, if those are more than chance makes of another one."""
     tried = [
-        (sum(compute(s.body) == s.told for s in sentences), -k, name, compute)
+        (sum(compute(s.body) == s.checksum for s in sentences), -k, name, compute)
         for k, (name, compute) in enumerate(_SUMS.get(digits, ()))
     ]
     passed, _, name, compute = max(tried, default=(0, 0, "", None), key=lambda entry: entry[:2])

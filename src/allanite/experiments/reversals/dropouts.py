@@ -1,14 +1,14 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""What dark stretches hide: samples missing, an overload, a frozen reading, a surge clipped both ways.
+"""What dropouts hide: samples missing, an overload, a frozen reading, an excursion clipped both ways.
 
 Settled, in this order, by
 
 1. itself: an overload as long as a turn is one;
 2. the sense of the turns beside it: where turns go back and forth, as a cable forces them to, two of the same sense
    have one between them;
-3. the beat: where intervals are even, turns that are due and not seen were made in the dark;
-4. its length: a surge clipped both ways is a turn if it is as long as turns are, and a gap no longer than a turn hides
-   none, for in such a gap a whole turn would rarely fit by chance.
+3. the beat: where intervals are even, turns that are due and not seen were made in a dropout;
+4. its length: an excursion clipped both ways is a turn if it is as long as turns are, and a gap no longer than a turn
+   hides none, for in such a gap a whole turn would rarely fit by chance.
 
 What remains is not settled: the direction after it is not known, unless the sense of the next turn tells it.
 """
@@ -22,7 +22,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.experiments.reversals.surges import Dark, SurgeScene
+from allanite.experiments.reversals.excursions import Dropout, SurveyedSignal
 from allanite.experiments.reversals.turns import Disturbance, Turn
 
 __all__ = ["LONGEST", "Beat", "beat_of", "goes_back_and_forth", "in_time", "senses", "settle"]
@@ -79,16 +79,16 @@ def in_time(centres: Sequence[float]) -> bool:
 
 
 def senses(
-    turns: Sequence[Turn], disturbed: Sequence[Disturbance], darks: Sequence[Dark]
+    turns: Sequence[Turn], disturbed: Sequence[Disturbance], dropouts: Sequence[Dropout]
 ) -> list[list[float]]:
-    """Senses (+1, -1) of the half turns that follow each other with nothing dark in between."""
-    breaks = sorted([d.start for d in darks] + [d.start for d in disturbed if d.hides])
+    """Senses (+1, -1) of the half turns that follow each other with no dropout in between."""
+    breaks = sorted([d.start for d in dropouts] + [d.start for d in disturbed if d.hides])
     runs: list[list[float]] = [[]]
     last = 0
     for t in turns:
-        dark = int(np.searchsorted(breaks, t.start)) != int(np.searchsorted(breaks, last))
+        interrupted = int(np.searchsorted(breaks, t.start)) != int(np.searchsorted(breaks, last))
         half = t.change == math.pi and not math.isnan(t.angle)
-        if dark or not half:
+        if interrupted or not half:
             runs.append([])
         if half:
             runs[-1].append(math.copysign(1.0, t.angle))
@@ -107,27 +107,30 @@ def goes_back_and_forth(runs: Sequence[Sequence[float]]) -> bool:
 
 
 def settle(
-    scene: SurgeScene, visible_turns: Sequence[Turn], disturbed: Sequence[Disturbance], darks: Sequence[Dark]
-) -> tuple[tuple[Turn, ...], tuple[Dark, ...], tuple[Dark, ...]]:
-    """Turns hidden in dark stretches; stretches that hide none; stretches that nothing settles."""
-    overloads = [d for d in darks if d.kind == "overload" and d.stop - d.start <= LONGEST * scene.rate]
+    surveyed: SurveyedSignal,
+    visible_turns: Sequence[Turn],
+    disturbed: Sequence[Disturbance],
+    dropouts: Sequence[Dropout],
+) -> tuple[tuple[Turn, ...], tuple[Dropout, ...], tuple[Dropout, ...]]:
+    """Turns hidden in dropouts; stretches that hide none; stretches that nothing settles."""
+    overloads = [d for d in dropouts if d.kind == "overload" and d.stop - d.start <= LONGEST * surveyed.rate]
     if not visible_turns and len(overloads) < 2:
         overloads = []  # a single one is as well a fault of the meter
     hidden = [_hidden(d, 1, "out of range for as long as a turn") for d in overloads]
-    rest = [d for d in darks if d not in overloads]
+    rest = [d for d in dropouts if d not in overloads]
     if not visible_turns and not hidden:
-        in_beat = _in_beat(scene, rest)
+        in_beat = _in_beat(surveyed, rest)
         hidden = [_hidden(d, 1, "out of sight at even intervals") for d in in_beat]
         rest = [d for d in rest if d not in in_beat]
     if not visible_turns and not hidden:  # a sensor at rest: nothing is hidden
         return (), tuple(rest), ()
     turns = sorted([*visible_turns, *hidden], key=lambda t: t.start)
     night = _Night(
-        scene=scene,
+        surveyed=surveyed,
         turns=turns,
         rest=rest,
         beat=beat_of(turns),
-        returning=goes_back_and_forth(senses(turns, disturbed, darks)),
+        returning=goes_back_and_forth(senses(turns, disturbed, dropouts)),
     )
     counts = [night.count(d) for d in rest]
     hidden += [_hidden(d, n, _why(d, n)) for d, n in zip(rest, counts, strict=True) if n]
@@ -137,41 +140,41 @@ def settle(
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class _Night:
-    """The dark stretches of a record among its turns."""
+    """The dropouts of a record among its turns."""
 
-    scene: SurgeScene
+    surveyed: SurveyedSignal
     turns: Sequence[Turn]
-    rest: Sequence[Dark]
+    rest: Sequence[Dropout]
     beat: Beat | None
     returning: bool
 
-    def count(self, dark: Dark) -> int | None:
-        """Turns hidden in a dark stretch, or None where nothing tells."""
-        before, after = self._beside(dark)
-        clipped = dark.kind == "clipped"
+    def count(self, dropout: Dropout) -> int | None:
+        """Turns hidden in a dropout, or None where nothing tells."""
+        before, after = self._beside(dropout)
+        clipped = dropout.kind == "clipped"
         if self.returning and before and after and not math.isnan(before.angle + after.angle):
             opposite = before.angle * after.angle < 0.0
-            if self._short(dark) and (self._alone(before, after) or (opposite and not clipped)):
+            if self._short(dropout) and (self._alone(before, after) or (opposite and not clipped)):
                 return int(not opposite)
             if not clipped:
                 return None  # the sense of the next turn tells the direction after it
         if self.beat and self.beat.even:
             due = self._due(before, after, self.beat.interval)
-            if due and not after and dark.stop > self.scene.n_samples - 0.3 * self.beat.interval:
+            if due and not after and dropout.stop > self.surveyed.n_samples - 0.3 * self.beat.interval:
                 return None  # the last dwell is often cut short: what little follows has no direction
             if due is not None:
-                return self._made(dark, due, self.beat.margin)
+                return self._made(dropout, due, self.beat.margin)
         if clipped:
             usual = float(np.median([t.stop - t.start for t in self.turns]))
-            return int(dark.stop - dark.start >= 0.5 * usual)
-        return 0 if self._short(dark) and not self._often() else None
+            return int(dropout.stop - dropout.start >= 0.5 * usual)
+        return 0 if self._short(dropout) and not self._often() else None
 
-    def _beside(self, dark: Dark) -> tuple[Turn | None, Turn | None]:
-        at = int(np.searchsorted([t.start for t in self.turns], dark.start))
+    def _beside(self, dropout: Dropout) -> tuple[Turn | None, Turn | None]:
+        at = int(np.searchsorted([t.start for t in self.turns], dropout.start))
         return (self.turns[at - 1] if at else None), (self.turns[at] if at < len(self.turns) else None)
 
-    def _short(self, dark: Dark) -> bool:
-        return dark.stop - dark.start <= TURN_LIKE * self.scene.rate
+    def _short(self, dropout: Dropout) -> bool:
+        return dropout.stop - dropout.start <= TURN_LIKE * self.surveyed.rate
 
     def _alone(self, before: Turn, after: Turn) -> bool:
         return sum(before.stop <= d.start < after.start for d in self.rest) == 1
@@ -192,7 +195,7 @@ class _Night:
             if not 1 <= steps <= COUNTABLE or abs(span / interval - steps) > 0.3:
                 return None
             return [before.centre + span * j / steps for j in range(1, steps)]
-        room = self.scene.n_samples - before.centre if before else after.centre if after else math.inf
+        room = self.surveyed.n_samples - before.centre if before else after.centre if after else math.inf
         if room > (COUNTABLE + 0.5) * interval:
             return None
         steps = math.ceil(room / interval)
@@ -201,15 +204,15 @@ class _Night:
         times = [room - interval * j for j in range(1, steps)]
         return [t for t in times if t > 0.3 * interval]
 
-    def _made(self, dark: Dark, due: Sequence[float], margin: float) -> int | None:
-        """How many of the turns that are due were made in this dark stretch; None if it may as well be another."""
-        rivals = [d for d in self.rest if d is not dark]
+    def _made(self, dropout: Dropout, due: Sequence[float], margin: float) -> int | None:
+        """How many of the turns that are due were made in this dropout; None if it may as well be another."""
+        rivals = [d for d in self.rest if d is not dropout]
         count = 0
         for time in due:
-            if not _covers(dark, time, margin):
+            if not _covers(dropout, time, margin):
                 continue
             near = [d for d in rivals if _covers(d, time, margin)]
-            if near and dark.kind != "clipped":  # of a gap and a surge, the surge is the turn
+            if near and dropout.kind != "clipped":  # of a gap and an excursion, the excursion is the turn
                 if any(d.kind == "clipped" for d in near):
                     continue
                 return None
@@ -217,24 +220,28 @@ class _Night:
         return count
 
 
-def _covers(dark: Dark, time: float, margin: float) -> bool:
-    return dark.start - margin <= time <= dark.stop + margin
+def _covers(dropout: Dropout, time: float, margin: float) -> bool:
+    return dropout.start - margin <= time <= dropout.stop + margin
 
 
-def _in_beat(scene: SurgeScene, darks: Sequence[Dark]) -> list[Dark]:
-    """Dark stretches as long as turns, at even intervals: all turns were out of range."""
+def _in_beat(surveyed: SurveyedSignal, dropouts: Sequence[Dropout]) -> list[Dropout]:
+    """Dropouts as long as turns, at even intervals: all turns were out of range."""
     like = [
-        d for d in darks if d.kind in ("missing", "clipped") and d.stop - d.start <= TURN_LIKE * scene.rate
+        d
+        for d in dropouts
+        if d.kind in ("missing", "clipped") and d.stop - d.start <= TURN_LIKE * surveyed.rate
     ]
     return like if in_time([0.5 * (d.start + d.stop) for d in like]) else []
 
 
-def _hidden(dark: Dark, count: int, why: str) -> Turn:
-    return Turn(start=dark.start, stop=dark.stop, change=math.pi * (count % 2), clipped=True, evidence=why)
+def _hidden(dropout: Dropout, count: int, why: str) -> Turn:
+    return Turn(
+        start=dropout.start, stop=dropout.stop, change=math.pi * (count % 2), clipped=True, evidence=why
+    )
 
 
-def _why(dark: Dark, count: int) -> str:
+def _why(dropout: Dropout, count: int) -> str:
     what = {"stuck": "the reading is frozen", "clipped": "the signal is clipped both ways"}.get(
-        dark.kind, "samples are missing"
+        dropout.kind, "samples are missing"
     )
     return f"{what} where {'a turn' if count == 1 else f'{count} turns'} must have been"

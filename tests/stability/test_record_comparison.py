@@ -148,7 +148,7 @@ def test_a_shift_of_the_detectable_size_is_seen_in_four_of_five_cases() -> None:
 def test_the_law_is_chi_square_where_nothing_stands_at_zero() -> None:
     u = np.array([[1.0], [0.0]])
     none = np.zeros((2, 0))
-    record = Directions(shared=u, own=none, floor=np.zeros(0))
+    record = Directions(shared=u, alone=none, floor=np.zeros(0))
     assert law_of_equality([record] * 4, [math.inf]) == ScaledChiSquare(dof=3.0)
     assert law_of_equality([record] * 4, [50.0]) == ScaledChiSquare(dof=3.0)
     assert ScaledChiSquare(dof=0.0).tail(1.0) == 1.0
@@ -157,7 +157,7 @@ def test_the_law_is_chi_square_where_nothing_stands_at_zero() -> None:
 def test_the_law_at_zero_is_that_of_two_half_lines() -> None:
     """Two records whose true coefficient is zero: distances from a half line, drawn here by hand."""
     one, none = np.array([[1.0]]), np.zeros((1, 0))
-    law = law_of_equality([Directions(shared=one, own=none, floor=np.zeros(0))] * 2, [0.0])
+    law = law_of_equality([Directions(shared=one, alone=none, floor=np.zeros(0))] * 2, [0.0])
     y = np.random.default_rng(5).standard_normal((400_000, 2))
     both = np.maximum(y.sum(axis=1) / 2, 0.0)[:, None]
     q = ((y - both) ** 2).sum(axis=1) - (np.minimum(y, 0.0) ** 2).sum(axis=1)

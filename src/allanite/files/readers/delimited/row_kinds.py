@@ -18,11 +18,11 @@ import numpy as np
 from allanite.errors import InputError
 from allanite.files.readers.column_look import rises
 from allanite.files.readers.contents import FilePart, choose_part, has_channel, listed
+from allanite.files.readers.delimited.dates import is_month
+from allanite.files.readers.delimited.streams import TextStream
 from allanite.files.readers.headings import measures, read_heading
 from allanite.files.readers.stamp_table import StampTable, TimeChoice
 from allanite.files.readers.stamps import choose_time
-from allanite.files.readers.text.dates import is_month
-from allanite.files.readers.text.streams import TextStream
 from allanite.recording.channel_names import for_shell
 from allanite.recording.records import ArrayColumn
 
@@ -56,7 +56,7 @@ class ChosenKind:
     Attributes
     ----------
     name : str
-    said : list of str
+    remarks : list of str
         Why, in words.
     contents : list of str
         All kinds of the file, in words.
@@ -65,7 +65,7 @@ class ChosenKind:
     """
 
     name: str
-    said: list[str]
+    remarks: list[str]
     contents: list[str]
     time: str | None
 
@@ -160,7 +160,7 @@ def choose_kind(
         raise InputError(f"{name}: no lines of kind {variable!r}; there are: {'; '.join(listed(parts))}")
     groups = [word for word in channels or () if any(has_channel(p, word) for p in parts)]
     part, remarks = choose_part(parts, variable, groups or None, file=name, option="variable", what="kind")
-    return ChosenKind(name=part.name, said=remarks, contents=listed(parts), time=times[part.name])
+    return ChosenKind(name=part.name, remarks=remarks, contents=listed(parts), time=times[part.name])
 
 
 def _kind_of_channels(kinds: Iterable[str], channels: Sequence[str], name: str) -> str | None:

@@ -30,7 +30,7 @@ from allanite.recording.calibration import ACCELEROMETER, GYRO, Calibration, par
 from allanite.recording.records import Recording
 from verification.spread import Say, place_of, spread
 
-__all__ = ["ALIGNMENTS", "CALIBRATIONS", "GATE", "NEAR", "align_twin", "calibrate_twin", "run_triad"]
+__all__ = ["ALIGNMENTS", "CALIBRATIONS", "GATE", "NEAR", "align_twin", "calibrate_twin", "run_calibration"]
 
 Json = dict[str, Any]
 Array = NDArray[np.float64]
@@ -445,7 +445,7 @@ def align_twin(job: tuple[int, str, int]) -> Json:
 # -- tables -----------------------------------------------------------------------------------------------
 
 
-def run_triad(
+def run_calibration(
     count: int,
     seed: int,
     say: Say,
@@ -459,7 +459,7 @@ def run_triad(
     for name in designs:
         one = _calibrate if name in CALIBRATIONS else _align
         tasks = [(seed, name, k) for k in range(count)]
-        found = spread(one, tasks, workers=workers, say=say, place=place_of(cache, "triad", name))
+        found = spread(one, tasks, workers=workers, say=say, place=place_of(cache, "calibration", name))
         rows = _parameter_rows(found) if name in CALIBRATIONS else _angle_rows(found)
         summary.append(_design_row(name, found, rows))
         parts[f"{name[0].upper()}{name[1:]}"] = rows

@@ -16,8 +16,8 @@ from dataclasses import dataclass, field
 from typing import Final
 
 from allanite.errors import FormatError, InputError
-from allanite.files.readers.text.dates import date_format, to_nanoseconds
-from allanite.files.readers.text.dialect import Dialect
+from allanite.files.readers.delimited.dates import date_format, to_nanoseconds
+from allanite.files.readers.delimited.dialect import Dialect
 from allanite.quantities.units import QuantityKind, parse_unit
 from allanite.recording.channel_names import for_shell
 

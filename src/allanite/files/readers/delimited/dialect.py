@@ -16,10 +16,10 @@ from dataclasses import dataclass, field
 
 from allanite.errors import FormatError, InputError
 from allanite.files.readers.curve_shape import names_averaging_times
+from allanite.files.readers.delimited.dates import NUMBERS, date_format, packed_format
+from allanite.files.readers.delimited.row_kinds import KindsOfRows, is_of_kind, word_at
+from allanite.files.readers.delimited.suffixes import NUMBER, like_a_unit, split_suffix
 from allanite.files.readers.headings import is_unit, measures, read_heading, unbracketed
-from allanite.files.readers.text.dates import NUMBERS, date_format, packed_format
-from allanite.files.readers.text.row_kinds import KindsOfRows, is_of_kind, word_at
-from allanite.files.readers.text.suffixes import NUMBER, like_a_unit, split_suffix
 from allanite.plain_files.limits import COLUMNS, refuse_more
 
 __all__ = ["COMMENT", "MISSING", "OVERLOAD", "Dialect", "column_kind", "detect", "kind_of", "split"]

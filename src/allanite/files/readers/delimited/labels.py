@@ -16,12 +16,12 @@ from itertools import accumulate
 from typing import Final
 
 from allanite.errors import FormatError, InputError
+from allanite.files.readers.delimited.dates import date_format
+from allanite.files.readers.delimited.dialect import COMMENT, Dialect, column_kind, kind_of
+from allanite.files.readers.delimited.label_lines import LabeledLine, read_json, read_labels
+from allanite.files.readers.delimited.sentences import DAMAGED
+from allanite.files.readers.delimited.suffixes import NUMBER, split_suffix
 from allanite.files.readers.headings import is_unit, read_heading
-from allanite.files.readers.text.dates import date_format
-from allanite.files.readers.text.dialect import COMMENT, Dialect, column_kind, kind_of
-from allanite.files.readers.text.label_lines import LabeledLine, read_json, read_labels
-from allanite.files.readers.text.sentences import DAMAGED
-from allanite.files.readers.text.suffixes import NUMBER, split_suffix
 from allanite.plain_files.limits import COLUMNS, refuse_more
 
 __all__ = ["Labels", "find_labels"]
@@ -262,12 +262,12 @@ class _Form:
     @property
     def headings(self) -> tuple[str, ...]:
         """Names of the columns: the labels, with an axis or a number where one has several values."""
-        found = [""] * self.places
+        names = [""] * self.places
         for (label, occurrence), width in self.widths.items():
             name = label if occurrence == 1 else _beside(label, f"_{occurrence}")
             ends = "xyz" if width == 3 else range(width)
-            found += [name] if width == 1 else [_beside(name, f"_{end}") for end in ends]
-        return tuple(found)
+            names += [name] if width == 1 else [_beside(name, f"_{end}") for end in ends]
+        return tuple(names)
 
 
 def _beside(label: str, end: str) -> str:

@@ -3,7 +3,7 @@
 
 A label is followed by ``:``, ``=``, ``->`` or ``=>`` and by one value or several (``acc: 0.1 0.2 9.8``). What stands
 before the first label, such as the time at which the line was received, is kept as cells. Nothing is judged here: which
-labels a log has, and which lines break with it, is for `allanite.files.readers.text.labels`.
+labels a log has, and which lines break with it, is for `allanite.files.readers.delimited.labels`.
 """
 
 from __future__ import annotations
@@ -14,10 +14,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any, Final
 
+from allanite.files.readers.delimited.dates import date_format
+from allanite.files.readers.delimited.dialect import MISSING, OVERLOAD
+from allanite.files.readers.delimited.suffixes import NUMBER, split_suffix
 from allanite.files.readers.headings import is_unit
-from allanite.files.readers.text.dates import date_format
-from allanite.files.readers.text.dialect import MISSING, OVERLOAD
-from allanite.files.readers.text.suffixes import NUMBER, split_suffix
 from allanite.plain_files.limits import DEPTH
 
 __all__ = ["LabeledLine", "read_json", "read_labels"]

@@ -17,13 +17,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import FormatError, InputError
+from allanite.files.readers.delimited.dates import NUMBERS, DateColumn, moments_column, to_nanoseconds
+from allanite.files.readers.delimited.dialect import COMMENT, MISSING, OVERLOAD, Dialect, kind_of, split
+from allanite.files.readers.delimited.row_kinds import line_pattern
+from allanite.files.readers.delimited.sentences import DAMAGED
+from allanite.files.readers.delimited.suffixes import NUMBER, Suffixes, split_suffix
 from allanite.files.readers.headings import unbracketed
 from allanite.files.readers.spool import GrowingColumn
-from allanite.files.readers.text.dates import NUMBERS, DateColumn, moments_column, to_nanoseconds
-from allanite.files.readers.text.dialect import COMMENT, MISSING, OVERLOAD, Dialect, kind_of, split
-from allanite.files.readers.text.row_kinds import line_pattern
-from allanite.files.readers.text.sentences import DAMAGED
-from allanite.files.readers.text.suffixes import NUMBER, Suffixes, split_suffix
 from allanite.plain_files.arrow_numbers import numbers_of
 from allanite.recording.records import Column
 

@@ -49,16 +49,16 @@ def _curves(
     """Points with bars where the part is seen; triangles where there is a limit."""
     value, low, high = (array(part[k]) / factor for k in ("deviation", "lower", "upper"))
     name = "common part" if part["name"] == "common" else f"{part['name']} alone"
-    seen = np.isfinite(value)
+    known = np.isfinite(value)
     curves = []
-    if seen.any():
+    if known.any():
         curves.append(
             Curve(
-                x=tau[seen], y=value[seen], lower=np.maximum(low[seen], floor), upper=high[seen], bars=True,
+                x=tau[known], y=value[known], lower=np.maximum(low[known], floor), upper=high[known], bars=True,
                 style="none", marker=marker, label=name, colour=colour,
             )
         )  # fmt: skip
-    limit = ~seen & np.isfinite(high)
+    limit = ~known & np.isfinite(high)
     if limit.any():
         curves.append(
             Curve(

@@ -49,10 +49,10 @@ def part_term_lines(document: Json) -> tuple[list[str], list[list[str]]]:
     heads = ["Part", *(f"{s} [{units[s][0]}]" for s in _TERMS)]
     rows = []
     for part in (*document["own"], document["common"]):
-        told = {e["symbol"]: e for e in part["model"]["estimates"]}
+        estimates = {e["symbol"]: e for e in part["model"]["estimates"]}
         cells = []
         for s in _TERMS:
-            estimate, factor = told[s], units[s][1]
+            estimate, factor = estimates[s], units[s][1]
             if estimate["upper"] is None:
                 cells.append("not determined")
             elif estimate["value"] is None:

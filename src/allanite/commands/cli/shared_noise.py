@@ -34,7 +34,7 @@ def separate(
     Two sensors by the Allan cross-covariance, three by the three-cornered hat. Every number has its interval; where a
     variance comes out near zero or negative, an upper limit.
     """
-    from allanite.commands.separation import separation_of
+    from allanite.commands.shared_noise import separation_of
     from allanite.views import terminal
 
     options["estimate"] = {"opposite": opposite, "confidence": confidence}

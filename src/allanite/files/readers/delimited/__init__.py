@@ -1,9 +1,8 @@
-# Specification: RFC 4180 for comma-separated values, and what loggers in the wild make of it.
 # SPDX-License-Identifier: BSD-3-Clause
-"""Text tables of any dialect, also packed with gzip, xz or bzip2.
+"""Lines of text as a table of numbers: what the text reader and the reader of spreadsheets share.
 
-The content decides, not the suffix: a text table called .mat or .imu is read here. What was understood stands in
-the recording's notes: delimiter, decimal sign, encoding, header, and how many rows and cells were not numbers.
+A text is opened (`streams`), its dialect told from its first lines (`dialect`, `labels`, `sentences`, `labview`,
+`row_kinds`), and its cells are read piece by piece (`cells`, `dates`, `suffixes`).
 """
 
 from __future__ import annotations
@@ -12,53 +11,30 @@ import re
 from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
-from typing import Any, Final
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import InputError
+from allanite.files.readers.delimited.cells import TextColumns
+from allanite.files.readers.delimited.dates import HALVES, in_halves, moments_column, unwrap_midnight
+from allanite.files.readers.delimited.dialect import Dialect, detect, split
+from allanite.files.readers.delimited.labels import Labels, find_labels
+from allanite.files.readers.delimited.labview import Lvm, find_lvm
+from allanite.files.readers.delimited.preamble import facts_in, rate_in, unit_in
+from allanite.files.readers.delimited.row_kinds import ChosenKind, choose_kind, find_kinds
+from allanite.files.readers.delimited.sentences import Sentences, find_sentences
+from allanite.files.readers.delimited.streams import TextStream, head_lines, other_lines, pieces
+from allanite.files.readers.delimited.suffixes import unit_behind
 from allanite.files.readers.headings import is_unit, read_heading, shared_unit
 from allanite.files.readers.stated_time import date_order, option_text
 from allanite.files.readers.table import Options, Table
-from allanite.files.readers.text.cells import TextColumns
-from allanite.files.readers.text.dates import HALVES, in_halves, moments_column, unwrap_midnight
-from allanite.files.readers.text.dialect import Dialect, detect, split
-from allanite.files.readers.text.labels import Labels, find_labels
-from allanite.files.readers.text.labview import Lvm, find_lvm
-from allanite.files.readers.text.preamble import facts_in, rate_in, unit_in
-from allanite.files.readers.text.row_kinds import ChosenKind, choose_kind, find_kinds
-from allanite.files.readers.text.sentences import Sentences, find_sentences
-from allanite.files.readers.text.streams import TextStream, head_lines, is_text, opened, other_lines, pieces
-from allanite.files.readers.text.suffixes import unit_behind
 from allanite.quantities.units import QuantityKind, parse_unit
 from allanite.recording.channel_names import for_shell
 from allanite.recording.records import ArrayColumn, Column
 
-__all__ = ["NAME", "OPTIONS", "TextStream", "read", "read_stream", "sniff"]
-
-NAME: Final = "text"
-OPTIONS: Final = frozenset({"delimiter", "decimal", "variable"})
-
-
-def sniff(head: bytes, path: Path) -> bool:
-    """True for text, whatever the name, and for packed files."""
-    return is_text(head)
-
-
-def read(path: Path, options: Options) -> Table:
-    """Read a text table.
-
-    Raises
-    ------
-    FormatError
-        No table of numbers, or a cell that is neither a number nor a known word; line and column are named.
-    InputError
-        Several kinds of records, or a whole number beyond 64 bits.
-    LimitError
-        A line of more than a megabyte, more than 4096 columns, or a decompression bomb.
-    """
-    return read_stream(opened(path), path, options)
+__all__ = ["TextStream", "read_stream"]
 
 
 def read_stream(stream: TextStream, path: Path, options: Options) -> Table:
@@ -177,16 +153,16 @@ def _with_sums(table: Table, sentences: Sentences, cells: TextColumns) -> Table:
 def _of_kind(table: Table, chosen: ChosenKind) -> Table:
     """The rows of one kind: named by it, with the unit of the clock that all kinds have."""
     number, _, unit = (chosen.time or "").partition(":")
-    said, units = list(chosen.said), list(table.units)
+    remarks, units = list(chosen.remarks), list(table.units)
     if number and int(number) in table.numbers:
         at = table.numbers.index(int(number))
         if not table.headings[at] and not units[at]:
             units[at] = unit
-            said.append(f"column {number} is read as time in {unit}, by the rates of all kinds")
+            remarks.append(f"column {number} is read as time in {unit}, by the rates of all kinds")
     return replace(
         table,
         units=tuple(units),
-        guesses=(*said, *table.guesses),
+        guesses=(*remarks, *table.guesses),
         source={**table.source, "contents": chosen.contents},
         prefix=chosen.name,
     )
@@ -256,7 +232,7 @@ def _table(
         time_units,
     )
     questions = {
-        used.index(i): said for i, said in _questions(path.name, headings, cells).items() if i in used
+        used.index(i): question for i, question in _questions(path.name, headings, cells).items() if i in used
     }
     if cells.keep is not None and cells.keep[0] in used:
         at = used.index(cells.keep[0])
@@ -264,9 +240,11 @@ def _table(
         time_units = {k - (k > at): v for k, v in time_units.items()}
         questions = {k - (k > at): v for k, v in questions.items()}
     of_kind = -1 if dialect.record is None else dialect.record[0] % len(dialect.kinds)
-    told = (of_kind, *dialect.unit_columns.values())
+    places_without_words = (of_kind, *dialect.unit_columns.values())
     words = [
-        headings[i] or f"column {i + 1}" for i, k in enumerate(dialect.kinds) if k == "x" and i not in told
+        headings[i] or f"column {i + 1}"
+        for i, k in enumerate(dialect.kinds)
+        if k == "x" and i not in places_without_words
     ]
     if words:
         guesses.append(f"columns of words left out: {', '.join(words)}")
@@ -274,7 +252,7 @@ def _table(
     source |= {"packed": stream.packed} if stream.packed else {}
     source |= facts_in(dialect.preamble)
     return Table(
-        format=NAME,
+        format="text",
         headings=tuple(headings[i] for i in used),
         columns=tuple(columns),
         numbers=tuple(i + 1 for i in used),
@@ -294,13 +272,13 @@ def _with_suffixes(
     cells: TextColumns, headings: tuple[str, ...], units: tuple[str, ...], units_from: str
 ) -> tuple[tuple[str, ...], str, dict[str, dict[str, int]]]:
     """Units of the columns where those behind the numbers count, too; and all that stands there, by column."""
-    found, told = list(units), dict[str, dict[str, int]]()
+    result, suffixes_of = list(units), dict[str, dict[str, int]]()
     for i, suffixes in cells.suffixes.items():
         name = headings[i] or f"column {i + 1}"
         stated = units[i] or read_heading(headings[i]).unit
-        found[i] = unit_behind(suffixes, stated, f"{cells.name}, {name}") or units[i]
-        told[name] = {suffix: count for suffix, (count, _) in suffixes.items()}
-    return tuple(found), "cells" if units_from == "none" and any(found) else units_from, told
+        result[i] = unit_behind(suffixes, stated, f"{cells.name}, {name}") or units[i]
+        suffixes_of[name] = {suffix: count for suffix, (count, _) in suffixes.items()}
+    return tuple(result), "cells" if units_from == "none" and any(result) else units_from, suffixes_of
 
 
 def _facts(stream: TextStream, dialect: Dialect, cells: TextColumns) -> dict[str, Any]:

@@ -17,7 +17,7 @@ from allanite.recording.records import Recording
 from allanite.stability.shared_noise import separate_noise
 from verification.spread import Say, place_of, spread
 
-__all__ = ["run_separation"]
+__all__ = ["run_shared_noise"]
 
 Json = dict[str, Any]
 Array = NDArray[np.float64]
@@ -77,7 +77,7 @@ def _covers(root: int, case: int, i: int) -> tuple[dict[str, bool], bool]:
     return held, found.verdict == "noise is shared"
 
 
-def run_separation(
+def run_shared_noise(
     seed: int, say: Say, runs: int = 2000, workers: int = 1, cache: Path | None = None
 ) -> list[Json]:
     """One row for each case: the coverage of every interval.
@@ -92,7 +92,7 @@ def run_separation(
             range(runs),
             workers=workers,
             say=say,
-            place=place_of(cache, "separation", name),
+            place=place_of(cache, "shared_noise", name),
             chunk=8,
         )
         keys = list(dict.fromkeys(k for held, _ in found for k in held))
