@@ -35,7 +35,7 @@ from allanite.plain_files.yaml_text import read_yaml_texts
 __all__ = ["models_of_matlab", "models_of_yaml"]
 
 Json = Mapping[str, Any]
-Found = tuple[dict[str, NoiseModel], float | None]
+RoleModels = tuple[dict[str, NoiseModel], float | None]
 
 _ROLES = {"gyro": "rate", "accelerometer": "acceleration"}
 
@@ -68,7 +68,7 @@ _VINS = frozenset({"gyr_n", "gyr_w", "acc_n", "acc_w"})
 _OF_ALLAN_VARIANCE_ROS = frozenset({"imu_topic", "imu_rate", "measure_rate", "sequence_time"})
 
 
-def models_of_yaml(path: Path) -> Found | None:
+def models_of_yaml(path: Path) -> RoleModels | None:
     """Noise models of a configuration of another program, and its rate [Hz].
 
     Returns
@@ -142,7 +142,7 @@ def _misspelt(section: Json, name: str) -> str:
 
 def _densities(
     path: Path, program: str, section: Json, keys: Mapping[str, tuple[str, str]], rate_key: str
-) -> Found:
+) -> RoleModels:
     names = [key for pair in keys.values() for key in pair]
     for name in names:
         near = _misspelt(section, name)
@@ -200,7 +200,7 @@ _TYPES = {"single-sided": (1.0, 1.0), "double-sided": (math.sqrt(0.5), math.sqrt
 _DEFAULT_FILTER = (1.0, -0.5)
 
 
-def models_of_matlab(variables: Json, path: Path) -> Found | None:
+def models_of_matlab(variables: Json, path: Path) -> RoleModels | None:
     """Noise models of gyroparams and accelparams, and the sample rate [Hz] where it stands there.
 
     Parameters
