@@ -139,7 +139,7 @@ def per_lag_against_length() -> list[tuple[int, float]]:
     from allanite import Recording
     from allanite.noise.allan.statistics import STATISTICS, phase_of, sums_of_squares
 
-    found = []
+    speeds = []
     for n in (10**6, 10**7, 10**8):
         lags = log_lags(n, 20)
         phase = phase_of(Recording.from_rate(samples(n), rate=1.0, unit="V", names="y"), "y")
@@ -148,8 +148,8 @@ def per_lag_against_length() -> list[tuple[int, float]]:
             start = time.perf_counter()
             sums_of_squares(phase, STATISTICS["oadev"], lags, threads=1)
             times.append(time.perf_counter() - start)
-        found.append((n, 1e9 * min(times) / int(np.sum(n - 2 * lags + 1))))
-    return found
+        speeds.append((n, 1e9 * min(times) / int(np.sum(n - 2 * lags + 1))))
+    return speeds
 
 
 def _resident_bytes() -> int:

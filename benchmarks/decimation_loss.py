@@ -64,18 +64,18 @@ def losses(stride: int = 32) -> list[dict[str, Any]]:
 
 
 def main() -> None:
-    found = losses()
-    worst = max(row["loss"] for row in found)
+    lost = losses()
+    worst = max(row["loss"] for row in lost)
     result = {
         "machine": describe(),
-        "losses": found,
+        "losses": lost,
         "worst": worst,
         "notes": [
             f"largest loss: {worst:.3%} of the degrees of freedom; the bar is 0.1 %",
             "negative: a gain, because the windows at both ends of the record weigh a little more",
         ],
     }
-    rows = [[row["noise"], str(row["positions"]), str(row["windows"]), f"{row['loss']:.4%}"] for row in found]
+    rows = [[row["noise"], str(row["positions"]), str(row["windows"]), f"{row['loss']:.4%}"] for row in lost]
     header = ["noise", "positions per window", "record / lag", "loss of edf"]
     print(save("decimation_loss", "Degrees of freedom lost by the decimated engine", result, header, rows))
 

@@ -61,9 +61,9 @@ class _Page:
         self.base = address.split("/?")[0]
         with urllib.request.urlopen(address) as answer:
             self._cookie = answer.headers["Set-Cookie"].split(";")[0]
-            found = re.search(r'name="csrf-token" content="([^"]+)"', answer.read().decode())
-        assert found is not None
-        self._proof = {"X-CSRF-Token": found[1], "Origin": self.base, "Content-Type": "application/json"}
+            token = re.search(r'name="csrf-token" content="([^"]+)"', answer.read().decode())
+        assert token is not None
+        self._proof = {"X-CSRF-Token": token[1], "Origin": self.base, "Content-Type": "application/json"}
 
     def ask(self, path: str, data: Any = None) -> bytes:
         body = None if data is None else json.dumps(data).encode()
@@ -74,8 +74,8 @@ class _Page:
 
 def _timed(page: _Page, path: str, data: Any = None) -> tuple[float, bytes]:
     begin = time.perf_counter()
-    found = page.ask(path, data)
-    return time.perf_counter() - begin, found
+    answer = page.ask(path, data)
+    return time.perf_counter() - begin, answer
 
 
 def measure(page: _Page) -> dict[str, Any]:
@@ -185,7 +185,7 @@ def main() -> None:
         try:
             assert server.stdout is not None
             address = server.stdout.readline().strip()
-            found = measure(_Page(address))
+            seconds = measure(_Page(address))
             drawn = measure_browser(address)
         finally:
             server.send_signal(signal.SIGINT)
@@ -193,7 +193,7 @@ def main() -> None:
     result = {
         "machine": describe("starlette", "uvicorn"),
         "samples": SAMPLES,
-        **found,
+        **seconds,
         **drawn,
         "notes": [
             f"{SAMPLES} samples of one channel out of a .npy; a new connection for each request",
@@ -202,11 +202,11 @@ def main() -> None:
         ],
     }
     rows = [
-        ["first time: read, pyramid, written", f"{1e3 * found['prepared_s']:.0f}"],
-        ["opened again", f"{1e3 * found['opened_s']:.1f}"],
-        ["whole record, as blocks", f"{1e3 * found['first_s']:.1f}"],
-        ["zoom, median", f"{found['zoom_median_ms']:.1f}"],
-        ["zoom, 99 %", f"{found['zoom_p99_ms']:.1f}"],
+        ["first time: read, pyramid, written", f"{1e3 * seconds['prepared_s']:.0f}"],
+        ["opened again", f"{1e3 * seconds['opened_s']:.1f}"],
+        ["whole record, as blocks", f"{1e3 * seconds['first_s']:.1f}"],
+        ["zoom, median", f"{seconds['zoom_median_ms']:.1f}"],
+        ["zoom, 99 %", f"{seconds['zoom_p99_ms']:.1f}"],
     ]
     if drawn:
         rows += [

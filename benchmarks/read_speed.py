@@ -231,31 +231,31 @@ def measure(name: str, case: Case, y: NDArray[np.float64], folder: Path, runs: i
     path = folder / file
     write(path, y)
     job = json.dumps([str(path), options])
-    found = [
+    runs_measured = [
         json.loads(subprocess.run([sys.executable, "-c", _READ, job], capture_output=True, check=True).stdout)
         for _ in range(runs)
     ]
     width = 1 if y.ndim == 1 else y.shape[1]
-    assert all((f["rows"], f["channels"] >= width) == (len(y), True) for f in found), name
+    assert all((f["rows"], f["channels"] >= width) == (len(y), True) for f in runs_measured), name
     size = path.stat().st_size
     path.unlink()
-    best = {key: min(f[key] for f in found) for key in ("seconds", "cpu", "memory")}
+    best = {key: min(f[key] for f in runs_measured) for key in ("seconds", "cpu", "memory")}
     return {"format": name, "bytes": size, "rows": len(y), **best}
 
 
 def main() -> None:
-    y, found = _columns(), []
+    y, formats = _columns(), []
     with tempfile.TemporaryDirectory() as folder:
         for name, case in FORMATS.items():
-            found.append(measure(name, case, y, Path(folder)))
+            formats.append(measure(name, case, y, Path(folder)))
             if name.startswith("ROS"):
-                found[-1]["bar"] = ROS_BAR
+                formats[-1]["bar"] = ROS_BAR
         long = np.random.default_rng(2).normal(size=LONG) * 0.01
         for name, (case, bar) in BARS.items():
-            found.append({**measure(name, case, long, Path(folder)), "bar": bar})
+            formats.append({**measure(name, case, long, Path(folder)), "bar": bar})
     result = {
         "machine": describe("pyarrow", "scipy", "h5py", "npTDMS", "pyulog", "rosbags", "python-calamine"),
-        "formats": found,
+        "formats": formats,
         "notes": [
             f"{ROWS} rows of six channels, or as many as are said; best of three, from the call to the last value",
             "processor time: of all threads and of the child process; rows/s by it",
@@ -271,7 +271,7 @@ def main() -> None:
             f"{r['rows'] / r['cpu'] / 1e6:.2f}",
             f"{r['memory'] / 1e6:.0f}",
         ]
-        for r in found
+        for r in formats
     ]
     header = ["format", "file [MB]", "seconds", "processor [s]", "bar [s]", "million rows/s", "memory [MB]"]
     print(save("read_speed", "Reading logs", result, header, rows))

@@ -409,7 +409,7 @@ IN_DOCUMENTS = {
 }
 #: What shows a study is being rewritten through the five patterns, and follows with it.
 WITH_THE_STUDY = re.compile(
-    r"views/(figures/(__init__|curves|environment|records)|report/(environment|spectrum|study)|"
+    r".*/views/(figures/(__init__|curves|environment|records)|report/(environment|spectrum|study)|"
     r"terminal/(environment|spectrum|study)|wording/(difference|environment|floor|provisos|spectrum|study))\.py"
 )
 
@@ -427,10 +427,10 @@ def bound_names(tree: ast.AST) -> Iterator[str]:
 
 def test_a_local_is_named_for_what_it_holds() -> None:
     nameless = {
-        f"{path.relative_to(PACKAGE).as_posix()}: {name}"
-        for path in MODULES
+        f"{path.relative_to(PACKAGE if path in MODULES else ROOT).as_posix()}: {name}"
+        for path in (*MODULES, *(ROOT / "examples").rglob("*.py"))
         for name in bound_names(ast.parse(path.read_text(encoding="utf-8")))
-        if name in NAMELESS and not WITH_THE_STUDY.fullmatch(path.relative_to(PACKAGE).as_posix())
+        if name in NAMELESS and not WITH_THE_STUDY.fullmatch(path.as_posix())
     }
     assert nameless == IN_DOCUMENTS
 

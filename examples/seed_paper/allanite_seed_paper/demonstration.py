@@ -153,9 +153,9 @@ def _week_part(study: Study, duration: float) -> Json:
     truth = {"N": twin.N, "B": twin.B, "T": twin.T_B, "K": twin.K}
     rows = []
     for symbol, published in truth.items():
-        found = model.estimate("B_equiv" if symbol == "B" else symbol) or model.estimate(symbol)
+        estimate = model.estimate("B_equiv" if symbol == "B" else symbol) or model.estimate(symbol)
         slope = channel["slopes"].get(symbol) or {}
-        plain = {} if found is None else found.to_json()
+        plain = {} if estimate is None else estimate.to_json()
         rows.append(
             {
                 "symbol": symbol,
@@ -315,11 +315,11 @@ def _end_of_take_4(run: _Run, model: NoiseModel) -> EarthRateEstimate:
 
     begin = run.record.duration - twin.TAKE_4_END.duration
     part, offset = run.record.window(begin, None), round(begin * run.record.rate)
-    found = find_reversals(part, first="north")
-    dwell = found.dwells[0]
+    reversals = find_reversals(part, first="north")
+    dwell = reversals.dwells[0]
     if run.reversals.signs()[offset + (dwell.start + dwell.stop) // 2] != dwell.sign:
-        found = find_reversals(part, first="south")
-    return _estimate(part, found, model)
+        reversals = find_reversals(part, first="south")
+    return _estimate(part, reversals, model)
 
 
 def _take_part(number: int, estimate: EarthRateEstimate) -> Json:
@@ -374,7 +374,7 @@ def _aided(run: _Run) -> tuple[list[ReferenceAided], list[ReferenceAided]]:
     (channel,) = run.record.names
     idle = np.flatnonzero(np.diff(np.concatenate([[0], (signs == 0).astype(np.int8), [0]]))).reshape(-1, 2)
     still = run.record.excluding({channel: idle}, "turns")
-    rates = [told * EARTH_RATE for told in TOLD]
+    rates = [share * EARTH_RATE for share in TOLD]
     return (
         [reference_aided(still, sensor, reference=rate) for rate in rates],
         [reference_aided(run.record, sensor, reference=rate, signs=signs) for rate in rates],

@@ -322,10 +322,10 @@ def _coefficients_panel(channel: Json) -> Panel:
     """Reading and fit as parts of the published values."""
     published = {"N": twin.N, "B": twin.B, "T": twin.T_B, "K": twin.K}
     names = tuple((i, _shown(s, v)) for i, (s, v) in enumerate(published.items()))
-    found = ((channel["slopes"].get(symbol) or {}).get("value") for symbol in published)
+    readings = ((channel["slopes"].get(symbol) or {}).get("value") for symbol in published)
     read = [
         (i - 0.1, value / true, math.nan, math.nan)
-        for i, (value, true) in enumerate(zip(found, published.values(), strict=True))
+        for i, (value, true) in enumerate(zip(readings, published.values(), strict=True))
         if value is not None
     ]
     curves = [_ratios(read, "read off the curve", "orange", "square")]
@@ -444,9 +444,9 @@ def figure_13(unsigned: Sequence[Any], demodulated: Sequence[Any]) -> PaperFigur
 
 def _aided(take: int, unsigned: Sequence[Any], demodulated: Sequence[Any]) -> PaperFigure:
     """Corrected samples, and the cumulative means of both readings for each rate that was typed in."""
-    both = [[document_of(one) for one in found] for found in (unsigned, demodulated)]
-    for found, reading in zip(both, ("unsigned", "demodulated"), strict=True):
-        if not found or any(one["reading"] != reading for one in found):
+    both = [[document_of(one) for one in documents] for documents in (unsigned, demodulated)]
+    for documents, reading in zip(both, ("unsigned", "demodulated"), strict=True):
+        if not documents or any(one["reading"] != reading for one in documents):
             raise InputError(
                 f"figure {9 + take} needs the {reading} reading of the take, and got another or none"
             )

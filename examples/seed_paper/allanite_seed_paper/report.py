@@ -88,10 +88,10 @@ def page(document: Json) -> Page:
 
 def _figure(figures: Mapping[str, Any], name: str) -> PageBlock:
     """A figure of the paper with its number, title and caption."""
-    found = figures[name]
-    label = f"Figure {found.number} of the paper" if found.number <= 13 else "Beyond the paper"
-    caption = f"{label}. {found.title}. {found.caption} As a file: figures/{name}.pdf"
-    return Drawn(Figure.of(name, found.sheet, caption, f"{label}: {found.title}."))
+    figure = figures[name]
+    label = f"Figure {figure.number} of the paper" if figure.number <= 13 else "Beyond the paper"
+    caption = f"{label}. {figure.title}. {figure.caption} As a file: figures/{name}.pdf"
+    return Drawn(Figure.of(name, figure.sheet, caption, f"{label}: {figure.title}."))
 
 
 # -- in short ---------------------------------------------------------------------------------------------
@@ -139,12 +139,12 @@ def _warming(document: Json) -> str:
 
 def _circle(document: Json) -> str:
     rows = [row for row in document["aided"] if row["take"] == 1 and row["reading"] == "unsigned"]
-    told, found = (
+    rates, means = (
         ", ".join(number(row[key] / DEG_H) for row in rows) for key in ("mean_reference", "mean_corrected")
     )
     return (
         "The filter that “converges to the true value within 30 to 60 s” is told the true value. Told "
-        f"{told} deg/h in turn, the unsigned mean of take 1 comes out as {found} deg/h. Such a filter removes noise "
+        f"{rates} deg/h in turn, the unsigned mean of take 1 comes out as {means} deg/h. Such a filter removes noise "
         "against a known rate; it does not measure."
     )
 
@@ -153,9 +153,9 @@ def _errors(document: Json) -> str:
     rows = [row for row in document["takes"] if not row.get("remark") and row["bound"]]
     off = {row["take"]: abs(row["published"] - row["earth_rate"]) / row["bound"] for row in rows}
     far = {take: sds for take, sds in off.items() if sds > _SEEN}
-    said = ", ".join(f"{take} by {sds:.1f}" for take, sds in far.items())
+    takes = ", ".join(f"{take} by {sds:.1f}" for take, sds in far.items())
     return (
-        f"Published results that noise alone does not explain, by take and standard deviations of the bound: {said}. "
+        f"Published results that noise alone does not explain, by take and standard deviations of the bound: {takes}. "
         "Those takes carried errors that are not noise. Which ones cannot be known; three that would suffice are shown."
     )
 
@@ -269,11 +269,11 @@ def _takes_table(rows: Sequence[Json]) -> list[PageBlock]:
 
 
 def _reading(row: Json, name: str) -> Cell:
-    found = next((r for r in row["readings"] if r["name"] == name), None)
-    if found is None:
+    estimate = next((r for r in row["readings"] if r["name"] == name), None)
+    if estimate is None:
         return Cell(text="–")
-    half = 1.959963984540054 * found["sd"]
-    words = estimate_of(found["rate"], found["rate"] - half, found["rate"] + half)
+    half = 1.959963984540054 * estimate["sd"]
+    words = estimate_of(estimate["rate"], estimate["rate"] - half, estimate["rate"] + half)
     return Cell(text=words.value, below=words.range, look="value")
 
 
