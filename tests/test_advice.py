@@ -8,6 +8,7 @@ import json
 import re
 import shlex
 from collections.abc import Callable, Iterator
+from functools import cache
 from pathlib import Path
 
 import click
@@ -16,6 +17,7 @@ import pytest
 
 import allanite
 from allanite.commands.cli import cli
+from allanite.commands.cli.in_options import in_options
 from allanite.recording.cleaning import REPAIRS
 from allanite.recording.health import CATALOGUE
 from shell import Run
@@ -312,3 +314,67 @@ def test_methods_in_the_catalogue_belong_to_a_command() -> None:
                 assert re.search(r"allanite (fit|characterize) LOG --method \w+", words), code
             assert "--accept" not in words
             assert shlex.split(words.replace("'", "")), code
+
+
+# -- advice of the library, which does not know of options ------------------------------------------------
+
+
+@cache
+def advice_in_arguments() -> tuple[tuple[str, str], ...]:
+    """Errors that the library raises, which name one of its arguments and no option."""
+    found = []
+    for path in sorted(PACKAGE.rglob("*.py")):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if not isinstance(node, ast.Raise) or node.exc is None:
+                continue
+            parts = [c.value for c in ast.walk(node.exc) if isinstance(c, ast.Constant)]
+            words = " ".join(part for part in parts if isinstance(part, str))
+            if re.search(r"(?<![\w-])[a-z_]+=(?:'|\W|$)", words) and "--" not in words:
+                found.append((f"{path.relative_to(PACKAGE)}:{node.lineno}", words))
+    return tuple(found)
+
+
+@pytest.mark.parametrize("name", sorted(COMMANDS))
+def test_every_argument_that_is_an_option_of_the_command_is_said_as_one(name: str) -> None:
+    """Whatever error a command passes on: no argument of Python is left that the command has as an option."""
+    command = COMMANDS[name]
+    options = {p.name: max(p.opts, key=len) for p in command.params if max(p.opts, key=len).startswith("--")}
+    for place, words in advice_in_arguments():
+        said = in_options(words, command)
+        for argument in re.findall(r"(?<![\w(-])([a-z_]+)=(?:'[^' ]+'|\d+)?(?=[\s;:,)]|\.\s|$)", said):
+            assert options.get(argument) in (None, *re.findall(r"--[a-z-]+", words)), (place, said)
+    for argument, option in options.items():
+        assert in_options(f"give {argument}='x', please", command) == f"give {option} x, please"
+        assert in_options(f"give {argument}=.", command) == f"give {option}."
+        assert in_options(f"give {option} ({argument}=)", command) == f"give {option} ({argument}=)"
+        assert in_options(f"the file x{argument}=3.csv", command) == f"the file x{argument}=3.csv"
+
+
+def test_advice_of_an_exporter_runs(run: Run, tmp_path: Path) -> None:
+    """Flicker without a correlation time: each way that the refusal offers, copied, writes the file."""
+    model = tmp_path / "model.json"
+    made = run(
+        "simulate", "N=0.3 deg/√h, B=5 deg/h", "--rate", "10", "--duration", "600", "-o", tmp_path / "x.npz"
+    )
+    assert made.code == 0, made.err
+    fitted = run("fit", str(tmp_path / "x.npz"), "--method", "likelihood", "--terms", "NBK", "--json")
+    assert fitted.code == 0, fitted.err
+    model.write_text(fitted.out, encoding="utf-8")
+    for consumer in ("kf-gins", "gazebo", "psins", "navego"):
+        refused = run("export", consumer, str(model), "--rate", "10", "-o", tmp_path / "file")
+        assert refused.code == 1 and "needs the correlation time" in refused.err
+        ways = re.findall(r"--[a-z-]+(?: (?!\()[^\s,]+)?", refused.err)
+        assert ways == ["--correlation-time", "--walk upper-bound"], refused.err
+        for k, way in enumerate(("--correlation-time 240s", ways[1])):
+            done = run(
+                "export",
+                consumer,
+                str(model),
+                "--rate",
+                "10",
+                "-o",
+                tmp_path / f"f{k}",
+                "--force",
+                *way.split(),
+            )
+            assert done.code == 0, (way, done.err)

@@ -17,6 +17,7 @@ from allanite.errors import DataQualityError, InputError
 from allanite.experiments.earth_rate import SetupUncertainty, measure_earth_rate
 from allanite.experiments.earth_rate.dwell_means import DwellMeans
 from allanite.experiments.earth_rate.take import Take
+from allanite.experiments.earth_rate.words import widened_words
 from allanite.experiments.reversals import find_reversals, periodic_reversals
 from allanite.filtering.simulation import Motion, Temperature, simulate
 from allanite.noise import Flicker, GaussMarkov, NoiseModel, RandomWalk, White
@@ -479,6 +480,20 @@ def test_what_widens_the_rate_widens_all_that_stands_beside_it() -> None:
         Take.of(record, "gyro", e.reversals, LATITUDE, None, model=small), small, []
     ).readings()
     assert e.reading("pairs").sd == pytest.approx(bare[0].sd * e.inflation)
+
+
+def test_what_widens_the_noise_is_said() -> None:
+    """A check that failed, or, of a record that tells its own noise, the pairs: never checks that all passed."""
+    given = measured(twin(seed=4), NoiseModel.of(White(N=seed_paper.N / 1.5)))
+    assert not all(c.passed for c in given.checks) and widened_words(given).endswith("see the checks.")
+    own = [measure_earth_rate(twin(seed=seed), latitude=LATITUDE, first="north") for seed in range(4)]
+    widened = [e for e in own if e.inflation > 1 and all(c.passed for c in e.checks)]
+    assert widened
+    for e in own:
+        words = widened_words(e)
+        assert bool(words) == (e.inflation > 1)
+        assert "see the checks" not in words or not all(c.passed for c in e.checks)
+    assert "the pairs of dwells scatter as much" in widened_words(widened[0])
 
 
 def test_of_very_many_dwells_those_in_the_middle_are_checked(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -18,7 +18,9 @@ from allanite.errors import DataQualityError
 from allanite.experiments.calibration import adjustment, calibrate, estimation
 from allanite.experiments.calibration.adjustment import solution
 from allanite.experiments.calibration.adjustment.interval_noise import model_beside_motion
+from allanite.experiments.calibration.adjustment.scatter import Contrasts, Sizes, _upper_sizes
 from allanite.experiments.calibration.adjustment.turning import TurningSamples
+from allanite.experiments.calibration.verdict import MORE_POSITIONS
 from allanite.experiments.static_spans import StaticSpans, find_held_spans, find_rests
 from allanite.noise import White
 from allanite.recording.calibration import GYRO, errors_of
@@ -26,7 +28,7 @@ from allanite.recording.records import Recording
 from allanite.recording.sample_columns import ArrayColumn
 
 verification = pytest.importorskip("verification.hand_held", reason="not in the source package")
-from verification.hand_held import LATITUDE, G, Hand, HeldRecord, held_record  # noqa: E402
+from verification.hand_held import LATITUDE, NAMES, G, Hand, HeldRecord, held_record  # noqa: E402
 from verification.hand_held_calibration import repeats  # noqa: E402
 
 PLACE: dict[str, Any] = {"latitude": LATITUDE, "gravity": G}
@@ -207,6 +209,54 @@ def test_a_direction_that_no_rest_covers_is_not_resolved() -> None:
         assert p.status == "not resolved" and p.advice == ("z down",)
         assert p.sd > 2 * found[f"accelerometer.{kind}_x"].sd
     assert found["accelerometer.bias_x"].status == "estimated"
+
+
+def test_few_rests_give_intervals_that_are_numbers_and_hold() -> None:
+    """Ten rests hardly tell how far they scatter: Student's law then has next to no degrees of freedom.
+
+    No interval is wider than what is known of any unit, none of that width counts as estimated, and they
+    cover at 99.9 %.
+    """
+    limits = dict(zip(NAMES, 1.96 * adjustment.plausible_of(NAMES), strict=True))
+    hits = count = hardly = 0
+    for seed in range(1, 6):
+        made = held_record(seed, replace(SHORT, rests=(10, 10), length=(2.0, 3.0)))
+        found = calibrate(made.recording, **PLACE)
+        for p in found.parameters:
+            half = (p.interval[1] - p.interval[0]) / 2
+            assert half <= 1.001 * limits[p.name], (seed, p)
+            assert half < 0.999 * limits[p.name] or p.status != "estimated", (seed, p)
+            hardly += p.status == "estimated" and p.dof < 0.3
+            if p.status == "estimated":
+                hits, count = hits + (p.interval[0] <= made.values[p.name] <= p.interval[1]), count + 1
+        if any(p.status == "not resolved" for p in found.parameters):
+            assert found.verdict == "partly calibrated"
+            assert MORE_POSITIONS in found.advice or "no position has" in found.reason
+    assert hardly > 5  # else these records test nothing
+    assert hits >= binom.ppf(1e-3, count, 0.95)
+
+
+def test_upper_limit_of_a_scatter_is_where_the_likelihood_has_fallen() -> None:
+    """Of c contrasts with one size beyond a noise of one: (c log v + S / v) / 2 in closed form."""
+    rng = np.random.default_rng(3)
+    for c, sd in ((3, 1.0), (12, 2.0), (40, 5.0)):
+        seen = sd * rng.standard_normal(c)
+        contrasts = Contrasts(basis=np.eye(c), noise=np.eye(c), seen=seen)
+        size = 0.7 * sd
+        limit = _upper_sizes(contrasts, {"x": np.eye(c)}, Sizes(values={"x": size}), 0.95)["x"]
+        begin, end = 1 + size**2, 1 + limit**2
+        fall = 0.5 * (c * math.log(end / begin) + float(seen @ seen) * (1 / end - 1 / begin))
+        assert fall == pytest.approx(chi2.ppf(0.95, 1) / 2, rel=5e-3)
+
+
+@pytest.mark.parametrize("avoided", [(0.0, 0.0, 1.0), (-1.0, 1.0, 0.0), (1.0, 1.0, 1.0)])
+def test_no_position_is_asked_for_that_is_there(avoided: tuple[float, float, float]) -> None:
+    for seed in (1, 8):
+        made = held_record(seed, replace(SHORT, rests=(7, 9), avoided=(avoided,)))
+        found = calibrate(made.recording, **PLACE)
+        there = {p.words for p in found.positions if p.used}
+        assert found.add and not there & set(found.add), (there, found.add)
+        assert len(set(found.add)) == len(found.add)
 
 
 @pytest.mark.parametrize("held", [True, False])

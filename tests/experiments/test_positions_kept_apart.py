@@ -326,6 +326,32 @@ def test_north_of_rows_of_means(run: Run, tmp_path: Path) -> None:
     assert bare.code == 1 and "no column heading" in bare.err
 
 
+@pytest.mark.parametrize("lost", [0, 4])
+def test_the_time_between_files_is_nothing_missing(run: Run, tmp_path: Path, lost: int) -> None:
+    """Of four files of two minutes only what they lost themselves is missing, however long the turns took."""
+    rng, rate, n = np.random.default_rng(5), 20.0, 2400
+    level = math.radians(15.041 / 3600) * math.cos(math.radians(48.1))
+    files = []
+    for heading in (0, 90, 180, 270):
+        y = level * math.cos(math.radians(heading + 30)) + 3e-5 * math.sqrt(rate) * rng.standard_normal(n)
+        rows = np.delete(np.column_stack([np.arange(n) / rate, y]), np.s_[700 : 700 + lost], axis=0)
+        name = tmp_path / f"p{heading}.csv"
+        np.savetxt(name, rows, fmt="%.9g", delimiter=",", header="t [s],g [rad/s]", comments="")
+        files.append(f"{name}={heading}")
+    found = run(
+        *["north", *files, "--positions", "--between", "90s"],
+        *["--model", "N=3e-5 rad/s/√Hz", "--latitude", "48.1", "--json"],
+    )
+    assert found.code == (3 if lost else 0), found.err
+    said = {f["code"]: f for f in json.loads(found.out)["findings"]}
+    assert ("missing" in said) == bool(lost)
+    if lost:
+        assert said["missing"]["count"] == 4 * lost
+        assert said["missing"]["message"].startswith(
+            f"{4 * lost} of {4 * n} samples in the files missing (0.17 %)"
+        )
+
+
 # -- each log its own units ---------------------------------------------------------------------------------
 
 

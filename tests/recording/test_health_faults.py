@@ -533,6 +533,19 @@ def test_a_stretch_of_half_the_noise(rng: np.random.Generator) -> None:
     assert finding.count > 8000
 
 
+def test_noise_that_grows_is_said_beside_a_window_that_is_low() -> None:
+    """Of two halves a few windows of the quiet one may have half the usual power: that does not say it all."""
+    low = 0
+    for seed in range(30):
+        rng = np.random.default_rng([seed, 3])
+        samples = white(rng, 20_000)
+        samples[10_000:] *= rng.uniform(1.45, 1.6)
+        named = found(samples)
+        assert "disturbance" in named or named["noise_changes"].severity is Severity.WARNING
+        low += {"amplitude_drop", "noise_changes"} <= set(named)
+    assert low
+
+
 @pytest.mark.parametrize("length", [1, 37])
 def test_class_4_half_the_level_before_a_gap(noise: np.ndarray, length: int) -> None:
     noise[30_000 - length : 30_000] *= 0.5

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from allanite.recording.cleaning import clean
-from allanite.recording.health import CATALOGUE, Finding, check
+from allanite.recording.health import CATALOGUE, Finding, Severity, check
 from allanite.recording.health.catalogue import LOOK_ALIKES
 from allanite.recording.records import Channel, Recording
 from allanite.views import wording
@@ -130,6 +130,40 @@ def test_a_time_among_the_signals_is_named_and_the_way_out_is_the_other_channels
     (finding,) = codes(of_six(y))["only_grows"]
     assert finding.channel == "gyro_x"
     assert finding.advice == "read the log without it: --channels gyro_y,gyro_z,acc_x,acc_y,acc_z"
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_a_unit_that_turned_has_no_short_gravity(seed: int) -> None:
+    """The mean over attitudes is shorter than each: a wrong unit shows in the usual second, and is still named."""
+    rng = np.random.default_rng(seed)
+    angle = rng.uniform(0.15, 1.5) * np.clip((np.arange(N) / N - 0.3) * rng.uniform(2, 8), 0.0, 1.0)
+    y = six(rng)
+    y[:, 3:] = 0.02 * rng.standard_normal((N, 3))
+    y[:, 3] += 9.80665 * np.sin(angle)
+    y[:, 5] += 9.80665 * np.cos(angle)
+    found = codes(of_six(y))
+    assert set(found) & {"motion", "not_at_rest"} and "gravity" not in found
+    y[:, 3:] /= 9.80665
+    wrong = codes(of_six(y))
+    if "not_at_rest" not in wrong:
+        (finding,) = wrong["gravity"]
+        assert "g labelled as m/s² would explain it" in finding.message
+
+
+@pytest.mark.parametrize("name", ["x", "s", "gyro z", "the", "1"])
+def test_what_is_said_of_one_channel_names_it(name: str) -> None:
+    """Whatever it is called, a word of the sentence, a letter of it, and whether the message began with it or not."""
+    for message in ("the samples are still", f"{name}: the samples are still"):
+        one = Finding(
+            code="stuck",
+            severity=Severity.WARNING,
+            channel=name,
+            message=message,
+            advice="",
+            risk="",
+            count=1,
+        )
+        assert wording.said_of([one]) == [f"{name}: the samples are still"]
 
 
 def test_motion_comes_before_everything_else(rng: np.random.Generator) -> None:

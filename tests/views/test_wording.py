@@ -10,6 +10,7 @@ import pytest
 
 import allanite as al
 import sample_study
+from allanite.fitting.estimates import limit_estimate
 from allanite.noise import RandomWalk, White
 from allanite.quantities.display_units import si_unit
 from allanite.quantities.number_words import probability
@@ -218,3 +219,15 @@ def test_a_limit_of_noise_that_is_there_is_not_read_as_none() -> None:
     assert "slow noise is there" in said and "or a term like it" in said
     clear = al.characterize(al.simulate(al.NoiseModel.of(White(N=1e-4)), rate=20.0, duration=200.0, seed=1))
     assert wording.provisos(clear.document["channels"]) == []
+
+
+@pytest.mark.parametrize(
+    ("symbols", "said"),
+    [(["K"], "slow noise is there, K or"), (["B", "R"], "slow noise"), (["N"], "noise beyond")],
+)
+def test_white_noise_that_is_needed_is_not_called_slow(symbols: list[str], said: str) -> None:
+    estimates = [
+        limit_estimate(s, 1.0, "; the record needs this term or one like it").to_json() for s in symbols
+    ]
+    (words,) = wording.provisos([{"name": "x", "models": [{"estimates": estimates}]}])
+    assert words.startswith(f"x: {said}")

@@ -26,6 +26,7 @@ __all__ = [
     "read_files",
     "refuse_beside_files",
     "rests_by_file",
+    "without_pauses",
 ]
 
 Json = Mapping[str, Any]
@@ -129,14 +130,51 @@ class LogOfFiles:
         return max(k for k, (start, _) in enumerate(self.spans) if start <= sample)
 
     def without_pauses(self, findings: Iterable[Finding]) -> tuple[Finding, ...]:
-        """Findings without those of samples that are missing between the files alone."""
-        pauses = [(a, b) for (_, a), (b, _) in pairwise(self.spans)]
+        """See the function of this name."""
+        return without_pauses(findings, self.recording.n_samples, self.spans)
 
-        def between(finding: Finding) -> bool:
-            spans = [tuple(span) for span in finding.spans.tolist()]
-            return finding.code == "missing" and bool(spans) and all(span in pauses for span in spans)
 
-        return tuple(f for f in findings if not between(f))
+def without_pauses(
+    findings: Iterable[Finding], n_samples: int, spans: Sequence[tuple[int, int]]
+) -> tuple[Finding, ...]:
+    """Findings in which only what is missing in the files counts as missing, not the time between them.
+
+    Parameters
+    ----------
+    findings : iterable of Finding
+        Of the log of all files.
+    n_samples : int
+        Of that log.
+    spans : sequence of (int, int) [samples]
+        Where each file is in it.
+    """
+    pauses = [(a, b) for (_, a), (b, _) in pairwise(spans)]
+    between = sum(b - a for a, b in pauses)
+    left = (
+        _missing_in_files(f, n_samples - between, between, pauses) if f.code == "missing" else f
+        for f in findings
+    )
+    return tuple(f for f in left if f is not None)
+
+
+def _missing_in_files(
+    missing: Finding, recorded: int, between: int, pauses: Sequence[tuple[int, int]]
+) -> Finding | None:
+    from allanite.plain_files.counted import plural
+    from allanite.recording.health import Severity
+    from allanite.recording.health.finding import percent
+    from allanite.recording.health.values import TOLERATED
+
+    count = missing.count - between
+    if count <= 0:
+        return None
+    return replace(
+        missing,
+        message=f"{count} of {plural(recorded, 'sample')} in the files missing ({percent(count / recorded)})",
+        severity=Severity.INFO if count <= TOLERATED * recorded else Severity.WARNING,
+        count=count,
+        spans=missing.spans[[tuple(span) not in pauses for span in missing.spans.tolist()]],
+    )
 
 
 def headed(log: ByFile | LogOfFiles, headings: Iterable[float | None]) -> list[Json]:

@@ -9,7 +9,7 @@ from collections.abc import Callable, Collection, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from allanite.commands.by_file import ByFile, headed, read_files
+from allanite.commands.by_file import ByFile, headed, read_files, without_pauses
 from allanite.commands.means import read_means, record_of_means
 from allanite.commands.measurement import MeasurementResult, beside, origin_of, provenance
 from allanite.commands.recordings import is_lossy, read_whole
@@ -255,6 +255,9 @@ def north_of(
     else:
         longest = LONGEST_TURN if positions is None else math.inf
         ready = checked(part, placed, channels, accept=accept, longest=longest)
+    if by_file is not None:
+        of_each = [(p.start, p.stop) for p in placed.positions]
+        ready = replace(ready, findings=without_pauses(ready.findings, whole.n_samples, of_each))
     north = find_north(
         ready.recording,
         model=models,

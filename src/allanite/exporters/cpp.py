@@ -274,7 +274,11 @@ def _why(document: Json, axis: Json, wanted: str | None) -> str:
         return f"{text}, the only one"
     if wanted is not None:
         return f"{text}, one of {count}"
-    return f"{text}, the worst axis of {count} channels: the largest Allan deviation, averaged over octaves"
+    alike = sum(c["kind"] == axis["kind"] for c in document["channels"])
+    if alike == 1:
+        return f"{text}, the only one of its kind"
+    which = "" if alike == count else " of its kind"
+    return f"{text}, the worst axis of {alike} channels{which}: the largest Allan deviation, averaged over octaves"
 
 
 def _choices(

@@ -7,6 +7,7 @@ import math
 from collections.abc import Iterator
 
 from allanite.experiments.earth_rate import EarthRateEstimate
+from allanite.experiments.earth_rate.words import widened_words
 from allanite.experiments.reversals.sides import direction_of, is_vertical, sides_of
 from allanite.plain_files.counted import plural
 from allanite.quantities.earth import DEG_H
@@ -133,10 +134,8 @@ def _budget(result: EarthRateEstimate) -> Iterator[PageBlock]:
     yield from rate_budget(budget_lines(result.budget)) or [
         Text(unstated_words(result.first), note=True, brief=True)
     ]
-    if result.inflation > 1:
-        yield Text(
-            f"The noise is widened {result.inflation:.2f} times: see the checks.", note=True, brief=True
-        )
+    if widened := widened_words(result):
+        yield Text(widened, note=True, brief=True)
 
 
 # -- pictures ---------------------------------------------------------------------------------------------

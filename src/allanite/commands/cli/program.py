@@ -16,8 +16,9 @@ import click
 
 from allanite import __version__
 from allanite.commands.cli.failures import FAILED, INTERNAL, failure
+from allanite.commands.cli.in_options import in_options
 from allanite.commands.cli.repeated import AddingGroup
-from allanite.errors import DataQualityWarning
+from allanite.errors import AllaniteError, DataQualityWarning
 from allanite.plain_files.printable import Shielded, printable
 
 __all__ = ["EXIT_CODES", "LOSS", "UNFIT", "cli", "command", "example_of", "family", "main"]
@@ -89,6 +90,10 @@ class _Program(AddingGroup):
     def invoke(self, context: click.Context) -> Any:
         try:
             return super().invoke(context)
+        except AllaniteError as error:
+            command = self.commands.get(context.invoked_subcommand or "")
+            error.args = (in_options(str(error), command),)
+            raise
         except BrokenPipeError as error:
             if not _reader_left():  # it was the pipe or the connection of something else
                 raise OSError(f"{error.filename or 'a connection'}: {error.strerror or error}") from error

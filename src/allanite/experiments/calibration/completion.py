@@ -8,7 +8,7 @@ would tell is added to what is known, and the one is taken that leaves the fewes
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -18,7 +18,7 @@ from allanite.experiments.calibration.adjustment import OPEN, Adjustment, plausi
 from allanite.experiments.calibration.adjustment.design import Observed, State, linearise
 from allanite.experiments.calibration.adjustment.turning import constant_rate_turns
 from allanite.experiments.calibration.adjustment.weights import TURNS
-from allanite.experiments.calibration.orientations import ORIENTATIONS
+from allanite.experiments.calibration.orientations import ORIENTATIONS, words_of
 from allanite.quantities.attitude import rotation
 from allanite.recording.calibration import ACCELEROMETER, GYRO
 
@@ -74,9 +74,10 @@ def complete(fit: Adjustment) -> Completion:
         by_name = {name: (NO_TURNS,) for name in waiting if name.startswith(GYRO)}
         waiting -= set(by_name)
     known = _Known.of(fit)
+    there = {words_of(-attitude[2]) for attitude in fit.solution.state.attitudes}
     added: list[str] = []
     for _ in range(MOST if waiting else 0):
-        words, better = _best(fit, known)
+        words, better = _best(fit, known, there | set(added))
         if better.score <= known.score + 1e-6:
             break
         known = better
@@ -143,15 +144,17 @@ class _Known:
         return np.asarray((vectors[:, values * ENOUGH**2 < 1.0] ** 2).sum(axis=1))
 
 
-def _best(fit: Adjustment, known: _Known) -> tuple[str, _Known]:
+def _best(fit: Adjustment, known: _Known, there: Collection[str]) -> tuple[str, _Known]:
+    """The position that tells most, a new one where any tells something: one that is there tells of the turn alone."""
     last_up = -known.attitude[2]
     candidates = []
     for words, direction in ORIENTATIONS.items():
         up = np.array(direction, dtype=np.float64) / math.hypot(*direction)
         if up @ last_up < 1 - 1e-3:
             candidates.append((words, _with(fit, known, up)))
+    new = [pair for pair in candidates if pair[0] not in there and pair[1].score > known.score + 1e-6]
     # ties go to the first: faces before edges, edges before corners
-    return max(candidates, key=lambda pair: round(pair[1].score, 3))
+    return max(new or candidates, key=lambda pair: round(pair[1].score, 3))
 
 
 def _with(fit: Adjustment, known: _Known, up: Array) -> _Known:

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.experiments.calibration.adjustment import OPEN, Adjustment, left_out
+from allanite.experiments.calibration.adjustment import OPEN, Adjustment, left_out, plausible_of
 from allanite.experiments.calibration.adjustment.design import SENSITIVITY
 from allanite.experiments.calibration.adjustment.scatter import Deletion, deletion, shift
 from allanite.experiments.calibration.adjustment.weights import DRIFT, TURNS
@@ -27,7 +27,7 @@ from allanite.experiments.calibration.results import (
     ObservationScatter,
 )
 from allanite.experiments.calibration.rows import SOURCES
-from allanite.experiments.calibration.verdict import WHAT, checks_of, judge
+from allanite.experiments.calibration.verdict import MORE_POSITIONS, WHAT, checks_of, judge
 from allanite.quantities.attitude import rotation_vector
 from allanite.quantities.distributions import normal_quantile, student_quantile
 from allanite.recording.calibration import ACCELEROMETER, AXES, GYRO, Calibration, Frame
@@ -116,12 +116,8 @@ def outcome(about: Circumstances, fit: Adjustment) -> CalibrationEstimate:
 
 def _calibration(about: Circumstances, fit: Adjustment) -> Calibration:
     names = fit.observed.names
-    values, sizes = fit.solution.state.values.copy(), np.ones(len(names))
-    for k, name in enumerate(names):
-        sensor, _, rest = name.partition(".")
-        if not rest.startswith(("misalignment", "quadratic")):
-            sizes[k] = about.problem.gains[sensor]
-    values *= sizes
+    sizes = _sizes_of(names, about.problem.gains)
+    values = fit.solution.state.values * sizes
     for k, name in enumerate(names):
         sensor, _, rest = name.partition(".")
         if rest.startswith("bias_") and not rest.startswith("bias_temperature"):
@@ -149,15 +145,31 @@ def _calibration(about: Circumstances, fit: Adjustment) -> Calibration:
     return calibration.with_repeatability(stated) if stated else calibration
 
 
+def _sizes_of(names: tuple[str, ...], gains: Mapping[str, float]) -> Array:
+    """What one unit of each parameter of the fit is in the units of the channels."""
+    kinds = [name.partition(".")[::2] for name in names]
+    return np.array(
+        [1.0 if rest.startswith(("misalignment", "quadratic")) else gains[sensor] for sensor, rest in kinds]
+    )
+
+
 def _parameters(
     about: Circumstances, fit: Adjustment, calibration: Calibration, opened: Array, completion: Completion
 ) -> tuple[CalibrationParameter, ...]:
     out = []
+    normal = normal_quantile(0.5 + about.confidence / 2)
+    wide = np.sqrt(fit.upper_variance(about.confidence))
+    believed = normal * plausible_of(calibration.names) * _sizes_of(calibration.names, about.problem.gains)
     for k, name in enumerate(calibration.names):
         value, sd = calibration[name]
-        dof = float(fit.dof[k])
-        tail = 0.5 + about.confidence / 2
-        half = sd * (student_quantile(tail, dof) if math.isfinite(dof) else normal_quantile(tail))
+        dof, status = float(fit.dof[k]), calibration.status[k]
+        half = normal * sd
+        if math.isfinite(dof):
+            half = sd * min(student_quantile(0.5 + about.confidence / 2, dof), normal * float(wide[k]))
+        if half > believed[k] > 0:  # the record says no more than what is known of any unit
+            half = float(believed[k])
+            status = "not resolved" if status == "estimated" else status
+        advice = {"assumed": completion.of(name), "not resolved": (MORE_POSITIONS,)}.get(status, ())
         out.append(
             CalibrationParameter(
                 name=name,
@@ -165,10 +177,10 @@ def _parameters(
                 value=value,
                 sd=sd,
                 interval=(value - half, value + half),
-                status=calibration.status[k],
+                status=status,
                 open=float(min(opened[k], 1.0)),
                 dof=dof,
-                advice=completion.of(name) if calibration.status[k] == "assumed" else (),
+                advice=advice,
             )
         )
     return tuple(out)

@@ -45,11 +45,13 @@ class CalibrationParameter:
         At the confidence of the estimate.
     status : str
         "estimated"; "assumed" where the positions leave it open; "not resolved" where no position comes near one of
-        the directions that it is the difference or the sum of: value and interval extrapolate.
+        the directions that it is the difference or the sum of: value and interval extrapolate; or where so few
+        positions hardly tell how far they scatter, and the interval is as wide as what is known of any unit.
     open : float
         Part of it that lies in directions which the positions leave open, 0 to 1.
     dof : float
-        Degrees of freedom of the law of the interval; infinite where no scatter had to be estimated.
+        Degrees of freedom of the law of the interval; infinite where no scatter had to be estimated. Where they are
+        few, the interval is that of the largest scatter which the residuals do not exclude.
     advice : tuple of str
         What to add so that it can be estimated; empty where it was.
     """

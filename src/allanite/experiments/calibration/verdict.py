@@ -14,8 +14,10 @@ from allanite.quantities.earth import DEG_H
 from allanite.quantities.residual_tests import SCATTER_ALARM, ResidualTest, alarm
 from allanite.recording.calibration import ACCELEROMETER, GYRO
 
-__all__ = ["WHAT", "checks_of", "judge"]
+__all__ = ["MORE_POSITIONS", "WHAT", "checks_of", "judge"]
 
+#: What a parameter needs of which the interval is as wide as what is known of any unit.
+MORE_POSITIONS = "record more positions: these are too few to tell how far they scatter"
 #: Kinds of observations in words.
 WHAT = {ACCELEROMETER: "accelerometers at rest", GYRO: "gyros at rest", TURNS: "turns"}
 #: What makes them scatter beyond the noise.
@@ -97,6 +99,8 @@ def _advice(estimate: CalibrationEstimate) -> tuple[str, ...]:
         advice.append(f"to estimate what is left open, add: {'; '.join(estimate.add)}")
     elif estimate.assumed:
         advice.extend(dict.fromkeys(a for p in estimate.parameters for a in p.advice))
+    if MORE_POSITIONS not in advice and any(MORE_POSITIONS in p.advice for p in estimate.parameters):
+        advice.append(MORE_POSITIONS)
     return tuple(advice)
 
 
@@ -141,6 +145,11 @@ def _verdict(
                 f"no position has {' or '.join(missing)} within 60 deg: bias and scale factor of {_axes(missing)} are "
                 f"not resolved; {determine} {estimated} of {len(estimate.parameters)} parameters"
             ),
+        )
+    if any(p.status == "not resolved" for p in estimate.parameters):
+        return (
+            "partly calibrated",
+            f"{determine} {estimated} of {len(estimate.parameters)} parameters and hardly tell how far they scatter",
         )
     if estimate.assumed:
         return (

@@ -18,13 +18,13 @@ from allanite.experiments.earth_rate.verdict import (
 from allanite.experiments.reversals.sides import is_vertical
 from allanite.plain_files.counted import plural
 from allanite.quantities.earth import DEG_H, EARTH_RATE
-from allanite.quantities.residual_tests import SEEN, grave, scatter_words, size_words
+from allanite.quantities.residual_tests import SEEN, grave, inflation_of, scatter_words, size_words
 from allanite.quantities.units import STANDARD_GRAVITY
 
 if TYPE_CHECKING:
     from allanite.experiments.earth_rate.results import EarthRateEstimate, RateCheck
 
-__all__ = ["advice", "check_name", "check_says", "reason", "remarked"]
+__all__ = ["advice", "check_name", "check_says", "reason", "remarked", "widened_words"]
 
 _NAMES = {
     RateCheckKind.SIZE: "size of the noise",
@@ -103,6 +103,19 @@ def _size(estimate: EarthRateEstimate) -> str:
     """How many standard deviations there are between the rate and zero."""
     widened = "" if estimate.inflation == 1 else f", widened {estimate.inflation:.2f} times"
     return f"{abs(estimate.rate) / estimate.total_sd:.1f} standard deviations{widened}"
+
+
+def widened_words(estimate: EarthRateEstimate) -> str:
+    """Why the noise is widened; "" where it is not."""
+    if estimate.inflation <= 1:
+        return ""
+    asked = inflation_of(estimate.checks) > 0.999 * estimate.inflation
+    why = (
+        "see the checks"
+        if asked
+        else "the pairs of dwells scatter as much, and the noise is of this record alone"
+    )
+    return f"The noise is widened {estimate.inflation:.2f} times: {why}."
 
 
 def _too_small(estimate: EarthRateEstimate) -> str:

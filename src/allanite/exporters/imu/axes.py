@@ -216,7 +216,8 @@ def parameter(channel: str, model: Json, symbol: str, file: str) -> Number:
         return Number(symbol, estimate["value"], f"{estimate['value']:.4e}{span}", has_interval=True)
     if estimate is None or estimate["upper"] is None or not math.isfinite(estimate["upper"]):
         raise InputError(
-            f"channel {channel!r}: {symbol} has neither a value nor an upper limit for {file}; record longer"
+            f"channel {channel!r}: {symbol} has neither a value nor an upper limit for {file}; fit with {symbol} "
+            "among the terms, or record longer"
         )
     return Number(symbol, estimate["upper"], f"< {estimate['upper']:.4e} (95 % upper limit, used)")
 

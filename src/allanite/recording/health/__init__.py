@@ -139,7 +139,7 @@ CHANNEL_DETECTORS: tuple[Callable[[ChannelSurvey], Iterator[Finding]], ...] = (
 #: Functions of all channels' surveys together.
 RECORD_DETECTORS: tuple[Callable[[Sequence[ChannelSurvey]], Iterator[Finding]], ...] = (
     repeats.duplicate_channels,
-    meaning.gravity,
+    motion.gravity,
     raw_counts.raw_counts,
     motion.motion,
     meaning.bias_removed,

@@ -13,8 +13,8 @@ References
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from statistics import NormalDist
 
 import numpy as np
@@ -56,9 +56,11 @@ def noise_changes(survey: ChannelSurvey) -> Iterator[Finding]:
     """The noise is larger in some parts of the record than in others."""
     if survey.sigma == 0.0 or excess_of(survey) >= SLIGHT or survey.lattice.step > 2.0 * survey.sigma:
         return
-    parts = [made for scale in survey.scales if (made := _parts(scale, len(survey.scales))) is not None]
-    uneven = [p for p in parts if p.excess > 1.0 and p.ratio > NOTICED]
-    if not uneven or any(True for _ in amplitude_drop(survey)):  # which says it
+    uneven = _uneven(survey.scales)
+    drops = [f.spans for f in amplitude_drop(survey)]
+    if uneven and drops:  # which say it, if the rest of the record is even
+        uneven = _uneven([_without(scale, np.concatenate(drops)) for scale in survey.scales])
+    if not uneven:
         return
     worst = max(uneven, key=lambda p: p.excess)
     most = int(np.nanargmax(worst.energy))
@@ -75,6 +77,24 @@ def noise_changes(survey: ChannelSurvey) -> Iterator[Finding]:
         spans=[(most * worst.size, min((most + 1) * worst.size, survey.n_samples))],
         count=0,
     )
+
+
+def _uneven(scales: Sequence[BlockDifferences]) -> list[_PartEnergies]:
+    """The scales at which the parts of a record scatter by more than chance, and enough to be worth a word."""
+    parts = [made for scale in scales if (made := _parts(scale, len(scales))) is not None]
+    return [p for p in parts if p.excess > 1.0 and p.ratio > NOTICED]
+
+
+def _without(scale: BlockDifferences, spans: NDArray[np.int64]) -> BlockDifferences:
+    """A scale without the windows of these spans, and without half as much around each: their ends are mixtures.
+
+    The spans are sorted, and as long as one another.
+    """
+    margin = (spans[:, 1] - spans[:, 0]) // 2
+    starts = np.arange(len(scale.energy)) * scale.window
+    begun = np.searchsorted(spans[:, 0] - margin, starts + scale.window, side="left")
+    ended = np.searchsorted(spans[:, 1] + margin, starts, side="right")
+    return replace(scale, energy=np.where(begun > ended, np.nan, scale.energy))
 
 
 def _parts(scale: BlockDifferences, n_scales: int) -> _PartEnergies | None:

@@ -10,16 +10,16 @@ from typing import NamedTuple
 import numpy as np
 
 from allanite.recording.channel_names import unit_option
-from allanite.recording.health.disturbance import NOTICED, excess_of, moved, quiet_deviations
+from allanite.recording.health.disturbance import NOTICED, excess_of, quiet_deviations
 from allanite.recording.health.finding import Finding, Severity, finding
 from allanite.recording.health.resolution import is_unresolved
 from allanite.recording.health.survey import ChannelSurvey
 from allanite.recording.records import Kind
 
 __all__ = [
+    "GRAVITY",
     "aliasing",
     "bias_removed",
-    "gravity",
     "known_step",
     "triads",
     "unit",
@@ -255,24 +255,6 @@ def _deg_h(rate: float) -> str:
     return f"{math.degrees(rate) * 3600.0:.3g}"
 
 
-def gravity(surveys: Sequence[ChannelSurvey]) -> Iterator[Finding]:
-    """The mean of an accelerometer triad is not 1 g long (battery B18)."""
-    if any(moved(s) for s in surveys):
-        return
-    for triad in triads([s for s in surveys if s.channel.kind is Kind.ACCELERATION and s.present]):
-        norm = math.sqrt(sum((s.mean * s.channel.scale) ** 2 for s in triad))
-        ratio = norm / GRAVITY
-        if abs(ratio - 1.0) <= 0.01:
-            continue
-        names = ", ".join(s.name for s in triad)
-        yield finding(
-            "gravity",
-            f"the mean of {names} is {norm:.5g} m/s² long, {ratio:.4g} g{_mix_up(ratio)}",
-            severity=Severity.WARNING,
-            count=sum(s.present for s in triad),
-        )
-
-
 def triads(sensors: Sequence[ChannelSurvey]) -> list[tuple[ChannelSurvey, ...]]:
     """Threes of channels whose names differ in the axis alone; three unrelated names are one triad too."""
     groups: dict[str, list[ChannelSurvey]] = {}
@@ -281,20 +263,3 @@ def triads(sensors: Sequence[ChannelSurvey]) -> list[tuple[ChannelSurvey, ...]]:
         groups.setdefault(stem, []).append(s)
     triads = [tuple(g) for g in groups.values() if len(g) == 3]
     return triads or ([tuple(sensors)] if len(sensors) == 3 else [])
-
-
-def _mix_up(ratio: float) -> str:
-    """What would explain a length of so many g."""
-    if ratio < 0.02 and abs(ratio / 1e-3 - 1.0) >= 0.03:
-        return ": gravity was subtracted before logging, and the bias cannot be told from what is left"
-    for factor, text in (
-        (GRAVITY, "m/s² labelled as g"),
-        (1.0 / GRAVITY, "g labelled as m/s²"),
-        (1e3, "mg labelled as g"),
-        (1e-3, "g labelled as mg"),
-        (math.degrees(1.0), "a factor 57.3 between degrees and radians"),
-        (math.radians(1.0), "a factor 57.3 between degrees and radians"),
-    ):
-        if abs(ratio / factor - 1.0) < 0.03:
-            return f": {text} would explain it"
-    return ""

@@ -1,8 +1,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Was a unit that is said to be at rest turned? Gravity tells, however slowly it happened.
+"""What gravity tells of a unit that is meant to rest: whether it was turned, and whether its unit and scale are right.
 
 The test of rest (`disturbance`) compares windows of a record with one another, axis by axis. It does not see what
-moves evenly, and it cannot say by how much the unit turned. The direction of the mean specific force can.
+moves evenly, and it cannot say by how much the unit turned. The direction of the mean specific force can. Its length
+is 1 g, of a unit that turned in each second only: the mean over many attitudes is shorter.
 """
 
 from __future__ import annotations
@@ -13,15 +14,19 @@ from collections.abc import Iterator, Sequence
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.recording.health.disturbance import moved
 from allanite.recording.health.finding import Finding, Severity, finding
-from allanite.recording.health.meaning import triads
+from allanite.recording.health.meaning import GRAVITY, triads
 from allanite.recording.health.survey import ChannelSurvey
 from allanite.recording.records import Kind
 
-__all__ = ["motion"]
+__all__ = ["gravity", "motion"]
 
 Samples = NDArray[np.float64]
 
+#: Length of gravity over 1 g: within so much of 1 at rest, and in the usual second of a unit that turned, where a part
+#: of its seconds may be motion.
+AGREES, TURNING_AGREES = 0.01, 0.03
 #: Length of the means whose directions are compared [s], and the fewest samples in one.
 LENGTH, LEAST = 1.0, 8
 #: Angle that no drift of the bias explains: 2 deg are 34 mg.
@@ -38,8 +43,8 @@ def motion(surveys: Sequence[ChannelSurvey]) -> Iterator[Finding]:
         starts, means, size = _means(triad)
         if len(means) < 2:
             continue
-        angle, bar = _angles(means), _bar(triad, means, size)
-        out = angle > max(bar, TURNED)
+        angle = _angles(means)
+        out = angle > max(_bar(triad, means, size), TURNED)
         if not out.any():
             continue
         names, first = ", ".join(s.name for s in triad), int(np.argmax(out))
@@ -88,3 +93,45 @@ def _bar(triad: Sequence[ChannelSurvey], means: Samples, size: int) -> float:
     noise = max(abs(s.channel.scale) * s.sigma for s in triad) / math.sqrt(size)
     length = float(np.median(np.linalg.norm(means, axis=1)))
     return NOISE * noise / length
+
+
+def gravity(surveys: Sequence[ChannelSurvey]) -> Iterator[Finding]:
+    """The mean of an accelerometer triad is not 1 g long (battery B18)."""
+    if any(moved(s) for s in surveys):
+        return
+    for triad in triads([s for s in surveys if s.channel.kind is Kind.ACCELERATION and s.present]):
+        turned = next(motion(triad), None) is not None
+        norm = _usual_length(triad) if turned else math.hypot(*(s.mean * s.channel.scale for s in triad))
+        ratio = norm / GRAVITY
+        if abs(ratio - 1.0) <= (TURNING_AGREES if turned else AGREES):
+            continue
+        what = "usual length of" if turned else "mean of"
+        names = ", ".join(s.name for s in triad)
+        yield finding(
+            "gravity",
+            f"the {what} {names} is {norm:.5g} m/s²{'' if turned else ' long'}, {ratio:.4g} g{_mix_up(ratio)}",
+            severity=Severity.WARNING,
+            count=sum(s.present for s in triad),
+        )
+
+
+def _usual_length(triad: Sequence[ChannelSurvey]) -> float:
+    """Median length of the means over a second [m/s^2]."""
+    return float(np.median(np.linalg.norm(_means(triad)[1], axis=1)))
+
+
+def _mix_up(ratio: float) -> str:
+    """What would explain a length of so many g."""
+    if ratio < 0.02 and abs(ratio / 1e-3 - 1.0) >= 0.03:
+        return ": gravity was subtracted before logging, and the bias cannot be told from what is left"
+    for factor, text in (
+        (GRAVITY, "m/s² labelled as g"),
+        (1.0 / GRAVITY, "g labelled as m/s²"),
+        (1e3, "mg labelled as g"),
+        (1e-3, "g labelled as mg"),
+        (math.degrees(1.0), "a factor 57.3 between degrees and radians"),
+        (math.radians(1.0), "a factor 57.3 between degrees and radians"),
+    ):
+        if abs(ratio / factor - 1.0) < 0.03:
+            return f": {text} would explain it"
+    return ""

@@ -17,6 +17,7 @@ from allanite.recording.records import BLOCK, OVERLOAD
 
 __all__ = [
     "MINIMUM",
+    "TOLERATED",
     "clipping",
     "every",
     "implausible_exponents",

@@ -56,7 +56,7 @@ def _of_alike(members: Sequence[Finding]) -> str:
     names = [f.channel for f in members if f.channel is not None]
     most = max(members, key=lambda f: f.count)
     words = own_words(most)
-    if not names or (len(members) == 1 and names[0] in most.message):
+    if not names:
         return words
     if len({own_words(f) for f in members}) == 1:
         return f"{listed(names)}: {words}"

@@ -19,6 +19,8 @@ __all__ = ["missing_lines", "provisos", "record_facts"]
 Json = Mapping[str, Any]
 
 _SHOWN_SETTINGS = 40
+#: Symbols of slow noise.
+_SLOW = {"B", "T", "sigma", "sigma_2", "K", "R"}
 
 
 def provisos(channels: Iterable[Json]) -> list[str]:
@@ -44,8 +46,9 @@ def _needed(channel: Json) -> str:
     needed = [e["symbol"] for e in model.get("estimates") or () if Estimate.from_json(e).needed]
     if not needed:
         return ""
+    what = "slow noise" if _SLOW.issuperset(needed) else "noise beyond the terms that the record shows"
     return (
-        f"slow noise is there, {' and '.join(needed)} or a term like it; the record cannot tell which, so that each "
+        f"{what} is there, {' and '.join(needed)} or a term like it; the record cannot tell which, so that each "
         "has a limit alone. Record longer to know."
     )
 

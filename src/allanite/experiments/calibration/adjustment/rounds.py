@@ -21,6 +21,7 @@ from allanite.experiments.calibration.adjustment.scatter import (
     satterthwaite,
     shift,
     sizes_of,
+    upper_variance,
 )
 from allanite.experiments.calibration.adjustment.solution import CalibrationSolution, Earth, solve
 from allanite.experiments.calibration.adjustment.turning import TurningSamples
@@ -121,6 +122,8 @@ class Adjustment:
         Covariance of everything that may be beyond the noise, of unit size.
     sizes : Sizes
         Of what is.
+    contrasts : Contrasts or None
+        What the sizes were found from; None where nothing was looked for.
     dof : ndarray, shape (p,)
         Of the law of each parameter.
     earth : EarthSeen or None
@@ -134,6 +137,7 @@ class Adjustment:
     kinds: dict[str, tuple[float, int]]
     shapes: dict[str, Array]
     sizes: Sizes
+    contrasts: Contrasts | None
     dof: Array
     earth: EarthSeen | None
 
@@ -141,6 +145,12 @@ class Adjustment:
     def beyond(self) -> dict[str, float]:
         """Sizes of what is beyond the noise, by name."""
         return self.sizes.values
+
+    def upper_variance(self, confidence: float) -> Array:
+        """Upper limits of the variance of each parameter over the variance that is stated, shape (p,)."""
+        if self.contrasts is None:
+            return np.ones(len(self.observed.names))
+        return upper_variance(self.solution, self.shapes, self.sizes, self.contrasts, confidence)
 
     def scatter_dof(self, what: str) -> float:
         """Degrees of freedom of the variance of a usual row of one kind; infinite with nothing beyond the noise."""
@@ -298,7 +308,7 @@ def _widened(
     if headed is not None:
         solution = _fit(observed, weights, headed, earth)
     pure = {name: group_of(solution, rows[name]) for name in GROUPS if name in rows}
-    sizes = Sizes()
+    sizes, contrasts = Sizes(), None
     shapes = _shapes(observed, weights, solution, rows)
     wanted = (_wanted(pure) | always) - never
     for _ in range(ROUNDS):
@@ -327,6 +337,7 @@ def _widened(
         kinds={},
         shapes=shapes,
         sizes=replace(sizes, values={n: weights.beyond[n] for n in sizes.values}),
+        contrasts=contrasts,
         dof=np.zeros(0),
         earth=None,
     )

@@ -13,6 +13,8 @@ References
    likelihood of the contrasts that no unknown enters, and its scoring.
 .. [2] F. E. Satterthwaite, "An approximate distribution of estimates of variance components", Biometrics Bulletin 2
    (1946) 110.
+.. [3] F. A. Graybill, C.-M. Wang, "Confidence intervals on nonnegative linear combinations of variances", JASA 75
+   (1980) 869: what a sum exceeds its estimate by is the root of the sum of the squares of what its addends do.
 """
 
 from __future__ import annotations
@@ -25,7 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.experiments.calibration.adjustment.solution import CalibrationSolution
-from allanite.quantities.distributions import chi_square_tail
+from allanite.quantities.distributions import chi_square_quantile, chi_square_tail
 
 __all__ = [
     "Contrasts",
@@ -39,6 +41,7 @@ __all__ = [
     "satterthwaite",
     "shift",
     "sizes_of",
+    "upper_variance",
 ]
 
 Array = NDArray[np.float64]
@@ -47,6 +50,8 @@ Index = NDArray[np.int64]
 #: Rounds at most and, of these, those before scoring; longest step, and the step below which a variance has settled,
 #: both of its logarithm.
 ROUNDS, WARM, STRIDE, SETTLED = 30, 3, 2.0, 0.01
+#: Largest upper limit of a variance over its estimate, or over what doubles the noise, as a power of e.
+FARTHEST = 40.0
 #: Beyond the noise by less than this part of its variance is nothing.
 NOTHING = 1e-3
 #: A direction of an observation counts from this part of its weight on that the other observations control.
@@ -233,6 +238,64 @@ def satterthwaite(variance: Array, parts: Array, spread: Array) -> Array:
     uncertain = np.einsum("in,ij,jn->n", parts, spread, parts) / 2
     with np.errstate(divide="ignore"):
         return np.asarray(np.where(uncertain > 0, variance**2 / uncertain, math.inf))
+
+
+def upper_variance(
+    solution: CalibrationSolution,
+    shapes: Mapping[str, Array],
+    sizes: Sizes,
+    contrasts: Contrasts,
+    confidence: float,
+) -> Array:
+    """Upper limits of the variance of each parameter, over the variance that is stated, shape (p,).
+
+    Where a size is hardly known, the law of Student has so few degrees of freedom that its quantiles mean nothing. A
+    parameter is not less certain than its variance is large, and that has an upper limit: by the restricted
+    likelihood for each size, and for their sum after [3].
+
+    Parameters
+    ----------
+    confidence : float
+        Of the two-sided interval whose upper end is the limit.
+    """
+    stated = np.diag(solution.covariance)
+    gain, excess = solution.gain, np.zeros(len(stated))
+    limits = _upper_sizes(contrasts, shapes, sizes, confidence)
+    for name, size in sizes.values.items():
+        part = np.einsum("ki,ij,kj->k", gain, shapes[name], gain)
+        excess += (part * (limits[name] ** 2 - size**2)) ** 2
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.asarray(np.where(stated > 0, 1 + np.sqrt(excess) / stated, 1.0))
+
+
+def _upper_sizes(
+    contrasts: Contrasts, shapes: Mapping[str, Array], sizes: Sizes, confidence: float
+) -> dict[str, float]:
+    """Sizes at which the restricted likelihood has fallen as far as the confidence lets it, the others as found."""
+    from scipy.optimize import brentq
+
+    parts = {n: contrasts.of_shape(shapes[n]) * v**2 for n, v in sizes.values.items()}
+    whole = np.eye(len(contrasts.seen)) + sum(parts.values())
+    least = _likelihood(contrasts, whole) - chi_square_quantile(confidence, 1) / 2
+    limits = {}
+    for name, part in parts.items():
+
+        def fallen(power: float, part: Array = part) -> float:
+            return least - _likelihood(contrasts, whole + math.expm1(power) * part)
+
+        top = 1.0
+        while top < FARTHEST and fallen(top) < 0:
+            top *= 2
+        power = float(brentq(fallen, 0.0, top, xtol=1e-3)) if top < FARTHEST else FARTHEST
+        limits[name] = sizes.values[name] * math.exp(power / 2)
+    return limits
+
+
+def _likelihood(contrasts: Contrasts, covariance: Array) -> float:
+    """Logarithm of the restricted likelihood, but for a constant."""
+    factor = np.linalg.cholesky(covariance)
+    white = np.linalg.solve(factor, contrasts.seen)
+    return -float(np.log(np.diag(factor)).sum()) - 0.5 * float(white @ white)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

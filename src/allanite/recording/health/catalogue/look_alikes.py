@@ -253,7 +253,7 @@ LOOK_ALIKES: dict[str, tuple[str, str]] = {
     ),
     "gravity": (
         "an accelerometer triad in motion",
-        "nothing is said of a log that moves; near ratios name the mix-up",
+        "where the unit turned, its usual second counts; where it moves all along, nothing is said; mix-ups are named",
     ),
     "unit_trap": (
         "a vibrating gyro",
