@@ -60,15 +60,15 @@ def datasheet_of(
     if found is None:
         document["provenance"] = provenance(Path(sheet).name, file_sha256(sheet), command)
     else:
-        document["provenance"] = {**found.document["provenance"], "command": command}
-        document["recording"] = found.document["recording"]
-        document["findings"] = found.document["findings"]
+        document["provenance"] = {**found.provenance.to_json(), "command": command}
+        document["recording"] = found.recording.to_json()
+        document["findings"] = [f.to_json() for f in found.findings]
     return MeasurementResult(
         result=result,
         document=document,
         name="datasheet",
         tables={"datasheet.csv": _rows(document)},
-        lossy=found is not None and is_lossy(found.document["findings"]),
+        lossy=found is not None and is_lossy(document["findings"]),
     )
 
 
