@@ -48,7 +48,8 @@ class Coefficient(Result):
     p : float or None
         Two-sided probability of an estimate so far from zero if the coefficient is zero.
     status : str
-        "resolved", "not resolved" or "not separable": the interval excludes zero; holds it; or the column is a combination of others, so that nothing is known.
+        "resolved", "not resolved" or "not separable": the interval excludes zero; holds it; or the column is a
+        combination of others, so that nothing is known.
     limit : float or None
         The largest size that the interval holds, where it is not resolved.
     note : str
