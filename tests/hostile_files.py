@@ -60,7 +60,7 @@ _IMPORTED = (
     "allanite.recording.calibration", "allanite.commands.cli", "allanite.study.datasheet", "allanite.commands",
     "allanite.views.terminal",
     "allanite.acquisition.instruments.serial_imu.description", "allanite.files.store", "allanite.study.model_file",
-    "allanite.files.readers.raw_layout", "allanite.study.schema", "h5py", "nptdms", "pyarrow.csv", "pyarrow.feather",
+    "allanite.files.readers.raw_layout", "allanite.study.results", "h5py", "nptdms", "pyarrow.csv", "pyarrow.feather",
     "pyarrow.ipc", "pyarrow.parquet", "pymavlink.dialects.v20.common", "python_calamine", "pyulog", "rdata",
     "rosbags.typesys", "ruamel.yaml", "scipy.io",
     *(f"allanite.files.readers.{name}" for name in (*PATCHED, "text", "run", "parquet", "numpy_file")),

@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from scipy.stats import binom
 
 from allanite.fitting import fit
-from allanite.fitting.tails import contamination_entry, with_tails
+from allanite.fitting.tails import contamination_of, with_tails
 from allanite.noise.allan import allan_curve
 from allanite.recording.health.tails import ALARM, law_of
 from allanite.recording.records import Recording
@@ -53,11 +53,10 @@ def _one(root: int, case: int, i: int) -> tuple[bool, bool, bool, bool]:
         any(e.symbol == "N" and e.supported and e.lower <= truth <= e.upper for e in m.estimates)
         for m in (plain, model)
     )
-    entry = contamination_entry(model, tails, 1.0, 1.0)
-    if not entry:
+    entry = contamination_of(model, tails, 1.0, 1.0)
+    if entry is None:
         return False, gaussian, whole, False
-    ends = entry["contamination"]["N_without"]
-    return True, gaussian, whole, bool(ends["lower"] <= 1.0 <= ends["upper"])
+    return True, gaussian, whole, entry.N_without.lower <= 1.0 <= entry.N_without.upper
 
 
 def run_contaminated(

@@ -137,7 +137,7 @@ def section(record: Record, study: al.Study) -> str:
     """One recording's part."""
     lines = [f"## {record.title}", "", record.about, ""]
     lines += ["| channel | term | ours | published |", "|---|---|---|---|"]
-    for channel in study.document["channels"]:
+    for channel in study.to_json()["channels"]:
         for name, ours in _rows(channel):
             lines.append(
                 f"| {channel['name']} | {name} | {ours} | {record.published.get((channel['name'], name), '')} |"

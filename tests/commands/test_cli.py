@@ -195,8 +195,8 @@ def test_characterize_leaves_what_it_promises(folder: Path) -> None:
     assert {p.name for p in (folder / "results").iterdir()} == set(RESULTS)
     assert (folder / "curve.pdf").read_bytes().startswith(b"%PDF")
     study = al.Study.load(folder / "results" / "study.json")
-    assert study.document["provenance"]["source"] == "gyro.csv"
-    assert len(study.document["provenance"]["sha256"]) == 64
+    assert study.provenance.source == "gyro.csv"
+    assert len(study.provenance.sha256 or "") == 64
     white = study.models["gyro"].estimate("N")
     assert white is not None
     assert white.supported
@@ -219,7 +219,7 @@ def test_the_table_shows_people_units_and_si_and_what_comes_next(
         assert part in done.out
     for name in RESULTS:
         assert f"wrote {tmp_path / 'again' / name}" in done.out
-    assert "next: gyro: " in done.out
+    assert "Next: gyro: " in done.out
     assert done.err == ""
 
 
@@ -228,10 +228,10 @@ def test_a_narrow_terminal_hides_nothing(run: Run, folder: Path, monkeypatch: py
     done = run("fit", folder / "results" / "allan.csv")
     assert "…" not in done.out
     assert max(map(len, done.out.splitlines())) <= 70
-    model = al.Study.load(folder / "results" / "study.json")["gyro"]["models"][0]
+    model = al.Study.load(folder / "results" / "study.json")["gyro"].models[0]
     from allanite.views.wording import reading
 
-    for estimate in model["estimates"]:
+    for estimate in model.estimates:
         found = reading("rate", "", estimate)
         assert found.symbol not in "QNBKR" or (found.value in done.out and found.si in done.out)
 

@@ -238,9 +238,9 @@ def test_a_study_says_what_the_numbers_hold_besides_the_sensor(tmp_path: Path, r
     assert "1.250 = √(0.03125 s/0.02 s) times smaller" in done.out and "Nothing was divided" in done.out
     assert "autozero_off" in done.out and "0.83 %" in done.out
     study = al.Study.load(tmp_path / "out" / "study.json")
-    (channel,) = study.document["channels"]
-    assert channel["aliasing"]["factor"] == pytest.approx(math.sqrt(0.03125 / 0.02))
-    assert channel["aliasing"]["applied"] is False
+    (channel,) = study.channels
+    assert channel.aliasing is not None
+    assert channel.aliasing.factor == pytest.approx(math.sqrt(0.03125 / 0.02))
     alone = al.characterize(
         al.Recording.from_rate(
             al.read(folder).values("gyro"), rate=32.0, unit="V", scale_factor="24.0 mV/(deg/s)", names="gyro"
@@ -271,7 +271,7 @@ def test_the_report_has_a_table_of_what_is_missing(tmp_path: Path) -> None:
                 store.note("gap", counter=960, samples=40, reason="the port <disappeared>")
             store.append(replace(batch_of(first), values=0.01 + 2e-5 * noise.standard_normal((32, 1))))
     study = al.characterize(al.read(folder))
-    (entry,) = study.document["recording"]["missing_because"]
+    (entry,) = study.to_json()["recording"]["missing_because"]
     assert (entry["reason"], entry["samples"]) == ("the port <disappeared>", 40)
     page = al.render(study, tmp_path / "report.html").read_text(encoding="utf-8")
     assert "What is missing, and why" in page and "the port &lt;disappeared&gt;" in page

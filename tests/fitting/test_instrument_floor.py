@@ -235,23 +235,28 @@ def test_a_study_shows_both_and_models_the_sensor_alone(
     sensor, floor = take(rng, 8192, 0.004, 1.4e-4)
     study = al.characterize(sensor, floor=floor)
     again = al.Study.from_json(study.to_json())
-    (channel,) = again.document["channels"]
+    (channel,) = again.channels
     truth = math.radians(0.004) / math.sqrt(RATE)
     n = again.models["gyro"].estimate("N")
     assert n is not None
     assert n.lower < truth < n.upper
     assert "noise of the instrument is taken off" in again.models["gyro"].verdict
     whole = NoiseModel.of(White(N=math.hypot(truth, math.radians(1.4e-4 / 0.024) / math.sqrt(RATE))))
-    assert channel["curve"]["deviation"][0] == pytest.approx(float(whole.adev(1 / RATE)), rel=0.05)
+    assert channel.curve.deviation[0] == pytest.approx(float(whole.adev(1 / RATE)), rel=0.05)
     assert {"floor_taken_off", "floor_dominates"} <= {f.code for f in again.findings}
-    assert again.document["floor"]["duration"] == floor.duration
+    assert again.floor is not None and again.floor.duration == floor.duration
+    from allanite.views.blocks import Cards, Details, TableBlock
     from allanite.views.figures import sheet_of
-    from allanite.views.report.study import page
+    from allanite.views.report import page_of
 
     labels = {c.label for c in sheet_of(again).rows[0][0].curves}
     assert {"gyro", "instrument", "sensor"} <= labels
-    table = page(again.document)["sections"][0]["channels"][0]["floor"]
-    assert len(table["rows"]) == len(channel["floor"]["sensor"]["tau"])
+    (cards,) = (b for b in page_of(again).blocks() if isinstance(b, Cards))
+    (apart,) = (
+        b for _, blocks in cards.items for b in blocks if isinstance(b, Details) and "apart" in b.summary
+    )
+    (rows,) = (b.rows for b in apart.blocks if isinstance(b, TableBlock))
+    assert channel.floor is not None and len(rows) == channel.floor.sensor.tau.size
 
 
 def test_allan_and_fit_take_the_floor_of_a_log(rng: np.random.Generator, run: Run, tmp_path: Path) -> None:

@@ -427,7 +427,7 @@ def test_a_study_shows_theoh_at_its_averaging_times_and_fits_oadev() -> None:
 
     recording = al.simulate(NoiseModel.of(White(N=1e-3)), rate=10.0, duration=400.0, seed=2)
     study = al.characterize(recording, statistic="theoh")
-    channel = study.document["channels"][0]
+    channel = study.to_json()["channels"][0]
     shown = curve_of(study)
     assert channel["curve"]["statistic"] == "theoh"
     assert not any(channel["curve"]["used"])

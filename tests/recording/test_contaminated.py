@@ -11,7 +11,7 @@ import pytest
 
 import allanite as al
 from allanite.fitting import fit
-from allanite.fitting.tails import contamination_entry, with_tails
+from allanite.fitting.tails import contamination_of, with_tails
 from allanite.noise import NoiseModel
 from allanite.noise.allan import allan_curve
 from allanite.recording.health import check
@@ -125,15 +125,16 @@ def test_the_interval_of_n_is_wider_by_that() -> None:
         assert abs(math.log(after / n)) == pytest.approx(math.hypot(math.log(before / n), shift), rel=1e-3)
     truth = math.sqrt(1.0 + 0.03 * 48.0)
     assert wide[0] < truth < wide[1]
-    ends = contamination_entry(plain, law, 1.0, 1.0)["contamination"]["N_without"]
-    assert ends["lower"] < 1.0 < ends["upper"]
+    found = contamination_of(plain, law, 1.0, 1.0)
+    assert found is not None and found.N_without.lower < 1.0 < found.N_without.upper
 
 
 def test_a_study_holds_n_with_and_without() -> None:
     study = al.characterize(record(mixture(np.random.default_rng(4), 0.03, 7.0), rate=100.0, unit="rad/s"))
-    entry = study["signal"]["contamination"]
-    assert entry["N_without"]["lower"] < 0.1 < entry["N_without"]["upper"]
-    assert entry["N"]["lower"] < 0.1 * math.sqrt(1 + 0.03 * 48) < entry["N"]["upper"]
+    found = study["signal"].contamination
+    assert found is not None and found.N.unit == "rad/s/√Hz"
+    assert found.N_without.lower < 0.1 < found.N_without.upper
+    assert found.N.lower < 0.1 * math.sqrt(1 + 0.03 * 48) < found.N.upper
     assert al.Study.from_json(study.to_json()).findings
 
 
@@ -141,4 +142,4 @@ def test_tails_of_a_normal_law_change_no_model() -> None:
     made = record(np.random.default_rng(1).standard_normal(4000))
     model = fit(allan_curve(made))
     assert with_tails(model, Tails(law=TailLaw.GAUSSIAN), 4000) is model
-    assert contamination_entry(model, Tails(law=TailLaw.HEAVY, kurtosis=2.0), 1.0, 0.01) == {}
+    assert contamination_of(model, Tails(law=TailLaw.HEAVY, kurtosis=2.0), 1.0, 0.01) is None

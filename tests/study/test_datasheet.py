@@ -296,7 +296,7 @@ def test_curves_stand_beside_one_another() -> None:
     )
     found = hold_against(Study.from_json(build()), sheet)
     channel = found.channels[0]
-    np.testing.assert_allclose(channel.stated, truth.adev(np.array(channel.curve["tau"])), rtol=1e-9)
+    np.testing.assert_allclose(channel.stated, truth.adev(channel.curve.tau), rtol=1e-9)
     document = json.loads(json.dumps(found.to_json(), allow_nan=False))
     np.testing.assert_allclose(document["channels"][0]["ratio_deviation"], 1.0, atol=0.8)
     assert [s["symbol"] for s in document["channels"][0]["statements"]] == ["N", "B", "K"]

@@ -15,6 +15,7 @@ import pytest
 import allanite as al
 import sample_study
 from allanite.errors import StorageError
+from allanite.study.study import Study
 from allanite.views.report import html_of
 from allanite.views.report.powers import with_powers
 from pages import Balance, document_of, text_of
@@ -45,11 +46,11 @@ def test_every_estimate_stands_in_it_with_its_interval_and_in_si(study: dict[str
     from allanite.views.wording import readings
 
     text = document_of(page)
-    for channel in study["channels"]:
-        for model in channel["models"]:
+    for channel in Study.from_json(study).channels:
+        for model in channel.models:
             for found in readings(channel, model).values():
                 for part in (found.value, found.range, found.si):
-                    assert str(with_powers(part)) in text, f"{channel['name']} {found.symbol}: {part}"
+                    assert str(with_powers(part)) in text, f"{channel.name} {found.symbol}: {part}"
 
 
 def test_verdict_findings_advice_and_provenance_stand_in_it(study: dict[str, Any], page: str) -> None:
@@ -60,7 +61,7 @@ def test_verdict_findings_advice_and_provenance_stand_in_it(study: dict[str, Any
             assert finding[part] in text
     assert "Accepted in spite of “clipping” (gyro_z)" in text
     assert "Worst finding: gap" in text
-    assert "record 29 h for K to 10 %" in text
+    assert "K to 10% needs about 29 h" in text
     assert "The model does not explain the curve" in text
     assert study["provenance"]["sha256"] in text
     assert study["provenance"]["command"] in text

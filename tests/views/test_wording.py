@@ -4,17 +4,18 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import pytest
 
 import allanite as al
 import sample_study
 from allanite.fitting.estimates import limit_estimate
-from allanite.noise import RandomWalk, White
+from allanite.noise import Estimate, RandomWalk, White
 from allanite.quantities.display_units import si_unit
 from allanite.quantities.number_words import probability
 from allanite.recording.health import Finding, Severity
+from allanite.study.results import ChannelModels
+from allanite.study.study import Study
 from allanite.views import wording
 
 
@@ -72,17 +73,17 @@ def test_rounding_moves_a_number_by_less_than_half_a_percent(value: float) -> No
 
 
 def test_people_read_the_coefficient_that_si_holds() -> None:
-    estimate = {"symbol": "N", "value": math.radians(0.3) / 60, "lower": math.radians(0.29) / 60}
-    estimate |= {"upper": math.radians(0.31) / 60, "supported": True, "note": ""}
+    value, lower, upper = (math.radians(n) / 60 for n in (0.3, 0.29, 0.31))
+    estimate = Estimate(symbol="N", value=value, lower=lower, upper=upper, supported=True)
     found = wording.reading("rate", "", estimate)
     assert found.text == "0.300 [0.290, 0.310] deg/√h"
     assert found.si_unit == "rad/s/√Hz"
     assert float(found.si) == pytest.approx(math.radians(0.3) / 60, rel=1e-3)
 
 
-@pytest.mark.parametrize("upper", [None, math.inf])
-def test_a_set_without_upper_end_is_said_to_be_unbounded(upper: float | None) -> None:
-    estimate = {"symbol": "K", "value": None, "lower": 0.0, "upper": upper, "supported": False}
+@pytest.mark.parametrize("upper", [math.nan, math.inf])
+def test_a_set_without_upper_end_is_said_to_be_unbounded(upper: float) -> None:
+    estimate = Estimate(symbol="K", value=None, lower=0.0, upper=upper, supported=False)
     assert wording.reading("rate", "", estimate).value == "not bounded"
 
 
@@ -101,8 +102,8 @@ def test_si_units_follow_the_kind() -> None:
 
 
 def test_channels_are_grouped_by_unit_and_by_name_where_there_is_none() -> None:
-    def channel(name: str, kind: str, unit: str = "") -> dict[str, Any]:
-        return {"name": name, "kind": kind, "unit": unit}
+    def channel(name: str, kind: str, unit: str = "") -> ChannelModels:
+        return ChannelModels(name=name, kind=kind, unit=unit, models=())
 
     made = [
         channel("gx", "unknown"),
@@ -111,19 +112,22 @@ def test_channels_are_grouped_by_unit_and_by_name_where_there_is_none() -> None:
         channel("w", "rate", "deg/s"),
     ]
     found = wording.groups([*made, channel("v", "rate", "rad/s")])
-    assert [[c["name"] for c in g.channels] for g in found] == [["gx", "gy"], ["ax"], ["w", "v"]]
+    assert [[c.name for c in g.channels] for g in found] == [["gx", "gy"], ["ax"], ["w", "v"]]
     assert [g.title for g in found] == ["gx, gy (unknown unit)", "ax (unknown unit)", "Gyroscope"]
 
 
 def test_the_verdict_says_what_is_resolved_what_is_bounded_and_what_is_doubtful() -> None:
-    gyro, accelerometer = wording.groups(sample_study.build()["channels"])
+    gyro, accelerometer = wording.groups(Study.from_json(sample_study.build()).channels)
     said = wording.verdict(gyro)
     assert said[0].startswith("Angle random walk N is resolved on all three channels: 0.27")
     assert any(
         "K is resolved on gyro_x" in s and "only bounded on gyro_y and gyro_z: below 7.80" in s for s in said
     )
-    assert any("gyro_y the record cannot decide" in s for s in said)
-    assert any("does not explain the curve of gyro_z (p < 0.001)" in s for s in said)
+    doubts = wording.cautions(gyro.channels)
+    assert any(
+        s.startswith("gyro_y: the record cannot decide. The Gauss-Markov family gives N 0.3") for s in doubts
+    )
+    assert any("does not explain the curve of gyro_z (p < 0.001)" in s for s in doubts)
     assert any(
         s.startswith("The record does not show by itself, but bounds: Q below")
         for s in wording.verdict(accelerometer)
@@ -131,7 +135,7 @@ def test_the_verdict_says_what_is_resolved_what_is_bounded_and_what_is_doubtful(
 
 
 def test_the_limit_of_several_channels_is_the_largest() -> None:
-    _, accelerometer = wording.groups(sample_study.build()["channels"])
+    _, accelerometer = wording.groups(Study.from_json(sample_study.build()).channels)
     limits = [r.amount for c in accelerometer.channels if (r := wording.readings(c)["Q"])]
     assert all(amount is not None and amount <= 1.37e-6 for amount in limits)
     assert "Q below 1.37e-06 m/s" in wording.verdict(accelerometer)[-1]
@@ -179,9 +183,8 @@ def test_the_verdict_of_a_null_test_has_its_tone() -> None:
 
 
 def test_a_second_term_of_a_kind_and_lines_have_columns_of_their_own() -> None:
-    def said(symbol: str, value: float, *, supported: bool = True) -> dict[str, Any]:
-        ends = {"lower": 0.5 * value, "upper": 2 * value}
-        return {"symbol": symbol, "value": value, "supported": supported, "note": "", **ends}
+    def said(symbol: str, value: float, *, supported: bool = True) -> Estimate:
+        return Estimate(symbol=symbol, value=value, lower=0.5 * value, upper=2 * value, supported=supported)
 
     estimates = [
         *(
@@ -194,7 +197,8 @@ def test_a_second_term_of_a_kind_and_lines_have_columns_of_their_own() -> None:
         *(said("B_equiv_2", 1e-6), said("T_2", 900.0), said("amplitude_2", 2e-5), said("amplitude", 1e-5)),
         *(said("frequency", 7.0), said("frequency_2", 3.0, supported=False)),
     ]
-    channel = {"name": "gyro", "kind": "rate", "models": [{"family": "gauss-markov", "estimates": estimates}]}
+    model = al.NoiseModel(terms=(), family="gauss-markov", estimates=tuple(estimates))
+    channel = ChannelModels(name="gyro", kind="rate", unit="", models=(model,))
     (group,) = wording.groups([channel])
     heads = wording.headings(group)
     assert list(heads) == ["N", "B", "T", "B_2", "T_2", "amplitude", "frequency", "amplitude_2"]
@@ -212,13 +216,12 @@ def test_a_second_term_of_a_kind_and_lines_have_columns_of_their_own() -> None:
 def test_a_limit_of_noise_that_is_there_is_not_read_as_none() -> None:
     """From a record that needs a slow term and cannot tell which, to the sentence below the table."""
     truth = al.NoiseModel.of(White(N=2e-5), RandomWalk(K=3.5e-6))
-    study = al.characterize(al.simulate(truth, rate=20.0, duration=200.0, seed=1)).document
-    (channel,) = study["channels"]
-    assert not any(e["supported"] for e in channel["models"][0]["estimates"] if e["symbol"] in "BKR")
+    (channel,) = al.characterize(al.simulate(truth, rate=20.0, duration=200.0, seed=1)).channels
+    assert not any(e.supported for e in channel.models[0].estimates if e.symbol in "BKR")
     (said,) = wording.provisos([channel])
     assert "slow noise is there" in said and "or a term like it" in said
     clear = al.characterize(al.simulate(al.NoiseModel.of(White(N=1e-4)), rate=20.0, duration=200.0, seed=1))
-    assert wording.provisos(clear.document["channels"]) == []
+    assert wording.provisos(clear.channels) == []
 
 
 @pytest.mark.parametrize(
@@ -226,8 +229,7 @@ def test_a_limit_of_noise_that_is_there_is_not_read_as_none() -> None:
     [(["K"], "slow noise is there, K or"), (["B", "R"], "slow noise"), (["N"], "noise beyond")],
 )
 def test_white_noise_that_is_needed_is_not_called_slow(symbols: list[str], said: str) -> None:
-    estimates = [
-        limit_estimate(s, 1.0, "; the record needs this term or one like it").to_json() for s in symbols
-    ]
-    (words,) = wording.provisos([{"name": "x", "models": [{"estimates": estimates}]}])
+    estimates = tuple(limit_estimate(s, 1.0, "; the record needs this term or one like it") for s in symbols)
+    model = al.NoiseModel(terms=(), estimates=estimates)
+    (words,) = wording.provisos([ChannelModels(name="x", kind="rate", unit="", models=(model,))])
     assert words.startswith(f"x: {said}")

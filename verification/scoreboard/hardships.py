@@ -74,9 +74,9 @@ def _allanite(y: NDArray[Any]) -> Array:
     """As `characterize` goes: the record is checked, what is no sample is left out, and what is fatal refuses."""
     record = al.Recording.from_rate(y, rate=1.0, unit="V")
     study = al.characterize(record, taus=LAGS.astype(float), threads=1)
-    curve = study["signal"]["curve"]
+    curve = study["signal"].curve
     out = np.full(len(LAGS), np.nan)
-    out[np.searchsorted(LAGS, curve["lags"])] = curve["deviation"]
+    out[np.searchsorted(LAGS, curve.lags)] = curve.deviation
     return out
 
 

@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from allanite.experiments.reversals import Reversals
     from allanite.noise import NoiseModel
     from allanite.recording.records import Recording
+    from allanite.study.results import ChannelCurve
     from allanite.study.study import Study
     from allanite_seed_paper.figures import PaperFigure
 
@@ -149,12 +150,12 @@ def _head(seed: int) -> Json:
 def _week_part(study: Study, duration: float) -> Json:
     """Parameters beside the published values, in SI."""
     (model,) = study.models.values()
-    (channel,) = study.document["channels"]
+    (channel,) = study.channels
+    slopes = {read.symbol: plain_values(read.value) for read in channel.slopes}
     truth = {"N": twin.N, "B": twin.B, "T": twin.T_B, "K": twin.K}
     rows = []
     for symbol, published in truth.items():
         estimate = model.estimate("B_equiv" if symbol == "B" else symbol) or model.estimate(symbol)
-        slope = channel["slopes"].get(symbol) or {}
         plain = {} if estimate is None else estimate.to_json()
         rows.append(
             {
@@ -162,25 +163,26 @@ def _week_part(study: Study, duration: float) -> Json:
                 "published": published,
                 **{key: plain.get(key) for key in ("value", "lower", "upper")},
                 "supported": bool(plain.get("supported")),
-                "slope": slope.get("value"),
+                "slope": slopes.get(symbol),
             }
         )
     return {
         "duration": duration,
-        "samples": study.document["recording"]["samples"],
+        "samples": study.recording.samples,
         "parameters": rows,
-        "verdict": channel["models"][0]["verdict"],
+        "verdict": channel.models[0].verdict,
         "model": model.to_json(),
-        "minimum": _minimum(channel["curve"]),
+        "minimum": _minimum(channel.curve),
         "minimum_of_model": _minimum_of(twin.sensor()),
         "minimum_of_flicker": _minimum_of(twin.sensor(flicker=True)),
     }
 
 
-def _minimum(curve: Mapping[str, Any]) -> float:
+def _minimum(curve: ChannelCurve) -> float:
     """Averaging time of the lowest point of a measured curve [s]."""
-    known = [(d, t) for d, t in zip(curve["deviation"], curve["tau"], strict=True) if d is not None]
-    return float(min(known)[1])
+    import numpy as np
+
+    return float(curve.tau[np.nanargmin(curve.deviation)])
 
 
 def _minimum_of(model: NoiseModel) -> float:

@@ -20,8 +20,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from allanite.errors import InputError
-from allanite.noise import FLICKER_FLOOR, Flicker, Quantisation, Ramp, RandomWalk, White
+from allanite.noise import FLICKER_FLOOR, Flicker, NoiseModel, Quantisation, Ramp, RandomWalk, White
 from allanite.quantities.earth import EARTH_RATE
+from allanite.study.results import ChannelStudy
+from allanite.study.study import Study
 from allanite.views.figures.aided import (
     DEG,
     MILLI,
@@ -214,10 +216,8 @@ def figure_2(study: Any) -> PaperFigure:
     """The curve of the week at rest, with its band."""
     channel = _rate_channel(study)
     data, frame = _curve_of(channel)
-    panel = Panel(
-        title=channel["name"], x=tau_axis(frame[0]), y=_sigma(frame[1]), curves=(data,), square=True
-    )
-    length = channel["curve"]["n_samples"] * channel["curve"]["dt"] / 86400
+    panel = Panel(title=channel.name, x=tau_axis(frame[0]), y=_sigma(frame[1]), curves=(data,), square=True)
+    length = channel.curve.n_samples * channel.curve.dt / 86400
     caption = (
         f"Overlapping Allan deviation of the sensor at rest over {number(length)} d, with its 95 % interval, which is "
         "wide where few averages fit into the record."
@@ -229,7 +229,7 @@ def figure_3(study: Any) -> PaperFigure:
     """The seed's reading of the curve, and the fit: on the curve, and number by number."""
     channel = _rate_channel(study)
     data, frame = _curve_of(channel)
-    lines = [model_curve(channel["curve"], m, DEG, i) for i, m in enumerate(channel["models"])]
+    lines = [model_curve(channel.curve, m, DEG, i) for i, m in enumerate(channel.models)]
     labels, guides = _reading_points(channel, frame)
     panel = Panel(
         title="Read where the slope is −1/2, 0 and +1/2",
@@ -257,18 +257,17 @@ def figure_4() -> PaperFigure:
     return PaperFigure.of(4, caption, Panel(title=TITLES[4], drawing=bench()))
 
 
-def _rate_channel(study: Any) -> Json:
-    document = study if isinstance(study, Mapping) else study.to_json()
-    rates = [c for c in document["channels"] if c["kind"] in ("rate", "angle")]
+def _rate_channel(study: Study | Json) -> ChannelStudy:
+    shown = Study.from_json(study) if isinstance(study, Mapping) else study
+    rates = [c for c in shown.channels if c.kind in ("rate", "angle")]
     if not rates:
         raise InputError("the study has no channel of rates: the paper's sensor is a gyroscope")
-    first: Json = rates[0]
-    return first
+    return rates[0]
 
 
-def _curve_of(channel: Json) -> tuple[Curve, tuple[tuple[float, float], tuple[float, float]]]:
+def _curve_of(channel: ChannelStudy) -> tuple[Curve, tuple[tuple[float, float], tuple[float, float]]]:
     """The measured curve in deg/s, and a frame around it."""
-    data = measured_curve(channel["curve"], channel["name"], DEG, ("z", "circle"))
+    data = measured_curve(channel.curve, channel.name, DEG, ("z", "circle"))
     y = positive_range(data.y)
     return data, ((data.x[0] / 1.5, data.x[-1] * 1.5), (y[0] / 6, y[1] * 2.2))
 
@@ -282,26 +281,31 @@ _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _SLOPES = {"N": (-0.5, "−1/2"), "B": (0.0, "0"), "K": (0.5, "+1/2")}
 
 
-def _reading_points(channel: Json, frame: Any) -> tuple[tuple[Label, ...], tuple[Guide, ...]]:
+def _reading_points(channel: ChannelStudy, frame: Any) -> tuple[tuple[Label, ...], tuple[Guide, ...]]:
     """Where N, B and K were read: the point on the curve, and its slope through it."""
-    tau, sigma = array(channel["curve"]["tau"]), array(channel["curve"]["deviation"])
+    tau, sigma, slopes = channel.curve.tau, channel.curve.deviation, _slopes(channel)
     scales = {"N": np.sqrt(tau), "B": np.full(tau.size, 1 / FLICKER_FLOOR), "K": np.sqrt(3 / tau)}
     sides = {"N": "above right", "B": "below", "K": "above left"}
     labels, guides = [], []
     for symbol, (slope, name) in _SLOPES.items():
-        value = (channel["slopes"].get(symbol) or {}).get("value")
-        if value is None:
+        if symbol not in slopes:
             continue
+        value = slopes[symbol]
         read = int(np.nanargmin(np.abs(scales[symbol] * sigma - value)))  # the lag that gives this very value
         at, y = float(tau[read]), float(sigma[read]) / DEG
         text = f"{symbol} = {_power(value / DEG, 3)} {_UNITS[symbol]}"
-        if symbol == "B" and (channel["slopes"].get("T") or {}).get("value"):
-            text += f", T_b = {number(channel['slopes']['T']['value'])} s"
+        if symbol == "B" and "T" in slopes:
+            text += f", T_b = {number(slopes['T'])} s"
         labels.append(Label(x=at, y=y, text=text, colour="orange", side=sides[symbol]))
         ends = _reach(at, y, slope, frame)
         heights = (y * (ends[0] / at) ** slope, y * (ends[1] / at) ** slope)
         guides.append(Guide(x=ends, y=heights, name=name, name_x=ends[0 if slope > 0 else 1], slope=slope))
     return tuple(labels), tuple(guides)
+
+
+def _slopes(channel: ChannelStudy) -> dict[str, float]:
+    """What was read off the curve, by symbol."""
+    return {read.symbol: read.value for read in channel.slopes if not math.isnan(read.value)}
 
 
 def _reach(at: float, y: float, slope: float, frame: Any) -> tuple[float, float]:
@@ -318,21 +322,21 @@ def _power(value: float, digits: int) -> str:
     return f"{text}·10{str(int(power)).translate(_RAISED)}" if power else text
 
 
-def _coefficients_panel(channel: Json) -> Panel:
+def _coefficients_panel(channel: ChannelStudy) -> Panel:
     """Reading and fit as parts of the published values."""
     published = {"N": twin.N, "B": twin.B, "T": twin.T_B, "K": twin.K}
     names = tuple((i, _shown(s, v)) for i, (s, v) in enumerate(published.items()))
-    readings = ((channel["slopes"].get(symbol) or {}).get("value") for symbol in published)
+    slopes = _slopes(channel)
     read = [
-        (i - 0.1, value / true, math.nan, math.nan)
-        for i, (value, true) in enumerate(zip(readings, published.values(), strict=True))
-        if value is not None
+        (i - 0.1, slopes[symbol] / true, math.nan, math.nan)
+        for i, (symbol, true) in enumerate(published.items())
+        if symbol in slopes
     ]
     curves = [_ratios(read, "read off the curve", "orange", "square")]
-    for rank, model in enumerate(channel["models"]):
+    for rank, model in enumerate(channel.models):
         rows = list(_fitted(model, published))
         colour, marker = (("z", "circle"), ("other", "diamond"))[min(rank, 1)]
-        family = {"gauss-markov": "Gauss-Markov"}.get(model.get("family", ""), model.get("family", ""))
+        family = {"gauss-markov": "Gauss-Markov"}.get(model.family, model.family)
         shifted = [(x + 0.1 + 0.12 * rank, *rest) for x, *rest in rows]
         curves.append(_ratios(shifted, f"fit with its 95 % interval ({family})", colour, marker))
     top = max([1.0, *(float(np.nanmax(c.upper)) for c in curves[1:] if c.upper is not None and c.x.size)])
@@ -353,14 +357,14 @@ def _shown(symbol: str, value: float) -> str:
     return f"{ {'T': 'T_b'}.get(symbol, symbol) }\n{text} {_UNITS[symbol]}"
 
 
-def _fitted(model: Json, published: Mapping[str, float]) -> Any:
+def _fitted(model: NoiseModel, published: Mapping[str, float]) -> Any:
     """Number, value and interval of each estimate that has a published counterpart, as a part of that."""
     for i, (symbol, value) in enumerate(published.items()):
         names = (symbol, "B_equiv") if symbol == "B" else (symbol,)
-        for estimate in model["estimates"]:
-            if estimate["symbol"] in names and estimate["value"] is not None:
-                ends = (estimate[k] for k in ("value", "lower", "upper"))
-                yield i, *(math.nan if end is None else end / value for end in ends)
+        for estimate in model.estimates:
+            if estimate.symbol in names and estimate.value is not None:
+                ends = (estimate.value, estimate.lower, estimate.upper)
+                yield i, *(end / value if math.isfinite(end) else math.nan for end in ends)
 
 
 def _ratios(rows: Sequence[tuple[float, ...]], label: str, colour: str, marker: str) -> Curve:

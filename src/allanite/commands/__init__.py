@@ -17,7 +17,6 @@ _HOMES = {
     "describe": "recordings",
     "export_of": "exporting",
     "fit_file": "curves",
-    "joined": "curves",
     "measure": "registry",
     "north_of": "earth",
     "null_of": "earth",

@@ -5,8 +5,9 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Collection
+from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from allanite.commands.measurement import MeasurementResult, provenance
 from allanite.commands.study import curve_of
@@ -43,8 +44,7 @@ def bounds_of(
 
     study = Study.load(Path(source))
     bounds = bounds_of_study(study, probability=probability, horizon=horizon, terms=terms, progress=progress)
-    origin = study.document["provenance"]
-    made = provenance(origin["source"], origin.get("sha256"), command)
+    made = provenance(study.provenance.source, study.provenance.sha256, command)
     rows = [
         {
             "channel": name,
@@ -76,7 +76,7 @@ def bounds_of_study(
     """A bound for each channel of a study that has a model."""
     from allanite.fitting.overbound import bound_channels
 
-    statistic = study.document["channels"][0]["curve"]["statistic"]
+    statistic = study.channels[0].curve.statistic
     if statistic != "oadev":
         raise InputError(f"the study shows {statistic}: characterise with oadev for a bound")
     step = None if progress is None else lambda fraction: progress(fraction, "bounding")
@@ -87,10 +87,10 @@ def bounds_of_study(
 
 def with_bounds(study: Study, bounds: Bounds) -> Study:
     """The study with the bound as the only model of each channel that has one."""
-    from allanite.study.study import Study
-
-    document: dict[str, Any] = study.to_json()
-    for channel in document["channels"]:
-        if channel["name"] in bounds.models:
-            channel["models"] = [bounds.models[channel["name"]].to_json()]
-    return Study(document)
+    return replace(
+        study,
+        channels=tuple(
+            replace(c, models=(bounds.models[c.name],)) if c.name in bounds.models else c
+            for c in study.channels
+        ),
+    )

@@ -125,7 +125,7 @@ def _record(
     else:
         study = study_of(place, accept=accept, progress=advance, **options)
     advance(1.0, place.name)
-    return study, is_lossy(study.document["findings"])
+    return study, is_lossy(f.to_json() for f in study.findings)
 
 
 def _is_curve(place: Path) -> bool:

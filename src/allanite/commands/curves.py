@@ -22,19 +22,17 @@ if TYPE_CHECKING:
     from allanite.noise.allan import AllanCurve
     from allanite.noise.allan.interval_error import IntervalError
     from allanite.recording.records import Recording, Sampling
+    from allanite.study.results import ChannelModels
 
 __all__ = [
     "FittedModels",
     "fit_file",
     "interval_errors_of",
-    "joined",
     "over_floor_of",
     "plain_curves",
     "save_curve",
     "simulate_to",
 ]
-
-Json = Mapping[str, Any]
 
 _CURVE_MARK = "# format: allanite-curve"
 
@@ -52,17 +50,24 @@ class FittedModels:
 
     Attributes
     ----------
-    channels : list of dict
-        Entries with "name", "kind", "unit" and "models", like those of a study's "channels".
+    channels : tuple of ChannelModels
+        Those of a study, where the curve was fitted to a log.
     lossy : bool
         Whether samples or rows of the log did not take part; False for a curve.
     remarks : tuple of str
         What was concluded about a curve of another program, in words.
     """
 
-    channels: list[dict[str, Any]]
+    channels: tuple[ChannelModels, ...]
     lossy: bool
     remarks: tuple[str, ...] = ()
+
+    @property
+    def models(self) -> dict[str, NoiseModel]:
+        """By channel, with its `alternative` where the record cannot decide."""
+        from allanite.study.results import models_by_channel
+
+        return models_by_channel(self.channels)
 
 
 #: Options of a log that say how a table is written, or what its values are; the others mean nothing for a curve.
@@ -123,8 +128,8 @@ def fit_file(
     if floor is not None and method != "moments":
         raise InputError("--floor goes with the log of the sensor and --method moments, which fits both")
     if method == "moments":
-        document = study_of(place, accept=accept, floor=floor, progress=progress, **options).document
-        return FittedModels(channels=list(document["channels"]), lossy=is_lossy(document["findings"]))
+        study = study_of(place, accept=accept, floor=floor, progress=progress, **options)
+        return FittedModels(channels=study.channels, lossy=is_lossy(f.to_json() for f in study.findings))
     prepared, findings = ready_log(place, accept=accept, **options)
     if of_samples:
         asked: dict[str, Any] = {"lines": lines} if len(lines) else {}
@@ -135,7 +140,7 @@ def fit_file(
     else:
         made = allan_curve(prepared)
         models = {name: fit(made[name], method=method) for name in made.names}
-    return FittedModels(channels=_plain_channels(models), lossy=is_lossy(f.to_json() for f in findings))
+    return FittedModels(channels=_channels(models), lossy=is_lossy(f.to_json() for f in findings))
 
 
 def _fit_curve(place: Path, saved: bool, method: str, **options: Any) -> FittedModels:
@@ -164,24 +169,16 @@ def _fit_curve(place: Path, saved: bool, method: str, **options: Any) -> FittedM
         given = {k: options[k] for k in (*_OF_TABLES, "samples", "statistic") if options.get(k) is not None}
         read = read_curve(place, **given)
     models = {name: fit(read.curve[name], method=method) for name in read.curve.names}
-    return FittedModels(channels=_plain_channels(models), lossy=False, remarks=read.remarks)
+    return FittedModels(channels=_channels(models), lossy=False, remarks=read.remarks)
 
 
-def _plain_channels(models: Mapping[str, NoiseModel]) -> list[dict[str, Any]]:
-    return [
-        {
-            "name": name,
-            "kind": model.kind,
-            "unit": model.unit,
-            "models": [m.to_json() for m in model.families],
-        }
+def _channels(models: Mapping[str, NoiseModel]) -> tuple[ChannelModels, ...]:
+    from allanite.study.results import ChannelModels
+
+    return tuple(
+        ChannelModels(name=name, kind=model.kind, unit=model.unit, models=model.families)
         for name, model in models.items()
-    ]
-
-
-def joined(models: Sequence[Json]) -> Json:
-    """The models of a channel as one: the first, with the other family as its "alternative" where there is one."""
-    return {**models[0], "alternative": models[1]} if len(models) > 1 else models[0]
+    )
 
 
 def save_curve(curve: AllanCurve | OverFloor, path: str, *, force: bool = False) -> None:

@@ -60,15 +60,15 @@ def datasheet_of(
     if measured is None:
         document["provenance"] = provenance(Path(sheet).name, file_sha256(sheet), command)
     else:
-        document["provenance"] = {**measured.document["provenance"], "command": command}
-        document["recording"] = measured.document["recording"]
-        document["findings"] = measured.document["findings"]
+        document["provenance"] = {**measured.provenance.to_json(), "command": command}
+        document["recording"] = measured.recording.to_json()
+        document["findings"] = [f.to_json() for f in measured.findings]
     return MeasurementResult(
         result=result,
         document=document,
         name="datasheet",
         tables={"datasheet.csv": _rows(document)},
-        lossy=measured is not None and is_lossy(measured.document["findings"]),
+        lossy=measured is not None and is_lossy(document["findings"]),
     )
 
 

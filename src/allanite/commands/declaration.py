@@ -66,8 +66,14 @@ class Command:
         of the measurement; "" where `run` is enough.
     tables : mapping of str to str
         Further files: "module:function" that makes the rows of a table out of the result, by file name.
+    document : str
+        Name of its document, where it is not that of the command.
     documents : tuple of str
-        Files that may hold its document in place of that of its name.
+        Files that may hold its document in place of that.
+    further : tuple of str
+        Files that `work` leaves beside its document and report, and that are no tables.
+    folder : str
+        Where its files go if nobody says so; "" for nowhere.
     conflicts : tuple of Conflict
         Options that exclude each other.
     judged_here : collection of str
@@ -83,9 +89,22 @@ class Command:
     run: str = ""
     work: str = ""
     tables: Mapping[str, str] = field(default_factory=dict)
+    document: str = ""
     documents: tuple[str, ...] = ()
+    further: tuple[str, ...] = ()
+    folder: str = ""
     conflicts: tuple[Conflict, ...] = ()
     judged_here: Collection[str] = ()
+
+    @property
+    def stem(self) -> str:
+        """Of the file of its document."""
+        return self.document or self.name
+
+    @property
+    def beside(self) -> tuple[str, ...]:
+        """Files beside its document and report."""
+        return (*self.tables, *self.further)
 
     def refusal(self, options: Mapping[str, object]) -> str:
         """What is wrong with options together; "" where nothing is."""
@@ -138,8 +157,12 @@ class Command:
         }
         return replace(measured, tables={file: [*rows(measured.result)] for file, rows in tables.items()})
 
-    def _by_work(self, log: str | os.PathLike[str], **options: object) -> MeasurementResult:
+    def _by_work(
+        self, log: str | os.PathLike[str], *, model: str | os.PathLike[str] | None, **options: object
+    ) -> MeasurementResult:
         work: Callable[..., MeasurementResult] = _loaded(self.work)
+        if any(o.python == "model" for o in self.options):
+            options["model"] = model
         return work(log, **options)
 
     def _by_run(
@@ -181,7 +204,7 @@ class Command:
                 model_name="" if model is None else str(model),
                 **origin_of(recording, findings, log, command),
             ),
-            name=self.name,
+            name=self.stem,
             tables={},
             lossy=has_gaps(recording),
         )

@@ -14,7 +14,7 @@ import json
 import os
 import platform
 import re
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import UTC, datetime
 from pathlib import Path
@@ -26,10 +26,9 @@ from allanite.plain_files.csv_cells import as_label
 from allanite.plain_files.regular_file import file_sha256
 
 if TYPE_CHECKING:
-    from allanite.quantities.result import Result
     from allanite.recording.health import Finding
     from allanite.recording.records import Recording
-    from allanite.study.result_document import ResultDocument
+    from allanite.study.result_document import Reportable
 
 __all__ = [
     "MeasurementResult",
@@ -56,7 +55,7 @@ class MeasurementResult:
     Attributes
     ----------
     result : EarthRateEstimate, NorthEstimate, Filtered, ReferenceAided or Plan
-    document : mapping, or ResultDocument
+    document : mapping, ResultDocument, or Study
         Its document with what is known besides.
     name : str
         Of its files: ``<name>.json``.
@@ -64,13 +63,16 @@ class MeasurementResult:
         Further files: rows of a CSV table, by file name.
     lossy : bool
         Samples or rows of the log did not take part.
+    write : callable, optional
+        Leaves its files, where these are others: takes folder, figure and `force`.
     """
 
     result: Any
-    document: Json | ResultDocument[Result]
+    document: Json | Reportable
     name: str
     tables: Mapping[str, Sequence[Json]]
     lossy: bool
+    write: Callable[..., Delivered] | None = None
 
     @property
     def plain(self) -> Json:
@@ -178,6 +180,8 @@ def write_measurement(
     """
     from allanite.views.report import render
 
+    if measured.write is not None:
+        return measured.write(folder, figure, force=force)
     refuse_measurement(folder, figure, measured.name, measured.tables, force=force)
     files = [] if figure is None else [save_figure(measured.result, figure, force=force)]
     if folder is not None:

@@ -6,7 +6,19 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any, Literal
 
-__all__ = ["ACCEPT", "CONFIDENCE", "MODEL", "READING", "STATISTICS", "Option", "OptionType", "option"]
+__all__ = [
+    "ACCEPT",
+    "CONFIDENCE",
+    "FLOOR",
+    "MODEL",
+    "READING",
+    "STATISTICS",
+    "TEMPERATURE",
+    "WARM_UP",
+    "Option",
+    "OptionType",
+    "option",
+]
 
 OptionType = Literal[
     "number", "integer", "share", "text", "flag", "choice", "names", "texts", "findings", "by-channel", "seconds",
@@ -78,6 +90,15 @@ MODEL = option(
     metavar="MODEL",
 )  # fmt: skip
 ACCEPT = option("findings", "--accept", "Go on in spite of this finding.", metavar="FINDING")
+FLOOR = option(
+    "recording", "--floor", "Log of the instrument with its input shorted.", detail="its own noise is taken off",
+    metavar="LOG",
+)  # fmt: skip
+TEMPERATURE = option(
+    "by-channel", "--temperature", "Take the effect of this column off.", detail="temp, or gyro_x=t1,gyro_y=t2",
+    metavar="COLUMN",
+)  # fmt: skip
+WARM_UP = option("choice", "--warm-up", "What to do with a warm-up that is found.", choices=("model", "cut"))
 CONFIDENCE = option("number", "--confidence", "Level of the intervals.", default=0.95)
 
 READING: tuple[Option, ...] = (

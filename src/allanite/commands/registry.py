@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import TYPE_CHECKING
 
+from allanite.commands.characterize import CHARACTERIZE
 from allanite.commands.declaration import Command
 from allanite.commands.earth_rate import EARTH_RATE
 from allanite.commands.variation import VARIATION
@@ -15,7 +16,7 @@ if TYPE_CHECKING:
 
 __all__ = ["COMMANDS", "measure"]
 
-COMMANDS: Mapping[str, Command] = {command.name: command for command in (VARIATION, EARTH_RATE)}
+COMMANDS: Mapping[str, Command] = {command.name: command for command in (CHARACTERIZE, VARIATION, EARTH_RATE)}
 
 
 def measure(name: str, log: str, **options: object) -> MeasurementResult:

@@ -5,11 +5,13 @@ from __future__ import annotations
 
 import os
 from collections.abc import Callable, Collection, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Literal
 
+from allanite.commands.measurement import MeasurementResult
 from allanite.commands.pictures import Delivered, refuse_figure, save_figure
-from allanite.commands.recordings import read_floor, read_part
+from allanite.commands.recordings import is_lossy, read_floor, read_part
 from allanite.errors import DataQualityError, InputError
 from allanite.plain_files.atomic_file import make_folder, refuse_existing
 from allanite.plain_files.regular_file import file_sha256
@@ -19,11 +21,10 @@ if TYPE_CHECKING:
     from numpy.typing import NDArray
 
     from allanite.noise.allan import AllanCurve
+    from allanite.study.results import ChannelCurve, ChannelStudy
     from allanite.study.study import Study
 
-__all__ = ["RESULTS", "curve_of", "refuse_results", "study_of", "write_results"]
-
-Json = Mapping[str, Any]
+__all__ = ["RESULTS", "characterized", "curve_of", "refuse_results", "study_of", "write_results"]
 
 RESULTS = ("report.html", "study.json", "allan.csv", "imu.yaml")
 """Files that a study leaves in its folder."""
@@ -86,6 +87,21 @@ def study_of(
     )
 
 
+def characterized(
+    log: str | os.PathLike[str], *, progress: Callable[[float, str], None] | None = None, **options: Any
+) -> MeasurementResult:
+    """The study of a log, with its files; options are those of `study_of`."""
+    study = study_of(log, progress=progress, **options)
+    return MeasurementResult(
+        result=study,
+        document=study,
+        name="study",
+        tables={},
+        lossy=is_lossy(f.to_json() for f in study.findings),
+        write=partial(write_results, study),
+    )
+
+
 def write_results(
     study: Study,
     folder: str | os.PathLike[str] | None,
@@ -139,7 +155,7 @@ def curve_of(study: Study) -> AllanCurve:
     parts = _by_interval(study)
     if len(parts) > 1:
         groups = "; ".join(
-            f"{', '.join(c['name'] for c in p)} at {1 / p[0]['curve']['dt']:.6g} Hz" for p in parts
+            f"{', '.join(c.name for c in part)} at {1 / part[0].curve.dt:.6g} Hz" for part in parts
         )
         raise InputError(
             f"the channels have different rates ({groups}): take those of one rate at a time (--channels)"
@@ -147,57 +163,54 @@ def curve_of(study: Study) -> AllanCurve:
     return _curve(study, parts[0])
 
 
-def _by_interval(study: Study) -> list[list[Json]]:
+def _by_interval(study: Study) -> list[list[ChannelStudy]]:
     """The channels of a study in groups of one sample interval, in their order."""
-    groups: dict[tuple[float, int], list[Json]] = {}
-    for channel in study.document["channels"]:
-        groups.setdefault((channel["curve"]["dt"], channel["curve"]["n_samples"]), []).append(channel)
+    groups: dict[tuple[float, int], list[ChannelStudy]] = {}
+    for channel in study.channels:
+        groups.setdefault((channel.curve.dt, channel.curve.n_samples), []).append(channel)
     return list(groups.values())
 
 
-def _curve(study: Study, channels: Sequence[Json]) -> AllanCurve:
+def _curve(study: Study, channels: Sequence[ChannelStudy]) -> AllanCurve:
     """The curves of channels of one sample interval."""
     import numpy as np
 
     from allanite.noise.allan import AllanCurve
     from allanite.noise.allan.statistics import STATISTICS
-    from allanite.recording.records import Channel
 
-    document = study.document
-    parts = [c["curve"] for c in channels]
-    known = {c["name"]: c for c in document["recording"]["channels"]}
-    lags = np.unique(np.concatenate([p["lags"] for p in parts])).astype(np.int64)
+    known = {c.name: c for c in study.recording.channels}
+    parts = [c.curve for c in channels]
+    first, bases = parts[0], {p.interval_basis for p in parts}
+    lags = np.unique(np.concatenate([p.lags for p in parts]))
+
+    def column(values: NDArray[np.float64], part: ChannelCurve) -> NDArray[np.float64]:
+        on_all = np.full(lags.size, np.nan)
+        on_all[np.searchsorted(lags, part.lags)] = values
+        return on_all
+
     table = {
-        k: np.full((lags.size, len(parts)), np.nan) for k in ("deviation", "lower", "upper", "edf", "count")
+        name: np.stack([column(getattr(p, name), p) for p in parts], axis=1)
+        for name in ("deviation", "lower", "upper", "edf", "count")
     }
-    for i, part in enumerate(parts):
-        rows = np.searchsorted(lags, part["lags"])
-        for key, values in table.items():
-            values[rows, i] = np.array(part[key], dtype=np.float64)
-    count = np.nan_to_num(table.pop("count")).astype(np.int64)
-    bases = {p["interval_basis"] for p in parts}
-    first = parts[0]
     return AllanCurve(
-        statistic=first["statistic"],
+        statistic=first.statistic,
         lags=lags,
-        tau=STATISTICS[first["statistic"]].averaging(lags, first["n_samples"]) * first["dt"],
-        count=count,
-        confidence=first["confidence"],
-        channels=tuple(Channel.from_json(known[c["name"]]) for c in channels),
-        dt=first["dt"],
-        n_samples=first["n_samples"],
-        missing=tuple(np.array(p.get("missing") or [], dtype=np.int64).reshape(-1, 2) for p in parts),
-        engine=first["engine"],
-        excluded=np.stack([_bent(lags, part) for part in parts], axis=1),
+        tau=STATISTICS[first.statistic].averaging(lags, first.n_samples) * first.dt,
+        count=np.nan_to_num(table.pop("count")).astype(np.int64),
+        confidence=first.confidence,
+        channels=tuple(known[c.name] for c in channels),
+        dt=first.dt,
+        n_samples=first.n_samples,
+        missing=tuple(p.missing for p in parts),
+        engine=first.engine,
+        excluded=np.stack([_bent(lags, p) for p in parts], axis=1),
         interval_basis=bases.pop() if len(bases) == 1 else "exact under the model of each channel",
         **table,
     )
 
 
-def _bent(lags: NDArray[np.int64], part: Json) -> NDArray[np.bool_]:
-    """Lags of a channel's curve that a line or the filter bends."""
+def _bent(lags: NDArray[np.int64], part: ChannelCurve) -> NDArray[np.bool_]:
+    """Lags at which one channel was kept out of the fit."""
     import numpy as np
 
-    return np.isin(
-        lags, [m for m, reason in zip(part["lags"], part.get("excluded") or [], strict=False) if reason]
-    )
+    return np.isin(lags, [m for m, reason in zip(part.lags, part.excluded, strict=False) if reason])

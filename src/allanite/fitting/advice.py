@@ -14,6 +14,7 @@ from allanite.fitting.objective import CurveData, solve
 from allanite.fitting.sets import fisher_sd
 from allanite.noise import Estimate, Flicker, GaussMarkov, NoiseModel, RandomWalk, Sinusoid
 from allanite.noise.allan.lags import octave_lags
+from allanite.quantities.result import Result
 
 __all__ = ["Advice", "advise", "predicted_sd"]
 
@@ -23,26 +24,40 @@ _LONGEST = 4096  # times the present record: beyond that nobody records
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Advice:
+class Advice(Result):
     """One line of advice.
 
     Attributes
     ----------
     symbol : str
+        Of the coefficient.
     target : float
         Relative standard deviation aimed at.
     duration : float [s]
-        Length of record that reaches it; infinite where none does.
+        Length of record that reaches it; infinite (null in a document) where none does.
     reached : bool
         The present record reaches it.
-    text : str
+    resolved : bool
+        The record resolves the coefficient; otherwise one of half its limit is to stand out.
     """
 
     symbol: str
     target: float
     duration: float
     reached: bool
-    text: str
+    resolved: bool
+
+    @property
+    def text(self) -> str:
+        """In a sentence."""
+        name = {"T": "T_b", "sigma": "B_equiv"}.get(self.symbol, self.symbol)
+        if not math.isfinite(self.duration):
+            return f"{name}: no record of reasonable length decides it"
+        if self.resolved:
+            aim = f"{name} to {self.target:.0%}"
+            return f"this record gives {aim}" if self.reached else f"{aim} needs about {span(self.duration)}"
+        when = "in a record of this length" if self.reached else f"after about {span(self.duration)}"
+        return f"{name} at half its limit would stand out {when}"
 
 
 def predicted_sd(model: NoiseModel, *, n_samples: int, dt: float, sampling: str = "mean") -> dict[str, float]:
@@ -107,18 +122,8 @@ def _one(model: NoiseModel, e: Estimate, n_samples: int, dt: float, sampling: st
         return None
     target = _GOAL if e.supported else _SEEN
     duration = _duration(supposed, e.symbol, target, n_samples, dt, sampling)
-    now = n_samples * dt
-    name = {"T": "T_b", "sigma": "B_equiv"}.get(e.symbol, e.symbol)
-    if e.supported:
-        aim = f"{name} to {target:.0%}"
-        text = f"this record gives {aim}" if duration <= now else f"{aim} needs about {span(duration)}"
-    else:
-        text = f"{name} at half its limit would stand out after about {span(duration)}"
-        if duration <= now:
-            text = f"{name} at half its limit would stand out in a record of this length"
-    if not math.isfinite(duration):
-        text = f"{name}: no record of reasonable length decides it"
-    return Advice(symbol=e.symbol, target=target, duration=duration, reached=duration <= now, text=text)
+    reached = duration <= n_samples * dt
+    return Advice(symbol=e.symbol, target=target, duration=duration, reached=reached, resolved=e.supported)
 
 
 def _with_half_limit(model: NoiseModel, e: Estimate) -> NoiseModel | None:

@@ -26,7 +26,7 @@ References
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Collection
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -46,8 +46,6 @@ from allanite.recording.records import Channel, Recording
 __all__ = [
     "SAME_RATE",
     "OverFloor",
-    "floor_entry",
-    "floor_facts",
     "floor_findings",
     "floor_of",
     "over_floor",
@@ -399,22 +397,3 @@ def floor_findings(above: OverFloor, floor: Recording, used: NDArray[np.bool_]) 
             )
         )
     return findings
-
-
-def floor_entry(above: OverFloor, below: AllanCurve) -> dict[str, Any]:
-    """Instrument and sensor of one channel, for a study: the floor as it was fitted, and the difference lag by lag."""
-    share = [float(x) if np.isfinite(x) else None for x in above.share()[:, 0]]
-    return {"curve": below.to_json(), "share": share, "sensor": above.to_json(above.names[0])}
-
-
-def floor_facts(floor: Recording, findings: Sequence[Finding]) -> dict[str, Any]:
-    """Where the floor comes from, for a study."""
-    return {
-        "source": floor.source,
-        "rate": floor.rate,
-        "samples": floor.n_samples,
-        "duration": floor.duration,
-        "channels": [c.to_json() for c in floor.channels],
-        "history": [dict(step) for step in floor.history],
-        "findings": [f.to_json() for f in findings],
-    }

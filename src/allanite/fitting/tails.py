@@ -12,15 +12,16 @@ error that it has in the fit of the mixture.
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from statistics import NormalDist
-from typing import Any
 
 from allanite.noise import Estimate, NoiseModel
+from allanite.quantities.display_units import si_unit
+from allanite.quantities.quantity import Quantity
+from allanite.quantities.result import Result
 from allanite.recording.health.tails import TailLaw, Tails
 
-__all__ = ["contamination_entry", "with_tails"]
+__all__ = ["Contamination", "contamination_of", "with_tails"]
 
 
 def with_tails(model: NoiseModel, tails: Tails, n_samples: int) -> NoiseModel:
@@ -51,8 +52,36 @@ def with_tails(model: NoiseModel, tails: Tails, n_samples: int) -> NoiseModel:
     return replace(model, estimates=estimates, alternative=other)
 
 
-def contamination_entry(model: NoiseModel, tails: Tails, scale: float, dt: float) -> Mapping[str, Any]:
-    """N with and without the contaminated samples, as plain data; empty where the noise is not contaminated.
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Contamination(Result):
+    """White noise of which some samples scatter more than the others.
+
+    Attributes
+    ----------
+    share, share_sd : float
+        Of such samples, with its standard error.
+    ratio, ratio_sd : float
+        Of their spread to that of the others, with its standard error.
+    excess_kurtosis : float
+        Of the white noise.
+    N, N_without : Quantity
+        Of all samples, and without those.
+    confidence : float
+        Of the intervals.
+    """
+
+    share: float
+    share_sd: float
+    ratio: float
+    ratio_sd: float
+    excess_kurtosis: float
+    N: Quantity
+    N_without: Quantity
+    confidence: float
+
+
+def contamination_of(model: NoiseModel, tails: Tails, scale: float, dt: float) -> Contamination | None:
+    """N with and without the contaminated samples; None where the noise is not contaminated.
 
     Parameters
     ----------
@@ -65,21 +94,20 @@ def contamination_entry(model: NoiseModel, tails: Tails, scale: float, dt: float
     """
     n = next((e for e in model.estimates if e.symbol == "N" and e.supported and e.value), None)
     if tails.law is not TailLaw.CONTAMINATED or n is None or n.value is None:
-        return {}
+        return None
+    unit = si_unit(model.kind, "N", model.unit)
     without = tails.core * abs(scale) * math.sqrt(dt)
     spread = math.exp(_quantile(model) * tails.core_sd)
-    return {
-        "contamination": {
-            "share": tails.share,
-            "share_sd": tails.share_sd,
-            "ratio": tails.ratio,
-            "ratio_sd": tails.ratio_sd,
-            "excess_kurtosis": tails.kurtosis,
-            "N": {"value": n.value, "lower": n.lower, "upper": n.upper},
-            "N_without": {"value": without, "lower": without / spread, "upper": without * spread},
-            "confidence": model.confidence,
-        }
-    }
+    return Contamination(
+        share=tails.share,
+        share_sd=tails.share_sd,
+        ratio=tails.ratio,
+        ratio_sd=tails.ratio_sd,
+        excess_kurtosis=tails.kurtosis,
+        N=Quantity.of(n.value, (n.lower, n.upper), unit),
+        N_without=Quantity.of(without, (without / spread, without * spread), unit),
+        confidence=model.confidence,
+    )
 
 
 def _quantile(model: NoiseModel) -> float:

@@ -13,17 +13,17 @@ import math
 import re
 import types
 import typing
-from collections.abc import Hashable, Iterator, Mapping, Sequence
+from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import MISSING, Field, dataclass, fields
 from enum import Enum
 from typing import ClassVar, Protocol, Self, TypeVar, runtime_checkable
 
 import numpy as np
 
-from allanite.errors import FormatError
+from allanite.errors import AllaniteError, FormatError
 from allanite.plain_files.json_values import plain
 
-__all__ = ["FieldEntry", "Result", "entries_of"]
+__all__ = ["FieldEntry", "Result", "entries_of", "read_result"]
 
 
 R = TypeVar("R", bound="Result")
@@ -71,7 +71,7 @@ class Result:
         Raises
         ------
         FormatError
-            A later version, a field that is missing, or one of another form; says which.
+            A later version, fields that are missing, or of another form; names them all, each with its place.
         """
         present = cls._upgraded(data)
         version = present.get("version")
@@ -79,7 +79,7 @@ class Result:
             raise FormatError(
                 f"version {version!r} of {cls.FORMAT}; this allanite reads up to version {cls.VERSION}"
             )
-        return _read_result(cls, present, cls.FORMAT)
+        return read_result(cls, present, cls.FORMAT)
 
     @classmethod
     def _upgraded(cls, data: Mapping[str, object]) -> Mapping[str, object]:
@@ -100,17 +100,39 @@ def _fields(of: type[Result]) -> tuple[Field[object], ...]:
     return fields(of)  # type: ignore[arg-type]  # only dataclasses are results
 
 
-def _read_result(of: type[R], data: object, place: str) -> R:
+def read_result(of: type[R], data: object, place: str = "") -> R:
+    """A result out of plain data of its present version; `place` is where the data are in a document.
+
+    Raises
+    ------
+    FormatError
+        As for `Result.from_json`.
+    """
     if not isinstance(data, Mapping):
         raise FormatError(f"{place}: an object is expected, not {data!r:.40}")
-    values: dict[str, object] = {}
-    for f in _fields(of):
-        where = f"{place}.{f.name}" if place else f.name
-        if f.name in data:
-            values[f.name] = _read(_types(of)[f.name], data[f.name], where)  # type: ignore[arg-type]  # classes are hashable
-        elif f.default is MISSING and f.default_factory is MISSING:
-            raise FormatError(f"{where} is missing")
-    return of(**values)
+    known = {f.name: f"{place}.{f.name}" if place else f.name for f in _fields(of)}
+    missing = [
+        f"{known[f.name]} is missing"
+        for f in _fields(of)
+        if f.name not in data and f.default is MISSING and f.default_factory is MISSING
+    ]
+    present = [name for name in known if name in data]
+    kinds = _types(of)  # type: ignore[arg-type]  # classes are hashable
+    values = _read_all([(kinds[name], data[name], known[name]) for name in present], missing)
+    return of(**dict(zip(present, values, strict=True)))
+
+
+def _read_all(parts: Iterable[tuple[object, object, str]], faults: Sequence[str] = ()) -> list[object]:
+    """Values with their types and places, out of plain data; all faults at once, beside those that are known."""
+    values, found = [], [*faults]
+    for kind, value, place in parts:
+        try:
+            values.append(_read(kind, value, place))
+        except FormatError as fault:
+            found.append(str(fault))
+    if found:
+        raise FormatError("\n".join(found))
+    return values
 
 
 def _read(kind: object, value: object, place: str) -> object:
@@ -122,23 +144,34 @@ def _read(kind: object, value: object, place: str) -> object:
         (kind,) = (k for k in inner if k is not type(None))
         return _read(kind, value, place)
     if origin is tuple:
-        return tuple(_members(inner, value, place))
+        return tuple(_read_all(_members(inner, value, place)))
     if origin is np.ndarray:
         return _array(typing.get_args(inner[1])[0], value, place)
     if isinstance(origin, type) and issubclass(origin, Mapping):
         if not isinstance(value, Mapping):
             raise FormatError(f"{place}: an object is expected, not {value!r:.40}")
-        return {key: _read(inner[1], v, f"{place}.{key}") for key, v in value.items()}
+        values = _read_all((inner[1], v, f"{place}.{key}") for key, v in value.items())
+        return dict(zip(value, values, strict=True))
+    if origin is typing.Literal:
+        return _one_of(inner, value, place)
     return _single(kind, value, place) if isinstance(kind, type) and kind is not object else value
 
 
-def _members(inner: tuple[object, ...], value: object, place: str) -> Iterator[object]:
+def _members(inner: tuple[object, ...], value: object, place: str) -> Iterator[tuple[object, object, str]]:
+    """Type, value and place of each member of a tuple."""
     if not isinstance(value, Sequence) or isinstance(value, str):
         raise FormatError(f"{place}: a list is expected, not {value!r:.40}")
     each = [inner[0]] * len(value) if inner[1:] == (...,) else inner
     if len(each) != len(value):
         raise FormatError(f"{place}: {len(each)} members are expected, not {len(value)}")
-    return (_read(kind, v, f"{place}[{i}]") for i, (kind, v) in enumerate(zip(each, value, strict=True)))
+    return ((kind, v, f"{place}[{i}]") for i, (kind, v) in enumerate(zip(each, value, strict=True)))
+
+
+def _one_of(known: Sequence[object], value: object, place: str) -> object:
+    if value not in known:
+        listed = ", ".join(map(repr, known))
+        raise FormatError(f"{place}: one of {listed} is expected, not {value!r:.40}")
+    return value
 
 
 def _array(scalar: object, value: object, place: str) -> object:
@@ -150,17 +183,13 @@ def _array(scalar: object, value: object, place: str) -> object:
 
 def _single(kind: type[object], value: object, place: str) -> object:
     if issubclass(kind, Result):
-        return _read_result(kind, value, place)
+        return read_result(kind, value, place)
     if issubclass(kind, Enum):
-        try:
-            return kind(value)
-        except ValueError:
-            known = ", ".join(repr(m.value) for m in kind)
-            raise FormatError(f"{place}: one of {known} is expected, not {value!r:.40}") from None
+        return kind(_one_of([m.value for m in kind], value, place))
     if issubclass(kind, _Documented):
         if not isinstance(value, Mapping):
             raise FormatError(f"{place}: an object is expected, not {value!r:.40}")
-        return kind.from_json(value)
+        return _documented(kind, value, place)
     if kind is float and value is None:
         return math.nan
     if kind is float and isinstance(value, int) and not isinstance(value, bool):
@@ -168,6 +197,14 @@ def _single(kind: type[object], value: object, place: str) -> object:
     if type(value) is not kind:
         raise FormatError(f"{place}: a {kind.__name__} is expected, not {value!r:.40}")
     return value
+
+
+def _documented(kind: type[_Documented], value: Mapping[str, object], place: str) -> object:
+    try:
+        return kind.from_json(value)
+    except (AllaniteError, LookupError, TypeError, ValueError) as fault:
+        missing = isinstance(fault, KeyError)
+        raise FormatError(f"{place}: {fault} is missing" if missing else f"{place}: {fault}") from None
 
 
 # -- what is said of fields -----------------------------------------------------------------------------------------
@@ -193,9 +230,11 @@ _ENTRY = re.compile(r"(?P<names>\w+(?:, \w+)*) : (?P<type>.*?)(?: \[(?P<unit>[^\
 
 
 def entries_of(of: type[Result]) -> list[FieldEntry]:
-    """What the section "Attributes" of a result's docstring says, field by field."""
+    """What the section "Attributes" of a result's docstring says, field by field; those of its bases first."""
+    bases = [base for base in of.__bases__ if issubclass(base, Result) and base is not Result]
+    inherited = [entry for base in bases for entry in entries_of(base)]
     _, _, section = inspect.cleandoc(of.__doc__ or "").partition("Attributes\n----------\n")
-    entries: list[FieldEntry] = []
+    entries: list[FieldEntry] = inherited
     for entry in re.split(r"\n(?=\S)", section.split("\n\n")[0]):
         head, _, words = entry.partition("\n")
         parts = _ENTRY.fullmatch(head)

@@ -4,33 +4,34 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import asdict, dataclass, replace
-from typing import TYPE_CHECKING, Any, Literal
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from allanite.errors import AllaniteError, DataQualityError, FitError
-from allanite.fitting.instrument_floor import floor_entry, floor_findings, over_floor, quiet_curve
+from allanite.fitting.instrument_floor import floor_findings, over_floor, quiet_curve
 from allanite.noise import NoiseModel
 from allanite.noise.allan import AllanCurve, allan_curve
-from allanite.recording.cleaning.renewed import held_entry
+from allanite.recording.cleaning.renewed import held_samples
 from allanite.recording.health import Finding, Severity
 from allanite.recording.health.finding import finding
 from allanite.recording.health.tails import law_of
 from allanite.recording.records import Channel, Recording
 from allanite.study.overview import overview_of
 from allanite.study.request import Request
+from allanite.study.results import Aliasing, ChannelCurve, ChannelFloor, ChannelStudy, SlopeReading
 
 if TYPE_CHECKING:
+    from allanite.fitting.advice import Advice
+    from allanite.fitting.tails import Contamination
     from allanite.noise.spectrum import Exclusion, Spectrum
     from allanite.noise.terms import Sinusoid
     from allanite.stability.environment import EnvironmentEstimate
 
-__all__ = ["Curves", "channel_entry"]
-
-Json = dict[str, Any]
+__all__ = ["Curves", "channel_study"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -78,14 +79,14 @@ class _ChannelModels:
     """Models of a channel, the likeliest first; none where no fit was possible, of which a finding says why."""
 
     models: tuple[NoiseModel, ...] = ()
-    contamination: Mapping[str, Any]
+    contamination: Contamination | None = None
     findings: tuple[Finding, ...]
 
 
-def channel_entry(
+def channel_study(
     curves: Curves, request: Request, environment: EnvironmentEstimate | None, floor: Recording | None
-) -> tuple[Json, list[Finding]]:
-    """The entry of a channel in the document, and its findings.
+) -> tuple[ChannelStudy, list[Finding]]:
+    """What a study says of a channel, and its findings.
 
     Parameters
     ----------
@@ -102,27 +103,29 @@ def channel_entry(
     bent = _bent_lags(curves.fitted, lines, request)
     below = None if floor is None else quiet_curve(floor, name, request.confidence)
     fitted = _fit(curves, lines, bent, below, request)
-    floor_facts, floor_remarks = _over_floor(curves.fitted, floor, below, name, bent)
+    over_its_floor, floor_remarks = _over_floor(curves.fitted, floor, below, name, bent)
     mean, sd, overview = overview_of(recording, recording[name])
-    entry = {
-        "name": name,
-        "kind": recording[name].kind.value,
-        "unit": recording[name].unit,
-        "mean": mean,
-        "sd": sd,
-        "overview": overview,
-        "curve": _curve_entry(curves, fitted.models, bent, below, request),
-        **({} if environment is None else {"environment": environment.to_json()}),
-        **floor_facts,
-        "spectrum": lines.spectrum.to_json(),
-        "models": [replace(m, terms=(*m.terms, *lines.steady)).to_json() for m in fitted.models],
-        "slopes": _slopes(curves.fitted, bent.excluded),
-        "advice": _advice(curves.shown, fitted.models, recording[name]) if below is None else [],
-        **_aliasing(recording[name], recording.dt),
-        **held_entry(recording),
-        **fitted.contamination,
-    }
-    return entry, [*spectral_findings(lines.spectrum, bent.reasons, name), *fitted.findings, *floor_remarks]
+    slopes, no_slopes = _slopes(curves.fitted, bent.excluded)
+    channel = ChannelStudy(
+        name=name,
+        kind=recording[name].kind.value,
+        unit=recording[name].unit,
+        models=tuple(replace(m, terms=(*m.terms, *lines.steady)) for m in fitted.models),
+        mean=mean,
+        sd=sd,
+        overview=overview,
+        curve=_shown_curve(curves, fitted.models, bent, below, request),
+        spectrum=lines.spectrum,
+        slopes=slopes,
+        no_slopes=no_slopes,
+        advice=_advice(curves.shown, fitted.models, recording[name]) if below is None else (),
+        environment=None if environment is None else environment.facts,
+        aliasing=_aliasing(recording[name], recording.dt),
+        held=held_samples(recording),
+        contamination=fitted.contamination,
+        floor=over_its_floor,
+    )
+    return channel, [*spectral_findings(lines.spectrum, bent.reasons, name), *fitted.findings, *floor_remarks]
 
 
 # -- curves ------------------------------------------------------------------------------------------------
@@ -164,13 +167,13 @@ def _bent_lags(fitted: AllanCurve, lines: _Lines, request: Request) -> Exclusion
     return without_spans(bent, fitted.tau, request.exclude)
 
 
-def _curve_entry(
+def _shown_curve(
     curves: Curves,
     models: Sequence[NoiseModel],
     bent: Exclusion,
     below: AllanCurve | None,
     request: Request,
-) -> Json:
+) -> ChannelCurve:
     """The curve that is shown, its intervals by the model where that is of this curve."""
     from allanite.fitting.moments import lags_used
 
@@ -181,11 +184,7 @@ def _curve_entry(
             seen_by_curve = models[0] if below is None else models[0] + _instrument(below, models[0], request)
             shown = shown.with_model(seen_by_curve) if seen_by_curve.terms else shown
             used &= shown.tau >= models[0].goodness["shortest_tau"] * (1 - 1e-9)
-    return {
-        **shown.to_json(),
-        "used": used.tolist(),
-        "excluded": _reasons(shown, bent.reasons) if used.any() else [],
-    }
+    return ChannelCurve.of(shown, used, _reasons(shown, bent.reasons) if used.any() else ())
 
 
 def _reasons(curve: AllanCurve, reasons: Sequence[str]) -> list[str]:
@@ -216,7 +215,7 @@ def _fit(
 ) -> _ChannelModels:
     from allanite.fitting import fit
     from allanite.fitting.spectral.remarks import agreement_findings
-    from allanite.fitting.tails import contamination_entry, with_tails
+    from allanite.fitting.tails import contamination_of, with_tails
 
     name, shown, rest = curves.name, curves.shown, lines.rest
     try:
@@ -226,9 +225,9 @@ def _fit(
             model = fit(curves.fitted, exclude=bent.excluded, confidence=request.confidence, floor=below)
         tails = law_of(rest, name)
         model = with_tails(model, tails, shown.n_samples - int(np.diff(shown.missing[0], axis=1).sum()))
-        contamination = contamination_entry(model, tails, curves.recording[name].scale, shown.dt)
+        contamination = contamination_of(model, tails, curves.recording[name].scale, shown.dt)
     except (DataQualityError, FitError) as refusal:
-        return _ChannelModels(contamination={}, findings=(_not_fitted(name, str(refusal)),))
+        return _ChannelModels(findings=(_not_fitted(name, str(refusal)),))
     remarks = _misfit_findings(model.families[0], name)
     # The other fit has judged its model by the samples already; with a floor the model is not of all of the record.
     if request.method == "moments" and below is None:
@@ -273,24 +272,28 @@ def _not_fitted(name: str, why: str) -> Finding:
     )
 
 
-def _slopes(curve: AllanCurve, excluded: ArrayLike) -> Json:
+def _slopes(curve: AllanCurve, excluded: ArrayLike) -> tuple[tuple[SlopeReading, ...], str]:
+    """The reading by slopes, and why there is none."""
     from allanite.fitting import fit
 
     try:
-        read = fit(curve, method="slopes", exclude=excluded)
+        estimates = fit(curve, method="slopes", exclude=excluded).estimates
     except AllaniteError as refusal:
-        return {"note": str(refusal)}
-    return {e.symbol: {"value": e.value, "note": e.note} for e in read.estimates}
+        return (), str(refusal)
+    nothing = math.nan
+    return tuple(
+        SlopeReading(symbol=e.symbol, value=nothing if e.value is None else e.value, note=e.note)
+        for e in estimates
+    ), ""
 
 
-def _advice(shown: AllanCurve, models: Sequence[NoiseModel], channel: Channel) -> list[Json]:
+def _advice(shown: AllanCurve, models: Sequence[NoiseModel], channel: Channel) -> tuple[Advice, ...]:
     """How long to average; of an instrument's noise beside it, it would be another."""
     from allanite.fitting.advice import advise
 
     if not models:
-        return []
-    advice = advise(models[0], n_samples=shown.n_samples, dt=shown.dt, sampling=channel.sampling)
-    return [asdict(each) for each in advice]
+        return ()
+    return advise(models[0], n_samples=shown.n_samples, dt=shown.dt, sampling=channel.sampling)
 
 
 # -- facts -------------------------------------------------------------------------------------------------
@@ -298,27 +301,19 @@ def _advice(shown: AllanCurve, models: Sequence[NoiseModel], channel: Channel) -
 
 def _over_floor(
     fitted: AllanCurve, floor: Recording | None, below: AllanCurve | None, name: str, bent: Exclusion
-) -> tuple[Json, list[Finding]]:
+) -> tuple[ChannelFloor | None, list[Finding]]:
     from allanite.fitting.moments import lags_used
 
     if floor is None or below is None:
-        return {}, []
+        return None, []
     above = over_floor(fitted, floor.select(name))
     used = lags_used(fitted, bent.excluded)
-    return {"floor": floor_entry(above, below)}, list(floor_findings(above, floor, used))
+    return ChannelFloor.of(above, name, below), list(floor_findings(above, floor, used))
 
 
-def _aliasing(channel: Channel, interval: float) -> Json:
+def _aliasing(channel: Channel, interval: float) -> Aliasing | None:
     """What an aperture shorter than the interval does to N, where it is; nothing is divided by it."""
     if channel.aperture is None or channel.aperture >= interval * (1 - 1e-9):
-        return {}
+        return None
     factor = math.sqrt(interval / channel.aperture)
-    return {
-        "aliasing": {
-            "aperture": channel.aperture,
-            "interval": interval,
-            "factor": factor,
-            "applied": False,
-            "assumes": "white noise of the sensor far beyond the inverse of the aperture",
-        }
-    }
+    return Aliasing(aperture=channel.aperture, interval=interval, factor=factor)

@@ -81,7 +81,7 @@ def load_models(path: str | os.PathLike[str]) -> tuple[dict[str, NoiseModel], fl
         from allanite.study.study import Study
 
         study = Study.from_json(content)
-        return study.models, study.document["recording"]["rate"]
+        return study.models, study.recording.rate
     if isinstance(content, Mapping) and "terms" in content:
         return {str(content.get("name") or "sensor"): NoiseModel.from_json(content)}, None
     if (

@@ -4,21 +4,19 @@
 from __future__ import annotations
 
 import math
-from typing import Any
 
 import numpy as np
 
 from allanite.recording.records import Channel, Recording
+from allanite.study.results import BlockExtremes
 
 __all__ = ["overview_of"]
 
 #: Points of the envelope.
 _POINTS = 1500
 
-Json = dict[str, Any]
 
-
-def overview_of(recording: Recording, channel: Channel) -> tuple[float, float, Json]:
+def overview_of(recording: Recording, channel: Channel) -> tuple[float, float, BlockExtremes]:
     """Mean, standard deviation and the envelope that a picture of the whole record needs, in one pass, SI."""
     n = recording.n_samples
     size = max(1, -(-n // _POINTS))
@@ -45,4 +43,4 @@ def overview_of(recording: Recording, channel: Channel) -> tuple[float, float, J
     sd = math.sqrt(max(square - total * middle, 0.0) / max(count - 1, 1)) * abs(scale) if count else math.nan
     mean = ((reference or 0.0) + middle + origin) * scale
     t = (np.arange(ends.shape[1]) + 0.5) * size * recording.dt
-    return mean, sd, {"t": t.tolist(), "low": ends[0].tolist(), "high": ends[1].tolist()}
+    return mean, sd, BlockExtremes(t=np.asarray(t, dtype=np.float64), low=ends[0], high=ends[1])

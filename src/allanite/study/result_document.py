@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
-from typing import Generic, TypeVar
+from typing import Generic, Protocol, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -19,7 +19,7 @@ from allanite.quantities.result import Result
 from allanite.recording.health import Finding
 from allanite.recording.records import Channel, Recording
 
-__all__ = ["Origin", "Overview", "Provenance", "RecordFacts", "ResultDocument", "read_document"]
+__all__ = ["Origin", "Overview", "Provenance", "RecordFacts", "Reportable", "ResultDocument", "read_document"]
 
 Array = NDArray[np.float64]
 
@@ -141,6 +141,29 @@ class Origin(Result):
     findings: tuple[Finding, ...] | None = None
     model_name: str = ""
     overview: Overview | None = None
+
+
+class Reportable(Protocol):
+    """A result with where it comes from: a `ResultDocument`, or a `Study`, which holds that itself."""
+
+    @property
+    def result(self) -> Result:
+        """The result."""
+
+    @property
+    def provenance(self) -> Provenance | None:
+        """What made it."""
+
+    @property
+    def recording(self) -> RecordFacts | None:
+        """Its record."""
+
+    @property
+    def findings(self) -> tuple[Finding, ...] | None:
+        """What was found in that."""
+
+    def to_json(self) -> dict[str, object]:
+        """Plain data."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

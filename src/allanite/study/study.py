@@ -1,107 +1,118 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Study: everything one recording says, as one plain, versioned document; characterize() makes it.
+"""Study: everything one recording says, as one result with a versioned document; characterize() makes it.
 
-No formulas here: the document is put together from the modules that hold them. Reports, figures and exporters
-read the document and nothing else.
+No formulas here: it is put together from the modules that hold them. Reports, figures and exporters
+see it and nothing else.
 """
 
 from __future__ import annotations
 
-import copy
 import json
 import os
 import platform
 from collections.abc import Collection, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from allanite import __version__
 from allanite.errors import FormatError, InputError
-from allanite.fitting.instrument_floor import floor_facts, ready_floor
+from allanite.fitting.instrument_floor import ready_floor
 from allanite.noise import NoiseModel
 from allanite.noise.allan import AllanCurve
 from allanite.plain_files.atomic_file import fresh
-from allanite.plain_files.json_values import load_plain, plain
+from allanite.plain_files.json_values import load_plain
+from allanite.quantities.result import Result, read_result
 from allanite.recording.cleaning.rows import at_own_rates
 from allanite.recording.clock_channels import without_noise
 from allanite.recording.health import Finding, check, prepare
 from allanite.recording.health.run import missing_because
 from allanite.recording.records import Recording, checked_recording
-from allanite.study.channel import Curves, channel_entry
+from allanite.study.channel import Curves, channel_study
 from allanite.study.request import Progress, ProgressSteps, Request
+from allanite.study.result_document import Provenance
+from allanite.study.results import ChannelStudy, FloorRecord, MissingSamples, StudiedRecord, models_by_channel
+from allanite.study.version_1 import upgraded
 
 if TYPE_CHECKING:
     from allanite.stability.environment import EnvironmentEstimate
 
 __all__ = ["Study", "characterize"]
 
-FORMAT = "allanite-study"
-VERSION = 1
-_GAPS = 100
-
-Json = dict[str, Any]
+_GAPS, _FAULTS = 100, 20
 
 
-@dataclass(frozen=True, slots=True)
-class Study:
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Study(Result):
     """One recording's study.
 
     Attributes
     ----------
-    document : dict
-        The plain document (docs/reference/study-format.md). SI units; numbers that do not exist are null.
+    provenance : Provenance
+        What made it, and when.
+    recording : StudiedRecord
+        The record.
+    findings : tuple of Finding
+        What was found in it, the worst first.
+    channels : tuple of ChannelStudy
+        Those that bear noise.
+    floor : FloorRecord or None
+        The record of the shorted input, where one was given.
     """
 
-    document: Mapping[str, Any]
+    FORMAT: ClassVar[str] = "allanite-study"
+    VERSION: ClassVar[int] = 2
+
+    provenance: Provenance
+    recording: StudiedRecord
+    findings: tuple[Finding, ...]
+    channels: tuple[ChannelStudy, ...]
+    floor: FloorRecord | None = None
+
+    @property
+    def result(self) -> Study:
+        """Itself: a study is its own document."""
+        return self
+
+    @property
+    def document(self) -> Mapping[str, object]:
+        """The plain document (docs/reference/study-format.md). SI units; numbers that do not exist are null."""
+        return self.to_json()
 
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the channels studied."""
-        return tuple(c["name"] for c in self.document["channels"])
-
-    @property
-    def findings(self) -> tuple[Finding, ...]:
-        """What was found in the recording."""
-        return tuple(Finding.from_json(f) for f in self.document["findings"])
+        return tuple(c.name for c in self.channels)
 
     @property
     def models(self) -> dict[str, NoiseModel]:
         """The noise model of each channel that has one, with its `alternative` where the record cannot decide."""
-        by_channel = {}
-        for c in self.document["channels"]:
-            if c["models"]:
-                first, *rest = (NoiseModel.from_json(m) for m in c["models"])
-                by_channel[c["name"]] = replace(first, alternative=rest[0]) if rest else first
-        return by_channel
+        return models_by_channel(self.channels)
 
-    def __getitem__(self, name: str) -> Mapping[str, Any]:
-        """One channel's part of the document.
+    def __getitem__(self, name: str) -> ChannelStudy:
+        """One channel.
 
         Raises
         ------
         InputError
             No such channel.
         """
-        for c in self.document["channels"]:
-            if c["name"] == name:
-                return c  # type: ignore[no-any-return]
+        for channel in self.channels:
+            if channel.name == name:
+                return channel
         raise InputError(f"no channel {name!r} in the study; there are: {', '.join(self.names)}")
 
     def __repr__(self) -> str:
-        return f"<Study of {self.document['provenance']['source'] or 'samples in memory'}: {', '.join(self.names)}>"
-
-    def to_json(self) -> Json:
-        """The document, as a copy."""
-        return copy.deepcopy(dict(self.document))
+        return f"<Study of {self.provenance.source or 'samples in memory'}: {', '.join(self.names)}>"
 
     @classmethod
-    def from_json(cls, document: Mapping[str, Any]) -> Study:
+    def from_json(cls, data: Mapping[str, object]) -> Study:
         """A study from its document.
 
         Raises
@@ -109,19 +120,18 @@ class Study:
         FormatError
             Not a study, a later version, or a part that is missing: all faults at once.
         """
-        if document.get("format") != FORMAT:
-            raise FormatError(f"not a study: 'format' is {document.get('format')!r}, not {FORMAT!r}")
-        if document.get("version") != VERSION:
+        if data.get("format") != cls.FORMAT:
+            raise FormatError(f"not a study: 'format' is {data.get('format')!r}, not {cls.FORMAT!r}")
+        if data.get("version") not in (1, cls.VERSION):
             raise FormatError(
-                f"this is version {document.get('version')!r} of the study format; "
-                f"this allanite reads version {VERSION}"
+                f"this is version {data.get('version')!r} of the study format; this allanite reads versions 1 and "
+                f"{cls.VERSION}"
             )
-        from allanite.study.schema import faults
-
-        wrong = faults(document)
-        if wrong:
-            raise FormatError("the study is damaged:\n" + "\n".join(f"  {w}" for w in wrong[:20]))
-        return cls(dict(document))
+        try:
+            return read_result(cls, upgraded(data) if data["version"] == 1 else data)
+        except FormatError as faults:
+            lines = str(faults).split("\n")[:_FAULTS]
+            raise FormatError("the study is damaged:\n" + "\n".join(f"  {line}" for line in lines)) from None
 
     def save(self, path: str | os.PathLike[str], *, force: bool = False) -> Path:
         """Write the document as JSON.
@@ -131,7 +141,7 @@ class Study:
         StorageError
             The file exists and `force` is not set.
         """
-        text = json.dumps(self.document, ensure_ascii=False, indent=1, allow_nan=False)
+        text = json.dumps(self.to_json(), ensure_ascii=False, indent=1, allow_nan=False)
         with fresh(path, force=force) as place:
             place.write_text(text + "\n", encoding="utf-8")
         return Path(path)
@@ -167,7 +177,7 @@ def characterize(
     exclude: Sequence[tuple[float, float]] = (),
     threads: int | None = None,
     progress: Progress | None = None,
-    provenance: Mapping[str, Any] | None = None,
+    provenance: Mapping[str, str | None] | None = None,
 ) -> Study:
     """From a recording of a sensor at rest to its noise models, with everything needed to judge them.
 
@@ -226,19 +236,16 @@ def characterize(
     )
     curve, channels = _curves(ready, request, report)
     report(0.4, "fitting")
-    entries = _entries(channels, ready, quiet_floor, request, report)
-    findings = [*ready.findings, *(remark for _, remarks in entries for remark in remarks)]
-    document = {
-        "format": FORMAT,
-        "version": VERSION,
-        "provenance": _provenance(recording, provenance or {}),
-        "recording": _facts(ready.recording, curve),
-        "findings": [f.to_json() for f in sorted(findings, key=lambda f: f.severity.rank)],
-        "channels": [entry for entry, _ in entries],
-        **({} if floor is None else {"floor": floor_facts(floor, floor_findings)}),
-    }
+    studied = _studied(channels, ready, quiet_floor, request, report)
+    findings = [*ready.findings, *(remark for _, remarks in studied for remark in remarks)]
     report(1.0, "done")
-    return Study(plain(document))
+    return Study(
+        provenance=_provenance(recording, provenance or {}),
+        recording=_facts(ready.recording, curve),
+        findings=tuple(sorted(findings, key=lambda f: f.severity.rank)),
+        channels=tuple(channel for channel, _ in studied),
+        floor=None if floor is None else FloorRecord.seen(floor, floor_findings),
+    )
 
 
 # -- the steps ---------------------------------------------------------------------------------------------
@@ -280,15 +287,22 @@ def _without_environment(recording: Recording, ready: _Ready, request: Request) 
     from allanite.stability.environment.remarks import remarks
 
     names, prepared, findings = ready.noise.names, ready.recording, ready.findings
-    same: Json = {
-        "channels": names, "temperature": request.temperature, "confidence": request.confidence
-    }  # fmt: skip
-    cuts = warm_ups_to_cut(prepared, **same) if request.warm_up == "cut" else None
+    warm_ups = partial(
+        warm_ups_to_cut, channels=names, temperature=request.temperature, confidence=request.confidence
+    )
+    cuts = warm_ups(prepared) if request.warm_up == "cut" else None
     last = max((w.cut or 0.0 for w in (cuts or {}).values()), default=0.0)
     if last > 0:
         after_warm_up = recording.window(last)
         prepared, findings = prepare(after_warm_up, check(after_warm_up), accept=request.accept)
-    freed = free_of_environment(prepared, warm_up=request.warm_up, cuts=cuts, **same)
+    freed = free_of_environment(
+        prepared,
+        warm_up=request.warm_up,
+        cuts=cuts,
+        channels=names,
+        temperature=request.temperature,
+        confidence=request.confidence,
+    )
     return _Ready(
         recording=freed.residual,
         noise=freed.residual.select(*names),
@@ -317,55 +331,55 @@ def _curves(ready: _Ready, request: Request, report: ProgressSteps) -> tuple[All
     return shown, list(channels.values())
 
 
-def _entries(
+def _studied(
     channels: Sequence[Curves],
     ready: _Ready,
     floor: Recording | None,
     request: Request,
     report: ProgressSteps,
-) -> list[tuple[Json, list[Finding]]]:
+) -> list[tuple[ChannelStudy, list[Finding]]]:
     done = 0
 
-    def entry(curves: Curves) -> tuple[Json, list[Finding]]:
+    def one(curves: Curves) -> tuple[ChannelStudy, list[Finding]]:
         nonlocal done
-        made = channel_entry(curves, request, ready.environment.get(curves.name), floor)
+        made = channel_study(curves, request, ready.environment.get(curves.name), floor)
         done += 1
         report(0.4 + 0.6 * done / len(channels), f"fitting {curves.name}")
         return made
 
     with ThreadPoolExecutor(request.threads or 2) as pool:
-        return list(pool.map(entry, channels))
+        return list(pool.map(one, channels))
 
 
 # -- facts -------------------------------------------------------------------------------------------------
 
 
-def _provenance(recording: Recording, given: Mapping[str, Any]) -> Json:
-    return {
-        "allanite": __version__,
-        "created": datetime.now(UTC).replace(microsecond=0).isoformat().replace("+00:00", "Z"),
-        "source": recording.source,
-        "sha256": given.get("sha256"),
-        "command": given.get("command"),
-        "python": platform.python_version(),
-        "numpy": np.__version__,
-    }
+def _provenance(recording: Recording, given: Mapping[str, str | None]) -> Provenance:
+    return Provenance(
+        allanite=__version__,
+        created=datetime.now(UTC).replace(microsecond=0).isoformat().replace("+00:00", "Z"),
+        source=recording.source,
+        sha256=given.get("sha256"),
+        command=given.get("command"),
+        python=platform.python_version(),
+        numpy=np.__version__,
+    )
 
 
-def _facts(recording: Recording, curve: AllanCurve) -> Json:
+def _facts(recording: Recording, curve: AllanCurve) -> StudiedRecord:
     missing = max((int(np.diff(m, axis=1).sum()) for m in curve.missing), default=0)
     gaps = max(curve.missing, key=len)[:_GAPS].tolist()
-    return {
-        "rate": recording.rate,
-        "samples": recording.n_samples,
-        "duration": recording.duration,
-        "start": _utc(recording.start),
-        "missing": missing,
-        "missing_because": missing_because(recording, missing),
-        "gaps": gaps,
-        "channels": [c.to_json() for c in recording.channels],
-        "history": [dict(step) for step in recording.history],
-    }
+    return StudiedRecord(
+        rate=recording.rate,
+        samples=recording.n_samples,
+        duration=recording.duration,
+        channels=recording.channels,
+        history=recording.history,
+        start=_utc(recording.start),
+        missing=missing,
+        missing_because=tuple(MissingSamples(**entry) for entry in missing_because(recording, missing)),
+        gaps=tuple((int(a), int(b)) for a, b in gaps),
+    )
 
 
 def _utc(ns: int | None) -> str | None:

@@ -12,15 +12,20 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from allanite.errors import InputError
+from allanite.quantities.display_units import si_unit
 from allanite.recording.health import Finding
+from allanite.study.results import ChannelModels
 from allanite.views.figures import sheet_of
 from allanite.views.pieces import Figure, provenance_rows
+from allanite.views.wording import ChannelGroup, CoefficientWording, headings, readings
 
 __all__ = [
     "Banner",
     "Bullets",
     "Cards",
     "Cell",
+    "CoefficientHead",
+    "Coefficients",
     "Details",
     "Drawn",
     "Equation",
@@ -57,12 +62,13 @@ class PageBlock:
 
 @dataclass(frozen=True, slots=True)
 class Banner(PageBlock):
-    """The verdict: `tone` is "good", "warning" or "fatal"."""
+    """The verdict: `tone` is "good", "warning" or "fatal". Those that are not `brief` stay out of a terminal."""
 
     kind = "banner"
     tone: str
     head: str
     text: str
+    brief: bool = True
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,10 +103,11 @@ class Subheading(PageBlock):
 
 @dataclass(frozen=True, slots=True)
 class Bullets(PageBlock):
-    """What to do, or to know."""
+    """What to do, or to know. Those that are not `brief` stay out of a terminal."""
 
     kind = "bullets"
     items: Sequence[str]
+    brief: bool = True
 
 
 @dataclass(frozen=True, slots=True)
@@ -133,12 +140,54 @@ class Cell:
 
 @dataclass(frozen=True, slots=True)
 class TableBlock(PageBlock):
-    """A table, its first column the names of the rows; a row is its cells, and whether it stands out."""
+    """A table, its first column the names of the rows; a row is its cells, and whether it stands out.
+
+    Those that are not `brief` stay out of a terminal.
+    """
 
     kind = "table"
     heads: Sequence[str]
     rows: Sequence[tuple[Sequence[Cell], bool]]
     caption: str = ""
+    brief: bool = True
+
+
+@dataclass(frozen=True, slots=True)
+class Coefficients(PageBlock):
+    """Noise coefficients of channels that share their units, a row for each channel, in people's units and in SI."""
+
+    kind = "coefficients"
+    group: ChannelGroup[ChannelModels]
+
+    @property
+    def heads(self) -> Mapping[str, CoefficientHead]:
+        """By column."""
+        g = self.group
+        return {
+            s: CoefficientHead(symbol=head, unit=unit, name=g.name_of(s), si=si_unit(g.kind, s, g.unit))
+            for s, (head, unit) in headings(g).items()
+        }
+
+    @property
+    def rows(self) -> Sequence[tuple[str, Sequence[CoefficientWording | None]]]:
+        """Name of each channel, and what it says of each column."""
+        return [(c.name, [readings(c).get(s) for s in self.heads]) for c in self.group.channels]
+
+    @property
+    def caption(self) -> str:
+        """What the table is."""
+        also = "; small, in SI" if self.group.has_si else ""
+        return f"{self.group.title}: noise coefficients with their 95 % intervals{also}."
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class CoefficientHead:
+    """What stands over a column of coefficients."""
+
+    symbol: str
+    unit: str
+    name: str
+    si: str
 
 
 @dataclass(frozen=True, slots=True)
@@ -181,11 +230,15 @@ class Drawn(PageBlock):
 
 @dataclass(frozen=True, slots=True)
 class Findings(PageBlock):
-    """What was found in the record; its `rate` [Hz] turns samples into times."""
+    """What was found in the record; its `rate` [Hz] turns samples into times.
+
+    Where they come `first`, a terminal shows all of them before anything else, and otherwise the grave ones at its end.
+    """
 
     kind = "findings"
     findings: Sequence[Finding]
     rate: float
+    first: bool = False
 
 
 # -- pages --------------------------------------------------------------------------------------------------
@@ -251,9 +304,9 @@ def figures_of(blocks: Iterable[PageBlock]) -> Iterator[Figure]:
 # -- words ------------------------------------------------------------------------------------------------
 
 
-def bullets(items: Sequence[str]) -> list[PageBlock]:
+def bullets(items: Sequence[str], *, brief: bool = True) -> list[PageBlock]:
     """A list; nothing where there are no items."""
-    return [Bullets(items)] if items else []
+    return [Bullets(items, brief)] if items else []
 
 
 def equation(*names: str) -> list[PageBlock]:
@@ -270,11 +323,12 @@ def table(
     *,
     caption: str = "",
     kept: Sequence[bool] = (),
+    brief: bool = True,
 ) -> list[PageBlock]:
     """A table; nothing where there are no rows. `kept` rows stand out."""
     cells = [[c if isinstance(c, Cell) else Cell(text=c) for c in row] for row in rows]
     marks = list(kept) or [False] * len(cells)
-    return [TableBlock(heads, list(zip(cells, marks, strict=True)), caption)] if rows else []
+    return [TableBlock(heads, list(zip(cells, marks, strict=True)), caption, brief)] if rows else []
 
 
 def pairs(

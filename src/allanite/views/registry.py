@@ -7,13 +7,14 @@ from collections.abc import Callable, Mapping
 from importlib import import_module
 
 from allanite.quantities.result import Result
-from allanite.study.result_document import ResultDocument, read_document
+from allanite.study.result_document import Reportable, read_document
 from allanite.views.blocks import Page
 
 __all__ = ["VIEWS", "document_of", "view_of"]
 
 #: Format of a document -> where its result is defined, its name there, and the module whose `view` shows it.
 VIEWS: Mapping[str, tuple[str, str, str]] = {
+    "allanite-study": ("allanite.study.study", "Study", "allanite.views.study"),
     "allanite-variation": ("allanite.stability.variation", "Variation", "allanite.views.variation"),
     "allanite-earth-rate": (
         "allanite.experiments.earth_rate",
@@ -23,7 +24,7 @@ VIEWS: Mapping[str, tuple[str, str, str]] = {
 }
 
 
-def document_of(data: Mapping[str, object]) -> ResultDocument[Result]:
+def document_of(data: Mapping[str, object]) -> Reportable:
     """The document of a result that has a view, out of plain data.
 
     Raises
@@ -31,12 +32,16 @@ def document_of(data: Mapping[str, object]) -> ResultDocument[Result]:
     FormatError
         As for `Result.from_json`.
     """
+    from allanite.study.study import Study
+
     module, name, _ = VIEWS[str(data["format"])]
     kind: type[Result] = getattr(import_module(module), name)
+    if issubclass(kind, Study):
+        return kind.from_json(data)
     return read_document(kind, data)
 
 
-def view_of(document: ResultDocument[Result]) -> Page:
+def view_of(document: Reportable) -> Page:
     """The page of a result."""
-    view: Callable[[ResultDocument[Result]], Page] = import_module(VIEWS[document.result.FORMAT][2]).view
+    view: Callable[[Reportable], Page] = import_module(VIEWS[document.result.FORMAT][2]).view
     return view(document)

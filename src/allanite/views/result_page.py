@@ -5,9 +5,8 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
 
-from allanite.quantities.result import Result
 from allanite.quantities.verdict import Verdict
-from allanite.study.result_document import ResultDocument
+from allanite.study.result_document import Reportable
 from allanite.views.blocks import Banner, Findings, Page, PageBlock, Section, bullets, page_of, pairs
 from allanite.views.pieces import origin_rows
 from allanite.views.wording import sentence
@@ -16,7 +15,7 @@ __all__ = ["advice", "findings_of", "result_page", "verdict_banner"]
 
 
 def result_page(
-    document: ResultDocument[Result],
+    document: Reportable,
     *,
     title: str,
     kicker: str,
@@ -34,7 +33,7 @@ def result_page(
     return page_of(title=title, kicker=kicker, facts=facts, sections=[*parts, _provenance(document)])
 
 
-def _provenance(document: ResultDocument[Result]) -> Section:
+def _provenance(document: Reportable) -> Section:
     made, record = document.provenance, document.recording
     rows = origin_rows(
         {} if made is None else made.to_json(),
@@ -55,7 +54,7 @@ def advice(remarks: Iterable[str], names: Iterable[str] = ()) -> list[PageBlock]
     return bullets([sentence(words, names) for words in remarks])
 
 
-def findings_of(document: ResultDocument[Result]) -> list[PageBlock]:
+def findings_of(document: Reportable) -> list[PageBlock]:
     """What was found in the record; nothing where nobody looked."""
     if document.findings is None or document.recording is None:
         return []

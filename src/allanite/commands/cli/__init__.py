@@ -7,6 +7,7 @@ the commands, so that help is quick. One module for each family of commands; imp
 
 # The order of the imports is that of the commands in the reference.
 # isort: off
+from allanite.commands.cli import declared
 from allanite.commands.cli import noise
 from allanite.commands.cli import selection
 from allanite.commands.cli import comparison
@@ -21,7 +22,6 @@ from allanite.commands.cli import calibration
 from allanite.commands.cli import alignment
 from allanite.commands.cli import redundancy
 from allanite.commands.cli import shared_noise
-from allanite.commands.cli import declared
 from allanite.commands.cli import environment
 from allanite.commands.cli import datasheet
 from allanite.commands.cli import difference

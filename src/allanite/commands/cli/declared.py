@@ -9,7 +9,7 @@ import click
 
 from allanite.commands.cli.options import log_options, place_of, with_options
 from allanite.commands.cli.program import command
-from allanite.commands.cli.results import Destination, result_options
+from allanite.commands.cli.results import Destination, results_in
 from allanite.commands.declaration import Command
 from allanite.commands.registry import COMMANDS
 
@@ -25,16 +25,22 @@ def _offered(declared: Command) -> None:
         given = {name: value for name, value in options.items() if value is not None}
         if refusal := declared.refusal(given):
             raise click.UsageError(refusal)
-        return to.deliver(
-            declared.name,
+        return to.by_default(declared.folder, log).deliver(
+            declared.stem,
             lambda **known: declared.measure(place_of(log), **known, **given),
             show_document,
-            tables=[*declared.tables],
+            tables=declared.beside,
             log=log,
         )
 
     run.__doc__ = f"{declared.summary}\n\n{declared.details}"
-    for bundle in (result_options, with_options(declared.options), log_options, click.argument("log")):
+    folder = declared.folder.format(log="<log>")
+    for bundle in (
+        results_in(folder),
+        with_options(declared.options),
+        log_options,
+        click.argument("log"),
+    ):
         run = bundle(run)
     command(declared.example, declared.name)(run)
 

@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""From a log at rest to its noise: characterize, info, allan, fit."""
+"""What a log holds, its curve, and models of it: info, allan, fit."""
 
 from __future__ import annotations
 
-from pathlib import Path
 from typing import Any
 
 import click
@@ -13,8 +12,6 @@ from allanite.commands.cli.options import (
     Frequencies,
     Lags,
     accept_option,
-    environment_options,
-    exclude_option,
     floor_option,
     force_option,
     json_option,
@@ -22,62 +19,11 @@ from allanite.commands.cli.options import (
     place_of,
     print_json,
     statistic_option,
-    typed,
 )
 from allanite.commands.cli.program import LOSS, UNFIT, command
 from allanite.plain_files.printable import printable
 
-__all__ = ["allan", "characterize", "fit", "info"]
-
-
-@command("allanite characterize imu.csv --unit gyro=deg/s,acc=g --from 10min --out results")
-@click.argument("log")
-@log_options
-@click.option(
-    "--out", type=click.Path(file_okay=False), help="Folder for the results.  [default: <log>-allanite]"
-)
-@click.option(
-    "--method",
-    type=click.Choice(["moments", "likelihood"]),
-    default="moments",
-    show_default=True,
-    help="Fit the curve, or the samples: smaller errors, and no unbroken stretches needed.",
-)
-@environment_options
-@exclude_option
-@floor_option
-@accept_option
-@statistic_option("Of the curve that is shown")
-@click.option(
-    "--plot", "figure", type=click.Path(dir_okay=False), help="Write the paper figure: .pdf, .svg or .png."
-)
-@force_option
-@json_option
-def characterize(
-    log: str, out: str | None, accept: tuple[str, ...], statistic: str, figure: str | None, force: bool, as_json: bool,
-    **options: Any,
-) -> int:  # fmt: skip
-    """Read a LOG of a sensor at rest, say what is wrong with it, and fit its noise model.
-
-    Leaves report.html, study.json, allan.csv and imu.yaml in a folder. With --json the study goes to stdout alone,
-    and files are written only where --out or --plot name them.
-    """
-    from allanite.commands.recordings import is_lossy
-    from allanite.commands.study import refuse_results, study_of, write_results
-    from allanite.views import terminal
-
-    folder = out or (None if as_json else f"{'stdin' if log == '-' else Path(log).stem}-allanite")
-    refuse_results(folder, figure, force=force)
-    place = place_of(log)
-    options |= {"command": typed(), "source": "stdin" if log == "-" else None}
-    with terminal.progress(quiet=as_json) as advance:
-        study = study_of(place, accept=accept, statistic=statistic, progress=advance, **options)
-    done = write_results(study, folder, figure, force=force)
-    if as_json:
-        print_json(study.to_json())
-    else:
-        terminal.show_study(study.document, done.files, done.notes)
-    return LOSS if is_lossy(study.document["findings"]) else 0
+__all__ = ["allan", "fit", "info"]
 
 
 @command("allanite info imu.csv --unit gyro=deg/s,acc=g")
@@ -210,7 +156,7 @@ def fit(
 
     Faults of a log are refused. The moment fit of a log keeps its spectral lines out; that of a curve cannot.
     """
-    from allanite.commands.curves import fit_file, joined
+    from allanite.commands.curves import fit_file
     from allanite.study import model_file
     from allanite.views import terminal
 
@@ -227,11 +173,10 @@ def fit(
         )
     for remark in fitted.remarks:
         click.echo(f"allanite: note: {printable(remark)}", err=True)
-    models = {c["name"]: joined(c["models"]) for c in fitted.channels if c["models"]}
     if output is not None:
-        model_file.save_models(models, output, force=force)
+        model_file.save_models(fitted.models, output, force=force)
     if as_json:
-        print_json(models)
+        print_json({name: model.to_json() for name, model in fitted.models.items()})
     else:
         terminal.show_models(fitted.channels)
     return LOSS if fitted.lossy else 0

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 import click
 
 from allanite.commands.cli.repeated import Listed
-from allanite.commands.option import ACCEPT, READING, STATISTICS, Option
+from allanite.commands.option import ACCEPT, FLOOR, READING, STATISTICS, TEMPERATURE, WARM_UP, Option
 from allanite.commands.option import MODEL as _MODEL
 
 if TYPE_CHECKING:
@@ -44,7 +44,6 @@ __all__ = [
     "accept_option",
     "click_option",
     "environment_options",
-    "exclude_option",
     "floor_option",
     "force_option",
     "in_si",
@@ -382,16 +381,7 @@ def log_options(command: Callable[..., Any]) -> Callable[..., Any]:
 
 def environment_options(command: Callable[..., Any]) -> Callable[..., Any]:
     """Temperature and warm-up."""
-    options = [
-        click.option(
-            "--temperature", type=ByChannel(), metavar="COLUMN",
-            help="Take the effect of this column off: temp, or gyro_x=t1,gyro_y=t2.",
-        ),
-        click.option("--warm-up", type=click.Choice(["model", "cut"]), help="What to do with a warm-up that is found."),
-    ]  # fmt: skip
-    for option in reversed(options):
-        command = option(command)
-    return command
+    return with_options((TEMPERATURE, WARM_UP))(command)
 
 
 def turn_options(command: Callable[..., Any]) -> Callable[..., Any]:
@@ -410,16 +400,9 @@ def turn_options(command: Callable[..., Any]) -> Callable[..., Any]:
     return command
 
 
-def exclude_option(command: Callable[..., Any]) -> Callable[..., Any]:
-    """Lags that somebody does not want in the fit."""
-    text = "Averaging times to leave out of the fit: 0.1:0.5,100:1000 in seconds, or with units."
-    return click.option("--exclude", type=Spans(), default=(), metavar="SPANS", help=text)(command)
-
-
 def floor_option(command: Callable[..., Any]) -> Callable[..., Any]:
     """The instrument's own noise."""
-    text = "Log of the instrument with its input shorted: its own noise is taken off."
-    return click.option("--floor", type=click.Path(exists=True), metavar="LOG", help=text)(command)
+    return click_option(FLOOR)(command)
 
 
 def force_option(command: Callable[..., Any]) -> Callable[..., Any]:
@@ -466,6 +449,8 @@ _KINDS: dict[str, click.ParamType[Any]] = {
     "names": Names(),
     "findings": FindingCode(),
     "by-channel": ByChannel(),
+    "recording": click.Path(exists=True),
+    "spans": Spans(),
     "seconds": Duration(),
     "degrees": Angle(),
     "latitude": Latitude(),

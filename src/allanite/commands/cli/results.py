@@ -5,7 +5,8 @@ from __future__ import annotations
 
 import functools
 from collections.abc import Callable, Collection
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import click
@@ -14,11 +15,9 @@ from allanite.commands.cli.options import force_option, json_option, print_json,
 from allanite.commands.cli.program import LOSS
 
 if TYPE_CHECKING:
-    from pathlib import Path
-
     from allanite.commands.measurement import MeasurementResult
 
-__all__ = ["Destination", "result_options"]
+__all__ = ["Destination", "result_options", "results_in"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -29,6 +28,12 @@ class Destination:
     figure: str | None
     force: bool
     as_json: bool
+
+    def by_default(self, folder: str, log: str) -> Destination:
+        """With the folder of a command whose files go into one, where nobody says anything else."""
+        if self.folder is not None or self.as_json or not folder:
+            return self
+        return replace(self, folder=folder.format(log="stdin" if log == "-" else Path(log).stem))
 
     def deliver(
         self,
@@ -50,7 +55,7 @@ class Destination:
         make : callable
             The measurement: takes `progress` and `command`, and `source` where there is a log.
         show : callable
-            Takes the document and the files that were written.
+            Takes the document, the files that were written, and notes where there are any.
         tables : collection of str
             Files beside the document.
         log : str, optional
@@ -74,24 +79,39 @@ class Destination:
         if self.as_json:
             print_json(measured.plain)
         else:
-            show(measured.document, [*saved, *done.files])
+            show(measured.document, [*saved, *done.files], *([done.notes] if done.notes else []))
         return LOSS if measured.lossy else 0
 
 
 def result_options(command: Callable[..., Any]) -> Callable[..., Any]:
     """Where a result goes: the command gets it as `to`, a `Destination`."""
+    return results_in("")(command)
 
-    @functools.wraps(command)
-    def bundled(*, out: str | None, figure: str | None, force: bool, as_json: bool, **options: Any) -> Any:
-        return command(to=Destination(out, figure, force, as_json), **options)
 
-    options = [
-        click.option("--out", type=click.Path(file_okay=False), help="Folder for report, JSON and tables."),
-        click.option(
-            "--plot", "figure", type=click.Path(dir_okay=False), help="Draw it: .pdf, .svg or .png."
-        ),
-    ]
-    decorated = force_option(json_option(bundled))
-    for option in reversed(options):
-        decorated = option(decorated)
-    return decorated
+def results_in(folder: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
+    """The same, with the folder that is taken where nobody names one."""
+
+    def bundle(command: Callable[..., Any]) -> Callable[..., Any]:
+        @functools.wraps(command)
+        def bundled(
+            *, out: str | None, figure: str | None, force: bool, as_json: bool, **options: Any
+        ) -> Any:
+            return command(to=Destination(out, figure, force, as_json), **options)
+
+        default = f"  [default: {folder}]" if folder else ""
+        options = [
+            click.option(
+                "--out",
+                type=click.Path(file_okay=False),
+                help=f"Folder for report, JSON and tables.{default}",
+            ),
+            click.option(
+                "--plot", "figure", type=click.Path(dir_okay=False), help="Draw it: .pdf, .svg or .png."
+            ),
+        ]
+        made = force_option(json_option(bundled))
+        for option in reversed(options):
+            made = option(made)
+        return made
+
+    return bundle

@@ -3,10 +3,19 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Mapping, Sequence
-from typing import Any
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
 
 from allanite.errors import FormatError, InputError
+from allanite.plain_files.json_values import plain
+
+if TYPE_CHECKING:
+    from allanite.noise import NoiseModel, TermType
+    from allanite.study.results import ChannelStudy
+    from allanite.study.study import Study
+    from allanite.views.wording import ChannelGroup, CoefficientWording
 
 __all__ = ["figure_of", "parameters_of"]
 
@@ -63,15 +72,17 @@ def figure_of(
         A document that is damaged.
     """
     from allanite.noise import NoiseModel
+    from allanite.study.study import Study
     from allanite.views.figures import sheet_of
     from allanite.views.figures.plotly import spec
 
+    shown: object = document
     if models is not None or without:
-        if document.get("format") != "allanite-study":
+        if document.get("format") != Study.FORMAT:
             raise InputError("terms are switched off, and models are drawn, over the curves of a study")
-        document = _with_models(document, models, without)
-    shown: Any = document
-    if "format" not in document:
+        given = None if models is None else {n: NoiseModel.from_json(m) for n, m in models.items()}
+        shown = _with_models(Study.from_json(document), given, without)
+    elif "format" not in document:
         models_inside = [m for m in document.values() if isinstance(m, Mapping) and "terms" in m]
         if not models_inside:
             raise InputError("nothing in this document has a figure")
@@ -82,7 +93,7 @@ def figure_of(
         raise FormatError(f"the document is damaged: {type(error).__name__}: {error}") from error
 
 
-def _with_models(study: Json, models: Json | None, without: Collection[str]) -> Json:
+def _with_models(study: Study, models: Mapping[str, NoiseModel] | None, without: Collection[str]) -> Study:
     """A study with other models, and without some terms of them."""
     letters = set(without)
     unknown = letters - set("QNBGKRS")
@@ -91,29 +102,19 @@ def _with_models(study: Json, models: Json | None, without: Collection[str]) -> 
             f"no noise term has the letter {sorted(unknown)[0]!r}; there are Q, N, B, G, K, R, S"
         )
     channels = []
-    for channel in study["channels"]:
-        given = channel["models"] if models is None else _split(models.get(channel["name"]))
-        kept = [{**m, "terms": [t for t in m["terms"] if _letter(t) not in letters]} for m in given]
-        channels.append({**channel, "models": [m for m in kept if m["terms"]]})
-    return {**study, "channels": channels}
+    for channel in study.channels:
+        other = None if models is None else models.get(channel.name)
+        given = channel.models if models is None else () if other is None else other.families
+        kept = [replace(m, terms=tuple(t for t in m.terms if _letter(t) not in letters)) for m in given]
+        channels.append(replace(channel, models=tuple(m for m in kept if m.terms)))
+    return replace(study, channels=tuple(channels))
 
 
-def _split(model: Json | None) -> list[Json]:
-    """A model and its alternative as a study holds them."""
-    if model is None:
-        return []
-    other = model.get("alternative")
-    alone = {k: v for k, v in model.items() if k != "alternative"}
-    return [alone] if other is None else [alone, other]
+def _letter(term: TermType) -> str:
+    return {"q": "G", "amplitude": "S"}.get(term.symbols[0], term.symbols[0])
 
 
-def _letter(term: Json) -> str:
-    return {
-        "quantisation": "Q", "white": "N", "flicker": "B", "gauss-markov": "G", "random-walk": "K", "ramp": "R",
-    }.get(str(term.get("type")).replace("_", "-"), "S")  # fmt: skip
-
-
-def parameters_of(study: Json) -> dict[str, Any]:
+def parameters_of(document: Json) -> dict[str, Any]:
     """The parameter table of a study: in SI, in the unit that people use, and the factors to others.
 
     Raises
@@ -121,40 +122,45 @@ def parameters_of(study: Json) -> dict[str, Any]:
     InputError
         No study.
     """
-    from allanite.views.wording.study import groups, readings
+    from allanite.study.study import Study
+    from allanite.views.wording import groups, readings
 
-    if study.get("format") != "allanite-study":
+    if document.get("format") != Study.FORMAT:
         raise InputError("only a study has a table of parameters")
     channels = []
-    for group in groups(study["channels"]):
+    for group in groups(Study.from_json(document).channels):
         for channel in group.channels:
-            models = []
-            for model in channel["models"]:
-                read = readings(channel, model)
-                estimates = {e["symbol"]: e for e in model["estimates"]}
-                rows = [_row(group, channel, symbol, r, estimates) for symbol, r in read.items()]
-                models.append(
-                    {"family": model.get("family", ""), "verdict": model.get("verdict", ""), "rows": rows}
-                )
-            channels.append({"name": channel["name"], "kind": channel["kind"], "models": models})
+            models = [
+                {
+                    "family": model.family,
+                    "verdict": model.verdict,
+                    "rows": [_row(group, channel, model, s, r) for s, r in readings(channel, model).items()],
+                }
+                for model in channel.models
+            ]
+            channels.append({"name": channel.name, "kind": channel.kind, "models": models})
     return {"channels": channels}
 
 
-def _row(group: Any, channel: Json, symbol: str, reading: Any, estimates: Json) -> dict[str, Any]:
-    estimate = estimates[reading.symbol]
-    bounded = estimate["upper"] is not None
+def _row(
+    group: ChannelGroup[ChannelStudy],
+    channel: ChannelStudy,
+    model: NoiseModel,
+    symbol: str,
+    reading: CoefficientWording,
+) -> dict[str, Any]:
+    estimate = next(e for e in model.estimates if e.symbol == reading.symbol)
+    bounded = math.isfinite(estimate.upper)
     return {
         "symbol": reading.symbol,
         "name": group.name_of(symbol),
-        "value": estimate["value"],
-        "lower": estimate["lower"],
-        "upper": estimate["upper"],
+        **{name: plain(getattr(estimate, name)) for name in ("value", "lower", "upper")},
         "supported": reading.supported,
         "status": "resolved" if reading.supported else "upper limit" if bounded else "not resolved",
         "says": reading.text,
         "note": reading.note,
         "unit": reading.si_unit,
-        "units": _units(channel["kind"], symbol, channel.get("unit") or ""),
+        "units": _units(channel.kind, symbol, channel.unit),
     }
 
 

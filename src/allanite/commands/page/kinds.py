@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 from allanite.commands.declaration import Command
-from allanite.commands.option import ACCEPT, MODEL, STATISTICS, Option, option
+from allanite.commands.option import ACCEPT, MODEL, Option, option
 from allanite.commands.page.options import Code, Spelt, code_of, described
 from allanite.commands.registry import COMMANDS
 
@@ -131,19 +131,6 @@ def _call(function: str, positional: Sequence[Any], spelt: Spelt, reading: Spelt
     return f"{function}({_arguments(positional, {**named, **inside})})"
 
 
-def _study_lines(kind: JobKind, subjects: Sequence[str], reading: Spelt, spelt: Spelt, out: str) -> str:
-    named = dict(spelt.arguments)
-    if "floor" in named:
-        kept = ("unit", "time", "rate", "scale_factor", "sampling", "delimiter", "decimal")
-        floor = {k: v for k, v in reading.arguments.items() if k in kept}
-        named["floor"] = Code(f"al.read({_arguments([named['floor']], floor)})")
-    after = f", {_arguments([], named)}" if named else ""
-    return (
-        f"import allanite as al\nfrom allanite.commands import write_results\n{_read(subjects[0], reading)}\n"
-        f"study = al.characterize(recording{after})\nwrite_results(study, {out!r})"
-    )
-
-
 def _check_lines(kind: JobKind, subjects: Sequence[str], reading: Spelt, spelt: Spelt, out: str) -> str:
     return (
         f"import allanite as al\nfrom allanite.commands import describe\n{_read(subjects[0], reading)}\n"
@@ -175,10 +162,9 @@ def _declared_lines(kind: JobKind, subjects: Sequence[str], reading: Spelt, spel
 
 def _fit_lines(kind: JobKind, subjects: Sequence[str], reading: Spelt, spelt: Spelt, out: str) -> str:
     call = _call("commands.fit_file", subjects, spelt, reading)
-    models = '{c["name"]: commands.joined(c["models"]) for c in fitted.channels if c["models"]}'
     return (
         "from allanite import commands\nfrom allanite.study.model_file import save_models\n\n"
-        f"fitted = {call}\nmodels = {models}\nsave_models(models, {out!r})"
+        f"fitted = {call}\nsave_models(fitted.models, {out!r})"
     )
 
 
@@ -204,7 +190,7 @@ def _declared(command: Command) -> JobKind:
         options={o.python: o for o in command.options},
         required=tuple(o.python for o in command.options if o.required),
         lines=_declared_lines,
-        results=(f"{command.name}.json", *command.documents),
+        results=(f"{command.stem}.json", *command.documents),
     )
 
 
@@ -245,27 +231,7 @@ KINDS: Mapping[str, JobKind] = {
         out="",
         results=("check.json",),
     ),
-    "characterize": JobKind(
-        title="Noise model",
-        command="characterize",
-        takes="recording",
-        options={
-            "method": option(
-                "choice", "--method", "Fit the curve, or the samples: smaller errors, no unbroken stretches needed.",
-                choices=("moments", "likelihood"), default="moments",
-            ),
-            "exclude": option("spans", "--exclude", "Averaging times to leave out of the fit: [[from, to], …]."),
-            "accept": ACCEPT,
-            "statistic": option(
-                "choice", "--statistic", "Of the curve that is shown.", choices=STATISTICS, default="oadev"
-            ),
-            "temperature": option("by-channel", "--temperature", "Take the effect of this column off."),
-            "warm_up": option("choice", "--warm-up", "What to do with a warm-up.", choices=("model", "cut")),
-            "floor": option("recording", "--floor", "Log of the instrument with its input shorted."),
-        },
-        lines=_study_lines,
-        results=("study.json",),
-    ),
+    "characterize": _declared(COMMANDS["characterize"]),
     "fit": JobKind(
         title="Fit other terms",
         command="fit",

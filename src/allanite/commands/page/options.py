@@ -52,6 +52,8 @@ def _help(option: Option) -> str:
     """What the page says of an option: its fields take numbers and lists where the command line takes words."""
     if option.type == "turns":
         return "Turns by hand: [[start, stop], …]."
+    if option.type == "spans":
+        return f"{option.help.removesuffix('.')}: [[from, to], …]."
     return f"{option.help.removesuffix('.')} (0.001 is 0.1 %)." if option.type == "share" else option.help
 
 

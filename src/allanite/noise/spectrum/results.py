@@ -161,7 +161,7 @@ class Spectrum:
         given = {key: value for key, value in data.items() if key not in ("corner", "shortest_trusted_tau")}
         limit = data.get("band_limit")
         given["lines"] = tuple(_line(line) for line in data["lines"])
-        given["band_limit"] = None if limit is None else BandLimit(**limit)
+        given["band_limit"] = None if limit is None else BandLimit(**_numbers(limit))
         given["bridged"] = _bridged(data.get("bridged", {}))  # none in a document of an earlier version
         return cls(**given)
 
@@ -181,5 +181,8 @@ def _plain(line: SpectralLine) -> dict[str, Any]:
 
 def _line(data: Mapping[str, Any]) -> SpectralLine:
     """A line out of plain data, where null stands for a number that does not exist."""
-    given: dict[str, Any] = {key: math.nan if value is None else value for key, value in data.items()}
-    return SpectralLine(**given)
+    return SpectralLine(**_numbers(data))
+
+
+def _numbers(data: Mapping[str, Any]) -> dict[str, Any]:
+    return {key: math.nan if value is None else value for key, value in data.items()}

@@ -9,18 +9,18 @@ the value was never logged and is missing. The rows after a gap hold the value b
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite.quantities.result import Result
 from allanite.recording.cleaning.step import noted
 from allanite.recording.health.finding import percent
 from allanite.recording.health.renewal import Renewal, fresh_rows
 from allanite.recording.records import BLOCK, Recording
 from allanite.recording.sample_columns import Spliced, View
 
-__all__ = ["Picked", "held_entry", "renewed", "without_jitter"]
+__all__ = ["HeldSamples", "Picked", "held_samples", "renewed", "without_jitter"]
 
 Samples = NDArray[np.float64]
 Index = NDArray[np.int64]
@@ -152,17 +152,36 @@ def without_jitter(recording: Recording) -> Recording:
     return replace(recording, notes={**recording.notes, "timebase": kept})
 
 
-def held_entry(recording: Recording) -> dict[str, Any]:
-    """The rate of the sensor, of a recording in which each value stands once, as plain data; empty for others."""
+@dataclass(frozen=True, slots=True, kw_only=True)
+class HeldSamples(Result):
+    """A sensor that renews its values less often than the log has rows; each value was taken once.
+
+    Attributes
+    ----------
+    rate : float [Hz]
+        Of the sensor.
+    rate_sd : float or None [Hz]
+        Its standard uncertainty; None where the rate of the log is a whole multiple.
+    log_rate : float [Hz]
+        Of the log.
+    values : int
+        On the sensor's grid.
+    """
+
+    rate: float
+    rate_sd: float | None
+    log_rate: float
+    values: int
+
+
+def held_samples(recording: Recording) -> HeldSamples | None:
+    """The rate of the sensor, of a recording in which each value stands once; None for others."""
     steps = [s for s in recording.history if s.get("step") == "repair" and s.get("repair") == "drop_repeats"]
     if not steps or "rate_before" not in steps[-1]:
-        return {}
-    return {
-        "held": {
-            "rate": recording.rate,
-            "rate_sd": steps[-1].get("rate_sd"),
-            "log_rate": steps[-1]["rate_before"],
-            "values": recording.n_samples,
-            "why": steps[-1]["why"],
-        }
-    }
+        return None
+    return HeldSamples(
+        rate=recording.rate,
+        rate_sd=steps[-1].get("rate_sd"),
+        log_rate=steps[-1]["rate_before"],
+        values=recording.n_samples,
+    )

@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 from allanite.errors import DataQualityError, InputError
 from allanite.filtering.block_means import BlockMeans, block_means
 from allanite.plain_files.counted import plural
+from allanite.quantities.result import Result
 from allanite.recording.channel_names import unit_option
 from allanite.recording.records import Kind, Recording, Sampling
 
@@ -46,12 +47,13 @@ _SI = {Kind.TEMPERATURE: "K", Kind.VOLTAGE: "V"}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Thermometer:
+class Thermometer(Result):
     """What a channel of temperature is like.
 
     Attributes
     ----------
     channel, unit : str
+        Its channel, and the unit of that.
     scale : float
         Kelvins in one unit; of a column that is no temperature the SI value of one unit (volts in a millivolt).
     si : str

@@ -23,6 +23,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from allanite.noise import NoiseModel
 from allanite.noise.allan import AllanCurve
+from allanite.quantities.result import Result
 
 __all__ = ["LEAST", "Correction", "allan_products", "correction_of"]
 
@@ -33,7 +34,7 @@ LEAST = 0.75
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Correction:
+class Correction(Result):
     """What was taken off, by averaging time.
 
     Attributes

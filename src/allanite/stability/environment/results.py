@@ -3,14 +3,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
-from typing import Any, Literal
+from dataclasses import dataclass, field, fields
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.noise import NoiseModel
-from allanite.plain_files.json_values import plain
+from allanite.quantities.result import Result
 from allanite.recording.records import Recording
 from allanite.stability.environment.climate import Thermometer
 from allanite.stability.environment.correction import Correction
@@ -20,6 +20,7 @@ __all__ = [
     "Coefficient",
     "Environment",
     "EnvironmentEstimate",
+    "EnvironmentFacts",
     "EnvironmentSeries",
     "Hysteresis",
     "Lag",
@@ -32,7 +33,7 @@ Action = Literal["modelled", "cut", "left in", "none found", "not looked for"]
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Coefficient:
+class Coefficient(Result):
     """One coefficient of the bias.
 
     Attributes
@@ -46,11 +47,13 @@ class Coefficient:
         Ends of the interval.
     p : float or None
         Two-sided probability of an estimate so far from zero if the coefficient is zero.
-    status : "resolved", "not resolved" or "not separable"
-        The interval excludes zero; holds it; or the column is a combination of others, so that nothing is known.
+    status : str
+        "resolved", "not resolved" or "not separable": the interval excludes zero; holds it; or the column is a
+        combination of others, so that nothing is known.
     limit : float or None
         The largest size that the interval holds, where it is not resolved.
     note : str
+        What a reader must know besides.
     """
 
     name: str
@@ -65,15 +68,17 @@ class Coefficient:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Lag:
+class Lag(Result):
     """How far the thermometer follows behind the sensor [s]; negative: before it.
 
     Attributes
     ----------
-    status : "resolved", "no lag seen" or "not resolved"
+    status : str
+        "resolved", "no lag seen" or "not resolved".
     value, lower, upper : float or None [s]
         Interval by Fieller's theorem.
     says : str
+        What was found, in words.
     """
 
     status: str
@@ -84,16 +89,19 @@ class Lag:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class Hysteresis:
+class Hysteresis(Result):
     """The branch of warming against that of cooling.
 
     Attributes
     ----------
-    status : "found", "not found" or "not tested"
+    status : str
+        "found", "not found" or "not tested".
     gap, lower, upper : float or None [SI]
         Signal when warming less signal when cooling, at one temperature.
     p : float or None
+        Of a gap so far from zero where there is none.
     says : str
+        What was found, in words.
     """
 
     status: str
@@ -105,8 +113,16 @@ class Hysteresis:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class WarmUpTerm:
-    """One exponential: `amplitude` [SI] at the first sample, `T` [s], with standard deviations."""
+class WarmUpTerm(Result):
+    """One exponential.
+
+    Attributes
+    ----------
+    amplitude, amplitude_sd : float [SI]
+        At the first sample, with its standard deviation.
+    T, T_sd : float [s]
+        Time constant, with its standard deviation.
+    """
 
     amplitude: float
     amplitude_sd: float
@@ -115,21 +131,25 @@ class WarmUpTerm:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class WarmUp:
+class WarmUp(Result):
     """Whether the sensor warmed up, and what was done about it.
 
     Attributes
     ----------
     found : bool
+        The sensor warmed up.
     p : float or None
         Probability of the best exponential under noise alone, multiplied by the number that was tried.
     tries : int
         That number.
     terms : tuple of WarmUpTerm
-    action : "modelled", "cut", "left in", "none found" or "not looked for"
+        Its exponentials.
+    action : str
+        "modelled", "cut", "left in", "none found" or "not looked for".
     cut : float or None [s]
         From where the record was used.
     says : str
+        What was found, in words.
     """
 
     found: bool
@@ -142,17 +162,19 @@ class WarmUp:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class EnvironmentSeries:
+class EnvironmentSeries(Result):
     """The picture: some 800 instants of the record.
 
     Attributes
     ----------
     time : ndarray, shape (n,) [s]
+        Since the first sample.
     signal, residual : ndarray, shape (n,) [SI]
         Before and after; NaN where samples are missing.
     settling : ndarray, shape (n,) [SI]
         The part of what was taken off that is a warm-up.
-    temperature : ndarray, shape (n,) [unit of the thermometer]; empty without one
+    temperature : ndarray, shape (n,) [unit of the thermometer]
+        Empty without one.
     branch : ndarray, shape (n,)
         From -1 (cooling) to +1 (warming); empty without a temperature.
     """
@@ -166,35 +188,43 @@ class EnvironmentSeries:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class EnvironmentEstimate:
-    """Temperature and warm-up in one channel.
+class EnvironmentFacts(Result):
+    """Temperature and warm-up in one channel, as a document holds them.
 
     Attributes
     ----------
     channel, kind, unit : str
+        Name, kind and unit of the channel.
     verdict, reason : str
+        What was found of the temperature, or of the warm-up where there is no thermometer.
     advice : tuple of str
+        What to do about it.
     confidence : float
+        Of the intervals.
     thermometer : Thermometer or None
+        None where only a warm-up was looked for.
     reference : float or None [unit of the thermometer]
         Temperature that the coefficients belong to.
     coefficients : tuple of Coefficient
+        Of the bias by the temperature, its square and its rate.
     attenuation : float or None
         Share by which noise of the thermometer makes the coefficient of temperature too small.
-    lag, hysteresis : Lag and Hysteresis, or None without a thermometer
+    lag : Lag or None
+        None without a thermometer.
+    hysteresis : Hysteresis or None
+        None without a thermometer.
     warm_up : WarmUp
+        Found or not, and what was done about it.
     model : NoiseModel
         Of the regression, fitted to the block means or given; not the model that `characterize` gives.
     model_given : bool
+        It was given.
     taken_off : tuple of str
         Columns that the residual is free of.
     correction : Correction or None
         Of the Allan curve of the residual; None where nothing was taken off.
-    effect : Effect or None
-        What was taken off, at any instant.
-    residual : Recording
-        The recording, this channel free of what was taken off, with a step in its history.
     series : EnvironmentSeries
+        For the picture.
     """
 
     channel: str
@@ -215,8 +245,6 @@ class EnvironmentEstimate:
     model_given: bool
     taken_off: tuple[str, ...]
     correction: Correction | None
-    effect: Effect | None = field(repr=False)
-    residual: Recording = field(repr=False)
     series: EnvironmentSeries = field(repr=False)
 
     def __getitem__(self, name: str) -> Coefficient:
@@ -229,14 +257,30 @@ class EnvironmentEstimate:
         """
         return {c.name: c for c in self.coefficients}[name]
 
-    def to_json(self) -> dict[str, Any]:
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class EnvironmentEstimate(EnvironmentFacts):
+    """Temperature and warm-up in one channel, with the recording that is free of them.
+
+    Attributes
+    ----------
+    effect : Effect or None
+        What was taken off, at any instant.
+    residual : Recording
+        The recording, this channel free of what was taken off, with a step in its history.
+    """
+
+    effect: Effect | None = field(repr=False)
+    residual: Recording = field(repr=False)
+
+    @property
+    def facts(self) -> EnvironmentFacts:
+        """What a document holds of it."""
+        return EnvironmentFacts(**{f.name: getattr(self, f.name) for f in fields(EnvironmentFacts)})
+
+    def to_json(self) -> dict[str, object]:
         """Plain data, as it stands in a study and in the document of `environment`."""
-        kept = (
-            "channel", "kind", "unit", "verdict", "reason", "advice", "confidence", "thermometer", "reference",
-            "coefficients", "attenuation", "lag", "hysteresis", "warm_up", "model_given", "taken_off", "correction",
-            "series",
-        )  # fmt: skip
-        return {**{k: plain(getattr(self, k)) for k in kept}, "model": self.model.to_json()}
+        return self.facts.to_json()
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -263,7 +307,7 @@ class Environment:
         """
         return {e.channel: e for e in self.estimates}[channel]
 
-    def to_json(self) -> dict[str, Any]:
+    def to_json(self) -> dict[str, object]:
         """Plain data, from which a report is made."""
         return {
             "format": "allanite-environment",

@@ -29,6 +29,7 @@ from allanite.plain_files.json_values import plain
 from allanite.recording.channel_names import ways_to_units
 from allanite.recording.records import Kind
 from allanite.study.datasheet.sheet import Datasheet
+from allanite.study.results import ChannelCurve
 from allanite.study.study import Study
 
 __all__ = ["ChannelVerdict", "DatasheetVerdict", "StatementVerdict", "hold_against"]
@@ -91,7 +92,7 @@ class ChannelVerdict:
     name, kind, unit, section : str
     statements : tuple of StatementVerdict
     sheet : NoiseModel
-    curve : dict
+    curve : ChannelCurve
         The study's curve of the channel.
     stated : ndarray, shape (n_lags,) [SI]
         Allan deviation of the sheet at the lags, as these samples would show it.
@@ -103,16 +104,13 @@ class ChannelVerdict:
     section: str
     statements: tuple[StatementVerdict, ...]
     sheet: NoiseModel
-    curve: Json
+    curve: ChannelCurve
     stated: Array
 
     def to_json(self) -> dict[str, Any]:
         """Plain data."""
         ratios = {
-            f"ratio_{key}": [
-                None if v is None else v / s
-                for v, s in zip(self.curve[key], self.stated.tolist(), strict=True)
-            ]
+            f"ratio_{key}": plain(getattr(self.curve, key) / self.stated)
             for key in ("deviation", "lower", "upper")
         }
         return {
@@ -129,7 +127,7 @@ class ChannelVerdict:
                 for s in self.statements
             ],
             "model": self.sheet.to_json(),
-            "curve": dict(self.curve),
+            "curve": self.curve.to_json(),
             "stated": self.stated.tolist(),
             **ratios,
         }
@@ -190,7 +188,7 @@ def hold_against(study: Study | None, datasheet: Datasheet) -> DatasheetVerdict:
         return DatasheetVerdict(
             datasheet=datasheet, channels=(), verdict="nothing measured", reason="the data sheet alone"
         )
-    kinds = {c["name"]: _RATES.get(Kind(c["kind"]), Kind(c["kind"])) for c in study.document["channels"]}
+    kinds = {c.name: _RATES.get(Kind(c.kind), Kind(c.kind)) for c in study.channels}
     known = [name for name in datasheet.sections if name not in ("gyro", "accelerometer", *kinds)]
     if known:
         raise InputError(
@@ -210,30 +208,29 @@ def hold_against(study: Study | None, datasheet: Datasheet) -> DatasheetVerdict:
 
 def _channel(study: Study, name: str, sheet: NoiseModel, datasheet: Datasheet) -> ChannelVerdict:
     channel = study[name]
-    curve = channel["curve"]
-    if curve["statistic"] != "oadev":
+    curve = channel.curve
+    if curve.statistic != "oadev":
         raise InputError(
-            f"the study shows {curve['statistic']}: a data sheet is held against the Allan deviation (oadev)"
+            f"the study shows {curve.statistic}: a data sheet is held against the Allan deviation (oadev)"
         )
     section = next(name for name, model in datasheet.models.items() if model is sheet)
     models = study.models[name].families if name in study.models else ()
-    lags = np.array(curve["lags"], dtype=np.float64)
     return ChannelVerdict(
         name=name,
-        kind=channel["kind"],
-        unit=channel["unit"],
+        kind=channel.kind,
+        unit=channel.unit,
         section=section,
         statements=tuple(_statement(e, models, curve) for e in datasheet.sections[section].entries),
         sheet=sheet,
         curve=curve,
-        stated=np.sqrt(sheet.avar_sampled(lags, curve["dt"], curve["sampling"])),
+        stated=np.sqrt(sheet.avar_sampled(curve.lags.astype(np.float64), curve.dt, curve.sampling)),
     )
 
 
 # -- one statement ----------------------------------------------------------------------------------------------
 
 
-def _statement(entry: SheetEntry, models: Sequence[NoiseModel], curve: Json) -> StatementVerdict:
+def _statement(entry: SheetEntry, models: Sequence[NoiseModel], curve: ChannelCurve) -> StatementVerdict:
     if not models:
         return _open(entry, "the study holds no noise model of this channel")
     if entry.symbol == "minimum":
@@ -279,29 +276,25 @@ def _estimate(symbol: str, models: Sequence[NoiseModel]) -> tuple[float | None, 
     return value, lower, upper, note
 
 
-def _minimum(models: Sequence[NoiseModel], curve: Json) -> tuple[float | None, float, float, str]:
+def _minimum(models: Sequence[NoiseModel], curve: ChannelCurve) -> tuple[float | None, float, float, str]:
     """The Allan deviation where the fitted model has its minimum, over all families.
 
     No minimum lies above the deviation at any lag: the upper end is taken where the model says that it will be lowest.
     """
-    places = np.flatnonzero(np.array(curve["used"], dtype=bool))
+    places = np.flatnonzero(curve.used)
     known = [m for m in models if m.terms]
     if not len(places) or not known:
         return None, 0.0, math.inf, "no lag of the curve was fitted"
-    shown = {
-        key: np.array([curve[key][i] for i in places], dtype=np.float64)
-        for key in ("lower", "deviation", "upper")
-    }
-    m = np.array(curve["lags"], dtype=np.float64)[places]
-    expected = [np.sqrt(model.avar_sampled(m, curve["dt"], curve["sampling"])) for model in known]
+    low, deviation, high = (column[places] for column in (curve.lower, curve.deviation, curve.upper))
+    m, tau = curve.lags[places].astype(np.float64), curve.tau[places]
+    expected = [np.sqrt(model.avar_sampled(m, curve.dt, curve.sampling)) for model in known]
     lowest = [int(np.argmin(e)) for e in expected]
-    upper = max(shown["upper"][int(np.argmin(e * shown["upper"] / shown["deviation"]))] for e in expected)
-    tau = np.array(curve["tau"])[places]
+    upper = max(high[int(np.argmin(e * high / deviation))] for e in expected)
     if max(lowest) == len(m) - 1:
         lower = min(_floor(model) for model in known)
         return None, lower, float(upper), f"the curve still falls at {tau[-1]:.4g} s"
-    lower = min(float(shown["lower"][i]) for i in lowest)
-    return float(shown["deviation"][lowest[0]]), lower, float(upper), f"at {tau[lowest[0]]:.4g} s"
+    lower = min(float(low[i]) for i in lowest)
+    return float(deviation[lowest[0]]), lower, float(upper), f"at {tau[lowest[0]]:.4g} s"
 
 
 def _floor(model: NoiseModel) -> float:

@@ -14,6 +14,10 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure as PaperFigure
     from plotly.graph_objects import Figure as ScreenFigure
 
+    from allanite.study.results import ChannelStudy
+    from allanite.study.study import Study
+    from allanite.views.wording import ChannelGroup
+
 __all__ = ["plot", "sheet_of"]
 
 Json = Mapping[str, Any]
@@ -34,7 +38,7 @@ def plot(
     Parameters
     ----------
     obj : object
-        Study, AllanCurve, NoiseModel, Recording, Spectrum, one entry of a study's "channels", Reversals,
+        Study, AllanCurve, NoiseModel, Recording, Spectrum, one of a study's channels, Reversals,
         EarthRateEstimate, RateVector, NorthEstimate, AlignmentEstimate, CalibrationEstimate, Filtered,
         ReferenceAided, Plan (or a list of plans), or a `Sheet` of your own. The document of a result (`to_json`) does
         as well.
@@ -110,30 +114,34 @@ def sheet_of(obj: object, **options: Any) -> Sheet:
 # -- one function per thing that has a figure --------------------------------------------------------------
 
 
-def _study(study: Any, *, view: str = "channels", channels: Sequence[str] | None = None) -> Sheet:
+def _study(study: Study | Json, *, view: str = "channels", channels: Sequence[str] | None = None) -> Sheet:
+    from allanite.study.study import Study
     from allanite.views.wording import groups
 
-    document = study if isinstance(study, Mapping) else study.to_json()
-    found = groups(_chosen(document["channels"], channels))
-    return Sheet(rows=tuple(row for group in found for row in _view(view)(group, document)))
+    shown = Study.from_json(study) if isinstance(study, Mapping) else study
+    names = [channels] if isinstance(channels, str) else channels
+    chosen = shown.channels if names is None else [shown[name] for name in names]
+    return Sheet(rows=tuple(row for group in groups(chosen) for row in _view(view)(group, shown)))
 
 
-def _channel(channel: Json, *, view: str = "channels") -> Sheet:
+def _channel(channel: ChannelStudy | Json, *, view: str = "channels") -> Sheet:
+    from allanite.study.results import ChannelStudy
+    from allanite.study.version_1 import upgraded_channel
     from allanite.views.wording import groups
 
-    recording: Json = {"rate": 1.0, "gaps": [], "duration": max(channel["overview"]["t"], default=1.0)}
-    document = {"recording": recording, "findings": [], "channels": [channel]}
-    return Sheet(rows=tuple(_view(view)(groups([channel])[0], document)))
+    if isinstance(channel, Mapping):
+        channel = ChannelStudy.from_json(upgraded_channel(channel))
+    return Sheet(rows=tuple(_view(view)(groups([channel])[0], None)))
 
 
-def _view(name: str) -> Callable[[Any, Json], list[tuple[Panel, ...]]]:
+def _view(name: str) -> Callable[[ChannelGroup[ChannelStudy], Study | None], list[tuple[Panel, ...]]]:
     from allanite.views.figures import curves, records, spectra
 
-    views: dict[str, Callable[[Any, Json], list[tuple[Panel, ...]]]] = {
+    views: dict[str, Callable[[ChannelGroup[ChannelStudy], Study | None], list[tuple[Panel, ...]]]] = {
         "channels": lambda group, _: _rows_of(curves.channel_panels(group)),
         "groups": lambda group, _: [(curves.group_panel(group),)],
         "spectrum": lambda group, _: [(spectra.group_spectrum_panel(group),)],
-        "record": lambda group, document: [(p,) for p in records.group_record_panels(group, document)],
+        "record": lambda group, study: [(p,) for p in records.group_record_panels(group, study)],
     }
     if name not in views:
         raise InputError(f"no view {name!r} of a study; there are: {', '.join(views)}")
@@ -409,8 +417,7 @@ def _environment(found: Any, *, view: str = "whole") -> Sheet:
     from allanite.views.figures import environment
 
     _known_view(view, environment.VIEWS, "the environment of a sensor")
-    document = found if isinstance(found, Mapping) else found.to_json()
-    every = document.get("channels", [document])
+    every = environment.estimates_of(found)
     parts: Parts = {
         "temperature": lambda: [panel for one in every for panel in environment.branch_panels(one)],
         "deviation": lambda: [panel for one in every for panel in environment.deviation_panels(one)],
@@ -577,6 +584,7 @@ _DESCRIPTIONS: tuple[tuple[Callable[[object], bool], Callable[..., Sheet]], ...]
     (_document("allanite-alignment"), _alignment),
     (_document("allanite-reference-aided"), _aided),
     (_holds("curve"), _channel),
+    (_named("ChannelStudy"), _channel),
     (_holds("turns", "dwells", "positions"), _reversals),
     (_named("AllanCurve"), _curve),
     (_named("NoiseModel"), _model),
@@ -594,7 +602,7 @@ _DESCRIPTIONS: tuple[tuple[Callable[[object], bool], Callable[..., Sheet]], ...]
     (_named("Selection"), _selection),
     (_named("Variation"), _variation),
     (_named("Comparison"), _comparison),
-    (_named("EnvironmentEstimate"), _environment),
+    (_named("EnvironmentFacts"), _environment),
     (_named("Environment"), _environment),
     (_named("PositionPlan"), _position_plan),
     (_named("DeadReckoning"), _dead_reckoning),

@@ -8,12 +8,13 @@ Reading points are those of IEEE Std 952-1997, annex C: tau = sqrt(3) for Q, 1 f
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import numpy as np
 
+from allanite.fitting.instrument_floor import OverFloor
 from allanite.noise import (
     BY_LETTER,
     GM_PEAK_TAU,
@@ -21,7 +22,9 @@ from allanite.noise import (
     NoiseModel,
     TermType,
 )
+from allanite.noise.allan import AllanCurve
 from allanite.quantities.display_units import display_unit
+from allanite.study.results import ChannelCurve, ChannelFloor, ChannelStudy
 from allanite.views.figures.panel import (
     MARKERS,
     SERIES,
@@ -31,7 +34,6 @@ from allanite.views.figures.panel import (
     Label,
     Limit,
     Panel,
-    array,
     decades,
     positive_range,
 )
@@ -51,7 +53,6 @@ __all__ = [
     "tau_axis",
 ]
 
-Json = Mapping[str, Any]
 Limits = tuple[float, float]
 Frame = tuple[Limits, Limits]
 _Part = TypeVar("_Part")
@@ -96,9 +97,9 @@ def series_colours(names: Sequence[str]) -> list[tuple[str, str]]:
 # -- panels -----------------------------------------------------------------------------------------------
 
 
-def channel_panels(group: ChannelGroup) -> list[Panel]:
+def channel_panels(group: ChannelGroup[ChannelStudy]) -> list[Panel]:
     """One panel per channel: its curve, its model with all terms, and what it bounds; all in one common frame."""
-    looks = series_colours([c["name"] for c in group.channels])
+    looks = series_colours([c.name for c in group.channels])
     parts = [_ChannelParts(c, look) for c, look in zip(group.channels, looks, strict=True)]
     frames = [p.frame for p in parts]
     common = _union([f[0] for f in frames]), _union([f[1] for f in frames])
@@ -108,19 +109,18 @@ def channel_panels(group: ChannelGroup) -> list[Panel]:
 class _ChannelParts:
     """What the panel of one channel consists of, before the frame is known."""
 
-    def __init__(self, channel: Json, look: tuple[str, str]) -> None:
-        self.channel = channel
-        kind, own, curve = channel["kind"], channel.get("unit") or "", channel["curve"]
-        self.unit, factor = _unit(curve["statistic"], kind, own)
-        models = channel["models"] if curve["statistic"] in _OF_MODEL else []
-        self.data = measured_curve(curve, channel["name"], factor, look)
-        self.apart = floor_curves(channel["floor"], factor) if channel.get("floor") else ()
+    def __init__(self, channel: ChannelStudy, look: tuple[str, str]) -> None:
+        self.channel, curve = channel, channel.curve
+        self.unit, factor = _unit(curve.statistic, channel.kind, channel.unit)
+        models = channel.models if curve.statistic in _OF_MODEL else ()
+        self.data = measured_curve(curve, channel.name, factor, look)
+        self.apart = () if channel.floor is None else floor_curves(channel.floor, factor)
         self.lines = [model_curve(curve, m, factor, i) for i, m in enumerate(models)]
         minimum = _minimum(self.lines[0] if models else self.data)
         self.marks = [
-            _Mark.of(t, factor, minimum, _estimate_text(models[0], t, kind, own)) for t in _terms(models)
+            _Mark.of(t, factor, minimum, _estimate_text(models[0], t, channel)) for t in _terms(models)
         ]
-        self.bounds = _bounds(models[0], kind, own, factor, minimum) if models else []
+        self.bounds = _bounds(models[0], channel, factor, minimum) if models else []
 
     @property
     def frame(self) -> Frame:
@@ -130,9 +130,9 @@ class _ChannelParts:
 
     def panel(self, frame: Frame) -> Panel:
         return Panel(
-            title=self.channel["name"],
+            title=self.channel.name,
             x=tau_axis(frame[0]),
-            y=_deviation_axis(self.channel["curve"]["statistic"], self.unit, frame[1]),
+            y=_deviation_axis(self.channel.curve.statistic, self.unit, frame[1]),
             curves=(
                 self.data,
                 *self.apart,
@@ -146,22 +146,22 @@ class _ChannelParts:
         )
 
 
-def group_panel(group: ChannelGroup) -> Panel:
+def group_panel(group: ChannelGroup[ChannelStudy]) -> Panel:
     """All channels of one kind together, each with its model; guides at the mean coefficient of the axes."""
-    statistic = group.channels[0]["curve"]["statistic"]
+    statistic = group.channels[0].curve.statistic
     unit, factor = _unit(statistic, group.kind, group.unit)
-    looks = series_colours([c["name"] for c in group.channels])
+    looks = series_colours([c.name for c in group.channels])
     data: list[Curve] = []
     lines: list[Curve] = []
     terms: list[TermType] = []
     for channel, look in zip(group.channels, looks, strict=True):
         data.append(
-            measured_curve(channel["curve"], channel["name"], factor, look, "" if data else "95 % interval")
+            measured_curve(channel.curve, channel.name, factor, look, "" if data else "95 % interval")
         )
-        if channel["models"] and statistic in _OF_MODEL:
+        if channel.models and statistic in _OF_MODEL:
             name = "" if lines else "model"  # one entry in the legend
-            lines.append(replace(model_curve(channel["curve"], channel["models"][0], factor, 0), label=name))
-            terms += _terms(channel["models"])
+            lines.append(replace(model_curve(channel.curve, channel.models[0], factor, 0), label=name))
+            terms += _terms(channel.models)
     marks = [_Mark.of(t, factor, _minimum(data[0]), "") for t in _mean_terms(terms)]
     frame = _frame(data, [])
     return Panel(
@@ -174,7 +174,7 @@ def group_panel(group: ChannelGroup) -> Panel:
     )
 
 
-def curve_panels(curve: Any, model: NoiseModel | None = None) -> list[Panel]:
+def curve_panels(curve: AllanCurve, model: NoiseModel | None = None) -> list[Panel]:
     """An `AllanCurve` alone: a panel for the channels of each unit, with a key of the five slopes.
 
     A model is drawn over the channels of the first panel.
@@ -185,22 +185,17 @@ def curve_panels(curve: Any, model: NoiseModel | None = None) -> list[Panel]:
     panels = [_curve_panel(curve, which, unit, factor) for (unit, factor), which in members.items()]
     if model is not None:
         factor = next(iter(members))[1]
-        facts = {"lags": curve.lags, "tau": curve.tau, "dt": curve.dt, "sampling": curve.channels[0].sampling}
-        line = model_curve(facts, model.to_json(), factor, 0)
+        line = model_curve(ChannelCurve.of(curve[curve.names[0]]), model, factor, 0)
         panels[0] = replace(panels[0], curves=(*panels[0].curves, line))
     return panels
 
 
-def _curve_panel(curve: Any, which: Sequence[int], unit: str, factor: float) -> Panel:
+def _curve_panel(curve: AllanCurve, which: Sequence[int], unit: str, factor: float) -> Panel:
     names = [curve.channels[i].name for i in which]
     data: list[Curve] = []
-    for i, name, look in zip(which, names, series_colours(names), strict=True):
-        facts = {"tau": curve.tau, **{k: getattr(curve, k)[:, i] for k in ("deviation", "lower", "upper")}}
-        data.append(
-            measured_curve(
-                facts, name, factor, look, "" if data else f"{100 * curve.confidence:g} % interval"
-            )
-        )
+    for name, look in zip(names, series_colours(names), strict=True):
+        band = "" if data else f"{100 * curve.confidence:g} % interval"
+        data.append(measured_curve(ChannelCurve.of(curve[name]), name, factor, look, band))
     frame = _frame(data, [])
     return Panel(
         title=", ".join(names),
@@ -212,15 +207,14 @@ def _curve_panel(curve: Any, which: Sequence[int], unit: str, factor: float) -> 
     )
 
 
-def over_floor_panels(curve: Any) -> list[Panel]:
+def over_floor_panels(curve: OverFloor) -> list[Panel]:
     """An `OverFloor`: measured, instrument and sensor, a panel for each channel."""
     panels = []
     for channel in curve.measured.channels:
         unit, factor = _unit("oadev", channel.kind, channel.unit)
-        measured, instrument = (part[channel.name].to_json() for part in (curve.measured, curve.floor))
-        looks = series_colours([channel.name])[0]
-        sensor = {"curve": instrument, "sensor": curve.to_json(channel.name)}
-        data = [measured_curve(measured, "measured", factor, looks), *floor_curves(sensor, factor)]
+        measured, looks = ChannelCurve.of(curve.measured[channel.name]), series_colours([channel.name])[0]
+        floor = ChannelFloor.of(curve, channel.name)
+        data = [measured_curve(measured, "measured", factor, looks), *floor_curves(floor, factor)]
         frame = _frame(data, [])
         panels.append(
             Panel(
@@ -263,16 +257,15 @@ def _unit(statistic: str, kind: str, own: str) -> tuple[str, float]:
 
 
 def measured_curve(
-    curve: Json, label: str, factor: float, look: tuple[str, str], band: str = "95 % interval"
+    curve: ChannelCurve, label: str, factor: float, look: tuple[str, str], band: str = "95 % interval"
 ) -> Curve:
     """Measured deviations with their band; those outside the fit are hollow."""
-    used = curve.get("used")
     return Curve(
-        x=array(curve["tau"]),
-        y=array(curve["deviation"]) / factor,
-        lower=array(curve["lower"]) / factor,
-        upper=array(curve["upper"]) / factor,
-        hollow=None if used is None else ~np.asarray(used, dtype=bool),
+        x=curve.tau,
+        y=curve.deviation / factor,
+        lower=curve.lower / factor,
+        upper=curve.upper / factor,
+        hollow=~curve.used if curve.used.size else None,
         label=label,
         colour=look[0],
         marker=look[1],
@@ -280,23 +273,23 @@ def measured_curve(
     )
 
 
-def floor_curves(floor: Json, factor: float) -> tuple[Curve, Curve]:
+def floor_curves(floor: ChannelFloor, factor: float) -> tuple[Curve, Curve]:
     """The instrument's own curve, and what is left for the sensor; bars without a point are upper limits."""
-    sensor, below = floor["sensor"], floor["curve"]
+    sensor, below = floor.sensor, floor.curve
     instrument = Curve(
-        x=array(below["tau"]),
-        y=array(below["deviation"]) / factor,
-        lower=array(below["lower"]) / factor,
-        upper=array(below["upper"]) / factor,
+        x=below.tau,
+        y=below.deviation / factor,
+        lower=below.lower / factor,
+        upper=below.upper / factor,
         label="instrument",
         colour="guide",
         marker="square",
     )
     left = Curve(
-        x=array(sensor["tau"]),
-        y=array(sensor["deviation"]) / factor,
-        lower=np.where(np.isfinite(array(sensor["deviation"])), array(sensor["lower"]), np.nan) / factor,
-        upper=array(sensor["upper"]) / factor,
+        x=sensor.tau,
+        y=sensor.deviation / factor,
+        lower=np.where(np.isfinite(sensor.deviation), sensor.lower, np.nan) / factor,
+        upper=sensor.upper / factor,
         bars=True,
         style="none",
         label="sensor",
@@ -307,31 +300,25 @@ def floor_curves(floor: Json, factor: float) -> tuple[Curve, Curve]:
 
 
 def model_curve(
-    curve: Json, model: Json, factor: float, rank: int, colour: str = "", label: str = ""
+    curve: ChannelCurve, model: NoiseModel, factor: float, rank: int, colour: str = "", label: str = ""
 ) -> Curve:
     """The model as these samples show it; the alternative family is dash-dotted."""
-    averaged = array(curve["tau"]) / curve["dt"]
+    averaged = curve.tau / curve.dt
     m = np.geomspace(averaged.min(), averaged.max(), 160)
-    shown = NoiseModel.from_json(model)
-    variance = shown.avar_sampled(m, curve["dt"], curve["sampling"])
-    letters = [_NAMED.get(t.symbols[0], t.symbols[0]) for t in shown.terms]
+    letters = [_NAMED.get(t.symbols[0], t.symbols[0]) for t in model.terms]
     named = f"model ({', '.join(letters)})" if letters else "model"
     return Curve(
-        x=m * curve["dt"],
-        y=np.sqrt(variance) / factor,
+        x=m * curve.dt,
+        y=np.sqrt(model.avar_sampled(m, curve.dt, curve.sampling)) / factor,
         label=label or (named if rank == 0 else f"or: {named}"),
         colour=colour or ("model" if rank == 0 else "other"),
         style="dashed" if rank == 0 else "dashdot",
     )
 
 
-def _terms(models: Sequence[Json]) -> list[TermType]:
+def _terms(models: Sequence[NoiseModel]) -> list[TermType]:
     """Terms of the first model, those that a deviation shows as a line of their own."""
-    return (
-        [t for t in NoiseModel.from_json(models[0]).terms if t.symbols[0] in {*BY_LETTER, "q"}]
-        if models
-        else []
-    )
+    return [t for m in models[:1] for t in m.terms if t.symbols[0] in {*BY_LETTER, "q"}]
 
 
 def _mean_terms(terms: Iterable[TermType]) -> list[TermType]:
@@ -344,12 +331,12 @@ def _mean_terms(terms: Iterable[TermType]) -> list[TermType]:
     return found
 
 
-def _estimate_text(model: Json, term: TermType, kind: str, own: str) -> str:
+def _estimate_text(model: NoiseModel, term: TermType, channel: ChannelStudy) -> str:
     """The coefficient of a term as it was estimated; "" where the record only bounds it."""
     symbol = "B_equiv" if isinstance(term, GaussMarkov) else term.symbols[0]
-    known = {e["symbol"]: reading(kind, own, e) for e in model["estimates"]}
+    known = {e.symbol: reading(channel.kind, channel.unit, e) for e in model.estimates}
     if symbol not in known:
-        return _coefficient_text(term, kind, own)
+        return _coefficient_text(term, channel.kind, channel.unit)
     text = f"{symbol} = {known[symbol].value} {known[symbol].unit}" if known[symbol].supported else ""
     if isinstance(term, GaussMarkov) and text and "T" in known and known["T"].supported:
         text += f", T_b = {known['T'].value} s"
@@ -374,15 +361,17 @@ def _minimum(curve: Curve) -> tuple[float, float]:
     return float(curve.x[lowest]), float(curve.y[lowest])
 
 
-def _bounds(model: Json, kind: str, own: str, factor: float, minimum: tuple[float, float]) -> list[_Mark]:
-    found = []
-    for estimate in model["estimates"]:
-        make = BY_LETTER.get(estimate["symbol"])
-        if make and not estimate["supported"] and estimate["upper"]:
-            term = make(**{estimate["symbol"]: estimate["upper"]})
-            shown = reading(kind, own, estimate)
-            found.append(_Mark.of(term, factor, minimum, f"{shown.symbol} {shown.value} {shown.unit}"))
-    return found
+def _bounds(
+    model: NoiseModel, channel: ChannelStudy, factor: float, minimum: tuple[float, float]
+) -> list[_Mark]:
+    limits = []
+    for estimate in model.estimates:
+        make = BY_LETTER.get(estimate.symbol)
+        if make and not estimate.supported and 0 < estimate.upper < math.inf:
+            term = make(**{estimate.symbol: estimate.upper})
+            shown = reading(channel.kind, channel.unit, estimate)
+            limits.append(_Mark.of(term, factor, minimum, f"{shown.symbol} {shown.value} {shown.unit}"))
+    return limits
 
 
 class _Mark:

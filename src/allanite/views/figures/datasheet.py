@@ -11,6 +11,7 @@ import numpy as np
 
 from allanite.noise import NoiseModel
 from allanite.quantities.display_units import display_unit
+from allanite.study.results import ChannelCurve
 from allanite.views.figures.curves import measured_curve, model_curve, model_panel, series_colours, tau_axis
 from allanite.views.figures.panel import Axis, Curve, Panel, array, level, positive_range
 
@@ -34,10 +35,10 @@ def sheet_panels(document: Json) -> list[Panel]:
 
 def _beside(channel: Json) -> Panel:
     unit, factor = display_unit(channel["kind"], "adev", channel["unit"])
-    curve = channel["curve"]
+    curve = ChannelCurve.from_json(channel["curve"])
     measured = measured_curve(curve, "measured", factor, series_colours([channel["name"]])[0])
     stated = Curve(
-        x=array(curve["tau"]), y=array(channel["stated"]) / factor, label="data sheet", colour="model", style="dashed"
+        x=curve.tau, y=array(channel["stated"]) / factor, label="data sheet", colour="model", style="dashed"
     )  # fmt: skip
     return _deviations(channel["name"], unit, (measured, stated))
 
@@ -93,10 +94,11 @@ def bound_panels(document: Json) -> list[Panel]:
     panels = []
     for channel in document["channels"]:
         unit, factor = display_unit(channel["kind"], "adev", channel["unit"])
-        measured = measured_curve(channel["curve"], "measured", factor, series_colours([channel["name"]])[0])
+        curve = ChannelCurve.from_json(channel["curve"])
+        measured = measured_curve(curve, "measured", factor, series_colours([channel["name"]])[0])
         fitted = [
-            replace(model_curve(channel["curve"], m, factor, i), label="fitted" if i == 0 else "or fitted")
-            for i, m in enumerate(channel["models"])
+            replace(model_curve(curve, m, factor, i), label="fitted" if i == 0 else "or fitted")
+            for i, m in enumerate(map(NoiseModel.from_json, channel["models"]))
         ]
         tau, bound = _bound(channel)
         line = Curve(x=tau, y=bound / factor, label=_words(channel), colour="limit")

@@ -3,43 +3,48 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import cast
 
 import numpy as np
 
-from allanite.noise import NoiseModel
 from allanite.quantities.display_units import display_unit
-from allanite.views.figures.panel import Array, Axis, Curve, Label, Panel, array, positive_range
+from allanite.stability.environment import Environment, EnvironmentFacts
+from allanite.views.figures.panel import Array, Axis, Curve, Label, Panel, positive_range
 from allanite.views.figures.records import clock
 
-__all__ = ["VIEWS", "branch_panels", "deviation_panels", "time_panels"]
-
-Json = Mapping[str, Any]
+__all__ = ["VIEWS", "branch_panels", "deviation_panels", "estimates_of", "time_panels"]
 
 VIEWS = ("whole", "temperature", "deviation", "time")
 
 
-def _unit(found: Json) -> tuple[str, float]:
-    return display_unit(found["kind"], "adev", found.get("unit") or "")
+def estimates_of(found: object) -> Sequence[EnvironmentFacts]:
+    """Those of an `Environment`, of its document, or one alone."""
+    if isinstance(found, Mapping):
+        return [EnvironmentFacts.from_json(entry) for entry in found["channels"]]
+    return found.estimates if isinstance(found, Environment) else [cast(EnvironmentFacts, found)]
 
 
-def _centred(found: Json) -> tuple[Array, Array]:
+def _unit(found: EnvironmentFacts) -> tuple[str, float]:
+    return display_unit(found.kind, "adev", found.unit)
+
+
+def _centred(found: EnvironmentFacts) -> tuple[Array, Array]:
     """Signal and residual in people's unit, less the mean of the signal."""
     _, factor = _unit(found)
-    signal, residual = (array(found["series"][k]) / factor for k in ("signal", "residual"))
+    signal, residual = (part / factor for part in (found.series.signal, found.series.residual))
     middle = float(np.nanmean(signal))
     return signal - middle, residual - middle
 
 
-def branch_panels(found: Json) -> list[Panel]:
+def branch_panels(found: EnvironmentFacts) -> list[Panel]:
     """The signal over the temperature, warming and cooling apart, and what the coefficients make of it."""
-    if found["thermometer"] is None:
+    if found.thermometer is None:
         return []
     unit, factor = _unit(found)
     signal, residual = _centred(found)
-    settling = array(found["series"]["settling"]) / factor
-    temperature, branch = array(found["series"]["temperature"]), array(found["series"]["branch"])
+    settling = found.series.settling / factor
+    temperature, branch = found.series.temperature, found.series.branch
     curves = [
         Curve(
             x=temperature[which],
@@ -59,12 +64,12 @@ def branch_panels(found: Json) -> list[Panel]:
     if (np.abs(signal - residual - settling) > 0).any():
         order, off = np.argsort(temperature), signal - residual - settling
         curves.append(Curve(x=temperature[order], y=off[order], label="taken off", colour="ink"))
-    name = found["thermometer"]["channel"]
+    name = found.thermometer.channel
     without = ", without the warm-up" if settling.any() else ""
     return [
         Panel(
-            title=f"{found['channel']}: signal against {name}{without}",
-            x=Axis(label=f"Temperature [{found['thermometer']['unit'] or 'unit'}]"),
+            title=f"{found.channel}: signal against {name}{without}",
+            x=Axis(label=f"Temperature [{found.thermometer.unit or 'unit'}]"),
             y=Axis(label=f"Signal, mean taken off [{unit}]"),
             curves=tuple(curves),
             height=0.5,
@@ -73,17 +78,18 @@ def branch_panels(found: Json) -> list[Panel]:
     ]
 
 
-def deviation_panels(found: Json) -> list[Panel]:
+def deviation_panels(found: EnvironmentFacts) -> list[Panel]:
     """Allan deviation before and after, and of what was taken off with its error; nothing where nothing was."""
-    correction = found["correction"]
+    correction = found.correction
     if correction is None:
         return []
     unit, factor = _unit(found)
-    tau = array(correction["tau"])
+    tau = correction.tau
     before, after, off, error = (
-        array(correction[k]) / factor for k in ("before", "after", "deviation", "error")
+        part / factor
+        for part in (correction.before, correction.after, correction.deviation, correction.error)
     )
-    model = NoiseModel.from_json(found["model"]).adev(tau) / factor
+    model = found.model.adev(tau) / factor
     curves = (
         Curve(x=tau, y=before, label="before", colour="x", marker="circle"),
         Curve(x=tau, y=after, label="after", colour="z", marker="square"),
@@ -100,16 +106,16 @@ def deviation_panels(found: Json) -> list[Panel]:
     )
     low, high = positive_range(before, after)
     labels: tuple[Label, ...] = ()
-    if correction["longest"] <= tau[-1]:
+    if correction.longest <= tau[-1]:
         labels = (
             Label(
-                x=correction["longest"], y=low / 3, text="not fitted from here on", colour="guide",
+                x=correction.longest, y=low / 3, text="not fitted from here on", colour="guide",
                 side="above left", place="line",
             ),
         )  # fmt: skip
     return [
         Panel(
-            title=f"{found['channel']}: Allan deviation of block means, before and after",
+            title=f"{found.channel}: Allan deviation of block means, before and after",
             x=Axis(label="Averaging time [s]", log=True),
             y=Axis(label=f"Allan deviation [{unit}]", log=True, limits=(low / 3, 2 * high)),
             curves=curves,
@@ -120,19 +126,19 @@ def deviation_panels(found: Json) -> list[Panel]:
     ]
 
 
-def time_panels(found: Json) -> list[Panel]:
+def time_panels(found: EnvironmentFacts) -> list[Panel]:
     """The signal and the residual over time."""
     unit, _ = _unit(found)
     signal, residual = _centred(found)
-    time = array(found["series"]["time"])
+    time = found.series.time
     words, second = clock(float(time[-1]))
     curves = [Curve(x=time / second, y=signal, label="signal", colour="guide", style="thin")]
-    if found["taken_off"]:
+    if found.taken_off:
         curves.append(Curve(x=time / second, y=residual, label="residual", colour="z"))
         curves.append(Curve(x=time / second, y=signal - residual, label="taken off", colour="x"))
     return [
         Panel(
-            title=f"{found['channel']}: over time",
+            title=f"{found.channel}: over time",
             x=Axis(label=f"Time since the first sample [{words}]"),
             y=Axis(label=f"Signal, mean taken off [{unit}]"),
             curves=tuple(curves),

@@ -3,54 +3,53 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.quantities.display_units import display_unit
+from allanite.recording.health import Severity
 from allanite.recording.records import Recording
+from allanite.study.results import ChannelStudy
+from allanite.study.study import Study
 from allanite.views.figures.curves import series_colours
 from allanite.views.figures.panel import Array, Axis, Envelope, Panel, ShadedSpan, array
 from allanite.views.wording import ChannelGroup
 
-__all__ = ["channel_record_panel", "clock", "group_record_panels", "overview", "recording_panels"]
+__all__ = ["clock", "group_record_panels", "overview", "recording_panels"]
 
-Json = Mapping[str, Any]
 Spans = NDArray[np.int64]
 _BLOCKS = 1500
 _THINNED = 800  # blocks of an overview out of a study: no screen and no paper shows more
 _MOST_SPANS = 60
 
 
-def group_record_panels(group: ChannelGroup, study: Json) -> list[Panel]:
-    """One panel per channel of a group, on a common time axis."""
-    looks = series_colours([c["name"] for c in group.channels])
-    most = min(_THINNED, 6 * _THINNED // len(study["channels"]))
-    return [
-        channel_record_panel(channel, study["recording"], study["findings"], look[0], most)
-        for channel, look in zip(group.channels, looks, strict=True)
-    ]
+def group_record_panels(group: ChannelGroup[ChannelStudy], study: Study | None) -> list[Panel]:
+    """One panel per channel of a group, on a common time axis; without its study a channel has no gaps and places."""
+    looks = series_colours([c.name for c in group.channels])
+    many = len(group.channels if study is None else study.channels)
+    most = min(_THINNED, 6 * _THINNED // many)
+    return [_channel_panel(c, study, look[0], most) for c, look in zip(group.channels, looks, strict=True)]
 
 
-def channel_record_panel(
-    channel: Json, recording: Json, findings: Iterable[Json], colour: str = "z", most: int = _THINNED
-) -> Panel:
+def _channel_panel(channel: ChannelStudy, study: Study | None, colour: str, most: int) -> Panel:
     """The overview of one channel of a study."""
-    overview = channel["overview"]
-    t, low, high = _thinned(array(overview["t"]), array(overview["low"]), array(overview["high"]), most)
-    dt = 1.0 / recording["rate"]
-    gaps = [(a * dt, b * dt) for a, b in recording["gaps"]]
+    seen, facts = channel.overview, (channel.name, channel.kind, channel.unit)
+    t, low, high = _thinned(seen.t, seen.low, seen.high, most)
+    if study is None:
+        return _panel(facts, t, low, high, float(max(seen.t, default=1.0)), (), (), colour)
+    dt, record = 1.0 / study.recording.rate, study.recording
     places = [
-        (a * dt, b * dt, f["message"])
-        for f in findings
-        if f["channel"] in (None, channel["name"]) and f["severity"] != "info"
-        for a, b in f["places"]
-        if [a, b] not in [list(g) for g in recording["gaps"]]
+        (a * dt, b * dt, f.message)
+        for f in study.findings
+        if f.channel in (None, channel.name) and f.severity is not Severity.INFO
+        for a, b in f.places
+        if (a, b) not in record.gaps
     ]
-    facts = channel["name"], channel["kind"], channel.get("unit") or ""
-    return _panel(facts, t, low, high, recording["duration"], gaps, places, colour)
+    gaps = [(a * dt, b * dt) for a, b in record.gaps]
+    return _panel(facts, t, low, high, record.duration, gaps, places, colour)
 
 
 def _thinned(t: Array, low: Array, high: Array, most: int) -> tuple[Array, Array, Array]:

@@ -10,7 +10,9 @@ from typing import Any
 
 import numpy as np
 
+from allanite.noise import NoiseModel
 from allanite.quantities.display_units import display_unit
+from allanite.study.results import ChannelCurve
 from allanite.views.figures.curves import measured_curve, model_curve
 from allanite.views.figures.drawing import Drawing, DrawnShape, Words, box
 from allanite.views.figures.panel import Axis, Panel, Style, positive_range
@@ -64,13 +66,13 @@ def _bar(
 def curves_panel(channel: Json) -> Panel:
     """The measured deviation with its band, and what the first sets of terms make of it."""
     unit, factor = display_unit(channel["kind"], "adev", channel["unit"])
-    curve = channel["curve"]
+    curve = ChannelCurve.from_json(channel["curve"])
     measured = measured_curve(curve, "measured", factor, ("z", "circle"))
     lines = []
     for i, candidate in enumerate(_unlike(channel["candidates"])[:_CURVES]):
         line = model_curve(
             curve,
-            {"terms": candidate["terms"], "kind": channel["kind"]},
+            NoiseModel.from_json({"terms": candidate["terms"], "kind": channel["kind"]}),
             factor,
             i,
             colour=_COLOURS[i],

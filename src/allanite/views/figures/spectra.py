@@ -14,12 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.noise import BY_LETTER, NoiseModel, TermType
-from allanite.noise.spectrum import sampled_psd
-from allanite.noise.spectrum.expected import sight_of
-from allanite.noise.spectrum.windows import window_of
+from allanite.noise.spectrum import Spectrum
 from allanite.quantities.display_units import display_unit
+from allanite.study.results import ChannelStudy
 from allanite.views.figures.curves import series_colours
-from allanite.views.figures.panel import Axis, Curve, Label, Panel, array, positive_range
+from allanite.views.figures.panel import Axis, Curve, Label, Panel, positive_range
 from allanite.views.wording import ChannelGroup, density_unit
 
 __all__ = ["VIEWS", "group_spectrum_panel", "ratio_panel", "spectrum_panel"]
@@ -38,28 +37,26 @@ _NAMES = {
 }
 
 
-def group_spectrum_panel(group: ChannelGroup) -> Panel:
+def group_spectrum_panel(group: ChannelGroup[ChannelStudy]) -> Panel:
     """The spectra of all channels of one kind."""
     unit, factor = display_unit(group.kind, "N", group.unit)
-    looks = series_colours([c["name"] for c in group.channels])
+    looks = series_colours([c.name for c in group.channels])
     curves: list[Curve] = []
     lines: list[Curve] = []
     labels: list[Label] = []
     for channel, (colour, _) in zip(group.channels, looks, strict=True):
-        curve = _density(channel["spectrum"], channel["name"], factor, colour, band=not curves)
+        curve = _density(channel.spectrum, channel.name, factor, colour, band=not curves)
         curves.append(curve)
-        if channel["models"]:
-            model = NoiseModel.from_json(channel["models"][0])
-            named = "" if lines else "model"
-            lines.append(_model_line(channel["spectrum"], model, factor, named))
-        labels += _labels(channel["spectrum"], curve, colour)
+        if channel.models:
+            lines.append(_model_line(channel.spectrum, channel.models[0], factor, "" if lines else "model"))
+        labels += _labels(channel.spectrum, curve, colour)
     return _panel(group.title, unit, (*curves, *lines), tuple(_merged(labels)))
 
 
 def spectrum_panel(channel: Json) -> Panel:
     """One channel with "name", "kind", "unit", "spectrum" and "model" (or null): the model with its terms over it."""
     unit, factor = density_unit(channel["kind"], channel.get("unit") or "")
-    facts = channel["spectrum"]
+    facts = Spectrum.from_json(channel["spectrum"])
     curve = _density(facts, channel["name"], factor, series_colours([channel["name"]])[0][0], band=True)
     lines: list[Curve] = []
     if channel.get("model"):
@@ -71,23 +68,25 @@ def spectrum_panel(channel: Json) -> Panel:
 
 def ratio_panel(channel: Json) -> Panel:
     """Density over that of the model, with its interval: 1 within the band where they agree."""
-    facts = channel["spectrum"]
-    expected = _expected(facts, NoiseModel.from_json(channel["model"]))
+    facts = Spectrum.from_json(channel["spectrum"])
+    expected = facts.expected(NoiseModel.from_json(channel["model"]))
     good = expected > 0
-    f = array(facts["frequency"])[good]
-    ratio = {k: array(facts[k])[good] / expected[good] for k in ("density", "lower", "upper")}
+    f = facts.frequency[good]
+    density, lower, upper = (
+        part[good] / expected[good] for part in (facts.density, facts.lower, facts.upper)
+    )
     colour = series_colours([channel["name"]])[0][0]
     measured = Curve(
         x=f,
-        y=ratio["density"],
-        lower=ratio["lower"],
-        upper=ratio["upper"],
+        y=density,
+        lower=lower,
+        upper=upper,
         label=channel["name"],
         colour=colour,
         band_label=_level(facts),
     )
     one = Curve(x=f, y=np.ones(len(f)), label="model", colour="model", style="dashed")
-    low, high = positive_range(ratio["lower"], ratio["upper"])
+    low, high = positive_range(lower, upper)
     return Panel(
         title=f"{channel['name']}: density over the model's",
         x=_frequency_axis(f),
@@ -104,44 +103,35 @@ def _dense(terms: Sequence[TermType]) -> list[TermType]:
     return [t for t in terms if t.symbols[0] in {*BY_LETTER, "q"} - {"R"}]
 
 
-def _density(spectrum: Json, label: str, factor: float, colour: str, band: bool) -> Curve:
-    f = array(spectrum["frequency"])
-    keep = f > 0
-    root = {k: np.sqrt(array(spectrum[k])[keep]) / factor for k in ("density", "lower", "upper")}
+def _density(spectrum: Spectrum, label: str, factor: float, colour: str, band: bool) -> Curve:
+    keep = spectrum.frequency > 0
+    density, lower, upper = (
+        np.sqrt(part[keep]) / factor for part in (spectrum.density, spectrum.lower, spectrum.upper)
+    )
     return Curve(
-        x=f[keep],
-        y=root["density"],
-        lower=root["lower"],
-        upper=root["upper"],
+        x=spectrum.frequency[keep],
+        y=density,
+        lower=lower,
+        upper=upper,
         label=label,
         colour=colour,
         band_label=_level(spectrum) if band else "",
     )
 
 
-def _level(spectrum: Json) -> str:
-    return f"{100 * spectrum.get('confidence', 0.95):g} % interval"
+def _level(spectrum: Spectrum) -> str:
+    return f"{100 * spectrum.confidence:g} % interval"
 
 
-def _expected(spectrum: Json, model: NoiseModel) -> Array:
-    """What a model would show at each point; its plain density where a document does not say how it was made."""
-    f = array(spectrum["frequency"])
-    if not len(f) or len(spectrum.get("bins") or ()) != len(f):
-        return model.psd(f)
-    dt, sampling = spectrum["dt"], spectrum["sampling"]
-    sight = sight_of(spectrum["bins"], spectrum["resolution"], 0.5 / dt, window_of(spectrum["window"]))
-    return sight(lambda at: sampled_psd(model, at, dt, sampling))
+def _model_line(spectrum: Spectrum, model: NoiseModel, factor: float, label: str) -> Curve:
+    root = np.sqrt(spectrum.expected(model)) / factor
+    return Curve(x=spectrum.frequency, y=root, label=label, colour="model", style="dashed")
 
 
-def _model_line(spectrum: Json, model: NoiseModel, factor: float, label: str) -> Curve:
-    root = np.sqrt(_expected(spectrum, model)) / factor
-    return Curve(x=array(spectrum["frequency"]), y=root, label=label, colour="model", style="dashed")
-
-
-def _term_line(spectrum: Json, term: TermType, factor: float) -> Curve:
-    root = np.sqrt(_expected(spectrum, NoiseModel.of(term))) / factor
+def _term_line(spectrum: Spectrum, term: TermType, factor: float) -> Curve:
+    root = np.sqrt(spectrum.expected(NoiseModel.of(term))) / factor
     name, style = _NAMES.get(term.type, term.type), _STYLES[term.type]
-    return Curve(x=array(spectrum["frequency"]), y=root, label=name, colour="guide", style=style)
+    return Curve(x=spectrum.frequency, y=root, label=name, colour="guide", style=style)
 
 
 _STYLES: Mapping[str, Any] = {
@@ -153,17 +143,17 @@ _STYLES: Mapping[str, Any] = {
 }
 
 
-def _labels(spectrum: Json, curve: Curve, colour: str) -> list[Label]:
+def _labels(spectrum: Spectrum, curve: Curve, colour: str) -> list[Label]:
     labels = []
-    for line in sorted(spectrum["lines"], key=lambda line: -line["amplitude"])[:_MOST_LINES]:
-        nearest = int(np.argmin(np.abs(np.log(curve.x / line["frequency"]))))
-        text = f"line {line['frequency']:.3g} Hz" + (", steady" if line.get("stable") else "")
+    for line in sorted(spectrum.lines, key=lambda line: -line.amplitude)[:_MOST_LINES]:
+        nearest = int(np.argmin(np.abs(np.log(curve.x / line.frequency))))
+        text = f"line {line.frequency:.3g} Hz" + (", steady" if line.stable else "")
         labels.append(
-            Label(x=line["frequency"], y=float(curve.y[nearest]), text=text, colour=colour, side="above")
+            Label(x=line.frequency, y=float(curve.y[nearest]), text=text, colour=colour, side="above")
         )
-    if spectrum.get("corner"):
-        text = f"filter corner {spectrum['corner']:.3g} Hz"
-        labels.append(Label(x=spectrum["corner"], y=0.0, text=text, colour="guide", place="line"))
+    if spectrum.corner:
+        text = f"filter corner {spectrum.corner:.3g} Hz"
+        labels.append(Label(x=spectrum.corner, y=0.0, text=text, colour="guide", place="line"))
     return labels
 
 

@@ -1,11 +1,10 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """A result as one self-contained HTML file: opens offline, prints, and reads without JavaScript.
 
-``study``, ``rate_vector``, ``filtered``, ``north``, ``calibration``, ``alignment``, ``plan``, ...
+``rate_vector``, ``filtered``, ``north``, ``calibration``, ``alignment``, ``plan``, ...
     What the page of each result says, from its plain document; of a result that has a view, that says it.
 ``frame.html``
-    How every page is laid out; ``study.html`` and ``sections.html`` fill it, ``page.css`` and ``page.js`` are put
-    into it.
+    How every page is laid out; ``sections.html`` fills it, ``page.css`` and ``page.js`` are put into it.
 """
 
 from __future__ import annotations
@@ -23,6 +22,7 @@ from allanite.plain_files.json_values import load_plain
 from allanite.plain_files.printable import printable
 from allanite.quantities.result import Result
 from allanite.study.result_document import ResultDocument
+from allanite.study.study import Study
 from allanite.views.blocks import Page, figures_of
 from allanite.views.figures.panel import DARK, LIGHT
 from allanite.views.registry import VIEWS, document_of, view_of
@@ -36,7 +36,6 @@ _HERE = Path(__file__).parent
 
 #: Format of a document -> the module that makes its page; results with a view stand in `allanite.views.registry`.
 _PAGES = {
-    "allanite-study": "study",
     "allanite-rate-vector": "rate_vector",
     "allanite-east-west-null": "null_test",
     "allanite-filtered": "filtered",
@@ -93,8 +92,7 @@ def render(result: Any, path: str | os.PathLike[str], *, force: bool = False) ->
 
 def html_of(result: Any) -> str:
     """The page as text."""
-    made = _made(result)
-    return _filled("sections.html", _content(made)) if isinstance(made, Page) else _filled("study.html", made)
+    return _filled("sections.html", _content(page_of(result)))
 
 
 def page_of(result: Any) -> Page:
@@ -103,27 +101,21 @@ def page_of(result: Any) -> Page:
     Raises
     ------
     InputError
-        Nothing that has a report of sections.
+        Nothing that has a report.
     """
-    made = _made(result)
-    if not isinstance(made, Page):
-        raise InputError("the report of a study has no sections of blocks: see its own")
-    return made
-
-
-def _made(result: Any) -> Page | dict[str, Any]:
-    """What the template of a result takes."""
     if isinstance(result, Page):
         return result
+    if isinstance(result, (ResultDocument, Study)):
+        return view_of(result)
     if isinstance(result, Result):
-        return view_of(result if isinstance(result, ResultDocument) else ResultDocument(result=result))
+        return view_of(ResultDocument(result=result))
     document = result if isinstance(result, Mapping) else _document(result)
     name = document.get("format")
     if name in VIEWS:
         return view_of(document_of(document))
     if name not in _PAGES:
         raise InputError(f"no report of {name!r}; there are those of {', '.join((*_PAGES, *VIEWS))}")
-    made: Page | dict[str, Any] = import_module(f"{__name__}.{_PAGES[name]}").page(document)
+    made: Page = import_module(f"{__name__}.{_PAGES[name]}").page(document)
     return made
 
 
@@ -174,10 +166,6 @@ def _loaded(path: Path) -> Mapping[str, Any]:
         names = ", ".join(known.removeprefix("allanite-") for known in (*_PAGES, *VIEWS))
         stated = "it names no format" if name is None else f"its format is {name!r}"
         raise FormatError(f"{path} is no result of allanite: {stated}; there are reports of {names}")
-    if name == "allanite-study":
-        from allanite.study.study import Study
-
-        return Study.from_json(document).document
     if name in _PAGES and document.get("version") != 1:
         version = document.get("version")
         raise FormatError(f"{path} is version {version!r} of {name}; this allanite reads version 1")

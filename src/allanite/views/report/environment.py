@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from allanite.stability.environment import EnvironmentFacts
 from allanite.views.blocks import (
     Cell,
     Drawn,
@@ -45,7 +46,7 @@ def page(document: Json) -> Page:
         title=document["provenance"].get("source") or "Environment",
         kicker="Effects of the environment",
         facts=[
-            ("Channels", ", ".join(found["channel"] for found in document["channels"])),
+            ("Channels", ", ".join(found.channel for found in _found(document))),
             ("Length", duration(document["duration"])),
         ],
         parts={
@@ -59,14 +60,19 @@ def page(document: Json) -> Page:
     )
 
 
+def _found(document: Json) -> list[EnvironmentFacts]:
+    return [EnvironmentFacts.from_json(entry) for entry in document["channels"]]
+
+
 def _verdict(document: Json) -> list[PageBlock]:
     blocks: list[PageBlock] = []
-    for found in document["channels"]:
+    for entry in document["channels"]:
+        found = EnvironmentFacts.from_json(entry)
         blocks += [
-            Subheading(found["channel"]),
-            *judgement(found),
+            Subheading(found.channel),
+            *judgement(entry),
             *table(
-                ("Bias by", f"{100 * found['confidence']:g} % interval", "", ""),
+                ("Bias by", f"{100 * found.confidence:g} % interval", "", ""),
                 [(*row[:3], Cell(text="", below=row[3])) for row in coefficient_lines(found)],
             ),
             known_facts(environment_facts(found)),
@@ -74,28 +80,28 @@ def _verdict(document: Json) -> list[PageBlock]:
     return blocks
 
 
-def pictures_of(found: Json, prefix: str = "environment") -> list[Figure]:
+def pictures_of(found: EnvironmentFacts, prefix: str = "environment") -> list[Figure]:
     """The figure of one channel."""
-    sheet = sheet_of({"format": "allanite-environment", "channels": [found]})
+    sheet = sheet_of(found)
     words = (
         "The signal against the temperature, warming and cooling apart; the Allan deviation before and after; the "
         "signal over time."
     )
-    return [Figure.of(f"{prefix}-{found['channel']}", sheet, f"{found['channel']}. {words}", words)]
+    return [Figure.of(f"{prefix}-{found.channel}", sheet, f"{found.channel}. {words}", words)]
 
 
 def _pictures(document: Json) -> list[PageBlock]:
-    return [Drawn(figure) for found in document["channels"] for figure in pictures_of(found)]
+    return [Drawn(figure) for found in _found(document) for figure in pictures_of(found)]
 
 
 def _effect(document: Json) -> list[PageBlock]:
     return [
         block
-        for found in document["channels"]
+        for found in _found(document)
         for block in table(
             ("Averaging", "Before", "Taken off", "Share of the curve", "Noise left"),
             effect_lines(found),
-            caption=f"{found['channel']}: Allan deviation of the block means, of what was taken off with its error of "
+            caption=f"{found.channel}: Allan deviation of the block means, of what was taken off with its error of "
             "one standard deviation, and the part of the noise that is left, by which the curve is corrected.",
         )
     ]

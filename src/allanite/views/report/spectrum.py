@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from allanite.noise.spectrum import Spectrum
 from allanite.views.blocks import (
     Banner,
     Page,
@@ -86,7 +87,9 @@ def _lines(document: Json) -> list[PageBlock]:
         for channel in document["channels"]
         for block in table(
             LINE_HEADS,
-            line_lines(channel),
+            line_lines(
+                channel["kind"], channel.get("unit") or "", Spectrum.from_json(channel["spectrum"]).lines
+            ),
             caption=f"{channel['name']}: lines with 95 % intervals. Chance: that noise alone shows such a peak.",
         )
     ]

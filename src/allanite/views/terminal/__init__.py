@@ -20,7 +20,7 @@ from allanite.views.terminal.measurements import (
     show_rate_vector,
 )
 from allanite.views.terminal.monitor import monitoring, show_monitor
-from allanite.views.terminal.page import show_document, show_page
+from allanite.views.terminal.page import show_document, show_models, show_page
 from allanite.views.terminal.position_plan import show_position_plan
 from allanite.views.terminal.rate_table import show_rate_table
 from allanite.views.terminal.recovery import show_compaction, show_recovery
@@ -32,9 +32,7 @@ from allanite.views.terminal.study import (
     show_curve,
     show_findings,
     show_interval_errors,
-    show_models,
     show_recording,
-    show_study,
 )
 
 __all__ = [
@@ -74,5 +72,4 @@ __all__ = [
     "show_selection",
     "show_separation",
     "show_spectrum",
-    "show_study",
 ]

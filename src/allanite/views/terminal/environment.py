@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from allanite.stability.environment import EnvironmentFacts
 from allanite.views.terminal.console import console
 from allanite.views.terminal.parts import say_advice, say_end, say_facts, say_rows, say_verdict
 from allanite.views.wording import coefficient_lines, effect_lines, environment_facts
@@ -19,12 +20,12 @@ def show_environment(document: Json, files: Sequence[object] = ()) -> None:
     """Coefficients, facts and what was taken off, channel by channel."""
     out = console()
     percent = f"{100 * document['confidence']:g} % interval"
-    for found in document["channels"]:
-        say_verdict(out, found["verdict"], f"{found['channel']}: {found['reason']}")
+    for found in map(EnvironmentFacts.from_json, document["channels"]):
+        say_verdict(out, found.verdict, f"{found.channel}: {found.reason}")
         say_rows(out, ("Bias by", percent, "", ""), coefficient_lines(found))
         say_rows(
             out, ("Averaging", "before", "taken off", "share of the curve", "noise left"), effect_lines(found)
         )
-        say_advice(out, found["advice"])
+        say_advice(out, found.advice)
         say_facts(out, *environment_facts(found))
     say_end(out, document, files)

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+from allanite.study.results import ChannelCurve, ChannelFloor
 from allanite.views.terminal.console import console, table_of
 from allanite.views.wording import floor_lines
 
@@ -18,8 +19,8 @@ def show_over_floor(curve: OverFloor) -> None:
     """Measured, instrument and sensor at every lag, one table for each channel."""
     out = console()
     for channel in curve.measured.channels:
-        parts = (curve.measured[channel.name].to_json(), curve.floor[channel.name].to_json())
-        heads, rows = floor_lines(channel.kind.value, channel.unit, *parts, curve.to_json(channel.name))
+        measured, floor = ChannelCurve.of(curve.measured[channel.name]), ChannelFloor.of(curve, channel.name)
+        heads, rows = floor_lines(channel.kind.value, channel.unit, measured, floor.curve, floor.sensor)
         out.print(channel.name)
         table = table_of(heads)
         for row in rows:

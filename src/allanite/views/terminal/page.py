@@ -3,62 +3,95 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from allanite.quantities.result import Result
 from allanite.recording.health import Severity
-from allanite.study.result_document import ResultDocument
-from allanite.views.blocks import Banner, Bullets, Cell, Findings, Page, PageBlock, Pairs, TableBlock
+from allanite.study.result_document import Reportable
+from allanite.study.results import ChannelModels
+from allanite.views.blocks import (
+    Banner,
+    Bullets,
+    Cell,
+    Coefficients,
+    Findings,
+    Page,
+    PageBlock,
+    Pairs,
+    TableBlock,
+)
 from allanite.views.blocks import Text as PlainText
 from allanite.views.registry import view_of
+from allanite.views.study import parameter_blocks
+from allanite.views.terminal.coefficients import say_coefficients
 from allanite.views.terminal.console import console
 from allanite.views.terminal.measurements import show_rate_vector
-from allanite.views.terminal.parts import TONES, say_advice, say_facts, say_files, say_rows
-from allanite.views.terminal.study import show_findings
+from allanite.views.terminal.parts import TONES, say_facts, say_files, say_indented, say_rows
+from allanite.views.terminal.study import show_findings, show_movement
 
 if TYPE_CHECKING:
     from rich.console import Console
     from rich.text import Text
 
-__all__ = ["show_document", "show_page"]
+__all__ = ["show_blocks", "show_document", "show_models", "show_page"]
 
 
 def show_document(
-    document: Mapping[str, object] | ResultDocument[Result], files: Sequence[object] = ()
+    document: Mapping[str, object] | Reportable, files: Sequence[object] = (), notes: Sequence[str] = ()
 ) -> None:
     """The document of a command; that of a rate vector is a mapping as yet."""
     if isinstance(document, Mapping):
         show_rate_vector(document, files)
     else:
-        show_page(view_of(document), files)
+        show_page(view_of(document), files, notes)
 
 
-def show_page(page: Page, files: Sequence[object] = ()) -> None:
-    """A page, with what was found in the record, and the files, at its end."""
+def show_page(page: Page, files: Sequence[object] = (), notes: Sequence[str] = ()) -> None:
+    """A page, with what was found in the record before or behind it, and at its end notes and files."""
     out = console()
     blocks = list(page.blocks())
+    findings = [block for block in blocks if isinstance(block, Findings)]
+    for every in (block.findings for block in findings if block.first):
+        show_movement(every)
+        show_findings(every)
+    show_blocks(blocks)
+    for grave in (block.findings for block in findings if not block.first):
+        show_findings([f for f in grave if f.severity is not Severity.INFO])
+    for note in notes:
+        out.print(note, soft_wrap=True)
+    say_files(out, files)
+
+
+def show_blocks(blocks: Iterable[PageBlock]) -> None:
+    """Blocks one below the other, those that a terminal shows."""
+    out = console()
     for block in blocks:
         _show(out, block)
-    for group in (b for b in blocks if isinstance(b, Findings)):
-        show_findings([f for f in group.findings if f.severity is not Severity.INFO])
-    say_files(out, files)
+
+
+def show_models(channels: Sequence[ChannelModels]) -> None:
+    """The coefficients of models that were fitted."""
+    show_blocks(parameter_blocks(channels))
 
 
 def _show(out: Console, block: PageBlock) -> None:
     from rich.text import Text
 
     match block:
-        case Banner(tone, head, words):
+        case Banner(tone, head, words, brief=True):
             out.print(Text.assemble((head, TONES[tone]), f" {words}"))
             out.print()
-        case TableBlock(heads, rows):
+        case TableBlock(heads, rows, brief=True):
             say_rows(out, heads, [[_cell(cell, kept=kept) for cell in cells] for cells, kept in rows])
         case PlainText(words, brief=True):
             out.print(words)
             out.print()
-        case Bullets(items):
-            say_advice(out, items)
+        case Bullets(items, brief=True):
+            for words in items:
+                say_indented(out, f"→ {words}")
+            out.print()
+        case Coefficients():
+            say_coefficients(out, block)
         case Pairs(rows, brief=True):
             say_facts(out, *((name, value) for name, value in rows if isinstance(value, str)))
         case _:

@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from allanite.noise.spectrum import Spectrum
 from allanite.views.terminal.console import console
 from allanite.views.terminal.parts import say_end, say_facts, say_rows
 from allanite.views.wording import density_lines, line_lines, spectral_agreement, spectrum_facts
@@ -25,7 +26,13 @@ def show_spectrum(document: Json, files: Sequence[object] = ()) -> None:
         rows = density_lines(channel)
         heads = ("Frequency", f"Root density, {level}", "model")
         say_rows(out, heads if model else heads[:2], rows if model else [row[:2] for row in rows])
-        say_rows(out, ("Line", "Amplitude", "Chance", "Through the record"), line_lines(channel))
+        say_rows(
+            out,
+            ("Line", "Amplitude", "Chance", "Through the record"),
+            line_lines(
+                channel["kind"], channel.get("unit") or "", Spectrum.from_json(channel["spectrum"]).lines
+            ),
+        )
         if said := spectral_agreement(channel):
             out.print(said, soft_wrap=True)
             out.print()

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Studies, recordings and curves as text: findings and parameter tables."""
+"""Recordings and curves as text, and what was found in a record."""
 
 from __future__ import annotations
 
@@ -8,30 +8,19 @@ from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from allanite.plain_files.printable import printable
-from allanite.quantities.display_units import display_unit, si_unit
+from allanite.quantities.display_units import display_unit
 from allanite.recording.health import Finding, Severity
-from allanite.views.terminal.console import WIDE, console, table_of
+from allanite.study.results import MissingSamples
+from allanite.views.terminal.console import console, table_of
 from allanite.views.terminal.floor import show_over_floor
 from allanite.views.wording import (
-    EQUIVALENT,
-    GUARANTEE,
-    ONE_RECORD,
-    ChannelGroup,
-    CoefficientWording,
     duration,
-    environment_sentences,
     finding_kinds,
-    groups,
-    headings,
     missing_lines,
     movement,
     number,
-    probability,
-    provisos,
-    readings,
     record_facts,
     said_of,
-    shown_symbol,
 )
 
 if TYPE_CHECKING:
@@ -47,9 +36,8 @@ __all__ = [
     "show_curve",
     "show_findings",
     "show_interval_errors",
-    "show_models",
+    "show_movement",
     "show_recording",
-    "show_study",
 ]
 
 Json = Mapping[str, Any]
@@ -57,28 +45,6 @@ Json = Mapping[str, Any]
 #: Sets of channels whose gaps are listed, and gaps of each.
 _SETS, _SPANS = 12, 12
 _COLOURS = {"fatal": "bold red", "warning": "yellow", "info": "cyan"}
-
-
-def show_study(study: Json, files: Sequence[object] = (), notes: Sequence[str] = ()) -> None:
-    """Findings, the parameters in people's units and in SI, files, and what to do next."""
-    out = console()
-    findings = [Finding.from_json(f) for f in study["findings"]]
-    show_movement(findings)
-    show_findings(findings)
-    for words in environment_sentences(study["channels"]):
-        out.print(words, soft_wrap=True)
-        out.print()
-    _parameters(out, study["channels"])
-    for note in notes:
-        out.print(note, soft_wrap=True)
-    for file in files:
-        out.print(f"wrote {file}", soft_wrap=True)
-    _next(out, study["channels"])
-
-
-def show_models(channels: Sequence[Json]) -> None:
-    """The parameters of models; entries are like those of a study's "channels"."""
-    _parameters(console(), channels)
 
 
 def show_movement(findings: Sequence[Finding]) -> None:
@@ -195,7 +161,7 @@ def _span(start: int, stop: int, rate: float) -> str:
 
 def _missing(out: Console, facts: Json) -> None:
     """What is missing in a run, and why."""
-    lines = missing_lines(facts["missing_because"], facts["rate"])
+    lines = missing_lines(map(MissingSamples.from_json, facts["missing_because"]), facts["rate"])
     if lines:
         table = table_of(("Missing because", "Gaps", "Samples", "Longest", "First at"))
         table.columns[0].no_wrap, table.columns[0].overflow = False, "fold"
@@ -245,91 +211,3 @@ def curve_table(curve: AllanCurve, which: range) -> Table:
             cells.append(f"{number(middle, 4)}  [{number(low, 4)}, {number(high, 4)}]")
         table.add_row(str(m), f"{tau:.6g}", *cells)
     return table
-
-
-# -- parts ------------------------------------------------------------------------------------------------
-
-
-def _parameters(out: Console, channels: Sequence[Json]) -> None:
-    found = [group for group in groups(channels) if headings(group)]
-    for group in found:
-        for si in (False, True)[: 1 + group.has_si]:
-            table = _group_table(group, si=si)
-            fits = out.measure(table, options=out.options.update(max_width=WIDE)).maximum <= out.width
-            out.print(table if fits else _list_table(group, si=si))
-            out.print()
-    if not found:  # no table, and nothing to be said below it
-        return
-    for channel in channels:
-        for other in channel["models"][1:]:
-            out.print(_alternative(channel, other))
-        p = (channel["models"][0].get("goodness") or {}).get("p") if channel["models"] else None
-        if p is not None and p < 0.01:
-            out.print(f"{channel['name']}: the model does not explain the curve ({probability(p)})")
-    read_off = {m["verdict"] for c in channels for m in c["models"] if m["family"] == "slopes"}
-    out.print("\n".join(read_off) or f"{GUARANTEE}\n{ONE_RECORD}")
-    for words in provisos(channels):
-        out.print(words)
-    if any(r.equivalent for c in channels for r in readings(c).values()):
-        out.print(EQUIVALENT)
-    out.print()
-
-
-def _group_table(group: ChannelGroup, *, si: bool) -> Table:
-    heads = headings(group)
-    units = {s: si_unit(group.kind, s, group.unit) if si else unit for s, (_, unit) in heads.items()}
-    table = table_of(
-        (f"{group.title}{', SI' if si else ''}", *(f"{heads[s][0]} [{units[s]}]" for s in heads))
-    )
-    for channel in group.channels:
-        found = readings(channel)
-        table.add_row(channel["name"], *(_cell(found.get(s), si=si) for s in heads))
-    return table
-
-
-def _list_table(group: ChannelGroup, *, si: bool) -> Table:
-    """One coefficient per line, for a terminal that is too narrow for one channel per line."""
-    from rich.text import Text
-
-    table = table_of((f"{group.title}{', SI' if si else ''}", "", "Estimate", "95 % interval", "Unit"))
-    for channel in group.channels:
-        for i, (symbol, found) in enumerate(readings(channel).items()):
-            value, ends = (found.si, found.si_range) if si else (found.value, found.range)
-            style = "bold" if found.supported else ""
-            name = channel["name"] if i == 0 else ""
-            mark = " *" if found.equivalent else ""
-            unit = found.si_unit if si else found.unit
-            table.add_row(name, shown_symbol(symbol), Text(value + mark, style), ends, unit)
-    return table
-
-
-def _cell(found: CoefficientWording | None, *, si: bool) -> Any:
-    from rich.text import Text
-
-    if found is None:
-        return Text("–", style="dim")
-    value, ends = (found.si, found.si_range) if si else (found.value, found.range)
-    mark = " *" if found.equivalent else ""
-    return Text.assemble(
-        (value + mark, "bold" if found.supported else ""), (f"\n{ends}" if ends else "", "dim")
-    )
-
-
-def _alternative(channel: Json, model: Json) -> str:
-    family = "Gauss-Markov" if model["family"] == "gauss-markov" else model["family"]
-    found = readings(channel, model)
-    words = "; ".join(f"{shown_symbol(s)} {r.text}" for s, r in found.items())
-    return f"{channel['name']}: the record cannot decide. The {family} family gives {words}"
-
-
-def _next(out: Console, channels: Sequence[Json]) -> None:
-    """The advice that asks for the longest record which somebody might still make."""
-    open_ = [
-        (a["duration"], c["name"], a["text"])
-        for c in channels
-        for a in c.get("advice") or ()
-        if not a.get("reached") and a.get("duration") is not None
-    ]
-    if open_:
-        _, name, text = min(open_)
-        out.print(f"next: {name}: {text}")

@@ -7,7 +7,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from allanite.noise import NoiseModel
+from allanite.noise import Estimate, NoiseModel
 from allanite.quantities.display_units import display_unit
 from allanite.quantities.number_words import duration, interval, number
 from allanite.views.wording.study import COLUMNS, column_of, reading, shown_symbol
@@ -72,12 +72,12 @@ def pair_lines(channel: Json) -> list[tuple[str, str, str, str]]:
 def _parameters(model: Json, channel: Json) -> dict[str, tuple[str, float | None]]:
     """By symbol: words, and the value where one is known."""
     found: dict[str, tuple[str, float | None]] = {}
-    for estimate in model["estimates"]:
-        symbol = column_of(estimate["symbol"])
-        if symbol in COLUMNS and (symbol != "T" or estimate["supported"]):
+    for estimate in map(Estimate.from_json, model["estimates"]):
+        symbol = column_of(estimate.symbol)
+        if symbol in COLUMNS and (symbol != "T" or estimate.supported):
             read = reading(channel["kind"], channel["unit"], estimate)
             words = " ".join(part for part in (read.value, read.range) if part)
-            found[symbol] = words, estimate["value"] if estimate["supported"] else None
+            found[symbol] = words, estimate.value if estimate.supported else None
     if not model["estimates"]:
         for symbol, value in _stated(model).items():
             factor = display_unit(channel["kind"], symbol, channel["unit"])[1]

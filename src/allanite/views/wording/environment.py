@@ -3,13 +3,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
 
 from allanite.plain_files.counted import listed
 from allanite.quantities.display_units import display_unit
 from allanite.quantities.number_words import duration, interval, number, probability
 from allanite.views.wording.rates import model_words, sentence
+
+if TYPE_CHECKING:
+    from allanite.stability.environment.results import EnvironmentFacts, Hysteresis, Lag, WarmUp
 
 __all__ = [
     "coefficient_lines",
@@ -19,21 +22,19 @@ __all__ = [
     "temperature_unit",
 ]
 
-Json = Mapping[str, Any]
-
 #: Averaging times at which a table tells what was taken off, at most.
 _ROWS = 6
 
 
-def temperature_unit(found: Json) -> str:
+def temperature_unit(found: EnvironmentFacts) -> str:
     """What the coefficients are per: a kelvin, a volt, or the unit of a column that is neither."""
-    thermometer = found.get("thermometer")
-    return "K" if thermometer is None else thermometer.get("si", "K") or "unit"
+    thermometer = found.thermometer
+    return "K" if thermometer is None else thermometer.si or "unit"
 
 
-def _per(found: Json, name: str) -> tuple[str, float]:
+def _per(found: EnvironmentFacts, name: str) -> tuple[str, float]:
     """People's unit of a coefficient, and what one of it is in SI."""
-    unit, factor = display_unit(found["kind"], "adev", found.get("unit") or "")
+    unit, factor = display_unit(found.kind, "adev", found.unit)
     one = temperature_unit(found)
     return {
         "temperature": (f"{unit}/{one}", factor),
@@ -42,138 +43,127 @@ def _per(found: Json, name: str) -> tuple[str, float]:
     }[name]
 
 
-def coefficient_lines(found: Json) -> list[tuple[str, str, str, str]]:
+def coefficient_lines(found: EnvironmentFacts) -> list[tuple[str, str, str, str]]:
     """Name, value with its interval and unit, status, chance of each coefficient."""
     rows = []
-    for c in found["coefficients"]:
-        unit, factor = _per(found, c["name"])
-        if c["value"] is None:
-            rows.append((c["name"], "–", c["status"], c["note"]))
+    for c in found.coefficients:
+        unit, factor = _per(found, c.name)
+        if c.value is None or c.lower is None or c.upper is None:
+            rows.append((c.name, "–", c.status, c.note))
             continue
-        middle, low, high = interval(c["value"] / factor, c["lower"] / factor, c["upper"] / factor)
+        middle, low, high = interval(c.value / factor, c.lower / factor, c.upper / factor)
         words = f"{middle} [{low}, {high}] {unit}"
-        if c["status"] != "resolved" and c["limit"] is not None:
-            words = f"< {number(c['limit'] / factor, 2)} {unit} [{low}, {high}]"
-        rows.append((c["name"], words, c["status"], c["note"] or probability(c["p"])))
+        if c.status != "resolved" and c.limit is not None:
+            words = f"< {number(c.limit / factor, 2)} {unit} [{low}, {high}]"
+        rows.append((c.name, words, c.status, c.note or probability(c.p)))
     return rows
 
 
-def environment_facts(found: Json) -> list[tuple[str, str]]:
+def environment_facts(found: EnvironmentFacts) -> list[tuple[str, str]]:
     """Thermometer, lag, hysteresis, warm-up, noise."""
     facts = []
-    thermometer = found["thermometer"]
+    thermometer = found.thermometer
     if thermometer is not None:
-        unit = thermometer["unit"] or "units"
-        span = f"{thermometer['low']:.4g} to {thermometer['high']:.4g} {unit}"
-        smooth = f"smoothed over {duration(thermometer['window'])}"
-        facts.append(("temperature", f"{thermometer['channel']}, {span}; {smooth}"))
-        facts.append(("coefficients at", f"{found['reference']:.4g} {unit}"))
-    if found["lag"] is not None:
-        facts.append(("lag", _lag_words(found["lag"])))
-    if found["hysteresis"] is not None:
-        facts.append(("hysteresis", _hysteresis_words(found)))
+        unit = thermometer.unit or "units"
+        span = f"{thermometer.low:.4g} to {thermometer.high:.4g} {unit}"
+        smooth = f"smoothed over {duration(thermometer.window)}"
+        facts.append(("temperature", f"{thermometer.channel}, {span}; {smooth}"))
+        facts.append(("coefficients at", f"{found.reference:.4g} {unit}"))
+    if found.lag is not None:
+        facts.append(("lag", _lag_words(found.lag)))
+    if found.hysteresis is not None:
+        facts.append(("hysteresis", _hysteresis_words(found, found.hysteresis)))
     facts.append(("warm-up", _warm_up_words(found)))
-    source = "given" if found["model_given"] else "fitted beside the effects"
-    facts.append(("noise of the regression", f"{model_words(found['model'])} ({source})"))
+    source = "given" if found.model_given else "fitted beside the effects"
+    facts.append(("noise of the regression", f"{model_words(found.model)} ({source})"))
     return facts
 
 
-def _lag_words(lag: Json) -> str:
-    if lag["value"] is None:
-        return f"not resolved: {lag['says']}"
-    middle, low, high = interval(lag["value"], lag["lower"], lag["upper"])
-    return f"{middle} s [{low}, {high}]: {lag['says']}"
+def _lag_words(lag: Lag) -> str:
+    if lag.value is None or lag.lower is None or lag.upper is None:
+        return f"not resolved: {lag.says}"
+    middle, low, high = interval(lag.value, lag.lower, lag.upper)
+    return f"{middle} s [{low}, {high}]: {lag.says}"
 
 
-def _hysteresis_words(found: Json) -> str:
-    branch = found["hysteresis"]
-    if branch["gap"] is None:
-        return f"not tested: {branch['says']}"
-    unit, factor = display_unit(found["kind"], "adev", found.get("unit") or "")
-    middle, low, high = interval(*(branch[k] / factor for k in ("gap", "lower", "upper")))
-    return (
-        f"{middle} [{low}, {high}] {unit} between the branches ({probability(branch['p'])}): {branch['says']}"
-    )
+def _hysteresis_words(found: EnvironmentFacts, branch: Hysteresis) -> str:
+    if branch.gap is None or branch.lower is None or branch.upper is None:
+        return f"not tested: {branch.says}"
+    unit, factor = display_unit(found.kind, "adev", found.unit)
+    middle, low, high = interval(*(end / factor for end in (branch.gap, branch.lower, branch.upper)))
+    return f"{middle} [{low}, {high}] {unit} between the branches ({probability(branch.p)}): {branch.says}"
 
 
-def _warm_up_words(found: Json) -> str:
-    warm = found["warm_up"]
-    if not warm["found"]:
-        chance = "" if warm["p"] is None else f" ({_chance(warm)})"
-        return f"{warm['says']}{chance}"
-    unit, factor = display_unit(found["kind"], "adev", found.get("unit") or "")
+def _warm_up_words(found: EnvironmentFacts) -> str:
+    warm = found.warm_up
+    if not warm.found:
+        chance = "" if warm.p is None else f" ({_chance(warm)})"
+        return f"{warm.says}{chance}"
+    unit, factor = display_unit(found.kind, "adev", found.unit)
     parts = []
-    for term in warm["terms"]:
-        size, sd = term["amplitude"] / factor, term["amplitude_sd"] / factor
+    for term in warm.terms:
+        size, sd = term.amplitude / factor, term.amplitude_sd / factor
         middle, _, _ = interval(size, size - sd, size + sd)
-        constant, _, _ = interval(term["T"], term["T"] - term["T_sd"], term["T"] + term["T_sd"])
-        parts.append(f"{middle} ± {number(sd, 2)} {unit} with {constant} ± {number(term['T_sd'], 2)} s")
+        constant, _, _ = interval(term.T, term.T - term.T_sd, term.T + term.T_sd)
+        parts.append(f"{middle} ± {number(sd, 2)} {unit} with {constant} ± {number(term.T_sd, 2)} s")
     done = {
         "modelled": "modelled and taken off",
-        "cut": f"cut: the first {duration(warm['cut'] or 0.0)} are not used",
+        "cut": f"cut: the first {duration(warm.cut or 0.0)} are not used",
         "left in": "left in the record",
-    }[warm["action"]]
+    }[warm.action]
     return f"{' and '.join(parts)} ({_chance(warm)}); {done}"
 
 
-def _chance(warm: Json) -> str:
-    tries = warm.get("tries", 1)
-    return probability(warm["p"]) + (f", multiplied by {tries} time constants tried" if tries > 1 else "")
+def _chance(warm: WarmUp) -> str:
+    tries = warm.tries
+    return probability(warm.p) + (f", multiplied by {tries} time constants tried" if tries > 1 else "")
 
 
-def effect_lines(found: Json) -> list[tuple[str, str, str, str, str]]:
+def effect_lines(found: EnvironmentFacts) -> list[tuple[str, str, str, str, str]]:
     """By averaging time: deviation before, of what was taken off, its error, share of the curve, noise left."""
-    correction = found["correction"]
+    correction = found.correction
     if correction is None:
         return []
-    unit, factor = display_unit(found["kind"], "adev", found.get("unit") or "")
-    count = len(correction["tau"])
-    step = max(1, -(-count // _ROWS))
-    rows = []
-    for i in reversed(range(count - 1, -1, -step)):
-        off, error = (number(correction[k][i] / factor, n) for k, n in (("deviation", 3), ("error", 2)))
-        rows.append(
-            (
-                duration(correction["tau"][i]),
-                f"{number(correction['before'][i] / factor, 3)} {unit}",
-                f"{off} ± {error} {unit}",
-                f"{number(100 * correction['share'][i], 3)} %",
-                f"{number(100 * correction['left'][i], 3)} %",
-            )
+    unit, factor = display_unit(found.kind, "adev", found.unit)
+    columns = (correction.tau, correction.before, correction.deviation, correction.error, correction.share,
+               correction.left)  # fmt: skip
+    rows = list(zip(*(column.tolist() for column in columns), strict=True))
+    step = max(1, -(-len(rows) // _ROWS))
+    return [
+        (
+            duration(tau),
+            f"{number(before / factor, 3)} {unit}",
+            f"{number(off / factor, 3)} ± {number(error / factor, 2)} {unit}",
+            f"{number(100 * share, 3)} %",
+            f"{number(100 * left, 3)} %",
         )
-    return rows
+        for tau, before, off, error, share, left in rows[::-1][::step][::-1]
+    ]
 
 
-def environment_sentences(channels: Sequence[Json]) -> list[str]:
-    """What a study has to say before its numbers: whose noise they are. Entries are those of its "channels"."""
-    said = []
-    for channel in channels:
-        found = channel.get("environment")
-        if found is not None:
-            said.append(f"{channel['name']}: {_summary(found)}")
-    return said
+def environment_sentences(estimates: Iterable[EnvironmentFacts | None]) -> list[str]:
+    """What a study has to say before its numbers: whose noise they are."""
+    return [f"{found.channel}: {_summary(found)}" for found in estimates if found is not None]
 
 
-def _summary(found: Json) -> str:
+def _summary(found: EnvironmentFacts) -> str:
     words = []
-    taken = [n for n in found["taken_off"] if not n.endswith("time constant")]
+    taken = [n for n in found.taken_off if not n.endswith("time constant")]
     if taken:
-        correction = found["correction"]
-        i = max(range(len(correction["tau"])), key=lambda k: correction["share"][k])
         words.append(f"the noise model is that of the residual, without {listed(taken)}")
-        words.append(
-            f"together {100 * correction['share'][i]:.0f} % of the Allan variance at {duration(correction['tau'][i])}"
-        )
     else:
         words.append("nothing was taken off")
-    first = next(iter(found["coefficients"]), None)
+    if taken and found.correction is not None:
+        share, tau = max(zip(found.correction.share.tolist(), found.correction.tau.tolist(), strict=True))
+        words.append(f"together {100 * share:.0f} % of the Allan variance at {duration(tau)}")
+    first = next(iter(found.coefficients), None)
     if first is not None:
         name, value, status, note = coefficient_lines(found)[0]
         resolved = status == "resolved"
         words.append(
-            f"{name} {value}" + ("" if resolved else f", {status}" + (f": {note}" if first["note"] else ""))
+            f"{name} {value}" + ("" if resolved else f", {status}" + (f": {note}" if first.note else ""))
         )
-    warm = found["warm_up"]
-    if warm["found"] and warm["action"] != "modelled":
+    warm = found.warm_up
+    if warm.found and warm.action != "modelled":
         words.append(f"warm-up {_warm_up_words(found)}")
-    return sentence("; ".join([*words, *found["advice"]]))
+    return sentence("; ".join([*words, *found.advice]))

@@ -3,20 +3,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
-from typing import Any
+import math
+
+import numpy as np
 
 from allanite.quantities.display_units import display_unit
 from allanite.quantities.number_words import number
+from allanite.study.results import ChannelCurve, SensorCurve
 
 __all__ = ["floor_lines"]
 
-Json = Mapping[str, Any]
-Column = Sequence[float | None]
-
 
 def floor_lines(
-    kind: str, own: str, measured: Json, instrument: Json, sensor: Json
+    kind: str, own: str, measured: ChannelCurve, instrument: ChannelCurve, sensor: SensorCurve
 ) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
     """Headings and rows: averaging time, deviation measured, of the instrument, of the sensor with its interval.
 
@@ -24,30 +23,27 @@ def floor_lines(
     ----------
     kind, own : str
         Of the channel: what it measures, and its own unit.
-    measured, instrument, sensor : dict
-        With "tau" and "deviation", the sensor with "lower" and "upper" too; lags that one lacks are dashes.
+    measured, instrument : ChannelCurve
+        Lags that one lacks are dashes.
+    sensor : SensorCurve
+        What is left.
     """
     unit, factor = display_unit(kind, "adev", own)
     heads = ("τ [s]", f"measured [{unit}]", "instrument", "sensor", "95 % interval")
-    below = dict(zip(instrument["tau"], instrument["deviation"], strict=True))
-    above = dict(zip(measured["tau"], measured["deviation"], strict=True))
     rows = []
-    for i, tau in enumerate(sensor["tau"]):
-        value, low, high = (_scaled(sensor[k][i], factor) for k in ("deviation", "lower", "upper"))
-        cells = (_near(above, tau), _near(below, tau))
+    for tau, *ends in zip(sensor.tau, sensor.deviation, sensor.lower, sensor.upper, strict=True):
+        value, low, high = (end / factor for end in ends)
         words, interval = number(value, 4), f"{number(low, 4)} to {number(high, 4)}"
-        if high is None:
+        if math.isnan(high):
             words, interval = "floor not known", "–"
-        elif value is None:
+        elif math.isnan(value):
             words, interval = f"< {number(high, 3)}", "not resolved"
-        rows.append((f"{tau:.6g}", *(number(_scaled(c, factor), 4) for c in cells), words, interval))
+        others = (number(_near(curve, tau) / factor, 4) for curve in (measured, instrument))
+        rows.append((f"{tau:.6g}", *others, words, interval))
     return heads, rows
 
 
-def _scaled(value: float | None, factor: float) -> float | None:
-    return None if value is None or value != value else value / factor
-
-
-def _near(values: Mapping[float, float | None], tau: float) -> float | None:
-    """The value at a time that may differ by a rounding."""
-    return next((v for t, v in values.items() if abs(t / tau - 1) < 1e-3), None)
+def _near(curve: ChannelCurve, tau: float) -> float:
+    """The deviation at a time that may differ by a rounding; NaN where there is none."""
+    near = np.flatnonzero(np.abs(curve.tau / tau - 1) < 1e-3)
+    return float(curve.deviation[near[0]]) if near.size else math.nan

@@ -7,12 +7,16 @@ And what a run lacks, and how it was recorded.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
-from allanite.noise import Estimate
+from allanite.fitting.tails import Contamination
+from allanite.noise import NoiseModel
 from allanite.quantities.display_units import display_unit
 from allanite.quantities.number_words import duration, interval, number
+from allanite.quantities.quantity import Quantity
+from allanite.recording.cleaning.renewed import HeldSamples
+from allanite.study.results import Aliasing, ChannelModels, ChannelStudy, MissingSamples
 
 __all__ = ["missing_lines", "provisos", "record_facts"]
 
@@ -23,105 +27,97 @@ _SHOWN_SETTINGS = 40
 _SLOW = {"B", "T", "sigma", "sigma_2", "K", "R"}
 
 
-def provisos(channels: Iterable[Json]) -> list[str]:
-    """One sentence for each kind of proviso, with the channels that it is true of.
-
-    Parameters
-    ----------
-    channels : iterable of dict
-        Entries like those of a study's "channels".
-    """
-    said: dict[str, list[str]] = {}
+def provisos(channels: Iterable[ChannelModels]) -> list[str]:
+    """One sentence for each kind of proviso, with the channels that it is true of."""
+    by_sentence: dict[str, list[str]] = {}
     for channel in channels:
-        for say in (_needed, _held, _contamination, _aliasing, _scale, _clock):
-            sentence = say(channel)
-            if sentence:
-                said.setdefault(sentence, []).append(channel["name"])
-    return [f"{', '.join(names)}: {sentence}" for sentence, names in said.items()]
+        for sentence in _provisos(channel):
+            by_sentence.setdefault(sentence, []).append(channel.name)
+    return [f"{', '.join(names)}: {sentence}" for sentence, names in by_sentence.items()]
 
 
-def _needed(channel: Json) -> str:
+def _provisos(channel: ChannelModels) -> Iterator[str]:
+    if channel.models:
+        yield from _needed(channel.models[0])
+    if isinstance(channel, ChannelStudy):
+        if channel.held is not None:
+            yield _held(channel.held)
+        if channel.contamination is not None:
+            yield _contamination(channel.contamination, channel)
+        if channel.aliasing is not None:
+            yield _aliasing(channel.aliasing)
+    if channel.models:
+        yield from _scale(channel.models[0])
+    if channel.models and channel.kind in ("phase", "frequency"):
+        yield _CLOCK
+
+
+def _needed(model: NoiseModel) -> Iterator[str]:
     """Limits that must not be read as "no slow noise": one of the terms is there, and which one is open."""
-    model = channel["models"][0] if channel.get("models") else {}
-    needed = [e["symbol"] for e in model.get("estimates") or () if Estimate.from_json(e).needed]
-    if not needed:
-        return ""
-    what = "slow noise" if _SLOW.issuperset(needed) else "noise beyond the terms that the record shows"
-    return (
-        f"{what} is there, {' and '.join(needed)} or a term like it; the record cannot tell which, so that each "
-        "has a limit alone. Record longer to know."
-    )
+    needed = [e.symbol for e in model.estimates if e.needed]
+    if needed:
+        what = "slow noise" if _SLOW.issuperset(needed) else "noise beyond the terms that the record shows"
+        yield (
+            f"{what} is there, {' and '.join(needed)} or a term like it; the record cannot tell which, so that "
+            "each has a limit alone. Record longer to know."
+        )
 
 
-def _held(channel: Json) -> str:
-    found = channel.get("held")
-    if not found:
-        return ""
-    rate, log = (f"{found[key]:.6g} Hz" for key in ("rate", "log_rate"))
+def _held(held: HeldSamples) -> str:
+    rate, log = (f"{value:.6g} Hz" for value in (held.rate, held.log_rate))
     return f"each value was taken once, at the sensor's own rate of {rate}; the log runs at {log}."
 
 
-def _contamination(channel: Json) -> str:
+def _contamination(found: Contamination, channel: ChannelModels) -> str:
     """N with and without the contaminated samples, each with its interval."""
-    found = channel.get("contamination")
-    if not found:
-        return ""
-    model = channel["models"][0]
-    unit, factor = display_unit(model["kind"], "N", model["unit"])
+    unit, factor = display_unit(channel.kind, "N", channel.unit)
 
-    def written(entry: Json) -> str:
-        value, low, high = interval(*(entry[key] / factor for key in ("value", "lower", "upper")))
+    def written(n: Quantity) -> str:
+        value, low, high = interval(n.value / factor, n.lower / factor, n.upper / factor)
         return f"{value} [{low}, {high}] {unit}"
 
     return (
-        f"N is {written(found['N'])} for all samples and {written(found['N_without'])} without the "
-        f"{number(100 * found['share'], 2)} % that scatter {number(found['ratio'], 2)} times as much. The first "
+        f"N is {written(found.N)} for all samples and {written(found.N_without)} without the "
+        f"{number(100 * found.share, 2)} % that scatter {number(found.ratio, 2)} times as much. The first "
         "interval holds their scatter."
     )
 
 
-def _aliasing(channel: Json) -> str:
-    found = channel.get("aliasing")
-    if not found:
-        return ""
-    aperture, interval = (f"{found[key]:.6g} s" for key in ("aperture", "interval"))
+def _aliasing(found: Aliasing) -> str:
+    aperture, interval = (f"{value:.6g} s" for value in (found.aperture, found.interval))
     return (
         f"N is that of the samples. Each averages {aperture} of its {interval}: if the noise of the sensor is white "
-        f"far beyond 1/{aperture}, its own N is {number(found['factor'], 4)} = √({interval}/{aperture}) times smaller "
+        f"far beyond 1/{aperture}, its own N is {number(found.factor, 4)} = √({interval}/{aperture}) times smaller "
         "(aliasing). Nothing was divided by that."
     )
 
 
-def _scale(channel: Json) -> str:
-    found = channel["models"][0].get("scale_uncertainty") if channel["models"] else None
-    if found is None:
-        return ""
-    return (
-        f"the intervals hold the scale factor's standard uncertainty of {number(100 * found, 2)} %, one error common "
-        "to all amplitudes, in quadrature with the statistical one. The band of the curve does not."
-    )
+def _scale(model: NoiseModel) -> Iterator[str]:
+    if model.scale_uncertainty is not None:
+        yield (
+            f"the intervals hold the scale factor's standard uncertainty of {number(100 * model.scale_uncertainty, 2)} "
+            "%, one error common to all amplitudes, in quadrature with the statistical one. The band of the curve does "
+            "not."
+        )
 
 
-def _clock(channel: Json) -> str:
-    """What the names of a clock's terms are, and which of them a fit does not have."""
-    if channel.get("kind") not in ("phase", "frequency") or not channel.get("models"):
-        return ""
-    return (
-        "WPM, WFM, FFM, RWFM: white phase, white, flicker and random-walk frequency noise, of fractional frequency. "
-        "Flicker phase noise (FPM) is not a term of the fit: the Allan deviation shows it as WPM; "
-        "`--statistic mdev` of `allanite allan` tells them apart (slope -3/2 for WPM, -1 for FPM)."
-    )
+#: What the names of a clock's terms are, and which of them a fit does not have.
+_CLOCK = (
+    "WPM, WFM, FFM, RWFM: white phase, white, flicker and random-walk frequency noise, of fractional frequency. "
+    "Flicker phase noise (FPM) is not a term of the fit: the Allan deviation shows it as WPM; "
+    "`--statistic mdev` of `allanite allan` tells them apart (slope -3/2 for WPM, -1 for FPM)."
+)
 
 
-def missing_lines(entries: Iterable[Json], rate: float) -> list[tuple[str, str, str, str, str]]:
+def missing_lines(entries: Iterable[MissingSamples], rate: float) -> list[tuple[str, str, str, str, str]]:
     """What is missing and why: reason, gaps, samples, the longest, where the first begins."""
     return [
         (
-            e["reason"],
-            "–" if e["gaps"] is None else str(e["gaps"]),
-            str(e["samples"]),
-            "–" if e["longest"] is None else duration(e["longest"] / rate),
-            "–" if e["first"] is None else duration(e["first"] / rate),
+            e.reason,
+            "–" if e.gaps is None else str(e.gaps),
+            str(e.samples),
+            "–" if e.longest is None else duration(e.longest / rate),
+            "–" if e.first is None else duration(e.first / rate),
         )
         for e in entries
     ]

@@ -4,11 +4,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
 
+from allanite.noise.spectrum.lines import SpectralLine
 from allanite.quantities.display_units import display_unit
 from allanite.quantities.number_words import interval, number
 
@@ -25,31 +26,24 @@ def density_unit(kind: str, unit: str = "") -> tuple[str, float]:
     return display_unit(kind, "N", unit)
 
 
-def line_lines(channel: Json) -> list[tuple[str, str, str, str]]:
-    """Frequency, amplitude, chance and nature of each line, with 95 % intervals.
-
-    Parameters
-    ----------
-    channel : mapping
-        With "kind", "unit" and "spectrum", as in a study.
-    """
-    name, factor = display_unit(channel["kind"], "mean", channel.get("unit") or "")
+def line_lines(kind: str, unit: str, lines: Iterable[SpectralLine]) -> list[tuple[str, str, str, str]]:
+    """Frequency, amplitude, chance and nature of each line of a channel, with 95 % intervals."""
+    name, factor = display_unit(kind, "mean", unit)
     return [
         (
-            _with_interval(line, "frequency", 1.0, "Hz"),
-            _with_interval(line, "amplitude", factor, name),
-            f"1 in 10^{line['significance']:.0f}",
-            "steady: a sinusoid" if line.get("stable") else line.get("note") or "not examined",
+            _with_interval(line.frequency, (line.frequency_lower, line.frequency_upper), 1.0, "Hz"),
+            _with_interval(line.amplitude, (line.amplitude_lower, line.amplitude_upper), factor, name),
+            f"1 in 10^{line.significance:.0f}",
+            "steady: a sinusoid" if line.stable else line.note or "not examined",
         )
-        for line in channel["spectrum"]["lines"]
+        for line in lines
     ]
 
 
-def _with_interval(line: Json, what: str, factor: float, unit: str) -> str:
-    low, high = line.get(f"{what}_lower"), line.get(f"{what}_upper")
-    if low is None or high is None or not (math.isfinite(low) and math.isfinite(high)):
-        return f"{number(line[what] / factor, 4)} {unit}"
-    middle, below, above = interval(line[what] / factor, low / factor, high / factor)
+def _with_interval(value: float, ends: tuple[float, float], factor: float, unit: str) -> str:
+    if not all(map(math.isfinite, ends)):
+        return f"{number(value / factor, 4)} {unit}"
+    middle, below, above = interval(value / factor, ends[0] / factor, ends[1] / factor)
     return f"{middle} [{below}, {above}] {unit}"
 
 

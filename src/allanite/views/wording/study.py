@@ -7,11 +7,13 @@ import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Generic, TypeVar
 
+from allanite.noise import Estimate, NoiseModel
 from allanite.plain_files.counted import listed
 from allanite.quantities.display_units import display_unit, si_unit
 from allanite.quantities.number_words import interval, number, probability
+from allanite.study.results import ChannelModels, SlopeReading
 
 __all__ = [
     "COLUMNS",
@@ -20,9 +22,11 @@ __all__ = [
     "ONE_RECORD",
     "ChannelGroup",
     "CoefficientWording",
+    "cautions",
     "column_of",
     "groups",
     "headings",
+    "is_poor",
     "reading",
     "readings",
     "shown_symbol",
@@ -30,7 +34,7 @@ __all__ = [
     "verdict",
 ]
 
-Json = Mapping[str, Any]
+C = TypeVar("C", bound=ChannelModels)
 
 COLUMNS = ("N", "B", "T", "K", "R", "Q")
 """Columns of every parameter table, in the order in which a curve shows them. B stands for B_equiv too."""
@@ -119,7 +123,7 @@ def _place(column: str) -> tuple[int, int, int]:
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class ChannelGroup:
+class ChannelGroup(Generic[C]):
     """Channels of a study that share their units: the axes of one triad.
 
     Attributes
@@ -128,14 +132,14 @@ class ChannelGroup:
         "Gyroscope", "Accelerometer", ...
     kind, unit : str
         What `display_unit` needs.
-    channels : tuple of dict
-        Entries of the study's "channels".
+    channels : tuple of ChannelModels
+        Of a study, or of a fit.
     """
 
     title: str
     kind: str
     unit: str
-    channels: tuple[Json, ...]
+    channels: tuple[C, ...]
 
     @property
     def has_si(self) -> bool:
@@ -151,22 +155,22 @@ class ChannelGroup:
         return _SHARED_NAMES.get(symbol) or names.get(symbol, symbol)
 
 
-def groups(channels: Iterable[Json]) -> tuple[ChannelGroup, ...]:
+def groups(channels: Iterable[C]) -> tuple[ChannelGroup[C], ...]:
     """Channels sorted into groups of equal units, in the order of their first appearance.
 
     Channels without a known unit are grouped by their names: gx, gy, gz apart from ax, ay, az.
     """
-    found: dict[tuple[str, str, str], list[Json]] = {}
+    alike: dict[tuple[str, str, str], list[C]] = {}
     for channel in channels:
-        family = _FAMILIES.get(channel["kind"], "unknown")
+        family = _FAMILIES.get(channel.kind, "unknown")
         known = family in _IN_SI or family == "clock"
-        key = (family, "", "") if known else (family, channel.get("unit") or "", _stem(channel["name"]))
-        found.setdefault(key, []).append(channel)
+        key = (family, "", "") if known else (family, channel.unit, _stem(channel.name))
+        alike.setdefault(key, []).append(channel)
     return tuple(
         ChannelGroup(
-            title=_title(family, own, members), kind=members[0]["kind"], unit=own, channels=tuple(members)
+            title=_title(family, unit, members), kind=members[0].kind, unit=unit, channels=tuple(members)
         )
-        for (family, own, _), members in found.items()
+        for (family, unit, _), members in alike.items()
     )
 
 
@@ -175,14 +179,14 @@ def _stem(name: str) -> str:
     return re.sub(r"[ _.\[]*(?:[xyzXYZ]|\d+)\]?$", "", name)
 
 
-def _title(family: str, unit: str, members: Sequence[Json]) -> str:
+def _title(family: str, unit: str, members: Sequence[ChannelModels]) -> str:
     if family in _IN_SI or family == "clock":
         return family.capitalize()
-    names = ", ".join(c["name"] for c in members[:6])
+    names = ", ".join(c.name for c in members[:6])
     return f"{names} ({unit or 'unknown unit'})"
 
 
-def headings(group: ChannelGroup) -> dict[str, tuple[str, str]]:
+def headings(group: ChannelGroup[C]) -> dict[str, tuple[str, str]]:
     """Columns that at least one channel of the group has something to say about: symbol -> (head, people's unit)."""
     present = {symbol for channel in group.channels for symbol in readings(channel)}
     heads = {s: shown_symbol(s) for s in sorted(present, key=_place)}
@@ -234,122 +238,127 @@ class CoefficientWording:
         return " ".join(part for part in (self.value, self.range, self.unit) if part)
 
 
-def reading(kind: str, unit: str, estimate: Json, *, read_off: bool = False) -> CoefficientWording:
-    """An entry of a model's "estimates" as people read it; `read_off`: by slopes, a value without an interval."""
-    symbol = estimate["symbol"]
+def reading(kind: str, unit: str, estimate: Estimate, *, read_off: bool = False) -> CoefficientWording:
+    """An estimate as people read it; `read_off`: by slopes, a value without an interval."""
+    symbol, supported = estimate.symbol, estimate.supported
     text, factor = display_unit(kind, symbol, unit)
     shown, si = (_scaled(estimate, f, read_off) for f in (factor, 1.0))
-    amount = estimate["value"] if estimate["supported"] or read_off else estimate["upper"]
+    amount = _known(estimate.value if supported or read_off else estimate.upper)
     return CoefficientWording(
         symbol=symbol,
         unit=text,
         si_unit=si_unit(kind, column_of(symbol), unit),
-        supported=bool(estimate["supported"]),
+        supported=supported,
         value=shown[0],
         range=shown[1],
         si=si[0],
         si_range=si[1],
-        note="; ".join(part for part in (_note(symbol, estimate), _statistical(estimate, factor)) if part),
+        note="; ".join(part for part in (_note(estimate), _statistical(estimate, factor)) if part),
         amount=None if amount is None else amount / factor,
     )
 
 
-def _statistical(estimate: Json, factor: float) -> str:
+def _known(value: float | None) -> float | None:
+    return value if value is not None and math.isfinite(value) else None
+
+
+def _statistical(estimate: Estimate, factor: float) -> str:
     """The interval without the error of the scale factor, where it holds that."""
-    ends = estimate.get("statistical")
-    if ends is None or ends[1] is None:
+    ends, value = estimate.statistical, estimate.value
+    if ends is None or _known(ends[1]) is None:
         return ""
-    value = estimate["value"]
-    if not estimate["supported"] or value is None:
+    if not estimate.supported or value is None:
         return f"by statistics alone < {number(ends[1] / factor)}"
     _, low, high = interval(value / factor, ends[0] / factor, ends[1] / factor)
     return f"by statistics alone [{low}, {high}]"
 
 
-def _note(symbol: str, estimate: Json) -> str:
-    own = estimate.get("note") or ""
-    if own == "upper limit":  # the "<" says so
+def _note(estimate: Estimate) -> str:
+    if estimate.note == "upper limit":  # the "<" says so
         return ""
-    if symbol.startswith("B_equiv") and not own:
+    if estimate.symbol.startswith("B_equiv") and not estimate.note:
         return "from the Gauss-Markov term: the B with the same peak"
-    return own
+    return estimate.note
 
 
-def _scaled(estimate: Json, factor: float, read_off: bool) -> tuple[str, str]:
+def _scaled(estimate: Estimate, factor: float, read_off: bool) -> tuple[str, str]:
     value, lower, upper = (
-        None if v is None else v / factor for v in (estimate[k] for k in ("value", "lower", "upper"))
+        None if v is None else v / factor for v in (estimate.value, estimate.lower, estimate.upper)
     )
-    if estimate["supported"] and value is not None:
+    if estimate.supported and value is not None:
         middle, low, high = interval(value, lower, upper)
         return middle, f"[{low}, {high}]"
     if read_off:
         return number(value), ""
-    if upper is None or math.isinf(upper):
-        return "not bounded", ""
-    return f"< {number(upper)}", ""
+    return ("not bounded" if _known(upper) is None else f"< {number(upper)}"), ""
 
 
-def readings(channel: Json, model: Json | None = None) -> dict[str, CoefficientWording]:
+def readings(channel: ChannelModels, model: NoiseModel | None = None) -> dict[str, CoefficientWording]:
     """Coefficients of a channel's first model (or of the one given), keyed by their columns.
 
     Columns are those of `COLUMNS`, numbered from the second term of a kind on (B_2, T_2), and amplitude and frequency
     of lines. B_equiv of a Gauss-Markov model stands in column B. T appears where it is supported, or read off, only:
     elsewhere it is not a limit that anybody can use.
     """
-    if model is None:
-        model = channel["models"][0] if channel["models"] else {"estimates": ()}
-    read_off = model.get("family") == "slopes"
-    found: dict[str, CoefficientWording] = {}
-    for estimate in model["estimates"]:
-        column = column_of(estimate["symbol"])
+    shown = model or next(iter(channel.models), NoiseModel(terms=()))
+    read_off = shown.family == "slopes"
+    by_column: dict[str, CoefficientWording] = {}
+    for estimate in shown.estimates:
+        column = column_of(estimate.symbol)
         symbol = _split(column)[0]
-        if symbol in _TABULATED and (symbol not in _ONLY_RESOLVED or estimate["supported"] or read_off):
-            found[column] = reading(channel["kind"], channel.get("unit") or "", estimate, read_off=read_off)
-    return {column: found[column] for column in sorted(found, key=_place)}
+        if symbol in _TABULATED and (symbol not in _ONLY_RESOLVED or estimate.supported or read_off):
+            by_column[column] = reading(channel.kind, channel.unit, estimate, read_off=read_off)
+    return {column: by_column[column] for column in sorted(by_column, key=_place)}
 
 
-def slope_reading(channel: Json, symbol: str) -> str:
-    """The seed's reading of a coefficient off the curve, as text; its note where the curve has no such slope."""
-    found = channel["slopes"][symbol]
-    note = found.get("note") or ""
-    if found.get("value") is None:
+def slope_reading(channel: ChannelModels, read: SlopeReading) -> str:
+    """The seed's reading of a coefficient off the curve, as text."""
+    if math.isnan(read.value):
         return "the curve has no such slope"
-    unit, factor = display_unit(channel["kind"], symbol, channel.get("unit") or "")
-    return f"{number(found['value'] / factor)} {unit}" + (f", {note}" if note else "")
+    unit, factor = display_unit(channel.kind, read.symbol, channel.unit)
+    return f"{number(read.value / factor)} {unit}" + (f", {read.note}" if read.note else "")
 
 
 # -- sentences --------------------------------------------------------------------------------------------
 
 
-def verdict(group: ChannelGroup) -> list[str]:
+def verdict(group: ChannelGroup[C]) -> list[str]:
     """What the record says about a group of channels: one plain sentence per statement."""
     sentences = [s for symbol in COLUMNS if (s := _statement(group, symbol))]
     absent = [a for symbol in COLUMNS if (a := _absent(group, symbol))]
     if absent:
         sentences.append(f"The record does not show by itself, but bounds: {', '.join(absent)}.")
-    undecided = [c["name"] for c in group.channels if len(c["models"]) > 1]
-    if undecided:
-        sentences.append(
-            f"On {listed(undecided)} the record cannot decide between flicker and Gauss-Markov; both are given below."
-        )
-    poor = [c for c in group.channels if _is_poor(c)]
+    return sentences
+
+
+def cautions(channels: Iterable[ChannelModels]) -> list[str]:
+    """Where a record cannot decide, where the model does not explain it, and where there is none."""
+    sentences, poor, bare = [], [], []
+    for channel in channels:
+        for other in channel.models[1:]:
+            words = "; ".join(f"{shown_symbol(s)} {r.text}" for s, r in readings(channel, other).items())
+            family = other.family.title() if other.family == "gauss-markov" else other.family
+            sentences.append(f"{channel.name}: the record cannot decide. The {family} family gives {words}")
+        if not channel.models:
+            bare.append(channel.name)
+        elif is_poor(channel.models[0]):
+            poor.append(f"{channel.name} ({probability(channel.models[0].goodness['p'])})")
     if poor:
-        values = listed([f"{c['name']} ({probability(c['models'][0]['goodness']['p'])})" for c in poor])
         sentences.append(
-            f"The model does not explain the curve of {values}: take these numbers with caution."
+            f"The model does not explain the curve of {listed(poor)}: take these numbers with caution."
         )
-    bare = [c["name"] for c in group.channels if not c["models"]]
     if bare:
         sentences.append(f"No model was fitted to {listed(bare)}; the findings say why.")
     return sentences
 
 
-def _is_poor(channel: Json) -> bool:
-    p = (channel["models"][0].get("goodness") or {}).get("p") if channel["models"] else None
+def is_poor(model: NoiseModel) -> bool:
+    """The model does not explain what it was fitted to."""
+    p = model.goodness.get("p")
     return p is not None and p < 0.01
 
 
-def _statement(group: ChannelGroup, symbol: str) -> str:
+def _statement(group: ChannelGroup[C], symbol: str) -> str:
     """Where a term is resolved, and where it is only bounded; "" where no channel resolves it."""
     seen, limits = _seen_and_limits(group, symbol)
     if not seen:
@@ -361,21 +370,21 @@ def _statement(group: ChannelGroup, symbol: str) -> str:
     )
 
 
-def _absent(group: ChannelGroup, symbol: str) -> str:
+def _absent(group: ChannelGroup[C], symbol: str) -> str:
     """A term that no channel resolves, with the largest of its limits."""
     seen, limits = _seen_and_limits(group, symbol)
     return "" if seen or not limits else f"{_SHOWN.get(symbol, symbol)} {_spread(limits.values())}"
 
 
 def _seen_and_limits(
-    group: ChannelGroup, symbol: str
+    group: ChannelGroup[C], symbol: str
 ) -> tuple[dict[str, CoefficientWording], dict[str, CoefficientWording]]:
-    found = {c["name"]: r for c in group.channels if (r := readings(c).get(symbol)) and r.amount is not None}
+    found = {c.name: r for c in group.channels if (r := readings(c).get(symbol)) and r.amount is not None}
     seen = {name: r for name, r in found.items() if r.supported}
     return seen, {name: r for name, r in found.items() if not r.supported}
 
 
-def _where(some: Mapping[str, CoefficientWording], group: ChannelGroup) -> str:
+def _where(some: Mapping[str, CoefficientWording], group: ChannelGroup[C]) -> str:
     count = len(group.channels)
     if count == 1:
         return ""

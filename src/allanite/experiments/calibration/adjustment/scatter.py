@@ -275,7 +275,7 @@ def _upper_sizes(
     from scipy.optimize import brentq
 
     parts = {n: contrasts.of_shape(shapes[n]) * v**2 for n, v in sizes.values.items()}
-    whole = np.eye(len(contrasts.seen)) + sum(parts.values())
+    whole = np.eye(len(contrasts.values)) + sum(parts.values())
     least = _likelihood(contrasts, whole) - chi_square_quantile(confidence, 1) / 2
     limits = {}
     for name, part in parts.items():
@@ -294,7 +294,7 @@ def _upper_sizes(
 def _likelihood(contrasts: Contrasts, covariance: Array) -> float:
     """Logarithm of the restricted likelihood, but for a constant."""
     factor = np.linalg.cholesky(covariance)
-    white = np.linalg.solve(factor, contrasts.seen)
+    white = np.linalg.solve(factor, contrasts.values)
     return -float(np.log(np.diag(factor)).sum()) - 0.5 * float(white @ white)
 
 

@@ -1,0 +1,388 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The parts of a study: what it says of the record, and of each channel."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from allanite.errors import FormatError
+from allanite.fitting.advice import Advice
+from allanite.fitting.instrument_floor import OverFloor
+from allanite.fitting.tails import Contamination
+from allanite.noise import NoiseModel
+from allanite.noise.allan import AllanCurve
+from allanite.noise.spectrum import Spectrum
+from allanite.quantities.result import Result
+from allanite.recording.cleaning.renewed import HeldSamples
+from allanite.recording.health import Finding
+from allanite.recording.records import Recording, Sampling
+from allanite.stability.environment.results import EnvironmentFacts
+from allanite.study.result_document import RecordFacts
+
+__all__ = [
+    "Aliasing",
+    "BlockExtremes",
+    "ChannelCurve",
+    "ChannelFloor",
+    "ChannelModels",
+    "ChannelStudy",
+    "FloorRecord",
+    "MissingSamples",
+    "SensorCurve",
+    "SlopeReading",
+    "StudiedRecord",
+    "models_by_channel",
+]
+
+Array = NDArray[np.float64]
+Spans = NDArray[np.int64]
+
+
+# -- the record --------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class MissingSamples(Result):
+    """What a recorded run lacks for one reason.
+
+    Attributes
+    ----------
+    reason : str
+        As the recorder noted it.
+    gaps : int or None
+        None for samples that are there without a value.
+    samples : int
+        In all gaps.
+    first, longest : int or None [samples]
+        Where the first gap begins, and the length of the longest.
+    """
+
+    reason: str
+    gaps: int | None
+    samples: int
+    first: int | None
+    longest: int | None
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class StudiedRecord(RecordFacts):
+    """The record of a study.
+
+    Attributes
+    ----------
+    start : str or None
+        Of the first sample, UTC (ISO 8601).
+    missing : int
+        Samples that are missing.
+    gaps : tuple of (int, int) [samples]
+        Their runs, half-open, at most 100.
+    missing_because : tuple of MissingSamples
+        Of a recorded run, one entry for each reason.
+    """
+
+    start: str | None
+    missing: int
+    gaps: tuple[tuple[int, int], ...]
+    missing_because: tuple[MissingSamples, ...] = ()
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class FloorRecord(RecordFacts):
+    """The record of the shorted input.
+
+    Attributes
+    ----------
+    source : str
+        Where it was read from.
+    findings : tuple of Finding
+        What was found in it.
+    """
+
+    source: str
+    findings: tuple[Finding, ...]
+
+    @classmethod
+    def seen(cls, floor: Recording, findings: Sequence[Finding]) -> FloorRecord:
+        """That of a recording."""
+        facts = RecordFacts.of(floor)
+        return cls(
+            rate=facts.rate,
+            samples=facts.samples,
+            duration=facts.duration,
+            channels=facts.channels,
+            history=facts.history,
+            source=floor.source,
+            findings=tuple(findings),
+        )
+
+
+# -- a channel ---------------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class BlockExtremes(Result):
+    """The samples of a channel in at most 1500 blocks.
+
+    Attributes
+    ----------
+    t : ndarray, shape (n,) [s]
+        Middle of each block, since the first sample.
+    low, high : ndarray, shape (n,) [SI unit of the channel]
+        Lowest and highest sample of each block; NaN where it has none.
+    """
+
+    t: Array
+    low: Array
+    high: Array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ChannelCurve(Result):
+    """The Allan curve of one channel.
+
+    Attributes
+    ----------
+    statistic : str
+        adev, oadev, hdev, ...
+    engine : str
+        "exact", "decimated", or "elsewhere".
+    confidence : float
+        Of the intervals.
+    dt : float [s]
+        Sample interval.
+    n_samples : int
+        Samples of the record, missing ones included.
+    sampling : str
+        "mean" or "point".
+    interval_basis : str
+        Which noise the degrees of freedom assume.
+    lags : ndarray of int64, shape (n,) [samples]
+        Lag.
+    tau : ndarray, shape (n,) [s]
+        Averaging time.
+    deviation, lower, upper : ndarray, shape (n,) [SI unit of the rate or acceleration]
+        Deviation with its interval; NaN where no term is complete.
+    edf : ndarray, shape (n,)
+        Equivalent degrees of freedom of the variance.
+    count : ndarray of int64, shape (n,)
+        Terms in the sum.
+    missing : ndarray of int64, shape (n_runs, 2) [samples]
+        Runs of missing samples, half-open.
+    used : ndarray of bool, shape (n,)
+        The lag entered the fit; empty where nothing was fitted.
+    excluded : tuple of str
+        Why a lag did not, "" for one that did; empty where nothing was fitted to this curve.
+    """
+
+    statistic: str
+    engine: str
+    confidence: float
+    dt: float
+    n_samples: int
+    sampling: Sampling
+    interval_basis: str = ""
+    lags: NDArray[np.int64] = field(repr=False)
+    tau: Array = field(repr=False)
+    deviation: Array = field(repr=False)
+    lower: Array = field(repr=False)
+    upper: Array = field(repr=False)
+    edf: Array = field(repr=False)
+    count: NDArray[np.int64] = field(repr=False)
+    missing: Spans = field(default_factory=lambda: np.zeros((0, 2), dtype=np.int64), repr=False)
+    used: NDArray[np.bool_] = field(default_factory=lambda: np.zeros(0, dtype=bool), repr=False)
+    excluded: tuple[str, ...] = field(default=(), repr=False)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "missing", self.missing.reshape(-1, 2))
+        known = ("used",) if self.used.size else ()
+        for name in ("tau", "deviation", "lower", "upper", "edf", "count", *known):
+            if getattr(self, name).shape != self.lags.shape:
+                raise FormatError(
+                    f"{name} of a curve has {getattr(self, name).size} numbers for {self.lags.size} lags"
+                )
+
+    @classmethod
+    def of(
+        cls, curve: AllanCurve, used: NDArray[np.bool_] | None = None, excluded: Sequence[str] = ()
+    ) -> ChannelCurve:
+        """That of an `AllanCurve` of one channel."""
+        facts = ("statistic", "engine", "confidence", "dt", "n_samples", "interval_basis", "lags", "tau")
+        columns = ("deviation", "lower", "upper", "edf", "count")
+        return cls(
+            **{name: getattr(curve, name) for name in facts},
+            **{name: getattr(curve, name)[:, 0] for name in columns},
+            sampling=curve.channels[0].sampling,
+            missing=curve.missing[0],
+            used=np.zeros(0, dtype=bool) if used is None else used,
+            excluded=tuple(excluded),
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SlopeReading(Result):
+    """A coefficient read off the curve where it has the slope of its term.
+
+    Attributes
+    ----------
+    symbol : str
+        Q, N, B, T, K or R.
+    value : float [SI]
+        NaN where the curve has no such slope.
+    note : str
+        Where it was read.
+    """
+
+    symbol: str
+    value: float
+    note: str
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class SensorCurve(Result):
+    """The sensor without its instrument: the difference of two Allan variances.
+
+    Attributes
+    ----------
+    tau : ndarray, shape (n,) [s]
+        Averaging time.
+    deviation, lower, upper : ndarray, shape (n,) [SI unit of the rate or acceleration]
+        NaN where it is not resolved; then `upper` is a limit, and NaN where the floor is not known.
+    """
+
+    tau: Array
+    deviation: Array
+    lower: Array
+    upper: Array
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ChannelFloor(Result):
+    """The instrument's own noise in one channel, which is taken off.
+
+    Attributes
+    ----------
+    curve : ChannelCurve
+        Of the instrument.
+    share : ndarray, shape (n,)
+        Part of the measured variance that it makes, at each lag of `sensor`.
+    sensor : SensorCurve
+        What is left.
+    """
+
+    curve: ChannelCurve
+    share: Array
+    sensor: SensorCurve
+
+    @classmethod
+    def of(cls, above: OverFloor, name: str, below: AllanCurve | None = None) -> ChannelFloor:
+        """That of one channel; `below` is the curve of the floor as it was fitted."""
+        i = above.names.index(name)
+        columns = (above.deviation[:, i], above.lower[:, i], above.upper[:, i])
+        deviation, lower, upper = (np.where(np.isfinite(column), column, np.nan) for column in columns)
+        return cls(
+            curve=ChannelCurve.of(above.floor[name] if below is None else below),
+            share=above.share()[:, i],
+            sensor=SensorCurve(tau=above.tau, deviation=deviation, lower=lower, upper=upper),
+        )
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Aliasing(Result):
+    """White noise of a sensor far beyond the inverse of an aperture that is shorter than the interval.
+
+    Attributes
+    ----------
+    aperture, interval : float [s]
+        Of a sample.
+    factor : float
+        √(interval/aperture), by which N reads too large; nothing is divided by it.
+    """
+
+    aperture: float
+    interval: float
+    factor: float
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ChannelModels(Result):
+    """A channel with its noise models.
+
+    Attributes
+    ----------
+    name, kind, unit : str
+        Of the channel.
+    models : tuple of NoiseModel
+        The preferred one first; two where the record cannot decide between the families, none where no fit was
+        possible.
+    """
+
+    name: str
+    kind: str
+    unit: str
+    models: tuple[NoiseModel, ...]
+
+    @property
+    def of_samples(self) -> bool:
+        """The model is that of the samples, not of the curve."""
+        return any(m.goodness.get("method") == "likelihood" for m in self.models)
+
+
+def models_by_channel(channels: Iterable[ChannelModels]) -> dict[str, NoiseModel]:
+    """The model of each channel that has one, with its `alternative` where the record cannot decide."""
+    return {
+        c.name: replace(c.models[0], alternative=c.models[1]) if len(c.models) > 1 else c.models[0]
+        for c in channels
+        if c.models
+    }
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class ChannelStudy(ChannelModels):
+    """All that a study says of one channel.
+
+    Attributes
+    ----------
+    mean, sd : float [SI unit of the channel]
+        Of the samples.
+    overview : BlockExtremes
+        For the picture of the record.
+    curve : ChannelCurve
+        As measured, and which lags were fitted.
+    spectrum : Spectrum
+        With its lines.
+    slopes : tuple of SlopeReading
+        The reading by slopes of the seed paper, for comparison.
+    no_slopes : str
+        Why there is none, "" where there is one.
+    advice : tuple of Advice
+        How long to record.
+    environment : EnvironmentFacts or None
+        Where a temperature or a warm-up was looked at: `curve`, `models`, `spectrum` and `overview` are those of the
+        residual.
+    aliasing : Aliasing or None
+        Where an aperture is shorter than the interval.
+    held : HeldSamples or None
+        Where the log repeats values and each was taken once: the rest is that of the values.
+    contamination : Contamination or None
+        Where the white noise is contaminated.
+    floor : ChannelFloor or None
+        Where the instrument's own noise is taken off: `models` are those of the sensor without it.
+    """
+
+    mean: float
+    sd: float
+    overview: BlockExtremes = field(repr=False)
+    curve: ChannelCurve = field(repr=False)
+    spectrum: Spectrum = field(repr=False)
+    slopes: tuple[SlopeReading, ...] = field(repr=False)
+    no_slopes: str = ""
+    advice: tuple[Advice, ...] = field(repr=False)
+    environment: EnvironmentFacts | None = None
+    aliasing: Aliasing | None = None
+    held: HeldSamples | None = None
+    contamination: Contamination | None = None
+    floor: ChannelFloor | None = None
