@@ -116,12 +116,12 @@ def _recorded(out: Console, facts: Json) -> None:
     """Instrument and settings of a run."""
     from rich.table import Table
 
-    found = record_facts(facts["history"])
-    if found:
+    known = record_facts(facts["history"])
+    if known:
         grid = Table.grid(padding=(0, 2))
         grid.add_column()
         grid.add_column(overflow="fold")
-        for fact in found:
+        for fact in known:
             grid.add_row(*fact)
         out.print()
         out.print(grid)

@@ -15,20 +15,20 @@ __all__ = ["floor_lines"]
 
 
 def floor_lines(
-    kind: str, own: str, measured: ChannelCurve, instrument: ChannelCurve, sensor: SensorCurve
+    kind: str, channel_unit: str, measured: ChannelCurve, instrument: ChannelCurve, sensor: SensorCurve
 ) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
     """Headings and rows: averaging time, deviation measured, of the instrument, of the sensor with its interval.
 
     Parameters
     ----------
-    kind, own : str
+    kind, channel_unit : str
         Of the channel: what it measures, and its own unit.
     measured, instrument : ChannelCurve
         Lags that one lacks are dashes.
     sensor : SensorCurve
         What is left.
     """
-    unit, factor = display_unit(kind, "adev", own)
+    unit, factor = display_unit(kind, "adev", channel_unit)
     heads = ("τ [s]", f"measured [{unit}]", "instrument", "sensor", "95 % interval")
     rows = []
     for tau, *ends in zip(sensor.tau, sensor.deviation, sensor.lower, sensor.upper, strict=True):
