@@ -25,7 +25,7 @@ from allanite.filtering.kalman import filter_recording
 from allanite.filtering.simulation import Motion, simulate
 from allanite.views.blocks import Section, Text, page_of, table
 from allanite.views.figures.records import overview
-from allanite.views.report import _filled, html_of, render_file
+from allanite.views.report import html_of, render_file
 from allanite_seed_paper import twin as seed_paper
 from pages import Balance, document_of, text_of
 
@@ -321,7 +321,7 @@ def test_no_printed_page_ends_with_the_head_of_a_table(browser: Any, tmp_path: P
         sections.append(Section(id=f"s{k}", title=f"Section {k}", blocks=[*spacers, *made]))
     place = tmp_path / "tables.html"
     place.write_text(
-        _filled("sections.html", page_of(title="t", kicker="k", facts=[], sections=sections)),
+        html_of(page_of(title="t", kicker="k", facts=[], sections=sections)),
         encoding="utf-8",
     )
     view = browser.new_page()
