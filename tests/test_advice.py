@@ -182,6 +182,145 @@ def test_every_repair_is_tried_here_or_needs_a_second_fact() -> None:
     assert set(REPAIRS) - tried == {"drop_duplicate_rows", "swap"}  # of stamps, of names: test_cleaning
 
 
+# -- findings whose advice is a command, or an option with what the user knows ------------------------------
+
+
+def a_step_back(rng: Rng) -> str:
+    t = np.arange(N) / 100
+    t[2000:] -= 3
+    return table_of(t, at_rest(rng), "deg/s")
+
+
+def stamps_twice(rng: Rng) -> str:
+    rows = np.sort(np.r_[np.arange(N), [100, 200, 300]])
+    return table_of(rows / 100, at_rest(rng)[rows], "deg/s")
+
+
+def marks_behind_numbers(rng: Rng) -> str:
+    head, *lines = table_of(np.arange(N) / 100, at_rest(rng), "deg/s").splitlines()
+    return "\n".join([head, *(f"{line}*" for line in lines), ""])
+
+
+def lost_at_random(rng: Rng) -> str:
+    keep = rng.random(N) > 0.02
+    return table_of(np.arange(N)[keep] / 100, at_rest(rng)[keep], "deg/s")
+
+
+def ends_of_the_word(rng: Rng) -> str:
+    y = np.round(at_rest(rng) * 1000)
+    y[:, 0] = np.clip(np.round(rng.normal(20_000, 9000, N)), -32768, 32767)
+    return table_of(np.arange(N) / 100, y, "LSB")
+
+
+def turned_slowly(rng: Rng) -> str:
+    y = 0.02 * rng.standard_normal((N, 3))
+    angle = 0.4 * np.clip((np.arange(N) - 2500) / 1000, 0, 1)
+    y[:, 0] += 9.8 * np.sin(angle)
+    y[:, 2] += 9.8 * np.cos(angle)
+    return table_of(np.arange(N) / 100, y, "m/s^2", "a")
+
+
+def noisier_by_half(rng: Rng) -> str:
+    y = rng.standard_normal((4 * N, 1)) * 0.05
+    y[2 * N :] *= 1.4
+    return table_of(np.arange(4 * N) / 100, y, "deg/s")
+
+
+def whole_numbers(rng: Rng) -> str:
+    return table_of(np.arange(N) / 100, np.round(rng.normal(30, 40, (N, 3))), "", "gyro_")
+
+
+def a_wrong_unit(rng: Rng) -> str:
+    return table_of(np.arange(N) / 100, rng.normal(300, 60, (N, 3)), "deg/s", "gyro_")
+
+
+def a_line_that_wanders(rng: Rng) -> str:
+    t = np.arange(4 * N) / 100
+    wave = 0.03 * np.sin(2 * np.pi * np.cumsum(3 + 1.5 * np.sin(t / 7)) / 100)
+    return table_of(t, (0.05 * rng.standard_normal(len(t)) + wave)[:, None], "deg/s")
+
+
+def table_of(t: np.ndarray, y: Samples, unit: str, stem: str = "u") -> str:
+    unit = f" [{unit}]" if unit else ""
+    head = ",".join(["t [s]", *(f"{stem}{k}{unit}" for k in range(y.shape[1]))])
+    return "\n".join([head, *(",".join(f"{v:.9g}" for v in row) for row in np.column_stack([t, y])), ""])
+
+
+RUNS: list[tuple[Callable[[Rng], str], str, list[str], list[list[str]]]] = [
+    # what is in the file, its finding, words that its advice must hold, what the user adds to its options
+    (a_step_back, "time_stamps", ["--rate"], [["--rate", "100"]]),
+    (stamps_twice, "duplicate_stamps", ["--repair drop_duplicate_rows"], []),
+    (marks_behind_numbers, "cell_suffix", ["--unit"], [["--unit", "u2=deg/s"]]),
+    (lost_at_random, "missing", ["allanite characterize LOG --method likelihood"], []),
+    (ends_of_the_word, "saturated", ["--repair drop_saturated"], []),
+    (turned_slowly, "motion", ["--to", "--repair cut_motion"], []),
+    (noisier_by_half, "noise_changes", ["allanite variation LOG", "--from, --to"], [["--to", "75"]]),
+    (whole_numbers, "raw_counts", ["--scale-factor"], []),
+    (a_wrong_unit, "unit_trap", ["--unit", "--scale-factor"], []),
+    (a_line_that_wanders, "lag_and_frequency_disagree", ["allanite fit LOG --method spectral"], []),
+]
+#: Advice with an option that is carried out elsewhere.
+ELSEWHERE = {
+    "rows_of_means": "test_position_rows.py",
+    "warm_up": "stability/test_environment.py",
+    "coarse_stamps": "files/test_readers_kinds.py",
+}
+
+
+#: Findings of which each channel has an advice of its own, and what is true of the text of the file however it is read.
+SINGLE = {"unit_trap": ("gyro_0", "gyro_1", "gyro_2")}
+STAYS = {"cell_suffix"}
+
+
+def ways_of(words: str) -> list[list[str]]:
+    """The options of an advice, as a shell reads them; those of one sentence that belong together, together."""
+    ways = [way for way in options_in(words) if way[0] != "--unit" or "=" in way[1]]
+    for factor in re.findall(r"--scale-factor '([^']*)'", words):
+        counts = ["--unit", f"{factor.partition('=')[0]}=LSB"]
+        ways.append([*(counts if counts in ways else []), "--scale-factor", factor])
+    return [way for way in ways if len(way) > 2 or not way[1].endswith("=LSB")]
+
+
+@pytest.mark.parametrize(("made", "code", "wanted", "known"), RUNS, ids=[r[1] for r in RUNS])
+def test_every_advice_that_is_printed_runs(
+    made: Callable[[Rng], str], code: str, wanted: list[str], known: list[list[str]], run: Run, tmp_path: Path
+) -> None:
+    """Its options end the finding, its commands end well."""
+    log = tmp_path / "log.csv"
+    log.write_text(made(np.random.default_rng(2)), encoding="utf-8")
+    study = code in ("lag_and_frequency_disagree",)
+    shown = run(
+        *(["characterize", str(log), "--out", str(tmp_path / "out")] if study else ["info", str(log)])
+    )
+    words = advised(shown.out, code)
+    assert words and all(w in words for w in wanted), (words, shown.out)
+    for line in re.findall(r"allanite (\w+) LOG((?: --[a-z]+ [a-z]+)*)", words):
+        done = run(line[0], str(log), *line[1].split(), "--json")
+        assert done.code in (0, 3), (line, done.err)
+    for way in [*ways_of(words), *known]:
+        done = run("info", str(log), "--json", *way)
+        assert done.code in (0, 3), (way, done.err)
+        channel = way[1].partition("=")[0]  # an option of one channel is for the finding of this one
+        found = [f for f in json.loads(done.out)["findings"] if f["code"] == code and f["severity"] != "info"]
+        left = [f for f in found if channel not in SINGLE.get(code, ()) or f["channel"] == channel]
+        assert not left or code in STAYS, (way, left)
+
+
+def test_every_finding_whose_advice_can_be_carried_out_is_tried() -> None:
+    able = {
+        code
+        for code, entry in CATALOGUE.items()
+        if entry.severity != "info"  # no advice is printed of mere information
+        and (entry.repair or "--" in entry.advice or re.search(r"allanite \w", entry.advice))
+    }
+    tried = {case[2] for case in CASES} | {r[1] for r in RUNS}
+    assert able <= tried | set(ELSEWHERE), able - tried - set(ELSEWHERE)
+    assert not tried & set(ELSEWHERE)
+    for code, name in ELSEWHERE.items():
+        option = re.findall(r"--[a-z-]+", CATALOGUE[code].advice)[0]
+        assert option in (Path(__file__).parent / name).read_text(encoding="utf-8"), code
+
+
 @pytest.mark.parametrize("fault", [zeros, held, moved, frozen])
 def test_a_refusal_names_ways_that_run(
     fault: Callable[[Rng], Samples], rng: Rng, run: Run, tmp_path: Path

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import json
 import math
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -304,6 +305,10 @@ def test_models_go_by_the_names_that_are_mapped(run: Run, folder: Path, tmp_path
         assert (own.code, other.code) == (0, 0), other.err
         key = "parameters" if command == "calibrate" else "last"
         assert json.loads(own.out)[key] == json.loads(other.out)[key]
+        refused = run(*arguments, "--model", tmp_path / "other.json")
+        (way,) = re.findall(r"--model-channels (\S+) \(", refused.err)
+        copied = run(*arguments, "--model", tmp_path / "other.json", "--model-channels", way)
+        assert json.loads(copied.out)[key] == json.loads(own.out)[key]
 
 
 def test_north_of_rows_of_means(run: Run, tmp_path: Path) -> None:

@@ -124,18 +124,22 @@ def rates_of(recording: Recording) -> list[str]:
 
 
 def model_for(
-    source: str | os.PathLike[str] | None, channel: Channel, *, called: str = ""
+    source: str | os.PathLike[str] | None,
+    channel: Channel,
+    *,
+    called: str = "",
+    beside: Sequence[Channel] = (),
 ) -> tuple[NoiseModel | None, str]:
     """The model of a channel out of a study, a fit or words, and where it comes from.
 
-    `called` is its name there, where that is another one.
+    `called` is its name there, where that is another one; `beside` are the channels that need one as well.
 
     Raises
     ------
     InputError
         Several models, and none of that channel; or a model of another kind of sensor.
     """
-    model, where = chosen_model(source, called or channel.name, by_name=bool(called))
+    model, where = chosen_model(source, called or channel.name, by_name=bool(called), beside=beside)
     if model is not None:
         _refuse_other_kind(model, where, channel)
     return model, where
@@ -165,14 +169,19 @@ def models_for(
             f"{', '.join(channel.name for channel in taking)}"
         )
     given = {
-        channel.name: model_for(source, channel, called=named.get(channel.name, "")) for channel in taking
+        channel.name: model_for(source, channel, called=named.get(channel.name, ""), beside=taking)
+        for channel in taking
     }
     models = {name: model for name, (model, _) in given.items() if model is not None}
     return models, {name: where for name, (_, where) in given.items()}
 
 
 def chosen_model(
-    source: str | os.PathLike[str] | None, channel: str, *, by_name: bool = False
+    source: str | os.PathLike[str] | None,
+    channel: str,
+    *,
+    by_name: bool = False,
+    beside: Sequence[Channel] = (),
 ) -> tuple[NoiseModel | None, str]:
     """The same by the name of the channel alone, whatever its kind; the only one there is, unless it goes by name."""
     from allanite.study.model_file import load_models
@@ -191,8 +200,19 @@ def chosen_model(
         raise InputError(f"{has}: --model-channels takes one of these")
     raise InputError(
         f"{has}: write one model into a file of its own, or map the names, --model-channels "
-        f"{channel}={next(iter(models))} (align, calibrate, north)"
+        f"{_mapped(beside, models) or f'{channel}={next(iter(models))}'} (align, calibrate, north)"
     )
+
+
+def _mapped(channels: Sequence[Channel], models: Mapping[str, NoiseModel]) -> str:
+    """A name of a model of its kind for each channel, in their order; the last one where there are too few."""
+    words = []
+    for kind in dict.fromkeys(channel.kind.value for channel in channels):
+        own = {"angle": "rate", "velocity": "acceleration"}.get(kind, kind)
+        names = [name for name, model in models.items() if model.kind == own] or list(models)
+        alike = [channel.name for channel in channels if channel.kind.value == kind]
+        words += [f"{name}={names[min(k, len(names) - 1)]}" for k, name in enumerate(alike)]
+    return ",".join(words)
 
 
 def _refuse_other_kind(model: NoiseModel, where: str, channel: Channel) -> None:

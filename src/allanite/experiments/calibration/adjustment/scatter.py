@@ -256,7 +256,7 @@ def upper_variance(
     Parameters
     ----------
     confidence : float
-        Of the two-sided interval whose upper end is the limit.
+        Of each limit: a single contrast without noise gives 12.3 standard deviations, Student's law 12.7.
     """
     stated = np.diag(solution.covariance)
     gain, excess = solution.gain, np.zeros(len(stated))
@@ -276,7 +276,7 @@ def _upper_sizes(
 
     parts = {n: contrasts.of_shape(shapes[n]) * v**2 for n, v in sizes.values.items()}
     whole = np.eye(len(contrasts.values)) + sum(parts.values())
-    least = _likelihood(contrasts, whole) - chi_square_quantile(confidence, 1) / 2
+    least = _likelihood(contrasts, whole) - chi_square_quantile(2 * confidence - 1, 1) / 2  # one end of it
     limits = {}
     for name, part in parts.items():
 
