@@ -120,6 +120,11 @@ def test_study_is_the_same_by_page_command_and_python(
     assert study["command"] == page["provenance"]["command"]
     typed, lines = repeated(browser, study["command"], study["python"], run, monkeypatch, ("study.json",))
     assert numbers(page) == numbers(typed) == numbers(lines)
+    out = study["command"].partition("--out=allanite-results/")[2].split()[0]
+    report = browser.app.settings.folder / f"typed/0-{out}" / "report.html"
+    said_as_by(text_of(report.read_text(encoding="utf-8")), page)
+    some = plain_page(page, only=["verdict", "longer"])["sections"]
+    assert isinstance(some, list) and [section["id"] for section in some] == ["verdict", "longer"]
     assert {f["name"] for f in study["files"]} == {"report.html", "study.json", "allan.csv", "imu.yaml"}
     curve = page["channels"][0]["curve"]
     left_out = [

@@ -117,7 +117,14 @@ def test_consumers_read_both_versions() -> None:
     study = al.Study.from_json(document)
     for consumer in ("kalibr", "cpp", "vins"):
         assert export(consumer, document) == export(consumer, study) == export(consumer, study.to_json())
-    assert al.compare([document, study.to_json()], names=["old", "new"]).verdict
+    old, other = (
+        read(Path(__file__).parent / "documents" / f"study-1-{name}.json") for name in ("one-axis", "lines")
+    )
+    comparison = al.compare([old, al.Study.from_json(other).to_json()], names=["old", "new"])
+    assert (
+        comparison.to_json()["channels"]
+        == al.compare([old, other], names=["old", "new"]).to_json()["channels"]
+    )
 
 
 def test_no_sentence_of_advice_is_in_a_document() -> None:

@@ -4,13 +4,14 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from dataclasses import asdict
 
 from allanite.errors import FormatError
 from allanite.views.blocks import (
     Cards,
     Cell,
+    Coefficients,
     Details,
     Drawn,
     Equation,
@@ -22,6 +23,7 @@ from allanite.views.blocks import (
 from allanite.views.figures.plotly import spec
 from allanite.views.pieces import finding_rows
 from allanite.views.report import page_of
+from allanite.views.wording import CoefficientWording
 
 __all__ = ["plain_page"]
 
@@ -31,8 +33,15 @@ _POWER = re.compile(r"(?<=[\d\]])e([+-]?\d+)")
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
-def plain_page(result: object, *, dark: bool = False) -> dict[str, object]:
+def plain_page(
+    result: object, *, dark: bool = False, only: Collection[str] | None = None
+) -> dict[str, object]:
     """What the report of a result says, without its method and provenance.
+
+    Parameters
+    ----------
+    only : collection of str, optional
+        Ids of the sections that are wanted.
 
     Returns
     -------
@@ -52,7 +61,7 @@ def plain_page(result: object, *, dark: bool = False) -> dict[str, object]:
         sections = [
             {"id": s.id, "title": s.title, "blocks": [*_blocks(s.blocks, dark)]}
             for s in page.sections
-            if s.id not in _LEFT_OUT
+            if s.id not in _LEFT_OUT and (only is None or s.id in only)
         ]
     except (ArithmeticError, AttributeError, LookupError, TypeError) as error:
         raise FormatError(f"the document is damaged: {type(error).__name__}: {error}") from error
@@ -74,6 +83,8 @@ def _fields(block: PageBlock, dark: bool) -> dict[str, object]:
         case TableBlock(heads, rows, caption):
             cells = [[[*map(_cell, row)], kept] for row, kept in rows]
             return {"heads": _with_powers(heads), "rows": cells, "caption": caption}
+        case Coefficients():
+            return _coefficients(block)
         case Cards(items):
             return {"items": [[title, [*_blocks(inner, dark)]] for title, inner in items]}
         case Details(summary, inner):
@@ -82,6 +93,22 @@ def _fields(block: PageBlock, dark: bool) -> dict[str, object]:
             return {"rows": [asdict(row) for kind in finding_rows(findings, rate) for row in kind]}
         case _:
             return {name: _with_powers(value) for name, value in asdict(block).items()}
+
+
+def _coefficients(block: Coefficients) -> dict[str, object]:
+    """As a table: what is small in a report stands below."""
+    heads = ["Channel", *(f"{head.symbol} [{head.unit}]" for head in block.heads.values())]
+    rows = [[[_cell(Cell(text=name)), *map(_coefficient, cells)], False] for name, cells in block.rows]
+    return {"kind": "table", "heads": heads, "rows": rows, "caption": block.caption}
+
+
+def _coefficient(read: CoefficientWording | None) -> dict[str, object]:
+    if read is None:
+        return _cell(Cell(text="–"))
+    si = f"{read.si} {read.si_range} {read.si_unit}" if read.si_unit != read.unit else ""
+    value = f"{read.value} *" if read.equivalent else read.value
+    below = "; ".join(" ".join(part.split()) for part in (read.range, si) if part)
+    return _cell(Cell(text=value, below=below, look="value" if read.supported else "limit"))
 
 
 def _cell(cell: Cell) -> dict[str, object]:

@@ -443,8 +443,10 @@ class Application:
     @_answering
     async def said(self, request: Request) -> Response:
         document = self.catalogue.document(request.path_params["id"])
-        dark = request.query_params.get("dark") == "1"
-        return await self._asked({"task": "said", "document": str(document.path), "dark": dark})
+        dark, only = request.query_params.get("dark") == "1", request.query_params.get("only")
+        wanted = None if only is None else only.split(",")
+        task = {"task": "said", "document": str(document.path), "dark": dark, "only": wanted}
+        return await self._asked(task)
 
     async def _asked(self, task: Json, status: int = 400) -> Response:
         answer = await self._waited(self.quick.ask, task)

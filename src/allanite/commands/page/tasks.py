@@ -77,7 +77,8 @@ def said(task: Json, advance: Advance) -> Json:
     """A result in words, tables and figures."""
     from allanite.views.plain_page import plain_page
 
-    return plain_page(load_plain(task["document"], _RESULT), dark=bool(task.get("dark")))
+    document = load_plain(task["document"], _RESULT)
+    return plain_page(document, dark=bool(task.get("dark")), only=task.get("only"))
 
 
 def live_curve(task: Json, advance: Advance) -> Json:

@@ -2,6 +2,7 @@
 // A study: what the record supports, the curve with band and model, the numbers, the findings, the files.
 
 import { get } from "./api.js";
+import { Said } from "./blocks.js";
 import { CurvePanel } from "./curve.js";
 import { h, fill } from "./dom.js";
 import { exportBar } from "./exports.js";
@@ -9,6 +10,7 @@ import { findingList } from "./findings.js";
 import { lines } from "./lines.js";
 import { otherTerms } from "./otherterms.js";
 import { parameterTable } from "./parameters.js";
+import { isDark } from "./theme.js";
 import * as work from "./work.js";
 
 /**
@@ -26,6 +28,8 @@ export class StudyView {
 
   close() {
     this.curve?.close();
+    this.verdict?.close();
+    this.more?.close();
   }
 
   async load() {
@@ -42,22 +46,27 @@ export class StudyView {
       return this.curve.draw();
     };
     this.fit = this.subject && otherTerms(this.session, this.subject, table, drawn, () => this.curve.name);
+    this.verdict = this.sections("verdict");
+    this.more = this.sections("environment,longer,record,spectra");
     const job = work.all().find((j) => j.document === id);
     fill(
       this.place,
-      h("section", { "aria-labelledby": "verdict-title" }, h("h2", { id: "verdict-title" }, "Verdict"), this.verdict()),
-      h("section", { "aria-labelledby": "curve-title" }, h("h2", { id: "curve-title" }, "Noise"), this.curve.place, this.fit),
+      this.verdict.place,
+      h("section", { class: "noise", "aria-labelledby": "curve-title" }, h("h2", { id: "curve-title" }, "Noise"), this.curve.place, this.fit),
       h("section", { "aria-labelledby": "parameters-title" }, h("h2", { id: "parameters-title" }, "Parameters"), this.parameters),
       h("section", { "aria-labelledby": "findings-title" }, h("h2", { id: "findings-title" }, "Findings"), findingList(study.findings)),
+      this.more.place,
       exportBar(this.session, this.document),
       lines({ command: job?.command || this.document.command, python: job?.python }),
     );
     this.channel(study.channels[0].name);
-    await this.curve.draw();
+    await Promise.all([this.verdict.load(isDark()), this.curve.draw()]);
+    await this.more.load(isDark());
   }
 
-  verdict() {
-    return h("ul", { class: "verdict" }, this.study.channels.map((c) => h("li", {}, h("b", {}, c.name), " ", c.models[0]?.verdict || "No model was fitted.")));
+  /** Sections of the report: the same blocks. */
+  sections(only) {
+    return new Said((dark) => get(`/api/documents/${this.document.id}/said?dark=${dark ? 1 : 0}&only=${only}`));
   }
 
   /** The channel that is looked at. */
