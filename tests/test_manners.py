@@ -407,11 +407,6 @@ IN_DOCUMENTS = {
     "stability/environment/results.py: found",
     "stability/shared_noise/results.py: own",
 }
-#: What shows a study is being rewritten through the five patterns, and follows with it.
-WITH_THE_STUDY = re.compile(
-    r".*/views/(figures/(__init__|curves|environment|records)|report/(environment|spectrum|study)|"
-    r"terminal/(environment|spectrum|study)|wording/(difference|environment|floor|provisos|spectrum|study))\.py"
-)
 
 
 def bound_names(tree: ast.AST) -> Iterator[str]:
@@ -430,7 +425,7 @@ def test_a_local_is_named_for_what_it_holds() -> None:
         f"{path.relative_to(PACKAGE if path in MODULES else ROOT).as_posix()}: {name}"
         for path in (*MODULES, *(ROOT / "examples").rglob("*.py"))
         for name in bound_names(ast.parse(path.read_text(encoding="utf-8")))
-        if name in NAMELESS and not WITH_THE_STUDY.fullmatch(path.as_posix())
+        if name in NAMELESS
     }
     assert nameless == IN_DOCUMENTS
 

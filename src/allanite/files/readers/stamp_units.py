@@ -13,7 +13,7 @@ from typing import Final
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["EPOCH", "FACTORS", "ClockUnit", "StampSteps", "candidates", "tell"]
+__all__ = ["EPOCH", "FACTORS", "StampSteps", "StampUnit", "candidates", "tell"]
 
 #: Seconds since 1970 between 2001 and 2052; later ones are those of another epoch (1904, 1900).
 EPOCH: Final = (1e9, 2.6e9)
@@ -68,7 +68,7 @@ class StampSteps:
 
 
 @dataclass(frozen=True, slots=True)
-class ClockUnit:
+class StampUnit:
     """A unit that the values tell.
 
     Attributes
@@ -84,7 +84,7 @@ class ClockUnit:
     epoch: int | None = None
 
 
-def tell(steps: StampSteps, first: float, nominal: float | None, inertial: bool) -> ClockUnit | None:
+def tell(steps: StampSteps, first: float, nominal: float | None, inertial: bool) -> StampUnit | None:
     """The unit of stamps, or None where several fit.
 
     Parameters
@@ -103,9 +103,9 @@ def tell(steps: StampSteps, first: float, nominal: float | None, inertial: bool)
     if nominal is not None:
         for unit, factor in FACTORS.items():
             if abs(steps.mean * factor * nominal - 1.0) < _CLOSE:
-                return ClockUnit(unit, factor)
+                return StampUnit(unit, factor)
     fitting = candidates(steps, first, inertial)
-    return ClockUnit(fitting[0], FACTORS[fitting[0]]) if len(fitting) == 1 else None
+    return StampUnit(fitting[0], FACTORS[fitting[0]]) if len(fitting) == 1 else None
 
 
 def candidates(steps: StampSteps, first: float, inertial: bool) -> list[str]:
@@ -123,7 +123,7 @@ def candidates(steps: StampSteps, first: float, inertial: bool) -> list[str]:
     return list(dict.fromkeys([*(["s"] if slow else []), *([absolute.unit] if absolute else []), *fitting]))
 
 
-def _sure(absolute: ClockUnit, steps: StampSteps, first: float) -> bool:
+def _sure(absolute: StampUnit, steps: StampSteps, first: float) -> bool:
     """False for a slow log whose stamps may as well be those of a fast one, a short while after a start."""
     return 1.0 / (steps.mean * absolute.factor) >= _SENSOR[0] or not any(
         _SENSOR[0] <= 1.0 / (steps.mean * factor) <= _SENSOR[1] and first * factor < _RECENT
@@ -131,16 +131,16 @@ def _sure(absolute: ClockUnit, steps: StampSteps, first: float) -> bool:
     )
 
 
-def _absolute(first: float, step: float) -> ClockUnit | None:
+def _absolute(first: float, step: float) -> StampUnit | None:
     """The unit of stamps that count from a known epoch."""
     for unit in ("s", "ms", "us", "ns", "100 ns"):
         if EPOCH[0] <= first * FACTORS[unit] <= EPOCH[1]:
-            return ClockUnit(unit, FACTORS[unit], 0)
+            return StampUnit(unit, FACTORS[unit], 0)
     if _OLDER_EPOCH[0] <= first <= _OLDER_EPOCH[1]:
-        return ClockUnit("s", 1.0)
+        return StampUnit("s", 1.0)
     for unit, epoch in _OTHER_EPOCHS:
         factor = FACTORS[unit]
         fast = 1.0 / step > _SENSOR[1]  # for seconds: days since 1900 are no larger than an uptime
         if EPOCH[0] <= first * factor - epoch <= EPOCH[1] and (fast or unit != "d"):
-            return ClockUnit(unit, factor, epoch)
+            return StampUnit(unit, factor, epoch)
     return None

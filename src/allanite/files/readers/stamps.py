@@ -32,7 +32,7 @@ from allanite.files.readers.packed_time import DAY, find_packed
 from allanite.files.readers.row_intervals import holds_increments, interval_unit, is_period, running_sum
 from allanite.files.readers.stamp_parts import find_parts, is_fraction
 from allanite.files.readers.stamp_table import Scaled, StampTable, Summed, TimeChoice
-from allanite.files.readers.stamp_units import EPOCH, FACTORS, ClockUnit, StampSteps, candidates, tell
+from allanite.files.readers.stamp_units import EPOCH, FACTORS, StampSteps, StampUnit, candidates, tell
 from allanite.files.readers.stated_time import NO_TIME, StatedTime, parse_step, stated_time
 from allanite.files.readers.timebase import Stamps
 from allanite.files.readers.turning import unwrapped
@@ -246,24 +246,24 @@ def _single(
     )
 
 
-def _unit(table: StampTable, chosen: int, guesses: list[str], stated: StatedTime | None) -> ClockUnit:
+def _unit(table: StampTable, chosen: int, guesses: list[str], stated: StatedTime | None) -> StampUnit:
     """The unit of a time column: as the caller says, as the file says, or as its values tell."""
     column, heading = table.columns[chosen], table.headings[chosen]
     first = first_finite(column) + column.origin
     if chosen in table.questions:
         raise InputError(table.questions[chosen])
     if chosen in table.known_units:
-        return ClockUnit(table.known_units[chosen], 1e-9, _since_1970(first, 1e-9))
+        return StampUnit(table.known_units[chosen], 1e-9, _since_1970(first, 1e-9))
     if stated is not None and stated.factor is not None:
         short = stated.unit if stated.counts else _SHORT_NAMES.get(stated.factor, stated.unit)
-        return ClockUnit(short, stated.factor, _since_1970(first, stated.factor))
+        return StampUnit(short, stated.factor, _since_1970(first, stated.factor))
     unit, factor = _stated(heading.unit)
     inside = _UNKNOWN_UNIT.search(heading.name)
     if not unit and inside:
         step = parse_step(inside[1].replace("_", " "))
         unit, factor = (inside[1], step) if step else ("", 1.0)
     if unit:
-        return ClockUnit(unit, factor, _since_1970(first, factor))
+        return StampUnit(unit, factor, _since_1970(first, factor))
     steps = StampSteps.of(np.concatenate([np.diff(part) for part in look(column)]))
     if names_time_of_week(heading.name) and table.nominal is None:
         unit, factor = unit_of_week(column)
@@ -271,9 +271,9 @@ def _unit(table: StampTable, chosen: int, guesses: list[str], stated: StatedTime
             raise _which_unit(table, chosen, steps, ["s", "ms"])
         if unit:
             guesses.append(f"time column {table.label(chosen)}: no unit given, read as {unit} of a GPS week")
-            return ClockUnit(unit, factor)
+            return StampUnit(unit, factor)
     if steps is None:
-        return ClockUnit("s", 1.0)  # no stamp is later than another: the time grid refuses them
+        return StampUnit("s", 1.0)  # no stamp is later than another: the time grid refuses them
     judged_unit = tell(steps, first, table.nominal, table.inertial)
     ticks = (
         table.nominal is None
@@ -282,7 +282,7 @@ def _unit(table: StampTable, chosen: int, guesses: list[str], stated: StatedTime
     )
     if (judged_unit is None or ticks) and not table.rate_said:
         raise _which_unit(table, chosen, steps, candidates(steps, first, table.inertial), bool(ticks))
-    judged_unit = judged_unit or ClockUnit("s", 1.0)
+    judged_unit = judged_unit or StampUnit("s", 1.0)
     if judged_unit.epoch is None:
         reason = f"the unit {inside[1]!r} is not known" if inside else "no unit given"
         guesses.append(f"time column {table.label(chosen)}: {reason}, read as {judged_unit.unit}")

@@ -241,12 +241,12 @@ def _earth_rate(estimate: Any, *, view: str = "whole", recording: Any = None) ->
     _known_view(view, earth.VIEWS, "an Earth rate")
     given = isinstance(estimate, Mapping)
     result: EarthRateEstimate = EarthRateEstimate.from_json(estimate) if given else estimate
-    seen = estimate.get("overview") if given and recording is None else recording
+    overview = estimate.get("overview") if given and recording is None else recording
     turns = result.reversals
     if view == "record":
-        return _reversals(turns, recording=seen, channel=result.channel)
+        return _reversals(turns, recording=overview, channel=result.channel)
     parts: Parts = {
-        "record": lambda: [] if seen is None else [turned_panel(seen, turns, channel=result.channel)],
+        "record": lambda: [] if overview is None else [turned_panel(overview, turns, channel=result.channel)],
         "bias": lambda: [earth.open_panel(result)],
     }
     if result.verdict is not EarthRateVerdict.NOT_SEPARABLE:
@@ -303,11 +303,11 @@ def _north(north: Any, *, view: str = "whole") -> Sheet:
     return _in_view(parts, view, f"this search for north has no figure {view!r}")
 
 
-def _rate_vector(found: Any, *, view: str = "whole", recording: Any = None) -> Sheet:
+def _rate_vector(result: Any, *, view: str = "whole", recording: Any = None) -> Sheet:
     from allanite.views.figures import vector
 
     _known_view(view, vector.VIEWS, "a rate vector")
-    document = vector.document_of(found, recording)
+    document = vector.document_of(result, recording)
     parts: Parts = {
         "length": lambda: vector.length_panels(document),
         "means": lambda: vector.mean_panels(document),
@@ -316,11 +316,11 @@ def _rate_vector(found: Any, *, view: str = "whole", recording: Any = None) -> S
     return _in_view(parts, view, "nothing to draw of this rate vector: give the record of it with recording=")
 
 
-def _static(found: Any, *, view: str = "whole", recording: Any = None) -> Sheet:
+def _static(result: Any, *, view: str = "whole", recording: Any = None) -> Sheet:
     from allanite.views.figures import static
 
     _known_view(view, static.VIEWS, "static spans")
-    document = static.document_of(found, recording)
+    document = static.document_of(result, recording)
     parts: Parts = {
         "level": lambda: static.level_panels(document),
         "record": lambda: static.record_panels(document),
@@ -349,11 +349,11 @@ def _calibration(estimate: Any, *, view: str = "whole") -> Sheet:
     return Sheet(rows=tuple(rows))
 
 
-def _alignment(found: Any, *, view: str = "whole") -> Sheet:
+def _alignment(result: Any, *, view: str = "whole") -> Sheet:
     from allanite.views.figures import alignment
 
     _known_view(view, alignment.VIEWS, "an alignment")
-    document = found if isinstance(found, Mapping) else found.to_json()
+    document = result if isinstance(result, Mapping) else result.to_json()
     parts: Parts = {
         "compass": lambda: [alignment.compass_panel(document)],
         "convergence": lambda: alignment.convergence_panels(document),
@@ -375,22 +375,22 @@ def _combination(combination: Any, *, view: str = "whole") -> Sheet:
     return _column([make(document) for name, make in parts.items() if view in ("whole", name)])
 
 
-def _datasheet(found: Any, *, view: str = "whole") -> Sheet:
+def _datasheet(result: Any, *, view: str = "whole") -> Sheet:
     from allanite.views.figures import datasheet
 
     _known_view(view, datasheet.VIEWS, "a data sheet")
-    document = found if isinstance(found, Mapping) else found.to_json()
+    document = result if isinstance(result, Mapping) else result.to_json()
     parts: Parts = {"curves": lambda: datasheet.sheet_panels(document)}
     if document["channels"]:
         parts["ratio"] = lambda: [datasheet.ratio_panel(document)]
     return _in_view(parts, view, f"this data sheet alone has no figure {view!r}: nothing was measured")
 
 
-def _bounds(found: Any, *, view: str = "whole") -> Sheet:
+def _bounds(result: Any, *, view: str = "whole") -> Sheet:
     from allanite.views.figures import datasheet
 
     _known_view(view, ("whole", "curves", "inflation"), "bounds")
-    document = found if isinstance(found, Mapping) else found.to_json()
+    document = result if isinstance(result, Mapping) else result.to_json()
     parts: Parts = {
         "curves": lambda: datasheet.bound_panels(document),
         "inflation": lambda: [datasheet.inflation_panel(document)],
@@ -398,11 +398,11 @@ def _bounds(found: Any, *, view: str = "whole") -> Sheet:
     return _in_view(parts, view, f"these bounds have no figure {view!r}")
 
 
-def _difference(found: Any, *, view: str = "whole") -> Sheet:
+def _difference(result: Any, *, view: str = "whole") -> Sheet:
     from allanite.views.figures import difference
 
     _known_view(view, difference.VIEWS, "two noise models")
-    document = found if isinstance(found, Mapping) else found.to_json()
+    document = result if isinstance(result, Mapping) else result.to_json()
     parts: Parts = {
         "curves": lambda: difference.curve_panels(document),
         "drift": lambda: difference.drift_panels(document),
@@ -413,11 +413,11 @@ def _difference(found: Any, *, view: str = "whole") -> Sheet:
     return Sheet(rows=tuple(_rows_of(made[0], 2)))
 
 
-def _environment(found: Any, *, view: str = "whole") -> Sheet:
+def _environment(result: Any, *, view: str = "whole") -> Sheet:
     from allanite.views.figures import environment
 
     _known_view(view, environment.VIEWS, "the environment of a sensor")
-    every = environment.estimates_of(found)
+    every = environment.estimates_of(result)
     parts: Parts = {
         "temperature": lambda: [panel for one in every for panel in environment.branch_panels(one)],
         "deviation": lambda: [panel for one in every for panel in environment.deviation_panels(one)],
@@ -426,31 +426,31 @@ def _environment(found: Any, *, view: str = "whole") -> Sheet:
     return _in_view(parts, view, f"nothing was found that a figure {view!r} could show")
 
 
-def _separation(found: Any, *, view: str = "whole") -> Sheet:
+def _separation(result: Any, *, view: str = "whole") -> Sheet:
     from allanite.views.figures import shared_noise
 
     _known_view(view, shared_noise.VIEWS, "sensors taken apart")
-    document = found if isinstance(found, Mapping) else found.to_json()
+    document = result if isinstance(result, Mapping) else result.to_json()
     parts = {"parts": shared_noise.part_panel, "correlation": shared_noise.correlation_panel}
     return _column([make(document) for name, make in parts.items() if view in ("whole", name)])
 
 
-def _selection(found: Any, *, view: str = "whole", channels: Sequence[str] | None = None) -> Sheet:
+def _selection(result: Any, *, view: str = "whole", channels: Sequence[str] | None = None) -> Sheet:
     from allanite.views.figures import selection
 
     _known_view(view, selection.VIEWS, "a selection of terms")
-    document = found if isinstance(found, Mapping) else found.to_json()
+    document = result if isinstance(result, Mapping) else result.to_json()
     parts = {"weights": selection.weights_panel, "curves": selection.curves_panel}
     chosen = _chosen(document["channels"], channels)
     return _column([make(c) for c in chosen for name, make in parts.items() if view in ("whole", name)])
 
 
-def _variation(found: Any, *, view: str = "whole", channels: Sequence[str] | None = None) -> Sheet:
+def _variation(given: Any, *, view: str = "whole", channels: Sequence[str] | None = None) -> Sheet:
     from allanite.stability.variation import Variation
     from allanite.views.figures import variation
 
     _known_view(view, variation.VIEWS, "a variation")
-    result: Variation = Variation.from_json(found) if isinstance(found, Mapping) else found
+    result: Variation = Variation.from_json(given) if isinstance(given, Mapping) else given
     panels: list[Panel] = []
     for channel in result.channels if channels is None else [result[name] for name in channels]:
         if view in ("whole", "map"):
@@ -460,11 +460,11 @@ def _variation(found: Any, *, view: str = "whole", channels: Sequence[str] | Non
     return _column(panels)
 
 
-def _rate_table(found: Any, *, view: str = "whole") -> Sheet:
+def _rate_table(result: Any, *, view: str = "whole") -> Sheet:
     from allanite.views.figures import response
 
     _known_view(view, response.VIEWS, "a run on a rate table")
-    document = found if isinstance(found, Mapping) else found.to_json()
+    document = result if isinstance(result, Mapping) else result.to_json()
     parts: Parts = {
         "response": lambda: response.response_panels(document),
         "steps": lambda: response.step_panels(document),
@@ -488,11 +488,11 @@ def _position_plan(plan: Any, *, view: str = "whole") -> Sheet:
     return _in_view(parts, view, f"this plan of positions has no figure {view!r}")
 
 
-def _dead_reckoning(found: Any, *, view: str = "whole") -> Sheet:
+def _dead_reckoning(result: Any, *, view: str = "whole") -> Sheet:
     from allanite.views.figures import dead_reckoning
 
     _known_view(view, ("whole", *dead_reckoning.VIEWS), "a budget of dead reckoning")
-    document = found if isinstance(found, Mapping) else found.to_json()
+    document = result if isinstance(result, Mapping) else result.to_json()
     views = [v for v in dead_reckoning.VIEWS if not (v == "height" and document["held"])]
     parts: Parts = {v: lambda v=v: [dead_reckoning.growth_panel(document, v)] for v in views}  # type: ignore[misc]
     return _in_view(parts, view, f"this budget of dead reckoning has no figure {view!r}: the height is held")

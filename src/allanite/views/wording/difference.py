@@ -54,13 +54,13 @@ def _ratio(value: float, lower: float, upper: float) -> tuple[str, str, str]:
 
 def pair_lines(channel: Json) -> list[tuple[str, str, str, str]]:
     """Symbol with its unit, the parameter of each, and the ratio of the two values."""
-    found = [_parameters(channel[key], channel) for key in ("first", "second")]
+    both = [_parameters(channel[key], channel) for key in ("first", "second")]
     lines = []
     for symbol in COLUMNS:
-        if not any(symbol in own for own in found):
+        if not any(symbol in parameters for parameters in both):
             continue
-        texts = [own[symbol][0] if symbol in own else "–" for own in found]
-        values = [own[symbol][1] if symbol in own else None for own in found]
+        texts = [parameters[symbol][0] if symbol in parameters else "–" for parameters in both]
+        values = [parameters[symbol][1] if symbol in parameters else None for parameters in both]
         ratio = "–"
         if values[0] and values[1]:
             ratio = number(values[1] / values[0])
@@ -71,28 +71,28 @@ def pair_lines(channel: Json) -> list[tuple[str, str, str, str]]:
 
 def _parameters(model: Json, channel: Json) -> dict[str, tuple[str, float | None]]:
     """By symbol: words, and the value where one is known."""
-    found: dict[str, tuple[str, float | None]] = {}
+    parameters: dict[str, tuple[str, float | None]] = {}
     for estimate in map(Estimate.from_json, model["estimates"]):
         symbol = column_of(estimate.symbol)
         if symbol in COLUMNS and (symbol != "T" or estimate.supported):
             read = reading(channel["kind"], channel["unit"], estimate)
             words = " ".join(part for part in (read.value, read.range) if part)
-            found[symbol] = words, estimate.value if estimate.supported else None
+            parameters[symbol] = words, estimate.value if estimate.supported else None
     if not model["estimates"]:
         for symbol, value in _stated(model).items():
             factor = display_unit(channel["kind"], symbol, channel["unit"])[1]
-            found[symbol] = number(value / factor), value
-    return found
+            parameters[symbol] = number(value / factor), value
+    return parameters
 
 
 def _stated(model: Json) -> dict[str, float]:
     """Coefficients of a model that was not fitted; of several Gauss-Markov terms the first."""
     values: dict[str, float] = {}
     for term in NoiseModel.from_json(model).terms:
-        own = {s: float(getattr(term, s)) for s in COLUMNS if hasattr(term, s)}
+        of_term = {s: float(getattr(term, s)) for s in COLUMNS if hasattr(term, s)}
         if hasattr(term, "B_equiv"):
-            own["B"] = float(term.B_equiv)
-        values = {**own, **values}
+            of_term["B"] = float(term.B_equiv)
+        values = {**of_term, **values}
     return values
 
 

@@ -15,7 +15,7 @@ __all__ = ["floor_lines"]
 
 
 def floor_lines(
-    kind: str, own: str, measured: ChannelCurve, instrument: ChannelCurve, sensor: SensorCurve
+    kind: str, shown_in: str, measured: ChannelCurve, instrument: ChannelCurve, sensor: SensorCurve
 ) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
     """Headings and rows: averaging time, deviation measured, of the instrument, of the sensor with its interval.
 
@@ -28,7 +28,7 @@ def floor_lines(
     sensor : SensorCurve
         What is left.
     """
-    unit, factor = display_unit(kind, "adev", own)
+    unit, factor = display_unit(kind, "adev", shown_in)
     heads = ("τ [s]", f"measured [{unit}]", "instrument", "sensor", "95 % interval")
     rows = []
     for tau, *ends in zip(sensor.tau, sensor.deviation, sensor.lower, sensor.upper, strict=True):

@@ -68,7 +68,7 @@ def _held(held: HeldSamples) -> str:
     return f"each value was taken once, at the sensor's own rate of {rate}; the log runs at {log}."
 
 
-def _contamination(found: Contamination, channel: ChannelModels) -> str:
+def _contamination(contamination: Contamination, channel: ChannelModels) -> str:
     """N with and without the contaminated samples, each with its interval."""
     unit, factor = display_unit(channel.kind, "N", channel.unit)
 
@@ -77,17 +77,17 @@ def _contamination(found: Contamination, channel: ChannelModels) -> str:
         return f"{value} [{low}, {high}] {unit}"
 
     return (
-        f"N is {written(found.N)} for all samples and {written(found.N_without)} without the "
-        f"{number(100 * found.share, 2)} % that scatter {number(found.ratio, 2)} times as much. The first "
-        "interval holds their scatter."
+        f"N is {written(contamination.N)} for all samples and {written(contamination.N_without)} without the "
+        f"{number(100 * contamination.share, 2)} % that scatter {number(contamination.ratio, 2)} times as much. "
+        "The first interval holds their scatter."
     )
 
 
-def _aliasing(found: Aliasing) -> str:
-    aperture, interval = (f"{value:.6g} s" for value in (found.aperture, found.interval))
+def _aliasing(aliasing: Aliasing) -> str:
+    aperture, interval = (f"{value:.6g} s" for value in (aliasing.aperture, aliasing.interval))
     return (
         f"N is that of the samples. Each averages {aperture} of its {interval}: if the noise of the sensor is white "
-        f"far beyond 1/{aperture}, its own N is {number(found.factor, 4)} = √({interval}/{aperture}) times smaller "
+        f"far beyond 1/{aperture}, its own N is {number(aliasing.factor, 4)} = √({interval}/{aperture}) times smaller "
         "(aliasing). Nothing was divided by that."
     )
 

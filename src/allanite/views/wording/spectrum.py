@@ -104,7 +104,11 @@ def spectral_agreement(channel: Json) -> str:
     """Whether the model and the spectrum agree, in one sentence; "" without a model."""
     if channel.get("expected") is None:
         return ""
-    said = channel.get("disagreement")
+    disagreement = channel.get("disagreement")
     if channel.get("compared") is False:
         return "Model and spectrum are not compared: that is done for the log-binned spectrum."
-    return "Model and spectrum agree." if not said else f"Model and spectrum do not agree: {said}."
+    return (
+        "Model and spectrum agree."
+        if not disagreement
+        else f"Model and spectrum do not agree: {disagreement}."
+    )

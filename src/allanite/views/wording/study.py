@@ -99,8 +99,8 @@ _COUNTS = {3: "three", 4: "four", 5: "five", 6: "six"}
 
 def _split(column: str) -> tuple[str, int]:
     """The symbol of a column, and which of several terms of its kind it is."""
-    found = re.fullmatch(r"(.*)_(\d+)", column)
-    return (found[1], int(found[2])) if found else (column, 1)
+    match = re.fullmatch(r"(.*)_(\d+)", column)
+    return (match[1], int(match[2])) if match else (column, 1)
 
 
 def column_of(symbol: str) -> str:
@@ -360,11 +360,11 @@ def is_poor(model: NoiseModel) -> bool:
 
 def _statement(group: ChannelGroup[C], symbol: str) -> str:
     """Where a term is resolved, and where it is only bounded; "" where no channel resolves it."""
-    seen, limits = _seen_and_limits(group, symbol)
-    if not seen:
+    resolved, limits = _resolved_and_limits(group, symbol)
+    if not resolved:
         return ""
     head = f"{group.name_of(symbol).capitalize()} {_SHOWN.get(symbol, symbol)}"
-    text = f"{head} is resolved{_where(seen, group)}: {_spread(seen.values())}"
+    text = f"{head} is resolved{_where(resolved, group)}: {_spread(resolved.values())}"
     return text + (
         f"; it is only bounded{_where(limits, group)}: {_spread(limits.values())}." if limits else "."
     )
@@ -372,16 +372,16 @@ def _statement(group: ChannelGroup[C], symbol: str) -> str:
 
 def _absent(group: ChannelGroup[C], symbol: str) -> str:
     """A term that no channel resolves, with the largest of its limits."""
-    seen, limits = _seen_and_limits(group, symbol)
-    return "" if seen or not limits else f"{_SHOWN.get(symbol, symbol)} {_spread(limits.values())}"
+    resolved, limits = _resolved_and_limits(group, symbol)
+    return "" if resolved or not limits else f"{_SHOWN.get(symbol, symbol)} {_spread(limits.values())}"
 
 
-def _seen_and_limits(
+def _resolved_and_limits(
     group: ChannelGroup[C], symbol: str
 ) -> tuple[dict[str, CoefficientWording], dict[str, CoefficientWording]]:
-    found = {c.name: r for c in group.channels if (r := readings(c).get(symbol)) and r.amount is not None}
-    seen = {name: r for name, r in found.items() if r.supported}
-    return seen, {name: r for name, r in found.items() if not r.supported}
+    known = {c.name: r for c in group.channels if (r := readings(c).get(symbol)) and r.amount is not None}
+    resolved = {name: r for name, r in known.items() if r.supported}
+    return resolved, {name: r for name, r in known.items() if not r.supported}
 
 
 def _where(some: Mapping[str, CoefficientWording], group: ChannelGroup[C]) -> str:
@@ -393,9 +393,9 @@ def _where(some: Mapping[str, CoefficientWording], group: ChannelGroup[C]) -> st
     return f" on {listed(list(some))}"
 
 
-def _spread(found: Iterable[CoefficientWording]) -> str:
+def _spread(coefficients: Iterable[CoefficientWording]) -> str:
     """Smallest to largest value; of limits the largest, which holds for all."""
-    some = sorted((r for r in found if r.amount is not None), key=lambda r: r.amount or 0.0)
+    some = sorted((r for r in coefficients if r.amount is not None), key=lambda r: r.amount or 0.0)
     low, high = (r.value.removeprefix("< ") for r in (some[0], some[-1]))
     if not some[-1].supported:
         return f"below {high} {some[-1].unit}"
