@@ -15,7 +15,7 @@ BUILD_INPUTS := pyproject.toml CMakeLists.txt $(wildcard kernels/*.in kernels/*.
 
 .DEFAULT_GOAL := help
 .DELETE_ON_ERROR:
-.PHONY: help demo test verify fuzz frozen faults bench docs lint kernels-test firmware dist dev-build clean prerequisites
+.PHONY: help demo test verify fuzz frozen faults coverage bench docs lint kernels-test firmware dist dev-build clean prerequisites
 
 help: ## list the targets
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / {printf "  make %-13s %s\n", $$1, $$2}' Makefile
@@ -37,6 +37,15 @@ frozen: $(VENV)/.dev ## what the program says, against what was frozen before a 
 
 faults: $(VENV)/.dev ## a hundred seeded faults of the source: does a test catch each? (ten minutes)
 	OMP_NUM_THREADS=1 $(BIN)/python -m tests.faults
+
+coverage: $(VENV)/.dev ## lines and branches that the tests run, in every process that they start (half an hour)
+	$(BIN)/python -m pip install --quiet coverage
+	mkdir -p build/coverage && rm -f build/coverage/data*
+	@echo "tests of time and of what an import loads may fail: coverage is slow, and is loaded"
+	-$(BIN)/python -m coverage run -m pytest -n $(JOBS) --dist worksteal -q
+	$(BIN)/python -m coverage combine --quiet
+	$(BIN)/python -m coverage report --skip-covered --show-missing >build/coverage/report.txt
+	tail -n 1 build/coverage/report.txt
 
 bench: $(VENV)/.dev ## speed and memory beside allantools, statsmodels and plain NumPy
 	$(BIN)/python -m benchmarks

@@ -16,6 +16,7 @@ References
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -37,10 +38,16 @@ def power_law(rng: np.random.Generator, n: int, density: float, slope: float) ->
     """
     size = 2 ** math.ceil(math.log2(_CIRCLE * n))
     f = np.arange(1, size // 2 + 1) / size
-    aliased = zeta(slope + 2, f) + zeta(slope + 2, 1 - f)
-    amplitude = np.concatenate([[0.0], np.sin(np.pi * f) / np.pi * np.sqrt(density * aliased)])
+    amplitude = np.concatenate([[0.0], np.sin(np.pi * f) / np.pi * np.sqrt(density * _aliased(size, slope))])
     around: Samples = np.fft.irfft(np.fft.rfft(rng.standard_normal(size)) * amplitude, size)
     return around[:n]
+
+
+@lru_cache(maxsize=2)
+def _aliased(size: int, slope: float) -> Samples:
+    """The sums of one size and slope: many records are drawn of the same law."""
+    f = np.arange(1, size // 2 + 1) / size
+    return np.asarray(zeta(slope + 2, f) + zeta(slope + 2, 1 - f))
 
 
 def flicker(rng: np.random.Generator, n: int, B: float) -> Samples:

@@ -124,14 +124,14 @@ def read_result(of: type[R], data: object, place: str = "") -> R:
 
 def _read_all(parts: Iterable[tuple[object, object, str]], faults: Sequence[str] = ()) -> list[object]:
     """Values with their types and places, out of plain data; all faults at once, beside those that are known."""
-    values, known_faults = [], [*faults]
+    values, messages = [], [*faults]
     for kind, value, place in parts:
         try:
             values.append(_read(kind, value, place))
         except FormatError as fault:
-            known_faults.append(str(fault))
-    if known_faults:
-        raise FormatError("\n".join(known_faults))
+            messages.append(str(fault))
+    if messages:
+        raise FormatError("\n".join(messages))
     return values
 
 

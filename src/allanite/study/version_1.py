@@ -56,9 +56,7 @@ def _channel(data: Entry) -> dict[str, object]:
         "no_slopes": "" if by_symbol or not isinstance(slopes, Mapping) else slopes.get("note", ""),
         "advice": _each(data.get("advice"), _advice),
         "environment": _of(data.get("environment"), _environment),
-        "contamination": _of(
-            data.get("contamination"), lambda contamination: _contamination(contamination, data)
-        ),
+        "contamination": _of(data.get("contamination"), lambda entry: _contamination(entry, data)),
     }
 
 

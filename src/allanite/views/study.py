@@ -360,18 +360,18 @@ def _environment(study: Study) -> Iterator[PageBlock]:
             "Curves and noise models above are those of the residual, corrected for what the regression took off the "
             "noise."
         )
-    for channel in estimates:
-        yield from _environment_of(channel)
+    for estimate in estimates:
+        yield from _environment_of(estimate)
 
 
-def _environment_of(channel: EnvironmentFacts) -> Iterator[PageBlock]:
-    yield Subheading(channel.channel)
-    rows = [(*row[:3], Cell(text="", below=row[3])) for row in coefficient_lines(channel)]
-    yield from table(("Bias by", f"{100 * channel.confidence:g} % interval", "", ""), rows, brief=False)
-    yield from (Drawn(figure) for figure in pictures_of(channel))
+def _environment_of(estimate: EnvironmentFacts) -> Iterator[PageBlock]:
+    yield Subheading(estimate.channel)
+    rows = [(*row[:3], Cell(text="", below=row[3])) for row in coefficient_lines(estimate)]
+    yield from table(("Bias by", f"{100 * estimate.confidence:g} % interval", "", ""), rows, brief=False)
+    yield from (Drawn(figure) for figure in pictures_of(estimate))
     effects = ("Averaging", "Before", "Taken off", "Share of the curve", "Noise left")
-    yield from table(effects, effect_lines(channel), brief=False)
-    yield pairs(environment_facts(channel), brief=False)
+    yield from table(effects, effect_lines(estimate), brief=False)
+    yield pairs(environment_facts(estimate), brief=False)
 
 
 def _longer(study: Study) -> Iterator[PageBlock]:

@@ -241,12 +241,12 @@ def _earth_rate(estimate: Any, *, view: str = "whole", recording: Any = None) ->
     _known_view(view, earth.VIEWS, "an Earth rate")
     given = isinstance(estimate, Mapping)
     result: EarthRateEstimate = EarthRateEstimate.from_json(estimate) if given else estimate
-    shown = estimate.get("overview") if given and recording is None else recording
+    overview = estimate.get("overview") if given and recording is None else recording
     turns = result.reversals
     if view == "record":
-        return _reversals(turns, recording=shown, channel=result.channel)
+        return _reversals(turns, recording=overview, channel=result.channel)
     parts: Parts = {
-        "record": lambda: [] if shown is None else [turned_panel(shown, turns, channel=result.channel)],
+        "record": lambda: [] if overview is None else [turned_panel(overview, turns, channel=result.channel)],
         "bias": lambda: [earth.open_panel(result)],
     }
     if result.verdict is not EarthRateVerdict.NOT_SEPARABLE:

@@ -251,9 +251,9 @@ def model_panel(model: NoiseModel, tau: tuple[float, float] = (1e-2, 1e5)) -> Pa
 # -- parts ------------------------------------------------------------------------------------------------
 
 
-def _unit(statistic: str, kind: str, channel_unit: str) -> tuple[str, float]:
+def _unit(statistic: str, kind: str, shown_in: str) -> tuple[str, float]:
     """Unit of a deviation; the time deviation has that of the integrated quantity."""
-    return display_unit(kind, "Q" if statistic == "tdev" else "adev", channel_unit)
+    return display_unit(kind, "Q" if statistic == "tdev" else "adev", shown_in)
 
 
 def measured_curve(
@@ -323,12 +323,12 @@ def _terms(models: Sequence[NoiseModel]) -> list[TermType]:
 
 def _mean_terms(terms: Iterable[TermType]) -> list[TermType]:
     """Power-law terms with the geometric mean of their coefficients over the channels."""
-    terms_of_mean = []
+    means = []
     for symbol, make in BY_LETTER.items():
         values = [v for t in terms if t.symbols == (symbol,) and (v := getattr(t, symbol)) > 0]
         if values:
-            terms_of_mean.append(make(**{symbol: float(np.exp(np.mean(np.log(values))))}))
-    return terms_of_mean
+            means.append(make(**{symbol: float(np.exp(np.mean(np.log(values))))}))
+    return means
 
 
 def _estimate_text(model: NoiseModel, term: TermType, channel: ChannelStudy) -> str:
@@ -343,12 +343,12 @@ def _estimate_text(model: NoiseModel, term: TermType, channel: ChannelStudy) -> 
     return text
 
 
-def _coefficient_text(term: TermType, kind: str, channel_unit: str) -> str:
+def _coefficient_text(term: TermType, kind: str, shown_in: str) -> str:
     if isinstance(term, GaussMarkov):
         symbol, value = "B_equiv", term.B_equiv
     else:
         symbol, value = term.symbols[0], float(getattr(term, term.symbols[0]))
-    unit, factor = display_unit(kind, symbol, channel_unit)
+    unit, factor = display_unit(kind, symbol, shown_in)
     return f"{symbol} = {number(value / factor)} {unit}"
 
 

@@ -18,33 +18,33 @@ __all__ = ["VIEWS", "branch_panels", "deviation_panels", "estimates_of", "time_p
 VIEWS = ("whole", "temperature", "deviation", "time")
 
 
-def estimates_of(facts: object) -> Sequence[EnvironmentFacts]:
+def estimates_of(result: object) -> Sequence[EnvironmentFacts]:
     """Those of an `Environment`, of its document, or one alone."""
-    if isinstance(facts, Mapping):
-        return [EnvironmentFacts.from_json(entry) for entry in facts["channels"]]
-    return facts.estimates if isinstance(facts, Environment) else [cast(EnvironmentFacts, facts)]
+    if isinstance(result, Mapping):
+        return [EnvironmentFacts.from_json(entry) for entry in result["channels"]]
+    return result.estimates if isinstance(result, Environment) else [cast(EnvironmentFacts, result)]
 
 
-def _unit(facts: EnvironmentFacts) -> tuple[str, float]:
-    return display_unit(facts.kind, "adev", facts.unit)
+def _unit(estimate: EnvironmentFacts) -> tuple[str, float]:
+    return display_unit(estimate.kind, "adev", estimate.unit)
 
 
-def _centred(facts: EnvironmentFacts) -> tuple[Array, Array]:
+def _centred(estimate: EnvironmentFacts) -> tuple[Array, Array]:
     """Signal and residual in people's unit, less the mean of the signal."""
-    _, factor = _unit(facts)
-    signal, residual = (part / factor for part in (facts.series.signal, facts.series.residual))
+    _, factor = _unit(estimate)
+    signal, residual = (part / factor for part in (estimate.series.signal, estimate.series.residual))
     middle = float(np.nanmean(signal))
     return signal - middle, residual - middle
 
 
-def branch_panels(facts: EnvironmentFacts) -> list[Panel]:
+def branch_panels(estimate: EnvironmentFacts) -> list[Panel]:
     """The signal over the temperature, warming and cooling apart, and what the coefficients make of it."""
-    if facts.thermometer is None:
+    if estimate.thermometer is None:
         return []
-    unit, factor = _unit(facts)
-    signal, residual = _centred(facts)
-    settling = facts.series.settling / factor
-    temperature, branch = facts.series.temperature, facts.series.branch
+    unit, factor = _unit(estimate)
+    signal, residual = _centred(estimate)
+    settling = estimate.series.settling / factor
+    temperature, branch = estimate.series.temperature, estimate.series.branch
     curves = [
         Curve(
             x=temperature[which],
@@ -64,12 +64,12 @@ def branch_panels(facts: EnvironmentFacts) -> list[Panel]:
     if (np.abs(signal - residual - settling) > 0).any():
         order, off = np.argsort(temperature), signal - residual - settling
         curves.append(Curve(x=temperature[order], y=off[order], label="taken off", colour="ink"))
-    name = facts.thermometer.channel
+    name = estimate.thermometer.channel
     without = ", without the warm-up" if settling.any() else ""
     return [
         Panel(
-            title=f"{facts.channel}: signal against {name}{without}",
-            x=Axis(label=f"Temperature [{facts.thermometer.unit or 'unit'}]"),
+            title=f"{estimate.channel}: signal against {name}{without}",
+            x=Axis(label=f"Temperature [{estimate.thermometer.unit or 'unit'}]"),
             y=Axis(label=f"Signal, mean taken off [{unit}]"),
             curves=tuple(curves),
             height=0.5,
@@ -78,18 +78,18 @@ def branch_panels(facts: EnvironmentFacts) -> list[Panel]:
     ]
 
 
-def deviation_panels(facts: EnvironmentFacts) -> list[Panel]:
+def deviation_panels(estimate: EnvironmentFacts) -> list[Panel]:
     """Allan deviation before and after, and of what was taken off with its error; nothing where nothing was."""
-    correction = facts.correction
+    correction = estimate.correction
     if correction is None:
         return []
-    unit, factor = _unit(facts)
+    unit, factor = _unit(estimate)
     tau = correction.tau
     before, after, off, error = (
         part / factor
         for part in (correction.before, correction.after, correction.deviation, correction.error)
     )
-    model = facts.model.adev(tau) / factor
+    model = estimate.model.adev(tau) / factor
     curves = (
         Curve(x=tau, y=before, label="before", colour="x", marker="circle"),
         Curve(x=tau, y=after, label="after", colour="z", marker="square"),
@@ -115,7 +115,7 @@ def deviation_panels(facts: EnvironmentFacts) -> list[Panel]:
         )  # fmt: skip
     return [
         Panel(
-            title=f"{facts.channel}: Allan deviation of block means, before and after",
+            title=f"{estimate.channel}: Allan deviation of block means, before and after",
             x=Axis(label="Averaging time [s]", log=True),
             y=Axis(label=f"Allan deviation [{unit}]", log=True, limits=(low / 3, 2 * high)),
             curves=curves,
@@ -126,19 +126,19 @@ def deviation_panels(facts: EnvironmentFacts) -> list[Panel]:
     ]
 
 
-def time_panels(facts: EnvironmentFacts) -> list[Panel]:
+def time_panels(estimate: EnvironmentFacts) -> list[Panel]:
     """The signal and the residual over time."""
-    unit, _ = _unit(facts)
-    signal, residual = _centred(facts)
-    time = facts.series.time
+    unit, _ = _unit(estimate)
+    signal, residual = _centred(estimate)
+    time = estimate.series.time
     words, second = clock(float(time[-1]))
     curves = [Curve(x=time / second, y=signal, label="signal", colour="guide", style="thin")]
-    if facts.taken_off:
+    if estimate.taken_off:
         curves.append(Curve(x=time / second, y=residual, label="residual", colour="z"))
         curves.append(Curve(x=time / second, y=signal - residual, label="taken off", colour="x"))
     return [
         Panel(
-            title=f"{facts.channel}: over time",
+            title=f"{estimate.channel}: over time",
             x=Axis(label=f"Time since the first sample [{words}]"),
             y=Axis(label=f"Signal, mean taken off [{unit}]"),
             curves=tuple(curves),

@@ -36,10 +36,10 @@ def group_record_panels(group: ChannelGroup[ChannelStudy], study: Study | None) 
 
 def _channel_panel(channel: ChannelStudy, study: Study | None, colour: str, most: int) -> Panel:
     """The overview of one channel of a study."""
-    trace, facts = channel.overview, (channel.name, channel.kind, channel.unit)
-    t, low, high = _thinned(trace.t, trace.low, trace.high, most)
+    samples, facts = channel.overview, (channel.name, channel.kind, channel.unit)
+    t, low, high = _thinned(samples.t, samples.low, samples.high, most)
     if study is None:
-        return _panel(facts, t, low, high, float(max(trace.t, default=1.0)), (), (), colour)
+        return _panel(facts, t, low, high, float(max(samples.t, default=1.0)), (), (), colour)
     dt, record = 1.0 / study.recording.rate, study.recording
     places = [
         (a * dt, b * dt, f.message)
@@ -68,10 +68,10 @@ def recording_panels(recording: Recording, names: Sequence[str] | None = None) -
     looks = series_colours(chosen)
     panels = []
     for name, (colour, _) in zip(chosen, looks, strict=True):
-        trace = overview(recording, name)
-        facts = name, trace["kind"], trace["unit"]
-        t, low, high = (array(trace[part]) for part in ("t", "low", "high"))
-        panels.append(_panel(facts, t, low, high, recording.duration, trace["gaps"], [], colour))
+        samples = overview(recording, name)
+        facts = name, samples["kind"], samples["unit"]
+        t, low, high = (array(samples[part]) for part in ("t", "low", "high"))
+        panels.append(_panel(facts, t, low, high, recording.duration, samples["gaps"], [], colour))
     return panels
 
 
@@ -145,8 +145,8 @@ def _panel(
     places: Sequence[tuple[float, float, str]],
     colour: str,
 ) -> Panel:
-    name, kind, channel_unit = facts
-    unit, factor = display_unit(kind, "sd", channel_unit)
+    name, kind, shown_in = facts
+    unit, factor = display_unit(kind, "sd", shown_in)
     name_of_unit, second = clock(duration)
     spans = [
         ShadedSpan(start=a / second, stop=b / second, kind="gap", text="no samples")

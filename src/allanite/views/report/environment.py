@@ -46,7 +46,7 @@ def page(document: Json) -> Page:
         title=document["provenance"].get("source") or "Environment",
         kicker="Effects of the environment",
         facts=[
-            ("Channels", ", ".join(channel.channel for channel in _found(document))),
+            ("Channels", ", ".join(estimate.channel for estimate in _found(document))),
             ("Length", duration(document["duration"])),
         ],
         parts={
@@ -67,41 +67,41 @@ def _found(document: Json) -> list[EnvironmentFacts]:
 def _verdict(document: Json) -> list[PageBlock]:
     blocks: list[PageBlock] = []
     for entry in document["channels"]:
-        channel = EnvironmentFacts.from_json(entry)
+        estimate = EnvironmentFacts.from_json(entry)
         blocks += [
-            Subheading(channel.channel),
+            Subheading(estimate.channel),
             *judgement(entry),
             *table(
-                ("Bias by", f"{100 * channel.confidence:g} % interval", "", ""),
-                [(*row[:3], Cell(text="", below=row[3])) for row in coefficient_lines(channel)],
+                ("Bias by", f"{100 * estimate.confidence:g} % interval", "", ""),
+                [(*row[:3], Cell(text="", below=row[3])) for row in coefficient_lines(estimate)],
             ),
-            known_facts(environment_facts(channel)),
+            known_facts(environment_facts(estimate)),
         ]  # fmt: skip
     return blocks
 
 
-def pictures_of(channel: EnvironmentFacts, prefix: str = "environment") -> list[Figure]:
+def pictures_of(estimate: EnvironmentFacts, prefix: str = "environment") -> list[Figure]:
     """The figure of one channel."""
-    sheet = sheet_of(channel)
+    sheet = sheet_of(estimate)
     words = (
         "The signal against the temperature, warming and cooling apart; the Allan deviation before and after; the "
         "signal over time."
     )
-    return [Figure.of(f"{prefix}-{channel.channel}", sheet, f"{channel.channel}. {words}", words)]
+    return [Figure.of(f"{prefix}-{estimate.channel}", sheet, f"{estimate.channel}. {words}", words)]
 
 
 def _pictures(document: Json) -> list[PageBlock]:
-    return [Drawn(figure) for channel in _found(document) for figure in pictures_of(channel)]
+    return [Drawn(figure) for estimate in _found(document) for figure in pictures_of(estimate)]
 
 
 def _effect(document: Json) -> list[PageBlock]:
     return [
         block
-        for channel in _found(document)
+        for estimate in _found(document)
         for block in table(
             ("Averaging", "Before", "Taken off", "Share of the curve", "Noise left"),
-            effect_lines(channel),
-            caption=f"{channel.channel}: Allan deviation of the block means, of what was taken off with its error of "
+            effect_lines(estimate),
+            caption=f"{estimate.channel}: Allan deviation of the block means, of what was taken off with its error of "
             "one standard deviation, and the part of the noise that is left, by which the curve is corrected.",
         )
     ]

@@ -73,10 +73,10 @@ def _spectra(document: Json) -> list[PageBlock]:
     for i, channel in enumerate(document["channels"]):
         model = "; dashed, the model as these segments would show it" if channel.get("expected") else ""
         caption = f"{channel['name']}: root of the two-sided density with its interval{model}."
-        words = spectral_agreement(channel)
-        if words:
-            good = "do not" not in words
-            blocks.append(Banner("good" if good else "warning", channel["name"], words))
+        agreement = spectral_agreement(channel)
+        if agreement:
+            good = "do not" not in agreement
+            blocks.append(Banner("good" if good else "warning", channel["name"], agreement))
         blocks += drawn(f"spectrum-{i}", document, caption, caption, channel=channel["name"])
     return blocks
 

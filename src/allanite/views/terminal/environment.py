@@ -20,14 +20,14 @@ def show_environment(document: Json, files: Sequence[object] = ()) -> None:
     """Coefficients, facts and what was taken off, channel by channel."""
     out = console()
     percent = f"{100 * document['confidence']:g} % interval"
-    for channel in map(EnvironmentFacts.from_json, document["channels"]):
-        say_verdict(out, channel.verdict, f"{channel.channel}: {channel.reason}")
-        say_rows(out, ("Bias by", percent, "", ""), coefficient_lines(channel))
+    for estimate in map(EnvironmentFacts.from_json, document["channels"]):
+        say_verdict(out, estimate.verdict, f"{estimate.channel}: {estimate.reason}")
+        say_rows(out, ("Bias by", percent, "", ""), coefficient_lines(estimate))
         say_rows(
             out,
             ("Averaging", "before", "taken off", "share of the curve", "noise left"),
-            effect_lines(channel),
+            effect_lines(estimate),
         )
-        say_advice(out, channel.advice)
-        say_facts(out, *environment_facts(channel))
+        say_advice(out, estimate.advice)
+        say_facts(out, *environment_facts(estimate))
     say_end(out, document, files)

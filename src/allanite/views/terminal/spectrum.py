@@ -33,8 +33,8 @@ def show_spectrum(document: Json, files: Sequence[object] = ()) -> None:
                 channel["kind"], channel.get("unit") or "", Spectrum.from_json(channel["spectrum"]).lines
             ),
         )
-        if words := spectral_agreement(channel):
-            out.print(words, soft_wrap=True)
+        if agreement := spectral_agreement(channel):
+            out.print(agreement, soft_wrap=True)
             out.print()
         say_facts(out, *spectrum_facts(channel))
     say_end(out, document, files)

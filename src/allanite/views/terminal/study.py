@@ -116,12 +116,12 @@ def _recorded(out: Console, facts: Json) -> None:
     """Instrument and settings of a run."""
     from rich.table import Table
 
-    known = record_facts(facts["history"])
-    if known:
+    facts_of_run = record_facts(facts["history"])
+    if facts_of_run:
         grid = Table.grid(padding=(0, 2))
         grid.add_column()
         grid.add_column(overflow="fold")
-        for fact in known:
+        for fact in facts_of_run:
             grid.add_row(*fact)
         out.print()
         out.print(grid)

@@ -54,13 +54,13 @@ def _ratio(value: float, lower: float, upper: float) -> tuple[str, str, str]:
 
 def pair_lines(channel: Json) -> list[tuple[str, str, str, str]]:
     """Symbol with its unit, the parameter of each, and the ratio of the two values."""
-    parameters = [_parameters(channel[key], channel) for key in ("first", "second")]
+    both = [_parameters(channel[key], channel) for key in ("first", "second")]
     lines = []
     for symbol in COLUMNS:
-        if not any(symbol in of_model for of_model in parameters):
+        if not any(symbol in parameters for parameters in both):
             continue
-        texts = [of_model[symbol][0] if symbol in of_model else "–" for of_model in parameters]
-        values = [of_model[symbol][1] if symbol in of_model else None for of_model in parameters]
+        texts = [parameters[symbol][0] if symbol in parameters else "–" for parameters in both]
+        values = [parameters[symbol][1] if symbol in parameters else None for parameters in both]
         ratio = "–"
         if values[0] and values[1]:
             ratio = number(values[1] / values[0])
@@ -89,10 +89,10 @@ def _stated(model: Json) -> dict[str, float]:
     """Coefficients of a model that was not fitted; of several Gauss-Markov terms the first."""
     values: dict[str, float] = {}
     for term in NoiseModel.from_json(model).terms:
-        by_term = {s: float(getattr(term, s)) for s in COLUMNS if hasattr(term, s)}
+        of_term = {s: float(getattr(term, s)) for s in COLUMNS if hasattr(term, s)}
         if hasattr(term, "B_equiv"):
-            by_term["B"] = float(term.B_equiv)
-        values = {**by_term, **values}
+            of_term["B"] = float(term.B_equiv)
+        values = {**of_term, **values}
     return values
 
 

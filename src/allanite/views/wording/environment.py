@@ -26,16 +26,16 @@ __all__ = [
 _ROWS = 6
 
 
-def temperature_unit(facts: EnvironmentFacts) -> str:
+def temperature_unit(estimate: EnvironmentFacts) -> str:
     """What the coefficients are per: a kelvin, a volt, or the unit of a column that is neither."""
-    thermometer = facts.thermometer
+    thermometer = estimate.thermometer
     return "K" if thermometer is None else thermometer.si or "unit"
 
 
-def _per(facts: EnvironmentFacts, name: str) -> tuple[str, float]:
+def _per(estimate: EnvironmentFacts, name: str) -> tuple[str, float]:
     """People's unit of a coefficient, and what one of it is in SI."""
-    unit, factor = display_unit(facts.kind, "adev", facts.unit)
-    one = temperature_unit(facts)
+    unit, factor = display_unit(estimate.kind, "adev", estimate.unit)
+    one = temperature_unit(estimate)
     return {
         "temperature": (f"{unit}/{one}", factor),
         "temperature squared": (f"{unit}/{one}²", factor),
@@ -43,11 +43,11 @@ def _per(facts: EnvironmentFacts, name: str) -> tuple[str, float]:
     }[name]
 
 
-def coefficient_lines(facts: EnvironmentFacts) -> list[tuple[str, str, str, str]]:
+def coefficient_lines(estimate: EnvironmentFacts) -> list[tuple[str, str, str, str]]:
     """Name, value with its interval and unit, status, chance of each coefficient."""
     rows = []
-    for c in facts.coefficients:
-        unit, factor = _per(facts, c.name)
+    for c in estimate.coefficients:
+        unit, factor = _per(estimate, c.name)
         if c.value is None or c.lower is None or c.upper is None:
             rows.append((c.name, "–", c.status, c.note))
             continue
@@ -59,23 +59,23 @@ def coefficient_lines(facts: EnvironmentFacts) -> list[tuple[str, str, str, str]
     return rows
 
 
-def environment_facts(channel: EnvironmentFacts) -> list[tuple[str, str]]:
+def environment_facts(estimate: EnvironmentFacts) -> list[tuple[str, str]]:
     """Thermometer, lag, hysteresis, warm-up, noise."""
     facts = []
-    thermometer = channel.thermometer
+    thermometer = estimate.thermometer
     if thermometer is not None:
         unit = thermometer.unit or "units"
         span = f"{thermometer.low:.4g} to {thermometer.high:.4g} {unit}"
         smooth = f"smoothed over {duration(thermometer.window)}"
         facts.append(("temperature", f"{thermometer.channel}, {span}; {smooth}"))
-        facts.append(("coefficients at", f"{channel.reference:.4g} {unit}"))
-    if channel.lag is not None:
-        facts.append(("lag", _lag_words(channel.lag)))
-    if channel.hysteresis is not None:
-        facts.append(("hysteresis", _hysteresis_words(channel, channel.hysteresis)))
-    facts.append(("warm-up", _warm_up_words(channel)))
-    source = "given" if channel.model_given else "fitted beside the effects"
-    facts.append(("noise of the regression", f"{model_words(channel.model)} ({source})"))
+        facts.append(("coefficients at", f"{estimate.reference:.4g} {unit}"))
+    if estimate.lag is not None:
+        facts.append(("lag", _lag_words(estimate.lag)))
+    if estimate.hysteresis is not None:
+        facts.append(("hysteresis", _hysteresis_words(estimate, estimate.hysteresis)))
+    facts.append(("warm-up", _warm_up_words(estimate)))
+    source = "given" if estimate.model_given else "fitted beside the effects"
+    facts.append(("noise of the regression", f"{model_words(estimate.model)} ({source})"))
     return facts
 
 
@@ -86,20 +86,20 @@ def _lag_words(lag: Lag) -> str:
     return f"{middle} s [{low}, {high}]: {lag.says}"
 
 
-def _hysteresis_words(facts: EnvironmentFacts, branch: Hysteresis) -> str:
+def _hysteresis_words(estimate: EnvironmentFacts, branch: Hysteresis) -> str:
     if branch.gap is None or branch.lower is None or branch.upper is None:
         return f"not tested: {branch.says}"
-    unit, factor = display_unit(facts.kind, "adev", facts.unit)
+    unit, factor = display_unit(estimate.kind, "adev", estimate.unit)
     middle, low, high = interval(*(end / factor for end in (branch.gap, branch.lower, branch.upper)))
     return f"{middle} [{low}, {high}] {unit} between the branches ({probability(branch.p)}): {branch.says}"
 
 
-def _warm_up_words(facts: EnvironmentFacts) -> str:
-    warm = facts.warm_up
+def _warm_up_words(estimate: EnvironmentFacts) -> str:
+    warm = estimate.warm_up
     if not warm.found:
         chance = "" if warm.p is None else f" ({_chance(warm)})"
         return f"{warm.says}{chance}"
-    unit, factor = display_unit(facts.kind, "adev", facts.unit)
+    unit, factor = display_unit(estimate.kind, "adev", estimate.unit)
     parts = []
     for term in warm.terms:
         size, sd = term.amplitude / factor, term.amplitude_sd / factor
@@ -119,12 +119,12 @@ def _chance(warm: WarmUp) -> str:
     return probability(warm.p) + (f", multiplied by {tries} time constants tried" if tries > 1 else "")
 
 
-def effect_lines(facts: EnvironmentFacts) -> list[tuple[str, str, str, str, str]]:
+def effect_lines(estimate: EnvironmentFacts) -> list[tuple[str, str, str, str, str]]:
     """By averaging time: deviation before, of what was taken off, its error, share of the curve, noise left."""
-    correction = facts.correction
+    correction = estimate.correction
     if correction is None:
         return []
-    unit, factor = display_unit(facts.kind, "adev", facts.unit)
+    unit, factor = display_unit(estimate.kind, "adev", estimate.unit)
     columns = (correction.tau, correction.before, correction.deviation, correction.error, correction.share,
                correction.left)  # fmt: skip
     rows = list(zip(*(column.tolist() for column in columns), strict=True))
@@ -143,27 +143,29 @@ def effect_lines(facts: EnvironmentFacts) -> list[tuple[str, str, str, str, str]
 
 def environment_sentences(estimates: Iterable[EnvironmentFacts | None]) -> list[str]:
     """What a study has to say before its numbers: whose noise they are."""
-    return [f"{facts.channel}: {_summary(facts)}" for facts in estimates if facts is not None]
+    return [f"{estimate.channel}: {_summary(estimate)}" for estimate in estimates if estimate is not None]
 
 
-def _summary(facts: EnvironmentFacts) -> str:
+def _summary(estimate: EnvironmentFacts) -> str:
     words = []
-    taken = [n for n in facts.taken_off if not n.endswith("time constant")]
+    taken = [n for n in estimate.taken_off if not n.endswith("time constant")]
     if taken:
         words.append(f"the noise model is that of the residual, without {listed(taken)}")
     else:
         words.append("nothing was taken off")
-    if taken and facts.correction is not None:
-        share, tau = max(zip(facts.correction.share.tolist(), facts.correction.tau.tolist(), strict=True))
+    if taken and estimate.correction is not None:
+        share, tau = max(
+            zip(estimate.correction.share.tolist(), estimate.correction.tau.tolist(), strict=True)
+        )
         words.append(f"together {100 * share:.0f} % of the Allan variance at {duration(tau)}")
-    first = next(iter(facts.coefficients), None)
+    first = next(iter(estimate.coefficients), None)
     if first is not None:
-        name, value, status, note = coefficient_lines(facts)[0]
+        name, value, status, note = coefficient_lines(estimate)[0]
         resolved = status == "resolved"
         words.append(
             f"{name} {value}" + ("" if resolved else f", {status}" + (f": {note}" if first.note else ""))
         )
-    warm = facts.warm_up
+    warm = estimate.warm_up
     if warm.found and warm.action != "modelled":
-        words.append(f"warm-up {_warm_up_words(facts)}")
-    return sentence("; ".join([*words, *facts.advice]))
+        words.append(f"warm-up {_warm_up_words(estimate)}")
+    return sentence("; ".join([*words, *estimate.advice]))

@@ -15,20 +15,20 @@ __all__ = ["floor_lines"]
 
 
 def floor_lines(
-    kind: str, channel_unit: str, measured: ChannelCurve, instrument: ChannelCurve, sensor: SensorCurve
+    kind: str, shown_in: str, measured: ChannelCurve, instrument: ChannelCurve, sensor: SensorCurve
 ) -> tuple[tuple[str, ...], list[tuple[str, ...]]]:
     """Headings and rows: averaging time, deviation measured, of the instrument, of the sensor with its interval.
 
     Parameters
     ----------
-    kind, channel_unit : str
+    kind, own : str
         Of the channel: what it measures, and its own unit.
     measured, instrument : ChannelCurve
         Lags that one lacks are dashes.
     sensor : SensorCurve
         What is left.
     """
-    unit, factor = display_unit(kind, "adev", channel_unit)
+    unit, factor = display_unit(kind, "adev", shown_in)
     heads = ("τ [s]", f"measured [{unit}]", "instrument", "sensor", "95 % interval")
     rows = []
     for tau, *ends in zip(sensor.tau, sensor.deviation, sensor.lower, sensor.upper, strict=True):

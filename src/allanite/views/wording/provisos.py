@@ -78,8 +78,8 @@ def _contamination(contamination: Contamination, channel: ChannelModels) -> str:
 
     return (
         f"N is {written(contamination.N)} for all samples and {written(contamination.N_without)} without the "
-        f"{number(100 * contamination.share, 2)} % that scatter {number(contamination.ratio, 2)} times as much. The "
-        "first interval holds their scatter."
+        f"{number(100 * contamination.share, 2)} % that scatter {number(contamination.ratio, 2)} times as much. "
+        "The first interval holds their scatter."
     )
 
 

@@ -99,8 +99,8 @@ _COUNTS = {3: "three", 4: "four", 5: "five", 6: "six"}
 
 def _split(column: str) -> tuple[str, int]:
     """The symbol of a column, and which of several terms of its kind it is."""
-    numbered = re.fullmatch(r"(.*)_(\d+)", column)
-    return (numbered[1], int(numbered[2])) if numbered else (column, 1)
+    match = re.fullmatch(r"(.*)_(\d+)", column)
+    return (match[1], int(match[2])) if match else (column, 1)
 
 
 def column_of(symbol: str) -> str:
@@ -360,7 +360,7 @@ def is_poor(model: NoiseModel) -> bool:
 
 def _statement(group: ChannelGroup[C], symbol: str) -> str:
     """Where a term is resolved, and where it is only bounded; "" where no channel resolves it."""
-    resolved, limits = _seen_and_limits(group, symbol)
+    resolved, limits = _resolved_and_limits(group, symbol)
     if not resolved:
         return ""
     head = f"{group.name_of(symbol).capitalize()} {_SHOWN.get(symbol, symbol)}"
@@ -372,18 +372,16 @@ def _statement(group: ChannelGroup[C], symbol: str) -> str:
 
 def _absent(group: ChannelGroup[C], symbol: str) -> str:
     """A term that no channel resolves, with the largest of its limits."""
-    resolved, limits = _seen_and_limits(group, symbol)
+    resolved, limits = _resolved_and_limits(group, symbol)
     return "" if resolved or not limits else f"{_SHOWN.get(symbol, symbol)} {_spread(limits.values())}"
 
 
-def _seen_and_limits(
+def _resolved_and_limits(
     group: ChannelGroup[C], symbol: str
 ) -> tuple[dict[str, CoefficientWording], dict[str, CoefficientWording]]:
-    readings_of = {
-        c.name: r for c in group.channels if (r := readings(c).get(symbol)) and r.amount is not None
-    }
-    resolved = {name: r for name, r in readings_of.items() if r.supported}
-    return resolved, {name: r for name, r in readings_of.items() if not r.supported}
+    known = {c.name: r for c in group.channels if (r := readings(c).get(symbol)) and r.amount is not None}
+    resolved = {name: r for name, r in known.items() if r.supported}
+    return resolved, {name: r for name, r in known.items() if not r.supported}
 
 
 def _where(some: Mapping[str, CoefficientWording], group: ChannelGroup[C]) -> str:
