@@ -195,7 +195,16 @@ class _BoundedRuns:
     high: _Floats
     low_end: _Floats  # of its last ones
     high_end: _Floats
-    unplaced: int  # samples that may as well lie on the other side of a pause, or in runs without a place
+    astray: int  # samples in runs without a place
+    doubtful: _Ints  # of each pause, samples that may as well lie on its other side
+    skips: NDArray[np.bool_]  # pauses at which the stamps leave out a step
+    coarse: CoarseStamps
+
+    @property
+    def unplaced(self) -> int:
+        """Samples whose place is open: a pause shorter than a step may be two, and lies anywhere in it."""
+        placed = self.skips & (self.steps > self.coarse.step)
+        return self.astray + int(self.doubtful[~placed].sum())
 
     @property
     def steps(self) -> _Floats:
@@ -209,19 +218,22 @@ class _BoundedRuns:
         w = coarse.window
         starts = [0]
         lows, highs, low_ends, high_ends = [], [], [], []
-        first = unplaced = 0
+        doubtful: list[int] = []
+        skips: list[bool] = []
+        first = astray = 0
         while True:
             last = _end(level, first, w, width)
             if last < len(level):
-                last, doubtful = _split(level, stamps, first, last, w, width)
-                unplaced += doubtful if stamps[last] - stamps[last - 1] < 1.5 * coarse.step else 0
+                last, others = _split(level, stamps, first, last, w, width)
+                doubtful.append(others)
+                skips.append(bool(stamps[last] - stamps[last - 1] > 1.5 * coarse.step))
             head, tail = level[first : min(first + w, last)], level[max(last - w, first) : last]
             lows.append(head.max() - coarse.step)
             highs.append(head.min())
             low_ends.append(tail.max() - coarse.step)
             high_ends.append(tail.min())
             if min(highs[-1] - lows[-1], high_ends[-1] - low_ends[-1]) > 2.0 * coarse.interval:
-                unplaced += last - first
+                astray += last - first
             if last >= len(level):
                 break
             starts.append(last)
@@ -232,7 +244,10 @@ class _BoundedRuns:
             high=np.array(highs),
             low_end=np.array(low_ends),
             high_end=np.array(high_ends),
-            unplaced=unplaced,
+            astray=astray,
+            doubtful=np.array(doubtful, dtype=np.int64),
+            skips=np.array(skips, dtype=bool),
+            coarse=coarse,
         )
 
 
