@@ -41,6 +41,10 @@ _LONGEST = 1e9  # a step of stamps [s]
 _EVEN = 4
 #: Share of the samples whose difference is not the usual one, below which rows may have been written twice, or lost.
 _FEWEST = 0.015
+#: Share of their distance by which steps that an interval leaves out may be apart unevenly, beside one sample.
+_UNEVEN = 0.1
+#: Distances between them without which chance makes them even.
+_ENOUGH = 8
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,18 +120,28 @@ def _explains(stretches: list[_Floats], coarse: CoarseStamps) -> bool:
     """True if the step explains far more differences that are not the usual one than pauses must: it is no chance."""
     usual = 0.5 + np.median(np.round(np.concatenate([np.diff(s) for s in stretches]) / coarse.step))
     told = untold = early = size = 0
+    apart: list[_Ints] = []  # samples from one step that is left out to the next, in a run
     for stretch in stretches:
         runs = _BoundedRuns.of(stretch, coarse)
         odd = np.abs(np.diff(stretch) / coarse.step - usual + 0.5) > 0.5
         odd[runs.starts[1:] - 1] = False
+        ends = np.append(runs.starts, len(stretch))
+        apart += [np.diff(np.flatnonzero(odd[a : b - 1])) for a, b in zip(ends[:-1], ends[1:], strict=True)]
         told += int(np.count_nonzero(odd))
         untold += int(np.count_nonzero(runs.steps < 3.0 * max(coarse.interval, coarse.step)))
         early += int(np.count_nonzero(runs.steps < 0.0))
         size += len(stretch)
     if usual < 1.0:  # a tick holds samples: its stamps rise but once
         return told > untold and early <= _EARLY * size
+    if 1.0 < usual < 2.0 and coarse.interval > coarse.step and not _evenly(np.concatenate(apart)):
+        return False  # single samples were lost, and the step is the interval
     rare = coarse.interval < coarse.step and told < _FEWEST * size
     return told >= _EVEN * (untold + 1) and early <= _EARLY * size and not rare
+
+
+def _evenly(apart: _Ints) -> bool:
+    """True if steps are left out evenly, as an interval that is longer than a step does; losses come as they like."""
+    return len(apart) >= _ENOUGH and bool(np.ptp(apart) <= 1 + _UNEVEN * apart.mean())
 
 
 def _longest(stretches: list[_Floats], coarse: CoarseStamps) -> float:

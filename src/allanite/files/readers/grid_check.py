@@ -61,7 +61,7 @@ def _falls(stamps: Filled, marks: Marks) -> _Floats:
 def _piled(stamps: _Floats, interval: float) -> NDArray[np.bool_]:
     """Stamps that were written in one go with the one before or behind."""
     close = np.diff(stamps) < _PILED * interval
-    return np.append(close, False) | np.append(False, close)
+    return np.asarray(np.append(close, False) | np.append(False, close))
 
 
 def _without_drift(residual: _Floats, interval: float) -> _Floats:

@@ -24,6 +24,7 @@ from allanite.files.readers.table import Options, Table
 from allanite.files.readers.text.cells import TextColumns
 from allanite.files.readers.text.dates import HALVES, in_halves, moments_column, unwrap_midnight
 from allanite.files.readers.text.dialect import Dialect, detect, split
+from allanite.files.readers.text.json_document import as_lines
 from allanite.files.readers.text.labels import Labels, find_labels
 from allanite.files.readers.text.labview import Lvm, find_lvm
 from allanite.files.readers.text.preamble import facts_in, rate_in, unit_in
@@ -58,7 +59,7 @@ def read(path: Path, options: Options) -> Table:
     LimitError
         A line of more than a megabyte, more than 4096 columns, or a decompression bomb.
     """
-    return read_stream(opened(path), path, options)
+    return read_stream(as_lines(opened(path), path.name), path, options)
 
 
 def read_stream(stream: TextStream, path: Path, options: Options) -> Table:
