@@ -285,7 +285,7 @@ def test_json_is_no_log_and_a_result_says_what_shows_it(tmp_path: Path) -> None:
     path = tmp_path / "study.json"
     for content, words in {
         '{\n "format": "allanite-study",\n "x": [1, 2]}': "result of allanite .study., not a log; `allanite report",
-        '{"a": [1, 2, 3]}': "is JSON",
+        '{"a": [1, 2]}': "is JSON",
         "[[1, 2], [3, 4]]": "is JSON",
     }.items():
         path.write_text(content)
@@ -429,6 +429,10 @@ def test_lazy_columns_read_any_stretch(tmp_path: Path) -> None:
         ("gyro_rad[0]", "gyro_rad_0", "rad/s", "gyro"),
         ("accelerometer_m_s2[2]", "accelerometer_m_s2_2", "m/s²", "acc"),
         ("field.angular_velocity.x", "field.angular_velocity.x", "rad/s", "gyro"),
+        ("UncalGyroXRadPerSec", "UncalGyroX", "rad/s", "gyro"),
+        ("AccelZMps2", "AccelZ", "m/s²", "acc"),
+        ("utcTimeMillis", "utcTimeMillis", "ms", "time"),
+        ("tod_s", "tod", "s", "time"),
         ("AngularVelocity_X", "AngularVelocity_X", "rad/s", "gyro"),
         ("angularVelocity.x", "angularVelocity.x", "", "gyro"),  # of any program, in any unit: asked
         ("linearAcceleration_y", "linearAcceleration_y", "", "acc"),

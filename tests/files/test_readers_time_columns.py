@@ -11,6 +11,7 @@ import pytest
 
 from allanite.errors import AllaniteError, DataQualityError, InputError
 from allanite.files.readers import read
+from allanite.recording.records import Recording
 
 N = 300
 UTC = datetime.UTC
@@ -27,6 +28,14 @@ CLOCKS = (
 def table(path: Path, names: list[str], rows: list[list[str]]) -> Path:
     path.write_text("\n".join(",".join(row) for row in [names, *rows]) + "\n", encoding="utf-8")
     return path
+
+
+def tried(path: Path) -> tuple[Recording | None, str]:
+    """The recording, or what is asked."""
+    try:
+        return read(path), ""
+    except InputError as error:
+        return None, str(error)
 
 
 def date_cells(moment: datetime.datetime, names: tuple[str, ...]) -> list[str]:
@@ -197,3 +206,59 @@ def test_periods_that_are_measured_stay_channels(tmp_path: Path) -> None:
     assert read(path, rate=10.0).names == ("period",)
     with pytest.raises(InputError, match="no time column"):
         read(path)
+
+
+def test_whole_seconds_and_what_is_finer(tmp_path: Path) -> None:
+    """Without any names, as a message prints itself; and the Fractional Seconds of a meter beside its clock."""
+    for seed in range(200):
+        rng = np.random.default_rng([20261126, seed])
+        rate = float(rng.choice([3.0, 10.0, 47.0, 200.0]))
+        start = int(rng.integers(1_500_000_000, 1_900_000_000))
+        kept = np.delete(np.arange(N), slice(100, 100 + int(rng.integers(0, 30))))
+        whole, part = np.divmod(start * 1e9 + rng.integers(0, 10**9) + np.round(kept / rate * 1e9), 1e9)
+        values = [f"{v:.4f}" for v in rng.normal(size=len(kept))]
+        if rng.random() < 0.5:
+            scale = {"ns": 1, "us": 1000, "ms": 1_000_000}[str(rng.choice(["ns", "us", "ms"]))]
+            cells = [
+                [str(int(s)), str(int(p) // scale), "imu_link", v]
+                for s, p, v in zip(whole, part, values, strict=True)
+            ]
+            path = tmp_path / "log.csv"
+            path.write_text("\n".join(map(",".join, cells)) + "\n", encoding="utf-8")
+        else:
+            names = [
+                str(rng.choice(["Fractional Seconds", "frac_sec", "Fraction of Second", "subseconds"])),
+                "v",
+            ]
+            moments = [datetime.datetime.fromtimestamp(int(s), UTC) for s in whole]
+            dated = [[m.strftime("%m/%d/%Y"), m.strftime("%H:%M:%S")] for m in moments]
+            cells = [[*d, f"{p / 1e9:.6f}", v] for d, p, v in zip(dated, part, values, strict=True)]
+            path = table(tmp_path / "log.csv", ["Date", "Time", *names], cells)
+        recording, question = tried(path)
+        if recording is None:
+            assert "--time Date:mdy" in question, (seed, question)
+            recording = read(path, time="Date:mdy")
+        assert recording.rate == pytest.approx(rate, rel=2e-3 / N * rate + 1e-6), (seed, cells[0])
+        assert (recording.n_samples, len(recording.names)) == (N, 1), (seed, cells[0], recording.names)
+        assert recording.start == pytest.approx(int(whole[0]) * 10**9 + int(part[0]), abs=1_000_000), seed
+
+
+def test_a_clock_that_begins_anew_is_time_or_asked_about(tmp_path: Path) -> None:
+    """Whatever it is called: "no time column" is said of no log that has one."""
+    for seed in range(200):
+        rng = np.random.default_rng([20261126, 1, seed])
+        rate, turn = float(rng.choice([1.0, 10.0, 100.0])), float(rng.choice([86_400.0, 3600.0, 60.0]))
+        name = str(rng.choice(["zp", "q", "tod", "tod_s", "second_counter"]))
+        seconds = (turn - float(rng.integers(20, 200)) / rate + np.arange(N) / rate) % turn
+        path = table(
+            tmp_path / "log.csv",
+            [name, "wx"],
+            [[f"{s:.2f}", f"{v:.4f}"] for s, v in zip(seconds, rng.normal(size=N), strict=True)],
+        )
+        recording, question = tried(path)
+        if recording is None:
+            assert f"--time {name}" in question, (seed, question)
+            continue
+        assert name.startswith("tod"), seed
+        if turn == 86_400.0:
+            assert (recording.n_samples, recording.rate) == (N, pytest.approx(rate, rel=1e-6)), seed

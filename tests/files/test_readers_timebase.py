@@ -103,6 +103,20 @@ def test_scattered_dropouts_are_placed_exactly(share: float, rng: np.random.Gene
     assert base.facts["missing"] == np.count_nonzero(~kept)
 
 
+def test_exact_stamps_with_losses_are_not_those_of_a_longer_interval() -> None:
+    """A few losses of a short log may lie as evenly as the steps that a longer interval leaves out: hardly ever."""
+    wrong = 0
+    for seed in range(200):
+        rng = np.random.default_rng([20261126, seed])
+        n = int(10 ** rng.uniform(1.3, 3))
+        lost = rng.choice(np.arange(3, n - 1), int(rng.integers(0, n // 8 + 1)), replace=False)
+        kept = np.delete(np.arange(n), lost)
+        rate = float(rng.choice([1.0, 25.0, 50.0, 100.0]))
+        base = grid(np.round(kept / rate, 3))
+        wrong += base.rate != pytest.approx(rate, rel=1e-6) or not np.array_equal(positions(base), kept)
+    assert wrong <= 1
+
+
 def test_a_late_stamp_is_no_gap() -> None:
     stamps = K * 0.01
     stamps[[100, 5000]] += 0.008

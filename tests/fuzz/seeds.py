@@ -114,6 +114,12 @@ def _european(path: Path) -> None:
     path.write_text("Datum;n;wx [°/s]\n" + "\n".join(lines) + "\n", encoding="cp1252")
 
 
+def _document(path: Path) -> None:
+    x, y, z = _samples()[0].T.tolist()
+    t = [k / 100 for k in range(len(x))]
+    path.write_text(json.dumps({"fs": 100, "log": {"t_s": t, "gyro": {"x": x, "y": y}, "acc": z}}))
+
+
 def _labels(path: Path) -> None:
     rows = (
         f"T:{10 * k} GX:{x:.3f} GY[g]:{y:.3f} C: {z:.1f} C"
@@ -429,6 +435,7 @@ FORMATS: Final[dict[str, Format]] = {
     "text, sentences": Format(file="c.txt", write=_sentences, options={"rate": 100.0, "variable": "VNGYR"}),
     "text, labels": Format(file="d.txt", write=_labels, samples="text/cells_*"),
     "text, objects": Format(file="e.json", write=_objects),
+    "text, one document": Format(file="g.json", write=_document),
     "text, parts of a date": Format(file="f.csv", write=_parts),
     "text, packed": Format(file="a.csv.gz", write=_packed),
     "Parquet": Format(file="a.parquet", write=_arrow("parquet"), samples="parquet/*.parquet"),

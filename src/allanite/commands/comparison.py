@@ -15,6 +15,7 @@ from allanite.commands.recordings import is_lossy
 from allanite.commands.study import study_of
 from allanite.errors import FormatError, InputError
 from allanite.plain_files.regular_file import open_regular
+from allanite.recording.channel_names import for_shell
 
 __all__ = ["comparison_of"]
 
@@ -69,6 +70,7 @@ def comparison_of(
                 lambda task: _record(Path(task[1]), accept, options, reading.part(task[0])), enumerate(places)
             )
         )
+    _refuse_unknown_units([Path(p) for p in places], [record for record, _ in records])
     result = compared(
         [record for record, _ in records],
         names=list(names) if names else _names([Path(p) for p in places]),
@@ -126,6 +128,41 @@ def _record(
         study = study_of(place, accept=accept, progress=advance, **options)
     advance(1.0, place.name)
     return study, is_lossy(f.to_json() for f in study.findings)
+
+
+def _refuse_unknown_units(places: Sequence[Path], records: Sequence[Any]) -> None:
+    """Refuse logs whose unit is unknown where another log of the same channel has one.
+
+    Raises
+    ------
+    InputError
+        With the option that states the units that the other log has.
+    """
+    studied = [
+        (p, {c["name"]: c for c in getattr(r, "document", {}).get("channels", ())})
+        for p, r in zip(places, records, strict=True)
+    ]
+    known = {
+        name: c["unit"] for _, held in reversed(studied) for name, c in held.items() if c["kind"] != "unknown"
+    }
+    lacking = {
+        place: names
+        for place, held in studied
+        if (names := [n for n, c in held.items() if c["kind"] == "unknown" and n in known])
+    }
+    if not lacking:
+        return
+    units = ",".join(
+        f"{place}={known[names[0]]}"
+        if len({known[n] for n in names}) == 1 and len(names) == len(studied[places.index(place)][1])
+        else ",".join(f"{place}:{name}={known[name]}" for name in names)
+        for place, names in lacking.items()
+    )
+    which = "; ".join(f"{place}: {', '.join(names)}" for place, names in lacking.items())
+    raise InputError(
+        f"the unit of channels is unknown ({which}), where another record has one: state it, as in --unit "
+        f"{for_shell(units)}; a study that was saved without units is made again from its log"
+    )
 
 
 def _is_curve(place: Path) -> bool:

@@ -50,6 +50,9 @@ DEPTH: Final = 64
 DIGITS: Final = 40
 #: Bytes of a YAML document that a person writes.
 DOCUMENT_BYTES: Final = 1 << 18
+#: Of a log that is one JSON document, and objects and lists in it: they are in memory at once.
+JSON_BYTES: Final = 1 << 24
+JSON_OBJECTS: Final = 1_000_000
 #: Entries of a YAML document, keys and values, those behind aliases counted each time.
 ENTRIES: Final = 40_000
 

@@ -289,11 +289,6 @@ def _refuse_others(head: bytes, path: Path) -> None:
             f"{path.name} is a result of allanite ({ours[1].decode()}), not a log; `allanite report {path.name}` shows "
             "it, and commands that take a model or a calibration take it"
         )
-    of_lines = re.match(rb"\s*(?:\[\s*)?\{[^\r\n]*\}[ \t]*,?[ \t]*[\r\n]+[ \t]*\{", head)
-    if not of_lines and re.match(rb'\s*(\{\s*["}]|\[\s*[\[{])', head):
-        raise FormatError(
-            f"{path.name} is JSON, and no log of samples: write them as a table, CSV or Parquet, or one object a line"
-        )
 
 
 def _head(path: Path) -> bytes:

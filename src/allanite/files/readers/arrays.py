@@ -249,7 +249,7 @@ def table_of(
     sideways = [k for k, a in arrays.items() if a.dtype.names is None and _in_rows(a.shape)]
     arrays = {k: a.T if k in sideways else a for k, a in arrays.items()}
     guesses += tuple(f"the rows of {k or 'the array'} are channels: they are few and long" for k in sideways)
-    width = sum(len(a.dtype.names) if a.dtype.names else math.prod(a.shape[1:]) for a in arrays.values())
+    width = sum(_numbers_in(a.dtype) * math.prod(a.shape[1:]) for a in arrays.values())
     refuse_more(width, COLUMNS, "columns", path.name, "Save those that are needed, or transpose the array")
     labels = _words(small, _LABEL_NAMES)
     headings: list[str] = []
@@ -293,12 +293,30 @@ def _split(
         return
     try:
         if array.dtype.names:
-            yield from ((field, checked_samples(array[field])[:, 0]) for field in array.dtype.names)
+            for heading, field in _fields(array):
+                table = checked_samples(field.reshape(len(field), -1))
+                yield from zip(_headings(heading, table.shape[1], [], False), table.T, strict=True)
             return
         table = checked_samples(array)
     except (InputError, IndexError) as error:
         raise InputError(f"{file}{':' if name else ''}{name}: {error}") from None
     yield from zip(_headings(name, table.shape[1], labels, alone), table.T, strict=True)
+
+
+def _fields(array: NDArray[Any]) -> Iterator[tuple[str, NDArray[Any]]]:
+    """Name and numbers of each field of a structured array, those of fields in fields, too."""
+    for name in array.dtype.names or ():
+        if array[name].dtype.names:
+            yield from ((f"{name}_{inner}", values) for inner, values in _fields(array[name]))
+        else:
+            yield name, array[name]
+
+
+def _numbers_in(dtype: np.dtype[Any]) -> int:
+    """Numbers in one sample of a type: a field may hold several, or fields of its own."""
+    base, shape = dtype.subdtype or (dtype, ())
+    inside = sum(_numbers_in(base[name]) for name in base.names) if base.names else 1
+    return inside * math.prod(shape)
 
 
 def _headings(name: str, count: int, labels: list[str], alone: bool) -> Sequence[str]:

@@ -17,7 +17,7 @@ import numpy as np
 from allanite.errors import DataQualityError, InputError
 from allanite.files.readers.channels import channels_of, selected, units_differ
 from allanite.files.readers.clock_table import as_clock
-from allanite.files.readers.column_look import is_counter
+from allanite.files.readers.column_look import is_counter, only_grows
 from allanite.files.readers.headings import FITTING, Heading, measures, read_heading, with_unit
 from allanite.files.readers.numbering import clocks_beside, numbering_of, unseen_by_stamps
 from allanite.files.readers.part import TableRows, rows_between
@@ -274,6 +274,8 @@ def _no_rate(table: StampTable, counters: bool, options: Options, guesses: Seque
         ways = " or ".join(f"--time {table.option(i)}:UNIT" for i in maybe[:3])
         columns = ", ".join(table.label(i) for i in maybe[:3])
         grow = f"column {columns} only grows" if len(maybe) == 1 else f"columns {columns} only grow"
+        if not only_grows(table.columns[maybe[0]]):
+            grow = f"column {columns} grows and begins anew"
         if any(is_counter(table.columns[i]) for i in maybe[:3]):
             grow += " (row numbers, or whole seconds)"
         return InputError(

@@ -41,6 +41,10 @@ _LONGEST = 1e9  # a step of stamps [s]
 _EVEN = 4
 #: Share of the samples whose difference is not the usual one, below which rows may have been written twice, or lost.
 _FEWEST = 0.015
+#: Share of their distance by which steps that an interval leaves out may be apart unevenly, beside one sample.
+_UNEVEN = 0.1
+#: Distances between them without which chance makes them even.
+_ENOUGH = 8
 
 
 @dataclass(frozen=True, slots=True)
@@ -116,18 +120,28 @@ def _explains(stretches: list[_Floats], coarse: CoarseStamps) -> bool:
     """True if the step explains far more differences that are not the usual one than pauses must: it is no chance."""
     usual = 0.5 + np.median(np.round(np.concatenate([np.diff(s) for s in stretches]) / coarse.step))
     explained = pauses = backward = size = 0
+    apart: list[_Ints] = []  # samples from one step that is left out to the next, in a run
     for stretch in stretches:
         runs = _BoundedRuns.of(stretch, coarse)
         odd = np.abs(np.diff(stretch) / coarse.step - usual + 0.5) > 0.5
         odd[runs.starts[1:] - 1] = False
+        ends = np.append(runs.starts, len(stretch))
+        apart += [np.diff(np.flatnonzero(odd[a : b - 1])) for a, b in zip(ends[:-1], ends[1:], strict=True)]
         explained += int(np.count_nonzero(odd))
         pauses += int(np.count_nonzero(runs.steps < 3.0 * max(coarse.interval, coarse.step)))
         backward += int(np.count_nonzero(runs.steps < 0.0))
         size += len(stretch)
     if usual < 1.0:  # a tick holds samples: its stamps rise but once
         return explained > pauses and backward <= _EARLY * size
+    if 1.0 < usual < 2.0 and coarse.interval > coarse.step and not _evenly(np.concatenate(apart)):
+        return False  # single samples were lost, and the step is the interval
     rare = coarse.interval < coarse.step and explained < _FEWEST * size
     return explained >= _EVEN * (pauses + 1) and backward <= _EARLY * size and not rare
+
+
+def _evenly(apart: _Ints) -> bool:
+    """True if steps are left out evenly, as an interval that is longer than a step does; losses come as they like."""
+    return len(apart) >= _ENOUGH and bool(np.ptp(apart) <= 1 + _UNEVEN * apart.mean())
 
 
 def _longest(stretches: list[_Floats], coarse: CoarseStamps) -> float:
@@ -195,7 +209,16 @@ class _BoundedRuns:
     high: _Floats
     low_end: _Floats  # of its last ones
     high_end: _Floats
-    unplaced: int  # samples that may as well lie on the other side of a pause, or in runs without a place
+    astray: int  # samples in runs without a place
+    doubtful: _Ints  # of each pause, samples that may as well lie on its other side
+    skips: NDArray[np.bool_]  # pauses at which the stamps leave out a step
+    coarse: CoarseStamps
+
+    @property
+    def unplaced(self) -> int:
+        """Samples whose place is open: a pause shorter than a step may be two, and lies anywhere in it."""
+        placed = self.skips & (self.steps > self.coarse.step)
+        return self.astray + int(self.doubtful[~placed].sum())
 
     @property
     def steps(self) -> _Floats:
@@ -209,19 +232,22 @@ class _BoundedRuns:
         w = coarse.window
         starts = [0]
         lows, highs, low_ends, high_ends = [], [], [], []
-        first = unplaced = 0
+        doubtful: list[int] = []
+        skips: list[bool] = []
+        first = astray = 0
         while True:
             last = _end(level, first, w, width)
             if last < len(level):
-                last, doubtful = _split(level, stamps, first, last, w, width)
-                unplaced += doubtful if stamps[last] - stamps[last - 1] < 1.5 * coarse.step else 0
+                last, others = _split(level, stamps, first, last, w, width)
+                doubtful.append(others)
+                skips.append(bool(stamps[last] - stamps[last - 1] > 1.5 * coarse.step))
             head, tail = level[first : min(first + w, last)], level[max(last - w, first) : last]
             lows.append(head.max() - coarse.step)
             highs.append(head.min())
             low_ends.append(tail.max() - coarse.step)
             high_ends.append(tail.min())
             if min(highs[-1] - lows[-1], high_ends[-1] - low_ends[-1]) > 2.0 * coarse.interval:
-                unplaced += last - first
+                astray += last - first
             if last >= len(level):
                 break
             starts.append(last)
@@ -232,7 +258,10 @@ class _BoundedRuns:
             high=np.array(highs),
             low_end=np.array(low_ends),
             high_end=np.array(high_ends),
-            unplaced=unplaced,
+            astray=astray,
+            doubtful=np.array(doubtful, dtype=np.int64),
+            skips=np.array(skips, dtype=bool),
+            coarse=coarse,
         )
 
 

@@ -14,6 +14,7 @@ from allanite.recording.records import Column
 
 __all__ = [
     "FEWEST",
+    "begins_anew",
     "first_finite",
     "is_counter",
     "is_even",
@@ -69,6 +70,21 @@ def only_grows(column: Column) -> bool:
     steps = np.concatenate([np.diff(part) for part in look(column)])
     ups, downs = np.count_nonzero(steps > 0), np.count_nonzero(steps < 0)
     return bool(ups > 2 and downs <= _FALLS * ups and rises(column))
+
+
+def begins_anew(column: Column) -> bool:
+    """True if the values rise in even steps, and now and then fall back far: a clock of a day, a counter that wraps."""
+    if len(column) < FEWEST:
+        return False
+    parts = [_finite(part) for part in look(column)]
+    steps = np.concatenate([np.diff(part) for part in parts])
+    ups = steps[steps > 0]
+    if len(ups) < 0.9 * len(steps) or not (len(ups) and len(parts[0])):
+        return False
+    middle = float(np.median(ups))
+    even = (np.abs(ups - middle) <= 0.5 * middle).mean() > 0.8
+    far = (steps[steps < 0] < -10.0 * middle).all()
+    return bool(even and far and ((steps < 0).any() or parts[-1][-1] < parts[0][0]))
 
 
 def is_counter(column: Column) -> bool:

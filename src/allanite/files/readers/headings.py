@@ -23,6 +23,7 @@ __all__ = [
     "Group",
     "Heading",
     "canonical_group",
+    "is_second_part",
     "is_unit",
     "may_be_time",
     "measures",
@@ -72,13 +73,16 @@ _TIME_UNIT = rf"(?:{_TIME_WORDS}|ms|[uµ]s|ns)"
 #: Words for a clock, or for what it shows.
 _CLOCK_WORD = (
     r"(?:t|ts|tm|times?|timestamps?|time_?stamps?|t?stamp|zeit|temps|tempo|tiempo|tijd|czas|clock|clk|now|elapsed|uptime"
-    r"|epoch|unix|posix|utc|gps|i?tow|sow|sod|datetime)"
+    r"|epoch|unix|posix|utc|gps|i?tow|sow|sod|tod|datetime)"
 )
 
 #: Days of the Julian calendar: MJD, jd_utc, time_mjd, Julian Date.
 _JULIAN = (
     r"(?:^|_)(?:modified_?)?(?:[mbhrt]?jd|julian_?(?:date|day)s?)(?:_?(?:utc|tt|tdb|tai|gps|ut1|number))?$"
 )
+
+#: What lies between whole seconds: Fractional Seconds, frac_sec, subsec.
+_FRACTION = r"^(?:frac(?:tion(?:al)?)?|sub)_?(?:of_(?:a_)?)?sec(?:ond)?s?$"
 
 # First match wins. Names are compared in lower case, with every run of other signs as one underscore.
 _GROUP_PATTERNS: tuple[tuple[Group, str], ...] = (
@@ -103,7 +107,7 @@ _GROUP_PATTERNS: tuple[tuple[Group, str], ...] = (
         rf"""^{_CLOCK_WORD}(_?{_TIME_UNIT}|_s)?$|^{_TIME_UNIT}_?{_CLOCK_WORD}$|^({_TIME_WORDS}|[mu]s)$
         |^(date|datum|fecha|uhrzeit|heure|hora|week|utc_?date|datenum)$|{_JULIAN}
         |^(?:(?:utc|gps|local)_?)?(?:hh_?mm_?ss(?:_?s*)?|(?:yy)?yy_?mm_?dd|dd_?mm_?yy(?:yy)?|mm_?dd_?yy(?:yy)?)$|^t_?(utc|gps|tow|rel|abs)$
-        |^sample_?time_?fine$
+        |^sample_?time_?fine$|{_FRACTION}|^(utc|gps|unix|posix|sys|host)_time_{_TIME_WORDS}$
         |timestamp|time_?stamp|(^|_)(date_?time|stamp|time|i?tow|elapsed|uptime)$|^time_|(^|_)since_
         |(^|_){_TIME_UNIT}_(elapsed|since|of_(the_)?(day|week))|^elapsed_|^(sys|host|unix|posix|gps|utc)_?{_TIME_WORDS}$
         |^(sys|host|local|rel|abs|unix|posix|gps|utc|run|cpu|mcu|real|pc|ros|sample|log|tick|arrival)time
@@ -134,6 +138,9 @@ _BRACKETS = {"[": "]", "(": ")", "{": "}", "<": ">"}
 #: The same words as programs of any kind spell them, in units of their own.
 _CAMEL_CASE = re.compile(r"(?<![A-Za-z])(?:angularV|linearA)")
 
+#: GyroXRadPerSec, AccelYMps2: a unit that begins with a capital behind the name.
+_JOINED_UNIT = re.compile(r"([a-z0-9XYZ])(RadPerSec|DegPerSec|RadPerS|DegPerS|Mps2|MPerS2)$")
+
 # suffix of a name -> unit, for any group
 _SUFFIX_UNITS = {
     "rad_s": "rad/s",
@@ -141,11 +148,15 @@ _SUFFIX_UNITS = {
     "radps": "rad/s",
     "rad_per_s": "rad/s",
     "rad_per_sec": "rad/s",
+    "radpers": "rad/s",
+    "radpersec": "rad/s",
     "deg_s": "deg/s",
     "degs": "deg/s",
     "degps": "deg/s",
     "deg_per_s": "deg/s",
     "deg_per_sec": "deg/s",
+    "degpers": "deg/s",
+    "degpersec": "deg/s",
     "deg_h": "deg/h",
     "deg_hr": "deg/h",
     "deg_per_h": "deg/h",
@@ -157,6 +168,7 @@ _SUFFIX_UNITS = {
     "mps2": "m/s²",
     "ms2": "m/s²",
     "m_per_s2": "m/s²",
+    "mpers2": "m/s²",
     "mg": "mg",
     "ug": "µg",
     "lsb": "LSB",
@@ -208,7 +220,7 @@ def read_heading(text: str) -> Heading:
     text = text.strip().strip("\"'").strip().lstrip("#%").strip()
     if not text:
         return Heading("", "", "")
-    indexed = _INDEXED.sub(r"_\1", text)
+    indexed = _JOINED_UNIT.sub(r"\1_\2", _INDEXED.sub(r"_\1", text))
     plain = _plain(indexed)
     for pattern, unit in () if _CAMEL_CASE.search(indexed) else _STANDARD_UNITS:
         if pattern.search(plain):
@@ -272,6 +284,11 @@ def is_unit(text: str) -> bool:
 def may_be_time(name: str) -> bool:
     """True for names that mean time where the column only grows: time, but also t_a beside a."""
     return read_heading(name).group == "time" or _MAY_BE_TIME.fullmatch(name) is not None
+
+
+def is_second_part(name: str) -> bool:
+    """True for names of what lies between whole seconds, in seconds."""
+    return re.search(_FRACTION, _plain(name)) is not None
 
 
 def canonical_group(word: str) -> Group:

@@ -58,6 +58,7 @@ _LONG = 1 << 17  # coarse stamps that are looked at in one go
 _ON_GRID = 0.2  # rms distance from whole intervals, between stamps in time, if others were brought forward
 _FEW = 0.005  # share of the differences that coarse stamps make another
 _IN_TIME = 0.5  # share of the stamps by which the others are judged
+_BEFORE = 16  # late stamps before a step that tell where it begins
 _STEADY = 0.5  # share of the samples before which no pause is
 
 
@@ -305,7 +306,7 @@ def _bursts(differences: _Floats, median: float) -> bool:
 
 def _regular_interval(look: _StampStretches) -> float:
     """Median slope of the stretches that hold no odd difference; else that of all that lies between odd ones."""
-    parts = [between([stretch], 0.5 * look.median, 1.5 * look.median) for stretch in look.stretches]
+    parts = [between([stretch], 0.4 * look.median, 1.6 * look.median) for stretch in look.stretches]
     slopes = [common_slope(part) for part in parts if len(part) == 1 and len(part[0]) > 1]
     return float(np.median(slopes)) if slopes else common_slope([one for part in parts for one in part])
 
@@ -393,10 +394,17 @@ def _judge_coarse(
 def _judge_late(
     block: _Floats, differences: _Floats, lead: int, count: int, interval: float, probe: Probe
 ) -> tuple[_Ints, _Floats]:
-    """Steps of the earliest time that the stamps after a sample allow."""
-    excess = np.diff(earliest(block, interval, probe.late or 0.0))[lead : lead + count] - interval
-    at = np.flatnonzero(np.abs(excess) > 0.5 * interval)
-    return at + lead, excess[at]
+    """Steps of the earliest time that the stamps after a sample allow.
+
+    The last few before a step have no more than each other to tell their time: the lowest of them counts.
+    """
+    level = earliest(block, interval, probe.late or 0.0) - interval * np.arange(len(block))
+    step = np.diff(level)
+    at = np.flatnonzero(np.abs(step) > 0.5 * interval)
+    begins = np.maximum(np.concatenate(([0], at[:-1] + 1)), at - _BEFORE) if len(at) else at
+    before = np.array([level[a : b + 1].min() for a, b in zip(begins, at, strict=True)])
+    within = (at >= lead) & (at < lead + count)
+    return at[within], (level[at + 1] - before)[within]
 
 
 def _judge_irregular(

@@ -9,6 +9,7 @@ from __future__ import annotations
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -16,6 +17,7 @@ from numpy.typing import NDArray
 from allanite.errors import InputError
 from allanite.files.readers.column_look import (
     FEWEST,
+    begins_anew,
     first_finite,
     is_counter,
     is_even,
@@ -27,7 +29,7 @@ from allanite.files.readers.column_look import (
     stands_still,
 )
 from allanite.files.readers.gps_week import WEEK, find_gps_clock, is_slow, names_time_of_week, unit_of_week
-from allanite.files.readers.headings import Heading, may_be_time
+from allanite.files.readers.headings import Heading, is_second_part, may_be_time
 from allanite.files.readers.packed_time import DAY, find_packed
 from allanite.files.readers.row_intervals import holds_increments, interval_unit, is_period, running_sum
 from allanite.files.readers.stamp_parts import find_parts, is_fraction
@@ -79,6 +81,9 @@ def choose_time(table: StampTable, statement: str | None = None) -> TimeChoice |
         return _beside_intervals(table, time, intervals)
     if intervals:
         return _running(table, min(intervals, key=lambda i: is_period(table.raw[i])), intervals, None)
+    pair = _pair_without_names(table)
+    if pair is not None:
+        return pair
     rising = _without_name(table)
     if rising is None:
         return None
@@ -196,7 +201,7 @@ def growing(table: StampTable) -> list[int]:
         i
         for i, (heading, column) in enumerate(zip(table.headings, table.columns, strict=True))
         if heading.group in ("", "other", "identity", "counter")
-        and only_grows(column)
+        and (only_grows(column) or begins_anew(column))
         and not (heading.name and is_counter(column))
     ]
 
@@ -396,7 +401,8 @@ def _pair(table: StampTable, named: list[int]) -> TimeChoice | None:
     headings, columns = table.headings, table.columns
     for fine in named:
         unit, factor = _stated(headings[fine].unit)
-        if unit not in ("ms", "us", "ns") or fine in table.known_units:
+        part = is_second_part(headings[fine].name) and unit in ("", "s")
+        if (unit not in ("ms", "us", "ns") and not part) or fine in table.known_units:
             continue
         for coarse in named:
             seconds = _whole_seconds(table, coarse) if coarse != fine else None
@@ -407,7 +413,7 @@ def _pair(table: StampTable, named: list[int]) -> TimeChoice | None:
             first = (first_finite(columns[coarse]) + columns[coarse].origin) * seconds
             start = round(first) * 10**9 + round(first_finite(columns[fine]) * factor * 1e9)
             absolute = start if EPOCH[0] <= first <= EPOCH[1] else None
-            unit = f"{table.known_units.get(coarse, 's')} + {unit}"
+            unit = f"{table.known_units.get(coarse, 's')} + {unit or 's'}"
             return _sum(columns, headings, (coarse, seconds), (fine, factor), named, unit, absolute)
     return None
 
@@ -492,6 +498,35 @@ def _sum(
     return TimeChoice(
         stamps=Summed(*parts), source=source, unit=unit, start=start, used=tuple(named), first_ns=first_ns
     )
+
+
+def _pair_without_names(table: StampTable) -> TimeChoice | None:
+    """Seconds since 1970 and what is finer, in neighboring columns without names."""
+    headings, columns = table.headings, table.columns
+    for coarse, fine in pairwise(range(len(columns))):
+        first = first_finite(columns[coarse]) + columns[coarse].origin
+        named = headings[coarse].name or headings[fine].name
+        if named or not EPOCH[0] <= first <= EPOCH[1] or _whole_seconds(table, coarse) is None:
+            continue
+        highest = max(float(np.nanmax(part, initial=0.0)) for part in look(columns[fine]))
+        unit = next((u for u in ("ms", "us", "ns") if 0.5 < highest * FACTORS[u] < 1.0), None)
+        if unit is None or not is_fraction(look(columns[coarse]), look(columns[fine]), FACTORS[unit]):
+            continue
+        numbers = f"{table.numbers[coarse]} and {table.numbers[fine]}"
+        return replace(
+            _sum(
+                columns,
+                headings,
+                (coarse, 1.0),
+                (fine, FACTORS[unit]),
+                [coarse, fine],
+                f"s + {unit}",
+                round(first) * 10**9 + round(first_finite(columns[fine]) * FACTORS[unit] * 1e9),
+            ),
+            source=f"columns {numbers}",
+            guesses=(f"columns {numbers} have no names: read as seconds since 1970 and {unit}",),
+        )
+    return None
 
 
 def _without_name(table: StampTable) -> int | None:

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Final
 
 from allanite.files.readers.delimited import read_stream
+from allanite.files.readers.delimited.json_document import as_lines
 from allanite.files.readers.delimited.streams import is_text, opened
 from allanite.files.readers.table import Options, Table
 
@@ -38,4 +39,4 @@ def read(path: Path, options: Options) -> Table:
     LimitError
         A line of more than a megabyte, more than 4096 columns, or a decompression bomb.
     """
-    return read_stream(opened(path), path, options)
+    return read_stream(as_lines(opened(path), path.name), path, options)

@@ -25,6 +25,7 @@ from allanite.errors import DataQualityError
 from allanite.files.readers.clock_line import Marks, fit_line
 from allanite.files.readers.coarse_stamps import without_place
 from allanite.files.readers.filled_stamps import ArrayStamps, Filled, Stamps
+from allanite.files.readers.grid_check import in_stalls, off_grid_share
 from allanite.files.readers.late_stamps import InTime
 from allanite.files.readers.stamp_regimes import JUDGES, LONGEST, SHORTEST, Probe, no_grid, probe_of
 
@@ -40,6 +41,7 @@ _ON_GRID = 0.02  # intervals by which a pause misses the grid that ends on it, b
 _FEW_PAUSES = 8
 _LOOSE = 0.2  # intervals by which a pause misses the grid that ends beside it
 _UNPLACED = 0.3  # share of the samples without a place of their own beyond which there is no grid
+_OFF_GRID = 0.05  # share of the samples that lie off the grid beyond which the stamps contradict it
 _ENDLESS = 1e15  # more missing samples than that are not counted
 _LONG_ENOUGH = 2_000_000  # positions that any record may have
 _LONGEST_GRID = 50  # positions per sample; beyond both the clock was set, or two records stand in one file
@@ -130,6 +132,8 @@ def fit_grid(
         marks = again
         if settled:
             break
+    if probe.late is not None:
+        _refuse_off_grid(filled, marks, source, interval)
     # Half the standard deviation of a least-squares slope (relative): digits beyond it say nothing.
     rate = _plain(1.0 / interval, 0.5 * tally.jitter / interval * math.sqrt(12.0 / n**3) + 1e-14)
     begins = np.concatenate(([0], marks.gaps + 1))
@@ -151,7 +155,7 @@ def fit_grid(
             for g, m in zip(grid[1 : _LISTED_GAPS + 1], marks.missing[:_LISTED_GAPS], strict=True)
         ],
         "resolution_s": float(resolution),
-        "unplaced": _unplaced(filled, probe, source),
+        "unplaced": _unplaced(filled, probe, marks, source, interval),
     }
     length = int(grid[-1] + n - begins[-1])
     return Timebase(rate=rate, length=length, source=np.append(begins, n), grid=grid, facts=facts)
@@ -329,10 +333,22 @@ def _refuse(stamps: Filled, marks: Marks, tally: _Tally, source: str, interval: 
         )
 
 
-def _unplaced(stamps: Filled, probe: Probe, source: str) -> int:
-    """Samples whose place coarse stamps do not tell."""
+def _refuse_off_grid(stamps: Filled, marks: Marks, source: str, interval: float) -> None:
+    """Refuse a grid that late stamps, which are right but for their lateness, contradict as a whole."""
+    share = off_grid_share(stamps, marks, interval)
+    if share > _OFF_GRID:
+        raise no_grid(
+            stamps,
+            source,
+            f"{100.0 * share:.2g} % of the samples lie more than half an interval from the best one, {interval:.6g} s: "
+            "samples were lost where the stamps do not tell, or they were not evenly taken",
+        )
+
+
+def _unplaced(stamps: Filled, probe: Probe, marks: Marks, source: str, interval: float) -> int:
+    """Samples whose place the stamps do not tell: coarse ones, or those that a host wrote in one go."""
     if probe.coarse is None:
-        return 0
+        return 0 if probe.late is None else in_stalls(stamps, marks, interval)
     count = without_place(stamps, probe.coarse)
     if count > _UNPLACED * len(stamps):
         raise no_grid(

@@ -99,7 +99,7 @@ def jitter(recording: Recording) -> Iterator[Finding]:
             count=lost or recording.n_samples,
         )
     elif rms > 0.01 * dt:
-        yield _scatter(recording, rms)
+        yield _scatter(recording, rms, int(_number(notes, "unplaced")))
     median = _number(notes, "median_rate")
     if median > 0.0 and abs(median / rate - 1.0) > 0.01:
         yield finding(
@@ -131,8 +131,11 @@ _SHOWS_JITTER = {
 }
 
 
-def _scatter(recording: Recording, rms: float) -> Finding:
-    """Jitter of the stamps. A steady rate does not see it; a moving angle does, as noise of rate times jitter."""
+def _scatter(recording: Recording, rms: float, lost: int) -> Finding:
+    """Jitter of the stamps. A steady rate does not see it; a moving angle does, as noise of rate times jitter.
+
+    Of the samples that a host stamped in one go, where some are missing, `lost` have no place of their own.
+    """
     share = rms / recording.dt
     kinds = {c.kind for c in recording.channels}
     shows = next((text for kind, text in _SHOWS_JITTER.items() if kind in kinds), "")
@@ -142,12 +145,19 @@ def _scatter(recording: Recording, rms: float) -> Finding:
     )
     if moving:
         message += f"; {shows}"
+    if lost:
+        message += (
+            f"; {plural(lost, 'sample')}, stamped in one go around missing ones, may lie as many intervals from their "
+            "place as are missing there"
+        )
     of_clock = bool(kinds & {Kind.PHASE, Kind.FREQUENCY})
     return finding(
         "rate_jitter",
         message,
         advice="use the time of the counter itself, or trigger each reading by a clock" if of_clock else None,
-        severity=Severity.WARNING if share > 0.5 or (moving and share > 0.05) else Severity.INFO,
+        severity=Severity.WARNING
+        if share > 0.5 or (moving and share > 0.05) or lost > TOLERATED * recording.n_samples
+        else Severity.INFO,
         count=recording.n_samples,
     )
 

@@ -120,7 +120,12 @@ class TextColumns:
         if columns is None:
             parts = list(_parts(piece, line)) if len(piece) > _PART else []
             if len(parts) > 1:  # one line may be longer than a part
-                for part, number in parts:
+                self.feed(*parts[0])
+                rest = self._fast(piece[len(parts[0][0]) :])  # what it held for the first time is known now
+                if rest is not None:
+                    self._append(rest)
+                    return
+                for part, number in parts[1:]:
                     self.feed(part, number)
                 return
             columns = self._slow(piece, line)

@@ -1,0 +1,47 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Structured arrays of NumPy: every number of every field is a channel."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from allanite.files.readers import read
+
+CASES = 200
+N = 64
+
+
+def test_fields_with_several_numbers_and_fields_of_their_own(tmp_path: Path) -> None:
+    for seed in range(CASES):
+        rng = np.random.default_rng([20261126, 3, seed])
+        rate = float(rng.choice([10.0, 100.0, 400.0]))
+        widths = rng.integers(1, 5, size=2)
+        nested = rng.random() < 0.5
+        number = str(rng.choice(["<f4", "<f8", ">f4", "<i2"]))
+        inner = [(axis, number) for axis in "xyz"]
+        kinds = [("t", "<f8"), ("w", number, (int(widths[0]),)), ("a", inner if nested else number)]
+        log = np.zeros(N, dtype=kinds)
+        log["t"] = np.arange(N) / rate
+        log["w"] = 100 * rng.normal(size=(N, widths[0]))
+        expected = {f"w{k}": log["w"][:, k] for k in range(widths[0])}
+        if nested:
+            for axis in "xyz":
+                log["a"][axis] = 100 * rng.normal(size=N)
+            expected |= {f"a_{axis}": log["a"][axis] for axis in "xyz"}
+        else:
+            log["a"] = 100 * rng.normal(size=N)
+            expected |= {"a": log["a"]}
+        path = tmp_path / ("log.npz" if rng.random() < 0.5 else "log.npy")
+        if path.suffix == ".npz":
+            np.savez(path, imu=log)
+        else:
+            np.save(path, log)
+        recording = read(path)
+        assert recording.rate == pytest.approx(rate, rel=1e-9), seed
+        assert len(recording.names) == len(expected), (seed, recording.names)
+        for name, values in zip(recording.names, expected.values(), strict=True):
+            assert np.array_equal(recording.values(name), values), (seed, name)
+        assert recording.names[-3:] == ("a_x", "a_y", "a_z") or not nested, seed
