@@ -316,3 +316,12 @@ def test_only_brackets_around_a_unit_are_taken_off(text: str, bare: str) -> None
 
     assert unbracketed(text) == bare
     assert is_unit(text) == bool(bare)
+
+
+@pytest.mark.parametrize("name", ["deg", "rad", "m", "°"])
+def test_a_full_stop_between_units_is_a_product_whatever_the_name(name: str) -> None:
+    """deg.s^-1, as converters of navigation units write it; the name before the stop is a whole one."""
+    product = parse_unit(f"{name} s^-1", tuple(QuantityKind))
+    for sign in ("^-1", "-1", "⁻¹"):
+        written = parse_unit(f"{name}.s{sign}", tuple(QuantityKind))
+        assert (written.factor, written.quantity) == (product.factor, product.quantity)

@@ -252,7 +252,7 @@ _REWRITES = (
     (re.compile(r"(?<![A-Za-z])u(?=[A-Za-z])"), lambda _: "µ"),
 )
 _TOKEN = re.compile(
-    r"\s*(?:(?P<number>\d+(?:\.\d+)?|\.\d+)|(?P<name>°[CF]\b|[^\W\d_]+0?(?![.\d])|[^\W\d_]+|[°′″'\"%℃])"
+    r"\s*(?:(?P<number>\d+(?:\.\d+)?|\.\d+)|(?P<name>°[CF]\b|[^\W\d_]+(?![^\W\d_])(?:0(?![.\d]))?|[°′″'\"%℃])"
     r"|(?P<sign>[/*^()√.+-]))"
 )
 
