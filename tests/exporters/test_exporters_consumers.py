@@ -491,7 +491,7 @@ def test_the_command_writes_every_consumer(run: Run, study: Path, tmp_path: Path
     assert run("export", "kf-gins", study, "--axes", "each", "--correlation-time", "100s").code == 0
     refused = run("export", "gazebo", study)
     assert refused.code == 1
-    assert "give correlation_time=" in refused.err
+    assert "give --correlation-time (seconds), or --walk upper-bound" in " ".join(refused.err.split())
 
 
 def test_binary_files_are_written_whole_and_the_same_every_time(tmp_path: Path) -> None:
