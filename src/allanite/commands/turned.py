@@ -208,8 +208,8 @@ def _mapped(channels: Sequence[Channel], models: Mapping[str, NoiseModel]) -> st
     """A name of a model of its kind for each channel, in their order; the last one where there are too few."""
     words = []
     for kind in dict.fromkeys(channel.kind.value for channel in channels):
-        modelled = {"angle": "rate", "velocity": "acceleration"}.get(kind, kind)
-        names = [name for name, model in models.items() if model.kind == modelled] or list(models)
+        of_model = {"angle": "rate", "velocity": "acceleration"}.get(kind, kind)
+        names = [name for name, model in models.items() if model.kind == of_model] or list(models)
         alike = [channel.name for channel in channels if channel.kind.value == kind]
         words += [f"{name}={names[min(k, len(names) - 1)]}" for k, name in enumerate(alike)]
     return ",".join(words)
