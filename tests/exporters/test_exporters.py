@@ -287,7 +287,7 @@ def test_six_axes_of_a_whole_study() -> None:
     assert list(parse(text)) == KEYS
     for name in ("gyro_x", "gyro_z", "acc_y", document["provenance"]["sha256"]):
         assert name in text
-    assert al.export("kalibr", al.Study(document)) == text
+    assert al.export("kalibr", al.Study.from_json(document)) == text
     two = al.export(
         "kalibr", document, gyroscope=["gyro_x"], accelerometer=["acc_x", "acc_y"], rostopic="/imu/data_raw"
     )

@@ -3,16 +3,19 @@
 
 from __future__ import annotations
 
+import copy
 import io
 import json
 from contextlib import redirect_stdout
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 from tests.frozen.doors import report
 
 import allanite as al
+from allanite.errors import AllaniteError
 from allanite.exporters import export
 from allanite.noise import NoiseModel
 from allanite.recording.health import Finding
@@ -132,3 +135,44 @@ def test_no_sentence_of_advice_is_in_a_document() -> None:
     (channel,) = study.channels
     text = json.dumps(study.to_json())
     assert channel.advice and all(advice.text not in text for advice in channel.advice)
+
+
+_ODD: tuple[Any, ...] = (
+    None, "x", -1, 0, 1e308, [], {}, [1, "a"], [[1, 2], [3]], True, [None], {"a": 1}, 10**30,
+)  # fmt: skip
+
+
+def _places(value: Any, at: tuple[Any, ...] = ()) -> list[tuple[Any, ...]]:
+    """Where something stands in a document: every key, and the first members of lists."""
+    if isinstance(value, dict):
+        return [at, *(place for key in value for place in _places(value[key], (*at, key)))]
+    if isinstance(value, list):
+        return [at, *(place for i, part in enumerate(value[:3]) for place in _places(part, (*at, i)))]
+    return [at]
+
+
+@pytest.mark.parametrize("name", ["few", "contaminated", "floor", "warm"])
+@pytest.mark.parametrize("version", [1, 2])
+def test_a_study_that_was_changed_anywhere_is_read_or_refused(name: str, version: int) -> None:
+    """One part is missing, or something else: a study that can be written again, or an error that says where."""
+    whole = read(Path(__file__).parent / "documents" / f"study-1-{name}.json")
+    if version == 2:
+        whole = json.loads(json.dumps(al.Study.from_json(whole).to_json()))
+    rng = np.random.default_rng([version, len(name)])
+    places = [place for place in _places(whole) if place]
+    refused = 0
+    for _ in range(150):
+        document = copy.deepcopy(whole)
+        *above, last = places[rng.integers(len(places))]
+        box = document
+        for key in above:
+            box = box[key]
+        if isinstance(box, dict) and rng.random() < 0.3:
+            del box[last]
+        else:
+            box[last] = copy.deepcopy(_ODD[rng.integers(len(_ODD))])
+        try:
+            json.dumps(al.Study.from_json(document).to_json(), allow_nan=False)
+        except AllaniteError:
+            refused += 1
+    assert 15 < refused < 150

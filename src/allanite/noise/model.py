@@ -63,8 +63,19 @@ class Estimate:
 
     @classmethod
     def from_json(cls, data: Mapping[str, Any]) -> Estimate:
-        """Inverse of `to_json`."""
+        """Inverse of `to_json`.
+
+        Raises
+        ------
+        TypeError
+            A number that is none, or another form.
+        """
         ends = data.get("statistical")
+        numbers = (data.get("value"), data.get("lower"), data["upper"], *(() if ends is None else ends))
+        if any(isinstance(n, bool) or not isinstance(n, (int, float, type(None))) for n in numbers):
+            raise TypeError(f"an estimate holds numbers, not {numbers!r:.60}")
+        if not isinstance(data["symbol"], str) or not isinstance(data["supported"], bool):
+            raise TypeError(f"an estimate has a symbol, and is supported or not: {dict(data)!r:.60}")
         return cls(
             **{
                 **data,
@@ -272,11 +283,18 @@ class NoiseModel:
         try:
             terms = tuple(_term_from_json(t) for t in data["terms"])
             estimates = tuple(Estimate.from_json(e) for e in data.get("estimates", ()))
-        except (KeyError, TypeError) as error:
+            parts = {name: dict(data.get(name) or {}) for name in ("covariance", "goodness", "overbound")}
+        except (AttributeError, KeyError, TypeError, ValueError) as error:
+            if isinstance(error, InputError):
+                raise
             form = "{'terms': [{'type': 'white', 'N': ...}]}"
             raise InputError(f"not a noise model: {error}; expected {form}") from None
-        known = {f.name for f in fields(cls)} - {"terms", "estimates", "alternative"}
-        rest = {k: v for k, v in data.items() if k in known}
+        texts = ("family", "verdict", "kind", "unit")
+        wrong = [name for name in texts if not isinstance(data.get(name, ""), str)]
+        if wrong:
+            raise InputError(f"not a noise model: its {wrong[0]} is a text, not {data[wrong[0]]!r:.40}")
+        known = {f.name for f in fields(cls)} - {"terms", "estimates", "alternative", *parts}
+        rest = {k: v for k, v in data.items() if k in known} | parts
         other = data.get("alternative")
         alternative = None if other is None else cls.from_json(other)
         return cls(terms=terms, estimates=estimates, alternative=alternative, **rest)

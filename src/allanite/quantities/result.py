@@ -119,7 +119,10 @@ def read_result(of: type[R], data: object, place: str = "") -> R:
     present = [name for name in known if name in data]
     kinds = _types(of)  # type: ignore[arg-type]  # classes are hashable
     values = _read_all([(kinds[name], data[name], known[name]) for name in present], missing)
-    return of(**dict(zip(present, values, strict=True)))
+    try:
+        return of(**dict(zip(present, values, strict=True)))
+    except FormatError as fault:
+        raise FormatError(f"{place}: {fault}") from None
 
 
 def _read_all(parts: Iterable[tuple[object, object, str]], faults: Sequence[str] = ()) -> list[object]:
@@ -177,7 +180,7 @@ def _one_of(known: Sequence[object], value: object, place: str) -> object:
 def _array(scalar: object, value: object, place: str) -> object:
     try:
         return np.asarray(value, dtype=np.float64 if value is None else scalar)  # type: ignore[call-overload]
-    except (TypeError, ValueError):
+    except (OverflowError, TypeError, ValueError):
         raise FormatError(f"{place}: a list of numbers is expected, not {value!r:.40}") from None
 
 
@@ -202,7 +205,7 @@ def _single(kind: type[object], value: object, place: str) -> object:
 def _documented(kind: type[_Documented], value: Mapping[str, object], place: str) -> object:
     try:
         return kind.from_json(value)
-    except (AllaniteError, LookupError, TypeError, ValueError) as fault:
+    except (AllaniteError, ArithmeticError, AttributeError, LookupError, TypeError, ValueError) as fault:
         missing = isinstance(fault, KeyError)
         raise FormatError(f"{place}: {fault} is missing" if missing else f"{place}: {fault}") from None
 

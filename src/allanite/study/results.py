@@ -197,6 +197,8 @@ class ChannelCurve(Result):
     excluded: tuple[str, ...] = field(default=(), repr=False)
 
     def __post_init__(self) -> None:
+        if self.missing.size % 2:
+            raise FormatError("runs of missing samples are pairs")
         object.__setattr__(self, "missing", self.missing.reshape(-1, 2))
         known = ("used",) if self.used.size else ()
         for name in ("tau", "deviation", "lower", "upper", "edf", "count", *known):
