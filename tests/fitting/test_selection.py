@@ -121,7 +121,9 @@ def test_unit_and_sign_do_not_matter(walking: Selection) -> None:
 
 
 def test_verdict_names_terms_and_rivals(walking: Selection) -> None:
-    assert walking.verdict == "The record has white noise and random walk, and needs no other term."
+    terms, _, stand_ins = walking.verdict.partition(". ")
+    assert terms == "The record has white noise and random walk, and needs no other term"
+    assert stand_ins.startswith("A Gauss-Markov term with T above")
     assert walking.sure and walking.explained
     first, second = walking.candidates[0], replace(walking.candidates[1], letters=("N", "B"), weight=0.4)
     torn = replace(walking, candidates=(replace(first, weight=0.5), second))
