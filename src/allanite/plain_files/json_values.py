@@ -32,7 +32,8 @@ def plain(value: Any) -> Any:
     if isinstance(value, Mapping):
         return {k: plain(v) for k, v in value.items()}
     if hasattr(value, "to_json"):
-        return plain(value.to_json())
+        made = value.to_json()
+        return made if getattr(value, "PLAIN", False) else plain(made)
     if hasattr(value, "__dataclass_fields__"):
         return {name: plain(getattr(value, name)) for name in value.__dataclass_fields__}
     return value

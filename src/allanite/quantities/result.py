@@ -51,12 +51,15 @@ class Result:
         Of a document of its own; "" for a part of one.
     STATED : tuple of str
         Properties that the document states besides its fields.
+    PLAIN : bool
+        What `to_json` gives needs no second look.
     """
 
     __slots__ = ()
     FORMAT: ClassVar[str] = ""
     VERSION: ClassVar[int] = 1
     STATED: ClassVar[tuple[str, ...]] = ()
+    PLAIN: ClassVar[bool] = True
 
     def to_json(self) -> dict[str, object]:
         """Plain data, SI units; null for a number that does not exist or is infinite."""

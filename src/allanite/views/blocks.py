@@ -171,7 +171,9 @@ class Coefficients(PageBlock):
     @property
     def rows(self) -> Sequence[tuple[str, Sequence[CoefficientWording | None]]]:
         """Name of each channel, and what it says of each column."""
-        return [(c.name, [readings(c).get(s) for s in self.heads]) for c in self.group.channels]
+        columns = list(self.heads)
+        by_channel = [(c.name, readings(c)) for c in self.group.channels]
+        return [(name, [read.get(s) for s in columns]) for name, read in by_channel]
 
     @property
     def caption(self) -> str:
