@@ -241,7 +241,7 @@ def test_upper_limit_of_a_scatter_is_where_the_likelihood_has_fallen() -> None:
     rng = np.random.default_rng(3)
     for c, sd in ((3, 1.0), (12, 2.0), (40, 5.0)):
         seen = sd * rng.standard_normal(c)
-        contrasts = Contrasts(basis=np.eye(c), noise=np.eye(c), seen=seen)
+        contrasts = Contrasts(basis=np.eye(c), noise=np.eye(c), values=seen)
         size = 0.7 * sd
         limit = _upper_sizes(contrasts, {"x": np.eye(c)}, Sizes(values={"x": size}), 0.95)["x"]
         begin, end = 1 + size**2, 1 + limit**2

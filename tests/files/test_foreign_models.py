@@ -262,6 +262,6 @@ def test_commands_take_such_files(run: Run, tmp_path: Path) -> None:
     sheet = written(
         tmp_path, "gyro: {angle_random_walk: 0.3 deg/√h, rate_random_walk: 5 deg/h/√h}", "sheet.yaml"
     )
-    assert "rate=" in run("export", "kalibr", sheet).err
+    assert "give --rate" in run("export", "kalibr", sheet).err
     assert run("export", "kalibr", sheet, "--rate", "200").code == 0
     assert "made of a study" in run("export", "kalibr", imu, "--overbound", "95%").err

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from verification.simulators import gauss_markov, power_law
 
+from allanite.exporters import export
 from allanite.fitting import fit
 from allanite.fitting.families import GAUSS_MARKOV, TWO_GAUSS_MARKOV, Family
 from allanite.fitting.likelihood.problem import LikelihoodProblem
@@ -18,8 +19,9 @@ from allanite.fitting.moments import lags_used
 from allanite.fitting.objective import solve
 from allanite.fitting.selection import select
 from allanite.fitting.selection.search import TermSearch
-from allanite.noise import GaussMarkov, NoiseModel
+from allanite.noise import GaussMarkov, NoiseModel, White
 from allanite.noise.allan import AllanCurve, allan_curve
+from allanite.noise.quick_terms import with_quick_terms_white
 from allanite.recording.records import Recording
 
 FITS: dict[str, Callable[[Recording], NoiseModel]] = {
@@ -140,3 +142,35 @@ def test_a_selection_says_what_else_explains_its_slow_noise() -> None:
     assert "explain its Allan curve as well" in chosen.verdict
     assert chosen.entry()["slow"] == dict(chosen.slow)
     assert chosen.model.goodness["slope_lower"] == chosen.slow["slope_lower"]
+
+
+@pytest.mark.parametrize("method", FITS)
+def test_what_averages_like_white_noise_is_in_the_white_noise_of_consumers(method) -> None:
+    dt, N, sigma, T = 0.005, 1e-4, 1e-3, 0.03
+    rng = np.random.default_rng(49)
+    samples = N / np.sqrt(dt) * rng.standard_normal(28_800) + gauss_markov(rng, 28_800, sigma, T / dt)
+    record = Recording.from_rate(samples, rate=1 / dt, unit="rad/s", names=["gyro"])
+    model = fit(allan_curve(record)["gyro"]) if method == "curve" else fit(record, screen=False)
+    together = np.sqrt(N**2 + 2 * sigma**2 * T)
+    alone, white = model.estimate("N"), with_quick_terms_white(model, dt)
+    assert alone.lower <= N <= alone.upper
+    assert white.estimate("N").lower <= together <= white.estimate("N").upper
+    assert {"sigma", "T", "B_equiv"}.isdisjoint(e.symbol for e in white.estimates)
+    tau = np.array([30.0, 60.0])
+    np.testing.assert_allclose(white.adev(tau), model.adev(tau), rtol=2e-3)
+    assert f"N is {white.estimate('N').value / alone.value:.3g} times larger there" in model.verdict
+
+    numbers = yaml_numbers(export("kalibr", {"gyro": model}, rate=1 / dt))
+    assert numbers["gyroscope_noise_density"] == pytest.approx(white.estimate("N").value, rel=1e-5)
+    # the walk is that of the limits of flicker and K, not the drive of the bandwidth, 1000 times larger
+    assert numbers["gyroscope_random_walk"] < 0.02 * sigma * np.sqrt(2 / T)
+
+
+def yaml_numbers(text: str) -> dict[str, float]:
+    lines = [line.split("#")[0].split(":") for line in text.splitlines() if line[:1].isalpha()]
+    return {key: float(value) for key, value in lines if key.startswith("gyroscope")}
+
+
+def test_a_model_without_quick_terms_is_itself() -> None:
+    slow = NoiseModel.of(White(N=1e-4), GaussMarkov.from_sigma(1e-3, 100.0))
+    assert with_quick_terms_white(slow, 0.005) is slow

@@ -69,7 +69,7 @@ def stated(record: Recording) -> tuple[float, float]:
     """What a study says; the sets are no sensor's noise, so everything that the checks find is accepted."""
     accept = ("too_short", "clipping", "quantisation_limited")
     channel = al.characterize(record, accept=accept)["signal"]
-    return channel["mean"], channel["sd"]
+    return channel.mean, channel.sd
 
 
 #: Digits of mean and standard deviation that float64 leaves: the samples themselves are rounded decimals.

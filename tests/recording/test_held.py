@@ -107,9 +107,9 @@ def test_characterize_takes_each_value_once(rng: np.random.Generator) -> None:
     truth = math.radians(SD) / math.sqrt(63.0)
     assert n.lower < truth < n.upper
     assert n.upper / n.lower < 1.06
-    entry = study["gyro"]
-    assert entry["held"]["rate"] == pytest.approx(63.0, abs=0.02)
-    assert entry["curve"]["dt"] == pytest.approx(1 / 63.0, rel=1e-3)
+    channel = study["gyro"]
+    assert channel.held is not None and channel.held.rate == pytest.approx(63.0, abs=0.02)
+    assert channel.curve.dt == pytest.approx(1 / 63.0, rel=1e-3)
     assert al.Study.from_json(study.to_json()).findings
 
 

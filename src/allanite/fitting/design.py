@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 from allanite.noise import Flicker, GaussMarkov, Quantisation, Ramp, RandomWalk, TermType, White
 from allanite.noise.allan.covariance import LagPairs, lag_pairs
 from allanite.noise.power_law import PowerLaw
+from allanite.noise.quick_terms import QUICK
 
 __all__ = [
     "LINEAR",
@@ -55,7 +56,7 @@ LINEAR: dict[str, TermType] = {
 MARKOV = ("G", "G2")
 #: Shortest correlation time [samples] that is tried at first: a bias that forgets itself earlier is a matter of the
 #: sensor's bandwidth.
-SHORTEST_TIME = 16.0
+SHORTEST_TIME = QUICK
 #: Their correlation times as parameters.
 TIME_OF = {"G": "T", "G2": "T_2"}
 _POWER_LAW, _SLOW = "P", "H"  # of symbols that carry their shape

@@ -23,6 +23,7 @@ __all__ = [
     "CurveFamilyFit",
     "Family",
     "fit_family",
+    "flicker_limit",
 ]
 
 Array = NDArray[np.float64]
@@ -178,6 +179,16 @@ def fit_family(family: Family, best: CurveSolution, confidence: float) -> CurveF
         critical = critical_value(family.curve, best, TIME_OF[s], supported, confidence)
         sets[TIME_OF[s]] = time_set(family.curve, family, best, s, critical, family.times)
     return CurveFamilyFit(family, best, _selected(family, best, supported), supported, sets)
+
+
+def flicker_limit(fit: CurveFamilyFit, confidence: float) -> float:
+    """Upper end of the set of flicker beside the terms of a family without it, as a variance coefficient."""
+    last = max(fit.family.symbols.index(s) for s in fit.family.markov) + 1
+    symbols = (*fit.family.symbols[:last], "B", *fit.family.symbols[last:])
+    family = Family(fit.family.curve, symbols, fit.family.shortest)
+    best = family.above(fit.best)
+    critical = critical_value(family.curve, best, "B", fit.supported, confidence)
+    return coefficient_set(family.curve, family, best, "B", critical)[1]
 
 
 def _excludes_zero(family: Family, best: CurveSolution, symbol: str, critical: float) -> bool:

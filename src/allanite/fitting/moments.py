@@ -18,8 +18,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from allanite.errors import DataQualityError, FitError, InputError
 from allanite.fitting.design import SHORTEST_TIME, TIME_OF, TIME_POWER
-from allanite.fitting.estimates import amplitude_estimate, equivalent_flicker, time_estimate
-from allanite.fitting.families import CurveFamilyFit, Family, fit_family
+from allanite.fitting.estimates import amplitude_estimate, equivalent_flicker, limit_estimate, time_estimate
+from allanite.fitting.families import CurveFamilyFit, Family, fit_family, flicker_limit
 from allanite.fitting.instrument import of_floor
 from allanite.fitting.instrument_floor import SAME_RATE
 from allanite.fitting.misfit import Floor, LagChoice, best_explained
@@ -28,10 +28,11 @@ from allanite.fitting.rivals import supported_families
 from allanite.fitting.sets import fisher_sd
 from allanite.fitting.stand_ins import PowerLaws, power_laws, shortest_time
 from allanite.fitting.undecided import over_families, with_alternative
-from allanite.fitting.verdict import stand_in_words, supported_words, with_slow_notes
+from allanite.fitting.verdict import quick_words, stand_in_words, supported_words, with_slow_notes
 from allanite.noise import Estimate, GaussMarkov, NoiseModel, TermType, term_of
 from allanite.noise.allan.curve import AllanCurve
 from allanite.noise.allan.degrees import chi_square_factors
+from allanite.noise.quick_terms import is_quick
 from allanite.plain_files.counted import plural
 from allanite.quantities.distributions import normal_quantile
 
@@ -140,7 +141,9 @@ def fit_moments(
     white = None if laws is None else laws.white
     sets = None if white is None else {"N": _ends("N", white, chosen.scale, curve.dt)}
     models = over_families([_model(f, chosen.scale, curve, confidence, facts) for f in fits], sets, facts)
-    verdict = _verdict(models) + (" The noise of the instrument is taken off." if floor is not None else "")
+    verdict = _verdict(models, curve.dt) + (
+        " The noise of the instrument is taken off." if floor is not None else ""
+    )
     return with_alternative([replace(m, verdict=verdict) for m in models])
 
 
@@ -224,7 +227,7 @@ def _slow_time(fits: Sequence[CurveFamilyFit], curve: AllanCurve) -> dict[str, f
     return {} if T is None else {"slow_time": T * curve.dt}
 
 
-def _verdict(models: list[NoiseModel]) -> str:
+def _verdict(models: list[NoiseModel], dt: float) -> str:
     words = supported_words(models)
     text = words[0].upper() + words[1:]
     facts = models[0].goodness
@@ -240,7 +243,7 @@ def _verdict(models: list[NoiseModel]) -> str:
         )
     elif facts["p"] < 0.01:
         text += f" The model does not explain the curve well (p = {facts['p']:.1g}): something else is in the record."
-    return text + stand_in_words(facts)
+    return text + quick_words(models[0], dt) + stand_in_words(facts)
 
 
 # -- from sample units to a model --------------------------------------------------------------------------------
@@ -257,9 +260,15 @@ def _model(
     dof = max(len(fit.family.curve.variance) - free, 1)
     sensor = fit.family.sensor
     estimates = with_slow_notes([_estimate(fit, s, scale, dt) for s in sensor], facts)
+    quick = [
+        s for s, T in zip(chosen.markov, chosen.times, strict=True) if is_quick(T) and s in fit.supported
+    ]
     for s in fit.family.markov:
         sigma = next(e for e in estimates if e.symbol == _NAMES.get(s))
-        estimates += [equivalent_flicker(sigma), _time_estimate(fit, s, dt)]
+        estimates += [*([] if s in quick else [equivalent_flicker(sigma)]), _time_estimate(fit, s, dt)]
+    if len(quick) == len(fit.family.markov) > 0:
+        limit = _amplitude("B", flicker_limit(fit, confidence), scale, dt)
+        estimates.append(limit_estimate("B", limit))
     return NoiseModel(
         terms=tuple(_term(s, chosen, scale, dt) for s in sensor if chosen.coefficient(s) > 0),
         family="gauss-markov" if fit.family.markov else "flicker",

@@ -7,10 +7,11 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 from allanite.noise import Estimate, NoiseModel
+from allanite.noise.quick_terms import with_quick_terms_white
 from allanite.plain_files.counted import listed
 from allanite.quantities.number_words import duration
 
-__all__ = ["power_law_words", "stand_in_words", "supported_words", "with_slow_notes"]
+__all__ = ["power_law_words", "quick_words", "stand_in_words", "supported_words", "with_slow_notes"]
 
 _NAMES = {
     "Q": "quantisation",
@@ -74,6 +75,19 @@ def stand_in_words(facts: Mapping[str, float], seen_in: str = "the record") -> s
         f" White noise and a density of {law} explain {seen_in} as well: the record does not prove flicker, "
         "Gauss-Markov noise or a random walk."
     )
+
+
+def quick_words(model: NoiseModel, dt: float) -> str:
+    """What Gauss-Markov terms of a few samples mean for N; empty without one."""
+    white = with_quick_terms_white(model, dt)
+    if white is model:
+        return ""
+    alone, together = model.estimate("N"), white.estimate("N")
+    assert together is not None and together.value is not None  # the term makes it so  # noqa: S101
+    words = " Averaging times well above the Gauss-Markov term of a few samples see it as white noise"
+    if alone is None or not alone.supported or not alone.value:
+        return f"{words}."
+    return f"{words}: N is {together.value / alone.value:.3g} times larger there."
 
 
 def power_law_words(facts: Mapping[str, float]) -> str:

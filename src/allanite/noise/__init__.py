@@ -10,7 +10,8 @@ Conventions (whole package): rate in rad/s (acceleration in m/s^2, ...), two-sid
     AVAR(tau) = 4 * integral from 0 to infinity of S(f) sin^4(pi f tau) / (pi f tau)^2 df.
 
 ``terms``, ``model``, ``state_space``, ``markov``
-    What a sensor's noise is. ``datasheet`` and ``given_models``: what sheets and words say of it.
+    What a sensor's noise is. ``datasheet`` and ``given_models``: what sheets and words say of it. ``quick_terms``:
+    Gauss-Markov terms of a few samples, which consumers take for white noise.
 ``allan``, ``spectrum``, ``span_means``
     What a record shows of it: curve, density, and means over spans with their covariance.
 

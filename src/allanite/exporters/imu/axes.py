@@ -9,6 +9,8 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from allanite.errors import InputError
+from allanite.noise import NoiseModel
+from allanite.noise.quick_terms import with_quick_terms_white
 from allanite.recording.channel_names import ways_to_units
 
 __all__ = [
@@ -68,7 +70,15 @@ def channels_of(document: Json, sensor: str, wanted: Sequence[str] | None) -> li
     refused = [c["name"] for c in of_kind if not c["models"]]
     if refused:
         raise InputError(_without_model(document, sensor, of_kind, refused))
-    return of_kind
+    dt = 1 / document["recording"]["rate"]
+    return [{**c, "models": [_without_bandwidth(m, dt) for m in c["models"]]} for c in of_kind]
+
+
+def _without_bandwidth(model: Json, dt: float) -> Json:
+    """A model in whose N the Gauss-Markov terms of a few samples are: no consumer has a slot for them."""
+    known = NoiseModel.from_json(model)
+    white = with_quick_terms_white(known, dt)
+    return model if white is known else white.to_json()
 
 
 def _without_model(document: Json, sensor: str, kept: Sequence[Json], refused: Sequence[str]) -> str:
@@ -213,7 +223,12 @@ def parameter(channel: str, model: Json, symbol: str, file: str) -> Number:
         return Number(symbol, value, f"{value:.4e}")
     if estimate is not None and estimate["supported"] and estimate["value"] is not None:
         span = f" [{_text(estimate['lower'])}, {_text(estimate['upper'])}]"
-        return Number(symbol, estimate["value"], f"{estimate['value']:.4e}{span}", has_interval=True)
+        with_term = (
+            f" {estimate['note']}" if symbol == "N" and estimate.get("note", "").startswith("with ") else ""
+        )
+        return Number(
+            symbol, estimate["value"], f"{estimate['value']:.4e}{span}{with_term}", has_interval=True
+        )
     if estimate is None or estimate["upper"] is None or not math.isfinite(estimate["upper"]):
         raise InputError(
             f"channel {channel!r}: {symbol} has neither a value nor an upper limit for {file}; fit with {symbol} "

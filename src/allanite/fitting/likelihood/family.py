@@ -21,7 +21,14 @@ from allanite.fitting.likelihood.profile import (
     time_set,
 )
 
-__all__ = ["FLICKER", "GAUSS_MARKOV", "TWO_GAUSS_MARKOV", "LikelihoodFamilyFit", "fit_family"]
+__all__ = [
+    "FLICKER",
+    "GAUSS_MARKOV",
+    "TWO_GAUSS_MARKOV",
+    "LikelihoodFamilyFit",
+    "fit_family",
+    "flicker_limit",
+]
 
 FLICKER = ("Q", "N", "B", "K")
 GAUSS_MARKOV = ("Q", "N", "G", "K")
@@ -108,6 +115,15 @@ def fit_family(
         letters=letters, best=best, selected=best, sets=sets, supported=supported, slope=slope
     )
     return known if keep else _selected(problem, known)
+
+
+def flicker_limit(problem: LikelihoodProblem, fit: LikelihoodFamilyFit, confidence: float) -> float:
+    """Upper end of the set of flicker beside the terms of a sum without it, as a variance coefficient."""
+    at = fit.best.at
+    best = problem.peak((*fit.letters, "B"), slope=at.slope, averaged=at.averaged, nested=[fit.best])
+    place = best.place("B")
+    critical = critical_value(best, place, fit.supported, confidence)
+    return coefficient_set(problem.search, best, place, critical, lambda: fit.best)[1]
 
 
 def _slope_set(

@@ -18,6 +18,7 @@ from allanite.fitting.likelihood.family import (
     TWO_GAUSS_MARKOV,
     LikelihoodFamilyFit,
     fit_family,
+    flicker_limit,
 )
 from allanite.fitting.likelihood.lines import GIVEN_WIDTHS, checked_lines, line_price
 from allanite.fitting.likelihood.maximum import Peak
@@ -31,9 +32,10 @@ from allanite.fitting.rivals import (
     supported_families,
 )
 from allanite.fitting.undecided import over_families, with_alternative
-from allanite.fitting.verdict import stand_in_words, supported_words, with_slow_notes
+from allanite.fitting.verdict import quick_words, stand_in_words, supported_words, with_slow_notes
 from allanite.noise import Estimate, NoiseModel
 from allanite.noise.allan.degrees import chi_square_factors
+from allanite.noise.quick_terms import is_quick
 from allanite.quantities.distributions import normal_quantile
 from allanite.recording.records import Recording
 
@@ -111,7 +113,7 @@ def _given(problem: LikelihoodProblem, letters: tuple[str, ...], confidence: flo
     peak = problem.peak(random, slope=None if ramp else 0.0, averaged=ramp)
     _refuse_nothing(peak)
     fit = fit_family(problem, random, peak, confidence, ramp=ramp, keep=True)
-    return _with_verdict([_model(problem, fit, confidence)])[0]
+    return _with_verdict([_model(problem, fit, confidence)], problem.dt)[0]
 
 
 def _refuse_nothing(*peaks: Peak) -> None:
@@ -172,7 +174,7 @@ def _judged(looks: _Looks, confidence: float) -> NoiseModel:
     ]
     facts = slow_facts(looks.problem, sums)
     models = over_families([_model(looks.problem, f, confidence, facts) for f in fits], facts=facts)
-    return with_alternative(_with_verdict(models))
+    return with_alternative(_with_verdict(models, looks.problem.dt))
 
 
 def _families(looks: _Looks, confidence: float) -> list[LikelihoodFamilyFit]:
@@ -189,7 +191,7 @@ def _families(looks: _Looks, confidence: float) -> list[LikelihoodFamilyFit]:
     return supported_families(gain, -gain, partial(fitted, flicker, "B"), partial(fitted, markov, "G"))
 
 
-def _with_verdict(models: list[NoiseModel]) -> list[NoiseModel]:
+def _with_verdict(models: list[NoiseModel], dt: float) -> list[NoiseModel]:
     text = "By maximum likelihood, " + supported_words(models)
     facts = models[0].goodness
     if facts["left_out"]:
@@ -202,7 +204,7 @@ def _with_verdict(models: list[NoiseModel]) -> list[NoiseModel]:
             f" The model does not explain the record well (p = {facts['p']:.1g}): something else is in it, and the "
             "intervals do not hold that."
         )
-    text += stand_in_words(facts, "its Allan curve")
+    text += quick_words(models[0], dt) + stand_in_words(facts, "its Allan curve")
     return [replace(m, verdict=text) for m in models]
 
 
@@ -225,7 +227,7 @@ def _model(
         terms=described.terms,
         family="gauss-markov" if "G" in fit.letters else "flicker",
         estimates=(
-            *with_slow_notes(_estimates(problem, fit), slow or {}),
+            *with_slow_notes(_estimates(problem, fit, confidence), slow or {}),
             *_line_estimates(described, confidence),
         ),
         confidence=confidence,
@@ -259,7 +261,7 @@ def _exact(problem: LikelihoodProblem, fit: LikelihoodFamilyFit, confidence: flo
     return fit_family(corrected, fit.letters, again, confidence, ramp=ramp, keep=kept)
 
 
-def _estimates(problem: LikelihoodProblem, fit: LikelihoodFamilyFit) -> list[Estimate]:
+def _estimates(problem: LikelihoodProblem, fit: LikelihoodFamilyFit, confidence: float) -> list[Estimate]:
     """Amplitudes in the order of the letters, the ramp, then what belongs to the Gauss-Markov terms."""
     names, n = problem.names(fit.best), len(fit.letters)
     values, full = _point_values(problem, fit), problem.parameters(fit.best, ramp=False)
@@ -276,8 +278,14 @@ def _estimates(problem: LikelihoodProblem, fit: LikelihoodFamilyFit) -> list[Est
     ]
     markov: list[Estimate] = []
     sigmas = [e for e in estimates if e.symbol.startswith("sigma")]
+    quick = 0
     for place, sigma in zip(range(n, len(names)), sigmas, strict=True):
-        markov += [equivalent_flicker(sigma), _time_estimate(problem, fit, place, values)]
+        time = _time_estimate(problem, fit, place, values)
+        is_bandwidth = sigma.supported and time.value is not None and is_quick(time.value / problem.dt)
+        quick += is_bandwidth
+        markov += [*([] if is_bandwidth else [equivalent_flicker(sigma)]), time]
+    if quick and quick == len(sigmas) and "B" not in fit.letters:
+        markov.append(limit_estimate("B", problem.amplitude("B", flicker_limit(problem, fit, confidence))))
     return [*estimates, *_slope_estimates(problem, fit), *markov]
 
 

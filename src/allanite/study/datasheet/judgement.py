@@ -25,6 +25,7 @@ from allanite.errors import InputError
 from allanite.noise import FLICKER_FLOOR, NoiseModel
 from allanite.noise.datasheet import SheetEntry
 from allanite.noise.given_models import models_of
+from allanite.noise.quick_terms import with_quick_terms_white
 from allanite.plain_files.json_values import plain
 from allanite.recording.channel_names import ways_to_units
 from allanite.recording.records import Kind
@@ -214,7 +215,8 @@ def _channel(study: Study, name: str, sheet: NoiseModel, datasheet: Datasheet) -
             f"the study shows {curve.statistic}: a data sheet is held against the Allan deviation (oadev)"
         )
     section = next(name for name, model in datasheet.models.items() if model is sheet)
-    models = study.models[name].families if name in study.models else ()
+    fitted = study.models[name].families if name in study.models else ()
+    models = [with_quick_terms_white(m, curve.dt) for m in fitted]
     return ChannelVerdict(
         name=name,
         kind=channel.kind,
