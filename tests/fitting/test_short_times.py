@@ -23,6 +23,8 @@ from allanite.noise import GaussMarkov, NoiseModel, White
 from allanite.noise.allan import AllanCurve, allan_curve
 from allanite.noise.quick_terms import with_quick_terms_white
 from allanite.recording.records import Recording
+from allanite.study.study import characterize
+from allanite.views.wording.provisos import provisos
 
 FITS: dict[str, Callable[[Recording], NoiseModel]] = {
     "curve": lambda record: fit(allan_curve(record)["x"]),
@@ -164,6 +166,15 @@ def test_what_averages_like_white_noise_is_in_the_white_noise_of_consumers(metho
     assert numbers["gyroscope_noise_density"] == pytest.approx(white.estimate("N").value, rel=1e-5)
     # the walk is that of the limits of flicker and K, not the drive of the bandwidth, 1000 times larger
     assert numbers["gyroscope_random_walk"] < 0.02 * sigma * np.sqrt(2 / T)
+
+
+def test_a_study_shows_both_white_noises() -> None:
+    rng = np.random.default_rng(50)
+    samples = rng.standard_normal(28_800) + gauss_markov(rng, 28_800, 1.0, 6.0)
+    study = characterize(Recording.from_rate(1e-4 * samples, rate=1.0, unit="rad/s", names=["gyro"]))
+    (words,) = [line for line in provisos(study.channels) if "averaging times well above" in line]
+    white = with_quick_terms_white(study.models["gyro"], 1.0).estimate("N")
+    assert words.startswith(f"gyro: N is {np.degrees(white.value) * 60:.1f}") and "deg/√h" in words
 
 
 def yaml_numbers(text: str) -> dict[str, float]:

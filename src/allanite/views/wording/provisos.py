@@ -1,6 +1,6 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """What a reader of noise coefficients must know besides: a term that is needed but open, values that the log repeats,
-contaminated noise, the aperture of the meter, the error of the scale factor.
+contaminated noise, the sensor's bandwidth, the aperture of the meter, the error of the scale factor.
 
 And what a run lacks, and how it was recorded.
 """
@@ -12,6 +12,7 @@ from typing import Any
 
 from allanite.fitting.tails import Contamination
 from allanite.noise import NoiseModel
+from allanite.noise.quick_terms import with_quick_terms_white
 from allanite.quantities.display_units import display_unit
 from allanite.quantities.number_words import duration, interval, number
 from allanite.quantities.quantity import Quantity
@@ -40,6 +41,7 @@ def _provisos(channel: ChannelModels) -> Iterator[str]:
     if channel.models:
         yield from _needed(channel.models[0])
     if isinstance(channel, ChannelStudy):
+        yield from _bandwidth(channel)
         if channel.held is not None:
             yield _held(channel.held)
         if channel.contamination is not None:
@@ -61,6 +63,20 @@ def _needed(model: NoiseModel) -> Iterator[str]:
             f"{what} is there, {' and '.join(needed)} or a term like it; the record cannot tell which, so that "
             "each has a limit alone. Record longer to know."
         )
+
+
+def _bandwidth(channel: ChannelStudy) -> Iterator[str]:
+    """N that longer averaging times see, where a Gauss-Markov term of a few samples is beside that of the table."""
+    for model in channel.models[:1]:
+        white = with_quick_terms_white(model, channel.curve.dt)
+        N = white.estimate("N")
+        if white is not model and N is not None and N.value is not None:
+            unit, factor = display_unit(channel.kind, "N", channel.unit)
+            value, low, high = interval(N.value / factor, N.lower / factor, N.upper / factor)
+            yield (
+                f"N is {value} [{low}, {high}] {unit} for averaging times well above the Gauss-Markov term, which is "
+                "the sensor's bandwidth. Exports use this value; the table shows the white noise alone."
+            )
 
 
 def _held(held: HeldSamples) -> str:
