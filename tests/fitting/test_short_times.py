@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from verification.simulators import gauss_markov, power_law
 
+from allanite.commands import write_results
 from allanite.exporters import export
 from allanite.fitting import fit
 from allanite.fitting.families import GAUSS_MARKOV, TWO_GAUSS_MARKOV, Family
@@ -175,6 +176,17 @@ def test_a_study_shows_both_white_noises() -> None:
     (words,) = [line for line in provisos(study.channels) if "averaging times well above" in line]
     white = with_quick_terms_white(study.models["gyro"], 1.0).estimate("N")
     assert words.startswith(f"gyro: N is {np.degrees(white.value) * 60:.1f}") and "deg/√h" in words
+
+
+def test_a_study_of_two_gauss_markov_terms_is_whole(tmp_path) -> None:
+    rng = np.random.default_rng(3)
+    samples = 0.5 * rng.standard_normal(115_200)
+    samples += gauss_markov(rng, 115_200, 1.0, 30.0) + gauss_markov(rng, 115_200, 0.7, 1500.0)
+    study = characterize(Recording.from_rate(1e-4 * samples, rate=1.0, unit="rad/s", names=["gyro"]))
+    assert study.models["gyro"].estimate("sigma_2").supported
+    assert {line.symbol for line in study["gyro"].advice} >= {"sigma", "T"}
+    write_results(study, tmp_path / "out")
+    assert (tmp_path / "out" / "imu.yaml").exists() and (tmp_path / "out" / "report.html").exists()
 
 
 def yaml_numbers(text: str) -> dict[str, float]:

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from allanite.errors import InputError
-from allanite.fitting.design import TIME_POWER, Times, design_of
+from allanite.fitting.design import MARKOV, TIME_OF, TIME_POWER, Times, design_of
 from allanite.fitting.objective import CurveData, solve
 from allanite.fitting.sets import fisher_sd
 from allanite.noise import Estimate, Flicker, GaussMarkov, NoiseModel, RandomWalk, Sinusoid
@@ -21,6 +21,16 @@ __all__ = ["Advice", "advise", "predicted_sd"]
 _GOAL = 0.10  # relative standard deviation worth recording for
 _SEEN = 1 / 6  # relative standard deviation of an amplitude that stands three sigma from zero
 _LONGEST = 4096  # times the present record: beyond that nobody records
+_SYMBOLS = {
+    "quantisation": "Q",
+    "white": "N",
+    "flicker": "B",
+    "random_walk": "K",
+    "ramp": "R",
+    "gauss_markov": "G",
+}
+#: Amplitudes of Gauss-Markov terms, the quicker one first.
+_NAMES = {"G": "sigma", "G2": "sigma_2"}
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -66,45 +76,40 @@ def predicted_sd(model: NoiseModel, *, n_samples: int, dt: float, sampling: str 
     Parameters
     ----------
     model : NoiseModel
-        Of Q, N, B or Gauss-Markov, K, R; sinusoids are passed over.
+        Of Q, N, B, K, R and up to two Gauss-Markov terms; sinusoids are passed over.
 
     Raises
     ------
     InputError
-        A model with another term, or two of one kind.
+        A model with another term, two of one kind, or three Gauss-Markov terms.
     """
     symbols, c, times = _coefficients(model, dt)
     design = design_of(octave_lags(n_samples), n_samples, sampling)
     curve = CurveData(design.columns(symbols, times) @ c, design)
     at = solve(curve, symbols, times=times, fixed=dict(zip(symbols, c, strict=True)))
-    return {("sigma" if s == "G" else s): v if s == "T" else v / 2 for s, v in fisher_sd(curve, at).items()}
+    relative = fisher_sd(curve, at)
+    return {_NAMES.get(s, s): v if s in TIME_OF.values() else v / 2 for s, v in relative.items()}
 
 
 def _coefficients(model: NoiseModel, dt: float) -> tuple[tuple[str, ...], np.ndarray, Times]:
-    names = {
-        "quantisation": "Q",
-        "white": "N",
-        "flicker": "B",
-        "random_walk": "K",
-        "ramp": "R",
-        "gauss_markov": "G",
-    }
     values: dict[str, float] = {}
-    times: Times = ()
-    for term in model.terms:
+    times: list[float] = []
+    for term in sorted(model.terms, key=lambda t: t.T if isinstance(t, GaussMarkov) else 0.0):
         if isinstance(term, Sinusoid):  # a line of known frequency takes next to nothing from the other terms
             continue
-        symbol = names.get(term.type)
+        symbol = _SYMBOLS.get(term.type)
+        if isinstance(term, GaussMarkov) and len(times) < len(MARKOV):
+            symbol = MARKOV[len(times)]
+            times.append(term.T / dt)
         if symbol is None or symbol in values:
-            raise InputError(f"prediction takes one term each of {', '.join(names)}; got {model}")
-        if isinstance(term, GaussMarkov):
-            amplitude, times = term.sigma, (term.T / dt,)
-        else:
-            amplitude = getattr(term, symbol)
+            raise InputError(
+                f"prediction takes one term each of {', '.join(_SYMBOLS)}, and a second gauss_markov; got {model}"
+            )
+        amplitude = term.sigma if isinstance(term, GaussMarkov) else getattr(term, symbol)
         values[symbol] = (amplitude / dt ** TIME_POWER[symbol]) ** 2
     symbols = tuple(values)
     scale = max(values.values(), default=1.0)
-    return symbols, np.array([values[s] for s in symbols]) / scale, times
+    return symbols, np.array([values[s] for s in symbols]) / scale, tuple(times)
 
 
 def advise(model: NoiseModel, *, n_samples: int, dt: float, sampling: str = "mean") -> tuple[Advice, ...]:
