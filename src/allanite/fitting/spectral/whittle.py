@@ -27,7 +27,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
@@ -327,10 +327,6 @@ class WhittleProblem:
         tiny = 1e-300
         scores: Array = np.where(low < 0.5, ndtri(np.maximum(low, tiny)), -ndtri(np.maximum(high, tiny)))
         return scores
-
-    def with_discrepancy(self, discrepancy: float) -> WhittleProblem:
-        """The same with a relative error of the model at each ordinate."""
-        return replace(self, data=replace(self.data, discrepancy=discrepancy))
 
 
 def _running_mean(value: Array, dof: Array, reach: int = 3) -> Array:

@@ -14,7 +14,6 @@ logarithm of the lag, and its covariance with it.
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 
@@ -193,11 +192,3 @@ def holm(p: Array) -> Array:
     out = np.empty(len(p))
     out[order] = np.minimum(steps, 1.0)
     return out
-
-
-def largest_gap(test: CurveTest) -> float | None:
-    """The lag at which the records differ most clearly [s]; None without one."""
-    if not len(test.tau):
-        return None
-    i = int(np.argmin(test.lag_p))
-    return float(test.tau[i]) if math.isfinite(test.lag_p[i]) else None
