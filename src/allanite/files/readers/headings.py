@@ -344,7 +344,8 @@ def _suffixed(text: str, group: Group) -> tuple[str, str]:
             return head, unit
     if group == "time":
         return text, _unit_of_clock(_plain(text))
-    return text, ""
+    whole = "_".join(parts).lower()  # "second,Volt": the unit is all that the heading says
+    return text, _SUFFIX_UNITS.get(whole, "") if len(whole) > len("mg") and whole != "counts" else ""
 
 
 def _unit_of_clock(plain: str) -> str:

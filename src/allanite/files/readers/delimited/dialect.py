@@ -21,6 +21,7 @@ from allanite.files.readers.delimited.row_kinds import KindsOfRows, is_of_kind, 
 from allanite.files.readers.delimited.suffixes import NUMBER, like_a_unit, split_suffix
 from allanite.files.readers.headings import is_unit, measures, read_heading, unbracketed
 from allanite.plain_files.limits import COLUMNS, refuse_more
+from allanite.recording.channel_names import for_shell
 
 __all__ = ["COMMENT", "MISSING", "OVERLOAD", "Dialect", "column_kind", "detect", "kind_of", "split"]
 
@@ -42,6 +43,8 @@ _INTEGER = re.compile(r"[+-]?\d+")
 _POINT, _COMMA = re.compile(NUMBER["."]), re.compile(NUMBER[","])
 _NAME = re.compile(r"[^\W\d_][\w.°µ²√/-]*(?: [\w.-]+){0,2}(?:\s*[\[(][^\[\]()]*(?:\([^()]*\))?[\])])?")
 _HEXADECIMAL = re.compile(r"(?:0[xX])?(?:[0-9A-Fa-f]{2}){1,128}")
+#: A line of candump: (1700000000.000000) can0 320#2200520021005F
+_CAN_FRAME = re.compile(r"\(\d+\.\d+\) \S+ ([0-9A-F]+)#[0-9A-F]*")
 _BETWEEN = re.compile(r"[,;\s]+")
 _GROUPS = r"[-+]?(?:\d{1,3}(?:\.\d{3})+,\d+|\d{1,3}(?:,\d{3})+\.\d+)"
 #: 3.728,01 or 1,234.5 in a cell of its own.
@@ -337,6 +340,12 @@ def _no_table(head: Sequence[str], name: str) -> FormatError:
     words = [word for line in filled[-100:] for word in _BETWEEN.split(line)]
     if words and sum(_HEXADECIMAL.fullmatch(word) is not None for word in words) > 0.8 * len(words):
         hint = ". If these are hexadecimal words, a layout with 'lines:' reads them (--layout)"
+    elif frame := _CAN_FRAME.match((filled or [""])[0]):
+        hint = (
+            ". These are frames of a CAN bus. Write those of one identifier as words, as in sed -nE "
+            f"'s/^\\(([0-9.]+)\\) \\S+ {frame[1]}#([0-9A-F]+).*/\\1,\\2/p' {for_shell(name)} >frames.txt, and read "
+            "frames.txt by a layout with 'lines:' (--layout)"
+        )
     return FormatError(
         f"{name}: no table of numbers in this text (it begins {(filled or [''])[0][:60]!r}){hint}"
     )
@@ -416,8 +425,9 @@ def _first_record(head: Sequence[str], record: tuple[int, str]) -> int:
 
 def _fits(cells: Sequence[str], kinds: Sequence[str], decimal: str) -> bool:
     of_cells = [kind_of(c, decimal) for c in cells]
-    wanted = {"i": "ifmos", "f": "ifmos", "x": "ifmodsx", "e": "m"}
-    return any(f in "ifs" for f in of_cells) and all(
+    # An oscilloscope writes its settings beside its first rows, in columns that are empty from there on.
+    wanted = {"i": "ifmos", "f": "ifmos", "x": "ifmodsx", "e": "ifmodsx"}
+    return any(f in "ifs" and k in "if" for f, k in zip(of_cells, kinds, strict=True)) and all(
         f in wanted.get(k, "dm") or (k not in wanted and packed_format([cell]) == k)
         for f, k, cell in zip(of_cells, kinds, cells, strict=True)
     )

@@ -28,6 +28,12 @@ _MORE = rf"(?:[(\[]?[^\W\d]{_LETTERS}|\d{{1,2}}(?:[(\[]{_LETTERS})?)"
 _LABEL = re.compile(
     rf"(?<![\w.°%/²³√^*])[\"']?(?P<label>[ΔΣ∆]?{_WORD}(?:[ ]{_MORE}){{0,3}})[\"']?\s*(?::=|=>|->|[:=])(?![:=])"
 )
+#: Labels that begin with a digit, as in "0: 0.1 1: 0.2" or "3V3 = 3.29"; a blank parts them from times of day.
+_DIGITS = re.compile(rf"(?<![\w.#-])(?P<label>#?\d{_LETTERS})(?:\s*=\s*|\s*:\s+)(?![:=])")
+#: The line protocol of time-series data bases: "imu,host=a gx=0.1,n=3i 1700000000000000000", the stamp last.
+_SERIES = re.compile(
+    r"[^\s,=]+(?:,[^\s,=]+=[^\s,=]+)*[ ](?P<fields>[^\s,=]+=[^\s,=]+(?:,[^\s,=]+=[^\s,=]+)*)[ ](?P<stamp>\d{9,19})"
+)
 _LONGEST_LABEL = 60
 _LONGEST_LINE = 1 << 16
 _NUMBERS = {sign: re.compile(number) for sign, number in NUMBER.items()}
@@ -66,9 +72,15 @@ def read_labels(line: str, decimal: str) -> LabeledLine | None:
     """The labels of a line and their values; None for a line without a label."""
     if len(line) > _LONGEST_LINE:
         return None
+    if series := _SERIES.fullmatch(line.strip()):
+        fields = (field.split("=") for field in series["fields"].split(","))
+        pairs = tuple((label, (re.sub(r"(?<=\d)[iu]$", "", value),)) for label, value in fields)
+        return LabeledLine((), (*pairs, ("timestamp", (series["stamp"],))))
     matches = [m for m in _LABEL.finditer(line) if len(m["label"]) <= _LONGEST_LABEL]
     if not matches:
-        return None
+        matches = list(_DIGITS.finditer(line))
+        if len(matches) < 2:  # one may be the number of the line
+            return None
     ends = [*(m.start() for m in matches[1:]), len(line)]
     tails = [line[m.end() : end] for m, end in zip(matches, ends, strict=True)]
     units_last = bool(re.search(r"\d\s*[A-Za-zµ°%][^\s\d]*\s*$", tails[-1]))

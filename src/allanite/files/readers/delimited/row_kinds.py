@@ -20,7 +20,7 @@ from allanite.files.readers.column_look import rises
 from allanite.files.readers.contents import FilePart, choose_part, has_channel, listed
 from allanite.files.readers.delimited.dates import is_month
 from allanite.files.readers.delimited.streams import TextStream
-from allanite.files.readers.headings import measures, read_heading
+from allanite.files.readers.headings import FITTING, measures, read_heading
 from allanite.files.readers.stamp_table import StampTable, TimeChoice
 from allanite.files.readers.stamps import choose_time
 from allanite.recording.channel_names import for_shell
@@ -128,9 +128,13 @@ def find_kinds(head: Sequence[str], rest: Sequence[str]) -> KindsOfRows | None:
             continue
         if (column and _are_units(kinds)) or all(map(is_month, kinds)):
             continue  # of the numbers before them, or of a date
-        if column in (0, 1) or any(_SENSORS.search(kind) for kind in kinds):
+        if column in (0, 1) or any(map(_of_sensor, kinds)):
             return KindsOfRows(column, tuple(kinds))
     return None
+
+
+def _of_sensor(kind: str) -> bool:
+    return _SENSORS.search(kind) is not None or read_heading(kind).group in FITTING
 
 
 def _are_units(kinds: Iterable[str]) -> bool:
