@@ -100,6 +100,16 @@ def test_b14_a_clock_that_drifts_is_named_with_its_size(rng: np.random.Generator
     assert said == pytest.approx(ppm, rel=0.03)
 
 
+def test_a_clock_that_wanders_says_how_far_samples_lie_from_their_stamps(rng: np.random.Generator) -> None:
+    """No drift from end to end, and no even grid."""
+    n = 20_000
+    wave = 0.03 * np.sin(4 * np.pi * np.arange(n) / n)  # s; three intervals of 10 ms
+    clock = found(stamped(np.arange(n) / 100.0 + wave, white(rng, n)))["clock_drift"]
+    intervals = float(clock.message.rpartition(" intervals")[0].split()[-1])
+    assert intervals == pytest.approx(3.0, rel=0.2)
+    assert "wanders" in clock.message
+
+
 def test_honest_stamps_raise_no_alarm() -> None:
     """Jitter, bursts of a host and coarse stamps of an even clock: never more than chance, 1e-6 a record."""
     rng = np.random.default_rng(20261121)

@@ -48,11 +48,14 @@ class ClockLine:
     change_ppm, change_error_ppm : float or None
         Change of the rate from the first stamp to the last and its standard error; None where nothing can be said:
         too few stamps, or the clock was set.
+    wander : float [s]
+        How far stamps lie from the line, by medians of parts: single late ones do not count.
     """
 
     interval: float
     change_ppm: float | None
     change_error_ppm: float | None
+    wander: float
 
 
 def fit_line(stamps: Filled | InTime, marks: Marks, interval: float, ticks: bool) -> ClockLine:
@@ -67,15 +70,18 @@ def fit_line(stamps: Filled | InTime, marks: Marks, interval: float, ticks: bool
     """
     places, level, whole = _levels(stamps, marks, interval, ticks)
     if len(places) == 0:
-        return ClockLine(interval=interval, change_ppm=None, change_error_ppm=None)
+        return ClockLine(interval=interval, change_ppm=None, change_error_ppm=None, wander=0.0)
     line = _fitted(stamps, marks, interval, ticks, places, level)
-    change = None
-    if not (len(marks.shifts) or marks.loose):  # the bend would be that of the step
-        change = _bend(places[whole], (level - (line - interval) * places)[whole], line)
+    change, wander = None, 0.0
+    rest = (level - (line - interval) * places)[whole]
+    if len(rest) and not (len(marks.shifts) or marks.loose):  # the bend would be that of the step
+        change = _bend(places[whole], rest, line)
+        wander = float(np.abs(rest - np.median(rest)).max())
     return ClockLine(
         interval=line,
         change_ppm=None if change is None else change[0],
         change_error_ppm=None if change is None else change[1],
+        wander=wander,
     )
 
 

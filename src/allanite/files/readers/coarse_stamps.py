@@ -216,9 +216,10 @@ class _BoundedRuns:
 
     @property
     def unplaced(self) -> int:
-        """Samples whose place is open: a pause shorter than a step may be two, and lies anywhere in it."""
+        """Samples whose place is open: a pause shorter than a step may be two, in it and in the one beside."""
         placed = self.skips & (self.steps > self.coarse.step)
-        return self.astray + int(self.doubtful[~placed].sum())
+        beside = np.where(self.skips, 0, round(self.coarse.step / self.coarse.interval))
+        return self.astray + int(np.maximum(self.doubtful, beside)[~placed].sum())
 
     @property
     def steps(self) -> _Floats:

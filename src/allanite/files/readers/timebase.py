@@ -39,6 +39,7 @@ _LISTED_GAPS = 100
 _PAUSE = 1.5  # intervals: longer steps are pauses
 _ON_GRID = 0.02  # intervals by which a pause misses the grid that ends on it, beside the jitter
 _FEW_PAUSES = 8
+_HEAD = 16  # samples behind a pause whose stamps say together where it ends
 _LOOSE = 0.2  # intervals by which a pause misses the grid that ends beside it
 _UNPLACED = 0.3  # share of the samples without a place of their own beyond which there is no grid
 _OFF_GRID = 0.05  # share of the samples that lie off the grid beyond which the stamps contradict it
@@ -145,6 +146,7 @@ def fit_grid(
     facts |= {
         "rate_change_ppm": line.change_ppm if counted else None,
         "rate_change_error_ppm": line.change_error_ppm if counted else None,
+        "wander_s": line.wander if counted and not probe.ticks else 0.0,
         "span_s": _span(stamps),
     }
     facts |= {
@@ -185,6 +187,7 @@ def _facts(*, source: str, unit: str, rate: float, nominal: float | None, interv
         "gap_places": [],
         "rate_change_ppm": None,
         "rate_change_error_ppm": None,
+        "wander_s": 0.0,
         "span_s": None,
         "drift_ppm": None if nominal is None else (rate / nominal - 1.0) * 1e6,
         "resolution_s": 0.0,
@@ -289,6 +292,9 @@ def _find(stamps: Filled, probe: Probe, interval: float) -> tuple[Marks, _Tally]
     at, step = np.concatenate(gaps), np.concatenate(steps)
     missing, loose = _counted(np.clip(step / interval, -_ENDLESS, _ENDLESS), probe, tally.jitter / interval)
     up, down = missing >= 1, step < -0.5 * interval
+    if loose and not down.any() and probe.late is None and probe.regime in ("regular", "jittered"):
+        missing[up] = _by_levels(stamps, at[up], interval)
+        up = missing >= 1
     return Marks(at[up], missing[up], at[down], step[down], loose), tally
 
 
@@ -311,6 +317,22 @@ def _counted(step: _Floats, probe: Probe, jitter: float) -> tuple[_Ints, bool]:
     if loose:
         whole = np.diff(np.round(np.cumsum(step)), prepend=0.0)
     return whole.astype(np.int64), loose
+
+
+def _by_levels(stamps: Filled, gaps: _Ints, interval: float) -> _Ints:
+    """Missing samples of pauses that end beside the grid, by where the stamps behind each of them lie on the whole.
+
+    Summed from pause to pause, the rounding of the stamps on both sides of each would add up.
+    """
+    begins = np.concatenate(([0], gaps + 1))
+    levels = np.zeros(len(begins))
+    for first, count, block in stamps.blocks(0, _HEAD):
+        inside = np.arange(*np.searchsorted(begins, (first, first + count + 1)))
+        for k in inside:
+            end = begins[k + 1] if k + 1 < len(begins) else len(stamps)
+            head = block[begins[k] - first : min(begins[k] + _HEAD, end) - first]
+            levels[k] = np.median(head - interval * (begins[k] + np.arange(len(head))))
+    return np.diff(np.round((levels - levels[0]) / interval)).astype(np.int64)
 
 
 def _refuse(stamps: Filled, marks: Marks, tally: _Tally, source: str, interval: float) -> None:

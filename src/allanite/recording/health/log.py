@@ -226,11 +226,19 @@ def drift(recording: Recording) -> Iterator[Finding]:
     """A clock that gains or loses more at one end of the record than at the other (battery B14)."""
     notes = _notes(recording, "timebase")
     change, error = _number(notes, "rate_change_ppm"), _number(notes, "rate_change_error_ppm")
-    if abs(change) > max(POOR_CLOCK, CERTAIN * error):
+    wander = _number(notes, "wander_s")
+    drifts = abs(change) > max(POOR_CLOCK, CERTAIN * error)
+    # A rate that changes evenly from end to end takes stamps an eighth of it times the span from their places.
+    if drifts or wander > max(0.5 / recording.rate, POOR_CLOCK * 1e-6 / 8.0 * recording.duration):
+        how = (
+            f"the rate changes by {change:+.4g} ppm from the beginning to the end (standard error {error:.2g} ppm)"
+            if drifts
+            else "the rate wanders"
+        )
         yield finding(
             "clock_drift",
-            f"the stamps say that the rate changes by {change:+.4g} ppm from the beginning to the end (standard error "
-            f"{error:.2g} ppm); the mean rate, {recording.rate:.8g} Hz, is used",
+            f"the stamps say that {how}; the mean rate, {recording.rate:.8g} Hz, is used, and samples lie up to "
+            f"{wander:.2g} s, {wander * recording.rate:.2g} intervals, from their stamps",
             severity=Severity.WARNING,
             count=recording.n_samples,
         )

@@ -147,7 +147,7 @@ LOOK_ALIKES: dict[str, tuple[str, str]] = {
     ),
     "clock_drift": (
         "jitter of the stamps",
-        "five standard errors beyond it",
+        "five standard errors beyond it, or half an interval by medians of many stamps",
     ),
     "decimated": (
         "a clock that is off",
