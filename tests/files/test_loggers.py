@@ -3,13 +3,17 @@
 
 from __future__ import annotations
 
+import json
 import re
 import subprocess
 from pathlib import Path
+from typing import Any
 
 import numpy as np
+import pyarrow as pa
 import pytest
 from numpy.typing import NDArray
+from pyarrow import feather, parquet
 
 from allanite.errors import FormatError
 from allanite.files.readers import read
@@ -118,3 +122,45 @@ def test_frames_of_a_bus_are_read_the_way_the_refusal_says(tmp_path: Path) -> No
     record = read(tmp_path / "frames.txt", layout=layout)
     assert record.rate == pytest.approx(RATE)
     np.testing.assert_array_equal(np.stack([record.raw(n) for n in record.names], axis=1), counts)
+
+
+@pytest.mark.parametrize("form", ["matrix", "named matrix", "by row", "by time"])
+def test_documents_of_rows(tmp_path: Path, form: str) -> None:
+    values = drawn(7)
+    document: Any = {"rate": RATE, "unit": "deg/s", "samples": values.tolist()}
+    if form == "matrix":
+        document = [[t, *row] for t, row in zip(T, values.tolist(), strict=True)]
+    elif form.startswith("by"):
+        keys = [str(k if form == "by row" else 1_700_000_000_000 + 10 * k) for k in range(N)]
+        document = {
+            k: dict(zip("xyz", row, strict=True)) for k, row in zip(keys, values.tolist(), strict=True)
+        }
+    path = tmp_path / "log.json"
+    path.write_text(json.dumps(document), encoding="utf-8")
+    assert holds(read(path, **({"rate": RATE} if form == "by row" else {})), values)
+
+
+@pytest.mark.parametrize("fixed", [True, False])
+@pytest.mark.parametrize("kind", [pa.float32(), pa.float64(), pa.int32()])
+@pytest.mark.parametrize("end", ["parquet", "arrow", "feather"])
+def test_vectors_and_structures_in_columns(tmp_path: Path, fixed: bool, kind: pa.DataType, end: str) -> None:
+    values = np.random.default_rng(8).integers(-900, 900, size=(N, 6))
+    rows = pa.array(values[:, :3].tolist(), pa.list_(kind, 3) if fixed else pa.list_(kind))
+    members = pa.StructArray.from_arrays([pa.array(c, kind) for c in values[:, 3:].T], names=["x", "y", "z"])
+    table = pa.table({"t": T, "gyro": rows, "imu": pa.StructArray.from_arrays([members], names=["acc"])})
+    path = tmp_path / f"log.{end}"
+    if end == "parquet":
+        parquet.write_table(table, path, row_group_size=70)
+    else:
+        feather.write_feather(table, path, compression="uncompressed", version=2)
+    record = read(path)
+    assert record.names == ("gyro_x", "gyro_y", "gyro_z", "imu_acc_x", "imu_acc_y", "imu_acc_z")
+    assert holds(record, values)
+
+
+def test_lists_of_different_lengths_are_refused(tmp_path: Path) -> None:
+    rows = [[1.0, 2.0, 3.0]] * 50 + [[1.0, 2.0]] * 50
+    path = tmp_path / "log.parquet"
+    parquet.write_table(pa.table({"t": T[:100], "gyro": rows}), path, row_group_size=40)
+    with pytest.raises(FormatError, match="gyro: lists of different lengths in row group 1"):
+        read(path).raw("gyro_x")

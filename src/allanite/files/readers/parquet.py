@@ -11,7 +11,8 @@ from __future__ import annotations
 import json
 import math
 import threading
-from collections.abc import Callable, Mapping
+from collections import Counter
+from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Final
 
@@ -19,6 +20,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.errors import AllaniteError, FormatError, InputError, LimitError, StorageError
+from allanite.files.readers.nested_columns import Decode, NumberColumn, number_columns
 from allanite.files.readers.table import Options, Table
 from allanite.files.store.compaction import parquet_place
 from allanite.plain_files.arrow_numbers import arrow_of, numbers_of, whole_numbers_of
@@ -83,10 +85,8 @@ def _brief(error: Exception) -> str:
 
 # -- opening -----------------------------------------------------------------------------------------------
 
-_Decode = Callable[[int, str], "pa.ChunkedArray"]
 
-
-def _open_parquet(path: Path, magic: bytes) -> tuple[pa.Schema, list[int], _Decode]:
+def _open_parquet(path: Path, magic: bytes) -> tuple[pa.Schema, list[int], Decode]:
     import pyarrow.parquet as pq
 
     # Channels are read by several threads, but one reader serves one of them at a time: two at once can block for ever.
@@ -102,7 +102,7 @@ def _open_parquet(path: Path, magic: bytes) -> tuple[pa.Schema, list[int], _Deco
     return file.schema_arrow, lengths, decode
 
 
-def _open_arrow(path: Path, magic: bytes) -> tuple[pa.Schema, list[int], _Decode]:
+def _open_arrow(path: Path, magic: bytes) -> tuple[pa.Schema, list[int], Decode]:
     import pyarrow as pa
     import pyarrow.feather as feather
 
@@ -139,12 +139,17 @@ def _refuse_wide(path: Path, columns: int, groups: int) -> None:
 class _LazyColumn:
     """A column that is decoded group by group; the groups read last are kept."""
 
-    __slots__ = ("_decode", "_edges", "_kept", "_lock", "_name", "_whole", "dtype", "origin")
+    __slots__ = ("_column", "_decode", "_edges", "_kept", "_lock", "_whole", "dtype", "origin")
 
     def __init__(
-        self, name: str, dtype: np.dtype[Any], edges: NDArray[np.int64], decode: _Decode, whole: bool
+        self,
+        column: NumberColumn,
+        dtype: np.dtype[Any],
+        edges: NDArray[np.int64],
+        decode: Decode,
+        whole: bool,
     ) -> None:
-        self._name, self._edges, self._decode, self._whole = name, edges, decode, whole
+        self._column, self._edges, self._decode, self._whole = column, edges, decode, whole
         self._lock = threading.Lock()
         self._kept: dict[int, NDArray[np.float64]] = {}
         self.dtype = dtype
@@ -175,9 +180,11 @@ class _LazyColumn:
         import pyarrow as pa
 
         try:
-            return _decoded(_as_numbers(self._decode(group, self._name)), origin)
+            return _decoded(_as_numbers(self._column.decoded(self._decode, group)), origin)
         except (pa.ArrowException, OSError, ValueError) as error:
-            raise FormatError(f"column {self._name}, row group {group}: damaged ({_brief(error)})") from None
+            raise FormatError(
+                f"column {self._column.name}, row group {group}: damaged ({_brief(error)})"
+            ) from None
 
     def _group(self, group: int) -> NDArray[np.float64]:
         with self._lock:
@@ -186,7 +193,8 @@ class _LazyColumn:
                 kept = self._checked(group, int(self.origin))
                 if self._whole and len(kept) and np.nanmax(np.abs(kept), initial=0.0) >= 2.0**53:
                     raise InputError(
-                        f"column {self._name}: 64-bit integers that span more than 2**53; float64 cannot hold them"
+                        f"column {self._column.name}: 64-bit integers that span more than 2**53; float64 cannot "
+                        "hold them"
                     )
                 if len(self._kept) >= (_KEPT_GROUPS if kept.nbytes < _LARGE else 1):
                     self._kept.pop(next(iter(self._kept)))
@@ -234,14 +242,18 @@ def _dtype(kind: pa.DataType) -> np.dtype[Any]:
     return np.dtype(np.float64) if pa.types.is_decimal(kind) else np.dtype(kind.to_pandas_dtype())
 
 
-def _table(path: Path, magic: bytes, schema: pa.Schema, lengths: list[int], decode: _Decode) -> Table:
+def _table(path: Path, magic: bytes, schema: pa.Schema, lengths: list[int], decode: Decode) -> Table:
     edges = np.concatenate(([0], np.cumsum(lengths))).astype(np.int64)
-    used = [f for f in schema if _numeric(f.type)]
+    used = number_columns(schema, len(lengths), decode, _numeric)
+    refuse_more(
+        len(used), COLUMNS, "columns", path.name, "Write those that are needed to a file of their own"
+    )
     if not used:
         raise InputError(
             f"{path.name}: no column of numbers; there are: {', '.join(map(str, schema.names)) or 'none'}"
         )
-    twice = sorted({f.name for f in used if schema.names.count(f.name) > 1})
+    names = [f.name for f in used]
+    twice = sorted(name for name, count in Counter(names).items() if count > 1)
     if twice:  # columns are decoded by their name
         raise InputError(
             f"{path.name}: several columns are called {', '.join(map(repr, twice[:5]))}; give each a name of its own"
@@ -252,14 +264,14 @@ def _table(path: Path, magic: bytes, schema: pa.Schema, lengths: list[int], deco
         if _is_time(f.type):
             time_units[len(columns)] = "iso8601"
         dtype = _dtype(f.type)
-        columns.append(_LazyColumn(f.name, dtype, edges, decode, dtype.kind in "iu"))
-    units = tuple((f.metadata or {}).get(b"unit", b"").decode("utf-8", "replace") for f in used)
+        columns.append(_LazyColumn(f, dtype, edges, decode, dtype.kind in "iu"))
+    units = tuple(f.metadata.get(b"unit", b"").decode("utf-8", "replace") for f in used)
     ours = _ours(schema.metadata or {}, path.name)
     rate, key = _rate(schema.metadata or {})
-    dropped = [n for n in schema.names if n not in {f.name for f in used}]
+    dropped = [n for n in schema.names if n not in {f.source for f in used}]
     return Table(
         format="Parquet" if magic.startswith(_PARQUET) else "Arrow",
-        headings=tuple(f.name for f in used),
+        headings=tuple(names),
         columns=tuple(columns),
         units=units,
         units_from="metadata" if any(units) else "none",

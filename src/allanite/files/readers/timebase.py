@@ -332,7 +332,7 @@ def _by_levels(stamps: Filled, gaps: _Ints, interval: float) -> _Ints:
             end = begins[k + 1] if k + 1 < len(begins) else len(stamps)
             head = block[begins[k] - first : min(begins[k] + _HEAD, end) - first]
             levels[k] = np.median(head - interval * (begins[k] + np.arange(len(head))))
-    return np.diff(np.round((levels - levels[0]) / interval)).astype(np.int64)
+    return np.asarray(np.diff(np.round((levels - levels[0]) / interval)), dtype=np.int64)
 
 
 def _refuse(stamps: Filled, marks: Marks, tally: _Tally, source: str, interval: float) -> None:

@@ -2,8 +2,9 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """A log as one JSON document, handed on as one object a line.
 
-Its samples are objects in a list, lists of equal length under their names, or what pandas writes: columns with their
-rows, or each column by its index. Facts beside them (a rate, a unit) become lines before the first one.
+Its samples are objects in a list, lists of equal length under their names, rows of numbers without names, or what
+pandas writes: columns with their rows, each column by its index, or each row by it. Facts beside them (a rate, a unit)
+become lines before the first one.
 """
 
 from __future__ import annotations
@@ -13,19 +14,24 @@ import re
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
+from types import NoneType
 from typing import Any, Final
 
 from allanite.errors import FormatError, LimitError
+from allanite.files.readers.delimited.dates import date_format
 from allanite.files.readers.delimited.streams import TextStream
 from allanite.files.readers.spool import to_file
 from allanite.plain_files.limits import DEPTH, JSON_BYTES, JSON_OBJECTS, refuse_more
 
 __all__ = ["as_lines"]
 
+Sample = Mapping[str, Any] | Sequence[Any]
+
 _FEWEST = 3  # samples
 _HEAD = 1 << 16
 _OF_LINES = re.compile(rb"\s*(?:\[\s*)?\{[^\r\n]*\}[ \t]*,?[ \t]*[\r\n]+[ \t]*\{")
 _DOCUMENT = re.compile(rb'\s*(?:\{\s*["}]|\[\s*[\[{])')
+_OF_EPOCH = 9  # digits: shorter whole numbers are those of rows
 _LINES: Final = 4096  # that are joined before they go to the file
 
 
@@ -82,10 +88,11 @@ def _first_line_is_one(stream: TextStream, start: int) -> bool:
     return line.rstrip().endswith(b"}") and follows.lstrip().startswith(b"{")
 
 
-def _written(facts: list[str], samples: Iterator[Mapping[str, Any]]) -> Iterator[bytes]:
+def _written(facts: list[str], samples: Iterator[Sample]) -> Iterator[bytes]:
     lines = [f"# {fact}" for fact in facts]
     for sample in samples:
-        lines.append(json.dumps(sample, separators=(",", ":")))
+        line = json.dumps(sample, separators=(",", ":"))
+        lines.append(line if isinstance(sample, Mapping) else line[1:-1])
         if len(lines) >= _LINES:
             yield ("\n".join(lines) + "\n").encode()
             lines = []
@@ -103,11 +110,13 @@ def _facts(document: Mapping[str, Any]) -> list[str]:
     ][:100]
 
 
-def _samples(document: Any, depth: int) -> Iterator[Mapping[str, Any]] | None:
-    """The samples of a document as objects; None where it holds none."""
+def _samples(document: Any, depth: int) -> Iterator[Sample] | None:
+    """The samples of a document as objects, or as rows without names; None where it holds none."""
     if depth > DEPTH:
         return None
     if isinstance(document, list):
+        if _is_matrix(document):
+            return iter(document)
         objects = [sample for sample in document if isinstance(sample, dict)]
         return iter(objects) if len(objects) >= max(_FEWEST, len(document) // 2) else None
     if not isinstance(document, dict):
@@ -115,6 +124,8 @@ def _samples(document: Any, depth: int) -> Iterator[Mapping[str, Any]] | None:
     names, rows = document.get("columns"), document.get("data")
     if isinstance(names, list) and isinstance(rows, list) and _is_table(names, rows):
         return (dict(zip(map(str, names), row, strict=True)) for row in rows)
+    if (rows := _by_row(document)) is not None:
+        return rows
     columns = _by_index(document) or _columns(document, "", 0)
     lengths = Counter(len(values) for values in columns.values())
     if lengths:
@@ -131,6 +142,30 @@ def _longest_first(values: Any) -> list[Any]:
 
 def _is_table(names: Sequence[Any], rows: Sequence[Any]) -> bool:
     return len(rows) >= _FEWEST and all(isinstance(row, list) and len(row) == len(names) for row in rows)
+
+
+def _is_matrix(rows: Sequence[Any]) -> bool:
+    """True for rows of numbers, all of one width, more of them than columns."""
+    width = len(rows[0]) if rows and isinstance(rows[0], list) else 0
+    return 0 < width < len(rows) and all(
+        isinstance(row, list)
+        and len(row) == width
+        and all(isinstance(v, (int, float, NoneType)) for v in row)
+        for row in rows
+    )
+
+
+def _by_row(document: Mapping[str, Any]) -> Iterator[Mapping[str, Any]] | None:
+    """Rows by their numbers or dates: {"0": {"gx": 0.1, "gy": 0.2}, "1": ...}."""
+    rows = list(document.values())
+    if len(rows) < _FEWEST or not all(isinstance(r, dict) and r.keys() == rows[0].keys() for r in rows):
+        return None
+    if any(isinstance(v, (dict, list)) for v in rows[0].values()):
+        return None
+    if all(key.isdigit() and len(key) < _OF_EPOCH for key in document):
+        return iter(rows)
+    timed = all(key.isdigit() or date_format(key) for key in document)
+    return ({"time": key, **row} for key, row in document.items()) if timed else None
 
 
 def _by_index(document: Mapping[str, Any]) -> dict[str, list[Any]]:

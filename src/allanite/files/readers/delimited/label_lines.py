@@ -74,8 +74,8 @@ def read_labels(line: str, decimal: str) -> LabeledLine | None:
         return None
     if series := _SERIES.fullmatch(line.strip()):
         fields = (field.split("=") for field in series["fields"].split(","))
-        pairs = tuple((label, (re.sub(r"(?<=\d)[iu]$", "", value),)) for label, value in fields)
-        return LabeledLine((), (*pairs, ("timestamp", (series["stamp"],))))
+        values = [(label, (re.sub(r"(?<=\d)[iu]$", "", value),)) for label, value in fields]
+        return LabeledLine((), (*values, ("timestamp", (series["stamp"],))))
     matches = [m for m in _LABEL.finditer(line) if len(m["label"]) <= _LONGEST_LABEL]
     if not matches:
         matches = list(_DIGITS.finditer(line))

@@ -55,7 +55,7 @@ LOG: dict[str, FindingKind] = {
     "clock_drift": FindingKind(
         group=_TIME,
         severity="warning",
-        means="the clock of the stamps runs faster at one end of the record than at the other, by more than 100 ppm, or wanders as far",
+        means="the rate of the stamps changes by more than 100 ppm along the record, evenly or to and fro",
         risk="lags and coefficients are those of the mean rate; a slow ramp of the clock is taken for even sampling",
         done="kept; the mean rate of the stamps is used",
         advice="take stamps from the sensor's own clock, or let the clock of the logger warm up",
