@@ -5,7 +5,7 @@ Twelve kinds of noise beside or in place of white noise, three lengths each, dra
 term is *false* where the record holds none such: true are white noise and, where there are some, Gauss-Markov terms.
 Flicker that is shown beside a Gauss-Markov term, undecided, is not false beside a true one. A record is *warned of*
 where the fit says that its model does not explain the data, that lags are left out, that a discrepancy is held, or
-what else explains the record as well; a study also where it finds fault with the samples. A row passes if no more
+what else explains the record as well; fits of samples and studies also where they find fault with these. A row passes if no more
 than `FALSE` of its records hold a false term unwarned, or at least `WARNED` are warned of; and if N is covered, or
 warned of, in at least `COVERED`.
 """
@@ -157,7 +157,9 @@ def _holds(model: NoiseModel, N: float) -> bool:
 def _warned(model: NoiseModel) -> bool:
     facts = model.goodness
     doubts = facts["p"] < _DOUBTFUL or facts.get("discrepancy") or facts.get("left_out")
-    return bool(doubts or "slow_time" in facts or "slope_lower" in facts)
+    # By `fit`: what the samples hold beside noise, and what a curve hides.
+    told = {"findings", "unseen", "slow_time", "drift_span", "slope_lower"}
+    return bool(doubts or told & set(facts))
 
 
 def run_wrong_models(

@@ -78,6 +78,16 @@ def test_samples_say_above_which_correlation_time_k_is_a_drive():
     assert below >= binom.ppf(0.0005, stated, 0.95)
 
 
+def test_k_beside_two_gauss_markov_terms_is_said_to_be_a_drive():
+    """Of three Gauss-Markov terms the slowest is taken for a walk: by samples a third one is tried as by the curve."""
+    rng = np.random.default_rng(3)
+    n = 60_000
+    y = rng.standard_normal(n) + gauss_markov(rng, n, 0.5, 10.0) + gauss_markov(rng, n, 0.25, 100.0)
+    model = al.fit(al.Recording.from_rate(y + random_walk(rng, n, 0.004), rate=1.0, unit="rad/s", names=["x"]))
+    assert {"sigma", "sigma_2", "K"} <= {e.symbol for e in model.estimates if e.supported}
+    assert model.goodness["slow_time"] > model.estimate("T_2").value
+
+
 def test_samples_say_which_power_laws_their_curve_allows():
     records, covered = 10, 0
     for i in range(records):
@@ -110,9 +120,39 @@ def test_true_flicker_is_not_called_another_power_law():
     assert told <= binom.ppf(0.9995, records, 0.05)
 
 
+@pytest.mark.parametrize("method", ["curve", "samples", "select"])
+def test_a_drift_holds_over_the_record_only(method):
+    """A swing of twice the period of the record is a ramp to any fit: it is said over which span."""
+    n = 20_000
+    y = np.random.default_rng(6).standard_normal(n) + 0.3 * np.sin(2 * np.pi * (np.arange(n) / n - 0.5) / 2)
+    record = al.Recording.from_rate(y, rate=1.0, unit="rad/s", names=["x"])
+    if method == "select":
+        found = al.select(record)
+        facts, words, supported = found.slow, found.verdict, [e.symbol for e in found.model.estimates]
+    else:
+        model = al.fit(al.allan_curve(record)["x"] if method == "curve" else record)
+        facts, words = model.goodness, model.verdict
+        supported = [e.symbol for e in model.estimates if e.supported]
+    assert "R" in supported
+    assert facts["drift_span"] == n
+    assert "R is the drift over these 5.56 h: a swing with a longer period looks the same" in words
+
+
+def test_a_curve_does_not_tell_quantization_from_a_line_near_half_the_rate():
+    n = 20_000
+    y = np.random.default_rng(7).standard_normal(n) + 0.4 * np.sin(2 * np.pi * 0.497 * np.arange(n))
+    record = al.Recording.from_rate(y, rate=1.0, unit="rad/s", names=["x"])
+    by_curve, by_samples = al.fit(al.allan_curve(record)["x"]), al.fit(record)
+    assert by_curve.estimate("Q").supported
+    assert by_curve.goodness["unseen"] == ["spectral_line"]
+    assert "only the samples tell" in by_curve.verdict
+    assert "spectral_line" in by_samples.goodness["findings"]
+    assert "unseen" not in al.fit(al.allan_curve(record)["x"], screen=False).goodness
+
+
 def test_nothing_is_said_of_white_noise():
     model = fitted(np.random.default_rng(3).standard_normal(20_000))
-    assert not {"slow_time", "slope_lower"} & set(model.goodness)
+    assert not {"slow_time", "drift_span", "slope_lower", "unseen"} & set(model.goodness)
     assert stand_in_words(model.goodness) == ""
 
 

@@ -135,6 +135,8 @@ def fit_moments(
         "left_out": int(used.sum() - chosen.used.sum()),
     }
     fits = _families(chosen, confidence)
+    if any("R" in f.supported for f in fits):
+        facts["drift_span"] = curve.n_samples * curve.dt
     laws = _power_laws(fits)
     if laws is not None:
         facts |= _slow_time(fits, curve) | laws.facts(frozenset().union(*(f.supported for f in fits)))

@@ -7,6 +7,7 @@ checks find, are named: each may be taken for a term.
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -18,7 +19,7 @@ from allanite.recording.health import Severity, check
 from allanite.recording.health.tails import law_of
 from allanite.recording.records import Recording
 
-__all__ = ["screened"]
+__all__ = ["screened", "unscreened"]
 
 _LINE = "spectral_line"
 
@@ -35,12 +36,24 @@ def screened(model: NoiseModel, recording: Recording, name: str) -> NoiseModel:
     codes += [_LINE] if _has_lines(alone, model) else []
     if not codes:
         return model
-    names = tuple(dict.fromkeys(codes))
+    names = list(dict.fromkeys(codes))
     text = f" Found in the samples: {', '.join(names)} (see `allanite info`)."
-    families = [
-        replace(m, goodness={**m.goodness, "findings": list(names)}, verdict=m.verdict + text)
-        for m in model.families
-    ]
+    return _with_fact(model, {"findings": names}, text)
+
+
+def unscreened(model: NoiseModel) -> NoiseModel:
+    """A model that was fitted to a curve, with what a curve cannot tell: "unseen" of `goodness`.
+
+    A sine near half the sample rate averages out as quantization does.
+    """
+    if not any(e.symbol == "Q" and e.supported for m in model.families for e in m.estimates):
+        return model
+    text = " A spectral line near half the sample rate bends a curve as quantisation does; only the samples tell."
+    return _with_fact(model, {"unseen": [_LINE]}, text)
+
+
+def _with_fact(model: NoiseModel, fact: Mapping[str, Sequence[str]], text: str) -> NoiseModel:
+    families = [replace(m, goodness={**m.goodness, **fact}, verdict=m.verdict + text) for m in model.families]
     return families[0] if len(families) == 1 else replace(families[0], alternative=families[1])
 
 

@@ -51,7 +51,8 @@ def stand_in_words(facts: Mapping[str, float], seen_in: str = "the record") -> s
     Parameters
     ----------
     facts : mapping
-        `goodness` of a model: "slow_time" [s], "slope_lower", "slope_upper" and "slope_better", where they are known.
+        `goodness` of a model: "slow_time" [s], "drift_span" [s], "slope_lower", "slope_upper" and "slope_better", where
+        they are known.
     seen_in : str
         Of what the power laws are said.
     """
@@ -61,10 +62,16 @@ def stand_in_words(facts: Mapping[str, float], seen_in: str = "the record") -> s
             f" A Gauss-Markov term with T above {duration(facts['slow_time'])} explains the record as well as the "
             "random walk; K is then its drive, σ√(2/T)."
         )
+    if "drift_span" in facts:
+        text += f" R is the drift over these {duration(facts['drift_span'])}: a swing with a longer period looks the same."
     law = power_law_words(facts)
     if not law:
         return text
-    if facts["slope_lower"] <= 1 <= facts["slope_upper"] and not facts["slope_better"] and not text:
+    if (
+        facts["slope_lower"] <= 1 <= facts["slope_upper"]
+        and not facts["slope_better"]
+        and "slow_time" not in facts
+    ):
         return text + f" The density of its slow noise falls as {law}."
     if facts["slope_better"]:
         return text + (

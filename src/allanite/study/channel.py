@@ -222,7 +222,9 @@ def _fit(
         if request.method == "likelihood":
             model = fit(rest, method=request.method, confidence=request.confidence, screen=False)
         else:
-            model = fit(curves.fitted, exclude=bent.excluded, confidence=request.confidence, floor=below)
+            model = fit(
+                curves.fitted, exclude=bent.excluded, confidence=request.confidence, floor=below, screen=False
+            )
         tails = law_of(rest, name)
         model = with_tails(model, tails, shown.n_samples - int(np.diff(shown.missing[0], axis=1).sum()))
         contamination = contamination_of(model, tails, curves.recording[name].scale, shown.dt)

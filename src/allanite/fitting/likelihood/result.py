@@ -169,7 +169,9 @@ def _time(peak: Peak) -> float:
 def _judged(looks: _Looks, confidence: float) -> NoiseModel:
     fits = _families(looks, confidence)
     sums = [
-        ShownSum(letters=f.letters, shown=frozenset(f.letters[i] for i in f.supported), peak=f.best)
+        ShownSum(
+            letters=f.letters, shown=frozenset(f.letters[i] for i in f.supported), peak=f.best, ramp=f.ramp
+        )
         for f in fits
     ]
     facts = slow_facts(looks.problem, sums)

@@ -33,36 +33,40 @@ class ShownSum:
         Those that the record supports.
     peak : Peak
         The best fit of all of them.
+    ramp : bool
+        The record supports a ramp beside them.
     """
 
     letters: tuple[str, ...]
     shown: frozenset[str]
     peak: Peak
+    ramp: bool
 
 
 def slow_facts(problem: LikelihoodProblem, sums: Sequence[ShownSum]) -> dict[str, float]:
-    """Facts for `goodness`: "slow_time" [s], and the slopes that the curve does not exclude."""
+    """Facts for `goodness`: "drift_span" [s], "slow_time" [s], and the slopes that the curve does not exclude."""
     shown = frozenset[str]().union(*(one.shown for one in sums))
+    facts = {"drift_span": problem.recording.duration} if any(one.ramp for one in sums) else {}
     if not shown & {"B", "G", "K"}:
-        return {}
+        return facts
     walk = all("K" in one.shown for one in sums)
     times = [T for one in sums if walk and (T := _shortest_time(problem, one)) is not None]
-    facts = {"slow_time": min(times) * problem.block * problem.dt} if times else {}
+    facts |= {"slow_time": min(times) * problem.block * problem.dt} if times else {}
     return facts | _slopes(problem, shown)
 
 
 def _shortest_time(problem: LikelihoodProblem, one: ShownSum) -> float | None:
     """Correlation time above which a Gauss-Markov term does as well as the random walk; None: none that is shown."""
     letters = tuple("G" if s == "K" else s for s in one.letters)
-    if letters.count("G") > 2:
-        return None
     at = one.peak.at
     other = problem.peak(letters, slope=at.slope, averaged=at.averaged)
     allowed = INTERVAL + 2 * (other.log_likelihood - one.peak.log_likelihood)
-    slowest = int(np.argmax([k.T or 0.0 for k in other.at.components]))
-    if allowed <= 0 or not other.at.components[slowest].T:
+    times = [k.T or 0.0 for k in other.at.components]
+    slowest = int(np.argmax(times))
+    if allowed <= 0 or not times[slowest]:
         return None
-    return time_end(problem.search, other, slowest, allowed, problem.search.times[0])
+    second = sorted(times)[-2]  # below its time the two would change places
+    return time_end(problem.search, other, slowest, allowed, max(second, problem.search.times[0]))
 
 
 def _slopes(problem: LikelihoodProblem, supported: frozenset[str]) -> dict[str, float]:

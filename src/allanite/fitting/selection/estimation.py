@@ -195,7 +195,8 @@ def _selected(
     channel = problem.channel
     best = candidates[0]
     random = tuple(s for s in best.letters if s != "R")
-    sums = [ShownSum(letters=random, shown=frozenset(random), peak=best.maximum.peak)]
+    ramp = len(random) < len(best.letters)
+    sums = [ShownSum(letters=random, shown=frozenset(random), peak=best.maximum.peak, ramp=ramp)]
     return Selection(
         channel=channel.name,
         candidates=tuple(c for c in candidates if c.weight > _LISTED),

@@ -129,7 +129,7 @@ class Selection:
         Level of the intervals of `model`.
     slow : mapping of str to float
         What else explains the slow noise of the best set, as `goodness` of a fit holds it: "slow_time" [s],
-        "slope_lower", "slope_upper", "slope_better".
+        "drift_span" [s], "slope_lower", "slope_upper", "slope_better".
     recording : Recording
         Of that channel.
     """
