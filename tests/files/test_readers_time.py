@@ -19,6 +19,7 @@ from allanite.files.readers import read
 from allanite.files.readers.headings import read_heading
 from allanite.files.readers.stamp_units import StampSteps, tell
 from allanite.files.readers.timebase import ArrayStamps, fit_grid
+from allanite.recording.health import check
 from allanite.recording.records import Recording
 
 CASES = range(200)
@@ -309,6 +310,31 @@ def test_the_advice_to_cut_a_record_works_as_it_is_written(tmp_path: Path) -> No
         k = int(np.searchsorted(edges, part.values("gyro")[0], side="right")) - 1
         assert np.array_equal(part.values("gyro"), np.arange(edges[k], edges[k + 1])), (seed, k)
         assert int(advice[3]) == part.n_samples == lengths.max(), seed
+
+
+def test_the_advice_on_a_clock_that_was_set_back_gives_rows_of_one_part(tmp_path: Path) -> None:
+    """By less than the record, once or twice: what is advised ends the finding, and takes as many rows as it says."""
+    advised = 0
+    for seed in CASES:
+        rng = case(9000 + seed)
+        rate = float(rng.choice([1.0, 10.0, 100.0]))
+        lengths = rng.integers(40, 300, size=int(rng.integers(2, 4)))
+        steps = -np.round(rng.uniform(0.1, 1.6) * lengths[: len(lengths) - 1]) / rate
+        t = np.arange(lengths.sum()) / rate + np.repeat(np.cumsum(np.r_[0.0, steps]), lengths)
+        np.savez(tmp_path / "log.npz", t_s=t + rng.uniform(-0.1, 0.1, len(t)) / rate, gyro=np.arange(len(t)))
+        fault = next(f for f in check(read(tmp_path / "log.npz")) if f.code == "time_stamps")
+        ways = dict(re.findall(r"--(from|to) (\S+)", fault.advice))
+        if not ways:
+            assert "put the rows in order" in fault.advice, seed
+            continue
+        advised += 1
+        part = read(
+            tmp_path / "log.npz", **{{"from": "start", "to": "stop"}[k]: float(v) for k, v in ways.items()}
+        )
+        wanted = re.search(r"takes (\d+) rows", fault.advice)
+        assert wanted and abs(part.n_samples - int(wanted[1])) <= 1, (seed, fault.advice)
+        assert np.all(np.diff(part.values("gyro")) == 1), seed
+    assert advised > 0.8 * len(CASES)
 
 
 def test_a_part_is_cut_by_the_stamps_as_they_are(tmp_path: Path) -> None:

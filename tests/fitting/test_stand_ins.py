@@ -83,7 +83,9 @@ def test_k_beside_two_gauss_markov_terms_is_said_to_be_a_drive():
     rng = np.random.default_rng(3)
     n = 60_000
     y = rng.standard_normal(n) + gauss_markov(rng, n, 0.5, 10.0) + gauss_markov(rng, n, 0.25, 100.0)
-    model = al.fit(al.Recording.from_rate(y + random_walk(rng, n, 0.004), rate=1.0, unit="rad/s", names=["x"]))
+    model = al.fit(
+        al.Recording.from_rate(y + random_walk(rng, n, 0.004), rate=1.0, unit="rad/s", names=["x"])
+    )
     assert {"sigma", "sigma_2", "K"} <= {e.symbol for e in model.estimates if e.supported}
     assert model.goodness["slow_time"] > model.estimate("T_2").value
 

@@ -27,6 +27,7 @@ from allanite.files.readers.coarse_stamps import without_place
 from allanite.files.readers.filled_stamps import ArrayStamps, Filled, Stamps
 from allanite.files.readers.grid_check import in_stalls, off_grid_share
 from allanite.files.readers.late_stamps import InTime
+from allanite.files.readers.set_back import between, longest_alone
 from allanite.files.readers.stamp_regimes import JUDGES, LONGEST, SHORTEST, Probe, no_grid, probe_of
 
 __all__ = ["ArrayStamps", "Stamps", "Timebase", "even_grid", "fit_grid", "resolution_of"]
@@ -158,6 +159,7 @@ def fit_grid(
         ],
         "resolution_s": float(resolution),
         "unplaced": _unplaced(filled, probe, marks, source, interval),
+        "alone": longest_alone(filled, marks, interval) if tally.backward else None,
     }
     length = int(grid[-1] + n - begins[-1])
     return Timebase(rate=rate, length=length, source=np.append(begins, n), grid=grid, facts=facts)
@@ -192,6 +194,7 @@ def _facts(*, source: str, unit: str, rate: float, nominal: float | None, interv
         "drift_ppm": None if nominal is None else (rate / nominal - 1.0) * 1e6,
         "resolution_s": 0.0,
         "unplaced": 0,
+        "alone": None,
     }
 
 
@@ -404,9 +407,7 @@ def _stamp(stamps: Filled, row: int) -> float:
 def _near(stamps: Filled, row: int, way: float) -> str:
     """A short number of seconds between a stamp and the place a few intervals before or after it."""
     stamp = _stamp(stamps, row)
-    low, high = sorted((stamp + 0.01 * way, stamp + 4.0 * way))
-    middle = stamp + 2.0 * way
-    return next((t for d in range(1, 17) if low < float(t := f"{middle:.{d}g}") < high), repr(middle))
+    return f"{between(*sorted((stamp + 0.01 * way, stamp + 4.0 * way))):.17g}"
 
 
 def _plain(value: float, tolerance: float) -> float:

@@ -50,10 +50,15 @@ def _spans(rows: Sequence[int]) -> list[tuple[int, int]]:
 # -- time -------------------------------------------------------------------------------------------------
 
 
-_SET_BACK = (
-    "was the clock set back (to winter time, say), or are rows out of order? Take the part before or after it (--to, "
-    "--from), put the rows in order, or give --rate, which sets the stamps aside"
-)
+def _set_back(alone: Mapping[str, Any] | None) -> str:
+    """What to do about stamps that step back; `alone` cuts the longest part that has its times to itself."""
+    if not alone:
+        return "put the rows in order, or give --rate, which sets the stamps aside"
+    options = " ".join(f"--{end} {alone[end]:.15g}" for end in ("from", "to") if end in alone)
+    return (
+        f"was the clock set back (to winter time, say)? {options} takes {alone['rows']} rows whose times no others have; "
+        "--rate sets the stamps aside"
+    )
 
 
 def stamps(recording: Recording) -> Iterator[Finding]:
@@ -74,7 +79,7 @@ def stamps(recording: Recording) -> Iterator[Finding]:
         severity=Severity.FATAL if fatal else Severity.WARNING,
         spans=_spans(rows),
         count=backward + duplicates,
-        advice=_SET_BACK if backward else None,
+        advice=_set_back(notes.get("alone")) if backward else None,
         repaired=not backward,
     )
 
