@@ -464,10 +464,14 @@ def _held(order: Order) -> None:
 
 
 def _wrong_models(order: Order) -> None:
+    from verification.right_models import run_right_models
     from verification.tables import write_tables
     from verification.wrong_models import run_wrong_models
 
     parts = run_wrong_models(ROOT_SEED, _say, order.count(300), order.workers, order.cache)
+    parts["Where a family is right, by the curve"] = run_right_models(
+        ROOT_SEED, _say, order.count(300), order.workers, order.cache
+    )
     title = "When the model is wrong"
     write_tables("wrong_models", title, parts, HERE / "results", seed=ROOT_SEED, date=order.date)
 

@@ -5,9 +5,9 @@ Twelve kinds of noise beside or in place of white noise, three lengths each, dra
 term is *false* where the record holds none such: true are white noise and, where there are some, Gauss-Markov terms.
 Flicker that is shown beside a Gauss-Markov term, undecided, is not false beside a true one. A record is *warned of*
 where the fit says that its model does not explain the data, that lags are left out, that a discrepancy is held, or
-what else explains the record as well; fits of samples and studies also where they find fault with these. A row passes if no more
-than `FALSE` of its records hold a false term unwarned, or at least `WARNED` are warned of; and if N is covered, or
-warned of, in at least `COVERED`.
+what else explains the record as well; fits of samples and studies also where they find fault with these. A row
+passes if no more than `FALSE` of its records hold a false term unwarned, or at least `WARNED` are warned of; and if N
+is covered, or warned of, in at least `COVERED`.
 """
 
 from __future__ import annotations
