@@ -29,7 +29,7 @@ from allanite.fitting.design import TIME_OF
 from allanite.fitting.instrument import of_floor
 from allanite.fitting.objective import CurveData, CurveSolution, distance, sensitivity
 
-__all__ = ["CERTAIN", "coefficient_set", "cone_point", "critical_value", "fisher_sd", "time_set"]
+__all__ = ["CERTAIN", "coefficient_set", "cone_point", "critical_value", "explained", "fisher_sd", "time_set"]
 
 Array = NDArray[np.float64]
 
@@ -42,7 +42,7 @@ CERTAIN = 0.03
 
 @lru_cache(maxsize=8)
 def _normals(k: int) -> Array:
-    view = np.random.default_rng(952).standard_normal((_DRAWS, k))
+    view = np.ascontiguousarray(np.random.default_rng(952).standard_normal((_DRAWS, k)).T)
     view.flags.writeable = False
     return view
 
@@ -76,7 +76,9 @@ def cone_point(columns: Sequence[Array], kinds: tuple[str, ...], confidence: flo
         return plain
     U = np.asarray(np.linalg.qr(np.stack(columns, axis=1), mode="r"), dtype=np.float64)
     y = _normals(U.shape[0])
-    gain = _explained(U, y, kinds, None) - _explained(U, y, kinds, 0)
+    loose = [i for i, k in enumerate(kinds) if k == "free"]
+    sided = [i for i, k in enumerate(kinds) if k == "one-sided"]
+    gain = explained(U, y, loose, sided) - explained(U, y, [i for i in loose if i], sided)
     return max(plain, float(np.quantile(gain, confidence)))
 
 
@@ -104,24 +106,27 @@ def _directions(
     return [columns[i] / max(norms[i], 1e-300) for i in kept], tuple(kinds[i] for i in kept)
 
 
-def _explained(U: Array, y: Array, kinds: tuple[str, ...], without: int | None) -> Array:
-    """Squared length of the projection of each draw on the cone, shape (n_draws,)."""
-    free = [i for i, k in enumerate(kinds) if k == "free" and i != without]
-    sided = [i for i, k in enumerate(kinds) if k == "one-sided"]
-    best = np.zeros(len(y))
+def explained(U: Array, y: Array, loose: Sequence[int], sided: Sequence[int]) -> Array:
+    """Squared length of the projection of draws on the cone of the columns of U, shape (n_draws,).
+
+    Parameters
+    ----------
+    y : ndarray, shape (n, n_draws)
+    loose, sided : sequence of int
+        Columns with any weight, and with weights that are not negative.
+    """
+    best = np.zeros(y.shape[1])
     for size in range(len(sided) + 1):
         for chosen in itertools.combinations(sided, size):
-            index = free + list(chosen)
+            index = [*loose, *chosen]
             if not index:
                 continue
             Q, R = np.linalg.qr(U[:, index])
-            part = np.einsum(
-                "ij,jk->ik", y, Q
-            )  # tall and thin: threads of a matrix library would only get in the way
-            length = (part**2).sum(axis=1)
+            part = Q.T @ y
+            length = np.einsum("in,in->n", part, part)
             if chosen:
-                x = np.einsum("ij,kj->ik", part, np.linalg.pinv(R, rcond=1e-10)[len(free) :])
-                length = np.where(np.all(x >= 0, axis=1), length, 0.0)
+                weights = np.linalg.pinv(R, rcond=1e-10)[len(loose) :] @ part
+                length = np.where(weights.min(axis=0) >= 0, length, 0.0)
             best = np.maximum(best, length)
     return best
 

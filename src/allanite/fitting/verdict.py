@@ -63,7 +63,8 @@ def stand_in_words(facts: Mapping[str, float], seen_in: str = "the record") -> s
             "random walk; K is then its drive, σ√(2/T)."
         )
     if "drift_span" in facts:
-        text += f" R is the drift over these {duration(facts['drift_span'])}: a swing with a longer period looks the same."
+        span = duration(facts["drift_span"])
+        text += f" R is the drift over these {span}: a swing with a longer period looks the same."
     law = power_law_words(facts)
     if not law:
         return text

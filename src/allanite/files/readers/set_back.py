@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """A clock that was set back: which part of the record its stamps still tell alone, and the options that take it.
 
-Behind the step the stamps run through times that were there before. `--from` and `--to` cut by the stamps, so only times
+Behind the step the stamps run through times that were there before. `--from` and `--to` cut by the stamps: only times
 that belong to one part can be cut out.
 """
 

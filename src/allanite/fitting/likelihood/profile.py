@@ -15,7 +15,6 @@ References
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Callable
 from dataclasses import replace
@@ -26,6 +25,7 @@ from numpy.typing import NDArray
 
 from allanite.fitting.likelihood.maximum import LikelihoodSearch, Peak
 from allanite.fitting.likelihood.objective import RandomTerm
+from allanite.fitting.sets import explained
 
 __all__ = [
     "coefficient_set",
@@ -85,27 +85,9 @@ def critical_value(peak: Peak, tested: int, free: frozenset[int], confidence: fl
     root = np.linalg.cholesky(scaled + 1e-9 * np.eye(len(order))).T
     sided = [k for k, i in enumerate(order) if k > 0 and i < n and i not in free]
     loose = [k for k in range(len(order)) if k not in sided]
-    y = _normals(len(order))
-    gain = _explained(root, y, loose, sided) - _explained(root, y, [k for k in loose if k], sided)
+    y = _normals(len(order)).T
+    gain = explained(root, y, loose, sided) - explained(root, y, [k for k in loose if k], sided)
     return max(float(chdtri(1, 1 - confidence)), float(np.quantile(gain, confidence)))
-
-
-def _explained(root: Array, y: Array, loose: list[int], sided: list[int]) -> Array:
-    """Squared length of each draw's projection on the cone of the columns, those of `sided` with weights >= 0."""
-    best = np.zeros(len(y))
-    for size in range(len(sided) + 1):
-        for chosen in itertools.combinations(sided, size):
-            index = [*loose, *chosen]
-            if not index:
-                continue
-            Q, R = np.linalg.qr(root[:, index])
-            part = y @ Q
-            length = (part**2).sum(axis=1)
-            if chosen:
-                weights = part @ np.linalg.pinv(R)[len(loose) :].T
-                length = np.where((weights >= 0).all(axis=1), length, 0.0)
-            best = np.maximum(best, length)
-    return best
 
 
 # -- the slope of a ramp ----------------------------------------------------------------------------------

@@ -56,8 +56,8 @@ def _set_back(alone: Mapping[str, Any] | None) -> str:
         return "put the rows in order, or give --rate, which sets the stamps aside"
     options = " ".join(f"--{end} {alone[end]:.15g}" for end in ("from", "to") if end in alone)
     return (
-        f"was the clock set back (to winter time, say)? {options} takes {alone['rows']} rows whose times no others have; "
-        "--rate sets the stamps aside"
+        f"was the clock set back (to winter time, say)? {options} takes {alone['rows']} rows whose times no others "
+        "have; --rate sets the stamps aside"
     )
 
 
