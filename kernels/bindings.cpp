@@ -12,6 +12,7 @@
 
 #include "allanite/allan.hpp"
 #include "allanite/biweight.hpp"
+#include "allanite/curve_fit.hpp"
 #include "allanite/noise.hpp"
 #include "allanite/online_allan.hpp"
 #include "allanite/smoother.hpp"
@@ -143,6 +144,34 @@ std::pair<double, double> biweight_sums(const Vector& phase, Index lag, const Ru
     nb::gil_scoped_release unlocked;
     const allanite::BiweightSums sums = allanite::biweight_sums(slice(phase), lag, slice(runs), scale, cut);
     return {sums.psi, sums.slope};
+}
+
+allanite::CurveFit curve_fit(const Vector& variance, const Matrix& columns, const Vector& here, const Matrix& whiten,
+                             const Vector& centre) {
+    const size_t lags = variance.size();
+    require(columns.shape(0) == lags && columns.shape(1) == here.size(), "columns: a row per lag, one per coefficient");
+    require(whiten.shape(0) == lags && whiten.shape(1) == lags && centre.size() == lags,
+            "whiten, centre: of as many lags as variance");
+    return {slice(variance), slice(whiten), slice(centre), Index(here.size())};
+}
+
+NewVector curve_step(const Vector& variance, const Matrix& columns, const Vector& here, const Vector& means,
+                     const Matrix& whiten, const Vector& centre) {
+    auto fit = curve_fit(variance, columns, here, whiten, centre);
+    require(means.size() == variance.size(), "means: must be as long as variance");
+    auto [step, out] = new_array<NewVector>({here.size()});
+    fit.step(slice(columns), slice(here), slice(means), out);
+    return step;
+}
+
+NewVector curve_minimum(const Vector& variance, const Matrix& columns, const Vector& rest, const Vector& here,
+                        const Matrix& whiten, const Vector& centre, int steps, double settled) {
+    auto fit = curve_fit(variance, columns, here, whiten, centre);
+    require(rest.size() == variance.size(), "rest: must be as long as variance");
+    auto [minimum, out] = new_array<NewVector>({here.size()});
+    for (Index j = 0; j < out.size; ++j) out[j] = here.data()[j];
+    fit.minimise(slice(columns), slice(rest), out, steps, settled);
+    return minimum;
 }
 
 void markov_noise(const Matrix& normals, const Vector& phi, const Vector& step_sd, const Vector& weight_now,
@@ -445,6 +474,16 @@ NB_MODULE(_kernels, m) {
     m.def("biweight_sums", &biweight_sums, "phase"_a.noconvert(), "lag"_a, "runs"_a.noconvert(), "scale"_a, "cut"_a,
           "Sums of psi(u) and u psi'(u), psi(u) = u (1 - u/cut)**4 below the cut and 0 above, over the second\n"
           "differences d of `runs`, u = d**2 / scale.");
+    m.def("curve_step", &curve_step, "variance"_a.noconvert(), "columns"_a.noconvert(), "here"_a.noconvert(),
+          "means"_a.noconvert(), "whiten"_a.noconvert(), "centre"_a.noconvert(),
+          "Newton step of the moment fit from the coefficients `here` (p,), whose means are `means` (n_lags,), to the\n"
+          "non-negative minimum of the quadratic part of r'r + 2/3 sum(log(means)), with\n"
+          "r = whiten @ (cbrt(variance / means) - centre); columns (n_lags, p): change of the means. Gauss-Newton\n"
+          "where that is not convex, zeros where nothing shows a way. whiten (n_lags, n_lags): lower triangular.");
+    m.def("curve_minimum", &curve_minimum, "variance"_a.noconvert(), "columns"_a.noconvert(), "rest"_a.noconvert(),
+          "here"_a.noconvert(), "whiten"_a.noconvert(), "centre"_a.noconvert(), "steps"_a, "settled"_a,
+          "Coefficients, none negative, at which means = rest + columns @ x minimise what curve_step() is of: at most\n"
+          "`steps` steps from `here`, each halved until it does not climb, until one gains less than `settled`.");
     m.def("online_allan_size", &online_allan_size, "lags"_a.noconvert(), "order"_a = 2, "positions"_a = 64,
           "block"_a = 1024,
           "Lengths of the two arrays of a state: `numbers` (float64) and `counters` (int64). Begin with zeros.\n\n"

@@ -11,6 +11,7 @@
 
 #include "allanite/allan.hpp"
 #include "allanite/biweight.hpp"
+#include "allanite/curve_fit.hpp"
 #include "allanite/theo.hpp"
 #include "records.hpp"
 
@@ -131,6 +132,24 @@ void online_kernel(Chance& chance, const Reals& y, const Integers& missing) {
     }
 }
 
+/// The steps of the moment fit end, and stay where coefficients may be, whatever they are given.
+void curve_fit(Chance& chance, Index odd) {
+    const Index lags = 1 + chance.below(12), p = 1 + chance.below(7);
+    const auto numbers = [&](Index n) {
+        Reals drawn;
+        for (Index i = 0; i < n; ++i) drawn.push_back(sample(chance, odd));
+        return drawn;
+    };
+    const Reals v = numbers(lags), w = numbers(lags * lags), c = numbers(lags), columns = numbers(lags * p);
+    const Reals rest = numbers(lags), mu = numbers(lags);
+    Reals here = numbers(p), step(static_cast<size_t>(p));
+    for (double& x : here) x = x > 0.0 ? x : 0.0;
+    CurveFit fit(fixed(v), fixed(w), fixed(c), p);
+    fit.step(fixed(columns), fixed(here), fixed(mu), whole(step));
+    fit.minimise(fixed(columns), fixed(rest), whole(here), 30, 1e-5);
+    for (double x : here) require(!(x < 0.0), "curve fit: no coefficient is negative");
+}
+
 void one_round(Chance& chance) {
     static const Index shares[] = {0, 2, 20, 100};  // per cent of odd samples
     const Index n = 1 + chance.below(chance.below(4) ? 60 : 3000), odd = shares[chance.below(4)];
@@ -144,6 +163,7 @@ void one_round(Chance& chance) {
     exact_kernels(chance, phase, missing, n);
     online_kernel<double>(chance, y, missing);
     online_kernel<float>(chance, y, missing);
+    curve_fit(chance, odd);
 }
 
 }  // namespace

@@ -8,6 +8,7 @@
 
 #include "allanite/allan.hpp"
 #include "allanite/biweight.hpp"
+#include "allanite/curve_fit.hpp"
 #include "allanite/noise.hpp"
 #include "allanite/theo.hpp"
 #include "records.hpp"
@@ -187,6 +188,17 @@ void markov_states() {
     check(out == Reals{0 + 2 + 1.5, 1 + 0.5 + 1.5, 3 + 0.5 + 0.75}, "markov: output");
 }
 
+/// Two lags, white noise and a walk: what explains both exactly is found, and a coefficient that would be negative is 0.
+void curve_of_two_lags() {
+    const Reals columns{1.0, 1.0 / 3.0, 0.5, 2.0 / 3.0}, whiten{1e3, 0.0, 0.0, 1e3}, centre{1.0, 1.0}, rest{0.0, 0.0};
+    const Reals both{1.0 + 0.1 / 3.0, 0.5 + 0.2 / 3.0}, steep{1.0, 0.4};
+    Reals here{0.5, 0.5}, zero{0.5, 0.5};
+    CurveFit(fixed(both), fixed(whiten), fixed(centre), 2).minimise(fixed(columns), fixed(rest), whole(here), 60, 1e-14);
+    check(here[0] > 0.9 && here[0] < 1.1 && here[1] > 0.05 && here[1] < 0.15, "curve fit: both terms");
+    CurveFit(fixed(steep), fixed(whiten), fixed(centre), 2).minimise(fixed(columns), fixed(rest), whole(zero), 60, 1e-14);
+    check(zero[0] > 0.8 && zero[1] == 0.0, "curve fit: no negative walk");
+}
+
 }  // namespace
 
 int main() {
@@ -199,6 +211,7 @@ int main() {
     online_chunks_and_gaps();
     online_in_float();
     markov_states();
+    curve_of_two_lags();
     std::printf("%d passed, %d failed\n", passed, failed);
     return failed == 0 ? 0 : 1;
 }

@@ -56,6 +56,20 @@ def biweight_sums(phase: Annotated[NDArray[numpy.float64], dict(shape=(None,), o
     differences d of `runs`, u = d**2 / scale.
     """
 
+def curve_step(variance: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], columns: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], here: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], means: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], whiten: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], centre: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)]) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+    """
+    Newton step of the moment fit from the coefficients `here` (p,), whose means are `means` (n_lags,), to the
+    non-negative minimum of the quadratic part of r'r + 2/3 sum(log(means)), with
+    r = whiten @ (cbrt(variance / means) - centre); columns (n_lags, p): change of the means. Gauss-Newton
+    where that is not convex, zeros where nothing shows a way. whiten (n_lags, n_lags): lower triangular.
+    """
+
+def curve_minimum(variance: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], columns: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], rest: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], here: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], whiten: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], centre: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], steps: int, settled: float) -> Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')]:
+    """
+    Coefficients, none negative, at which means = rest + columns @ x minimise what curve_step() is of: at most
+    `steps` steps from `here`, each halved until it does not climb, until one gains less than `settled`.
+    """
+
 def online_allan_size(lags: Annotated[NDArray[numpy.int64], dict(shape=(None,), order='C', device='cpu', writable=False)], order: int = 2, positions: int = 64, block: int = 1024) -> tuple[int, int]:
     """
     Lengths of the two arrays of a state: `numbers` (float64) and `counters` (int64). Begin with zeros.

@@ -27,6 +27,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite._kernels import curve_minimum, curve_step
 from allanite.fitting.design import MARKOV, CurveDesign, Times
 
 __all__ = ["CurveData", "CurveSolution", "advantage", "distance", "sensitivity", "solve"]
@@ -238,7 +239,7 @@ class _Weight:
         factor, refused = dpotrf(rho, lower=1)
         if refused:
             return None
-        whiten = dtrtri(factor, lower=1)[0] / sd
+        whiten = np.ascontiguousarray(dtrtri(factor, lower=1)[0] / sd)
         log_det = 2 * float(np.log(np.diag(factor)).sum() + np.log(sd).sum())
         return cls(whiten, 1 - 2 / (9 * edf), log_det)
 
@@ -252,32 +253,20 @@ class _Weight:
 
 
 def _minimise(v: Array, A: Array, c: Array, free: NDArray[np.bool_], weight: _Weight) -> Array:
-    """Projected Gauss-Newton for fixed weights, with step halving."""
+    """Projected Newton steps for fixed weights, with step halving."""
     if not free.any():
         return c
-    B = A[:, free]
-    rest = A[:, ~free] @ c[~free]
-    x = c[free]
-    mu = rest + B @ x
-    value = weight.objective(v, mu)[0]
-    for _ in range(_STEPS):
-        step = _step(v, B, x, mu, weight)
-        size, new = 1.0, np.inf
-        while size > 1e-7:
-            trial = np.maximum(x + size * step, 0.0)
-            mu_trial = rest + B @ trial
-            if mu_trial.min() > 0:
-                new = weight.objective(v, mu_trial)[0]
-                if new <= value + 1e-12:
-                    break
-            size /= 2
-        if not new <= value + 1e-12:
-            break
-        gain, x, mu, value = value - new, trial, mu_trial, new
-        if gain < _SETTLED:
-            break
     out = c.copy()
-    out[free] = x
+    out[free] = curve_minimum(
+        v,
+        np.ascontiguousarray(A[:, free]),
+        A[:, ~free] @ c[~free],
+        c[free],
+        weight.whiten,
+        weight.centre,
+        steps=_STEPS,
+        settled=_SETTLED,
+    )
     return out
 
 
@@ -301,10 +290,11 @@ def _with_times(
     for _ in range(_STEPS):
         moving = [k for k, i in enumerate(places) if c[i] > 0 and shortest[k] < longest[k]]
         along = [c[places[k]] * design.markov(math.exp(u[k]))[1] for k in moving]
-        B = np.concatenate([A[:, free], np.reshape(along, (-1, len(v))).T], axis=1)
+        B = np.ascontiguousarray(np.concatenate([A[:, free], np.reshape(along, (-1, len(v))).T], axis=1))
         if not B.shape[1]:
             break
-        step = _step(v, B, np.concatenate([c[free], (u - shortest)[moving]]), mu, weight)
+        here = np.concatenate([c[free], (u - shortest)[moving]])
+        step = curve_step(v, B, here, mu, weight.whiten, weight.centre)
         dc, du = np.zeros_like(c), np.zeros_like(u)
         dc[free] = step[: int(free.sum())]
         du[moving] = np.clip(step[int(free.sum()) :], -_FARTHEST, _FARTHEST)
@@ -325,43 +315,3 @@ def _with_times(
         if gain < _SETTLED:
             break
     return c, tuple(np.exp(u).tolist())
-
-
-def _step(v: Array, B: Array, x: Array, mu: Array, weight: _Weight) -> Array:
-    """Newton step to the non-negative minimum of the local quadratic; Gauss-Newton where that is not convex."""
-    from scipy.linalg.lapack import dpotrs, dtrtrs
-
-    root = np.cbrt(v / mu)
-    slope = B / mu[:, None]
-    pull = 2 / 3 * root * ((weight.whiten @ (root - weight.centre)) @ weight.whiten)
-    J = weight.whiten @ (root[:, None] * slope)
-    factor = _factor(2 / 9 * (J.T @ J) + (slope.T * (4 / 3 * pull - 2 / 3)) @ slope)
-    if factor is None:
-        # where the model lies far above the data the slope vanishes; the expected one still shows the way down
-        safe = weight.whiten @ (np.maximum(root, 0.6)[:, None] * slope)
-        factor = _factor(2 / 9 * (safe.T @ safe))
-        if factor is None:
-            return np.zeros_like(x)
-    H, scale, L = factor
-    y = x * scale
-    target = H @ y - (2 / 3 - pull) @ slope / scale
-    wanted = dpotrs(L, target, lower=1)[0]
-    if wanted.min() < 0:
-        from scipy.optimize import nnls
-
-        wanted = nnls(L.T, dtrtrs(L, target, lower=1)[0])[0]
-    return np.asarray((wanted - y) / scale)
-
-
-def _factor(H: Array) -> tuple[Array, Array, Array] | None:
-    """H scaled to a unit diagonal, the scale, and its Cholesky factor; None where H is not positive definite."""
-    from scipy.linalg.lapack import dpotrf
-
-    diagonal = H.diagonal()
-    if diagonal.min() <= 0:
-        return None
-    scale = np.sqrt(diagonal)
-    scaled = H / (scale[:, None] * scale)
-    scaled.flat[:: len(H) + 1] = 1 + 1e-9
-    L, refused = dpotrf(scaled, lower=1)
-    return None if refused else (scaled, scale, L)

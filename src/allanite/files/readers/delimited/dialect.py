@@ -13,6 +13,7 @@ import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import lru_cache
 
 from allanite.errors import FormatError, InputError
 from allanite.files.readers.curve_shape import names_averaging_times
@@ -210,6 +211,7 @@ def split(line: str, delimiter: str, quoted: bool) -> list[str]:
     return [c.strip() for c in line.split(delimiter)]
 
 
+@lru_cache(maxsize=8192)
 def kind_of(cell: str, decimal: str) -> str:
     """i whole number, f number, m missing, o overload, d date, s number with a suffix, x other text."""
     if _INTEGER.fullmatch(cell):

@@ -33,6 +33,7 @@ _NO_WORDS: Final = frozenset(
 )
 _MOST_KINDS, _MOST_COLUMNS = 20, 12
 _SHARE = 0.9  # of the lines: so many have the word
+_TRIED, _LIKELY = 20, 0.5  # lines that are tried first, and the share of them that must have one
 _SENSORS = re.compile(r"gyr|acc|imu|mag|gps|gnss|baro|temp|ang|omega", re.IGNORECASE)
 _LINES, _FEW = 400, 6  # lines that are looked at, one after another: kinds take turns
 _COMMENT = ("#", "%", "//", "!")
@@ -120,7 +121,10 @@ def find_kinds(head: Sequence[str], rest: Sequence[str]) -> KindsOfRows | None:
     plain = [line for line in head if line.strip() and not line.lstrip().startswith(_COMMENT)]
     late = plain[len(plain) // 3 :] if len(plain) > _FEW else plain
     lines = [*late[:_LINES], *(line for line in rest if line.strip())]
+    some = lines[:: max(len(lines) // _TRIED, 1)]
     for column in (0, 1, -1, *range(2, _MOST_COLUMNS)):
+        if sum(word_at(line, column) is not None for line in some) < _LIKELY * len(some):
+            continue
         words = [word for line in lines if (word := word_at(line, column))]
         kinds = Counter(words)
         often = sum(count for count in kinds.values() if count > 1)  # a rare kind may be met once

@@ -1,0 +1,261 @@
+// SPDX-License-Identifier: BSD-3-Clause
+// The inner loop of the moment fit: Newton steps to the non-negative coefficients that explain an Allan curve best.
+//
+// With mu = B x (+ rest) the means of the variances v at L lags, W the inverse factor of the covariance of their cube
+// roots and r = W ((v/mu)^(1/3) - centre), the objective is r'r + (2/3) sum ln mu. Each step goes to the non-negative
+// minimum of its quadratic part, found by the active sets of Lawson and Hanson ("Solving Least Squares Problems", 1974,
+// chapter 23) on the normal equations, which are scaled to a unit diagonal.
+#ifndef ALLANITE_CURVE_FIT_HPP
+#define ALLANITE_CURVE_FIT_HPP
+
+#include <math.h>
+
+#include <algorithm>
+#include <vector>
+
+#include "slice.hpp"
+
+namespace allanite {
+
+/// Variances, what they are compared by, and the memory that a step needs; for p coefficients at L lags.
+class CurveFit {
+public:
+    /// @param variance (L)         @param whiten (L * L) lower triangular, row by row
+    /// @param centre   (L) means of the cube roots         @param coefficients p
+    CurveFit(Slice<const double> variance, Slice<const double> whiten, Slice<const double> centre, Index coefficients)
+        : v(variance), w(whiten), c(centre), lags(variance.size), p(coefficients), root(length(lags)),
+          residual(length(lags)), pull(length(lags)), slope(length(lags * p)), rooted(length(lags * p)),
+          H(length(p * p)), L(length(p * p)), sub(length(p * p)), scale(length(p)), target(length(p)), y(length(p)),
+          x(length(p)), trial(length(p)), active(length(p)) {}
+
+    /// The objective at these means.
+    double objective(Slice<const double> mu) {
+        whitened(mu);
+        double sum = 0.0, logs = 0.0;
+        for (Index i = 0; i < lags; ++i) sum += residual[at(i)] * residual[at(i)];
+        for (Index i = 0; i < lags; ++i) logs += log(mu[i]);
+        return sum + 2.0 / 3.0 * logs;
+    }
+
+    /// Newton step to the non-negative minimum of the quadratic part; Gauss-Newton where that is not convex; zeros
+    /// where even this has no direction.
+    ///
+    /// @param columns (L * p) row by row    @param here (p)    @param mu (L) means there    @param step (p) is written
+    void step(Slice<const double> columns, Slice<const double> here, Slice<const double> mu, Slice<double> out) {
+        whitened(mu);
+        for (Index i = 0; i < lags; ++i) {
+            double sum = 0.0;
+            for (Index k = i; k < lags; ++k) sum += w[k * lags + i] * residual[at(k)];
+            pull[at(i)] = 2.0 / 3.0 * root[at(i)] * sum;
+            for (Index j = 0; j < p; ++j) slope[at(i * p + j)] = columns[i * p + j] / mu[i];
+        }
+        squares(0.0);
+        for (Index i = 0; i < lags; ++i) {
+            const double bend = 4.0 / 3.0 * pull[at(i)] - 2.0 / 3.0;
+            for (Index j = 0; j < p; ++j)
+                for (Index k = 0; k < p; ++k)
+                    H[at(j * p + k)] += bend * slope[at(i * p + j)] * slope[at(i * p + k)];
+        }
+        if (!factored()) {
+            // where the model lies far above the data the slope vanishes; the expected one still shows the way down
+            squares(0.6);
+            if (!factored()) {
+                for (Index j = 0; j < p; ++j) out[j] = 0.0;
+                return;
+            }
+        }
+        for (Index j = 0; j < p; ++j) y[at(j)] = here[j] * scale[at(j)];
+        for (Index j = 0; j < p; ++j) {
+            double sum = 0.0, down = 0.0;
+            for (Index k = 0; k < p; ++k) sum += H[at(j * p + k)] * y[at(k)];
+            for (Index i = 0; i < lags; ++i) down += (2.0 / 3.0 - pull[at(i)]) * slope[at(i * p + j)];
+            target[at(j)] = sum - down / scale[at(j)];
+        }
+        solved(L, p, target, x);
+        if (p > 0 && *std::min_element(x.begin(), x.end()) < 0.0) not_negative();
+        for (Index j = 0; j < p; ++j) out[j] = (x[at(j)] - y[at(j)]) / scale[at(j)];
+    }
+
+    /// Steps with halving from `here` (p), in and out, until they gain less than `settled`.
+    ///
+    /// @param columns (L * p) row by row    @param rest (L) means of what is held
+    void minimise(Slice<const double> columns, Slice<const double> rest, Slice<double> here, int steps,
+                  double settled) {
+        std::vector<double> mu(length(lags)), moved(length(p)), next(length(p)), mu_next(length(lags));
+        means(columns, rest, fixed(here), view(mu));
+        double value = objective(fixed(view(mu)));
+        for (int k = 0; k < steps; ++k) {
+            step(columns, fixed(here), fixed(view(mu)), view(moved));
+            double size = 1.0, reached = HUGE_VAL;
+            while (size > 1e-7) {
+                for (Index j = 0; j < p; ++j) next[at(j)] = std::max(here[j] + size * moved[at(j)], 0.0);
+                means(columns, rest, fixed(view(next)), view(mu_next));
+                if (*std::min_element(mu_next.begin(), mu_next.end()) > 0.0) {
+                    reached = objective(fixed(view(mu_next)));
+                    if (reached <= value + 1e-12) break;
+                }
+                size /= 2.0;
+            }
+            if (!(reached <= value + 1e-12)) return;
+            const double gain = value - reached;
+            for (Index j = 0; j < p; ++j) here[j] = next[at(j)];
+            mu.swap(mu_next);
+            value = reached;
+            if (gain < settled) return;
+        }
+    }
+
+private:
+    using Numbers = std::vector<double>;
+
+    static size_t length(Index n) { return static_cast<size_t>(n); }
+    static size_t at(Index i) { return static_cast<size_t>(i); }
+    static Slice<double> view(Numbers& numbers) { return {numbers.data(), static_cast<Index>(numbers.size())}; }
+
+    void means(Slice<const double> columns, Slice<const double> rest, Slice<const double> at_x, Slice<double> mu) {
+        for (Index i = 0; i < lags; ++i) {
+            double sum = rest[i];
+            for (Index j = 0; j < p; ++j) sum += columns[i * p + j] * at_x[j];
+            mu[i] = sum;
+        }
+    }
+
+    /// Cube roots and the whitened residuals.
+    void whitened(Slice<const double> mu) {
+        for (Index i = 0; i < lags; ++i) root[at(i)] = cbrt(v[i] / mu[i]);
+        for (Index i = 0; i < lags; ++i) {
+            double sum = 0.0;
+            for (Index k = 0; k <= i; ++k) sum += w[i * lags + k] * (root[at(k)] - c[k]);
+            residual[at(i)] = sum;
+        }
+    }
+
+    /// H = 2/9 J'J of the whitened slopes, roots being at least `floor`.
+    void squares(double floor) {
+        for (Index i = 0; i < lags; ++i) {
+            for (Index j = 0; j < p; ++j) {
+                double sum = 0.0;
+                for (Index k = 0; k <= i; ++k)
+                    sum += w[i * lags + k] * std::max(root[at(k)], floor) * slope[at(k * p + j)];
+                rooted[at(i * p + j)] = sum;
+            }
+        }
+        for (Index j = 0; j < p; ++j) {
+            for (Index k = 0; k < p; ++k) {
+                double sum = 0.0;
+                for (Index i = 0; i < lags; ++i) sum += rooted[at(i * p + j)] * rooted[at(i * p + k)];
+                H[at(j * p + k)] = 2.0 / 9.0 * sum;
+            }
+        }
+    }
+
+    /// H scaled to a unit diagonal, and its Cholesky factor; false where it is not positive definite.
+    bool factored() {
+        for (Index j = 0; j < p; ++j) {
+            const double diagonal = H[at(j * p + j)];
+            if (!(diagonal > 0.0)) return false;
+            scale[at(j)] = sqrt(diagonal);
+        }
+        for (Index j = 0; j < p; ++j)
+            for (Index k = 0; k < p; ++k) H[at(j * p + k)] /= scale[at(j)] * scale[at(k)];
+        for (Index j = 0; j < p; ++j) H[at(j * p + j)] = 1.0 + 1e-9;
+        return cholesky(H, p, L);
+    }
+
+    static bool cholesky(const Numbers& A, Index n, Numbers& factor) {
+        for (Index j = 0; j < n; ++j) {
+            for (Index i = j; i < n; ++i) {
+                double sum = A[at(i * n + j)];
+                for (Index k = 0; k < j; ++k) sum -= factor[at(i * n + k)] * factor[at(j * n + k)];
+                if (i == j) {
+                    if (!(sum > 0.0)) return false;
+                    factor[at(j * n + j)] = sqrt(sum);
+                } else {
+                    factor[at(i * n + j)] = sum / factor[at(j * n + j)];
+                }
+            }
+        }
+        return true;
+    }
+
+    static void solved(const Numbers& factor, Index n, const Numbers& right, Numbers& out) {
+        for (Index i = 0; i < n; ++i) {
+            double sum = right[at(i)];
+            for (Index k = 0; k < i; ++k) sum -= factor[at(i * n + k)] * out[at(k)];
+            out[at(i)] = sum / factor[at(i * n + i)];
+        }
+        for (Index i = n - 1; i >= 0; --i) {
+            double sum = out[at(i)];
+            for (Index k = i + 1; k < n; ++k) sum -= factor[at(k * n + i)] * out[at(k)];
+            out[at(i)] = sum / factor[at(i * n + i)];
+        }
+    }
+
+    /// x: the minimum of x'Hx/2 - target'x over x >= 0.
+    void not_negative() {
+        double largest = 0.0;
+        for (Index j = 0; j < p; ++j) largest = std::max(largest, fabs(target[at(j)]));
+        const double least = 1e-13 * largest;
+        std::fill(x.begin(), x.end(), 0.0);
+        std::fill(active.begin(), active.end(), char(0));
+        for (Index round = 0; round < 3 * p; ++round) {
+            Index best = -1;
+            double steepest = least;
+            for (Index j = 0; j < p; ++j) {
+                if (active[at(j)]) continue;
+                double down = target[at(j)];
+                for (Index k = 0; k < p; ++k) down -= H[at(j * p + k)] * x[at(k)];
+                if (down > steepest) best = j, steepest = down;
+            }
+            if (best < 0) return;
+            active[at(best)] = 1;
+            while (!of_active()) {
+                // back to where the first coefficient reaches zero, which leaves the set
+                double share = 1.0;
+                Index first = -1;
+                for (Index j = 0; j < p; ++j) {
+                    if (!active[at(j)] || trial[at(j)] > 0.0) continue;
+                    const double way = x[at(j)] - trial[at(j)], here = way > 0.0 ? x[at(j)] / way : 0.0;
+                    if (first < 0 || here < share) first = j, share = here;
+                }
+                for (Index j = 0; j < p; ++j)
+                    if (active[at(j)]) x[at(j)] += share * (trial[at(j)] - x[at(j)]);
+                x[at(first)] = 0.0;
+                active[at(first)] = 0;
+            }
+            x = trial;
+        }
+    }
+
+    /// `trial`: the minimum over the active coefficients; whether all of them are positive there.
+    bool of_active() {
+        Numbers right, out;
+        std::vector<Index> of;
+        for (Index j = 0; j < p; ++j)
+            if (active[at(j)]) of.push_back(j);
+        const Index n = static_cast<Index>(of.size());
+        Numbers A(length(n * n));
+        for (Index i = 0; i < n; ++i) {
+            right.push_back(target[at(of[at(i)])]);
+            for (Index k = 0; k < n; ++k) A[at(i * n + k)] = H[at(of[at(i)] * p + of[at(k)])];
+        }
+        out.resize(length(n));
+        std::fill(trial.begin(), trial.end(), 0.0);
+        bool positive = true;
+        if (n > 0 && cholesky(A, n, sub)) solved(sub, n, right, out);
+        for (Index i = 0; i < n; ++i) {
+            trial[at(of[at(i)])] = out[at(i)];
+            positive = positive && out[at(i)] > 0.0;
+        }
+        return positive;
+    }
+
+    Slice<const double> v, w, c;
+    Index lags, p;
+    Numbers root, residual, pull, slope, rooted, H, L, sub, scale, target, y, x, trial;
+    std::vector<char> active;
+};
+
+}  // namespace allanite
+
+#endif

@@ -1,0 +1,134 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""The compiled steps of the moment fit against NumPy, and against the conditions of a minimum."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy.optimize import minimize, nnls
+
+from allanite._kernels import curve_minimum, curve_step
+
+Array = NDArray[np.float64]
+SEEDS = range(60)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class Problem:
+    """Variances that are drawn from a sum of power laws, in sample units."""
+
+    v: Array
+    A: Array
+    x: Array
+    whiten: Array
+    centre: Array
+
+    def objective(self, x: Array) -> float:
+        mu = self.A @ x
+        r = self.whiten @ (np.cbrt(self.v / mu) - self.centre)
+        return float(r @ r + 2 / 3 * np.log(mu).sum())
+
+    def gradient(self, x: Array) -> Array:
+        mu = self.A @ x
+        root = np.cbrt(self.v / mu)
+        pull = 2 / 3 * root * (self.whiten.T @ (self.whiten @ (root - self.centre)))
+        return (2 / 3 - pull) @ (self.A / mu[:, None])
+
+
+def drawn(seed: int, zeros: bool = True) -> Problem:
+    rng = np.random.default_rng([88, seed])
+    lags = 2.0 ** np.arange(int(rng.integers(6, 16)))
+    powers = [-2, -1, 0, 1, 2][: int(rng.integers(2, 6))]
+    A = np.stack([lags**k for k in powers], axis=1)
+    x = 10.0 ** rng.uniform(-3, 1, len(powers)) / np.geomspace(1, lags[-1], len(powers)) ** 1.5
+    x[rng.random(len(x)) < 0.4 * zeros] = 0.0
+    x[0] += 0.1
+    edf = np.maximum(4.0 * lags[-1] / lags, 2.0)
+    rho = np.exp(-np.abs(np.subtract.outer(np.log(lags), np.log(lags))))
+    sd = np.sqrt(2 / (9 * edf))
+    factor = np.linalg.cholesky(rho)
+    centre = 1 - 2 / (9 * edf)
+    v = (A @ x) * (centre + sd * (factor @ rng.standard_normal(len(lags)))).clip(0.1) ** 3
+    return Problem(v=v, A=A, x=x, whiten=np.ascontiguousarray(np.linalg.inv(factor) / sd), centre=centre)
+
+
+def twin(p: Problem, x: Array) -> Array:
+    """A step by NumPy and SciPy."""
+    mu = p.A @ x
+    root, slope = np.cbrt(p.v / mu), p.A / mu[:, None]
+    pull = 2 / 3 * root * ((p.whiten @ (root - p.centre)) @ p.whiten)
+
+    def scaled(H: Array) -> tuple[Array, Array, Array]:
+        scale = np.sqrt(np.diag(H))
+        H = H / np.outer(scale, scale)
+        np.fill_diagonal(H, 1 + 1e-9)
+        return H, scale, np.linalg.cholesky(H)
+
+    J = p.whiten @ (root[:, None] * slope)
+    try:
+        with np.errstate(invalid="raise"):
+            H, scale, L = scaled(2 / 9 * J.T @ J + (slope.T * (4 / 3 * pull - 2 / 3)) @ slope)
+    except (np.linalg.LinAlgError, FloatingPointError):
+        J = p.whiten @ (np.maximum(root, 0.6)[:, None] * slope)
+        H, scale, L = scaled(2 / 9 * J.T @ J)
+    target = H @ (x * scale) - (2 / 3 - pull) @ slope / scale
+    wanted = np.linalg.solve(H, target)
+    if wanted.min() < 0:
+        wanted = nnls(L.T, np.linalg.solve(L, target))[0]
+    return wanted / scale - x
+
+
+@pytest.mark.parametrize("far", [0.0, 1.0, 3.0])
+def test_a_step_is_that_of_numpy(far: float) -> None:
+    """Near the truth, and from starts that are off by up to three powers of ten."""
+    for seed in SEEDS:
+        p = drawn(seed)
+        x = p.x * 10.0 ** np.random.default_rng(seed).uniform(-far, far, len(p.x))
+        step = curve_step(p.v, p.A, x, p.A @ x, p.whiten, p.centre)
+        expected = twin(p, x)
+        mean = p.A @ np.abs(expected) + p.A @ x
+        np.testing.assert_allclose(p.A @ step / mean, p.A @ expected / mean, atol=2e-6, err_msg=str(seed))
+
+
+def test_a_minimum_has_no_way_down() -> None:
+    """Kuhn and Tucker: no slope along what is positive, none downhill along what is zero; SciPy finds none lower."""
+    for seed in SEEDS:
+        p = drawn(seed)
+        x = curve_minimum(p.v, p.A, np.zeros(len(p.v)), p.x, p.whiten, p.centre, steps=60, settled=1e-12)
+        size = 1 / np.maximum((p.A / (p.A @ x)[:, None]).max(axis=0), 1e-300)  # of a coefficient that matters
+        slope = p.gradient(x) * size
+        assert x.min() >= 0
+        assert slope.min() > -1e-4, seed
+        assert np.abs(slope * np.minimum(x / size, 1)).max() < 1e-4, seed
+        other = minimize(
+            lambda u, p=p, size=size: p.objective(np.maximum(u, 0) * size + 1e-300),
+            x / size,
+            bounds=[(0, None)] * len(x),
+        )
+        assert other.fun > p.objective(x) - 1e-5, seed
+
+
+def test_what_is_held_counts_and_the_start_does_not() -> None:
+    for seed in SEEDS:
+        p = drawn(seed, zeros=False)
+        rest = p.A[:, 0] * p.x[0]
+        A = np.ascontiguousarray(p.A[:, 1:])
+        starts = (p.x[1:], p.x[1:] * 3, p.x[1:] / 5)
+        found = [curve_minimum(p.v, A, rest, s, p.whiten, p.centre, steps=60, settled=1e-12) for s in starts]
+        values = [p.objective(np.r_[p.x[0], x]) for x in found]
+        assert np.ptp(values) < 1e-5, seed
+
+
+def test_shapes_that_do_not_fit_are_refused() -> None:
+    p = drawn(1)
+    with pytest.raises(ValueError, match="columns: a row per lag"):
+        curve_step(p.v, p.A, p.x[1:], p.A @ p.x, p.whiten, p.centre)
+    with pytest.raises(ValueError, match="whiten, centre"):
+        curve_step(p.v, p.A, p.x, p.A @ p.x, p.whiten, p.centre[1:])
+    with pytest.raises(ValueError, match="means: must be as long"):
+        curve_step(p.v, p.A, p.x, (p.A @ p.x)[1:], p.whiten, p.centre)
+    with pytest.raises(ValueError, match="rest: must be as long"):
+        curve_minimum(p.v, p.A, p.v[1:], p.x, p.whiten, p.centre, steps=3, settled=1e-5)
