@@ -12,7 +12,7 @@ from __future__ import annotations
 import json
 import sys
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -33,7 +33,7 @@ HERE = Path(__file__).parent
 BEFORE = HERE / "results" / "wrong_models_before.json"
 IMAGES = HERE.parent / "docs" / "images"
 BLUE, RED, GREY = "#1f5a96", "#c0392b", "#777777"
-_TOLD = {"findings", "unseen", "slow_time", "drift_span", "slope_lower"}
+_TOLD = {"findings", "unseen", "slow_time", "drift_span", "slope_lower", "rivals"}
 
 
 @dataclass(frozen=True, slots=True)
@@ -60,8 +60,15 @@ ROWS = (
 _WAYS: dict[str, Callable[[al.Recording], Any]] = {
     "samples": lambda record: al.fit(record),
     "curve": lambda record: al.fit(al.allan_curve(record)["x"]),
-    "select": lambda record: al.select(record).model,
+    "select": lambda record: _selected(record),
 }
+
+
+def _selected(record: al.Recording) -> Any:
+    """The best set; "rivals" where its terms are said to be open."""
+    found = al.select(record)
+    facts = {**found.model.goodness, **({} if found.sure else {"rivals": len(found.rivals)})}
+    return replace(found.model, goodness=facts)
 
 
 def fitted(row: Row) -> Json:
