@@ -65,7 +65,8 @@ def fit(
         (`allanite.fitting.instrument_floor.floor_of`). The model is that of the sensor without the instrument.
     screen : bool
         Of a recording: look through its samples for lines, heavy tails and faults, which the model does not hold; see
-        `allanite.fitting.samples`. Of a curve: say what only samples can tell. False where that was done.
+        `allanite.fitting.samples`. Of a curve: hold the heavy tails that it knows of, and say what only samples
+        can tell. False where that was done.
     **options
         Of a recording: `channel`, `terms` (the letters to fit), and what the method takes besides: "likelihood"
         `lines` [Hz], `engine` and `block` (see `allanite.fitting.likelihood.fit_likelihood`), "spectral" see
@@ -104,7 +105,7 @@ def fit(
         model = screened(model, measured, channels[0].name) if screen and len(channels) == 1 else model
     else:
         model = _fit_curve(measured, method or "moments", exclude, confidence, floor, options)
-        model = unscreened(model) if screen else model
+        model = unscreened(model, measured) if screen else model
         channels = list(measured.channels)
     return with_scale_uncertainty(model, channels[0].scale_uncertainty if len(channels) == 1 else None)
 

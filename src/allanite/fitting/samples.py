@@ -15,13 +15,16 @@ import numpy as np
 from allanite.errors import AllaniteError
 from allanite.fitting.tails import with_tails
 from allanite.noise import NoiseModel
+from allanite.noise.allan import AllanCurve
 from allanite.recording.health import Severity, check
-from allanite.recording.health.tails import law_of
+from allanite.recording.health.tails import TailLaw, Tails, law_of
 from allanite.recording.records import Recording
 
 __all__ = ["screened", "unscreened"]
 
 _LINE = "spectral_line"
+#: Share of white noise in the variance at the shortest lag from which on the tails of the samples are its own.
+_MOSTLY = 0.7
 
 
 def screened(model: NoiseModel, recording: Recording, name: str) -> NoiseModel:
@@ -41,15 +44,30 @@ def screened(model: NoiseModel, recording: Recording, name: str) -> NoiseModel:
     return _with_fact(model, {"findings": names}, text)
 
 
-def unscreened(model: NoiseModel) -> NoiseModel:
-    """A model that was fitted to a curve, with what a curve cannot tell: "unseen" of `goodness`.
+def unscreened(model: NoiseModel, curve: AllanCurve) -> NoiseModel:
+    """A model that was fitted to a one-channel curve, with what is known of its samples and what is not.
 
-    A sine near half the sample rate averages out as quantization does.
+    Heavy tails are held by the interval of N where white noise is most of the variance at the shortest lag. A sine near
+    half the sample rate averages out as quantization does: "unseen" of `goodness`.
     """
+    kurtosis = curve.excess_kurtosis[0]
+    if kurtosis > 0.0 and _mostly_white(model, curve):
+        present = curve.n_samples - int(np.diff(curve.missing[0], axis=1).sum())
+        model = with_tails(model, Tails(law=TailLaw.HEAVY, samples=present, kurtosis=kurtosis), present)
+        text = (
+            f" The samples have heavy tails (excess kurtosis {kurtosis:.2g}), which the interval of N holds."
+        )
+        model = _with_fact(model, {"findings": ["heavy_tails"]}, text)
     if not any(e.symbol == "Q" and e.supported for m in model.families for e in m.estimates):
         return model
     text = " A spectral line near half the sample rate bends a curve as quantisation does; only the samples tell."
     return _with_fact(model, {"unseen": [_LINE]}, text)
+
+
+def _mostly_white(model: NoiseModel, curve: AllanCurve) -> bool:
+    white = model.estimate("N")
+    shortest = float(curve.tau[0] * curve.variance[0, 0])
+    return white is not None and white.value is not None and white.value**2 > _MOSTLY * shortest
 
 
 def _with_fact(model: NoiseModel, fact: Mapping[str, Sequence[str]], text: str) -> NoiseModel:

@@ -29,6 +29,7 @@ from allanite.noise.allan.statistics import (
     phase_of,
     sums_of_squares,
 )
+from allanite.noise.allan.tails import phase_kurtosis
 from allanite.noise.allan.theo import hybrid_lags, is_heavy, sums_of_inner_squares, theo_lags
 from allanite.plain_files.atomic_file import fresh
 from allanite.plain_files.counted import plural
@@ -87,6 +88,8 @@ class AllanCurve:
         Which noise the degrees of freedom assume.
     excluded : ndarray of bool, shape (n_lags, n_channels)
         Lags bent by a spectral line or by the sensor's filter: shown, but kept out of a fit.
+    excess_kurtosis : tuple of float
+        Of the samples of each channel; 0 where it is slight, may be chance or is not known.
 
     Notes
     -----
@@ -110,8 +113,11 @@ class AllanCurve:
     engine: str = "exact"
     interval_basis: str = LOCAL
     excluded: NDArray[np.bool_] = field(default_factory=lambda: np.zeros((0, 0), dtype=bool), repr=False)
+    excess_kurtosis: tuple[float, ...] = field(default=(), repr=False)
 
     def __post_init__(self) -> None:
+        if not self.excess_kurtosis:
+            object.__setattr__(self, "excess_kurtosis", (0.0,) * len(self.channels))
         if self.excluded.size == 0:
             object.__setattr__(self, "excluded", np.zeros(np.shape(self.deviation), dtype=bool))
         for name in ("lags", "tau", "deviation", "lower", "upper", "edf", "count", "excluded"):
@@ -143,7 +149,10 @@ class AllanCurve:
         part = {
             k: getattr(self, k)[:, [i]] for k in ("deviation", "lower", "upper", "edf", "count", "excluded")
         }
-        return replace(self, channels=(self.channels[i],), missing=(self.missing[i],), **part)
+        tails = (self.excess_kurtosis[i],)
+        return replace(
+            self, channels=(self.channels[i],), missing=(self.missing[i],), excess_kurtosis=tails, **part
+        )
 
     def starts(self, i: int = 0) -> list[Spans] | None:
         """Runs of complete windows at each lag of channel i; None where nothing is missing."""
@@ -299,6 +308,8 @@ class AllanCurve:
             "excluded": json.dumps([self.lags[column].tolist() for column in self.excluded.T]),
             "units": "m in samples, tau in s, deviations in SI (or the channel's own unit where it has none)",
         }
+        if any(self.excess_kurtosis):
+            header["excess kurtosis"] = json.dumps(self.excess_kurtosis)
         fields = ("deviation", "lower", "upper", "edf", "count")
         names = ["m", "tau", *(f"{c.name}.{k}" for c in self.channels for k in fields)]
         lines = [f"# {key}: {value}" for key, value in header.items()]
@@ -364,6 +375,7 @@ class AllanCurve:
                 edf=grid[:, :, 3],
                 count=grid[:, :, 4].astype(np.int64),
                 excluded=np.stack(bent, axis=1) if bent else np.zeros(grid.shape[:2], dtype=bool),
+                excess_kurtosis=_kurtoses(head.get("excess kurtosis", "[]"), len(channels)),
             )
             if curve.excluded.shape != curve.deviation.shape:
                 raise ValueError("excluded must hold one list of lags for each channel")
@@ -371,6 +383,13 @@ class AllanCurve:
         except (IndexError, KeyError, OverflowError, TypeError, ValueError) as error:
             raise FormatError(f"{path}: damaged curve file: {_one_line(error)}") from None
         return curve
+
+
+def _kurtoses(text: str, count: int) -> tuple[float, ...]:
+    values = tuple(float(v) for v in parse_plain(text))
+    if values and (len(values) != count or not all(0.0 <= v < np.inf for v in values)):
+        raise ValueError("excess kurtosis must be one number, not negative, for each channel")
+    return values
 
 
 def _one_line(error: Exception) -> str:
@@ -434,12 +453,13 @@ def allan_curve(
     lags = _lags(chosen, taus, n, recording.dt)
     way = _engine(engine, chosen, recording, taus, lags)
     lags = decimable(lags) if way == "decimated" and not chosen.theo else lags
-    columns, missing = [], []
+    columns, missing, tails = [], [], []
     for i, name in enumerate(names):
         step = None if progress is None else _scaled(progress, i, len(names))
-        variance, count, gaps = _channel(recording, name, chosen, lags, way, threads, step)
+        variance, count, gaps, kurtosis = _channel(recording, name, chosen, lags, way, threads, step)
         columns.append((variance, count))
         missing.append(gaps)
+        tails.append(kurtosis)
     return curve_of_sums(
         chosen,
         lags,
@@ -450,6 +470,7 @@ def allan_curve(
         n_samples=n,
         confidence=confidence,
         engine=way,
+        excess_kurtosis=tuple(tails),
     )
 
 
@@ -464,6 +485,7 @@ def curve_of_sums(
     n_samples: int,
     confidence: float,
     engine: str,
+    excess_kurtosis: tuple[float, ...] = (),
 ) -> AllanCurve:
     """A curve whose variances are known, with the intervals of its local power law.
 
@@ -495,6 +517,7 @@ def curve_of_sums(
         n_samples=n_samples,
         missing=tuple(missing),
         engine=engine,
+        excess_kurtosis=excess_kurtosis,
     )
     return _local(bare, variance)
 
@@ -544,9 +567,9 @@ def _channel(
     engine: str,
     threads: int | None,
     progress: Callable[[float], None] | None,
-) -> tuple[Array, NDArray[np.int64], Spans]:
+) -> tuple[Array, NDArray[np.int64], Spans, float]:
     if engine == "decimated" and not statistic.theo:
-        return decimated_sums(recording, name, lags, progress)
+        return *decimated_sums(recording, name, lags, progress), 0.0  # of so many samples tails do not matter
     halves = (None, None) if progress is None else (_scaled(progress, 0, 2), _scaled(progress, 1, 2))
     phase = phase_of(recording, name, halves[0])
     if statistic.theo:
@@ -556,7 +579,8 @@ def _channel(
         sums = m_estimates(phase, lags, threads, halves[1])
     else:
         sums = sums_of_squares(phase, statistic, lags, threads, halves[1])
-    return *sums, phase.missing
+    tails = 0.0 if recording[name].kind.integrated else phase_kurtosis(phase.x, phase.missing)
+    return *sums, phase.missing, tails
 
 
 def _local(curve: AllanCurve, variance: Array) -> AllanCurve:
