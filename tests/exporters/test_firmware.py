@@ -245,6 +245,13 @@ def test_rate_sampling_and_family_are_said() -> None:
     other = {**NoiseModel.of(White(N=1e-4), GaussMarkov(q=1e-6, T=50.0)).to_json(), "family": "gauss-markov"}
     both = study({**document["channels"][0], "models": [*document["channels"][0]["models"], other]})
     assert "cannot decide" in al.export("cpp", both)
+    assert "of the family flicker, which drifts more over" in al.export("cpp", both)
+    reddest = {
+        **NoiseModel.of(White(N=1e-4), GaussMarkov(q=1e-4, T=500.0)).to_json(),
+        "family": "gauss-markov",
+    }
+    last = study({**document["channels"][0], "models": [*document["channels"][0]["models"], reddest]})
+    assert "of the family gauss-markov, which drifts more over" in al.export("cpp", last)
     chosen = al.export("cpp", both, family="gauss-markov")
     assert constants(chosen)["n_states"] == 3
     with pytest.raises(InputError, match="no model of the family 'pink'; there are: flicker, gauss-markov"):

@@ -6,6 +6,7 @@ from __future__ import annotations
 import json
 import math
 import tracemalloc
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -246,6 +247,24 @@ def test_which_channel_and_which_model() -> None:
     other = NoiseModel.of(White(N=1e-4), GaussMarkov.from_sigma(3e-5, 50.0))
     undecided = NoiseModel(terms=GYRO.terms, family="flicker", alternative=other)
     assert any("could not decide" in note for note in filter_recording(record(), undecided).notes)
+
+
+@pytest.mark.parametrize(("T", "worse"), [(5.0, "flicker"), (3e4, "gauss-markov")])
+@pytest.mark.parametrize("first", ["flicker", "gauss-markov"])
+def test_where_a_fit_could_not_decide_the_family_that_drifts_more_is_filtered(
+    T: float, worse: str, first: str
+) -> None:
+    """Whichever comes first: a filter that trusts the steadier one is sure of a level that it does not know."""
+    pink = NoiseModel(terms=(White(N=1e-4), Flicker(B=1e-5)), family="flicker")
+    red = NoiseModel(terms=(White(N=1e-4), GaussMarkov.from_sigma(5e-5, T)), family="gauss-markov")
+    model = replace(pink, alternative=red) if first == "flicker" else replace(red, alternative=pink)
+    measured = al.simulate(pink, rate=1.0, duration=4000.0, seed=3)
+    found = filter_recording(measured, model)
+    assert found.model.family == worse
+    assert f"this is the filter of {worse}, which drifts more" in " ".join(found.notes)
+    alone = filter_recording(measured, pink if worse == "flicker" else red)
+    assert found.level_sd == alone.level_sd
+    assert found.level_sd >= filter_recording(measured, red if worse == "flicker" else pink).level_sd
 
 
 FITTED = NoiseModel(

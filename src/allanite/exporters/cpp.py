@@ -107,7 +107,8 @@ def write(
     horizon : float, optional [s]
         Over which flicker must hold: the length of the study's record by default.
     family : str, optional
-        Which model, where the record could not decide: "flicker" or "gauss-markov"; the first by default.
+        Which model, where the record could not decide: "flicker" or "gauss-markov"; by default the one that drifts more
+        over half of the horizon.
     sampling : "mean" or "point", optional
         What a sample is; that of the study's channel by default, and "mean" for a slower filter.
     scalar : "float" or "double"
@@ -136,7 +137,7 @@ def write(
     axis = _axis(document, channel, 1 / rate, span)
     if flicker == "single":
         refuse_terms(axis["name"], axis["models"], ("Q", "N", "K", "R"))
-    model = _with_flicker(_model(axis, family), flicker, correlation_time)
+    model = _with_flicker(_model(axis, family, span, flicker), flicker, correlation_time)
     kind = _sampling(document, axis["name"], sampling, rate)
     made = _discrete(model, 1 / rate, kind, span)
     choices = [_why(document, axis, channel), *_choices(document, axis, model, made, rate, span, kind)]
@@ -180,15 +181,20 @@ def _axis(document: Json, wanted: str | None, dt: float, span: float) -> Json:
     return max(among, key=size)
 
 
-def _model(axis: Json, family: str | None) -> NoiseModel:
+def _model(axis: Json, family: str | None, span: float, flicker: Any) -> NoiseModel:
+    """The family that was asked for, else the one that drifts more over half of the time that the filter runs."""
     models = [NoiseModel.from_json(m) for m in axis["models"]]
     if family is None:
-        return models[0]
+        return _worst(axis, span) if flicker == "sum" else models[0]
     for model in models:
         if model.family == family:
             return model
     there = ", ".join(m.family or "one without a family" for m in models)
     raise InputError(f"channel {axis['name']!r} has no model of the family {family!r}; there are: {there}")
+
+
+def _worst(axis: Json, span: float) -> NoiseModel:
+    return max(map(NoiseModel.from_json, axis["models"]), key=lambda m: float(m.adev(span / 2)))
 
 
 def _with_flicker(model: NoiseModel, flicker: Any, time: float | None) -> NoiseModel:
@@ -306,9 +312,12 @@ def _choices(
         bound.append("the states of its flicker hold that within 1 % of its Allan deviation")
     lines += bound
     if len(axis["models"]) > 1:
+        drifts = (
+            f", which drifts more over {span / 2:.6g} s" if model.family == _worst(axis, span).family else ""
+        )
         lines.append(
             f"the record cannot decide between {len(axis['models'])} models; this is the one of the family "
-            f"{model.family or 'given'}"
+            f"{model.family or 'given'}{drifts}"
         )
     if model.term("flicker") is not None:
         lines.append(

@@ -251,6 +251,15 @@ class NoiseModel:
         """This model and, where the record cannot decide, its alternative: each by itself."""
         return (self,) if self.alternative is None else (replace(self, alternative=None), self.alternative)
 
+    def cautious(self, tau: float) -> NoiseModel:
+        """The family that has the larger Allan deviation at tau [s], with the other as its alternative.
+
+        For what runs one model where the record cannot decide: a filter that trusts the steadier one may be wrong.
+        """
+        if self.alternative is None or self.adev(tau) >= self.alternative.adev(tau):
+            return self
+        return replace(self.alternative, alternative=replace(self, alternative=None))
+
     def to_json(self) -> dict[str, Any]:
         """Plain data; `from_json` gives back an equal model."""
         other = {} if self.alternative is None else {"alternative": self.alternative.to_json()}

@@ -214,7 +214,8 @@ def filter_recording(
     recording : Recording
         Missing samples are predicted over.
     model : NoiseModel or mapping of channel name to NoiseModel
-        In SI, as a fit gives it; `Study.models` is such a mapping.
+        In SI, as a fit gives it; `Study.models` is such a mapping. Where the fit could not decide between two families,
+        the one that drifts more over half of the record is filtered; with flicker="single" the first.
     channel : str, optional
         Needed where more than one could be meant.
     smooth : bool
@@ -248,6 +249,8 @@ def filter_recording(
     Memory is bounded: a week at 32 Hz takes some tens of megabytes, and a temporary file.
     """
     facts, given = chosen(recording, model, channel)
+    if flicker == "sum":  # else the family is the caller's choice
+        given = given.cautious(recording.duration / 2)
     used = with_flicker(given, flicker, T)
     source = SampleSource(recording, facts)
     dt = 1 / recording.rate
@@ -256,7 +259,7 @@ def filter_recording(
         raise InputError("the noise model has no noise in a sample: give it at least N, or a stationary term")
     work = _FilterPass(source, states, smooth, form, progress)
     work.run()
-    notes = _notes(given, used, states.space.labels)
+    notes = _notes(given, used, flicker, states.space.labels)
     if work.skipped and form == "covariance":
         notes = (
             *notes,
@@ -409,7 +412,9 @@ def _result(
     )
 
 
-def _notes(given: NoiseModel, used: NoiseModel, labels: tuple[str, ...]) -> tuple[str, ...]:
+def _notes(
+    given: NoiseModel, used: NoiseModel, flicker: FlickerForm, labels: tuple[str, ...]
+) -> tuple[str, ...]:
     notes = [
         "the level is the true mean rate plus the bias: one axis at rest cannot separate them",
     ]
@@ -421,9 +426,10 @@ def _notes(given: NoiseModel, used: NoiseModel, labels: tuple[str, ...]) -> tupl
         form = f"a sum of {count} states" if used.term("flicker") is not None else "one Gauss-Markov state"
         notes.append(f"flicker is filtered as {form}")
     if given.alternative is not None:
+        why = ", which drifts more over half of this record" if flicker == "sum" else ""
         notes.append(
             f"the record of the fit could not decide between {given.family} and {given.alternative.family}; "
-            f"this is the filter of {given.family}"
+            f"this is the filter of {given.family}{why}"
         )
     return tuple(notes)
 
