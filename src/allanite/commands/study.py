@@ -205,6 +205,7 @@ def _curve(study: Study, channels: Sequence[ChannelStudy]) -> AllanCurve:
         engine=first.engine,
         excluded=np.stack([_bent(lags, p) for p in parts], axis=1),
         interval_basis=bases.pop() if len(bases) == 1 else "exact under the model of each channel",
+        excess_kurtosis=(),
         **table,
     )
 
