@@ -277,13 +277,17 @@ def _cells() -> list[Sequence[Any]]:
     return [head, *([0.01 * k, *map(float, row)] for k, row in enumerate(np.column_stack((gyro, acc))))]
 
 
-def _arrow(form: str) -> Callable[[Path], None]:
+def _arrow(form: str, nested: bool = False) -> Callable[[Path], None]:
     def written(path: Path) -> None:
         import pyarrow as pa
         import pyarrow.parquet as pq
 
-        gyro, _ = _samples()
-        table = pa.table({"t": np.arange(_N) / 100, "gyro_x": gyro[:, 0], "gyro_y": gyro[:, 1]})
+        gyro, acc = _samples()
+        columns: dict[str, Any] = {"gyro_x": gyro[:, 0], "gyro_y": gyro[:, 1]}
+        if nested:
+            members = [dict(zip("xyz", map(float, row), strict=True)) for row in acc]
+            columns = {"gyro": pa.array(gyro.tolist(), pa.list_(pa.float64())), "imu": pa.array(members)}
+        table = pa.table({"t": np.arange(_N) / 100, **columns})
         table = table.replace_schema_metadata({"rate": "100"})
         if form == "parquet":
             pq.write_table(table, path, row_group_size=20)
@@ -441,6 +445,8 @@ FORMATS: Final[dict[str, Format]] = {
     "Parquet": Format(file="a.parquet", write=_arrow("parquet"), samples="parquet/*.parquet"),
     "Parquet of allanite": Format(file="b.parquet", write=_ours),
     "Arrow": Format(file="a.arrow", write=_arrow("arrow"), samples="parquet/*.feather"),
+    "Parquet, nested": Format(file="c.parquet", write=_arrow("parquet", nested=True)),
+    "Arrow, nested": Format(file="c.arrow", write=_arrow("arrow", nested=True)),
     "Arrow stream": Format(file="a.arrows", write=_arrow("stream"), samples="parquet/*.arrows"),
     "MATLAB 5": Format(file="a5.mat", write=_matlab5),
     "MATLAB 5, plain": Format(file="b5.mat", write=_matlab5_plain, samples="matlab/s*.mat matlab/vec*.mat"),

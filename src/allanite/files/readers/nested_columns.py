@@ -112,8 +112,8 @@ def _inside(
         length = (
             kind.list_size if pa.types.is_fixed_size_list(kind) else _first_length(column, groups, decode)
         )
-        ends = "xyz" if length == 3 else [str(k) for k in range(length)]
-        for k, end in enumerate(ends if 0 < length <= _WIDEST else ()):
+        places = range(length if length <= _WIDEST else 0)
+        for k, end in zip(places, "xyz" if length == 3 else map(str, places), strict=True):
             steps = (*column.steps, (k, length))
             yield NumberColumn(f"{column.name}_{end}", column.source, kind.value_type, column.metadata, steps)
 
@@ -130,7 +130,9 @@ def _first_length(column: NumberColumn, groups: int, decode: Decode) -> int:
     import pyarrow.compute as pc
 
     for group in range(groups):
-        lengths = pc.list_value_length(column.decoded(decode, group)).drop_null()
+        array = column.decoded(decode, group)
+        array.validate(full=True)
+        lengths = pc.list_value_length(array).drop_null()
         if len(lengths):
             return int(lengths[0].as_py())
     return 0

@@ -180,7 +180,10 @@ class _LazyColumn:
         import pyarrow as pa
 
         try:
-            return _decoded(_as_numbers(self._column.decoded(self._decode, group)), origin)
+            numbers = _decoded(_as_numbers(self._column.decoded(self._decode, group)), origin)
+            if len(numbers) != self._edges[group + 1] - self._edges[group]:
+                raise ValueError(f"{len(numbers)} values")
+            return numbers
         except (pa.ArrowException, OSError, ValueError) as error:
             raise FormatError(
                 f"column {self._column.name}, row group {group}: damaged ({_brief(error)})"

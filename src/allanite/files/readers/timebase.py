@@ -407,7 +407,7 @@ def _stamp(stamps: Filled, row: int) -> float:
 def _near(stamps: Filled, row: int, way: float) -> str:
     """A short number of seconds between a stamp and the place a few intervals before or after it."""
     stamp = _stamp(stamps, row)
-    return f"{between(*sorted((stamp + 0.01 * way, stamp + 4.0 * way))):.17g}"
+    return repr(between(*sorted((stamp + 0.01 * way, stamp + 4.0 * way))))
 
 
 def _plain(value: float, tolerance: float) -> float:
