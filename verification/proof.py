@@ -34,6 +34,7 @@ CLAIMS = {
     "comparison": "records of one noise called different in at most 5 %; middle, spread and next sensor",
     "overbound": "a bound lies above the true curve everywhere with the stated probability",
     "battery": "rows of the test battery that need many records",
+    "wrong_models": "noise that no family holds: absent terms called supported without a word in at most 9 %, N held",
     "earth_rate": "the Earth's rate with intervals that hold, faults named",
     "north": "direction and plan, budget against simulation",
     "rate_vector": "length of the rate vector of a vehicle at rest",

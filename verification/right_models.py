@@ -3,8 +3,8 @@
 
 White noise alone or with what the families of a fit hold, by the fit of the curve. *Slow noise is said* where the
 record supports a random walk, flicker or a Gauss-Markov term, or needs one of them and cannot tell which. The stated
-correlation time of a supported K, *X*, holds if it lies below that of the true Gauss-Markov term. A slope is *wrong*
-where the set of a power law beside flicker leaves 1 out.
+correlation time of a supported K, *X*, holds if it lies below that of the true Gauss-Markov term. *Another slope than
+1*: the set of power laws leaves flicker out, as it should beside a random walk and should not beside flicker.
 """
 
 from __future__ import annotations
