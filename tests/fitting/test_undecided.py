@@ -70,7 +70,7 @@ def test_every_fit_shows_one_set_of_a_shared_term(method):
 
 def test_white_noise_is_held_beside_two_gauss_markov_terms():
     """No listed family is true; the union of both holds N in 95 % all the same (one family alone in 78 %)."""
-    records, held = 16, 0  # `make verify` looks at 300 of each length
+    records, held = 40, 0
     for i in range(records):
         rng = np.random.default_rng([6012, i])
         n = 7200

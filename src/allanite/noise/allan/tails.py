@@ -9,11 +9,12 @@ noise that steps does not look like tails.
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import NDArray
 
-__all__ = ["phase_kurtosis"]
+__all__ = ["kurtosis_of", "phase_kurtosis"]
 
 _STRETCHES, _LENGTH = 32, 2048
 _FEWEST, _SHORTEST = 8, 64  # stretches without a missing sample, and samples of each
@@ -46,12 +47,31 @@ def phase_kurtosis(x: NDArray[np.float64], missing: NDArray[np.int64]) -> float:
         return 0.0
     d = np.diff(x[starts[:, None] + np.arange(length + 1)], n=2, axis=1)
     d = d - d.mean(axis=1, keepdims=True)
-    square = d * d
-    mean = square.mean(axis=1)
-    if not mean.min() > 0.0:
+    kurtosis = kurtosis_of(d, without=1)
+    return kurtosis if kurtosis > _SLIGHT else 0.0
+
+
+def kurtosis_of(stretches: Sequence[NDArray[np.float64]] | NDArray[np.float64], without: int = 0) -> float:
+    """Excess kurtosis of independent samples from stretches of their differences; 0.0 where it may be chance.
+
+    Parameters
+    ----------
+    stretches : sequence of ndarray
+        Second differences of the phase; a stretch in which nothing moves does not count.
+    without : int
+        Stretches of the largest kurtosis that are left out.
+    """
+    excesses, used = [], 0
+    for d in stretches:
+        square = d * d
+        mean = float(square.mean())
+        if mean > 0:
+            excesses.append(float((square * square).mean()) / mean**2 - 3.0)
+            used += len(d)
+    kept = sorted(excesses)[: len(excesses) - without]
+    if not kept:
         return 0.0
-    excess = np.sort((square * square).mean(axis=1) / mean**2 - 3.0)[:-1]
-    kurtosis = 2.0 * float(excess.mean())
+    kurtosis = 2.0 * float(np.mean(kept))
     # of the kurtosis of n normal numbers the variance is 24/n; neighbors share a sample
-    chance = 2.0 * math.sqrt(24.0 * 2.0 / d.size)
-    return kurtosis if kurtosis > max(_SLIGHT, _CERTAIN * chance) else 0.0
+    chance = 2.0 * math.sqrt(24.0 * 2.0 / used)
+    return kurtosis if kurtosis > _CERTAIN * chance else 0.0

@@ -34,6 +34,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.noise.allan.cells import AllanCells
+from allanite.noise.allan.tails import kurtosis_of
 
 __all__ = ["Whitened", "WindowScatter", "excess_kurtosis", "together", "window_scores"]
 
@@ -171,26 +172,16 @@ def excess_kurtosis(x: Array, cells: AllanCells) -> float:
     """Excess kurtosis of the white noise from the second differences of a phase; 0 where it may be chance.
 
     The mean over the windows of the shortest lag, so that a level of noise that changes does not look like tails.
-    A second difference of the phase is the difference of two samples and has half their excess.
+    See `allanite.noise.allan.tails`.
     """
     here = np.flatnonzero(cells.row == 0)
     if len(here) == 0 or cells.lags[0] != 1:
         return 0.0
     most = max(_ENOUGH // len(here), 64)
-    excesses, used = [], 0
+    stretches = []
     for i in here:
         first, last = int(cells.first[i]), int(cells.last[i])
         if cells.count[i] < last - first or last - first < 16:
             continue  # samples are missing in it
-        d = np.diff(x[first : min(last, first + most) + 2], n=2)
-        square = d * d
-        mean = float(square.mean())
-        if mean > 0:
-            excesses.append(float((square * square).mean()) / mean**2 - 3.0)
-            used += len(d)
-    if not excesses:
-        return 0.0
-    kappa = 2.0 * float(np.mean(excesses))
-    # of the kurtosis of n Gaussian numbers the variance is 24/n; the differences overlap
-    chance = 2.0 * np.sqrt(24.0 * 2.0 / used)
-    return kappa if kappa > 4.0 * chance else 0.0
+        stretches.append(np.diff(x[first : min(last, first + most) + 2], n=2))
+    return kurtosis_of(stretches)
