@@ -324,9 +324,19 @@ def a_unit_that_was_moved(rng: Rng, n: int) -> Samples:
     return y
 
 
-@fault("disturbance", "noise_changes", "spikes", always=False)
+@fault("noise_changes", "spikes")
 def a_noisier_stretch(rng: Rng, n: int) -> Samples:
-    y = white(rng, n)
+    """Of a tenth to half of the record: the sensor rests, and its noise is another."""
+    y = noise(rng, n, 20.0)
+    length = int(rng.uniform(0.1, 0.5) * n)
+    start = rng.integers(0, n - length)
+    y[start : start + length] += (log_uniform(rng, 2.0, 3.5) - 1.0) * (y[start : start + length] - 20.0)
+    return y
+
+
+@fault("disturbance", "spikes")
+def a_stretch_far_noisier(rng: Rng, n: int) -> Samples:
+    y = white(rng, n) + 20.0
     start = rng.integers(0, n // 2)
-    y[start : start + n // 4] *= log_uniform(rng, 1.5, 5.0)
-    return y + 20.0
+    y[start : start + n // 4] += log_uniform(rng, 8.0, 15.0) * white(rng, n // 4)
+    return y

@@ -101,7 +101,7 @@ def drop_spikes(recording: Recording, threshold: str = "") -> Recording:
     limit = _threshold(threshold)
     spans, least = {}, math.inf
     for s in surveys(recording):
-        outliers = s.impulses
+        outliers = disturbance.impulses_of(s)
         if outliers.crowded > 0.1 * s.present:
             raise DataQualityError(
                 f"channel {s.name!r}: large steps are too frequent for isolated impulses (see heavy_tails); dropping "

@@ -7,20 +7,24 @@ chi-square, scaled by a level that the quieter quarter of the windows gives. It 
 where a low-pass filter makes the differences alike; how many is read from the scatter of neighbouring windows. A
 window stands out when it exceeds both four times the level and the chi-square quantile at which one clean
 record in 10 000 has such a window at any scale (raised by 1.2 for the error of the level).
+
+Noise that is louder for a part of the record makes windows stand out as well, at every scale and by what the noise
+from sample to sample is louder there. Where that explains all of them the sensor rested, and its noise changed
+(`constancy`).
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 from statistics import NormalDist
 
 import numpy as np
 from numpy.typing import NDArray
 
 from allanite.recording.health.finding import Finding, Severity, finding, percent, plural, short
-from allanite.recording.health.impulses import Spikes
+from allanite.recording.health.impulses import Impulses, Spikes
 from allanite.recording.health.resolution import is_unresolved
 from allanite.recording.health.survey import ChannelSurvey
 from allanite.recording.health.tallies import BlockDifferences, Energies
@@ -33,6 +37,7 @@ __all__ = [
     "freedom_of",
     "half_before_gap",
     "impulses",
+    "impulses_of",
     "moved",
     "quiet_deviations",
     "rest",
@@ -55,6 +60,12 @@ SLIGHT = 0.01
 ALONE, IN_SUM = 1e-3, 1e-2
 #: Share of samples beyond which impulses are no impulses.
 MANY = 1e-3
+#: Share of a record beyond which stretches of less noise are no exception: then the noise changes.
+RARE = 0.25
+#: Blocks of a record in which the noise from sample to sample has its own level, and windows of each at the least.
+BLOCKS, FEW = 64, 4
+#: Ratios of power beyond which it is louder there, and beyond which it is no sensor's noise that became louder.
+CLEARLY, LOUDEST = 1.5, 25.0
 
 
 # -- impulses ---------------------------------------------------------------------------------------------
@@ -65,22 +76,38 @@ def impulses(survey: ChannelSurvey) -> Iterator[Finding]:
 
     An impulse of height A adds A^2/n to the variance of n samples of white noise, at every lag alike.
     """
-    outliers = survey.impulses
+    outliers = impulses_of(survey)
     if survey.sigma == 0.0 or is_unresolved(survey):
         return
     if outliers.crowded > 0.1 * survey.present or len(outliers.position) > max(MANY * survey.present, 3):
-        if excess_of(survey) < NOTICED:  # otherwise the disturbance says it
-            yield _heavy_tails(survey)
+        restless = _standing_out(survey.scales)
+        if all(
+            u.excess < NOTICED for u in restless
+        ):  # otherwise the disturbance, or the change of the noise, says it
+            yield _heavy_tails(survey, outliers)
         return
     if len(outliers.position) == 0:
         return
     weight = 3.0 if survey.channel.kind.integrated else 1.0
     excess = weight * outliers.deviation**2 / (survey.present * survey.sigma**2)
-    yield _spikes(survey, excess)
+    yield _spikes(survey, outliers, excess)
 
 
-def _heavy_tails(survey: ChannelSurvey) -> Finding:
-    count = max(survey.impulses.crowded, len(survey.impulses.position))
+def impulses_of(survey: ChannelSurvey) -> Impulses:
+    """The samples far from those around them, but for what noise that is louder there makes of its own."""
+    found = survey.impulses
+    louder = _louder_noise(survey.scales, _standing_out(survey.scales))
+    if louder is None or not len(found.position):
+        return found
+    at = np.minimum(found.position // survey.scales[0].window, len(louder) - 1)
+    far = np.abs(found.deviation) > Spikes.factor(survey.n_samples) * found.sigma * np.sqrt(louder[at])
+    return replace(
+        found, position=found.position[far], deviation=found.deviation[far], sigma=found.sigma[far]
+    )
+
+
+def _heavy_tails(survey: ChannelSurvey, outliers: Impulses) -> Finding:
+    count = max(outliers.crowded, len(outliers.position))
     return finding(
         "heavy_tails",
         f"large steps are too frequent for isolated impulses in {percent(count / survey.present)} of the samples: the "
@@ -91,8 +118,7 @@ def _heavy_tails(survey: ChannelSurvey) -> Finding:
     )
 
 
-def _spikes(survey: ChannelSurvey, excess: Samples) -> Finding:
-    outliers = survey.impulses
+def _spikes(survey: ChannelSurvey, outliers: Impulses, excess: Samples) -> Finding:
     bursts, sums = _bursts(outliers.position, excess)
     out = _largest(sums)
     k = int(np.argmax(np.abs(outliers.deviation)))
@@ -154,6 +180,8 @@ class Unrest:
     scale : BlockDifferences
     ratio : ndarray, shape (n_windows,)
         Power over that of the quiet windows; NaN where samples are missing.
+    bar : float
+        Beyond this ratio a window stands out.
     out : ndarray of bool, shape (n_windows,)
         The windows that stand out.
     excess : float
@@ -162,14 +190,58 @@ class Unrest:
 
     scale: BlockDifferences
     ratio: Samples
+    bar: float
     out: NDArray[np.bool_]
     excess: float
 
 
 def unrest(survey: ChannelSurvey) -> tuple[Unrest, ...]:
-    """The scales at which windows stand out, the worst first."""
-    scales = (_stand_out(scale, len(survey.scales)) for scale in survey.scales)
-    return tuple(sorted((u for u in scales if u is not None), key=lambda u: -u.excess))
+    """The scales at which windows stand out, the worst first; none where the noise itself is louder for a time."""
+    restless = _standing_out(survey.scales)
+    if _louder_noise(survey.scales, restless) is not None:
+        return ()
+    return tuple(sorted(restless, key=lambda u: -u.excess))
+
+
+def _standing_out(scales: Sequence[BlockDifferences]) -> list[Unrest]:
+    made = (_stand_out(scale, len(scales)) for scale in scales)
+    return [u for u in made if u is not None]
+
+
+def _louder_noise(scales: Sequence[BlockDifferences], restless: Sequence[Unrest]) -> Samples | None:
+    """How loud the noise is where no window stands out of what it is from sample to sample there; else None."""
+    louder = _loudness(scales[0]) if restless else None
+    if louder is None or louder.max() > LOUDEST:
+        return None
+    explained = all(_beyond(u, louder, scales[0].window) < SLIGHT for u in restless)
+    return louder if explained else None
+
+
+def _beyond(u: Unrest, louder: Samples, window: int) -> float:
+    """What windows add to the Allan variance beyond noise that is so much louder, as `Unrest.excess`."""
+    middle = np.flatnonzero(u.out) * u.scale.window + u.scale.window // 2
+    ratio = u.ratio[u.out] / louder[np.minimum(middle // window, len(louder) - 1)]
+    windows = int(np.count_nonzero(~np.isnan(u.scale.energy)))
+    return float((ratio[ratio > u.bar] - 1.0).sum()) / windows
+
+
+def _loudness(shortest: BlockDifferences) -> Samples | None:
+    """Power of the noise from sample to sample over that of the quiet parts, window by window.
+
+    Each has the median of its block, which no burst shorter than half a block moves, or that of a louder neighbor: a
+    change does not wait for the end of a block.
+    """
+    size = max(FEW, -(-len(shortest.energy) // BLOCKS))
+    rows = len(shortest.energy) // size
+    quiet = _quiet(shortest)
+    if rows < 3 or quiet == 0.0:
+        return None
+    energy = shortest.energy[: rows * size].reshape(rows, size)
+    level = np.array([np.median(e[~np.isnan(e)]) if not np.isnan(e).all() else 0.0 for e in energy])
+    level /= quiet * _chi_square(freedom_of(shortest), 0.5)
+    around = np.concatenate(([0.0], level, [0.0]))
+    louder = np.maximum(np.maximum(around[:-2], around[2:]), level)
+    return np.repeat(np.where(louder > CLEARLY, louder, 1.0), size)
 
 
 def excess_of(survey: ChannelSurvey) -> float:
@@ -194,7 +266,9 @@ def _stand_out(scale: BlockDifferences, n_scales: int) -> Unrest | None:
     out = there & (np.nan_to_num(ratio) > bar)
     if not out.any():
         return None
-    return Unrest(scale=scale, ratio=ratio, out=out, excess=float((ratio[out] - 1.0).sum()) / windows)
+    return Unrest(
+        scale=scale, ratio=ratio, bar=bar, out=out, excess=float((ratio[out] - 1.0).sum()) / windows
+    )
 
 
 def _quiet(scale: BlockDifferences) -> float:
@@ -282,7 +356,7 @@ def amplitude_drop(survey: ChannelSurvey) -> Iterator[Finding]:
     low = min(0.5, _chi_square(join * freedom_of(scale), ALARM / windows) / 1.2)
     with np.errstate(invalid="ignore"):
         out = there & (energy < low * usual)
-    if out.any():
+    if out.any() and out.sum() <= RARE * windows:
         size = join * scale.window
         starts = np.flatnonzero(out) * size
         yield finding(

@@ -66,11 +66,16 @@ class Spikes:
 
     def __init__(self, n_samples: int, integrated: bool) -> None:
         self._integrated = integrated
-        self._factor = self.MARGIN * NormalDist().inv_cdf(1.0 - self.ALARM / (2.0 * max(n_samples, 2)))
+        self._factor = self.factor(n_samples)
         self._position: list[Index] = []
         self._deviation: list[Samples] = []
         self._sigma: list[Samples] = []
         self._crowded = 0
+
+    @classmethod
+    def factor(cls, n_samples: int) -> float:
+        """Distance in standard deviations beyond which a sample of a record of this length is an impulse."""
+        return cls.MARGIN * NormalDist().inv_cdf(1.0 - cls.ALARM / (2.0 * max(n_samples, 2)))
 
     def add(self, block: Samples, step: Samples, start: int) -> Index:
         """Take the next block (NaN: missing) and its first differences; positions of spikes within the block."""

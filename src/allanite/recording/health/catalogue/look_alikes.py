@@ -223,8 +223,9 @@ LOOK_ALIKES: dict[str, tuple[str, str]] = {
     "disturbance": (
         "drift and flicker; spikes; a change of the noise",
         (
-            "differences of block means do not see drift; spikes are taken out before; a window must exceed the "
-            "quiet level four times, a lasting smaller change is `noise_changes`"
+            "differences of block means do not see drift; spikes are taken out before; a window must exceed four times "
+            "the quiet power. Noise up to five times louder for a time, by the same factor at every lag, is "
+            "`noise_changes`"
         ),
     ),
     "not_at_rest": (
@@ -241,7 +242,10 @@ LOOK_ALIKES: dict[str, tuple[str, str]] = {
     ),
     "noise_changes": (
         "a disturbance; chance",
-        "parts of the record against chi-square, one record in 10 000 by chance",
+        (
+            "parts of the record against chi-square, one record in 10 000 by chance; no window stands out beyond the "
+            "noise from sample to sample around it"
+        ),
     ),
     "unit_missing": (
         "none",
