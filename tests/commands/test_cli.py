@@ -84,7 +84,7 @@ def test_version(run: Run) -> None:
 @pytest.mark.parametrize(
     "arguments",
     [
-        ["characterise"],
+        ["caracterise"],
         ["info"],
         ["info", "x.csv", "--rote", "3"],
         ["info", "x.csv", "--rate", "fast"],

@@ -86,8 +86,12 @@ def test_what_is_required_is_said_at_every_door(take: Path, run: Run) -> None:
 def test_an_option_says_how_its_word_looks_on_the_command_line_alone(run: Run) -> None:
     typed = " ".join(run("earth-rate", "--help").out.split())
     page = described_kinds()["earth-rate"]["options"]
-    assert "Of the latitude: 0.01deg." in typed and page["latitude_uncertainty"]["help"] == "Of the latitude."
-    assert "Of the scale factor: 0.1%." in typed and "0.001 is 0.1 %" in page["scale_uncertainty"]["help"]
+    stated = "Uncertainty of the latitude"
+    assert f"{stated}: 0.01deg." in typed and page["latitude_uncertainty"]["help"] == f"{stated}."
+    assert (
+        "Uncertainty of the scale factor: 0.1%." in typed
+        and "0.001 is 0.1 %" in page["scale_uncertainty"]["help"]
+    )
     assert "CSV of turns: start,stop in seconds." in typed and "[[start, stop]" in page["turns"]["help"]
     assert page["turns"]["type"] == "spans" and page["latitude"]["type"] == "degrees"
     assert option("text", "--x", "Help.", detail="like this").detail == "like this"

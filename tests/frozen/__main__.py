@@ -17,11 +17,14 @@ from collections.abc import Iterator, Sequence
 from contextlib import chdir
 from pathlib import Path
 
+import click
 from tests.frozen.compared import FITTED, difference
 from tests.frozen.doors import Text, called, document, kept, normal
 from tests.frozen.page import offered
 from tests.frozen.records import written
 from tests.frozen.results import EXACT, NEEDS, RESULTS
+
+from allanite.commands.cli import cli
 
 GOLDEN = Path(__file__).parent / "golden"
 _DEFECT = 70
@@ -87,14 +90,14 @@ def _files() -> set[Path]:
 def helps() -> Text:
     """`--help` of the program, of every command and of every command below it."""
 
-    def shown(*words: str) -> str:
+    def shown(command: click.Command, *words: str) -> str:
         code, out, err = called(" ".join([*words, "--help"]), 80)
         assert code == 0, err
-        listed = out.partition("\nCommands:\n")[2].partition("\n\n")[0]
-        inner = [shown(*words, name) for name in re.findall(r"^  (\S+)", listed, re.M)]
+        below = command.commands if isinstance(command, click.Group) else {}
+        inner = [shown(each, *words, name) for name, each in sorted(below.items())]
         return "\n".join([f"== {' '.join(['allanite', *words])}", out, *inner])
 
-    return {"help": shown()}
+    return {"help": shown(cli)}
 
 
 #: What is asked of the program as a whole.

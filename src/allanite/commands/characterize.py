@@ -11,15 +11,16 @@ __all__ = ["CHARACTERIZE"]
 CHARACTERIZE = Command(
     name="characterize",
     title="Noise model",
-    summary="Read a LOG of a sensor at rest, say what is wrong with it, and fit its noise model.",
+    summary="Check a log at rest, fit its noise model, write a report.",
     details=(
-        "Leaves report.html, study.json, allan.csv and imu.yaml in a folder. With --json the study goes to stdout "
-        "alone, and files are written only where --out or --plot name them."
+        "Writes report.html, study.json, allan.csv and imu.yaml to a folder. With --json, the study goes to "
+        "stdout, and files are written only with --out or --plot."
     ),
     example="allanite characterize imu.csv --unit gyro=deg/s,acc=g --from 10min --out results",
     options=(
         option(
-            "choice", "--method", "Fit the curve, or the samples: smaller errors, and no unbroken stretches needed.",
+            "choice", "--method", "Fit the Allan curve (moments) or the samples (likelihood: smaller errors, tolerates "
+            "many gaps).",
             choices=("moments", "likelihood"), default="moments",
         ),
         TEMPERATURE,
@@ -31,7 +32,7 @@ CHARACTERIZE = Command(
         FLOOR,
         ACCEPT,
         option(
-            "choice", "--statistic", "Of the curve that is shown.", detail=", ".join(STATISTICS), choices=STATISTICS,
+            "choice", "--statistic", "Statistic to show.", detail=", ".join(STATISTICS), choices=STATISTICS,
             default="oadev", metavar="NAME",
         ),
     ),

@@ -13,14 +13,12 @@ __all__ = ["EARTH_RATE"]
 EARTH_RATE = Command(
     name="earth-rate",
     title="Earth rate",
-    summary=(
-        "Measure the Earth's rotation with a LOG of one axis that was turned between north and south, or up and down."
-    ),
+    summary="Measure the Earth's rotation with a sensor turned by hand.",
     details=(
-        "The turns are read off the signal, or come from a file or a clock. Of a LOG of three axes at rest the length "
-        'of the rate vector is measured, with the biases in it. "Not resolved" is a result as well. With --out the '
-        "folder gets report.html and earth-rate.json with dwells.csv, or of three axes rate-vector.json with "
-        "stretches.csv."
+        "LOG holds one axis that was turned between north and south, or up and down. The turns are detected in "
+        "the signal, or given by a file or an interval. For three axes at rest, the magnitude of the rate vector "
+        'is measured, biases included. "Not resolved" is a valid result. --out writes report.html and '
+        "earth-rate.json with dwells.csv; for three axes rate-vector.json with stretches.csv."
     ),
     example="allanite earth-rate take.parquet --model study.json --latitude -23.31 --first north",
     options=(
@@ -30,23 +28,24 @@ EARTH_RATE = Command(
             required=True, metavar="DEG",
         ),
         option(
-            "choice", "--first", "Where the axis points at first.", detail="one axis cannot tell",
+            "choice", "--first", "Direction of the axis before the first turn.", detail="one axis cannot tell",
             choices=("north", "south", "up", "down"),
         ),
         option("turns", "--turns", "CSV of turns.", detail="start,stop in seconds"),
-        option("seconds", "--dwell", "Turned so often, for turns that do not show.", detail="30"),
-        option("seconds", "--dead-time", "Left out after each turn.", default=2.0),
-        option("flag", "--vector", "Three axes at rest: the rate vector and its length."),
-        option("flag", "--settling", "Fit a rotation that settles after each turn, too."),
-        option("flag", "--warm-up", "Fit an exponential warm-up, too."),
-        option("text", "--temperature", "Fit this channel, too.", metavar="CHANNEL"),
-        option("share", "--scale-uncertainty", "Of the scale factor.", detail="0.1%"),
-        option("degrees", "--latitude-uncertainty", "Of the latitude.", detail="0.01deg"),
-        option("degrees", "--tilt", "Lean of the table's or a vertical axis.", detail="0.1deg"),
-        option("degrees", "--heading-uncertainty", "Of the axis.", detail="3deg"),
-        option("deg/h", "--bias-uncertainty", "Of each of three axes.", detail="0.01deg/h"),
-        option("deg/h/g", "--g-sensitivity", "Of an axis turned between up and down.", detail="0.1deg/h/g"),
-        replace(CONFIDENCE, help="Level of the interval."),
+        option("seconds", "--dwell", "Time between turns, if the signal does not show them.", detail="30"),
+        option("seconds", "--dead-time", "Time to skip after each turn.", default=2.0),
+        option("flag", "--vector", "Three axes at rest: measure the rate vector and its magnitude."),
+        option("flag", "--settling", "Also fit a rotation that settles after each turn."),
+        option("flag", "--warm-up", "Also fit an exponential warm-up."),
+        option("text", "--temperature", "Also fit the dependence on this channel.", metavar="CHANNEL"),
+        option("share", "--scale-uncertainty", "Uncertainty of the scale factor.", detail="0.1%"),
+        option("degrees", "--latitude-uncertainty", "Uncertainty of the latitude.", detail="0.01deg"),
+        option("degrees", "--tilt", "Tilt of the table axis or of a vertical axis.", detail="0.1deg"),
+        option("degrees", "--heading-uncertainty", "Uncertainty of the axis heading.", detail="3deg"),
+        option("deg/h", "--bias-uncertainty", "Bias uncertainty of each of three axes.", detail="0.01deg/h"),
+        option("deg/h/g", "--g-sensitivity", "g-sensitivity of an axis turned between up and down.",
+            detail="0.1deg/h/g"),
+        replace(CONFIDENCE, help="Confidence level of the interval."),
         ACCEPT,
     ),
     conflicts=(

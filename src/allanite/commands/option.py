@@ -86,51 +86,51 @@ def option(type_: OptionType, flag: str, help_: str, **more: Any) -> Option:
 
 
 MODEL = option(
-    "model", "--model", "Noise of the sensor at rest: a study, what `fit --json` printed, or words as for `simulate`.",
-    metavar="MODEL",
+    "model", "--model", "Noise model of the sensor at rest: a study, output of `fit --json`, or text as for "
+    "`simulate`.", metavar="MODEL",
 )  # fmt: skip
-ACCEPT = option("findings", "--accept", "Go on in spite of this finding.", metavar="FINDING")
+ACCEPT = option("findings", "--accept", "Continue despite this finding.", metavar="FINDING")
 FLOOR = option(
-    "recording", "--floor", "Log of the instrument with its input shorted.", detail="its own noise is taken off",
+    "recording", "--floor", "Log of the instrument with its input shorted.", detail="its noise is subtracted",
     metavar="LOG",
 )  # fmt: skip
 TEMPERATURE = option(
-    "by-channel", "--temperature", "Take the effect of this column off.", detail="temp, or gyro_x=t1,gyro_y=t2",
-    metavar="COLUMN",
+    "by-channel", "--temperature", "Remove the effect of this temperature column.",
+    detail="temp, or gyro_x=t1,gyro_y=t2", metavar="COLUMN",
 )  # fmt: skip
-WARM_UP = option("choice", "--warm-up", "What to do with a warm-up that is found.", choices=("model", "cut"))
-CONFIDENCE = option("number", "--confidence", "Level of the intervals.", default=0.95)
+WARM_UP = option("choice", "--warm-up", "Model or cut a warm-up that is detected.", choices=("model", "cut"))
+CONFIDENCE = option("number", "--confidence", "Confidence level of the intervals.", default=0.95)
 
 READING: tuple[Option, ...] = (
     option(
-        "by-channel", "--unit", "Unit of the samples: deg/s, or gyro=deg/s,acc=g; of each of several logs: "
+        "by-channel", "--unit", "Unit of the samples: deg/s, or gyro=deg/s,acc=g. With several logs: "
         "a.csv=g,b.csv=m/s², b.csv:acc=g.",
     ),
     option(
-        "text", "--time", "Time column, by name or number: t:ms, 'cnt:1/1000 s', Date:dmy, none.",
+        "text", "--time", "Time column by name or number: t:ms, 'cnt:1/1000 s', Date:dmy, none.",
         metavar="COLUMN[:UNIT]", per_log=True,
     ),
-    option("number", "--rate", "Samples per second, for a log without time.", per_log=True),
-    option("by-channel", "--scale-factor", "Of a sensor read in volts or counts: '24 mV/(deg/s)'."),
+    option("number", "--rate", "Sample rate in Hz, for a log without time stamps.", per_log=True),
+    option("by-channel", "--scale-factor", "Scale factor of a sensor read in volts or counts: '24 mV/(deg/s)'."),
     option(
         "choice", "--sampling", "Samples are means over their interval, or values at an instant.",
         choices=("mean", "point"), default="mean",
     ),
-    option("names", "--channels", "Names or groups to keep: gyro or gyro_x,gyro_y."),
-    option("seconds", "--from", "Begin so long after the first stamp.", python="start"),
-    option("seconds", "--to", "End so long after the first stamp.", python="stop"),
+    option("names", "--channels", "Channels or groups to use: gyro or gyro_x,gyro_y."),
+    option("seconds", "--from", "Skip this much at the start.", python="start"),
+    option("seconds", "--to", "Stop this long after the first time stamp.", python="stop"),
     option(
-        "choice", "--kind", "Samples of a clock: time error (phase), or fractional frequency.",
+        "choice", "--kind", "Clock data: time error (phase), or fractional frequency.",
         choices=("phase", "frequency"),
     ),
-    option("number", "--carrier", "Of a phase in cycles or a frequency in Hz: the carrier in Hz."),
-    option("text", "--topic", "Topic of a ROS log, message of a flight log: GYR[0]."),
-    option("text", "--variable", "Array, group or table of a file with several."),
+    option("number", "--carrier", "Carrier frequency in Hz, for a phase in cycles or a frequency in Hz."),
+    option("text", "--topic", "Topic of a ROS bag or message of a flight log: GYR[0]."),
+    option("text", "--variable", "Array, group or table to read from a file with several."),
     option("file", "--layout", "YAML file that describes a raw binary log."),
-    option("text", "--delimiter", "Of a text file: , ; tab blank |", choices=(",", ";", "tab", "blank", "|")),
-    option("text", "--decimal", "Decimal point or comma of a text file.", choices=(".", ",")),
+    option("text", "--delimiter", "Delimiter of a text file: , ; tab blank |", choices=(",", ";", "tab", "blank", "|")),
+    option("text", "--decimal", "Decimal mark of a text file.", choices=(".", ",")),
     option(
-        "texts", "--repair", "Repair by name what a finding says, before anything else: drop_repeats.",
+        "texts", "--repair", "Apply a repair before any analysis: drop_repeats.",
         metavar="REPAIR",
     ),
 )  # fmt: skip

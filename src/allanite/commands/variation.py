@@ -13,16 +13,17 @@ __all__ = ["VARIATION"]
 VARIATION = Command(
     name="variation",
     title="Does the noise change?",
-    summary="Say whether the noise of a LOG changes: the Allan deviation over time (dynamic Allan variance).",
+    summary="Test whether the noise changes (dynamic Allan variance).",
     details=(
-        "The deviation of every window at every averaging time, each with its interval; a test of constancy for each "
-        "and for all together; and when, in which term and by how much the noise stepped or drifted."
+        "Computes the Allan deviation of every window at every averaging time, with intervals; tests constancy of"
+        " each and of all together; and estimates when, in which term and by how much the noise stepped or "
+        "drifted."
     ),
     example="allanite variation gyro.parquet --out variation",
     options=(
         replace(MODEL, otherwise="the fit to the log"),
-        option("integer", "--windows", "Of the short averaging times.", default=64),
-        option("share", "--false-alarm", "Per channel that is constant.", default=0.05),
+        option("integer", "--windows", "Number of windows at short averaging times.", default=64),
+        option("share", "--false-alarm", "False-alarm rate per constant channel.", default=0.05),
         CONFIDENCE,
         ACCEPT,
     ),

@@ -38,43 +38,69 @@ _HEADED = "first.csv=0 turned.csv=180"
 @command("allanite align log.parquet --model study.json --calibration calibration.json --latitude 48.1")
 @click.argument("logs", metavar="LOG...", nargs=-1, required=True)
 @log_options
-@position_options(
-    "in the order of recording, with its heading where it is known: first.csv=0 turned.csv=180."
-)
+@position_options("in recording order, with its heading if known: first.csv=0 turned.csv=180.")
 @means_options
 @click.option("--model", metavar="MODEL", help=MODEL + "  [default: from the log itself]")
 @model_channels_option
 @click.option(
     "--calibration",
     type=click.Path(exists=True, dir_okay=False),
-    help="What `calibrate` wrote.  [default: nominal]",
+    help="Calibration file written by `calibrate`.  [default: nominal]",
 )
 @latitude_option
-@click.option("--height", type=float, default=0.0, metavar="M", help="Above the ellipsoid.")
-@click.option("--axes", default="FLU", show_default=True, help="Where x, y, z point: F B, R L, D U.")
-@click.option("--gyro-bias", type=Rate(), help="How well the biases repeat or are known, one sd: 0.01deg/h.")
-@click.option("--accelerometer-bias", type=Acceleration(), help="Likewise: 1mg.")
-@click.option("--gyro", type=Names(), metavar="NAMES", help="Channels x, y, z, where the units do not say.")
-@click.option("--accelerometer", type=Names(), metavar="NAMES", help="Likewise.")
+@click.option("--height", type=float, default=0.0, metavar="M", help="Height above the ellipsoid.")
+@click.option(
+    "--axes",
+    default="FLU",
+    show_default=True,
+    help="Directions of x, y, z: forward F or back B, right R or left L, down D or up U.",
+)
+@click.option(
+    "--gyro-bias", type=Rate(), help="Repeatability or uncertainty of the gyro biases, 1 sigma: 0.01deg/h."
+)
+@click.option(
+    "--accelerometer-bias",
+    type=Acceleration(),
+    help="Repeatability or uncertainty of the accelerometer biases, 1 sigma: 1mg.",
+)
+@click.option(
+    "--gyro", type=Names(), metavar="NAMES", help="Gyro channels x, y, z, where the units do not tell."
+)
+@click.option(
+    "--accelerometer",
+    type=Names(),
+    metavar="NAMES",
+    help="Accelerometer channels x, y, z, where the units do not tell.",
+)
 @click.option(
     "--spans",
     type=click.Path(exists=True, dir_okay=False),
     help="CSV of the rests: start,stop in seconds.  [default: found]",
 )
 @click.option(
-    "--rotating/--resting", "rotation", default=None, help="It turned all the time.  [default: found]"
+    "--rotating/--resting", "rotation", default=None, help="The unit turned continuously.  [default: found]"
 )
-@click.option("--scale-uncertainty", "scale", type=Share(), default=0.0, help="Of the gyros: 0.1%.")
-@click.option("--latitude-uncertainty", type=Angle(), default=0.0, help="Of the latitude: 0.01deg.")
-@click.option("--tilt", type=Angle(), default=0.0, help="Of the levelling: 0.1deg.")
+@click.option(
+    "--scale-uncertainty",
+    "scale",
+    type=Share(),
+    default=0.0,
+    help="Scale-factor uncertainty of the gyros: 0.1%.",
+)
+@click.option(
+    "--latitude-uncertainty", type=Angle(), default=0.0, help="Uncertainty of the latitude: 0.01deg."
+)
+@click.option("--tilt", type=Angle(), default=0.0, help="Uncertainty of the leveling: 0.1deg.")
 @click.option(
     "--heading-uncertainty",
     "heading",
     type=Angle(),
     default=0.0,
-    help="Of the mounting, and of each position's heading: 0.1deg.",
+    help="Uncertainty of the mounting and of each heading: 0.1deg.",
 )
-@click.option("--confidence", type=float, default=0.95, show_default=True, help="Level of the intervals.")
+@click.option(
+    "--confidence", type=float, default=0.95, show_default=True, help="Confidence level of the intervals."
+)
 @accept_option
 @result_options
 def align(
@@ -83,11 +109,11 @@ def align(
     rotation: bool | None, scale: float, latitude_uncertainty: float, tilt: float, heading: float, confidence: float,
     to: Destination, **options: Any,
 ) -> int:  # fmt: skip
-    """Find roll, pitch and heading with a LOG of three gyros and three accelerometers at rest.
+    """Find roll, pitch and heading from six axes at rest.
 
-    Turn the unit by 180 deg about the vertical in between, or through several positions, or let it turn all the time:
-    that tells the biases of the gyros from the Earth's rotation. "No north" is a result as well. With --out the folder
-    gets report.html, alignment.json and stands.csv.
+    LOG holds three gyros and three accelerometers. To separate gyro bias from the Earth's rotation, turn the unit by
+    180 deg about the vertical, through several positions, or continuously. "No north" is a valid result. --out writes
+    report.html, alignment.json and stands.csv.
     """
     from allanite.commands.alignment import alignment_of, alignment_of_means
     from allanite.quantities.setup_uncertainty import SetupUncertainty

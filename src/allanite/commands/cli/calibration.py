@@ -48,18 +48,22 @@ class Numbers(Listed):
 @command("allanite calibrate log.parquet --model study.json --latitude 48.1 --out calibration")
 @click.argument("logs", metavar="LOG...", nargs=-1, required=True)
 @log_options
-@position_options("in the order of recording: zup.csv zdown.csv.")
+@position_options("in recording order: zup.csv zdown.csv.")
 @means_options
 @click.option(
     "--gyro-log",
     type=click.Path(exists=True, dir_okay=False),
-    help="Of the gyros, where LOG holds the accelerometers alone.",
+    help="Log of the gyros, if LOG holds the accelerometers only.",
 )
 @click.option("--model", metavar="MODEL", help=MODEL + "  [default: from the log itself]")
 @model_channels_option
-@click.option("--latitude", type=Latitude(), metavar="DEG", help="For gravity and the Earth's rotation.")
-@click.option("--height", type=float, metavar="M", help="Above the ellipsoid, with --latitude.  [default: 0]")
-@click.option("--gravity", type=float, metavar="M/S2", help="Where it is known better: 9.81744.")
+@click.option(
+    "--latitude", type=Latitude(), metavar="DEG", help="Latitude, for gravity and the Earth's rotation."
+)
+@click.option(
+    "--height", type=float, metavar="M", help="Height above the ellipsoid, with --latitude.  [default: 0]"
+)
+@click.option("--gravity", type=float, metavar="M/S2", help="Local gravity, if known better: 9.81744.")
 @click.option(
     "--gravity-uncertainty",
     type=float,
@@ -67,31 +71,40 @@ class Numbers(Listed):
     metavar="M/S2",
     help="Standard uncertainty of gravity: 0.0003.",
 )
-@click.option("--gyro", type=Names(), metavar="NAMES", help="Channels x, y, z, where the units do not say.")
-@click.option("--accelerometer", type=Names(), metavar="NAMES", help="Likewise.")
+@click.option(
+    "--gyro", type=Names(), metavar="NAMES", help="Gyro channels x, y, z, where the units do not tell."
+)
+@click.option(
+    "--accelerometer",
+    type=Names(),
+    metavar="NAMES",
+    help="Accelerometer channels x, y, z, where the units do not tell.",
+)
 @click.option(
     "--spans",
     type=click.Path(exists=True, dir_okay=False),
     help="CSV of the rests: start,stop in seconds.  [default: found]",
 )
-@click.option("--without", type=Numbers(), default=(), help="Positions to leave out: 7,12; a turn: 7-8.")
+@click.option("--without", type=Numbers(), default=(), help="Positions to exclude: 7,12; a turn: 7-8.")
 @click.option(
     "--frame",
     type=click.Choice(["z", "x"]),
     default="z",
     show_default=True,
-    help="Axis of the accelerometers that is one of the body.",
+    help="Accelerometer axis that defines a body axis.",
 )
-@click.option("--quadratic", is_flag=True, help="Fit a quadratic term of each accelerometer, too.")
-@click.option("--no-drift", is_flag=True, help="Do not look for drifting biases: positions count alike.")
+@click.option("--quadratic", is_flag=True, help="Also fit a quadratic term of each accelerometer.")
+@click.option("--no-drift", is_flag=True, help="Assume constant biases: weight all positions alike.")
 @click.option(
     "--reference-temperature",
     type=float,
     metavar="DEGC",
-    help="Fit slopes of the biases, too; give biases there.",
+    help="Also fit temperature slopes; report biases at this temperature.",
 )
-@click.option("--temperature", metavar="CHANNEL", help="Of temperature, where there are several.")
-@click.option("--confidence", type=float, default=0.95, show_default=True, help="Level of the intervals.")
+@click.option("--temperature", metavar="CHANNEL", help="Temperature channel, if there are several.")
+@click.option(
+    "--confidence", type=float, default=0.95, show_default=True, help="Confidence level of the intervals."
+)
 @accept_option
 @result_options
 def calibrate(
@@ -99,12 +112,12 @@ def calibrate(
     frame: str, quadratic: bool, no_drift: bool, temperature: str | None, reference_temperature: float | None,
     confidence: float, gravity_uncertainty: float, to: Destination, **options: Any,
 ) -> int:  # fmt: skip
-    """Calibrate three accelerometers, three gyros or both from a LOG of rests in many positions.
+    """Calibrate accelerometers and gyros from static positions.
 
-    Turn the unit by hand and let it rest in each position. Gravity gives the accelerometers, the turns between the
-    rests and the Earth's rotation the gyros. What the positions leave open is said, with what to add. Positions may be
-    files of their own (--positions) or rows of means (--means), which leave the turns out. With --out the
-    folder gets report.html, calibration.json, which other commands take, and positions.csv.
+    Turn the unit by hand and let it rest in each position. Gravity determines the accelerometers; the turns between
+    rests and the Earth's rotation determine the gyros. Parameters that the positions do not determine are reported,
+    with the positions to add. Positions can be separate files (--positions) or rows of means (--means); then the turns
+    are not used. --out writes report.html, calibration.json, which other commands accept, and positions.csv.
     """
     from allanite.commands.calibration import calibration_of, calibration_of_means
     from allanite.views import terminal

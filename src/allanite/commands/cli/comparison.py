@@ -17,25 +17,27 @@ __all__ = ["compare"]
 @command("allanite compare monday.csv tuesday.csv wednesday.csv --unit deg/s --out compared")
 @click.argument("records", nargs=-1, required=True, metavar="RECORD RECORD...")
 @log_options
-@click.option("--names", help="Of the records: SN1,SN2,SN3.  [default: those of the files]")
+@click.option("--names", help="Names of the records: SN1,SN2,SN3.  [default: those of the files]")
 @click.option(
     "--match",
     multiple=True,
     metavar="CHANNELS",
-    help="Channels that belong together: x, or one name for each record: x,gyro_x. Several times.",
+    help="Channels to compare: x, or one name per record: x,gyro_x (repeatable).",
 )
 @accept_option
-@click.option("--confidence", type=float, default=0.95, show_default=True, help="Level of the intervals.")
-@click.option("--level", type=float, default=0.05, show_default=True, help="Of the tests.")
+@click.option(
+    "--confidence", type=float, default=0.95, show_default=True, help="Confidence level of the intervals."
+)
+@click.option("--level", type=float, default=0.05, show_default=True, help="Significance level of the tests.")
 @result_options
 def compare(
     records: tuple[str, ...], names: str | None, match: tuple[str, ...], confidence: float, level: float,
     to: Destination, **options: Any,
 ) -> int:  # fmt: skip
-    """Compare several RECORDs, of one sensor or of several of a kind: are they the same, and how much do they scatter?
+    """Compare repeated logs, or several units of one type.
 
-    A RECORD is a log, a study.json (or the folder that holds one), or an allan.csv. Options of logs hold for all, or
-    for the RECORD that is named in them.
+    Tests whether they agree, and estimates how much they scatter. A RECORD is a log, a study.json (or its folder), or
+    an allan.csv. Log options apply to all RECORDs, or to the RECORD that they name.
     """
     from allanite.commands.comparison import comparison_of
     from allanite.views import terminal

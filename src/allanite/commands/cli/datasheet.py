@@ -26,17 +26,18 @@ _FILE = click.Path(exists=True, dir_okay=False, allow_dash=True)
 
 @command("allanite datasheet sheet.yaml --log imu.csv --unit gyro=deg/s,acc=g --out sheet")
 @click.argument("sheet", type=click.Path(exists=True, dir_okay=False))
-@click.option("--log", help="Log of the sensor at rest, to be characterised.")
-@click.option("--study", type=_FILE, help="Its study, in place of a log.")
+@click.option("--log", help="Log of the sensor at rest, to characterize.")
+@click.option("--study", type=_FILE, help="Study of the sensor, instead of a log.")
 @log_options
 @accept_option
 @result_options
 def datasheet(
     sheet: str, log: str | None, study: str | None, to: Destination, **options: Any,
 ) -> int:  # fmt: skip
-    """Hold a sensor against its data SHEET (YAML): what it states, what was measured, and whether it is met.
+    """Check a sensor against its data sheet.
 
-    With neither --log nor --study the sheet alone is drawn.
+    SHEET is a YAML file. Each value is compared with the measured one. Without --log or --study, only the sheet is
+    plotted.
     """
     from allanite.commands.datasheet import datasheet_of
     from allanite.commands.measurement import MeasurementResult
@@ -63,13 +64,15 @@ def datasheet(
     type=Share(),
     default="95%",
     show_default=True,
-    help="That the bound lies above the sensor.",
+    help="Probability that the bound lies above the sensor.",
 )
 @click.option(
     "--until", "horizon", type=Duration(), help="Longest averaging time.  [default: the longest lag fitted]"
 )
-@click.option("--terms", type=Names(), help="Letters that the bound may consist of: N,K.")
-@click.option("-o", "--output", type=click.Path(dir_okay=False), help="Write the bounds as models: JSON.")
+@click.option("--terms", type=Names(), help="Terms allowed in the bound: N,K.")
+@click.option(
+    "-o", "--output", type=click.Path(dir_okay=False), help="Output file for the bounding models (JSON)."
+)
 @result_options
 def overbound(
     study: str,
@@ -77,9 +80,10 @@ def overbound(
     to: Destination,
     **options: Any,
 ) -> int:
-    """Inflate the noise models of a STUDY as little as puts them above the sensor everywhere.
+    """Inflate a noise model until it bounds the sensor.
 
-    The bound is a noise model that every command takes; `allanite export --overbound 95%` writes one into a file.
+    The bound exceeds the sensor's noise at all averaging times, by as little as possible. Every command accepts it as a
+    noise model; `allanite export --overbound 95%` writes one directly.
     """
     from allanite.commands.bounds import bounds_of
     from allanite.commands.measurement import MeasurementResult

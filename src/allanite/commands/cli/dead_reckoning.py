@@ -71,10 +71,8 @@ class Initial(Listed):
     help=f"{MODEL} Of gyros and accelerometers (repeatable).",
 )
 @latitude_option
-@click.option(
-    "--duration", type=Duration(), default=3600.0, show_default="1h", help="How long without aiding."
-)
-@click.option("--times", type=Durations(), help="Of the tables: 1s,10s,1min,10min.")
+@click.option("--duration", type=Duration(), default=3600.0, show_default="1h", help="Time without aiding.")
+@click.option("--times", type=Durations(), help="Times in the table: 1s,10s,1min,10min.")
 @click.option(
     "--initial",
     type=Initial(),
@@ -85,33 +83,34 @@ class Initial(Listed):
 @click.option(
     "--rest",
     type=Duration(),
-    help="At rest so long before: the unit is levelled, the gyros' means are taken off.",
+    help="Time at rest beforehand, used to level the unit and to remove the mean gyro rates.",
 )
 @click.option(
     "--remove-vertical",
     "vertical",
     is_flag=True,
-    help="With --rest: remove the bias of the vertical accelerometer, too (mean less normal gravity).",
+    help="With --rest: also remove the vertical accelerometer bias (mean minus normal gravity).",
 )
 @click.option(
-    "--heading", type=Angle(), default=0.0, help="Of the x axis, clockwise from north.  [default: 0]"
+    "--heading", type=Angle(), default=0.0, help="Heading of the x axis, clockwise from north.  [default: 0]"
 )
 @click.option(
     "--height",
     type=click.Choice(["free", "held"]),
     default="free",
     show_default=True,
-    help="Unaided, or held by a barometer.",
+    help="Vertical channel: unaided, or held by a barometer.",
 )
-@click.option("--rate", type=float, help="Samples per second.  [default: that of the study, or 100]")
+@click.option("--rate", type=float, help="Sample rate in Hz.  [default: that of the study, or 100]")
 @result_options
 def dead_reckon(
     models: tuple[str, ...], rate: float | None, height: str, to: Destination, **options: Any,
 ) -> int:  # fmt: skip
-    """Tell what the noise of a unit costs a navigator: errors of unaided dead reckoning over time, by source.
+    """Predict unaided navigation errors from the noise.
 
-    One standard deviation of attitude, velocity and position of a level unit at rest, with the interval that those of
-    the models leave. Computed from the covariance alone, for Earth's rotation and Schuler's oscillation exactly.
+    Reports one standard deviation of attitude, velocity and position over time for a level unit at rest, by error
+    source, with an interval from the uncertainty of the noise models. Computed by covariance analysis, with the Earth's
+    rotation and the Schuler oscillation.
     """
     from allanite.commands.dead_reckoning import dead_reckoning_of
     from allanite.views import terminal

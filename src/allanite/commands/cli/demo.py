@@ -14,19 +14,33 @@ __all__ = ["demo"]
 
 
 @command("allanite demo --seed-paper --out demo")
-@click.option("--seed-paper", is_flag=True, help="The whole experiment: takes, Earth rate, every figure.")
-@click.option("--out", default="demo", show_default=True, type=click.Path(file_okay=False), help="Folder.")
-@click.option("--seed", type=int, default=1, show_default=True, help="The same seed gives the same samples.")
 @click.option(
-    "--duration", type=Duration(), default="7d", show_default=True, help="At rest, in place of the week."
+    "--seed-paper", is_flag=True, help="Run the whole experiment: takes, Earth rate and all figures."
+)
+@click.option(
+    "--out", default="demo", show_default=True, type=click.Path(file_okay=False), help="Output folder."
+)
+@click.option(
+    "--seed",
+    type=int,
+    default=1,
+    show_default=True,
+    help="Random seed; the same seed gives the same samples.",
+)
+@click.option(
+    "--duration",
+    type=Duration(),
+    default="7d",
+    show_default=True,
+    help="Length of the record at rest, instead of a week.",
 )
 @force_option
 @json_option
 def demo(seed_paper: bool, out: str, seed: int, duration: float, force: bool, as_json: bool) -> None:
-    """Simulate a week of the gyro of the seed paper, characterize it, and compare with the truth.
+    """Run the seed paper's experiment on a simulated sensor.
 
-    With --seed-paper the four takes of the Earth rate follow, by each estimator, with the filter that is told the
-    rate, and counterparts of all thirteen figures as PDF and PNG.
+    Simulates a week of the gyro, characterizes it and compares the result with the truth. --seed-paper adds the four
+    Earth-rate takes, each estimator, the filter that is given the rate, and all thirteen figures as PDF and PNG.
     """
     from allanite.views.terminal import progress
     from allanite_seed_paper.demonstration import run_seed_paper, run_week

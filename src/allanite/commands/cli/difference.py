@@ -17,17 +17,23 @@ __all__ = ["diff"]
 @command("allanite diff results/study.json sheet.yaml --out difference")
 @click.argument("first")
 @click.argument("second")
-@click.option("--after", "seconds", type=Durations(), help="Times of the drift.  [default: 1s,100s,1000s]")
+@click.option(
+    "--after",
+    "seconds",
+    type=Durations(),
+    help="Times at which to compare the drift.  [default: 1s,100s,1000s]",
+)
 @click.option(
     "--rest",
     type=Duration(),
-    help="Rest before, over which the bias is averaged.  [default: as long as each time]",
+    help="Time at rest beforehand, over which the bias is averaged.  [default: as long as each time]",
 )
 @result_options
 def diff(first: str, second: str, to: Destination, **options: Any) -> int:
-    """Show two noise models side by side: parameters, Allan deviations, and drift without help.
+    """Compare two noise models.
 
-    FIRST and SECOND are studies, data sheets, imu.yaml and the like, models, or words: 'N=0.3 deg/√h, B=5 deg/h'.
+    Shows parameters, Allan deviations and unaided drift side by side. FIRST and SECOND are studies, data sheets,
+    imu.yaml files, models, or text: 'N=0.3 deg/√h, B=5 deg/h'.
     """
     from allanite.commands.difference import difference_of
     from allanite.views import terminal

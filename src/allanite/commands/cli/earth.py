@@ -48,10 +48,12 @@ def latitude_option(command: Callable[..., Any]) -> Callable[..., Any]:
 def stated_options(command: Callable[..., Any]) -> Callable[..., Any]:
     """What only the user knows about the set-up; standard uncertainties, all of them."""
     options = [
-        click.option("--scale-uncertainty", "scale", type=Share(), default=0.0, help="Of the scale factor: 0.1%."),
-        click.option("--latitude-uncertainty", type=Angle(), default=0.0, help="Of the latitude: 0.01deg."),
-        click.option("--tilt", type=Angle(), default=0.0, help="Lean of the table's or a vertical axis: 0.1deg."),
-        click.option("--heading-uncertainty", "heading", type=Angle(), default=0.0, help="Of the axis: 3deg."),
+        click.option("--scale-uncertainty", "scale", type=Share(), default=0.0,
+            help="Uncertainty of the scale factor: 0.1%."),
+        click.option("--latitude-uncertainty", type=Angle(), default=0.0, help="Uncertainty of the latitude: 0.01deg."),
+        click.option("--tilt", type=Angle(), default=0.0, help="Tilt of the table axis or of a vertical axis: 0.1deg."),
+        click.option("--heading-uncertainty", "heading", type=Angle(), default=0.0,
+            help="Uncertainty of the axis heading: 3deg."),
     ]  # fmt: skip
     for option in reversed(options):
         command = option(command)
@@ -83,19 +85,28 @@ def _one_of(options: Mapping[str, Any], *names: str, needed: bool = False) -> No
 @click.option(
     "--headings", type=click.Path(exists=True, dir_okay=False), help="CSV of positions: start,stop,heading."
 )
-@position_options("with its heading, in the order of recording: north.csv=0 east.csv=90.")
+@position_options("with its heading, in recording order: north.csv=0 east.csv=90.")
 @means_options
 @click.option(
-    "--rotation", type=Rate(), help="In place of positions, of a table that turned all the time: 6deg/s."
+    "--rotation", type=Rate(), help="Rate of a table that turned continuously, instead of positions: 6deg/s."
 )
-@click.option("--null", is_flag=True, help="Test east against west: does a bias follow the turns?")
-@click.option("--heading-at-start", type=Angle(), default=0.0, help="Of the first axis, with --rotation.")
+@click.option("--null", is_flag=True, help="Compare east with west, to detect a bias that follows the turns.")
 @click.option(
-    "--dead-time", type=Duration(), default=2.0, show_default=True, help="Left out after each turn."
+    "--heading-at-start",
+    type=Angle(),
+    default=0.0,
+    help="Heading of the first axis at the start, with --rotation.",
+)
+@click.option(
+    "--dead-time", type=Duration(), default=2.0, show_default=True, help="Time to skip after each turn."
 )
 @stated_options
-@click.option("--misalignment", type=Angle(), default=0.0, help="Of the axes on the table: 0.1deg.")
-@click.option("--confidence", type=float, default=0.95, show_default=True, help="Level of the interval.")
+@click.option(
+    "--misalignment", type=Angle(), default=0.0, help="Misalignment of the axes on the table: 0.1deg."
+)
+@click.option(
+    "--confidence", type=float, default=0.95, show_default=True, help="Confidence level of the interval."
+)
 @accept_option
 @result_options
 def north(
@@ -103,13 +114,14 @@ def north(
     misalignment: float, confidence: float, scale: float,
     latitude_uncertainty: float, tilt: float, heading: float, to: Destination, **options: Any,
 ) -> int:  # fmt: skip
-    """Find north with a LOG of one or two horizontal axes on a table that was turned.
+    """Find north with one or two horizontal gyros.
 
-    Headings are those of the first axis relative to a mark on the table; the azimuth of the mark is the result. One
-    axis needs three positions around, two opposite positions need two axes. "No north" is a result as well.
+    LOG was recorded on a table that was turned. Headings are those of the first axis relative to a mark on the table;
+    the result is the azimuth of the mark. One axis needs three positions around the circle; two axes need two opposite
+    positions. "No north" is a valid result.
 
-    With --null, a LOG of one axis turned between east and west, where the Earth adds nothing, tells whether a bias
-    follows the turns. Its headings are from north.
+    With --null, LOG is one axis turned between east and west, where the Earth rate cancels. It shows whether a bias
+    follows the turns. Its headings are measured from north.
     """
     from allanite.commands.earth import north_of, null_of
     from allanite.experiments.earth_rate import SetupUncertainty
@@ -168,28 +180,34 @@ def _refuse_with_null(options: dict[str, Any], figure: str | None, misalignment:
 
 @family("allanite plan --model study.json --latitude -23.31 --goal 3%")
 @click.option("--model", metavar="MODEL", help=f"{MODEL}  [required]")
-@click.option("--channel", help="Whose model, where there are several.")
+@click.option("--channel", help="Channel whose model to use, if there are several.")
 @click.option("--latitude", type=Latitude(), metavar="DEG", help=f"{LATITUDE}  [required]")
-@click.option("--north", is_flag=True, help="Plan a search for north instead of the Earth rate.")
+@click.option("--north", is_flag=True, help="Plan a north search instead of an Earth-rate measurement.")
 @click.option(
     "--goal", type=Goal(), help="One standard deviation: 3%, or 1deg with --north.  [default: these]"
 )
-@click.option("--dead-time", type=Duration(), default=2.0, show_default=True, help="Lost at each turn.")
-@click.option("--dwells", type=Durations(), help="Times from turn to turn: 10,30,5min.")
-@click.option("--durations", type=Durations(), help="Lengths of record: 10min,1h,2h.")
-@click.option("--axes", type=int, default=1, show_default=True, help="Horizontal axes, with --north.")
-@click.option("--positions", type=int, help="Around the table, with --north.  [default: 4]")
-@click.option("--misalignment", type=Angle(), default=0.0, help="Of the axes on the table, with --north.")
+@click.option("--dead-time", type=Duration(), default=2.0, show_default=True, help="Time lost at each turn.")
+@click.option("--dwells", type=Durations(), help="Times between turns: 10,30,5min.")
+@click.option("--durations", type=Durations(), help="Record lengths: 10min,1h,2h.")
+@click.option(
+    "--axes", type=int, default=1, show_default=True, help="Number of horizontal axes, with --north."
+)
+@click.option(
+    "--positions", type=int, help="Number of positions around the table, with --north.  [default: 4]"
+)
+@click.option(
+    "--misalignment", type=Angle(), default=0.0, help="Misalignment of the axes on the table, with --north."
+)
 @stated_options
 @result_options
 def plan(
     model: str | None, north: bool, goal: Aim | None, dwells: list[float] | None, durations: list[float] | None,
     scale: float, latitude_uncertainty: float, tilt: float, heading: float, to: Destination, **options: Any,
 ) -> int:  # fmt: skip
-    """Predict how well the Earth rate, or north, will be known: by dwell and length of record.
+    """Predict the accuracy of Earth rate or north before you record.
 
-    Computed from the covariance alone: no sample is needed. Which positions a calibration or an alignment needs is
-    planned by `allanite plan positions`.
+    Computed by covariance analysis for each dwell and record length; no samples are needed. To plan positions for a
+    calibration or an alignment, use `allanite plan positions`.
     """
     from allanite.commands.earth import plan_of
     from allanite.experiments.earth_rate import SetupUncertainty

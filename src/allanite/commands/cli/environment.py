@@ -25,19 +25,24 @@ __all__ = ["environment"]
 @log_options
 @environment_options
 @click.option("--model", metavar="MODEL", help=f"{MODEL}  [default: fitted to the log]")
-@click.option("--confidence", type=float, default=0.95, show_default=True, help="Level of the intervals.")
 @click.option(
-    "-o", "--output", type=click.Path(dir_okay=False), help="Residual: .parquet, .npz, .npy, .csv or .mat."
+    "--confidence", type=float, default=0.95, show_default=True, help="Confidence level of the intervals."
+)
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(dir_okay=False),
+    help="File for the residual: .parquet, .npz, .npy, .csv or .mat.",
 )
 @accept_option
 @result_options
 def environment(
     log: str, output: str | None, to: Destination, **options: Any
 ) -> int:  # fmt: skip
-    """What temperature and warm-up do to the sensors in a LOG, and the log without it.
+    """Separate temperature and warm-up from noise.
 
-    Coefficients of the bias with intervals, lag of the thermometer, hysteresis, warm-up, told from the noise of the
-    sensor. Only what the record resolves is taken off.
+    Estimates temperature coefficients, thermometer lag, hysteresis and warm-up, with intervals, and removes only what
+    the record resolves.
     """
     from allanite.commands.environment import environment_of, save_residual
     from allanite.commands.filtering import refuse_corrected

@@ -28,13 +28,19 @@ __all__ = ["convert", "export", "report", "simulate"]
     "--output",
     required=True,
     type=click.Path(dir_okay=False),
-    help=".parquet, .npz, .npy, .csv or .mat.",
+    help="Output file: .parquet, .npz, .npy, .csv or .mat.",
 )
-@click.option("--rate", type=float, help="Samples per second.  [default: that of the study]")
+@click.option("--rate", type=float, help="Sample rate in Hz.  [default: that of the study]")
 @click.option("--duration", type=Duration(), required=True, help="Length: 3600, 12h, 7d.")
-@click.option("--seed", type=int, default=0, show_default=True, help="The same seed gives the same samples.")
+@click.option(
+    "--seed",
+    type=int,
+    default=0,
+    show_default=True,
+    help="Random seed; the same seed gives the same samples.",
+)
 @click.option("--sampling", type=click.Choice(["mean", "point"]), default="mean", show_default=True)
-@click.option("--unit", type=ByChannel(), help="Unit to write the samples in.  [default: SI]")
+@click.option("--unit", type=ByChannel(), help="Unit of the written samples.  [default: SI]")
 @force_option
 def simulate(
     model: str,
@@ -46,10 +52,10 @@ def simulate(
     unit: Any,
     force: bool,
 ) -> None:
-    """Make a record of a sensor at rest from a MODEL.
+    """Simulate a sensor at rest from a noise model.
 
-    MODEL is a study, what `fit --json` printed, or words: 'N=0.3 deg/√h, B=5 deg/h, K=5 deg/h/√h'. With T=240s, B is
-    that of a Gauss-Markov term.
+    MODEL is a study, output of `fit --json`, or text: 'N=0.3 deg/√h, B=5 deg/h, K=5 deg/h/√h'. With T=240s, B is that
+    of a Gauss-Markov term.
     """
     from allanite.commands.curves import simulate_to
     from allanite.views import terminal
@@ -68,7 +74,7 @@ def simulate(
 @log_options
 @force_option
 def convert(log: str, output: str, force: bool, **options: Any) -> int:
-    """Write any LOG that can be read as OUTPUT (.parquet, .npz, .npy, .csv or .mat).
+    """Convert a log to Parquet, NPZ, NPY, CSV or MAT.
 
     Parquet keeps rate, units, sampling and history; missing samples become nulls.
     """
@@ -100,54 +106,64 @@ def _list_consumers(context: click.Context, _: click.Parameter, wanted: bool) ->
     is_eager=True,
     expose_value=False,
     callback=_list_consumers,
-    help="Show the consumers, what each takes and what it gets.",
+    help="List the formats, their input and what they contain.",
 )
 @click.argument("consumer")
 @click.argument("file", type=click.Path(exists=True, dir_okay=False, allow_dash=True))
-@click.option("-o", "--output", help="File to write, or folder for several.  [default: stdout]")
-@click.option("--walk", help="What becomes of flicker: upper-bound, k-only or horizon=<seconds>.")
-@click.option("--axes", help="Of three axes: worst, rms, or each where the file has room for it.")
-@click.option("--inflate", type=float, help="Factor on all numbers; it is written into the file.")
+@click.option("-o", "--output", help="Output file, or folder for several files.  [default: stdout]")
+@click.option("--walk", help="Treatment of flicker: upper-bound, k-only or horizon=<seconds>.")
+@click.option("--axes", help="Value for three axes: worst, rms, or each where the format allows.")
+@click.option("--inflate", type=float, help="Factor applied to all values, and noted in the file.")
 @click.option(
-    "--correlation-time", type=Duration(), help="T of the Gauss-Markov term that stands for flicker."
+    "--correlation-time",
+    type=Duration(),
+    help="Correlation time of the Gauss-Markov term that replaces flicker.",
 )
-@click.option("--gyroscope", type=Names(), help="Channels of the gyroscopes: gx,gy,gz.  [default: all]")
-@click.option("--accelerometer", type=Names(), help="Channels of the accelerometers.  [default: all]")
-@click.option("--digits", type=int, help="Digits after the point.  [default: 6]")
+@click.option("--gyroscope", type=Names(), help="Gyroscope channels: gx,gy,gz.  [default: all]")
+@click.option("--accelerometer", type=Names(), help="Accelerometer channels.  [default: all]")
+@click.option("--digits", type=int, help="Digits after the decimal point.  [default: 6]")
 @click.option("--rostopic", help="Topic of the IMU.  [kalibr, openvins; default: that of the log]")
 @click.option("--part", help="Name of the part in the JSON file.  [matlab; default: allanite]")
-@click.option("--channel", help="Of one axis: which.  [cpp; default: the worst]")
+@click.option("--channel", help="Channel to export, for formats with one axis.  [cpp; default: the worst]")
 @click.option(
     "--filter-rate",
     type=float,
-    help="Steps per second of the filter or simulator.  [cpp, vins, px4, ardupilot, gazebo; default: its own, "
-    "or the log's]",
+    help="Update rate of the filter or simulator in Hz.  [cpp, vins, px4, ardupilot, gazebo; default: its own, or the "
+    "log's]",
 )
-@click.option("--scalar", type=click.Choice(["float", "double"]), help="Precision of the filter.  [cpp]")
 @click.option(
-    "--flicker", type=click.Choice(["sum", "single"]), help="States for flicker: several, or one.  [cpp]"
+    "--scalar", type=click.Choice(["float", "double"]), help="Floating-point type of the filter.  [cpp]"
 )
-@click.option("--horizon", type=Duration(), help="Time over which flicker must hold.  [cpp]")
+@click.option(
+    "--flicker",
+    type=click.Choice(["sum", "single"]),
+    help="States that model flicker: several, or one.  [cpp]",
+)
+@click.option("--horizon", type=Duration(), help="Time over which the flicker model must hold.  [cpp]")
 @click.option(
     "--model", type=click.Path(exists=True, dir_okay=False), help="Study with the noise.  [openvins]"
 )
 @click.option(
-    "--intrinsics", type=click.Choice(["kalibr", "rpng"]), help="Convention of the matrices.  [openvins]"
+    "--intrinsics",
+    type=click.Choice(["kalibr", "rpng"]),
+    help="Convention of the intrinsic matrices.  [openvins]",
 )
-@click.option("--rate", type=float, help="Samples per second of the log, where FILE does not hold them.")
-@click.option("--overbound", type=Share(), help="Write a bound above the sensor with this probability: 95%.")
+@click.option("--rate", type=float, help="Sample rate of the log in Hz, if FILE does not contain it.")
+@click.option(
+    "--overbound", type=Share(), help="Export a bound that lies above the sensor with this probability: 95%."
+)
 @click.option(
     "--bound-until",
     type=Duration(),
-    help="Longest averaging time of the bound.  [default: the longest lag fitted]",
+    help="Longest averaging time the bound covers.  [default: the longest lag fitted]",
 )
 @force_option
 def export(consumer: str, file: str, output: str | None, force: bool, **options: Any) -> None:
-    """Write a FILE of allanite in the format of a CONSUMER.
+    """Export a noise model to Kalibr, PX4, GTSAM, C++ and others.
 
-    FILE is a study, a data sheet, or the noise file of another program (imu.yaml), or a calibration: `allanite export
-    --list` shows what each consumer takes. openvins takes either, or a calibration with --model for the noise. Several
-    files go into the folder -o.
+    FILE is a study, a data sheet, the noise file of another program (imu.yaml), or a calibration. `allanite export
+    --list` shows the formats and their input. openvins takes either kind, or a calibration with --model for the noise.
+    Several files go into the folder -o.
     """
     from allanite.commands.exporting import export_of
 
@@ -161,7 +177,10 @@ def export(consumer: str, file: str, output: str | None, force: bool, **options:
 @click.option("-o", "--output", default="report.html", show_default=True, type=click.Path(dir_okay=False))
 @force_option
 def report(file: str, output: str, force: bool) -> None:
-    """Write the report of a FILE once more: of a study, or of the JSON that any other command left."""
+    """Rebuild a report from saved results.
+
+    FILE is a study or the JSON of any other command.
+    """
     from allanite.views.report import render_file
 
     click.echo(render_file(place_of(file), output, force=force))

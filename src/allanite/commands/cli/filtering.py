@@ -28,19 +28,21 @@ __all__ = ["filter_"]
 @log_options
 @click.option("--model", metavar="MODEL", required=True, help=MODEL)
 @click.option(
-    "--smooth", is_flag=True, help="Estimate the drift from the whole record, not from the samples so far."
+    "--smooth", is_flag=True, help="Estimate drift from the whole record, not only from past samples."
 )
 @click.option(
-    "--reference", type=Rate(), help="Run the seed paper's filter, told this rate along the axis: 15deg/h."
+    "--reference",
+    type=Rate(),
+    help="Run the seed paper's filter with this known rate along the axis: 15deg/h.",
 )
 @click.option(
-    "--correlation-time", type=Duration(), help="With --reference: T of the state that stands for flicker."
+    "--correlation-time", type=Duration(), help="With --reference: correlation time of the flicker state."
 )
 @click.option(
     "-o",
     "--output",
     type=click.Path(dir_okay=False),
-    help="Corrected series: .parquet, .npz, .npy, .csv or .mat.",
+    help="File for the corrected series: .parquet, .npz, .npy, .csv or .mat.",
 )
 @turn_options
 @accept_option
@@ -49,10 +51,11 @@ def filter_(
     log: str, smooth: bool, reference: float | None, correlation_time: float | None, output: str | None,
     first: str | None, turns: str | None, dwell: float | None, dead_time: float, to: Destination, **options: Any,
 ) -> int:  # fmt: skip
-    """Take the drift that a noise model knows off a LOG of a sensor at rest, and test whether the model holds.
+    """Estimate and remove drift with a Kalman filter.
 
-    With --reference the two-state filter of the seed paper is run instead, against a rate that is known (a rate
-    table). It is no measurement: the filter gives back what it is told. The options of turns are for it alone.
+    Uses the noise model of the sensor at rest, and tests whether it describes the LOG. --reference runs the seed
+    paper's two-state filter instead, with a known rate, as on a rate table. That is not a measurement: the filter
+    returns the rate it is given. The turn options apply only with --reference.
     """
     from allanite.commands.filtering import aided_of, filter_of, refuse_corrected, save_corrected
     from allanite.commands.measurement import MeasurementResult

@@ -20,19 +20,17 @@ _SPARING = 50.0
 @command("allanite monitor runs/SiRRS01-03_US28_20261122T120000Z")
 @click.argument("run", type=click.Path(exists=True, file_okay=False))
 @click.option(
-    "--every", type=Duration(), default=3.0, show_default=True, help="Time between two looks, at least."
+    "--every", type=Duration(), default=3.0, show_default=True, help="Shortest time between updates."
 )
-@click.option("--channel", help="Whose curve is drawn.  [default: the first]")
-@click.option("--once", is_flag=True, help="Look once.")
+@click.option("--channel", help="Channel to plot.  [default: the first]")
+@click.option("--once", is_flag=True, help="Show the state once and exit.")
 @json_option
 def monitor(run: str, every: float, channel: str | None, once: bool, as_json: bool) -> None:
-    """Watch a RUN while it is recorded: rate, gaps and why, last values, free disk, time left, the Allan curve so far.
+    """Watch a recording: rate, gaps, disk space, Allan curve.
 
-    RUN is the folder of a run, or one with several, of which the one is shown that was written to last.
-
-    Reads only what has come since the last look, takes two percent of a core at most, and disturbs the recorder in
-    nothing. Ends with the run, or by Ctrl-C.
-    A run that has ended is shown once.
+    RUN is the folder of a run, or a folder of runs; the one written most recently is shown. The monitor reads only new
+    data, uses at most two percent of a core and does not disturb the recorder. It ends with the run or with Ctrl-C. A
+    finished run is shown once.
     """
     from allanite.commands.monitor import RunWatch
     from allanite.views import terminal

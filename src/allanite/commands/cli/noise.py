@@ -31,9 +31,9 @@ __all__ = ["allan", "fit", "info"]
 @log_options
 @json_option
 def info(log: str, as_json: bool, **options: Any) -> int:
-    """Show what a LOG holds: channels, rate, span, gaps, and what is wrong with it.
+    """Show channels, rate, span, gaps and problems of a log.
 
-    The exit code is that of `characterize`: 1 where a finding is fatal, 3 where samples are missing.
+    The exit code is that of `characterize`: 1 for a fatal finding, 3 for missing samples.
     """
     from allanite.commands.recordings import describe, is_lossy, read_part
     from allanite.recording import health
@@ -56,28 +56,30 @@ def info(log: str, as_json: bool, **options: Any) -> int:
 @click.argument("log")
 @log_options
 @click.option("--taus", type=Lags(), default="octave", show_default=True, help=Lags.__doc__)
-@statistic_option("Of the curve", "mtie", "tierms")
+@statistic_option("Statistic", "mtie", "tierms")
 @click.option(
     "--engine",
     type=click.Choice(ENGINES),
     metavar="NAME",
     default="auto",
     show_default=True,
-    help="exact, decimated (fixed memory), or auto.",
+    help="exact, decimated (bounded memory), or auto.",
 )
-@click.option("--confidence", type=float, default=0.95, show_default=True, help="Level of the intervals.")
+@click.option(
+    "--confidence", type=float, default=0.95, show_default=True, help="Confidence level of the intervals."
+)
 @floor_option
-@click.option("-o", "--output", help="Write the curve as CSV, from which it can be fitted; - for stdout.")
-@click.option("--plot", "figure", type=click.Path(dir_okay=False), help="Draw it: .pdf, .svg or .png.")
+@click.option("-o", "--output", help="Output file for the curve (CSV, accepted by `fit`); - for stdout.")
+@click.option("--plot", "figure", type=click.Path(dir_okay=False), help="Save a figure: .pdf, .svg or .png.")
 @force_option
 @json_option
 def allan(
     log: str, taus: Any, statistic: str, engine: Any, confidence: float, floor: str | None, output: str | None,
     figure: str | None, force: bool, as_json: bool, **options: Any,
 ) -> int:  # fmt: skip
-    """Compute the Allan deviation of a LOG, and nothing else.
+    """Compute the Allan deviation, without a fit.
 
-    Gaps and overloads are left out; no other fault is looked for: see `allanite info`.
+    Gaps and overloads are excluded. Other problems are not checked: see `allanite info`.
     """
     from allanite.commands.curves import interval_errors_of, over_floor_of, plain_curves, save_curve
     from allanite.commands.pictures import save_figure
@@ -116,45 +118,44 @@ def allan(
 @command("allanite fit allan.csv --json")
 @click.argument("curve_or_log")
 @log_options
-@click.option("--curve", is_flag=True, help="The file is an Allan curve of another program.")
-@click.option(
-    "--samples", type=int, help="Samples of the record behind such a curve, where it has no counts."
-)
+@click.option("--curve", is_flag=True, help="The file is an Allan curve from another program.")
+@click.option("--samples", type=int, help="Number of samples behind the curve, if it has no counts.")
 @click.option(
     "--statistic",
     metavar="NAME",
-    help="What such a curve holds, where its headings do not say: oadev, adev, or their squares oavar, avar.",
+    help="Statistic of the curve, if its headings do not name it: oadev, adev, oavar or avar.",
 )
 @click.option(
     "--method",
     type=click.Choice(["moments", "slopes", "likelihood", "spectral"]),
     default="moments",
     show_default=True,
-    help="Of the curve: full covariance, or the reading by slopes. Of a log: its samples, or its spectrum.",
+    help="For a curve: full covariance (moments) or slope reading. For a log: likelihood or spectral.",
 )
 @click.option(
     "--terms",
     metavar="LETTERS",
-    help="The sum of terms to fit, for likelihood and spectral: Q N B K R, and G once or twice, as in NGGK.",
+    help="Terms to fit by likelihood or spectrum: letters of Q N B K R, and G once or twice, as in NGGK.",
 )
 @click.option(
     "--lines",
     metavar="FREQUENCIES",
     type=Frequencies(),
-    help="Spectral lines near these frequencies in Hz, fitted with the noise: 12.3,50. For likelihood.",
+    help="Frequencies in Hz of spectral lines to fit with the noise, by likelihood: 12.3,50.",
 )
 @floor_option
 @accept_option
-@click.option("-o", "--output", type=click.Path(dir_okay=False), help="Write the models as JSON.")
+@click.option("-o", "--output", type=click.Path(dir_okay=False), help="Output file for the models (JSON).")
 @force_option
 @json_option
 def fit(
     curve_or_log: str, method: str, terms: str | None, lines: Any, floor: str | None, accept: tuple[str, ...],
     output: str | None, force: bool, as_json: bool, **options: Any,
 ) -> int:  # fmt: skip
-    """Fit noise models to a saved curve, to one of another program (--curve), or to a log (CURVE_OR_LOG).
+    """Fit a noise model to an Allan curve or to samples.
 
-    Faults of a log are refused. The moment fit of a log keeps its spectral lines out; that of a curve cannot.
+    CURVE_OR_LOG is a curve that `allan` saved, a curve from another program (--curve), or a log. A log with fatal
+    findings is refused. A fit to a log excludes its spectral lines; a fit to a curve cannot.
     """
     from allanite.commands.curves import fit_file
     from allanite.study import model_file

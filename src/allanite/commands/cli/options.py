@@ -165,7 +165,7 @@ class Names(Listed):
 
 
 class Lags(click.ParamType[Any]):
-    """octave, decade, all, a number of lags per decade, or averaging times with commas between them."""
+    "octave, decade, all, a number per decade, or a comma-separated list of averaging times."
 
     name = "lags"
 
@@ -388,11 +388,19 @@ def turn_options(command: Callable[..., Any]) -> Callable[..., Any]:
     """When the sensor was turned, and where it pointed."""
     sides, file = click.Choice(["north", "south", "up", "down"]), click.Path(exists=True, dir_okay=False)
     options = [
-        click.option("--first", type=sides, help="Where the axis points at first: one axis cannot tell."),
-        click.option("--turns", type=file, help="CSV of turns: start,stop in seconds."),
-        click.option("--dwell", type=Duration(), help="Turned so often, for turns that do not show: 30."),
         click.option(
-            "--dead-time", type=Duration(), default=2.0, show_default=True, help="Left out after each turn."
+            "--first", type=sides, help="Direction of the axis before the first turn; one axis cannot tell."
+        ),
+        click.option("--turns", type=file, help="CSV of turns: start,stop in seconds."),
+        click.option(
+            "--dwell", type=Duration(), help="Time between turns, if the signal does not show them: 30."
+        ),
+        click.option(
+            "--dead-time",
+            type=Duration(),
+            default=2.0,
+            show_default=True,
+            help="Time to skip after each turn.",
         ),
     ]
     for option in reversed(options):
@@ -407,7 +415,7 @@ def floor_option(command: Callable[..., Any]) -> Callable[..., Any]:
 
 def force_option(command: Callable[..., Any]) -> Callable[..., Any]:
     """Files are not replaced without being asked to."""
-    return click.option("--force", is_flag=True, help="Replace files that are there.")(command)
+    return click.option("--force", is_flag=True, help="Overwrite existing files.")(command)
 
 
 def accept_option(command: Callable[..., Any]) -> Callable[..., Any]:
@@ -425,9 +433,7 @@ def statistic_option(what: str, *more: str) -> Callable[[Callable[..., Any]], Ca
 
 def json_option(command: Callable[..., Any]) -> Callable[..., Any]:
     """For programs that read what we print."""
-    return click.option("--json", "as_json", is_flag=True, help="Print JSON, and nothing else, on stdout.")(
-        command
-    )
+    return click.option("--json", "as_json", is_flag=True, help="Print JSON only, on stdout.")(command)
 
 
 def model_channels_option(function: Callable[..., Any]) -> Callable[..., Any]:
@@ -436,7 +442,7 @@ def model_channels_option(function: Callable[..., Any]) -> Callable[..., Any]:
         "--model-channels",
         type=Renamed(),
         metavar="NAMES",
-        help="What --model calls the channels of the LOG, where that differs: wx=gyro_x,wy=gyro_y.",
+        help="Channel names in LOG = names in --model, if they differ: wx=gyro_x,wy=gyro_y.",
     )(function)
 
 

@@ -79,26 +79,29 @@ class Goals(Listed):
     "[default: 1 mg, 0.1 %, 1 mrad, 36 deg/h; 1 deg]",
 )
 @click.option("--heading", is_flag=True, help="Plan an alignment instead of a calibration.")
-@click.option("--time", type=Duration(), help="Make the best of this length instead: 10min.")
+@click.option("--time", type=Duration(), help="Optimize for this total time instead: 10min.")
 @click.option(
     "--candidates",
     type=click.Choice(["faces", "edges", "all"]),
     default="all",
     show_default=True,
-    help="What the unit can be set to: faces of a box, its edges as well, its corners as well.",
+    help="Positions the unit can take: the faces of a box, also its edges, also its corners.",
 )
 @click.option("--most", type=int, default=18, show_default=True, help="Positions.")
-@click.option("--turn", type=Duration(), default=5.0, show_default=True, help="From one rest to the next.")
-@click.option("--shortest", type=Duration(), default=5.0, show_default=True, help="Rest.")
-@click.option("--rate", type=float, help="Samples per second.  [default: that of the study, or 100]")
+@click.option(
+    "--turn", type=Duration(), default=5.0, show_default=True, help="Time to turn from one rest to the next."
+)
+@click.option("--shortest", type=Duration(), default=5.0, show_default=True, help="Shortest rest.")
+@click.option("--rate", type=float, help="Sample rate in Hz.  [default: that of the study, or 100]")
 @result_options
 def positions(
     models: tuple[str, ...], rate: float | None, to: Destination, **options: Any,
 ) -> int:  # fmt: skip
-    """Plan which positions a unit should rest in, in which order, and how long.
+    """Plan static positions for a calibration or an alignment.
 
-    For wanted standard deviations of a calibration (`allanite calibrate`), or of a heading (`allanite align`, with
-    --heading). Computed from the covariance alone: no sample is needed.
+    Finds which positions to use, in which order and for how long, to reach given standard deviations of a calibration
+    (`allanite calibrate`) or, with --heading, of a heading (`allanite align`). Computed by covariance analysis; no
+    samples are needed.
     """
     from allanite.commands.position_plan import position_plan_of
     from allanite.views import terminal

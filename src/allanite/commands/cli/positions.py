@@ -17,13 +17,13 @@ __all__ = ["files_of", "for_means", "headed_files_of", "means_options", "positio
 def position_options(what: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
     """One file for each position, and the time between them; `what` is said of the files."""
     options = [
-        click.option("--positions", is_flag=True, help=f"One LOG for each position, {what}"),
+        click.option("--positions", is_flag=True, help=f"One LOG per position, {what}"),
         click.option(
             "--between",
             type=Duration(),
             default=60.0,
             show_default=True,
-            help="From one LOG of --positions, or row of --means, to the next, where they do not tell.",
+            help="Time between the LOGs of --positions or the rows of --means, if they carry no time.",
         ),
     ]
 
@@ -41,15 +41,17 @@ def means_options(command: Callable[..., Any]) -> Callable[..., Any]:
         click.option(
             "--means",
             is_flag=True,
-            help="LOG is a table: one row for each position, the means of its readings.",
+            help="LOG is a table of mean readings, one row per position.",
         ),
         click.option(
-            "--averaging", type=Duration(), help="Of each row of --means, where no column says it: 60s."
+            "--averaging",
+            type=Duration(),
+            help="Averaging time of each row of --means, if no column gives it: 60s.",
         ),
         click.option(
             "--sd-of",
             type=click.Choice(["readings", "means"]),
-            help="What standard deviations in the table of --means are of.",
+            help="Meaning of the standard deviations in the --means table.",
         ),
     ]
     for option in reversed(options):

@@ -16,8 +16,9 @@ import click
 
 from allanite import __version__
 from allanite.commands.cli.failures import FAILED, INTERNAL, failure
+from allanite.commands.cli.help_pages import GroupedCommands, GroupedOptions
 from allanite.commands.cli.in_options import in_options
-from allanite.commands.cli.repeated import AddingGroup
+from allanite.commands.cli.repeated import AddingCommand, AddingGroup
 from allanite.errors import AllaniteError, DataQualityWarning
 from allanite.plain_files.printable import Shielded, printable
 
@@ -48,6 +49,8 @@ EXIT_CODES: dict[int, tuple[str, str]] = {
     ),
     130: ("interrupted (Ctrl-C)", "no file is left half written; `record` closes its run"),
 }
+#: What a command is also called.
+_SPELLINGS = {"characterise": "characterize"}
 _EXAMPLE = "\b\nExample:\n  {}"
 
 
@@ -76,8 +79,17 @@ def main(arguments: Sequence[str] | None = None) -> None:
     raise SystemExit(code if isinstance(code, int) else 0)
 
 
-class _Program(AddingGroup):
+class _Command(AddingCommand, GroupedOptions):
+    """A command: its options add up, and its help has them in groups."""
+
+
+class _Program(AddingGroup, GroupedCommands):
     """The group of commands; a reader of stdout that has seen enough (``| head``) ends it without an error."""
+
+    command_class = _Command
+
+    def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
+        return super().get_command(ctx, _SPELLINGS.get(cmd_name, cmd_name))
 
     def make_context(self, *args: Any, **extra: Any) -> click.Context:
         try:

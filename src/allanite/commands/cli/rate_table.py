@@ -36,23 +36,34 @@ _AXES = ("vertical", "up", "down", "horizontal", "unknown")
     required=True,
     help="CSV: start,stop,rate_deg_s; time,angle_deg; time,rate_deg_s; or start,stop,amplitude_deg_s,frequency.",
 )
-@click.option("--channel", help="On the axis of the table.  [default: the one that responds most]")
-@click.option("--cross-axes", type=Names(), help="Others on the table.  [default: all of the same kind]")
+@click.option("--channel", help="Channel along the table axis.  [default: the one that responds most]")
+@click.option(
+    "--cross-axes", type=Names(), help="Other channels on the table.  [default: all of the same kind]"
+)
 @click.option(
     "--nonlinearity", default="2", show_default=True, help="Degree of the polynomial, 1 to 5, or sign."
 )
-@click.option("--temperature", metavar="CHANNEL", help="Scale factor and bias may follow this channel.")
-@click.option("--offset", type=Duration(), help="Time of the log at the table's zero.  [default: found]")
 @click.option(
-    "--dead-time", type=Duration(), help="Left out after each change of the rate.  [default: found]"
+    "--temperature", metavar="CHANNEL", help="Temperature channel that scale factor and bias may follow."
 )
-@click.option("--axis", type=click.Choice(_AXES), default="vertical", show_default=True, help="Of the table.")
-@click.option("--latitude", type=Latitude(), metavar="DEG", help="For the Earth in the bias: 48.1 or 23.31S.")
-@click.option("--table-uncertainty", "scale", type=Share(), default=0.0, help="Of the table's rate: 10ppm.")
+@click.option("--offset", type=Duration(), help="Log time at time zero of the table.  [default: found]")
+@click.option("--dead-time", type=Duration(), help="Time to skip after each rate change.  [default: found]")
+@click.option("--axis", type=click.Choice(_AXES), default="vertical", show_default=True, help="Table axis.")
 @click.option(
-    "--misalignment", type=Angle(), default=0.0, help="Of the sensor from the table's axis: 0.1deg."
+    "--latitude",
+    type=Latitude(),
+    metavar="DEG",
+    help="Latitude, to remove the Earth rate from the bias: 48.1 or 23.31S.",
 )
-@click.option("--confidence", type=float, default=0.95, show_default=True, help="Level of the intervals.")
+@click.option(
+    "--table-uncertainty", "scale", type=Share(), default=0.0, help="Uncertainty of the table rate: 10ppm."
+)
+@click.option(
+    "--misalignment", type=Angle(), default=0.0, help="Angle between sensor and table axis: 0.1deg."
+)
+@click.option(
+    "--confidence", type=float, default=0.95, show_default=True, help="Confidence level of the intervals."
+)
 @accept_option
 @result_options
 def rate_table(
@@ -60,11 +71,11 @@ def rate_table(
     dead_time: float | None, axis: str, latitude: float | None, scale: float, misalignment: float,
     confidence: float, to: Destination, **options: Any,
 ) -> int:  # fmt: skip
-    """Measure scale factor, bias, nonlinearity and misalignment with a LOG of a sensor on a rate table.
+    """Calibrate gyros on a rate table.
 
-    The table's own record says how it turned: steps, an encoder, rates, or sinusoids. The clocks of both are compared,
-    settling and clipping are left out. With --out the folder gets report.html, rate-table.json and, of steps,
-    steps.csv.
+    Estimates scale factor, bias, nonlinearity and misalignment. The table's record is a CSV of steps, encoder angles,
+    rates, or sinusoids. The two clocks are aligned; settling and clipping are excluded. --out writes report.html, rate-
+    table.json and, for steps, steps.csv.
     """
     from allanite.commands.rate_table import rate_table_of
     from allanite.experiments.rate_table import TableUncertainty

@@ -25,11 +25,11 @@ __all__ = ["record"]
     epilog=example_of("allanite record simulated --model study.json --rate 32 --duration 1h --out runs/")
 )
 def record() -> None:
-    """Record an instrument: every sample once, with its clock, and nothing that was acknowledged is ever lost.
+    """Record from an instrument without losing a sample.
 
-    The run is a folder under --out. It is a log like any other, finished or still going. Ctrl-C ends it cleanly. Exit
-    codes: 0 all is there, 3 samples are missing, have no value or are doubtful, 2 a wrong option, found before the
-    instrument is touched, 1 no instrument or no disk.
+    The run is a folder under --out. It reads like any other log, finished or not. Ctrl-C ends it cleanly. Exit codes: 0
+    complete, 3 samples missing, empty or doubtful, 2 invalid option (checked before the instrument is used), 1 no
+    instrument or no disk.
     """
 
 
@@ -57,14 +57,16 @@ def _run_options(function: Callable[..., Any]) -> Callable[..., Any]:
             callback=_positive,
             help="Length: 3600, 12h, 7d.  [default: until Ctrl-C]",
         ),
-        click.option("--out", required=True, type=click.Path(file_okay=False), help="Folder of the runs."),
-        click.option("--name", default="", help="Of the sensor.  [default: the model of the instrument]"),
-        click.option("--scale-date", callback=_day, help="When the scale factor was determined: 2026-09-01."),
+        click.option("--out", required=True, type=click.Path(file_okay=False), help="Folder for the runs."),
+        click.option(
+            "--name", default="", help="Name of the sensor.  [default: the model of the instrument]"
+        ),
+        click.option("--scale-date", callback=_day, help="Date of the scale factor: 2026-09-01."),
         click.option(
             "--unit-file",
             type=click.Path(dir_okay=False),
             metavar="NAME.service",
-            help="Record nothing: write a unit of systemd that runs this very command.",
+            help="Do not record; write a systemd unit that runs this command.",
         ),
     ]
     function = json_option(function)
@@ -112,19 +114,21 @@ def _tell(show: Callable[[], None]) -> None:
     "--resource", required=True, help="GPIB0::22::INSTR, prologix://host:1234/22, TCPIP::host::5025::SOCKET."
 )
 @click.option("--rate", type=float, required=True, help="Readings per second.")
-@click.option("--scale", help='Of the sensor at the input: "24.0(2) mV/(deg/s)".')
-@click.option("--range", "range_volts", type=float, default=10.0, show_default=True, help="Full scale [V].")
-@click.option("--nplc", type=float, help="Aperture in periods of the mains.  [default: 1 where it fits]")
-@click.option("--aperture", type=Duration(), help="In place of --nplc: 31.2ms.")
-@click.option("--autozero", is_flag=True, help="A zero reading before each reading; takes twice the time.")
+@click.option("--scale", help='Scale factor of the sensor: "24.0(2) mV/(deg/s)".')
+@click.option(
+    "--range", "range_volts", type=float, default=10.0, show_default=True, help="Measurement range in V."
+)
+@click.option("--nplc", type=float, help="Aperture in power-line cycles.  [default: 1 where it fits]")
+@click.option("--aperture", type=Duration(), help="Aperture time, instead of --nplc: 31.2ms.")
+@click.option("--autozero", is_flag=True, help="Take a zero reading before each reading; doubles the time.")
 @_run_options
 def agilent_3458a(
     resource: str, rate: float, scale: str | None, range_volts: float, nplc: float | None, aperture: float | None,
     autozero: bool, as_json: bool, **options: Any,
 ) -> int:  # fmt: skip
-    """Record voltage with a 3458A multimeter of HP, Agilent or Keysight.
+    """Record voltage from a 3458A multimeter (HP, Agilent, Keysight).
 
-    Written after its manual and tested against a simulator, on no meter yet: see the first-light checklist.
+    Written from the manual and tested against a simulator, not yet on a real meter: see the first-light checklist.
     """
     from allanite.acquisition.instruments.hp3458a import HP3458A, MeterSettings
 
@@ -140,17 +144,17 @@ def agilent_3458a(
 @record.command(
     "serial", epilog=example_of("allanite record serial --port /dev/ttyUSB0 --format my_imu.yaml --out runs/")
 )
-@click.option("--port", required=True, help="/dev/ttyUSB0 or COM3.")
+@click.option("--port", required=True, help="Serial port: /dev/ttyUSB0 or COM3.")
 @click.option(
     "--format",
     "description",
     required=True,
     type=click.Path(exists=True, dir_okay=False),
-    help="Its frames (YAML).",
+    help="YAML file that describes the frames.",
 )
 @_run_options
 def serial(port: str, description: str, as_json: bool, **options: Any) -> int:
-    """Record an IMU that sends frames or lines over a serial port."""
+    """Record an IMU over a serial port."""
     from allanite.acquisition.instruments.serial_imu import SerialImu
 
     return _record(lambda: SerialImu(port, description), as_json, **options)
@@ -161,15 +165,21 @@ def serial(port: str, description: str, as_json: bool, **options: Any) -> int:
     epilog=example_of("allanite record simulated --model study.json --rate 32 --duration 1h --out runs/"),
 )
 @click.option("--model", required=True, help="A study, a model file, a data sheet, or words: 'N=0.3 deg/√h'.")
-@click.option("--rate", type=float, help="Samples per second.  [default: that of the study]")
-@click.option("--speed", type=float, default=1.0, show_default=True, help="Times faster than time.")
-@click.option("--seed", type=int, default=0, show_default=True, help="The same seed gives the same samples.")
+@click.option("--rate", type=float, help="Sample rate in Hz.  [default: that of the study]")
+@click.option("--speed", type=float, default=1.0, show_default=True, help="Speed-up over real time.")
+@click.option(
+    "--seed",
+    type=int,
+    default=0,
+    show_default=True,
+    help="Random seed; the same seed gives the same samples.",
+)
 @click.option("--unit", type=ByChannel(), help="Unit of the samples.  [default: SI]")
 @_run_options
 def simulated(
     model: str, rate: float | None, speed: float, seed: int, unit: Any, as_json: bool, **options: Any
 ) -> int:
-    """Record a simulated sensor at rest: to try everything out before the week begins."""
+    """Record a simulated sensor, to rehearse a long run."""
     from allanite.acquisition.instruments.simulated import SimulatedInstrument
 
     def build() -> SimulatedInstrument:

@@ -14,15 +14,15 @@ __all__ = ["compact", "recover"]
 @command("allanite recover runs/gyro_SN12_20260901T120000Z")
 @click.argument("run", type=click.Path(exists=True, file_okay=False))
 @click.option(
-    "-o", "--output", type=click.Path(file_okay=False), help="New folder.  [default: RUN-recovered]"
+    "-o", "--output", type=click.Path(file_okay=False), help="Output folder.  [default: RUN-recovered]"
 )
-@click.option("--dry-run", is_flag=True, help="Only look; write nothing.")
+@click.option("--dry-run", is_flag=True, help="Report only; write nothing.")
 @json_option
 def recover(run: str, output: str | None, dry_run: bool, as_json: bool) -> int:
-    """Write what can be read of a RUN into a new folder, and say what was lost.
+    """Recover what can be read from a damaged recording.
 
-    RUN is the folder of a recording that broke off or was damaged; it is never changed. Exit codes: 0 all is there, 3
-    with loss, 1 nothing.
+    RUN is the folder of an interrupted or damaged recording; it is not changed. Reports what was lost. Exit codes: 0
+    complete, 3 with loss, 1 nothing recovered.
     """
     from allanite.commands.recovery import recovery_document, recovery_of
     from allanite.views import terminal
@@ -39,16 +39,16 @@ def recover(run: str, output: str | None, dry_run: bool, as_json: bool) -> int:
 
 @command("allanite compact runs/gyro_SN12_20260901T120000Z -o gyro.parquet")
 @click.argument("run", type=click.Path(exists=True, file_okay=False))
-@click.option("-o", "--output", type=click.Path(dir_okay=False), help="New file.  [default: RUN.parquet]")
-@click.option("--variable", type=int, help="Part of a run whose settings changed, from 1.")
+@click.option("-o", "--output", type=click.Path(dir_okay=False), help="Output file.  [default: RUN.parquet]")
+@click.option("--variable", type=int, help="Part of a run whose settings changed, counted from 1.")
 @force_option
 @json_option
 def compact(run: str, output: str | None, variable: int | None, force: bool, as_json: bool) -> None:
-    """Write a finished RUN as one Parquet file, about half as large at 32 Hz: a log like the run itself.
+    """Compress a finished recording into one Parquet file.
 
-    Nothing is left out: samples with their numbers, clocks and flags, settings, and all that was noted. Every segment
-    is checked against its SHA-256, the file is read back and compared, and the run stays where it is. A damaged run is
-    to be recovered first. (`allanite convert` writes the samples alone.)
+    The file is about half as large at 32 Hz and reads like the run itself. It keeps everything: samples with their
+    numbers, clocks and flags, settings and notes. Every segment is checked against its SHA-256, and the file is read
+    back and compared; the run is kept. Recover a damaged run first. To write the samples alone, use `allanite convert`.
     """
     from allanite.commands.recovery import compaction_of
     from allanite.views import terminal

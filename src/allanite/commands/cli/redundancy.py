@@ -27,29 +27,44 @@ __all__ = ["combine"]
 @click.option(
     "--directions",
     type=click.Path(exists=True, dir_okay=False),
-    help="CSV of sensitive axes: channel,x,y,z.  [default: all along one]",
+    help="CSV of the sensing axes: channel,x,y,z.  [default: all along one]",
 )
-@click.option("--averaging", type=Duration(), help="Make the weights for averages over this time.")
-@click.option("--moving", is_flag=True, help="The sensors moved: weights from the models alone.")
-@click.option("--motion-error", type=Share(), default=0.0, help="Of scale factors, and of axes in rad: 0.1%.")
-@click.option("--window", type=Duration(), help="Of the parity.  [default: a thousandth of the record]")
+@click.option("--averaging", type=Duration(), help="Averaging time for which to optimize the weights.")
+@click.option("--moving", is_flag=True, help="The sensors moved: take the weights from the models only.")
 @click.option(
-    "--false-alarm", type=Share(), default="1%", show_default=True, help="Per record without a fault."
+    "--motion-error", type=Share(), default=0.0, help="Error of scale factors, and of axes in rad: 0.1%."
 )
-@click.option("--confidence", type=float, default=0.95, show_default=True, help="Level of the intervals.")
 @click.option(
-    "-o", "--output", type=click.Path(dir_okay=False), help="Combined: .parquet, .npz, .npy, .csv or .mat."
+    "--window",
+    type=Duration(),
+    help="Averaging window of the parity residuals.  [default: a thousandth of the record]",
+)
+@click.option(
+    "--false-alarm",
+    type=Share(),
+    default="1%",
+    show_default=True,
+    help="False-alarm rate per fault-free record.",
+)
+@click.option(
+    "--confidence", type=float, default=0.95, show_default=True, help="Confidence level of the intervals."
+)
+@click.option(
+    "-o",
+    "--output",
+    type=click.Path(dir_okay=False),
+    help="File for the combined signal: .parquet, .npz, .npy, .csv or .mat.",
 )
 @result_options
 def combine(
     log: str, moving: bool, averaging: float | None, window: float | None, false_alarm: float, motion_error: float,
     confidence: float, output: str | None, to: Destination, **options: Any,
 ) -> int:  # fmt: skip
-    """Combine the sensors of one kind in a LOG, and look for one that contradicts the others.
+    """Combine redundant sensors and detect faulty ones.
 
-    Weights come from the noise models and, at rest, from the noise that the sensors share. More sensors than axes have
-    a parity that no motion changes: steps, drifts, spikes, noise and a sensor that stands still show in it. Two more
-    than axes are needed to name the sensor.
+    The weights come from the noise models and, at rest, from the noise that the sensors share. With more sensors than
+    axes, parity residuals are free of motion and show steps, drifts, spikes, excess noise and a stuck sensor. Two more
+    sensors than axes are needed to identify the faulty one.
     """
     from allanite.commands.filtering import refuse_corrected
     from allanite.commands.redundancy import combination_of, save_combined

@@ -103,10 +103,10 @@ def results_in(folder: str) -> Callable[[Callable[..., Any]], Callable[..., Any]
             click.option(
                 "--out",
                 type=click.Path(file_okay=False),
-                help=f"Folder for report, JSON and tables.{default}",
+                help=f"Output folder for report, JSON and tables.{default}",
             ),
             click.option(
-                "--plot", "figure", type=click.Path(dir_okay=False), help="Draw it: .pdf, .svg or .png."
+                "--plot", "figure", type=click.Path(dir_okay=False), help="Save a figure: .pdf, .svg or .png."
             ),
         ]
         made = force_option(json_option(bundled))

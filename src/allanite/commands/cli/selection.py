@@ -23,14 +23,16 @@ __all__ = ["select"]
 @click.argument("log")
 @log_options
 @click.option("--lines", type=Frequencies(), default="auto", show_default=True, help=Frequencies.__doc__)
-@click.option("--confidence", type=float, default=0.95, show_default=True, help="Level of the intervals.")
+@click.option(
+    "--confidence", type=float, default=0.95, show_default=True, help="Confidence level of the intervals."
+)
 @accept_option
 @result_options
 def select(log: str, to: Destination, **options: Any) -> int:
-    """Say which sum of noise terms a LOG supports, and how sure that is.
+    """Choose the noise terms that a log supports.
 
-    Quantisation, white noise, flicker, up to two Gauss-Markov terms, random walk, ramp and spectral lines: every set of
-    them with its weight, and the parameters with what is open about the set.
+    Weighs every combination of quantization, white noise, flicker, up to two Gauss-Markov terms, random walk, ramp and
+    spectral lines. Parameter intervals include the uncertainty about the combination.
     """
     from allanite.commands.selection import selection_of
     from allanite.views import terminal

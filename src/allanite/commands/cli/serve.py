@@ -12,24 +12,28 @@ __all__ = ["serve"]
 
 @command("allanite serve recordings/")
 @click.argument("folder", default=".", type=click.Path(exists=True, file_okay=False))
-@click.option("--port", type=click.IntRange(0, 65535), default=0, help="Port.  [default: one that is free]")
-@click.option("--host", help="Address to listen on; needs --token.  [default: this machine alone]")
-@click.option("--token", envvar="ALLANITE_TOKEN", show_envvar=True, help="Of your own.  [default: a new one]")
+@click.option(
+    "--port", type=click.IntRange(0, 65535), default=0, help="TCP port.  [default: one that is free]"
+)
+@click.option("--host", help="Address to listen on; requires --token.  [default: this machine alone]")
+@click.option(
+    "--token", envvar="ALLANITE_TOKEN", show_envvar=True, help="Access token.  [default: a new one]"
+)
 @click.option(
     "--instruments",
     type=click.Path(exists=True, dir_okay=False),
     metavar="FILE",
-    help="YAML file that names instruments to record from the page, besides those that this machine lists.",
+    help="YAML file of more instruments to offer for recording.",
 )
-@click.option("--no-browser", is_flag=True, help="Print the address, and open nothing.")
+@click.option("--no-browser", is_flag=True, help="Print the address without opening a browser.")
 def serve(
     folder: str, port: int, host: str | None, token: str | None, instruments: str | None, no_browser: bool
 ) -> None:
-    """Open a page over the recordings, runs and results in FOLDER.
+    """Open a local web page over a folder of logs and results.
 
-    Only this machine can reach it, and only with the token in the address that is printed. Results go to
-    allanite-results in FOLDER, dropped files to allanite-dropped, runs to allanite-runs. Ctrl-C ends it; recorders
-    that were started from the page go on.
+    Only this machine can reach the page, and only with the token in the printed address. Results go to allanite-results
+    in FOLDER, dropped files to allanite-dropped, runs to allanite-runs. Ctrl-C stops the server; recorders started from
+    the page continue.
     """
     from allanite.commands import page
 

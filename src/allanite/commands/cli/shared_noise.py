@@ -22,17 +22,19 @@ __all__ = ["separate"]
 @command("allanite common gyros.parquet --channels a,b,c --out common", name="common")
 @click.argument("log")
 @log_options
-@click.option("--opposite", type=Names(), default="", help="Sensors mounted the other way round: b.")
-@click.option("--confidence", type=float, default=0.95, show_default=True, help="Level of the intervals.")
+@click.option("--opposite", type=Names(), default="", help="Sensors mounted with the opposite sign: b.")
+@click.option(
+    "--confidence", type=float, default=0.95, show_default=True, help="Confidence level of the intervals."
+)
 @accept_option
 @result_options
 def separate(
     log: str, opposite: list[str], confidence: float, to: Destination, **options: Any,
 ) -> int:  # fmt: skip
-    """Take the noise of two or three sensors in a LOG apart: what each has alone, and what they share.
+    """Separate the noise that sensors share from their own.
 
-    Two sensors by the Allan cross-covariance, three by the three-cornered hat. Every number has its interval; where a
-    variance comes out near zero or negative, an upper limit.
+    Uses the Allan cross-covariance for two sensors and the three-cornered hat for three. Every value has an interval; a
+    variance near or below zero becomes an upper limit.
     """
     from allanite.commands.shared_noise import separation_of
     from allanite.views import terminal

@@ -29,30 +29,35 @@ __all__ = ["spectrum"]
     type=click.Choice(["log", "welch"]),
     default="log",
     show_default=True,
-    help="Log-binned over all frequencies, or Welch's segments of one length.",
+    help="Logarithmic bins over all frequencies, or Welch segments of one length.",
 )
 @click.option(
     "--segment",
     type=Duration(),
-    help="Length of Welch's segments.  [default: an eighth, at most 16384 samples]",
+    help="Length of the Welch segments.  [default: an eighth, at most 16384 samples]",
 )
 @click.option(
     "--window",
     type=click.Choice(["hann", "blackman", "blackman-harris"]),
     default="hann",
     show_default=True,
-    help="Of Welch's segments.",
+    help="Window of the Welch segments.",
 )
-@click.option("--overlap", type=Share(), default="50%", show_default=True, help="Of Welch's segments.")
-@click.option("--confidence", type=float, default=0.95, show_default=True, help="Level of the intervals.")
+@click.option(
+    "--overlap", type=Share(), default="50%", show_default=True, help="Overlap of the Welch segments."
+)
+@click.option(
+    "--confidence", type=float, default=0.95, show_default=True, help="Confidence level of the intervals."
+)
 @result_options
 def spectrum(
     log: str, method: str, segment: float | None, window: str, overlap: float, confidence: float,
     to: Destination, **options: Any,
 ) -> int:  # fmt: skip
-    """Show the power spectral density of a LOG with its intervals and lines, and a noise model over it.
+    """Compute the power spectral density, with intervals and lines.
 
-    Densities are two-sided. A line whose amplitude and phase stay the same through the record is said to be a sinusoid.
+    Densities are two-sided. A line with constant amplitude and phase is reported as a sinusoid. A noise model can be
+    shown with it.
     """
     from allanite.commands.spectrum import spectra_of
     from allanite.views import terminal

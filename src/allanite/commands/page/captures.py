@@ -48,8 +48,8 @@ def _option(type_: Any, flag: str, help_: str, **more: Any) -> Option:
 
 _EVERY = {
     "duration": _option("seconds", "--duration", "Length [s]; without it until it is stopped."),
-    "name": _option("text", "--name", "Of the sensor."),
-    "scale_date": _option("text", "--scale-date", "When the scale factor was determined: 2026-09-01."),
+    "name": _option("text", "--name", "Name of the sensor."),
+    "scale_date": _option("text", "--scale-date", "Date of the scale factor: 2026-09-01."),
 }
 
 INSTRUMENTS: Mapping[str, tuple[str, Mapping[str, Option], tuple[str, ...]]] = {
@@ -57,9 +57,11 @@ INSTRUMENTS: Mapping[str, tuple[str, Mapping[str, Option], tuple[str, ...]]] = {
         "Simulated sensor at rest",
         {
             "model": _option("model", "--model", "Noise of the sensor."),
-            "rate": _option("number", "--rate", "Samples per second."),
-            "speed": _option("number", "--speed", "Times faster than time.", default=1.0),
-            "seed": _option("integer", "--seed", "The same seed gives the same samples.", default=0),
+            "rate": _option("number", "--rate", "Sample rate in Hz."),
+            "speed": _option("number", "--speed", "Speed-up over real time.", default=1.0),
+            "seed": _option(
+                "integer", "--seed", "Random seed; the same seed gives the same samples.", default=0
+            ),
             "unit": _option("by-channel", "--unit", "Unit of the samples."),
             **_EVERY,
         },
@@ -68,11 +70,11 @@ INSTRUMENTS: Mapping[str, tuple[str, Mapping[str, Option], tuple[str, ...]]] = {
     "3458a": (
         "3458A multimeter",
         {
-            "resource": _option("attached", "--resource", "Where it is attached."),
+            "resource": _option("attached", "--resource", "Address of the instrument."),
             "rate": _option("number", "--rate", "Readings per second."),
-            "scale": _option("text", "--scale", "Of the sensor at the input: 24.0(2) mV/(deg/s)."),
-            "range": _option("number", "--range", "Full scale [V].", default=10.0),
-            "nplc": _option("number", "--nplc", "Aperture in periods of the mains."),
+            "scale": _option("text", "--scale", "Scale factor of the sensor: 24.0(2) mV/(deg/s)."),
+            "range": _option("number", "--range", "Measurement range in V.", default=10.0),
+            "nplc": _option("number", "--nplc", "Aperture in power-line cycles."),
             "aperture": _option("seconds", "--aperture", "In place of nplc [s]."),
             "autozero": _option("flag", "--autozero", "A zero reading before each reading."),
             **_EVERY,
@@ -82,7 +84,7 @@ INSTRUMENTS: Mapping[str, tuple[str, Mapping[str, Option], tuple[str, ...]]] = {
     "serial": (
         "IMU on a serial port",
         {
-            "port": _option("attached", "--port", "Where it is attached."),
+            "port": _option("attached", "--port", "Address of the instrument."),
             "format": _option(
                 "description", "--format", "File in the folder that describes its frames (YAML)."
             ),

@@ -196,27 +196,29 @@ def _declared(command: Command) -> JobKind:
 
 _CONFIDENCE = Option(
     type="number", flag="--confidence", python="confidence", inside="estimate", default=0.95,
-    help="Level of the intervals.",
+    help="Confidence level of the intervals.",
 )  # fmt: skip
 _LATITUDE = Option(
     type="degrees", flag="--latitude", python="latitude", help="Latitude in degrees, south negative."
 )
 _DEAD_TIME = Option(
-    type="seconds", flag="--dead-time", python="dead_time", default=2.0, help="Left out after each turn."
+    type="seconds", flag="--dead-time", python="dead_time", default=2.0, help="Time to skip after each turn."
 )
 _STATED = {
     "scale_uncertainty": Option(
         type="number", flag="--scale-uncertainty", python="scale", stated=True,
-        help="Of the scale factor: 0.001 is 0.1 %.",
+        help="Uncertainty of the scale factor: 0.001 is 0.1 %.",
     ),
     "latitude_uncertainty": Option(
-        type="degrees", flag="--latitude-uncertainty", python="latitude", stated=True, help="Of the latitude."
+        type="degrees", flag="--latitude-uncertainty", python="latitude", stated=True,
+        help="Uncertainty of the latitude."
     ),
     "tilt": Option(
-        type="degrees", flag="--tilt", python="tilt", stated=True, help="Lean of the table's or a vertical axis."
+        type="degrees", flag="--tilt", python="tilt", stated=True, help="Tilt of the table axis or of a vertical axis."
     ),
     "heading_uncertainty": Option(
-        type="degrees", flag="--heading-uncertainty", python="heading", stated=True, help="Of the axis."
+        type="degrees", flag="--heading-uncertainty", python="heading", stated=True,
+        help="Uncertainty of the axis heading."
     ),
 }  # fmt: skip
 
@@ -238,10 +240,10 @@ KINDS: Mapping[str, JobKind] = {
         takes="recording",
         options={
             "method": option(
-                "choice", "--method", "How to fit.", choices=("moments", "slopes", "likelihood", "spectral"),
+                "choice", "--method", "Fit method.", choices=("moments", "slopes", "likelihood", "spectral"),
                 default="moments",
             ),
-            "terms": option("text", "--terms", "The sum of terms, for likelihood and spectral: NBK, NGGK."),
+            "terms": option("text", "--terms", "Terms to fit, by likelihood or spectrum: NBK, NGGK."),
             "accept": ACCEPT,
         },
         lines=_fit_lines,
@@ -254,13 +256,17 @@ KINDS: Mapping[str, JobKind] = {
         takes="recording",
         options={
             "model": MODEL,
-            "method": option("choice", "--method", "Bins.", choices=("log", "welch"), inside="estimate", default="log"),
-            "segment": option("seconds", "--segment", "Length of Welch's segments.", inside="estimate"),
+            "method": option(
+                "choice", "--method", "Logarithmic bins or Welch segments.", choices=("log", "welch"),
+                inside="estimate", default="log",
+            ),
+            "segment": option("seconds", "--segment", "Length of the Welch segments.", inside="estimate"),
             "window": option(
-                "choice", "--window", "Of Welch's segments.", choices=("hann", "blackman", "blackman-harris"),
+                "choice", "--window", "Window of the Welch segments.", choices=("hann", "blackman", "blackman-harris"),
                 inside="estimate", default="hann",
             ),
-            "overlap": option("number", "--overlap", "Of Welch's segments: 0.5.", inside="estimate", default=0.5),
+            "overlap": option("number", "--overlap", "Overlap of the Welch segments: 0.5.",
+                inside="estimate", default=0.5),
             "confidence": _CONFIDENCE,
         },
         lines=_measured_lines,
@@ -273,7 +279,7 @@ KINDS: Mapping[str, JobKind] = {
         command="select",
         takes="recording",
         options={
-            "confidence": option("number", "--confidence", "Level of the intervals.", default=0.95),
+            "confidence": option("number", "--confidence", "Confidence level of the intervals.", default=0.95),
             "accept": ACCEPT,
         },
         lines=_measured_lines,
@@ -288,12 +294,15 @@ KINDS: Mapping[str, JobKind] = {
             "latitude": _LATITUDE,
             "model": MODEL,
             "headings": option("headings", "--headings", "Positions by hand: [[start, stop, heading], …]."),
-            "rotation": option("deg/s", "--rotation", "Of a table that turned all the time [deg/s]."),
-            "heading_at_start": option("degrees", "--heading-at-start", "Of the first axis, with a rotation."),
-            "null": option("flag", "--null", "Test east against west: does a bias follow the turns?"),
+            "rotation": option("deg/s", "--rotation", "Rate of a table that turned continuously [deg/s]."),
+            "heading_at_start": option(
+                "degrees", "--heading-at-start", "Heading of the first axis at the start, with a rotation."
+            ),
+            "null": option("flag", "--null", "Compare east with west, to detect a bias that follows the turns."),
             "dead_time": _DEAD_TIME,
             **_STATED,
-            "misalignment": option("degrees", "--misalignment", "Of the axes on the table.", inside="estimate"),
+            "misalignment": option("degrees", "--misalignment", "Misalignment of the axes on the table.",
+                inside="estimate"),
             "confidence": _CONFIDENCE,
             "accept": ACCEPT,
         },
@@ -308,15 +317,15 @@ KINDS: Mapping[str, JobKind] = {
         takes="model",
         options={
             "latitude": _LATITUDE,
-            "channel": option("text", "--channel", "Whose model, where there are several."),
+            "channel": option("text", "--channel", "Channel whose model to use, if there are several."),
             "north": Option(type="flag", flag="--north", python="what", help="Plan a search for north."),
             "goal": option("number", "--goal", "One standard deviation: a share (0.03), or degrees with north."),
-            "dead_time": option("seconds", "--dead-time", "Lost at each turn.", default=2.0),
-            "dwells": option("seconds-list", "--dwells", "Times from turn to turn."),
-            "durations": option("seconds-list", "--durations", "Lengths of record."),
-            "axes": option("integer", "--axes", "Horizontal axes, with north.", default=1),
-            "positions": option("integer", "--positions", "Around the table, with north."),
-            "misalignment": option("degrees", "--misalignment", "Of the axes on the table, with north."),
+            "dead_time": option("seconds", "--dead-time", "Time lost at each turn.", default=2.0),
+            "dwells": option("seconds-list", "--dwells", "Times between turns."),
+            "durations": option("seconds-list", "--durations", "Record lengths."),
+            "axes": option("integer", "--axes", "Number of horizontal axes, with north.", default=1),
+            "positions": option("integer", "--positions", "Number of positions around the table, with north."),
+            "misalignment": option("degrees", "--misalignment", "Misalignment of the axes on the table, with north."),
             **_STATED,
         },
         required=("latitude",),
@@ -330,9 +339,10 @@ KINDS: Mapping[str, JobKind] = {
         command="compare",
         takes="recordings",
         options={
-            "names": option("names", "--names", "Of the records."),
-            "confidence": option("number", "--confidence", "Level of the intervals.", inside="compare", default=0.95),
-            "level": option("number", "--level", "Of the tests.", inside="compare", default=0.05),
+            "names": option("names", "--names", "Names of the records."),
+            "confidence": option("number", "--confidence", "Confidence level of the intervals.",
+                inside="compare", default=0.95),
+            "level": option("number", "--level", "Significance level of the tests.", inside="compare", default=0.05),
             "accept": ACCEPT,
         },
         lines=_measured_lines,
@@ -344,26 +354,29 @@ KINDS: Mapping[str, JobKind] = {
         command="export",
         takes="document",
         options={
-            "consumer": Option(type="text", flag="", python="consumer", help="Whose format."),
-            "walk": option("text", "--walk", "What becomes of flicker: upper-bound, k-only or horizon=<seconds>."),
-            "axes": option("choice", "--axes", "Of three axes.", choices=("worst", "rms", "each")),
-            "inflate": option("number", "--inflate", "Factor on all numbers."),
-            "correlation_time": option("seconds", "--correlation-time", "T of the term that stands for flicker."),
-            "gyroscope": option("names", "--gyroscope", "Channels of the gyroscopes."),
-            "accelerometer": option("names", "--accelerometer", "Channels of the accelerometers."),
-            "digits": option("integer", "--digits", "Digits after the point."),
+            "consumer": Option(type="text", flag="", python="consumer", help="Target format."),
+            "walk": option("text", "--walk", "Treatment of flicker: upper-bound, k-only or horizon=<seconds>."),
+            "axes": option("choice", "--axes", "Value for three axes.", choices=("worst", "rms", "each")),
+            "inflate": option("number", "--inflate", "Factor applied to all values."),
+            "correlation_time": option(
+                "seconds", "--correlation-time", "Correlation time of the term that replaces flicker."
+            ),
+            "gyroscope": option("names", "--gyroscope", "Gyroscope channels."),
+            "accelerometer": option("names", "--accelerometer", "Accelerometer channels."),
+            "digits": option("integer", "--digits", "Digits after the decimal point."),
             "rostopic": option("text", "--rostopic", "Topic of the IMU."),
             "part": option("text", "--part", "Name of the part in the JSON file."),
-            "channel": option("text", "--channel", "Of one axis: which."),
-            "filter_rate": option("number", "--filter-rate", "Steps per second of the filter or simulator."),
-            "scalar": option("choice", "--scalar", "Precision of the filter.", choices=("float", "double")),
-            "flicker": option("choice", "--flicker", "States for flicker.", choices=("sum", "single")),
-            "horizon": option("seconds", "--horizon", "Time over which flicker must hold."),
+            "channel": option("text", "--channel", "Channel to export, for formats with one axis."),
+            "filter_rate": option("number", "--filter-rate", "Update rate of the filter or simulator in Hz."),
+            "scalar": option("choice", "--scalar", "Floating-point type of the filter.", choices=("float", "double")),
+            "flicker": option("choice", "--flicker", "States that model flicker.", choices=("sum", "single")),
+            "horizon": option("seconds", "--horizon", "Time over which the flicker model must hold."),
             "model": option("document", "--model", "Study with the noise."),
-            "intrinsics": option("choice", "--intrinsics", "Convention of the matrices.", choices=("kalibr", "rpng")),
-            "rate": option("number", "--rate", "Samples per second of the log."),
+            "intrinsics": option("choice", "--intrinsics", "Convention of the intrinsic matrices.",
+                choices=("kalibr", "rpng")),
+            "rate": option("number", "--rate", "Sample rate of the log in Hz."),
             "overbound": option("number", "--overbound", "A bound above the sensor with this probability: 0.95."),
-            "bound_until": option("seconds", "--bound-until", "Longest averaging time of the bound."),
+            "bound_until": option("seconds", "--bound-until", "Longest averaging time the bound covers."),
         },
         required=("consumer",),
         lines=_export_lines,

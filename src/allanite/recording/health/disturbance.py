@@ -95,14 +95,17 @@ def impulses(survey: ChannelSurvey) -> Iterator[Finding]:
 
 def impulses_of(survey: ChannelSurvey) -> Impulses:
     """The samples far from those around them, but for what noise that is louder there makes of its own."""
-    found = survey.impulses
+    outliers = survey.impulses
     louder = _louder_noise(survey.scales, _standing_out(survey.scales))
-    if louder is None or not len(found.position):
-        return found
-    at = np.minimum(found.position // survey.scales[0].window, len(louder) - 1)
-    far = np.abs(found.deviation) > Spikes.factor(survey.n_samples) * found.sigma * np.sqrt(louder[at])
+    if louder is None or not len(outliers.position):
+        return outliers
+    at = np.minimum(outliers.position // survey.scales[0].window, len(louder) - 1)
+    far = np.abs(outliers.deviation) > Spikes.factor(survey.n_samples) * outliers.sigma * np.sqrt(louder[at])
     return replace(
-        found, position=found.position[far], deviation=found.deviation[far], sigma=found.sigma[far]
+        outliers,
+        position=outliers.position[far],
+        deviation=outliers.deviation[far],
+        sigma=outliers.sigma[far],
     )
 
 
