@@ -290,7 +290,11 @@ def test_every_advice_that_is_printed_runs(
     log.write_text(made(np.random.default_rng(2)), encoding="utf-8")
     study = code in ("lag_and_frequency_disagree",)
     shown = run(
-        *(["characterize", str(log), "--out", str(tmp_path / "out")] if study else ["info", str(log)])
+        *(
+            ["characterize", str(log), "--out", str(tmp_path / "out"), "--details"]
+            if study
+            else ["info", str(log)]
+        )
     )
     words = advised(shown.out, code)
     assert words and all(w in words for w in wanted), (words, shown.out)

@@ -204,36 +204,72 @@ def test_characterize_leaves_what_it_promises(folder: Path) -> None:
     assert "gyroscope_noise_density: " in (folder / "results" / "imu.yaml").read_text()
 
 
-def test_the_table_shows_people_units_and_si_and_what_comes_next(
+def test_the_answer_comes_first_then_the_table_and_what_comes_next(
     run: Run, folder: Path, tmp_path: Path
 ) -> None:
     done = run("characterize", folder / "gyro.csv", "--out", tmp_path / "again")
-    for part in (
-        "N [deg/√h]",
-        "B [deg/h]",
-        "K [deg/h/√h]",
-        "N [rad/s/√Hz]",
-        "Gyroscope, SI",
-        "95 % intervals",
-    ):
+    lines = done.out.splitlines()
+    assert lines[0] == "No problems found. 1 channel, 30 min at 10 Hz." and not lines[1]
+    assert lines[2].startswith("Gyroscope")
+    for part in ("N [deg/√h]", "B [deg/h]", "K [deg/h/√h]", "95 % intervals"):
         assert part in done.out
-    for name in RESULTS:
-        assert f"wrote {tmp_path / 'again' / name}" in done.out
+    assert "SI" not in done.out
+    assert lines[-1].startswith(f"wrote {tmp_path / 'again' / 'report.html'}, ")
+    assert all(name in lines[-1] for name in RESULTS)
     assert "Next: gyro: " in done.out
     assert done.err == ""
 
 
+def test_si_units_and_nothing_but_the_files_when_asked(run: Run, folder: Path, tmp_path: Path) -> None:
+    log, out = folder / "gyro.csv", tmp_path / "again"
+    in_si = run("characterize", log, "--out", out, "--si").out
+    assert "Gyroscope, SI" in in_si and "N [rad/s/√Hz]" in in_si and "N [deg/√h]" not in in_si
+    assert run("fit", log, "--si").out.startswith("Gyroscope, SI")
+    quiet = run("characterize", log, "--out", out, "--force", "--quiet").out
+    assert quiet.startswith("wrote ") and len(quiet.splitlines()) == 1
+
+
+def test_six_axes_fit_a_screen_and_details_unfold_what_was_found(
+    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, rng: np.random.Generator
+) -> None:
+    monkeypatch.setenv("COLUMNS", "80")
+    y = rng.standard_normal((40_000, 6)) * ([0.05] * 3 + [0.01] * 3) + [0.1, -0.2, 0.3, 0.1, -0.2, 9.78]
+    head = ",".join(["t [s]", *(f"gyro_{x} [deg/s]" for x in "xyz"), *(f"acc_{x} [m/s^2]" for x in "xyz")])
+
+    def written(name: str) -> Path:
+        table = np.column_stack([np.arange(len(y)) / 100, y])
+        np.savetxt(tmp_path / name, table, fmt="%.7g", delimiter=",", header=head, comments="")
+        return tmp_path / name
+
+    clean = run("characterize", written("clean.csv"), "--out", tmp_path / "clean").out.splitlines()
+    assert clean[0].startswith("No problems found. 6 channels, ") and clean[2].startswith("Gyroscope")
+    assert len(clean) <= 30 and all(len(line) <= 80 for line in clean[:-1])
+    y[1000:1400, :3] = y[1000, :3]
+    y[30_000, 4] += 1
+    log = written("faults.csv")
+    brief = run("characterize", log, "--out", tmp_path / "faults").out
+    assert brief.startswith("2 warnings: stuck, spikes. 6 channels, ")
+    assert (
+        "\nwarning stuck: 3 channels: " in brief
+        and "\nwarning spikes: acc_y: " in brief
+        and "--repair" not in brief
+    )
+    full = run("characterize", log, "--out", tmp_path / "faults", "--force", "--details").out
+    flat = " ".join(full.split())
+    assert "--repair drop_padding" in flat and "--repair drop_spikes" in flat
+
+
 def test_a_narrow_terminal_hides_nothing(run: Run, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("COLUMNS", "70")
-    done = run("fit", folder / "results" / "allan.csv")
-    assert "…" not in done.out
-    assert max(map(len, done.out.splitlines())) <= 70
+    customary, si = (run("fit", folder / "results" / "allan.csv", *more).out for more in ([], ["--si"]))
+    assert "…" not in customary + si
+    assert max(map(len, (customary + si).splitlines())) <= 70
     model = al.Study.load(folder / "results" / "study.json")["gyro"].models[0]
     from allanite.views.wording import reading
 
     for estimate in model.estimates:
         found = reading("rate", "", estimate)
-        assert found.symbol not in "QNBKR" or (found.value in done.out and found.si in done.out)
+        assert found.symbol not in "QNBKR" or (found.value in customary and found.si in si)
 
 
 def test_json_prints_the_study_alone_and_writes_no_file(

@@ -79,7 +79,7 @@ def test_a_record_without_faults_says_so() -> None:
     clean["findings"] = []
     clean["recording"] |= {"missing": 0, "gaps": []}
     text = text_of(html_of(clean))
-    assert "Nothing is wrong with the record" in text
+    assert "No problems found." in text
     assert "No sample is missing." in text
 
 

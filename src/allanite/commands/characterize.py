@@ -40,4 +40,5 @@ CHARACTERIZE = Command(
     document="study",
     further=("allan.csv", "imu.yaml"),
     folder="{log}-allanite",
+    summarized=True,
 )  # fmt: skip

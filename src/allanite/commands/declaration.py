@@ -78,6 +78,8 @@ class Command:
         Options that exclude each other.
     judged_here : collection of str
         Codes of findings that the measurement comes to itself.
+    summarized : bool
+        A terminal shows a summary, which options unfold: --details, --si, --quiet.
     """
 
     name: str
@@ -95,6 +97,7 @@ class Command:
     folder: str = ""
     conflicts: tuple[Conflict, ...] = ()
     judged_here: Collection[str] = ()
+    summarized: bool = False
 
     @property
     def stem(self) -> str:

@@ -66,8 +66,9 @@ class Advice(Result):
         if self.resolved:
             aim = f"{name} to {self.target:.0%}"
             return f"this record gives {aim}" if self.reached else f"{aim} needs about {span(self.duration)}"
-        when = "in a record of this length" if self.reached else f"after about {span(self.duration)}"
-        return f"{name} at half its limit would stand out {when}"
+        if self.reached:
+            return f"this record would reveal {name} at half its limit"
+        return f"a record of {span(self.duration)} would reveal {name} or halve its limit"
 
 
 def predicted_sd(model: NoiseModel, *, n_samples: int, dt: float, sampling: str = "mean") -> dict[str, float]:

@@ -85,12 +85,13 @@ class Hero(PageBlock):
 
 @dataclass(frozen=True, slots=True)
 class Text(PageBlock):
-    """A paragraph; a note is small and grey. A terminal shows those that are `brief`."""
+    """A paragraph; a note is small and grey. A terminal shows those that are `brief`, and a `detail` when asked."""
 
     kind = "text"
     text: str
     note: bool = False
     brief: bool = False
+    detail: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -234,7 +235,8 @@ class Drawn(PageBlock):
 class Findings(PageBlock):
     """What was found in the record; its `rate` [Hz] turns samples into times.
 
-    Where they come `first`, a terminal shows all of them before anything else, and otherwise the grave ones at its end.
+    Where they come `first`, a terminal begins with how many there are and ends with a line for each kind; otherwise it
+    ends with the grave ones.
     """
 
     kind = "findings"

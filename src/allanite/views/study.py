@@ -40,7 +40,6 @@ from allanite.views.result_page import advice, result_page
 from allanite.views.wording import (
     EQUIVALENT,
     GUARANTEE,
-    ONE_RECORD,
     ChannelGroup,
     CoefficientWording,
     capitalised,
@@ -170,7 +169,7 @@ def _verdict(study: Study) -> Iterator[PageBlock]:
     if gravest is not None:
         yield _worst(gravest, rate)
     elif not accepted:
-        yield Banner("good", "Nothing is wrong with the record", "that allanite looks for.", brief=False)
+        yield Banner("good", "No problems found.", "", brief=False)
     for words in environment_sentences(c.environment for c in study.channels):
         yield Banner("warning", "Environment:", words)
     yield from parameter_blocks(study.channels)
@@ -195,8 +194,8 @@ def parameter_blocks(channels: Sequence[ChannelModels]) -> Iterator[PageBlock]:
     if not any(coefficients.heads for coefficients in tables):
         return
     read_off = {m.verdict for c in channels for m in c.models if m.family == "slopes"}
-    yield Text("\n".join(read_off) or f"{GUARANTEE} {ONE_RECORD}", note=True, brief=True)
-    yield Text(_IEEE, note=True)
+    yield Text("\n".join(read_off) or GUARANTEE, note=True, brief=True)
+    yield Text(_IEEE, note=True, detail=True)
     if any(r.equivalent for c in channels for r in readings(c).values()):
         yield Text(EQUIVALENT, note=True, brief=True)
 

@@ -3,13 +3,14 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import click
 
 from allanite.commands.cli.options import log_options, place_of, with_options
 from allanite.commands.cli.program import command
-from allanite.commands.cli.results import Destination, results_in
+from allanite.commands.cli.results import Destination, results_in, style_options
 from allanite.commands.declaration import Command
 from allanite.commands.registry import COMMANDS
 
@@ -19,16 +20,17 @@ __all__: list[str] = []
 def _offered(declared: Command) -> None:
     """Put a command under the program."""
 
-    def run(log: str, to: Destination, **options: Any) -> int:
-        from allanite.views.terminal import show_document
+    def run(log: str, to: Destination, style: dict[str, bool] | None = None, **options: Any) -> int:
+        from allanite.views.terminal import TerminalStyle, show_document
 
+        shown = partial(show_document, style=TerminalStyle(**style or {}))
         given = {name: value for name, value in options.items() if value is not None}
         if refusal := declared.refusal(given):
             raise click.UsageError(refusal)
         return to.by_default(declared.folder, log).deliver(
             declared.stem,
             lambda **known: declared.measure(place_of(log), **known, **given),
-            show_document,
+            shown,
             tables=declared.beside,
             log=log,
         )
@@ -37,6 +39,7 @@ def _offered(declared: Command) -> None:
     folder = declared.folder.format(log="<log>")
     for bundle in (
         results_in(folder),
+        *((style_options,) if declared.summarized else ()),
         with_options(declared.options),
         log_options,
         click.argument("log"),

@@ -34,7 +34,9 @@ GROUPS: Mapping[str, tuple[str, ...]] = {
 #: Options that many commands share, by what they are about; those of a command alone come first.
 _OWN, _READING, _OUTPUT = "Options", "Reading the log", "Output"
 _HELP_OF_READING = {option.flag: option.help for option in READING}
-_FLAGS_OF_OUTPUT = frozenset({"--out", "--output", "--plot", "--force", "--json"})
+_FLAGS_OF_OUTPUT = frozenset(
+    {"--out", "--output", "--plot", "--force", "--json", "--si", "--details", "--quiet"}
+)
 
 
 def summary_of(command: click.Command) -> str:

@@ -148,9 +148,10 @@ def allan(
 @click.option("-o", "--output", type=click.Path(dir_okay=False), help="Output file for the models (JSON).")
 @force_option
 @json_option
+@click.option("--si", is_flag=True, help="Print coefficients in SI units.")
 def fit(
     curve_or_log: str, method: str, terms: str | None, lines: Any, floor: str | None, accept: tuple[str, ...],
-    output: str | None, force: bool, as_json: bool, **options: Any,
+    output: str | None, force: bool, as_json: bool, si: bool, **options: Any,
 ) -> int:  # fmt: skip
     """Fit a noise model to an Allan curve or to samples.
 
@@ -179,5 +180,5 @@ def fit(
     if as_json:
         print_json({name: model.to_json() for name, model in fitted.models.items()})
     else:
-        terminal.show_models(fitted.channels)
+        terminal.show_models(fitted.channels, style=terminal.TerminalStyle(si=si))
     return LOSS if fitted.lossy else 0

@@ -17,7 +17,7 @@ from allanite.commands.cli.program import LOSS
 if TYPE_CHECKING:
     from allanite.commands.measurement import MeasurementResult
 
-__all__ = ["Destination", "result_options", "results_in"]
+__all__ = ["Destination", "result_options", "results_in", "style_options"]
 
 
 @dataclass(frozen=True, slots=True)
@@ -86,6 +86,23 @@ class Destination:
 def result_options(command: Callable[..., Any]) -> Callable[..., Any]:
     """Where a result goes: the command gets it as `to`, a `Destination`."""
     return results_in("")(command)
+
+
+def style_options(command: Callable[..., Any]) -> Callable[..., Any]:
+    """How much of a result is printed, and in which units: the command gets it as `style`, of a `TerminalStyle`."""
+
+    @functools.wraps(command)
+    def styled(*, si: bool, details: bool, quiet: bool, **options: Any) -> Any:
+        return command(style={"si": si, "details": details, "quiet": quiet}, **options)
+
+    made: Callable[..., Any] = styled
+    for flag, words in (
+        ("--quiet", "Print the names of the written files only."),
+        ("--details", "Explain every finding, with its repair."),
+        ("--si", "Print coefficients in SI units."),
+    ):
+        made = click.option(flag, is_flag=True, help=words)(made)
+    return made
 
 
 def results_in(folder: str) -> Callable[[Callable[..., Any]], Callable[..., Any]]:

@@ -34,8 +34,10 @@ from allanite.views.terminal.study import (
     show_interval_errors,
     show_recording,
 )
+from allanite.views.terminal.style import TerminalStyle
 
 __all__ = [
+    "TerminalStyle",
     "journal",
     "listen",
     "monitoring",

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Noise coefficients as tables, in people's units and in SI; a line for each where a row would be too wide."""
+"""Noise coefficients as a table, in people's units or in SI; a line for each where a row would be too wide."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 from allanite.views.blocks import Coefficients
-from allanite.views.terminal.console import WIDE, table_of
+from allanite.views.terminal.console import BETWEEN, WIDE, table_of
 from allanite.views.wording import CoefficientWording, readings, shown_symbol
 
 if TYPE_CHECKING:
@@ -18,18 +18,22 @@ if TYPE_CHECKING:
 __all__ = ["say_coefficients"]
 
 
-def say_coefficients(out: Console, block: Coefficients) -> None:
-    """The tables of a group of channels, each with an empty line."""
-    for si in (False, True)[: 1 + block.group.has_si]:
-        table = _table(block, si=si)
-        fits = out.measure(table, options=out.options.update(max_width=WIDE)).maximum <= out.width
-        out.print(table if fits else _list(block, si=si))
-        out.print()
+def say_coefficients(out: Console, block: Coefficients, *, si: bool = False) -> None:
+    """The table of a group of channels, and an empty line."""
+    si = si and block.group.has_si
+    for between in (BETWEEN, 2, 1):
+        table = _table(block, si=si, between=between)
+        if out.measure(table, options=out.options.update(max_width=WIDE)).maximum <= out.width:
+            break
+    else:
+        table = _list(block, si=si)
+    out.print(table)
+    out.print()
 
 
-def _table(block: Coefficients, *, si: bool) -> Table:
+def _table(block: Coefficients, *, si: bool, between: int) -> Table:
     heads = [f"{h.symbol} [{h.si if si else h.unit}]" for h in block.heads.values()]
-    table = table_of((_title(block, si=si), *heads))
+    table = table_of((_title(block, si=si), *heads), between=between)
     for name, cells in block.rows:
         table.add_row(name, *(_cell(read, si=si) for read in cells))
     return table

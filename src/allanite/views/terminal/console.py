@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from rich.segment import Segment
     from rich.table import Column, Table
 
-__all__ = ["WIDE", "Advance", "console", "is_terminal", "listen", "progress", "table_of"]
+__all__ = ["BETWEEN", "WIDE", "Advance", "console", "is_terminal", "listen", "progress", "table_of"]
 
 Advance = Callable[..., None]
 
@@ -33,7 +33,7 @@ WIDE = 400
 #: Cells with more characters are words rather than numbers.
 _WORDS = 30
 #: Blanks between two columns.
-_BETWEEN = 3
+BETWEEN = 3
 
 
 @contextmanager
@@ -140,7 +140,7 @@ class _Trimmed:
         return getattr(self._stream, "encoding", None) or "utf-8"
 
 
-def table_of(heads: Sequence[str]) -> Table:
+def table_of(heads: Sequence[str], *, between: int = BETWEEN) -> Table:
     """A plain table: where a row is wider than the terminal, its words go on below; nothing is cut off."""
     from rich import box
     from rich.table import Table
@@ -149,12 +149,13 @@ def table_of(heads: Sequence[str]) -> Table:
     class Folding(Table):
         def __rich_console__(self, out: Console, options: ConsoleOptions) -> RenderResult:
             for least in (_WORDS, 0):  # first the columns of words, then all
-                if sum(_needed(column) + _BETWEEN for column in self.columns) - _BETWEEN > options.max_width:
+                if sum(_needed(column) + between for column in self.columns) - between > options.max_width:
                     for column in self.columns:
                         column.no_wrap = column.no_wrap and max(_lengths(column)) <= least
             yield from super().__rich_console__(out, options)
 
-    table = Folding(box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False)
+    padding = (0, min(between - 1, 1), 0, max(between - 2, 0))  # beside the divider
+    table = Folding(box=box.SIMPLE_HEAD, padding=padding, pad_edge=False, show_edge=False)
     for head in heads:
         table.add_column(Text(head), no_wrap=True, overflow="fold")
     return table

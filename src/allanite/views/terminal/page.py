@@ -26,8 +26,16 @@ from allanite.views.study import parameter_blocks
 from allanite.views.terminal.coefficients import say_coefficients
 from allanite.views.terminal.console import console
 from allanite.views.terminal.measurements import show_rate_vector
-from allanite.views.terminal.parts import TONES, say_facts, say_files, say_indented, say_rows
-from allanite.views.terminal.study import show_findings, show_movement
+from allanite.views.terminal.parts import (
+    TONES,
+    say_facts,
+    say_files,
+    say_headline,
+    say_indented,
+    say_rows,
+)
+from allanite.views.terminal.study import show_finding_lines, show_findings, show_movement
+from allanite.views.terminal.style import BRIEF, TerminalStyle
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -37,44 +45,61 @@ __all__ = ["show_blocks", "show_document", "show_models", "show_page"]
 
 
 def show_document(
-    document: Mapping[str, object] | Reportable, files: Sequence[object] = (), notes: Sequence[str] = ()
+    document: Mapping[str, object] | Reportable,
+    files: Sequence[object] = (),
+    notes: Sequence[str] = (),
+    *,
+    style: TerminalStyle = BRIEF,
 ) -> None:
     """The document of a command; that of a rate vector is a mapping as yet."""
     if isinstance(document, Mapping):
         show_rate_vector(document, files)
     else:
-        show_page(view_of(document), files, notes)
+        show_page(view_of(document), files, notes, style=style)
 
 
-def show_page(page: Page, files: Sequence[object] = (), notes: Sequence[str] = ()) -> None:
-    """A page, with what was found in the record before or behind it, and at its end notes and files."""
+def show_page(
+    page: Page, files: Sequence[object] = (), notes: Sequence[str] = (), *, style: TerminalStyle = BRIEF
+) -> None:
+    """A page: its answer first, then what was found in the record, and at its end notes and files."""
     out = console()
-    blocks = list(page.blocks())
-    findings = [block for block in blocks if isinstance(block, Findings)]
-    for every in (block.findings for block in findings if block.first):
-        show_movement(every)
-        show_findings(every)
-    show_blocks(blocks)
-    for grave in (block.findings for block in findings if not block.first):
-        show_findings([f for f in grave if f.severity is not Severity.INFO])
+    if not style.quiet:
+        blocks = list(page.blocks())
+        findings = [block for block in blocks if isinstance(block, Findings)]
+        for each in (block for block in findings if block.first):
+            show_movement(each.findings)
+            say_headline(out, each, page.facts)
+        show_blocks(blocks, style=style)
+        for each in findings:
+            _show_findings(each, style)
     for note in notes:
         out.print(note, soft_wrap=True)
     say_files(out, files)
 
 
-def show_blocks(blocks: Iterable[PageBlock]) -> None:
+def _show_findings(block: Findings, style: TerminalStyle) -> None:
+    """Those of a study in a line each or in full; of another result the grave ones."""
+    if not block.first:
+        show_findings([f for f in block.findings if f.severity is not Severity.INFO])
+    elif style.details:
+        show_findings(block.findings)
+    else:
+        show_finding_lines(block.findings)
+
+
+def show_blocks(blocks: Iterable[PageBlock], *, style: TerminalStyle = BRIEF) -> None:
     """Blocks one below the other, those that a terminal shows."""
     out = console()
     for block in blocks:
-        _show(out, block)
+        _show(out, block, style)
 
 
-def show_models(channels: Sequence[ChannelModels]) -> None:
+def show_models(channels: Sequence[ChannelModels], *, style: TerminalStyle = BRIEF) -> None:
     """The coefficients of models that were fitted."""
-    show_blocks(parameter_blocks(channels))
+    show_blocks(parameter_blocks(channels), style=style)
 
 
-def _show(out: Console, block: PageBlock) -> None:
+def _show(out: Console, block: PageBlock, style: TerminalStyle) -> None:
     from rich.text import Text
 
     match block:
@@ -83,7 +108,7 @@ def _show(out: Console, block: PageBlock) -> None:
             out.print()
         case TableBlock(heads, rows, brief=True):
             say_rows(out, heads, [[_cell(cell, kept=kept) for cell in cells] for cells, kept in rows])
-        case PlainText(words, brief=True):
+        case PlainText(words, brief=brief, detail=detail) if brief or (detail and style.details):
             out.print(words)
             out.print()
         case Bullets(items, brief=True):
@@ -91,7 +116,7 @@ def _show(out: Console, block: PageBlock) -> None:
                 say_indented(out, f"→ {words}")
             out.print()
         case Coefficients():
-            say_coefficients(out, block)
+            say_coefficients(out, block, si=style.si)
         case Pairs(rows, brief=True):
             say_facts(out, *((name, value) for name, value in rows if isinstance(value, str)))
         case _:

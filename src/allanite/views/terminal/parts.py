@@ -4,13 +4,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from allanite.plain_files.counted import plural
 from allanite.plain_files.printable import printable
 from allanite.recording.health import Finding
+from allanite.views.blocks import Findings
 from allanite.views.terminal.console import table_of
 from allanite.views.terminal.study import show_findings
-from allanite.views.wording import check_lines, headline, sentence, tone
+from allanite.views.wording import check_lines, findings_headline, headline, sentence, tone
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -22,6 +25,7 @@ __all__ = [
     "say_end",
     "say_facts",
     "say_files",
+    "say_headline",
     "say_indented",
     "say_rows",
     "say_verdict",
@@ -88,10 +92,27 @@ def say_indented(out: Console, text: str, style: str = "") -> None:
     out.print(Padding(Text(text, style), (0, 0, 0, 2), expand=False))
 
 
+def say_headline(out: Console, block: Findings, facts: Sequence[tuple[str, str]]) -> None:
+    """Whether the record is sound, and what it is, in one line."""
+    from rich.text import Text
+
+    tone, words = findings_headline(block.findings)
+    known = dict(facts)
+    count = int(known["Channels"])
+    record = f"{plural(count, 'channel')}, {known['Length']} at {known['Rate']}"
+    out.print(Text.assemble((words, TONES[tone]), f" {record}."))
+    out.print()
+
+
 def say_files(out: Console, files: Sequence[object]) -> None:
-    """What was written."""
+    """What was written; files of one folder in one line."""
+    folders: dict[str, list[str]] = {}
     for file in files:
-        out.print(f"wrote {printable(str(file))}", soft_wrap=True)
+        place = Path(str(file))
+        folders.setdefault(str(place.parent), []).append(place.name)
+    for folder, names in folders.items():
+        head = str(Path(folder) / names[0])
+        out.print(f"wrote {printable(', '.join([head, *names[1:]]))}", soft_wrap=True)
 
 
 def say_end(out: Console, document: Json, files: Sequence[object]) -> None:

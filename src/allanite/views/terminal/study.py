@@ -16,6 +16,7 @@ from allanite.views.terminal.floor import show_over_floor
 from allanite.views.wording import (
     duration,
     finding_kinds,
+    finding_line,
     missing_lines,
     movement,
     number,
@@ -34,6 +35,7 @@ if TYPE_CHECKING:
 __all__ = [
     "curve_table",
     "show_curve",
+    "show_finding_lines",
     "show_findings",
     "show_interval_errors",
     "show_movement",
@@ -76,6 +78,20 @@ def show_findings(findings: Sequence[Finding]) -> None:
         out.print()
 
 
+def show_finding_lines(findings: Sequence[Finding]) -> None:
+    """A line for each kind of finding, as long as it fits, and where to see the rest."""
+    from rich.text import Text
+
+    out = console()
+    for members in finding_kinds(findings):
+        severity = members[0].severity
+        head = severity.value + (" (accepted)" if members[0].accepted else "")
+        words = finding_line(members, out.width - len(head) - 1)
+        out.print(Text.assemble((head, _COLOURS[severity.value]), f" {words}"), soft_wrap=True)
+    if findings:
+        out.print("Explanations and repairs: --details, or the report.\n")
+
+
 def show_recording(facts: Json) -> None:
     """What a log holds: `facts` are those of `allanite.commands.recordings.describe`."""
     out = console()
@@ -99,7 +115,7 @@ def show_recording(facts: Json) -> None:
     out.print()
     show_findings(findings)
     if not findings:
-        out.print("Nothing is wrong with it that allanite looks for.")
+        out.print("No problems found.")
 
 
 def _listed(out: Console, title: str, lines: Sequence[str]) -> None:

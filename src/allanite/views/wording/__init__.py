@@ -83,6 +83,8 @@ from allanite.views.wording.environment import (
 )
 from allanite.views.wording.findings import (
     finding_kinds,
+    finding_line,
+    findings_headline,
     findings_in,
     movement,
     said_of,
@@ -173,7 +175,6 @@ from allanite.views.wording.study import (
     COLUMNS,
     EQUIVALENT,
     GUARANTEE,
-    ONE_RECORD,
     ChannelGroup,
     CoefficientWording,
     cautions,
@@ -216,7 +217,6 @@ __all__ = [
     "EQUIVALENT",
     "GUARANTEE",
     "NOISE_ALONE",
-    "ONE_RECORD",
     "PPM",
     "AngleLine",
     "ChannelGroup",
@@ -276,6 +276,8 @@ __all__ = [
     "filter_lines",
     "filter_verdict",
     "finding_kinds",
+    "finding_line",
+    "findings_headline",
     "findings_in",
     "floor_lines",
     "full_output",

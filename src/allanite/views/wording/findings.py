@@ -7,13 +7,25 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from allanite.plain_files.counted import listed
+from allanite.plain_files.counted import listed, plural
 from allanite.recording.health import Finding, Severity
 from allanite.recording.health.catalogue import MOVES
 
-__all__ = ["finding_kinds", "findings_in", "movement", "own_words", "said_of", "severity_order", "worst"]
+__all__ = [
+    "finding_kinds",
+    "finding_line",
+    "findings_headline",
+    "findings_in",
+    "movement",
+    "own_words",
+    "said_of",
+    "severity_order",
+    "worst",
+]
 
 _ORDER = (Severity.FATAL, Severity.WARNING, Severity.INFO)
+#: Channels that a line names; of more it says how many.
+_NAMED = 2
 _NUMBER = re.compile(r"[+-]?\d+(?:\.\d+)?(?:[eE][+-]?\d+)?(?: \S+)?")  # with its unit
 
 
@@ -42,6 +54,33 @@ def movement(findings: Iterable[Finding]) -> str | None:
     if not any(f.code in MOVES for f in findings):
         return None
     return "This log moves: the unit was not at rest. Only its quiet parts show the noise of the sensor."
+
+
+def findings_headline(findings: Iterable[Finding]) -> tuple[str, str]:
+    """Whether a record is sound: the tone, and a sentence such as "2 warnings: stuck, spikes."."""
+    kinds = [members[0] for members in finding_kinds(findings)]
+    if accepted := [f.code for f in kinds if f.accepted]:
+        return "fatal", f"Accepted despite {', '.join(accepted)}."
+    for severity, tone, word in (
+        (Severity.FATAL, "fatal", "fatal finding"),
+        (Severity.WARNING, "warning", "warning"),
+    ):
+        if codes := [f.code for f in kinds if f.severity is severity]:
+            return tone, f"{plural(len(codes), word)}: {', '.join(codes)}."
+    return "good", "No problems found."
+
+
+def finding_line(members: Sequence[Finding], width: int) -> str:
+    """Findings of one kind in one line: code, channels, and as much of the message as fits, in whole clauses."""
+    names = [f.channel for f in members if f.channel is not None]
+    who = f"{', '.join(names)}: " if 0 < len(names) <= _NAMED else f"{len(names)} channels: " if names else ""
+    first, *clauses = re.split(r"(?<=[:;,]) ", own_words(max(members, key=lambda f: f.count)))
+    line = f"{members[0].code}: {who}{first}"
+    for clause in clauses:
+        if len(line) + len(clause) > width:
+            break
+        line += f" {clause}"
+    return line.rstrip(":;,")
 
 
 def said_of(findings: Sequence[Finding]) -> list[str]:

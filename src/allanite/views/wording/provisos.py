@@ -58,10 +58,10 @@ def _needed(model: NoiseModel) -> Iterator[str]:
     """Limits that must not be read as "no slow noise": one of the terms is there, and which one is open."""
     needed = [e.symbol for e in model.estimates if e.needed]
     if needed:
-        what = "slow noise" if _SLOW.issuperset(needed) else "noise beyond the terms that the record shows"
+        what = "Low-frequency noise" if _SLOW.issuperset(needed) else "Noise beyond the resolved terms"
         yield (
-            f"{what} is there, {' and '.join(needed)} or a term like it; the record cannot tell which, so that "
-            "each has a limit alone. Record longer to know."
+            f"{what} is present, but the record is too short to tell which kind ({' or '.join(needed)}): each term is "
+            "given as an upper limit."
         )
 
 

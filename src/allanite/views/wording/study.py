@@ -19,7 +19,6 @@ __all__ = [
     "COLUMNS",
     "EQUIVALENT",
     "GUARANTEE",
-    "ONE_RECORD",
     "ChannelGroup",
     "CoefficientWording",
     "cautions",
@@ -39,10 +38,9 @@ C = TypeVar("C", bound=ChannelModels)
 COLUMNS = ("N", "B", "T", "K", "R", "Q")
 """Columns of every parameter table, in the order in which a curve shows them. B stands for B_equiv too."""
 
-GUARANTEE = "95 % intervals; '<' is a 95 % upper limit: the record does not show the term by itself."
-ONE_RECORD = (
-    "The intervals are those of one record. They do not hold the spread between sessions, units and temperatures, "
-    "which is often larger (allanite compare)."
+GUARANTEE = (
+    "95 % intervals for this record alone; '<' is a 95 % upper limit. Sessions, units and temperatures often differ by "
+    "more: allanite compare."
 )
 EQUIVALENT = "* the B whose floor is the peak of the Gauss-Markov term with this T_b."
 

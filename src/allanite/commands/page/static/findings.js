@@ -7,7 +7,7 @@ import { mark, samples } from "./wording.js";
 const ORDER = ["fatal", "warning", "info"];
 
 export function findingList(findings) {
-  if (!findings.length) return h("p", {}, h("span", { class: "tag good" }, mark("good"), " good"), "Nothing is wrong with the record that allanite looks for.");
+  if (!findings.length) return h("p", {}, h("span", { class: "tag good" }, mark("good"), " good"), "No problems found.");
   const sorted = [...findings].sort((a, b) => ORDER.indexOf(a.severity) - ORDER.indexOf(b.severity));
   return h("ul", { class: "findings" }, sorted.map((f) => h("li", {},
     h("span", { class: `tag ${f.severity}` }, mark(f.severity), " ", f.severity),
