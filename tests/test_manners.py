@@ -13,10 +13,12 @@ import re
 import resource
 import subprocess
 import sys
+import textwrap
 import warnings
 import zipfile
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import fields, is_dataclass
+from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 from types import ModuleType
 
@@ -374,6 +376,53 @@ def test_examples_in_docstrings_are_true(path: Path) -> None:
     parts = path.relative_to(PACKAGE.parent).with_suffix("").parts
     module = importlib.import_module(".".join(parts).removesuffix(".__init__"))
     assert doctest.testmod(module).failed == 0
+
+
+# -- imports -------------------------------------------------------------------------------------------------
+
+
+def imports_of(path: Path, modules: Iterable[str]) -> Iterator[str]:
+    """Modules that a file names, inside functions and for its types alone too."""
+    for node in ast.walk(tree(path)):
+        if isinstance(node, ast.Import):
+            yield from (alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            for alias in node.names:
+                whole = f"{node.module}.{alias.name}"
+                yield whole if whole in modules else f"{node.module}"
+
+
+def circle(package: Path) -> list[str]:
+    """Files that import each other, the first one again at the end. The package itself has names to be loaded late."""
+    modules = {
+        ".".join(path.relative_to(package.parent).with_suffix("").parts).removesuffix(".__init__"): path
+        for path in package.rglob("*.py")
+    }
+    arrows = {name: {*imports_of(path, modules)} for name, path in modules.items() if name != package.name}
+    try:
+        TopologicalSorter(arrows).prepare()
+    except CycleError as error:
+        return [*error.args[1]]
+    return []
+
+
+def test_no_file_imports_another_that_imports_it_even_for_its_types() -> None:
+    assert circle(PACKAGE) == []
+
+
+@pytest.mark.parametrize(
+    "arrow", ["from p.a import A", "from p import a", "import p.a", "def f():\n    from p.a import A"]
+)
+def test_a_circle_of_types_is_one(tmp_path: Path, arrow: str) -> None:
+    package = tmp_path / "p"
+    package.mkdir()
+    (package / "__init__.py").write_text("from p.a import A\n")
+    (package / "a.py").write_text("from p.b import B\nA = B\n")
+    (package / "b.py").write_text("B = 1\n")
+    assert circle(package) == []
+    text = "from typing import TYPE_CHECKING\nif TYPE_CHECKING:\n" + textwrap.indent(arrow, "    ")
+    (package / "b.py").write_text(f"{text}\nB = 1\n")
+    assert sorted({*circle(package)}) == ["p.a", "p.b"]
 
 
 # -- files ---------------------------------------------------------------------------------------------------

@@ -11,9 +11,9 @@ from dataclasses import dataclass, field
 import pytest
 
 from allanite.acquisition.instruments.serial_imu import Description, driver
-from allanite.acquisition.instruments.serial_imu.description import PortSettings
 from allanite.acquisition.instruments.serial_imu.encoding import Encoder
 from allanite.acquisition.instruments.serial_imu.faults import noise, wire
+from allanite.acquisition.instruments.serial_imu.layout import PortSettings
 from virtual_meter import SECOND, VirtualClock
 
 

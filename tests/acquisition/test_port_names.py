@@ -17,7 +17,7 @@ from allanite.acquisition.instruments import port_names
 from allanite.acquisition.instruments.hp3458a.prologix import SerialLink
 from allanite.acquisition.instruments.hp3458a.resources import device_of
 from allanite.acquisition.instruments.serial_imu import Description, SerialImu
-from allanite.acquisition.instruments.serial_imu.description import PortSettings
+from allanite.acquisition.instruments.serial_imu.layout import PortSettings
 from allanite.acquisition.instruments.serial_imu.port import SerialPort
 from allanite.errors import FormatError, InputError, InstrumentError
 from recorded_instruments import IMU, record_serial

@@ -15,9 +15,9 @@ import pytest
 from allanite.acquisition.capture.numbering import BlockNumbering
 from allanite.acquisition.instruments import Block, Flag, Instrument, InstrumentTimeout
 from allanite.acquisition.instruments.serial_imu import Description, SerialImu, driver
-from allanite.acquisition.instruments.serial_imu.description import PortSettings
 from allanite.acquisition.instruments.serial_imu.encoding import Encoder
 from allanite.acquisition.instruments.serial_imu.faults import ImuFault, noise
+from allanite.acquisition.instruments.serial_imu.layout import PortSettings
 from allanite.acquisition.instruments.serial_imu.simulator import SimulatedImu
 from allanite.errors import InputError, InstrumentError
 from recorded_instruments import SWIFT, keep_pace

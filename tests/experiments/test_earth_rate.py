@@ -485,15 +485,17 @@ def test_what_widens_the_rate_widens_all_that_stands_beside_it() -> None:
 def test_what_widens_the_noise_is_said() -> None:
     """A check that failed, or, of a record that tells its own noise, the pairs: never checks that all passed."""
     given = measured(twin(seed=4), NoiseModel.of(White(N=seed_paper.N / 1.5)))
-    assert not all(c.passed for c in given.checks) and widened_words(given).endswith("see the checks.")
+    assert not all(c.passed for c in given.checks) and widened_words(given.inflation, given.checks).endswith(
+        "see the checks."
+    )
     own = [measure_earth_rate(twin(seed=seed), latitude=LATITUDE, first="north") for seed in range(4)]
     widened = [e for e in own if e.inflation > 1 and all(c.passed for c in e.checks)]
     assert widened
     for e in own:
-        words = widened_words(e)
+        words = widened_words(e.inflation, e.checks)
         assert bool(words) == (e.inflation > 1)
         assert "see the checks" not in words or not all(c.passed for c in e.checks)
-    assert "the pairs of dwells scatter as much" in widened_words(widened[0])
+    assert "the pairs of dwells scatter as much" in widened_words(widened[0].inflation, widened[0].checks)
 
 
 def test_of_very_many_dwells_those_in_the_middle_are_checked(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -27,6 +27,7 @@ from allanite.stability.variation.constancy import (
     window_scores,
 )
 from allanite.stability.variation.estimation import _change
+from allanite.stability.variation.remarks import remarks
 from allanite.stability.variation.shapes import (
     ChangeShape,
     _shares,
@@ -36,7 +37,6 @@ from allanite.stability.variation.shapes import (
     shares_of,
 )
 from allanite.stability.variation.sizes import FoundChange, Misfit, _deviations, _hansen, _minimum, ratio_of
-from allanite.stability.variation.words import remarks
 from allanite.study.result_document import ResultDocument
 from allanite.views.blocks import TableBlock
 from allanite.views.variation import view

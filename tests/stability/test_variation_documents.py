@@ -15,8 +15,8 @@ from allanite.errors import FormatError
 from allanite.noise import NoiseModel, White
 from allanite.quantities.quantity import QuantityStatus
 from allanite.stability.variation import Variation, VariationVerdict, examine_variation
+from allanite.stability.variation.remarks import remarks
 from allanite.stability.variation.verdict import ModelSource
-from allanite.stability.variation.words import remarks
 from allanite.views.report import html_of, render_file
 
 OLD = Path(__file__).parent / "documents"

@@ -134,7 +134,7 @@ def _budget(result: EarthRateEstimate) -> Iterator[PageBlock]:
     yield from rate_budget(budget_lines(result.budget)) or [
         Text(unstated_words(result.first), note=True, brief=True)
     ]
-    if widened := widened_words(result):
+    if widened := widened_words(result.inflation, result.checks):
         yield Text(widened, note=True, brief=True)
 
 

@@ -8,7 +8,8 @@ from collections.abc import Iterator
 from allanite.quantities.display_units import display_unit
 from allanite.quantities.number_words import duration, number, probability
 from allanite.stability.variation import Change, ChannelVariation, LagTest, Variation
-from allanite.stability.variation.words import part_name, remarks, visible_steps
+from allanite.stability.variation.remarks import remarks
+from allanite.stability.variation.words import part_name, visible_steps
 from allanite.study.result_document import ResultDocument
 from allanite.views.blocks import Page, PageBlock, References, Text, drawn, equation, pairs, table
 from allanite.views.result_page import advice, findings_of, result_page, verdict_banner
@@ -72,7 +73,7 @@ def _verdict(result: Variation) -> Iterator[PageBlock]:
         [f"{c.name}: {r}" for c in result.channels for r in remarks(c, result.false_alarm)], names
     )
     tests = (f"{c.name}: χ² {c.chi2:.0f} ({c.dof:.0f} expected), {probability(c.p)}" for c in result.channels)
-    steps = (f"{c.name}: {s}" for c in result.channels if (s := visible_steps(c)))
+    steps = (f"{c.name}: {s}" for c in result.channels if (s := visible_steps(c.visible)))
     yield pairs(
         [
             ("Channels", ", ".join(names)),

@@ -13,7 +13,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.experiments.earth_rate.results import RateCheck, RateReading
+from allanite.experiments.earth_rate.checks import RateCheck
+from allanite.experiments.earth_rate.results import RateReading
 from allanite.experiments.earth_rate.take import Take, Transient
 from allanite.experiments.earth_rate.verdict import RateCheckKind
 from allanite.experiments.reversals.sides import triple_of

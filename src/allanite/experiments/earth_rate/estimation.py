@@ -25,7 +25,7 @@ from allanite.experiments.earth_rate.results import (
     UndecidedNoise,
 )
 from allanite.experiments.earth_rate.take import RATE, TIME_CONSTANT, Take, Transient
-from allanite.experiments.earth_rate.verdict import EarthRateVerdict, NoiseOrigin, explains, judge
+from allanite.experiments.earth_rate.verdict import EarthRateVerdict, NoiseOrigin
 from allanite.experiments.reversals import Reversals, find_reversals
 from allanite.experiments.reversals.sides import is_vertical, sign_at_first
 from allanite.experiments.reversals.turned_over import TurnedOver, turned_over
@@ -34,7 +34,7 @@ from allanite.filtering.regression import LEVEL, Regression
 from allanite.noise import NoiseModel, White
 from allanite.quantities.earth import EARTH_RATE, checked_latitude
 from allanite.quantities.quantity import Quantity, QuantityStatus
-from allanite.quantities.residual_tests import inflation_of
+from allanite.quantities.residual_tests import SEEN, grave, inflation_of
 from allanite.quantities.setup_uncertainty import SetupUncertainty
 from allanite.quantities.units import STANDARD_GRAVITY
 from allanite.recording.records import Kind, Recording
@@ -263,10 +263,24 @@ def _estimate(
     )
     over = turned_over(take.recording, take.channel, take.reversals.positions)
     along_first = rate * take.projection * sign_at_first(take.reversals.first)
-    judged = replace(estimate, verdict=judge(estimate, separable=separable), turned_over=over)
+    judged = replace(estimate, verdict=_judge(estimate, separable=separable), turned_over=over)
     return replace(
         judged, rate_if_up=_if_up(judged, over, along_first), settling=_settling(judged, take, decays)
     )
+
+
+def _judge(estimate: EarthRateEstimate, *, separable: bool) -> EarthRateVerdict:
+    """The verdict on an estimate that has none yet."""
+    if not separable:
+        return EarthRateVerdict.NOT_SEPARABLE
+    if grave(estimate.checks):
+        return EarthRateVerdict.INCONSISTENT
+    if not estimate.rotation.resolved:
+        return EarthRateVerdict.NOT_RESOLVED
+    low, high = estimate.interval
+    if not low <= EARTH_RATE <= high:
+        return EarthRateVerdict.CONTRADICTS
+    return EarthRateVerdict.WITH_GRAVITY if estimate.bounds_sum else EarthRateVerdict.RESOLVED
 
 
 def _if_up(estimate: EarthRateEstimate, over: TurnedOver | None, along_first: float) -> float | None:
@@ -311,7 +325,9 @@ def _settling(estimate: EarthRateEstimate, take: Take, decays: list[Transient]) 
     value, sd = take.fit(estimate.model, [*decays, *best])[RATE]
     rate = -value if estimate.first == "unknown" and value < 0 else value
     sd *= estimate.inflation
-    return SettlingFit(T=best[0].T, rate=rate, sd=sd) if explains(estimate, rate, sd) else None
+    # one that is too small to be seen by itself may still bring the rate back to the known one
+    explains = abs(rate - EARTH_RATE) < min(SEEN * sd, abs(estimate.rate - EARTH_RATE))
+    return SettlingFit(T=best[0].T, rate=rate, sd=sd) if explains else None
 
 
 def _own_scatter(readings: tuple[RateReading, ...], sd: float) -> float:

@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from allanite.experiments.earth_rate.results import RateCheck
+from allanite.experiments.earth_rate.checks import RateCheck
 from allanite.experiments.earth_rate.take import Take, Transient
 from allanite.experiments.earth_rate.verdict import RateCheckKind
 from allanite.filtering.regression import Regression

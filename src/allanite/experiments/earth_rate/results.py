@@ -4,22 +4,23 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.experiments.earth_rate.verdict import EarthRateVerdict, NoiseOrigin, RateCheckKind, RateRemark
-from allanite.experiments.earth_rate.words import advice, check_name, check_says, reason, remarked
+from allanite.experiments.earth_rate import words
+from allanite.experiments.earth_rate.checks import RateCheck
+from allanite.experiments.earth_rate.quantile import needs_more
+from allanite.experiments.earth_rate.verdict import EarthRateVerdict, NoiseOrigin, RateRemark
 from allanite.experiments.reversals import Reversals
 from allanite.experiments.reversals.sides import is_vertical, part_seen
 from allanite.experiments.reversals.turned_over import TurnedOver
 from allanite.noise import NoiseModel
-from allanite.quantities.earth import EARTH_RATE
+from allanite.quantities.earth import DEG_H, EARTH_RATE
 from allanite.quantities.quantity import Quantity
-from allanite.quantities.residual_tests import ResidualTest
 from allanite.quantities.result import Result
 from allanite.quantities.units import STANDARD_GRAVITY
 
@@ -28,7 +29,6 @@ __all__ = [
     "AxisComponent",
     "DwellMean",
     "EarthRateEstimate",
-    "RateCheck",
     "RateReading",
     "RunningEstimate",
     "SettlingFit",
@@ -95,78 +95,6 @@ class AxisComponent(Quantity):
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
-class RateCheck(Result):
-    """One question put to the residuals.
-
-    Attributes
-    ----------
-    kind : RateCheckKind
-        "size" of the noise, "warm-up", "settling" after each turn, "temperature", "scatter" of the dwells, "constancy"
-        of the rate, "order" of the turns.
-    statistic, dof : float
-        Chi-square and its expectation if the model holds.
-    p : float
-        Probability of one at least as unlikely if the model holds.
-    passed : bool
-        The residuals agree with the model.
-    widens : bool
-        Where it fails by no more than a factor of two, it widens the interval and leaves the result standing.
-    tries : int
-        The statistic is the largest of so many; p is its own probability times that number.
-    two_sided : bool
-        p is twice that of the nearer tail: too small is as telling as too large.
-    channel : str
-        Of a temperature; else "".
-    at : float [s]
-        Of the order of the turns: from here on the alternation would be another; NaN of the others.
-    """
-
-    kind: RateCheckKind
-    statistic: float
-    dof: float
-    p: float
-    passed: bool
-    widens: bool = False
-    tries: int = 1
-    two_sided: bool = False
-    channel: str = ""
-    at: float = math.nan
-
-    @classmethod
-    def of(
-        cls, kind: RateCheckKind, test: ResidualTest, *, channel: str = "", at: float = math.nan
-    ) -> RateCheck:
-        """The question with the numbers of its answer."""
-        return cls(
-            kind=kind,
-            statistic=test.statistic,
-            dof=test.dof,
-            p=test.p,
-            passed=test.passed,
-            widens=test.widens,
-            tries=test.tries,
-            two_sided=test.two_sided,
-            channel=channel,
-            at=at,
-        )
-
-    @property
-    def ratio(self) -> float:
-        """Size of what was found over what the model says."""
-        return math.sqrt(self.statistic / self.dof) if self.dof > 0 else 1.0
-
-    @property
-    def name(self) -> str:
-        """What was asked; of a temperature its channel."""
-        return check_name(self)
-
-    @property
-    def says(self) -> str:
-        """What it means and what to do, when it did not pass."""
-        return check_says(self)
-
-
-@dataclass(frozen=True, slots=True, kw_only=True)
 class SettlingFit(Result):
     """A rotation that settles after each turn, fitted beside the rate.
 
@@ -181,6 +109,15 @@ class SettlingFit(Result):
     T: float
     rate: float
     sd: float
+
+    @property
+    def says(self) -> str:
+        """What it means and what to do, where it brings the rate back to that of the Earth."""
+        return (
+            "a rotation that settles after each turn may be the cause, though the residuals alone do not show it: "
+            f"fitted beside, with {self.T:.2g} s, it makes the rate {self.rate / DEG_H:.2f} deg/h (standard deviation "
+            f"{self.sd / DEG_H:.2g}). Leave out more time after each turn (--dead-time), or fit it (--settling)"
+        )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -198,6 +135,14 @@ class UndecidedNoise(Result):
     family: str
     other: str
     narrower: float
+
+    @property
+    def says(self) -> str:
+        """Which of them the interval is of, and what the other would make of it."""
+        return (
+            f"the record at rest does not decide between {self.family} and {self.other}; the interval is that of "
+            f"{self.family}, the wider one: with {self.other} it would be {100 * self.narrower:.0f} % narrower"
+        )
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -368,17 +313,47 @@ class EarthRateEstimate(Result):
     @property
     def reason(self) -> str:
         """Why the verdict is what it is, in one or two sentences."""
-        return reason(self)
+        match self.verdict:
+            case EarthRateVerdict.NOT_SEPARABLE if self.one_sided:
+                return words.one_direction(self.reversals)
+            case EarthRateVerdict.NOT_SEPARABLE:
+                return words.constant(self.bias, self.model_source, self.first, self.latitude)
+            case EarthRateVerdict.INCONSISTENT:
+                return words.contradicted(self.checks)
+            case EarthRateVerdict.CONTRADICTS:
+                needed = self.g_sensitivity
+                cause = "" if needed is None else words.gravity(needed.value, needed.sd)
+                return words.excluded(self.interval, self.deviation, cause)
+        far = words.distance(self.rate, self.total_sd, self.inflation)
+        if self.verdict is EarthRateVerdict.NOT_RESOLVED:
+            few = needs_more(self.model_source, self.n_pairs)
+            return words.too_small(far, self.checks, few=few)
+        return words.resolved(far, with_gravity=self.verdict is EarthRateVerdict.WITH_GRAVITY)
 
     @property
     def advice(self) -> tuple[str, ...]:
-        """What to do, or to know."""
-        return advice(self)
+        """What to do, or to know: what the checks that did not pass say, then the remarks."""
+        separable = self.verdict is not EarthRateVerdict.NOT_SEPARABLE
+        failed = words.of_failures(self.checks) if separable else []
+        return (*failed, *(says for _, says in self._remarked()))
 
     @property
     def remarks(self) -> tuple[RateRemark, ...]:
         """What is to be known or done, beside the checks that did not pass."""
-        return tuple(code for code, _ in remarked(self))
+        return tuple(code for code, _ in self._remarked())
+
+    def _remarked(self) -> Iterator[tuple[RateRemark, str]]:
+        """The remarks, each with its code."""
+        if self.verdict is EarthRateVerdict.NOT_SEPARABLE:
+            yield from words.of_turns(self.reversals, self.first, one_sided=self.one_sided)
+        elif self.bounds_sum:
+            yield RateRemark.WITH_GRAVITY, words.WITH_GRAVITY
+        if self.reversals.turns and not is_vertical(self.first):
+            yield from words.of_the_first(self.first, self.turned_over, self.rate_if_up)
+        if self.settling is not None:
+            yield RateRemark.SETTLING, self.settling.says
+        if self.undecided is not None:
+            yield RateRemark.UNDECIDED, self.undecided.says
 
     @property
     def earth_rate(self) -> float:

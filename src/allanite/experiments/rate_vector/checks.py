@@ -1,42 +1,24 @@
 # SPDX-License-Identifier: BSD-3-Clause
-"""Questions put to the vectors: the size of the noise, one length in all poses, the angle to gravity."""
+"""Questions put to the vectors: one length in all poses, the angle to gravity."""
 
 from __future__ import annotations
 
 import math
-from typing import TYPE_CHECKING
 
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.experiments.rate_vector.levels import Levels
+from allanite.experiments.rate_vector.vectors import Vectors
 from allanite.quantities.distributions import chi_square_tail
 from allanite.quantities.residual_tests import ResidualTest
 from allanite.quantities.setup_uncertainty import SetupUncertainty
 
-if TYPE_CHECKING:
-    from allanite.experiments.rate_vector.vectors import Vectors
-
-__all__ = ["angle_between", "latitude_check", "pose_check", "size_check"]
+__all__ = ["angle_between", "latitude_check", "pose_check"]
 
 Array = NDArray[np.float64]
 
-#: A check fails at this probability; the size of the noise, of which there are three, at the smaller one.
-ALARM, SIZE_ALARM = 0.01, 1e-3
-
-
-def size_check(name: str, given: Levels) -> ResidualTest:
-    """Do the quiet stretches scatter as the model says?"""
-    p = chi_square_tail(given.chi2, given.dof)
-    return ResidualTest(
-        name=f"size of the noise, {name}",
-        statistic=given.chi2,
-        dof=given.dof,
-        p=p,
-        passed=p >= SIZE_ALARM,
-        says=f"the quiet stretches of {name} scatter {math.sqrt(given.chi2 / given.dof):.2f} times as much as the "
-        "model says: the interval comes from their own noise",
-    )
+#: A check fails at this probability.
+ALARM = 0.01
 
 
 def pose_check(vectors: Vectors) -> list[ResidualTest]:

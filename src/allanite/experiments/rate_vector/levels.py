@@ -20,8 +20,10 @@ from allanite.errors import DataQualityError
 from allanite.experiments.rate_vector.stretches import QUIET, AxisCells
 from allanite.filtering.regression import Regression, regress
 from allanite.noise import Flicker, NoiseModel, Quantisation, White
+from allanite.quantities.distributions import chi_square_tail
+from allanite.quantities.residual_tests import ResidualTest
 
-__all__ = ["LevelRows", "Levels", "levels", "levels_of_record"]
+__all__ = ["LevelRows", "Levels", "levels", "levels_of_record", "size_check"]
 
 Array = NDArray[np.float64]
 
@@ -30,6 +32,8 @@ MOST_ROWS = 1024
 #: Deviations of the angle noise (over one row) and of the flicker (its floor), over that of the white noise in a row.
 ANGLE = (0.0, 0.1, 0.3, 1.0, 3.0, 10.0)
 FLICKER = (0.0, 0.03, 0.1, 0.2, 0.4, 0.8, 1.6, 3.2, 6.4)
+#: The size of the noise, which is asked of three axes, fails at this probability.
+SIZE_ALARM = 1e-3
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -93,6 +97,20 @@ def levels(rows: LevelRows, axis: int, model: NoiseModel) -> Levels:
     """Under a model, in SI."""
     fit = _regress(rows, axis, rows.mean[:, axis], model)
     return Levels(level=fit.coefficients, covariance=fit.covariance, chi2=fit.chi2, dof=fit.dof)
+
+
+def size_check(name: str, given: Levels) -> ResidualTest:
+    """Do the quiet stretches scatter as the model says?"""
+    p = chi_square_tail(given.chi2, given.dof)
+    return ResidualTest(
+        name=f"size of the noise, {name}",
+        statistic=given.chi2,
+        dof=given.dof,
+        p=p,
+        passed=p >= SIZE_ALARM,
+        says=f"the quiet stretches of {name} scatter {math.sqrt(given.chi2 / given.dof):.2f} times as much as the "
+        "model says: the interval comes from their own noise",
+    )
 
 
 def levels_of_record(rows: LevelRows, axis: int, channel: str) -> Levels:

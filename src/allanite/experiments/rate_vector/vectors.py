@@ -10,8 +10,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
-from allanite.experiments.rate_vector.checks import size_check
-from allanite.experiments.rate_vector.levels import LevelRows, Levels, levels, levels_of_record
+from allanite.experiments.rate_vector.levels import LevelRows, Levels, levels, levels_of_record, size_check
 from allanite.experiments.rate_vector.stretches import QUIET, AxisCells
 from allanite.noise import NoiseModel
 from allanite.quantities.distributions import normal_quantile, student_quantile

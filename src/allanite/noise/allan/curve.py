@@ -20,7 +20,7 @@ from allanite.noise.allan.lags import choose_lags
 from allanite.noise.allan.local_degrees import Degrees, RecordOfCurve, degrees_by_local_law, degrees_under
 from allanite.noise.allan.online import decimable, decimated_sums
 from allanite.noise.allan.robust import m_estimates
-from allanite.noise.allan.soundness import check_sound
+from allanite.noise.allan.soundness import check_channels, check_lags, check_record, check_values
 from allanite.noise.allan.statistics import (
     STATISTICS,
     Statistic,
@@ -379,10 +379,19 @@ class AllanCurve:
             )
             if curve.excluded.shape != curve.deviation.shape:
                 raise ValueError("excluded must hold one list of lags for each channel")
-            check_sound(curve)
+            _check_sound(curve)
         except (IndexError, KeyError, OverflowError, TypeError, ValueError) as error:
             raise FormatError(f"{path}: damaged curve file: {_one_line(error)}") from None
         return curve
+
+
+def _check_sound(curve: AllanCurve) -> None:
+    """Raise if the parts of a curve cannot belong to one record."""
+    n, dt = curve.n_samples, curve.dt
+    check_record(curve.statistic, curve.confidence, n, dt)
+    check_channels(curve.names, curve.missing, n)
+    check_lags(curve.statistic, curve.lags, curve.tau, n, dt)
+    check_values({k: getattr(curve, k) for k in ("deviation", "lower", "upper", "edf")}, curve.count, n)
 
 
 def _kurtoses(text: str, count: int) -> tuple[float, ...]:

@@ -11,9 +11,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from allanite.errors import InputError
-from allanite.noise.spectrum.bend import TOLERANCE, deviation_of_variance, filter_bend
 from allanite.noise.spectrum.lines import SpectralLine
-from allanite.noise.spectrum.results import Spectrum
+from allanite.noise.spectrum.results import TOLERANCE, Spectrum
 
 __all__ = ["Exclusion", "lags_to_exclude", "quiet_lags", "without_spans"]
 
@@ -63,9 +62,9 @@ def lags_to_exclude(
     A line of amplitude A adds A^2 [sin^2(pi f tau)/(m sin(pi f Ts))]^2, the worst case within its width.
     """
     m = np.rint(np.asarray(tau, dtype=np.float64) / spectrum.dt)
-    noise = tolerance * deviation_of_variance(spectrum, m, avar, edf)
+    noise = tolerance * spectrum.deviation_of_variance(m, avar, edf)
     reasons = [""] * len(m)
-    for i in np.flatnonzero(filter_bend(spectrum, m) > noise):
+    for i in np.flatnonzero(spectrum.filter_bend(m) > noise):
         reasons[i] = f"bent by the low-pass at {spectrum.corner:.3g} Hz"
     if spectrum.lines:
         added = np.array([_line_avar(line, m, spectrum.dt) for line in spectrum.lines])
@@ -129,7 +128,7 @@ def quiet_lags(spectrum: Spectrum, lags: ArrayLike, *, reach: float = 1.2) -> ND
             (_line_avar(line, near.astype(np.float64), spectrum.dt) for line in spectrum.lines),
             np.zeros(len(near)),
         )
-        moved = added / deviation_of_variance(spectrum, near)
+        moved = added / spectrum.deviation_of_variance(near)
         chosen.add(lag if moved[0] <= TOLERANCE else int(near[np.argmin(moved)]))
     return np.array(sorted(chosen), dtype=np.int64)
 

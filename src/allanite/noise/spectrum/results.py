@@ -9,11 +9,10 @@ from dataclasses import asdict, dataclass, field
 from typing import Any, Literal
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from allanite.noise import NoiseModel
-from allanite.noise.spectrum.band_limit import BandLimit
-from allanite.noise.spectrum.bend import shortest_trusted_tau
+from allanite.noise.spectrum.band_limit import BandLimit, short_lag_bend
 from allanite.noise.spectrum.expected import Sight, sight_of
 from allanite.noise.spectrum.holes import Bridged
 from allanite.noise.spectrum.lines import SpectralLine
@@ -21,11 +20,13 @@ from allanite.noise.spectrum.sampled import sampled_psd
 from allanite.noise.spectrum.windows import window_of
 from allanite.recording.records import Sampling
 
-__all__ = ["METHODS", "Method", "Spectrum"]
+__all__ = ["METHODS", "TOLERANCE", "Method", "Spectrum"]
 
 Array = NDArray[np.float64]
 Method = Literal["log", "welch"]
 METHODS: tuple[Method, ...] = ("log", "welch")
+#: A lag is bent when a line or the band limit moves its AVAR by this share of its own standard deviation.
+TOLERANCE = 0.3
 _ARRAYS = ("frequency", "density", "lower", "upper", "edf", "background", "resolution")
 
 
@@ -112,7 +113,28 @@ class Spectrum:
     @property
     def shortest_trusted_tau(self) -> float:
         """Averaging time [s] from which on the filter leaves the Allan variance alone; 0 without a filter."""
-        return shortest_trusted_tau(self)
+        if self.band_limit is None:
+            return 0.0
+        m = np.unique(np.geomspace(1, max(self.n_samples // 8, 2), 200).astype(int))
+        bent = self.filter_bend(m) > TOLERANCE * self.deviation_of_variance(m)
+        last = int(np.flatnonzero(bent)[-1]) if bent.any() else -1
+        return float(m[min(last + 1, len(m) - 1)] * self.dt)
+
+    def filter_bend(self, m: ArrayLike) -> Array:
+        """What the filter takes from or adds to the Allan variance at m samples, without its sign."""
+        m = np.asarray(m, dtype=np.float64)
+        if self.band_limit is None:
+            return np.zeros_like(m)
+        return np.abs(short_lag_bend(self.band_limit, self.frequency, self.background, m, self.dt))
+
+    def deviation_of_variance(
+        self, m: ArrayLike, avar: ArrayLike | None = None, edf: ArrayLike | None = None
+    ) -> Array:
+        """Standard deviation of the Allan variance at m samples; by default of that of the background."""
+        m = np.asarray(m, dtype=np.float64)
+        given = _avar(self.frequency, self.background, m, self.dt) if avar is None else avar
+        dof = np.maximum(np.minimum(0.67, 1.2 / m) * self.n_samples, 1.0) if edf is None else np.asarray(edf)
+        return np.asarray(np.asarray(given, dtype=np.float64) * np.sqrt(2 / dof))
 
     @property
     def sight(self) -> Sight:
@@ -164,6 +186,21 @@ class Spectrum:
         given["band_limit"] = None if limit is None else BandLimit(**_numbers(limit))
         given["bridged"] = _bridged(data.get("bridged", {}))  # none in a document of an earlier version
         return cls(**given)
+
+
+def _avar(f: Array, density: Array, m: Array, dt: float) -> Array:
+    """Allan variance of a density: 4 * integral of S(f) [sin^2(pi f m Ts)/(m sin(pi f Ts))]^2 df over its bins."""
+    if len(f) < 2:
+        return np.zeros_like(m)
+    width = np.diff(np.concatenate([[0.0], np.sqrt(f[1:] * f[:-1]), [0.5 / dt]]))
+    turns, blur = np.outer(m, f * dt), np.outer(m, width * dt)  # sin^4 averaged over each bin
+    fourth = (
+        3 / 8
+        - np.cos(2 * np.pi * turns) * np.sinc(blur) / 2
+        + np.cos(4 * np.pi * turns) * np.sinc(2 * blur) / 8
+    )
+    shape = fourth / (m[:, None] * np.sin(np.pi * f * dt)) ** 2
+    return np.asarray(4 * shape @ (density * width))
 
 
 def _bridged(data: Mapping[str, Any]) -> Bridged:

@@ -7,6 +7,7 @@
 ``sizes``       time and size of a change by maximum likelihood.
 ``shapes``      steps and drifts of one noise term, and what they do to every window.
 ``results``     Variation and what it is made of; ``verdict`` what it may come to, ``words`` says it in a sentence.
+``remarks``     what a reader must know besides.
 """
 
 from allanite.stability.variation.estimation import examine_variation

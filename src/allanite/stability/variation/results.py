@@ -14,7 +14,13 @@ from allanite.noise import NoiseModel
 from allanite.quantities.quantity import Quantity
 from allanite.quantities.result import Result
 from allanite.stability.variation.verdict import ModelSource, VariationVerdict
-from allanite.stability.variation.words import change_sentence, channel_reason, reason
+from allanite.stability.variation.words import (
+    all_constant,
+    change_sentence,
+    constant_sentence,
+    scatter_sentence,
+    silence_sentence,
+)
 
 __all__ = ["Change", "ChannelVariation", "LagTest", "Variation"]
 
@@ -93,7 +99,7 @@ class Change(Result):
     p: float
 
     def __str__(self) -> str:
-        return change_sentence(self)
+        return change_sentence(self.symbol, self.time, self.ratio)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -149,7 +155,17 @@ class ChannelVariation(Result):
     @property
     def reason(self) -> str:
         """What was found, in a sentence."""
-        return channel_reason(self)
+        if self.silent:
+            return silence_sentence(self.silent)
+        match self.verdict:
+            case VariationVerdict.CHANGES:
+                return "; ".join(map(str, self.changes))
+            case VariationVerdict.FLUCTUATES:
+                worst = min(self.lags, key=lambda lag: lag.p)
+                at = worst.clearest
+                return scatter_sentence(self.p, worst.tau, worst.start[at], worst.stop[at], worst.ratio[at])
+            case VariationVerdict.CONSTANT:
+                return constant_sentence(min(2 * min(self.p, self.p_change), 1.0), self.visible)
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -207,8 +223,13 @@ class Variation(Result):
 
     @property
     def reason(self) -> str:
-        """What was found, channel by channel."""
-        return reason(self)
+        """What was found, channel by channel; the constant ones are not listed beside others."""
+        if len(self.channels) == 1:
+            return self.channels[0].reason
+        if self.verdict is VariationVerdict.CONSTANT:
+            return all_constant(len(self.channels))
+        listed = [c for c in self.channels if c.verdict is not VariationVerdict.CONSTANT]
+        return "; ".join(f"{c.name}: {c.reason}" for c in listed)
 
     @classmethod
     def _upgraded(cls, data: Mapping[str, object]) -> Mapping[str, object]:

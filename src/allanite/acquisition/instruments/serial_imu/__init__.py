@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: BSD-3-Clause
 """Inertial sensors on a serial port, described in a YAML file: binary frames or lines of text.
 
-``description``  what frames or lines look like, checked as a whole (`consistency`)
+``description``  what frames or lines look like (`layout`), checked as a whole (`consistency`)
 ``checksums``    sum8, xor, crc8, crc16-ccitt, crc32, fletcher16
 ``framing``      bytes in, samples out (`frames`, `lines`, `sequence`, `tally`)
 ``driver``       SerialImu: the instrument (`port` is the only module that knows pyserial)

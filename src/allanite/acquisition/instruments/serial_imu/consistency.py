@@ -5,63 +5,58 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator, Sequence
-from typing import TYPE_CHECKING
 
 from allanite.acquisition.instruments.serial_imu.checksums import SIZES
+from allanite.acquisition.instruments.serial_imu.layout import (
+    BinaryFrame,
+    CellStatus,
+    FrameChecksum,
+    FrameField,
+    IdentityQuery,
+    LineColumn,
+    Status,
+    TextLines,
+    WireText,
+)
 from allanite.files.byte_layout import TYPE_SIZES, Span, wrong_in_record, wrong_measured
 from allanite.plain_files.yaml_validation import Fault, Place, name_of
+from allanite.recording.records import Sampling
 
-if TYPE_CHECKING:
-    from allanite.acquisition.instruments.serial_imu.description import (
-        BinaryFrame,
-        CellStatus,
-        Description,
-        FrameChecksum,
-        FrameField,
-        LineColumn,
-        Status,
-        TextLines,
-    )
-
-__all__ = ["contradictions"]
+__all__ = ["wrong_in_channels", "wrong_in_dialogue", "wrong_in_frame", "wrong_in_lines"]
 
 
-def contradictions(described: Description) -> list[Fault]:
-    """Place and words of everything that does not fit; empty for a description that can be used."""
-    return [*_top(described), *_channels(described), *_frame(described.frame), *_lines(described.lines)]
-
-
-def _top(described: Description) -> Iterator[Fault]:
-    if (described.frame is None) == (described.lines is None):
-        yield (), "give either 'frame' (binary) or 'lines' (text)"
-    if described.identity is not None:
+def wrong_in_dialogue(identity: IdentityQuery | None, **texts: Sequence[WireText]) -> Iterator[Fault]:
+    """What does not fit together in what the device is sent and asked."""
+    if identity is not None:
         try:
-            groups = re.compile(described.identity.answer).groupindex
+            groups = re.compile(identity.answer).groupindex
         except re.error as error:
             yield ("identity", "answer"), f"is no regular expression: {error}"
         else:
             if not groups.keys() & {"serial", "firmware"}:
                 yield ("identity", "answer"), "names no group: write for example 'SN (?P<serial>[0-9]+)'"
-    for name in ("start", "stop"):
-        for i, text in enumerate(getattr(described, name)):
+    for name, several in texts.items():
+        for i, text in enumerate(several):
             if (text.text is None) == (text.hex is None):
                 yield (name, i), "give either 'text' or 'hex'"
 
 
-def _channels(described: Description) -> Iterator[Fault]:
-    where: Place = ("frame", "fields") if described.frame is not None else ("lines", "columns")
-    yield from wrong_measured(described.measured, where, described.sampling, described.aperture)
-    entries: Sequence[FrameField | LineColumn] = described.measured
-    for i, entry in enumerate(entries):
+def wrong_in_channels(
+    measured: Sequence[FrameField | LineColumn], where: Place, sampling: Sampling, aperture: float | None
+) -> Iterator[Fault]:
+    """Channels that cannot be."""
+    yield from wrong_measured(measured, where, sampling, aperture)
+    for i, entry in enumerate(measured):
         if entry.limits is not None and not entry.limits[0] < entry.limits[1]:
             yield (*where, i, "limits"), "the first one is not below the second"
 
 
-def _frame(frame: BinaryFrame | None) -> Iterator[Fault]:
+def wrong_in_frame(frame: BinaryFrame | None) -> Iterator[Fault]:
+    """What does not fit together in a frame."""
     if frame is None:
         return
     fixed = frame.length if isinstance(frame.length, int) else None
-    longest = fixed if fixed is not None else frame.length.longest  # type: ignore[union-attr]
+    longest = frame.length if isinstance(frame.length, int) else frame.length.longest
     yield from wrong_in_record(frame, _spans(frame), longest, where=("frame",), what="frame")
     yield from _statuses(frame.status, [f.name for f in frame.fields], ("frame", "status"))
     if frame.checksum is not None:
@@ -132,7 +127,8 @@ def _statuses(words: Iterable[Status | CellStatus], names: list[str], where: Pla
                     )
 
 
-def _lines(lines: TextLines | None) -> Iterator[Fault]:
+def wrong_in_lines(lines: TextLines | None) -> Iterator[Fault]:
+    """What does not fit together in lines."""
     if lines is None:
         return
     if lines.decimal == lines.separator:

@@ -17,229 +17,38 @@ Fields and counters are described in the words of `allanite.files.byte_layout`.
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Any, Literal
 
-from pydantic import ConfigDict, Field
+from pydantic import Field
 
-from allanite.acquisition.instruments import Flag
-from allanite.acquisition.instruments.serial_imu.checksums import ChecksumKind
-from allanite.acquisition.instruments.serial_imu.consistency import contradictions
-from allanite.errors import FormatError
-from allanite.files.byte_layout import (
-    LONGEST,
-    ByteCounter,
-    ByteField,
-    ByteRecord,
-    Endian,
-    HexBytes,
-    Offset,
-    RawChannel,
-    UnsignedType,
+from allanite.acquisition.instruments.serial_imu.consistency import (
+    wrong_in_channels,
+    wrong_in_dialogue,
+    wrong_in_frame,
+    wrong_in_lines,
 )
+from allanite.acquisition.instruments.serial_imu.layout import (
+    BinaryFrame,
+    CellCounter,
+    FrameField,
+    IdentityQuery,
+    LineColumn,
+    PortSettings,
+    TextLines,
+    WireText,
+)
+from allanite.errors import FormatError
+from allanite.files.byte_layout import ByteCounter
 from allanite.plain_files.yaml_text import read_yaml_lines
-from allanite.plain_files.yaml_validation import Entry, Place, check_entries
+from allanite.plain_files.yaml_validation import Entry, Fault, Place, check_entries
 from allanite.recording.records import Channel
 
-__all__ = [
-    "BinaryFrame",
-    "CellCounter",
-    "CellStatus",
-    "Description",
-    "FrameChecksum",
-    "FrameField",
-    "IdentityQuery",
-    "LengthField",
-    "LineChecksum",
-    "LineColumn",
-    "PortSettings",
-    "Status",
-    "StatusBit",
-    "TextLines",
-    "WireText",
-    "read_description",
-]
+__all__ = ["Description", "read_description"]
 
-
-#: Bytes that are sent at once, and how many such texts; characters of a regular expression, and of a name.
-_LONGEST_TEXT, _MOST_TEXTS, _LONGEST_PATTERN, _LONGEST_NAME = 1024, 64, 200, 80
-
-
-Finite = Annotated[float, Field(allow_inf_nan=False)]
-
-
-class WireText(Entry):
-    """Bytes for the device: `text` (with the escapes of YAML's double quotes), or `hex`."""
-
-    text: str | None = Field(default=None, max_length=_LONGEST_TEXT)
-    hex: HexBytes | None = Field(default=None, max_length=_LONGEST_TEXT)
-
-    @property
-    def payload(self) -> bytes:
-        """The bytes."""
-        return self.hex if self.hex is not None else (self.text or "").encode("latin-1", "replace")
-
-
-class IdentityQuery(Entry):
-    """How to ask for the identity: what to send, and a regular expression with the groups serial and firmware."""
-
-    ask: WireText
-    answer: str = Field(max_length=_LONGEST_PATTERN)
-    seconds: float = Field(default=1.0, gt=0, le=60)
-
-
-class PortSettings(Entry):
-    """The serial line."""
-
-    baud: int = Field(default=115_200, gt=0, le=12_000_000)
-    bits: Literal[7, 8] = 8
-    parity: Literal["none", "even", "odd"] = "none"
-    stop: Literal[1, 2] = 1
-    flow: Literal["none", "rtscts", "xonxoff"] = "none"
-
-
-class StatusBit(Entry):
-    """A bit that says something of a sample: of `fields`, or of all."""
-
-    bit: int = Field(ge=0, le=63)
-    flag: Literal["overload", "missing", "resync", "doubtful"]
-    fields: tuple[str, ...] = ()
-    when: Literal[0, 1] = 1
-
-    @property
-    def mark(self) -> int:
-        """Its bit among the flags of the sample."""
-        return int(getattr(Flag, self.flag.upper()))
-
-
-class Status(Entry):
-    """A status word of a frame."""
-
-    at: Offset
-    type: UnsignedType
-    endian: Endian | None = None
-    bits: tuple[StatusBit, ...] = Field(min_length=1)
-
-
-class FrameChecksum(Entry):
-    """The checksum of a frame. `at`, `from`, `to` count from the start, negative ones from the end.
-
-    `at` is by default the end of the frame, `to` the checksum itself.
-    """
-
-    model_config = ConfigDict(populate_by_name=True)
-
-    kind: ChecksumKind
-    start: int = Field(alias="from")
-    stop: int | None = Field(default=None, alias="to")
-    at: int | None = None
-    endian: Endian | None = None
-    init: int | None = Field(default=None, ge=0)
-    poly: int | None = Field(default=None, ge=0)
-    reflected: bool = False
-    xor_out: int = Field(default=0, ge=0)
-    modulus: Literal[255, 256] = 255
-    negated: bool = False
-
-
-class LengthField(Entry):
-    """Where a frame tells its length: the whole frame has field + `add` bytes, never more than `longest`."""
-
-    at: Offset
-    type: Literal["u8", "u16"]
-    endian: Endian | None = None
-    add: int = 0
-    longest: int = Field(default=256, ge=2, le=LONGEST)
-
-
-class KindField(Entry):
-    """Bytes that frames of samples have at `at`; whole frames with others are passed over."""
-
-    at: Offset
-    bytes: HexBytes
-
-
-class _Limited(Entry):
-    """What a value lies between, in its unit; beyond it no sensor gave it."""
-
-    limits: tuple[Finite, Finite] | None = None
-
-
-class FrameField(ByteField, _Limited):
-    """A field of a frame."""
-
-
-class BinaryFrame(ByteRecord):
-    """A binary frame."""
-
-    fields: tuple[FrameField, ...] = Field(min_length=1)
-
-    header: HexBytes = Field(min_length=1, max_length=16)
-    length: Annotated[int, Field(ge=2, le=LONGEST)] | LengthField
-    status: tuple[Status, ...] = ()
-    checksum: FrameChecksum | None = None
-    kind: KindField | None = None
-    confirm: bool | None = None
-    identical: Literal["keep", "drop"] = "keep"
-
-
-class LineColumn(RawChannel, _Limited):
-    """A column of a line, counted from 0."""
-
-    column: int = Field(ge=0, le=1000)
-
-
-class CellCounter(Entry):
-    """The counter of a line. Text does not show where it begins anew: say its modulus."""
-
-    column: int = Field(ge=0, le=1000)
-    modulus: int = Field(ge=4)
-    step: int = Field(default=1, ge=1)
-    numbers: Literal["decimal", "hexadecimal"] = "decimal"
-
-    @property
-    def turns_at(self) -> int:
-        """Where it begins anew."""
-        return self.modulus
-
-
-class CellStatus(Entry):
-    """A status word of a line."""
-
-    column: int = Field(ge=0, le=1000)
-    numbers: Literal["decimal", "hexadecimal"] = "decimal"
-    bits: tuple[StatusBit, ...] = Field(min_length=1)
-
-
-class LineChecksum(Entry):
-    """Hexadecimal digits behind a mark; of what stands between `skip` and the mark. NMEA 0183: all the defaults."""
-
-    kind: ChecksumKind = "xor"
-    skip: str = Field(default="$", max_length=8)
-    mark: str = Field(default="*", min_length=1, max_length=8)
-
-
-class TextLines(Entry):
-    """Lines of text."""
-
-    separator: str = Field(default=",", min_length=1, max_length=8)
-    decimal: Literal[".", ","] = "."
-    begins: str | None = Field(default=None, min_length=1, max_length=40)
-    cells: int | None = Field(default=None, ge=1, le=1000)
-    columns: tuple[LineColumn, ...] = Field(min_length=1)
-    counter: CellCounter | None = None
-    status: tuple[CellStatus, ...] = ()
-    checksum: LineChecksum | None = None
-    longest: int = Field(default=512, ge=8, le=LONGEST)
-    identical: Literal["keep", "drop"] = "keep"
-
-    @property
-    def n_cells(self) -> int:
-        """Cells of a line; by default up to the last one that is named."""
-        named = [cell.column for cell in self.columns] + [word.column for word in self.status]
-        named += [self.counter.column] if self.counter is not None else []
-        return self.cells or max(named) + 1
+#: Characters of a name, and texts that are sent.
+_LONGEST_NAME, _MOST_TEXTS = 80, 64
 
 
 class Description(Entry):
@@ -292,7 +101,7 @@ class Description(Entry):
         >>> imu.channels[0].unit
         'deg/s'
         """
-        return _checked(entries, "the description", {})
+        return check_entries(Description, entries, "the description", {}, _contradictions)
 
     @property
     def channels(self) -> tuple[Channel, ...]:
@@ -337,8 +146,16 @@ def read_description(path: str | os.PathLike[str]) -> Description:
     entries_of_file, lines = read_yaml_lines(place, "description of a device")
     if not isinstance(entries_of_file, Mapping):
         raise FormatError(f"{place} is no description of a device: it holds no entries like 'rate: 200'")
-    return _checked(entries_of_file, str(place), lines)
+    return check_entries(Description, entries_of_file, str(place), lines, _contradictions)
 
 
-def _checked(entries: Mapping[str, Any], source: str, lines: Mapping[Place, int]) -> Description:
-    return check_entries(Description, entries, source, lines, contradictions)
+def _contradictions(described: Description) -> Iterator[Fault]:
+    """Place and words of everything that does not fit; nothing for a description that can be used."""
+    frame, lines = described.frame, described.lines
+    if (frame is None) == (lines is None):
+        yield (), "give either 'frame' (binary) or 'lines' (text)"
+    yield from wrong_in_dialogue(described.identity, start=described.start, stop=described.stop)
+    where: Place = ("frame", "fields") if frame is not None else ("lines", "columns")
+    yield from wrong_in_channels(described.measured, where, described.sampling, described.aperture)
+    yield from wrong_in_frame(frame)
+    yield from wrong_in_lines(lines)

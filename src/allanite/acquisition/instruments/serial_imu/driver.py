@@ -19,12 +19,9 @@ from numpy.typing import NDArray
 
 from allanite.acquisition.instruments import Block, Flag, Identity, InstrumentTimeout, host_ns
 from allanite.acquisition.instruments.port_names import network_device, refusal_of_port
-from allanite.acquisition.instruments.serial_imu.description import (
-    Description,
-    PortSettings,
-    read_description,
-)
+from allanite.acquisition.instruments.serial_imu.description import Description, read_description
 from allanite.acquisition.instruments.serial_imu.framing import Framer, Samples
+from allanite.acquisition.instruments.serial_imu.layout import PortSettings
 from allanite.acquisition.instruments.serial_imu.port import SerialPort
 from allanite.acquisition.instruments.serial_imu.tally import Tally
 from allanite.errors import InputError, InstrumentError

@@ -7,13 +7,9 @@ import math
 import struct
 from collections.abc import Sequence
 
-from allanite.acquisition.instruments.serial_imu.description import (
-    BinaryFrame,
-    Description,
-    StatusBit,
-    TextLines,
-)
+from allanite.acquisition.instruments.serial_imu.description import Description
 from allanite.acquisition.instruments.serial_imu.frames import with_checksum
+from allanite.acquisition.instruments.serial_imu.layout import BinaryFrame, StatusBit, TextLines
 from allanite.acquisition.instruments.serial_imu.lines import with_line_checksum
 from allanite.files.byte_layout import INTEGERS, TYPE_SIZES, ByteField
 

@@ -18,12 +18,8 @@ from numpy.typing import NDArray
 
 from allanite.acquisition.instruments import Flag
 from allanite.acquisition.instruments.serial_imu.checksums import SIZES, checksum
-from allanite.acquisition.instruments.serial_imu.description import (
-    BinaryFrame,
-    Description,
-    Status,
-    StatusBit,
-)
+from allanite.acquisition.instruments.serial_imu.description import Description
+from allanite.acquisition.instruments.serial_imu.layout import BinaryFrame, Status, StatusBit
 from allanite.acquisition.instruments.serial_imu.tally import Tally
 from allanite.files.byte_layout import TYPE_SIZES, ByteField
 from allanite.recording.records import OVERLOAD

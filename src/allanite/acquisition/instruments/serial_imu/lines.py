@@ -17,8 +17,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from allanite.acquisition.instruments.serial_imu.checksums import SIZES, checksum
-from allanite.acquisition.instruments.serial_imu.description import Description, TextLines
+from allanite.acquisition.instruments.serial_imu.description import Description
 from allanite.acquisition.instruments.serial_imu.frames import apply_bits, flag_numbers
+from allanite.acquisition.instruments.serial_imu.layout import TextLines
 from allanite.acquisition.instruments.serial_imu.tally import Tally
 
 __all__ = ["LineSplitter", "ParsedLine", "with_line_checksum"]

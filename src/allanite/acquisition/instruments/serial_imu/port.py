@@ -11,7 +11,7 @@ from __future__ import annotations
 from typing import Any
 
 from allanite.acquisition.instruments.port_names import refusal_of_port
-from allanite.acquisition.instruments.serial_imu.description import PortSettings
+from allanite.acquisition.instruments.serial_imu.layout import PortSettings
 from allanite.errors import InstrumentError
 
 __all__ = ["SerialPort"]

@@ -1,0 +1,147 @@
+# SPDX-License-Identifier: BSD-3-Clause
+"""Questions put to the residuals of an Earth rate, and what a failed one means."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+from allanite.experiments.earth_rate.verdict import RateCheckKind
+from allanite.quantities.residual_tests import ResidualTest, grave, scatter_words, size_words
+from allanite.quantities.result import Result
+
+__all__ = ["RateCheck", "failures"]
+
+_NAMES = {
+    RateCheckKind.SIZE: "size of the noise",
+    RateCheckKind.SCATTER: "scatter of the dwells",
+    RateCheckKind.CONSTANCY: "constancy of the rate",
+    RateCheckKind.ORDER: "order of the turns",
+}
+#: A cause before its consequences: a drift also makes the dwells scatter and the alternation look another.
+_CAUSES = (
+    RateCheckKind.WARM_UP,
+    RateCheckKind.SETTLING,
+    RateCheckKind.ORDER,
+    RateCheckKind.CONSTANCY,
+    RateCheckKind.SCATTER,
+)
+
+
+@dataclass(frozen=True, slots=True, kw_only=True)
+class RateCheck(Result):
+    """One question put to the residuals.
+
+    Attributes
+    ----------
+    kind : RateCheckKind
+        "size" of the noise, "warm-up", "settling" after each turn, "temperature", "scatter" of the dwells, "constancy"
+        of the rate, "order" of the turns.
+    statistic, dof : float
+        Chi-square and its expectation if the model holds.
+    p : float
+        Probability of one at least as unlikely if the model holds.
+    passed : bool
+        The residuals agree with the model.
+    widens : bool
+        Where it fails by no more than a factor of two, it widens the interval and leaves the result standing.
+    tries : int
+        The statistic is the largest of so many; p is its own probability times that number.
+    two_sided : bool
+        p is twice that of the nearer tail: too small is as telling as too large.
+    channel : str
+        Of a temperature; else "".
+    at : float [s]
+        Of the order of the turns: from here on the alternation would be another; NaN of the others.
+    """
+
+    kind: RateCheckKind
+    statistic: float
+    dof: float
+    p: float
+    passed: bool
+    widens: bool = False
+    tries: int = 1
+    two_sided: bool = False
+    channel: str = ""
+    at: float = math.nan
+
+    @classmethod
+    def of(
+        cls, kind: RateCheckKind, test: ResidualTest, *, channel: str = "", at: float = math.nan
+    ) -> RateCheck:
+        """The question with the numbers of its answer."""
+        return cls(
+            kind=kind,
+            statistic=test.statistic,
+            dof=test.dof,
+            p=test.p,
+            passed=test.passed,
+            widens=test.widens,
+            tries=test.tries,
+            two_sided=test.two_sided,
+            channel=channel,
+            at=at,
+        )
+
+    @property
+    def ratio(self) -> float:
+        """Size of what was found over what the model says."""
+        return math.sqrt(self.statistic / self.dof) if self.dof > 0 else 1.0
+
+    @property
+    def name(self) -> str:
+        """What was asked; of a temperature its channel."""
+        return self.channel or _NAMES.get(self.kind, self.kind)
+
+    @property
+    def says(self) -> str:
+        """What it means and what to do, when it did not pass."""
+        return _meaning(self)
+
+
+def failures(checks: Iterable[RateCheck]) -> list[RateCheck]:
+    """Checks that did not pass, the cause before its consequences."""
+    return sorted((c for c in checks if not c.passed), key=_rank)
+
+
+def _rank(check: RateCheck) -> int:
+    """The size of the noise comes first where it speaks of another sensor, last where it does not."""
+    if check.kind is RateCheckKind.SIZE:
+        return -1 if grave([check]) or check.ratio < 1 else len(_CAUSES)
+    return _CAUSES.index(check.kind) if check.kind in _CAUSES else 1
+
+
+def _meaning(check: RateCheck) -> str:
+    """What it means and what to do, when it did not pass."""
+    match check.kind:
+        case RateCheckKind.SIZE:
+            return size_words(check.ratio)
+        case RateCheckKind.WARM_UP:
+            return (
+                "the level drifts as after power-on, beyond what the noise model allows: wait longer before the record "
+                "begins, or fit the warm-up beside the rate (--warm-up)"
+            )
+        case RateCheckKind.SETTLING:
+            return (
+                "a rotation in the direction of the turn goes on after it and adds to the rate: leave out more time "
+                "after each turn (--dead-time), or fit it beside the rate (--settling)"
+            )
+        case RateCheckKind.TEMPERATURE:
+            return (
+                f"the level follows the temperature: fit it beside the rate (--temperature {check.channel})"
+            )
+        case RateCheckKind.SCATTER:
+            causes = "pointing, tilt, residual rotation, a bias by position"
+            return scatter_words("dwells", check.ratio, f"something changes from turn to turn ({causes})")
+        case RateCheckKind.CONSTANCY:
+            return (
+                "the alternation from turn to turn grows or fades through the record: look at the dwells, and take "
+                "the part of the record that is steady"
+            )
+        case RateCheckKind.ORDER:
+            return (
+                f"from {check.at:.0f} s on the alternation is another: a turn was missed or counted twice there; "
+                "correct it with a file of turns"
+            )
