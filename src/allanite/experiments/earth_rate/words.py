@@ -20,6 +20,7 @@ from allanite.plain_files.counted import plural
 from allanite.quantities.earth import DEG_H, EARTH_RATE
 from allanite.quantities.residual_tests import SEEN, grave, inflation_of, scatter_words, size_words
 from allanite.quantities.units import STANDARD_GRAVITY
+from allanite.recording.channel_names import for_shell
 
 if TYPE_CHECKING:
     from allanite.experiments.earth_rate.results import EarthRateEstimate, RateCheck
@@ -59,7 +60,9 @@ def check_says(check: RateCheck) -> str:
             )
         case RateCheckKind.TEMPERATURE:
             name = check.channel
-            return f"the level follows the temperature: fit it beside the rate (--temperature {name})"
+            return (
+                f"the level follows the temperature: fit it beside the rate (--temperature {for_shell(name)})"
+            )
         case RateCheckKind.SCATTER:
             causes = "pointing, tilt, residual rotation, a bias by position"
             return scatter_words("dwells", check.ratio, f"something changes from turn to turn ({causes})")
