@@ -11,15 +11,14 @@ from collections.abc import Callable, Iterator
 from functools import cache
 from pathlib import Path
 
-import click
 import numpy as np
 import pytest
 
 import allanite
-from allanite.commands.cli import cli
 from allanite.commands.cli.in_options import in_options
 from allanite.recording.cleaning import REPAIRS
 from allanite.recording.health import CATALOGUE
+from copied_advice import CHOICES, COMMANDS, OPTIONS
 from shell import Run
 
 PACKAGE = Path(allanite.__file__).parent
@@ -393,24 +392,6 @@ def test_names_of_axes_that_a_refusal_offers_are_taken(rng: Rng, run: Run, tmp_p
 
 
 # -- every sentence of the package ------------------------------------------------------------------------
-
-
-def commands() -> Iterator[tuple[str, click.Command]]:
-    for name, command in cli.commands.items():
-        yield name, command
-        if isinstance(command, click.Group):
-            yield from ((f"{name} {sub}", c) for sub, c in command.commands.items())
-
-
-COMMANDS = dict(commands())
-OPTIONS = {
-    name: {o for p in c.params for o in (*p.opts, *p.secondary_opts)} | {"--help"}
-    for name, c in COMMANDS.items()
-}
-CHOICES = {
-    name: {o: set(p.type.choices) for p in c.params if isinstance(p.type, click.Choice) for o in p.opts}
-    for name, c in COMMANDS.items()
-}
 
 
 def sentences() -> Iterator[tuple[str, str]]:

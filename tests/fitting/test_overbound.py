@@ -261,7 +261,7 @@ def test_exported_bound_says_so_and_its_own_two_numbers_are_the_bound(study: Pat
     assert np.all(of_file.avar_sampled(m, 1 / RATE) >= TRUTH.avar_sampled(m, 1 / RATE))
     assert "INFLATED" in al.export("cpp", {"gyro": bound}, rate=RATE)
     assert "INFLATED" not in export_of("kalibr", study)
-    with pytest.raises(InputError, match="bound_until"):
+    with pytest.raises(InputError, match="--bound-until"):
         export_of("kalibr", study, bound_until=100.0)
 
 

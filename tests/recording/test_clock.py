@@ -185,7 +185,7 @@ def refused() -> dict[str, Callable[[Path], object]]:
         "a phase is in s, ns": lambda p: al.read(p, kind="phase", rate=1.0, unit="V"),
         "a fractional frequency is in": lambda p: al.read(p, kind="frequency", rate=1.0, unit="g"),
         "kind must be": lambda p: al.read(p, kind="rate", rate=1.0, unit="s"),
-        "goes with kind": lambda p: al.read(p, carrier=1e7, rate=1.0),
+        "goes with --kind": lambda p: al.read(p, carrier=1e7, rate=1.0),
         "above zero": lambda p: al.read(p, kind="phase", carrier=-1.0, rate=1.0, unit="cycles"),
         "no scale factor": lambda p: al.read(p, kind="phase", rate=1.0, unit="s", scale_factor="1 V/g"),
     }

@@ -90,7 +90,7 @@ def test_units_that_leave_it_open_are_asked_about(head: str, kind: str, tmp_path
     path = log(tmp_path / "log.csv", "time [s]," + head)
     with pytest.raises(InputError, match="If the samples are") as caught:
         read(path)
-    for way in re.findall(r"--unit '(.*?)=(.*?)'", str(caught.value)):
+    for way in re.findall(r"--unit (\S+?)=(\S+?)(?: |$)", str(caught.value)):
         got = read(path, unit={way[0]: way[1]}).channels[0]
         assert got.kind.value == (
             kind if way[1].endswith("/s") and "m/s" != way[1] else {"rate": "angle"}.get(kind, "velocity")

@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Any
 
 from allanite.errors import AllaniteError, DataQualityWarning, InstrumentError, StorageError
 from allanite.plain_files.atomic_file import make_folder
+from allanite.recording.channel_names import for_shell
 
 if TYPE_CHECKING:
     from allanite.acquisition.capture import Captured, Progress
@@ -106,7 +107,7 @@ def _kept(folder: Path | None) -> str:
     try:
         kept = kept_in(open_run(folder))
     except (AllaniteError, OSError):  # a disk that fails is not read either
-        return f". To see what was kept: allanite recover --dry-run {folder}"
+        return f". To see what was kept: allanite recover --dry-run {for_shell(str(folder))}"
     return f". {kept} sample{'' if kept == 1 else 's'} kept in {folder}"
 
 

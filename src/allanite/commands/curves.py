@@ -161,8 +161,9 @@ def _fit_curve(place: Path, saved: bool, method: str, **options: Any) -> FittedM
     if saved:
         stated = [k for k in ("samples", "statistic", "rate", "unit") if options.get(k) is not None]
         if stated:
+            options_said = " and ".join(f"--{k}" for k in stated)
             raise InputError(
-                f"{place.name} is a curve of allanite and says that itself: leave --{stated[0]} away"
+                f"{place.name} is a curve of allanite and says that itself: leave out {options_said}"
             )
         read = ForeignCurve(curve=AllanCurve.from_csv(place), remarks=())
     else:

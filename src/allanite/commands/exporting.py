@@ -62,7 +62,9 @@ def export_of(
     chosen = {key: value for key, value in options.items() if value is not None}
     module = exporter(consumer)
     if overbound is None and bound_until is not None:
-        raise InputError("bound_until is the horizon of a bound: give overbound, its probability, too")
+        raise InputError(
+            "--bound-until is the horizon of a bound: give its probability as well, --overbound 95%"
+        )
 
     def loaded(path: str | os.PathLike[str]) -> Any:
         if not _is_study(path):
@@ -88,11 +90,12 @@ def export_of(
     if module.TAKES == "calibration" or (module.TAKES == "either" and _is_calibration(source)):
         if overbound is not None and model is None:
             raise InputError(
-                f"{consumer} takes the noise from a study: give model, so that it can be bounded"
+                f"{consumer} takes the noise from a study: give it with --model, so that it can be bounded"
             )
         if rate is not None and model is None:
             raise InputError(
-                "rate is that of noise models, and a calibration alone has none: give model, too"
+                "--rate is that of noise models, and a calibration alone has none: give --model as well, or leave out "
+                "--rate"
             )
         return export(consumer, Calibration.load(Path(source)), output, force=force, **chosen)
     return export(consumer, loaded(source), output, force=force, **chosen)

@@ -67,7 +67,7 @@ def rate_table_of(
     whole, start, stop = read_whole(log, start, stop, listed=True, source=source, **options)
     turned = read_rate_table(table)
     part = part_of(whole, start, stop)
-    models, where = models_for(model, _following(part, channel))
+    models, where = models_for(model, _following(part, channel), mapped=False)
     chosen: dict[str, Any] = {
         "table": turned,
         "model": models or None,

@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from allanite.errors import DataQualityError, InputError
+from allanite.recording.channel_names import for_shell
 
 if TYPE_CHECKING:
     from allanite.noise import NoiseModel
@@ -158,8 +159,8 @@ def read_floor(floor: str | os.PathLike[str], **options: Any) -> Recording:
             unit = recording[name].unit
             raise InputError(
                 f"{floor}: the floor says that {name} is in {stated}, and {unit} was said for the log. If {unit} is "
-                f"right for both, write it into a copy: allanite convert {floor} floor.parquet --unit {unit}; if not, "
-                "correct the unit in the file of the log, and say none"
+                f"right for both, write it into a copy: allanite convert {for_shell(str(floor))} floor.parquet --unit "
+                f"{for_shell(unit)}; if not, correct the unit in the file of the log, and say none"
             )
     return recording
 

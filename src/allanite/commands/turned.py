@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 from allanite.commands.recordings import is_lossy
 from allanite.errors import DataQualityError, InputError
-from allanite.recording.channel_names import scale_option, unit_option, ways_to_units
+from allanite.recording.channel_names import for_shell, scale_option, unit_option, ways_to_units
 
 if TYPE_CHECKING:
     import numpy as np
@@ -149,6 +149,8 @@ def models_for(
     source: str | os.PathLike[str] | None,
     channels: Iterable[Channel],
     called: Mapping[str, str] | None = None,
+    *,
+    mapped: bool = True,
 ) -> tuple[dict[str, NoiseModel], dict[str, str]]:
     """The same of several channels: models by name, where there is one, and where they come from.
 
@@ -156,6 +158,8 @@ def models_for(
     ----------
     called : mapping of str to str, optional
         What the models call a channel of the log, where that is another name.
+    mapped : bool
+        Whether the command takes such names (--model-channels): a refusal offers them only then.
 
     Raises
     ------
@@ -169,7 +173,9 @@ def models_for(
             f"{', '.join(channel.name for channel in taking)}"
         )
     given = {
-        channel.name: model_for(source, channel, called=named.get(channel.name, ""), beside=taking)
+        channel.name: model_for(
+            source, channel, called=named.get(channel.name, ""), beside=taking if mapped else ()
+        )
         for channel in taking
     }
     models = {name: model for name, (model, _) in given.items() if model is not None}
@@ -198,10 +204,10 @@ def chosen_model(
     has = f"{source} has no model of channel {channel!r}, but of {', '.join(models)}"
     if by_name:
         raise InputError(f"{has}: --model-channels takes one of these")
-    raise InputError(
-        f"{has}: write one model into a file of its own, or map the names, --model-channels "
-        f"{_mapped(beside, models) or f'{channel}={next(iter(models))}'} (align, calibrate, north)"
-    )
+    refusal = f"{has}: write the model that is meant into a file of its own"
+    if beside:
+        refusal += f", or map the names, --model-channels {for_shell(_mapped(beside, models))}"
+    raise InputError(refusal)
 
 
 def _mapped(channels: Sequence[Channel], models: Mapping[str, NoiseModel]) -> str:

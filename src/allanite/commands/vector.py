@@ -4,13 +4,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from allanite.commands.measurement import MeasurementResult, beside
 from allanite.commands.turned import judged, models_for, rates_of
 from allanite.errors import InputError
+from allanite.recording.channel_names import for_shell
 
 if TYPE_CHECKING:
     import numpy as np
@@ -61,10 +62,22 @@ def is_vector(recording: Recording, *, forced: bool, turned: bool) -> bool:
         )
     if len(rates) != AXES:
         raise InputError(
-            f"--vector needs three channels of rates, the log has {len(rates)}: {', '.join(rates)}; name the three "
-            "axes with --channels, the accelerometers as well to have the latitude checked: --channels gyro,acc"
+            f"--vector needs three channels of rates, the log has {len(rates)}: {', '.join(rates)}; "
+            f"{_three_of(recording, rates)}"
         )
     return True
+
+
+def _three_of(recording: Recording, rates: Sequence[str]) -> str:
+    """What is to be done where there are more or fewer channels of rates than axes."""
+    from allanite.recording.records import Kind
+
+    if len(rates) < AXES:
+        return "leave out --vector"
+    force = [c.name for c in recording.channels if c.kind is Kind.ACCELERATION]
+    named = ",".join([*rates[:AXES], *(force if len(force) == AXES else ())])
+    checked = " (accelerometers check the latitude)" if len(force) == AXES else ""
+    return f"name the three axes, as in --channels {for_shell(named)}{checked}"
 
 
 def vector_of(
@@ -99,7 +112,7 @@ def vector_of(
 
     advance = progress or (lambda fraction, what: None)
     part, axes = _inertial(recording), rates_of(recording)
-    models, where = models_for(model, [part[name] for name in axes])
+    models, where = models_for(model, [part[name] for name in axes], mapped=False)
     options = {
         "channels": axes,
         "latitude": latitude,

@@ -32,6 +32,7 @@ from allanite.noise.allan.statistics import STATISTICS, longest_lag
 from allanite.plain_files.counted import plural
 from allanite.plain_files.limits import refuse_more
 from allanite.quantities.units import QuantityKind, parse_unit
+from allanite.recording.channel_names import for_shell
 from allanite.recording.records import Channel, Sampling, checked_rate
 
 __all__ = ["STATED", "ForeignCurve", "read_curve"]
@@ -320,18 +321,16 @@ def _between_bounds(columns: list[_Column]) -> list[_Column]:
 def _asked(free: list[_Column], channels: Sequence[str] | None, name: str) -> list[_Column]:
     if channels is not None:
         words = [channels] if isinstance(channels, str) else list(channels)
-        chosen = [c for c in free if any(_called(c, word) for word in words)]
+        shown = ", ".join(c.shown for c in free)
         for word in words:
             if not any(_called(c, word) for c in free):
-                raise InputError(
-                    f"{name}: no column {word!r} of deviations; there are: {', '.join(c.shown for c in free)}"
-                )
-        return chosen
+                raise InputError(f"{name}: no column {word!r} of deviations; there are: {shown}")
+        return [c for c in free if any(_called(c, word) for word in words)]
     named = [c for c in free if c.role == "value"]
     if not named and sum(not c.text.strip() for c in free) > 1:
         raise InputError(
             f"{name}: {', '.join(c.shown for c in free)} have no headings, and any of them may be the deviation: "
-            'choose with --channels (channels=), as in --channels "column 2"'
+            f"choose, as in --channels {for_shell(free[0].shown)} (channels= in Python)"
         )
     if not (named or free):
         raise DataQualityError(f"{name}: no column of deviations beside the averaging times")

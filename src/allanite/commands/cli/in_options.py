@@ -10,6 +10,8 @@ import re
 
 import click
 
+from allanite.recording.channel_names import for_shell
+
 __all__ = ["in_options"]
 
 #: An argument with a word or number, or with nothing; not in parentheses, where it stands beside the option.
@@ -33,7 +35,7 @@ def in_options(words: str, command: click.Command | None) -> str:
         if of_command is None or of_command in words:
             return argument[0]
         value = word or amount
-        return f"{of_command} {value}" if value else of_command
+        return f"{of_command} {for_shell(value)}" if value else of_command
 
     return _ARGUMENT.sub(option, words)
 

@@ -24,6 +24,7 @@ from allanite.experiments.calibration.starting import (
     sphere,
 )
 from allanite.recording.calibration import ACCELEROMETER, GYRO, Frame
+from allanite.recording.channel_names import for_shell
 from allanite.recording.records import Kind, Recording
 
 __all__ = ["CalibrationProblem", "problem_of"]
@@ -187,7 +188,7 @@ def _astray(data: Gathered, motion: TurningSamples | None, bias: Array, down: Ar
 
 def _fits(best: Arrangement, names: tuple[str, ...]) -> str:
     """What would make the gyros go with the accelerometers."""
-    suggestion = f"they go together with --gyro {','.join(names[i] for i in best.order)}"
+    suggestion = f"they go together with --gyro {for_shell(','.join(names[i] for i in best.order))}"
     if best.order == (0, 1, 2):
         suggestion = "they go together"
     if not best.turned:

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from allanite.experiments.earth_rate.verdict import RateCheckKind
 from allanite.quantities.residual_tests import ResidualTest, grave, scatter_words, size_words
 from allanite.quantities.result import Result
+from allanite.recording.channel_names import for_shell
 
 __all__ = ["RateCheck", "failures"]
 
@@ -130,7 +131,8 @@ def _meaning(check: RateCheck) -> str:
             )
         case RateCheckKind.TEMPERATURE:
             return (
-                f"the level follows the temperature: fit it beside the rate (--temperature {check.channel})"
+                "the level follows the temperature: fit it beside the rate (--temperature "
+                f"{for_shell(check.channel)})"
             )
         case RateCheckKind.SCATTER:
             causes = "pointing, tilt, residual rotation, a bias by position"

@@ -119,7 +119,7 @@ def _checked(recording: Recording, names: tuple[str, ...], kind: Kind) -> tuple[
 
 
 def _example(names: Sequence[str]) -> str:
-    return ",".join(names[:3])
+    return for_shell(",".join(names[:3]))
 
 
 def _listing(recording: Recording) -> str:

@@ -11,7 +11,7 @@ from typing import Any
 from allanite.errors import InputError
 from allanite.noise import NoiseModel
 from allanite.noise.quick_terms import with_quick_terms_white
-from allanite.recording.channel_names import ways_to_units
+from allanite.recording.channel_names import for_shell, ways_to_units
 
 __all__ = [
     "ACCELEROMETER",
@@ -93,15 +93,15 @@ def _without_model(document: Json, sensor: str, kept: Sequence[Json], refused: S
             f"{lacking}: leave {'it' if len(refused) == 1 else 'them'} out, {_naming(sensor, left, others)}"
         )
     if others:
-        return f"{lacking}: leave the {sensor} out, with --channels {others} of `allanite characterize`"
+        return f"{lacking}: leave the {sensor} out, with --channels {for_shell(others)} of `allanite characterize`"
     return f"{lacking}, nor has any other: see the findings of the study"
 
 
 def _naming(sensor: str, names: str, all_names: str) -> str:
     """How channels are named where a file is made of a study, and where the study is made."""
     return (
-        f"with --channels {all_names} of `allanite characterize`, or --{sensor} {names} of `allanite export` "
-        f"({sensor}= of export)"
+        f"with --channels {for_shell(all_names)} of `allanite characterize`, or --{sensor} {for_shell(names)} of "
+        f"`allanite export` ({sensor}= of export)"
     )
 
 

@@ -25,6 +25,7 @@ from typing import TYPE_CHECKING, Any, Final, Protocol, cast
 
 from allanite.errors import FormatError, InputError
 from allanite.plain_files.regular_file import open_regular
+from allanite.recording.channel_names import for_shell
 from allanite.recording.records import Recording, Sampling
 
 if TYPE_CHECKING:
@@ -197,14 +198,14 @@ def read(
         carrier=carrier,
     )
     if carrier is not None and kind is None:
-        raise InputError("carrier= (--carrier) goes with kind= (--kind phase or --kind frequency)")
+        raise InputError("--carrier (carrier=) goes with --kind phase or --kind frequency (kind=)")
     paths = _paths(path)
     tables = []
     for place in paths:
         reader = _reader_for(place) if layout is None else _raw(place)
         _refuse_meaningless(options, reader)
         tables.append(reader.read(place, options))
-        refuse_curve(tables[-1], place.name)
+        refuse_curve(tables[-1], place)
     names = [p.name for p in paths]
     return assemble(
         join(tables, names, options), options, names[0] if len(names) == 1 else " + ".join(sorted(names))
@@ -286,8 +287,9 @@ def _refuse_others(head: bytes, path: Path) -> None:
     ours = re.match(rb'\s*\{\s*"format"\s*:\s*"allanite-([a-z-]+)"', head)
     if ours:
         raise FormatError(
-            f"{path.name} is a result of allanite ({ours[1].decode()}), not a log; `allanite report {path.name}` shows "
-            "it, and commands that take a model or a calibration take it"
+            f"{path.name} is a result of allanite ({ours[1].decode()}), not a log; "
+            f"`allanite report {for_shell(str(path))}` shows it, and commands that take a model or a calibration "
+            "take it"
         )
 
 

@@ -20,6 +20,7 @@ from allanite.errors import InputError
 from allanite.files.readers.headings import is_unit, may_be_time, read_heading, shared_unit
 from allanite.files.readers.table import Options, Table
 from allanite.plain_files.limits import COLUMNS, refuse_more
+from allanite.recording.channel_names import for_shell
 from allanite.recording.records import ArrayColumn, checked_samples
 
 __all__ = [
@@ -75,7 +76,7 @@ def samples_among(
         hint = (
             ""
             if deep is None
-            else f"; variable= (--variable) takes a record of three dimensions: '{deep}[0]'"
+            else f"; choose a record of three dimensions: --variable {for_shell(f'{deep}[0]')} (variable= in Python)"
         )
         raise InputError(f"{file}: no array of samples; there are: {_listed(shapes) or 'none'}{hint}")
     named = [k for k in tables if time is not None and _named(k, time)]

@@ -8,6 +8,7 @@ import re
 from allanite.errors import InputError
 from allanite.files.readers.headings import Heading
 from allanite.quantities.units import QuantityKind, parse_unit
+from allanite.recording.channel_names import unit_option
 
 __all__ = ["refuse_open_unit"]
 
@@ -46,6 +47,6 @@ def _question(heading: Heading, why: str, summed: str, rate: str) -> InputError:
     unit, name = heading.unit, heading.name
     return InputError(
         f"channel {name}: the heading says {unit!r}, {summed}, and {why}. If the samples are {rate}, say "
-        f"--unit '{name}={unit}/s' (unit={{'{name}': '{unit}/s'}} in Python); if they are {summed}, "
-        f"--unit '{name}={unit}'"
+        f"{unit_option([name], f'{unit}/s')} (unit={{{name!r}: {f'{unit}/s'!r}}} in Python); if they are {summed}, "
+        f"{unit_option([name], unit)}"
     )

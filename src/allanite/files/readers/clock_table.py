@@ -41,7 +41,8 @@ def as_clock(table: Table, options: Options, name: str) -> tuple[Table, Options]
     kind = clock_kind(options.kind or "")
     if options.scale_factor is not None:
         raise InputError(
-            "a phase or frequency takes no scale factor: give --unit, and --carrier for cycles or Hz"
+            "a phase or frequency takes no scale factor: leave out --scale-factor, and give --unit; for cycles or Hz "
+            "--carrier as well"
         )
     heads = [read_heading(text) for text in table.headings]
     numbers = table.numbers or tuple(range(1, len(heads) + 1))

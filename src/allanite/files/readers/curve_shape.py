@@ -5,11 +5,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from allanite.errors import InputError
+from allanite.recording.channel_names import for_shell
 
 if TYPE_CHECKING:
     from allanite.files.readers.table import Table
@@ -38,8 +40,8 @@ def grows_geometrically(values: Sequence[float] | np.ndarray[tuple[int, ...], np
     return bool(steps[-1] > 4 * steps[0] and t[-1] > 8 * t[0] and np.ptp(ratios) < 0.75 * ratios.max())
 
 
-def refuse_curve(table: Table, name: str) -> None:
-    """Raise if the table is an Allan curve.
+def refuse_curve(table: Table, path: Path) -> None:
+    """Raise if the table, which was read from this file, is an Allan curve.
 
     Raises
     ------
@@ -56,6 +58,6 @@ def refuse_curve(table: Table, name: str) -> None:
     else:
         return
     raise InputError(
-        f"{name} looks like an Allan curve, not a log: {why}. Fit it with `allanite fit {name} --curve --samples N "
-        "--rate HZ --unit UNIT`, with the length, rate and unit of the record behind it"
+        f"{path.name} looks like an Allan curve, not a log: {why}. Fit it with `allanite fit {for_shell(str(path))} "
+        "--curve --samples N --rate HZ --unit UNIT`, with the length, rate and unit of the record behind it"
     )

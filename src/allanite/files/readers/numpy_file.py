@@ -100,7 +100,8 @@ def read(path: Path, options: Options) -> Table:
         arrays = one_record(arrays, "", index, path.name)
     elif array.ndim == 3:
         raise InputError(
-            f"{path.name}: an array of shape {array.shape}: choose a record, variable='[0]' or '[:, :, 0]' (--variable)"
+            f"{path.name}: an array of shape {array.shape}: choose a record, --variable '[0]' or --variable "
+            "'[:, :, 0]' (variable= in Python)"
         )
     return table_of(arrays, {}, path, NAME)
 

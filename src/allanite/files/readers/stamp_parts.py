@@ -20,7 +20,7 @@ from allanite.errors import InputError
 from allanite.recording.records import Column
 from allanite.recording.sample_columns import Calculated
 
-__all__ = ["Parts", "find_parts", "is_fraction"]
+__all__ = ["Parts", "find_parts", "is_fraction", "part_places"]
 
 Looked = Sequence[NDArray[np.float64]]
 
@@ -140,6 +140,11 @@ def find_parts(
         epoch=base * 86_400 if chain[0] == "year" else None,
         turn=turn,
     )
+
+
+def part_places(raw: Sequence[str]) -> frozenset[int]:
+    """Columns that are parts of a date or of a time of day by their headings."""
+    return frozenset(_named_parts(raw).values())
 
 
 def _named_parts(raw: Sequence[str]) -> dict[str, int]:

@@ -32,7 +32,7 @@ from allanite.files.readers.gps_week import WEEK, find_gps_clock, is_slow, names
 from allanite.files.readers.headings import Heading, is_second_part, may_be_time
 from allanite.files.readers.packed_time import DAY, find_packed
 from allanite.files.readers.row_intervals import holds_increments, interval_unit, is_period, running_sum
-from allanite.files.readers.stamp_parts import find_parts, is_fraction
+from allanite.files.readers.stamp_parts import find_parts, is_fraction, part_places
 from allanite.files.readers.stamp_table import Scaled, StampTable, Summed, TimeChoice
 from allanite.files.readers.stamp_units import EPOCH, FACTORS, StampSteps, StampUnit, candidates, tell
 from allanite.files.readers.stated_time import NO_TIME, StatedTime, parse_step, stated_time
@@ -96,7 +96,8 @@ def _stamped(table: StampTable, stated: StatedTime | None, intervals: Mapping[in
     headings, columns = table.headings, table.columns
     named = [i for i, h in enumerate(headings) if h.group == "time" or i in table.known_units]
     named = [i for i in named if i not in intervals]
-    several = _of_parts(table, named) or _pair(table, named)
+    several = _of_parts(table, named) if _may_be_parts(table, stated) else None
+    several = several or _pair(table, named)
     if stated is not None:
         if several is not None and stated.place in several.used and not stated.unit:
             return several
@@ -121,6 +122,13 @@ def _stamped(table: StampTable, stated: StatedTime | None, intervals: Mapping[in
     else:
         return None
     return _single(table, chosen, tuple(named), guesses)
+
+
+def _may_be_parts(table: StampTable, stated: StatedTime | None) -> bool:
+    """Whether parts of a date are looked at: not where another column is stated, or their faults would refuse it."""
+    if stated is None:
+        return True
+    return not stated.unit and (stated.place in part_places(table.raw) or stated.place in table.known_units)
 
 
 def _intervals(table: StampTable) -> dict[int, str]:
@@ -555,5 +563,5 @@ def _is_it_time(table: StampTable, place: int) -> InputError:
     number = table.numbers[place]
     return InputError(
         f"{table.file}: column {number} has no name and only grows, unevenly. If it is time, name its unit: --time "
-        f"{number}:s (or ms, us, ns); if it is a channel, --time {NO_TIME} and the rate of the samples, --rate"
+        f"{number}:s (or ms, us, ns); if it is a channel, give the rate of the samples: --time {NO_TIME} --rate RATE"
     )

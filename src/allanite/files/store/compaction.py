@@ -25,6 +25,7 @@ from allanite.plain_files.atomic_file import fresh
 from allanite.plain_files.json_values import parse_plain
 from allanite.plain_files.limits import FOOTER_BYTES, PIECES, refuse_more
 from allanite.plain_files.regular_file import open_regular
+from allanite.recording.channel_names import for_shell
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -71,7 +72,9 @@ def compact(
     survey = run.survey(part)
     if survey.faults:
         faults = "; ".join(f"{name}: {why}" for name, why in survey.faults.items())
-        raise DataQualityError(f"{run.folder} is damaged ({faults}): recover it first, with allanite recover")
+        raise DataQualityError(
+            f"{run.folder} is damaged ({faults}): recover it first, with `{_recovery(run)}`"
+        )
     _refuse_altered(run)
     schema = _schema(survey.header, run, survey.end)
     with fresh(path, force=force) as place:
@@ -97,8 +100,12 @@ def _refuse_altered(run: Run) -> None:
             digest = hashlib.sha256(file.read(int(event["bytes"]))).hexdigest()
         if digest != event["sha256"]:
             raise DataQualityError(
-                f"{path} is not as it was closed (its SHA-256 differs): recover the run first, with allanite recover"
+                f"{path} is not as it was closed (its SHA-256 differs): recover the run first, with `{_recovery(run)}`"
             )
+
+
+def _recovery(run: Run) -> str:
+    return f"allanite recover {for_shell(str(run.folder))}"
 
 
 def parquet_place(path: str | os.PathLike[str]) -> Path:

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from allanite.errors import FormatError
 from allanite.plain_files.arrow_numbers import numbers_of
 from allanite.plain_files.regular_file import open_regular
+from allanite.recording.channel_names import for_shell
 from allanite.recording.sample_columns import Calculated
 
 __all__ = ["RowColumn", "RunRows", "SegmentRows"]
@@ -74,7 +75,8 @@ class SegmentRows:
             raise FormatError(f"{self.path} cannot be read any more: {error.strerror or error}") from None
         if zlib.crc32(data) != self.crc:
             raise FormatError(
-                f"{self.path} has changed since it was verified: `allanite recover` says what is lost of the run"
+                f"{self.path} has changed since it was verified: `allanite recover {for_shell(str(self.path.parent))}` "
+                "says what is lost of the run"
             )
         whole = pa.ipc.open_stream(pa.py_buffer(data)).read_all().column(name)
         return numbers_of(whole)[self.skip :]

@@ -19,6 +19,7 @@ from allanite.files.store.message import END, Message, NoBatch
 from allanite.files.store.rows import SegmentRows
 from allanite.files.store.segment import ReadPosition, Segment, read_on, segment_name, segment_numbers
 from allanite.files.store.survey import Piece, RunSurvey
+from allanite.recording.channel_names import for_shell
 from allanite.recording.records import Recording
 
 __all__ = ["Run", "noted_end", "open_run"]
@@ -117,9 +118,8 @@ class Run:
         more = any(name > last for name in changes)  # what is missing behind this part is in the next one
         if not pieces:
             listed_faults = "".join(f"; {name}: {why}" for name, why in faults.items())
-            hint = (
-                f"; to see what can still be read: allanite recover --dry-run {self.folder}" if faults else ""
-            )
+            way = f"allanite recover --dry-run {for_shell(str(self.folder))}"
+            hint = f"; to see what can still be read: {way}" if faults else ""
             raise DataQualityError(f"{self.folder}: no samples in this run yet{listed_faults}{hint}")
         return RunSurvey.of(
             header, pieces, faults, torn=stop.torn, end=0 if more else noted_end(self.manifest)

@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from allanite.recording.channel_names import for_shell
 from allanite.recording.health.disturbance import moved
 from allanite.recording.health.finding import Finding, Severity, finding, percent
 from allanite.recording.health.renewal import Renewal, renewal_of
@@ -160,7 +161,7 @@ def held_samples(held: Mapping[str, Hold]) -> Iterator[Finding]:
 def _finding(hold: Hold, several: bool) -> Finding:
     survey, rate = hold.survey, hold.survey.recording.rate
     together = hold.renewal.channels if hold.renewal else (survey.name,)
-    chosen = f" --channels {','.join(together)}" if several else ""
+    chosen = f" --channels {for_shell(','.join(together))}" if several else ""
     advice = f"analyze each value once: --repair drop_repeats{chosen}; `characterize` does so itself"
     count = round(hold.share * survey.present)
     if hold.factor > 1:

@@ -23,6 +23,7 @@ from allanite.noise.allan.matrix import AllanMatrix, allan_matrix
 from allanite.noise.allan.statistics import Phase, phase_of, rounding_variance
 from allanite.plain_files.counted import listed
 from allanite.quantities.distributions import normal_quantile
+from allanite.recording.channel_names import for_shell
 from allanite.recording.records import Recording, merge_spans
 from allanite.stability.shared_noise.agreement import delay_of, same_to_all, shared_sign
 from allanite.stability.shared_noise.fiducial import LEAST_FREEDOM, interval_of
@@ -124,7 +125,7 @@ def _not_two_or_three(names: Sequence[str], bearing: Sequence[str]) -> str:
     if len(set(names)) < len(names):
         count = f"; {listed([n for n in dict.fromkeys(names) if names.count(n) > 1])} is named twice"
     enough = [*dict.fromkeys(names), *(n for n in bearing if n not in names)]
-    advice = f"name them, for instance --channels {','.join(enough[:3])}"
+    advice = f"name them, for instance --channels {for_shell(','.join(enough[:3]))}"
     if len(enough) < 2:
         # the others may have been left out when the log was read
         more = f"{enough[0]} and at least one more channel" if enough else "two or three channels"

@@ -23,6 +23,7 @@ from allanite.files.readers.delimited.sentences import DAMAGED
 from allanite.files.readers.delimited.suffixes import NUMBER, split_suffix
 from allanite.files.readers.headings import is_unit, read_heading
 from allanite.plain_files.limits import COLUMNS, refuse_more
+from allanite.recording.channel_names import for_shell
 
 __all__ = ["Labels", "find_labels"]
 
@@ -446,8 +447,8 @@ def _chosen(parts: list[list[Key]], variable: str | None, name: str) -> tuple[li
     more = f"; and {len(parts) - _PARTS_SHOWN} more" if len(parts) > _PARTS_SHOWN else ""
     raise InputError(
         f"{name}: labels that are never in one line: {shown}{more}. If these are records of several kinds, choose one "
-        f"by a label of it, --variable {parts[0][0][0]} (variable= in Python); if a sample runs over several lines, "
-        "write each to one line"
+        f"by a label of it, --variable {for_shell(parts[0][0][0])} (variable= in Python); if a sample "
+        "runs over several lines, write each to one line"
     )
 
 

@@ -29,6 +29,7 @@ from allanite.files.readers.delimited.sentence_kinds import (
     known_fields,
     words_of_kind,
 )
+from allanite.recording.channel_names import for_shell
 
 __all__ = ["DAMAGED", "Sentences", "find_sentences"]
 
@@ -298,7 +299,8 @@ def _chosen(kinds: Counter[str], variable: str | None, name: str) -> tuple[str, 
     if len(left) != 1:
         example = (left or list(kinds))[0]
         raise InputError(
-            f"{name}: sentences of several kinds: {_listed(kinds)}. Choose one with variable= (--variable {example})"
+            f"{name}: sentences of several kinds: {_listed(kinds)}. Choose one: --variable {for_shell(example)} "
+            "(variable= in Python)"
         )
     return left[0], [
         f"sentences of several kinds ({_listed(kinds)}): {left[0]} is read; --variable chooses another one"

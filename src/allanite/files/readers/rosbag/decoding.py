@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from allanite.errors import InputError
 from allanite.files.readers.rosbag.storage import Connection
 from allanite.files.readers.rosbag.types import ImuPlace, MessageLayout
+from allanite.recording.channel_names import for_shell
 
 if TYPE_CHECKING:
     from rosbags.typesys.store import Typestore
@@ -116,9 +117,10 @@ class Decoder:
                 stamps.append(0 if stamp is None else stamp.sec * 10**9 + stamp.nanosec)
                 numbers.append(self._numbers(message))
             if len(stamps) - before > 1 and len(set(stamps[before:])) == 1 and stamps[before]:
+                one = f"{self.connection.topic}.{self.place.at(0)}"
                 raise InputError(
                     f"topic {self.connection.topic}: {self.place} holds {len(stamps) - before} samples of one moment: "
-                    f"several instruments? Choose one: topic='{self.connection.topic}.{self.place.at(0)}' (--topic)"
+                    f"several instruments? Choose one: --topic {for_shell(one)} (topic= in Python)"
                 )
             counts.append(len(stamps) - before)
         table = np.array(numbers, dtype=np.float64).reshape(len(numbers), len(self.layout.names))
