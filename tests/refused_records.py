@@ -111,7 +111,7 @@ REPAIRS = (
     Refusal(
         line="characterize 'a log.csv' --json",
         files={"a log.csv": table("t [s],gyro a [deg/s]", T, y=np.ones((600, 1)))},
-        says=("to go on in spite of it: --accept",),
+        says=("to go on despite it: --accept",),
     ),
 )
 MIXED = np.hstack([MEANS, numbers(12, 4, seed=3)])
@@ -286,7 +286,7 @@ OTHERS = (
     Refusal(
         line="environment 'a log.csv' --warm-up cut",
         files={"a log.csv": table("t [s],gyro [deg/s]", T, y=WARMING)},
-        says=("too little is left to characterise",),
+        says=("too little is left to characterize",),
     ),
     Refusal(
         line="overbound x.json",

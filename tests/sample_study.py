@@ -329,7 +329,7 @@ def _findings() -> list[dict[str, Any]]:
             "channel": "acc_z",
             "message": "a line at 12.5 Hz, 41 times above the noise around it",
             "advice": "look for a fan or a pump; the lags that it bends are left out of the fit",
-            "risk": "it imitates quantisation",
+            "risk": "it imitates quantization",
             "count": 1,
             "places": [],
             "accepted": False,

@@ -117,7 +117,7 @@ frame:
     - {name: a, at: 4, type: i33, unit: deg/s}
     - {name: b, typ: i16, unit: deg/s}
   checksum: {kind: crc17, from: 2}
-colour: red
+color: red
 """
 CONTRADICTORY = """\
 model: X1
@@ -148,7 +148,7 @@ def test_every_fault_is_told_at_once_with_its_line(tmp_path: Path) -> None:
         "line 8, frame.fields[1].type: is missing",
         "line 8, frame.fields[1].typ: is no entry that is known",
         "line 9, frame.checksum.kind:",
-        "line 10, colour: is no entry",
+        "line 10, color: is no entry",
     ):
         assert wanted in told
     assert "has 7 faults" in told

@@ -139,7 +139,7 @@ def test_what_happens_is_told_where_nobody_looks(tmp_path: Path, run: Run) -> No
     assert done.err.splitlines() == [
         f"allanite: recording Maker M1 7 into {folder}",
         "allanite: the instrument is silent: nothing came in 10 ms",
-        "allanite: the link is lost, and made anew: the port is gone",
+        "allanite: the link is lost, and restored: the port is gone",
         "allanite: the instrument is back, at attempt 1",
         "allanite: 2 frames came twice",
         "allanite: 20 samples are missing from number 40 on: nothing came in 10 ms",

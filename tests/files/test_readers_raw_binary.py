@@ -110,7 +110,7 @@ def test_a_clock_gives_the_rate_and_goes_on_when_it_turns(tmp_path: Path) -> Non
     recording = read(write(tmp_path, table.tobytes()), layout=described)
     assert recording.rate == 200.0
     assert np.array_equal(recording.values("acc_x"), table["x"] + 0.5)
-    assert any("began anew 1 time" in g for g in recording.notes["source"]["guesses"])
+    assert any("restarted 1 time" in g for g in recording.notes["source"]["guesses"])
     assert recording.notes["timebase"]["backward"] == 0
 
 

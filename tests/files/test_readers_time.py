@@ -245,7 +245,7 @@ def test_a_rate_that_the_file_states_settles_the_unit_of_its_stamps() -> None:
     ("said", "match"),
     [
         ("nowhere:ms", r"no column 'nowhere'.*1 \(t\), 2 \(v\)"), ("t:furlongs", "write a column and its unit"),
-        ("t:1us:2^99", "begins anew: write 2"), ("t:0 s", "write a column"),
+        ("t:1us:2^99", "restarts: write 2"), ("t:0 s", "write a column"),
         ("9", "no column '9'"), ("t:1/0 s", "write a column"),
     ],
 )  # fmt: skip

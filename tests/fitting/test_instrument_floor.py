@@ -240,7 +240,7 @@ def test_a_study_shows_both_and_models_the_sensor_alone(
     n = again.models["gyro"].estimate("N")
     assert n is not None
     assert n.lower < truth < n.upper
-    assert "noise of the instrument is taken off" in again.models["gyro"].verdict
+    assert "noise of the instrument is removed" in again.models["gyro"].verdict
     whole = NoiseModel.of(White(N=math.hypot(truth, math.radians(1.4e-4 / 0.024) / math.sqrt(RATE))))
     assert channel.curve.deviation[0] == pytest.approx(float(whole.adev(1 / RATE)), rel=0.05)
     assert {"floor_taken_off", "floor_dominates"} <= {f.code for f in again.findings}
@@ -284,5 +284,5 @@ def test_allan_and_fit_take_the_floor_of_a_log(rng: np.random.Generator, run: Ru
     refused = run("fit", written)
     assert refused.code == 1
     model = json.loads(run("fit", *options, "--json").out)["u"]
-    assert "instrument is taken off" in model["verdict"]
+    assert "instrument is removed" in model["verdict"]
     assert run("fit", *options, "--method", "spectral").code == 1

@@ -181,7 +181,7 @@ def test_a_channel_without_samples_is_left_out_when_accepted(rng: np.random.Gene
 
 def test_nothing_left_is_refused_even_if_accepted() -> None:
     recording = record(np.full(5000, np.nan))
-    with pytest.raises(DataQualityError, match="nothing to analyse"):
+    with pytest.raises(DataQualityError, match="nothing to analyze"):
         prepare(recording, check(recording), accept=["no_samples"])
 
 

@@ -585,9 +585,9 @@ def test_b18_a_good_triad_says_nothing(rng: np.random.Generator) -> None:
 @pytest.mark.parametrize(
     ("unit", "level", "words"),
     [
-        ("g", 9.8, "m/s² labelled as g"),
-        ("m/s^2", 1.0, "g labelled as m/s²"),
-        ("mg", 1.0, "g labelled as mg"),
+        ("g", 9.8, "m/s² labeled as g"),
+        ("m/s^2", 1.0, "g labeled as m/s²"),
+        ("mg", 1.0, "g labeled as mg"),
         ("m/s^2", 9.99, "1.019 g"),
     ],
 )

@@ -35,7 +35,7 @@ def test_b18_a_step_of_a_known_range_in_the_other_unit(
     counts = np.round(3.0 * white(rng, N) + 40.0)
     y = counts * (step if numbers == "deg" else math.radians(step))
     trap = found(Recording.from_rate(y, rate=100.0, unit=label, names="gx"))["unit_trap"]
-    assert f"are these {meant}, labelled '{label}'?" in trap.message or "divided by 57.3" in trap.message
+    assert f"are these {meant}, labeled '{label}'?" in trap.message or "divided by 57.3" in trap.message
     right = "deg/s" if numbers == "deg" else "rad/s"
     assert "unit_trap" not in found(Recording.from_rate(y, rate=100.0, unit=right, names="gx"))
 
@@ -43,8 +43,8 @@ def test_b18_a_step_of_a_known_range_in_the_other_unit(
 @pytest.mark.parametrize(
     ("label", "size", "question"),
     [
-        ("deg/s", 160.0, "counts, volts or thousandths of a degree, labelled 'deg/s'?"),
-        ("rad/s", 160.0, "counts, volts or thousandths of a degree, labelled 'rad/s'?"),
+        ("deg/s", 160.0, "counts, volts or thousandths of a degree, labeled 'deg/s'?"),
+        ("rad/s", 160.0, "counts, volts or thousandths of a degree, labeled 'rad/s'?"),
     ],
 )
 def test_too_much_noise_is_asked_about_in_words_that_fit_the_unit(
@@ -75,7 +75,7 @@ def test_gravity_that_was_subtracted_is_named(rng: np.random.Generator) -> None:
     gone = found(Recording.from_rate(y, rate=100.0, unit="g"))["gravity"]
     assert "gravity was subtracted before logging" in gone.message
     milli = found(Recording.from_rate(1e-3 * (y + [0.0, 0.0, 1.0]), rate=100.0, unit="g"))["gravity"]
-    assert "g labelled as mg" in milli.message
+    assert "g labeled as mg" in milli.message
 
 
 # -- a clock that drifts ----------------------------------------------------------------------------------

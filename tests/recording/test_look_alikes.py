@@ -147,7 +147,7 @@ def test_a_unit_that_turned_has_no_short_gravity(seed: int) -> None:
     wrong = codes(of_six(y))
     if "not_at_rest" not in wrong:
         (finding,) = wrong["gravity"]
-        assert "g labelled as m/s² would explain it" in finding.message
+        assert "g labeled as m/s² would explain it" in finding.message
 
 
 @pytest.mark.parametrize("name", ["x", "s", "gyro z", "the", "1"])

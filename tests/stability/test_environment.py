@@ -213,7 +213,7 @@ def test_hysteresis_is_told_from_a_lag() -> None:
     assert found.hysteresis.lower is not None
     assert found.hysteresis.upper is not None
     assert found.hysteresis.lower < gap < found.hysteresis.upper
-    assert any("not taken off" in words for words in found.advice)
+    assert any("not removed" in words for words in found.advice)
 
 
 def test_a_temperature_that_goes_with_time_is_no_drift_of_the_sensor() -> None:
@@ -474,7 +474,7 @@ def test_reports_and_figures(study: al.Study, found: EnvironmentEstimate) -> Non
         "provenance": {"source": "gyro.csv", "created": "2026-01-01", "allanite": "1", "command": None},
     }
     own = text_of(html_of(document))
-    assert "What was taken off" in own
+    assert "What was removed" in own
     assert "Fieller" in own
     for view in ("temperature", "deviation", "time"):
         assert len(plot(found, view=view).axes) >= 1

@@ -59,7 +59,7 @@ def test_verdict_findings_advice_and_provenance_stand_in_it(study: dict[str, Any
     for finding in study["findings"]:
         for part in ("code", "message", "advice", "risk"):
             assert finding[part] in text
-    assert "Accepted in spite of “clipping” (gyro_z)" in text
+    assert "Accepted despite “clipping” (gyro_z)" in text
     assert "Worst finding: gap" in text
     assert "K to 10% needs about 29 h" in text
     assert "The model does not explain the curve" in text

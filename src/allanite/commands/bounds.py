@@ -78,7 +78,7 @@ def bounds_of_study(
 
     statistic = study.channels[0].curve.statistic
     if statistic != "oadev":
-        raise InputError(f"the study shows {statistic}: characterise with oadev for a bound")
+        raise InputError(f"the study shows {statistic}: characterize with oadev for a bound")
     step = None if progress is None else lambda fraction: progress(fraction, "bounding")
     return bound_channels(
         curve_of(study), study.models, probability=probability, horizon=horizon, terms=terms, progress=step

@@ -266,7 +266,7 @@ def over_floor(measured: AllanCurve, floor: Recording | AllanCurve) -> OverFloor
         No lag in common.
     """
     if measured.statistic != "oadev":
-        raise InputError(f"a floor is taken off the oadev curve, not off {measured.statistic}")
+        raise InputError(f"a floor is removed from the oadev curve, not from {measured.statistic}")
     below = floor if isinstance(floor, AllanCurve) else _curve_of(floor, measured)
     if below.names != measured.names:
         raise InputError(
@@ -371,7 +371,7 @@ def floor_findings(above: OverFloor, floor: Recording, used: NDArray[np.bool_]) 
         finding(
             "floor_taken_off",
             f"{name}: the instrument's own noise ({floor.source or 'samples in memory'}, {floor.duration:.6g} s) is "
-            f"taken off; it is {percent(float(share[first]))} of the variance at {tau[first]:.3g} s",
+            f"removed; it is {percent(float(share[first]))} of the variance at {tau[first]:.3g} s",
             severity=Severity.INFO,
             channel=name,
             count=0,

@@ -144,7 +144,7 @@ def fit_moments(
     sets = None if white is None else {"N": _ends("N", white, chosen.scale, curve.dt)}
     models = over_families([_model(f, chosen.scale, curve, confidence, facts) for f in fits], sets, facts)
     verdict = _verdict(models, curve.dt) + (
-        " The noise of the instrument is taken off." if floor is not None else ""
+        " The noise of the instrument is removed." if floor is not None else ""
     )
     return with_alternative([replace(m, verdict=verdict) for m in models])
 

@@ -60,7 +60,7 @@ def unscreened(model: NoiseModel, curve: AllanCurve) -> NoiseModel:
         model = _with_fact(model, {"findings": ["heavy_tails"]}, text)
     if not any(e.symbol == "Q" and e.supported for m in model.families for e in m.estimates):
         return model
-    text = " A spectral line near half the sample rate bends a curve as quantisation does; only the samples tell."
+    text = " A spectral line near half the sample rate bends a curve as quantization does; only the samples tell."
     return _with_fact(model, {"unseen": [_LINE]}, text)
 
 

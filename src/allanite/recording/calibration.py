@@ -301,7 +301,7 @@ class Calibration:
         errors = self.errors(sensor)
         if errors.temperature.any():
             raise InputError(
-                "biases that depend on temperature cannot be taken off sample by sample; align and calibrate do so"
+                "biases that depend on temperature cannot be removed sample by sample; align and calibrate do so"
             )
         force = None
         if errors.gravity_sensitivity.any():

@@ -191,7 +191,7 @@ def _reasons(curve: AllanCurve, reasons: Sequence[str]) -> list[str]:
     """Why lags are not in the fit: the spectrum's reasons, and the environment's for the others."""
     out = curve.excluded[:, 0].tolist()
     return [
-        r or ("what was taken off the record holds it" if o else "")
+        r or ("what was removed from the record holds it" if o else "")
         for r, o in zip(reasons, out, strict=True)
     ]
 

@@ -40,7 +40,7 @@ class Request:
             name
             for name, asked in (
                 ("a temperature", bool(self.temperature)),
-                ("a modelled warm-up", self.warm_up == "model"),
+                ("a modeled warm-up", self.warm_up == "model"),
                 ("a floor", self.floor is not None),
                 ("exclude", bool(self.exclude)),
             )

@@ -245,7 +245,7 @@ def _method(result: EarthRateEstimate) -> list[PageBlock]:
         *([Text(_GRAVITY)] if over else []),
         Text(
             "The columns x are what is fitted beside the rate, if anything: a rotation that settles after each turn, a "
-            "warm-up, a temperature. The coefficients follow by generalised least squares, V being the covariance of "
+            "warm-up, a temperature. The coefficients follow by generalized least squares, V being the covariance of "
             "the noise model; a Kalman filter of the noise whitens the means of the blocks:"
         ),
         *equation("least_squares"),

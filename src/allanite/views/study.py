@@ -84,12 +84,12 @@ _LINES = (
     "taken out before the fit, and is a sinusoid of the model."
 )
 _OF_SAMPLES = (
-    "The coefficients maximise the likelihood of the samples themselves, all that are there: Gaussian, with the exact "
+    "The coefficients maximize the likelihood of the samples themselves, all that are there: Gaussian, with the exact "
     "covariances of means over blocks on several levels and of slow contrasts of the whole record, and no coefficient "
     "is negative."
 )
 _OF_CURVE = (
-    "The coefficients minimise (v − v(p))ᵀ V⁻¹ (v − v(p)), where V is the exact finite-sample covariance of the curve "
+    "The coefficients minimize (v − v(p))ᵀ V⁻¹ (v − v(p)), where V is the exact finite-sample covariance of the curve "
     "v under the model, iterated, and no coefficient is negative."
 )
 _SETS = (
@@ -137,7 +137,7 @@ def view(study: Study) -> Page:
     return result_page(
         study,
         title=study.provenance.source or "recording",
-        kicker="Noise characterisation",
+        kicker="Noise characterization",
         facts=_facts(study.recording),
         sections=sections,
     )
@@ -164,7 +164,7 @@ def _verdict(study: Study) -> Iterator[PageBlock]:
         row = finding_row(finding, rate)
         risk = f" The risk: {row.risk}." if row.risk else ""
         words = f"({row.channel}): {row.message}.{risk}"
-        yield Banner("fatal", f"Accepted in spite of “{row.code}”", words, brief=False)
+        yield Banner("fatal", f"Accepted despite “{row.code}”", words, brief=False)
     gravest = worst(f for f in study.findings if not f.accepted)
     if gravest is not None:
         yield _worst(gravest, rate)

@@ -28,12 +28,12 @@ ASKED = math.radians(1.0)
 #: How far local gravity may be from the normal one: anomalies, and a height that was not given [m/s^2].
 LOCAL = 5e-3
 _REASONS = (
-    "an error changes from stand to stand (levelling, turns, a bias that depends on attitude, misalignment, rest that "
+    "an error changes from stand to stand (leveling, turns, a bias that depends on attitude, misalignment, rest that "
     "was none)"
 )
 _VERTICAL = (
     "the vertical part of what the gyros show is not that of the Earth at this latitude: the biases are larger than "
-    "was said, or scale factor, latitude or levelling are wrong"
+    "was said, or scale factor, latitude or leveling are wrong"
 )
 
 

@@ -137,7 +137,7 @@ def _verdict(estimate: AlignmentEstimate, outlook: Outlook) -> tuple[str, str, t
         return "inconsistent", f"{bad[0].name}: {bad[0].says}", turn
     if outlook.excluded:
         reason = (
-            f"{_rate_words(estimate)}: biases larger than was said, scale factor, latitude, levelling, or a unit that "
+            f"{_rate_words(estimate)}: biases larger than was said, scale factor, latitude, leveling, or a unit that "
             "was not at rest"
         )
         return "inconsistent with Earth", reason, turn

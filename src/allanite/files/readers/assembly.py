@@ -275,7 +275,7 @@ def _no_rate(table: StampTable, counters: bool, options: Options, guesses: Seque
         columns = ", ".join(table.label(i) for i in maybe[:3])
         grow = f"column {columns} only grows" if len(maybe) == 1 else f"columns {columns} only grow"
         if not only_grows(table.columns[maybe[0]]):
-            grow = f"column {columns} grows and begins anew"
+            grow = f"column {columns} grows and restarts"
         if any(is_counter(table.columns[i]) for i in maybe[:3]):
             grow += " (row numbers, or whole seconds)"
         return InputError(

@@ -251,7 +251,7 @@ def _clock(raw: _Raw, frame: RecordFrame) -> tuple[Column, list[str]]:
     steps[turns] += turn
     going = np.concatenate(([int(stamps[0])], int(stamps[0]) + np.cumsum(steps)))
     return ArrayColumn(going), [
-        f"the clock of {8 * TYPE_SIZES[kind]} bits began anew {int(turns.sum())} time(s): it goes on"
+        f"the clock of {8 * TYPE_SIZES[kind]} bits restarted {int(turns.sum())} time(s): it goes on"
     ]
 
 

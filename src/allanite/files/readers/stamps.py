@@ -348,7 +348,7 @@ def _of_gps(table: StampTable, stated: StatedTime | None) -> TimeChoice | None:
     used = (clock.within, *(i for i, h in enumerate(headings) if h.group == "time" and i != clock.within))
     used = tuple(dict.fromkeys((*used, clock.week)))
     if not clock.steps:
-        remark = f"column {week}, a GPS week, does not go on where {within} begins anew: left out"
+        remark = f"column {week}, a GPS week, does not go on where {within} restarts: left out"
         of_within = stated if stated is not None and stated.place == clock.within else None
         return _single(table, clock.within, used, [remark], of_within)
     unit, factor = clock.unit, clock.factor
@@ -480,7 +480,7 @@ def _of_parts(table: StampTable, named: list[int]) -> TimeChoice | None:
         start=None if parts.epoch is None else since,
         used=tuple({*named, *parts.places}),
         first_ns=since,
-        guesses=() if turned is None else (f"{names[0]} begins anew, {turned.times} times: unwrapped",),
+        guesses=() if turned is None else (f"{names[0]} restarts, {turned.times} times: unwrapped",),
     )
 
 

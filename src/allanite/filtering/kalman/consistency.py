@@ -236,7 +236,7 @@ def _cause(r: Array, pairs: NDArray[np.int64], worst: int) -> str:
         return "the sensor drifts more than the model"
     if r[worst] > 0:
         return "samples share noise: the sensor's own filter, or a spectral line"
-    return "samples compensate one another: quantisation, a spectral line, or too much drift in the model"
+    return "samples compensate one another: quantization, a spectral line, or too much drift in the model"
 
 
 def _ratio(factor: float) -> str:

@@ -420,7 +420,7 @@ def _notes(
     ]
     drifting = [label for label in labels if label not in (LEVEL, "mean", "quantisation")]
     if not drifting:
-        notes.append("the model holds no drift, so nothing is taken off the samples")
+        notes.append("the model holds no drift, so nothing is removed from the samples")
     if given.term("flicker") is not None:
         count = sum(label == "flicker" for label in labels)
         form = f"a sum of {count} states" if used.term("flicker") is not None else "one Gauss-Markov state"

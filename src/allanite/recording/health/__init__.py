@@ -413,7 +413,7 @@ def _without_empty(recording: Recording, findings: Sequence[Finding]) -> Recordi
         return recording
     left = [name for name in recording.names if name not in gone]
     if not any(recording[name].kind.noise_bearing for name in left):
-        raise DataQualityError("no channel holds a sample: there is nothing to analyse", tuple(empty))
+        raise DataQualityError("no channel holds a sample: there is nothing to analyze", tuple(empty))
     step = {"step": "select", "reason": "no_samples", "left_out": sorted(gone)}
     selected = recording.select(*left)
     return replace(selected, history=(*selected.history, step))
@@ -430,6 +430,6 @@ def _refusal(recording: Recording, fatal: Sequence[Finding]) -> str:
         lines += [f"    at {places}"] if places else []
         lines += [
             f"    what to do: {f.advice}",
-            f"    to go on in spite of it: --accept {f.code}; risk: {f.risk}",
+            f"    to go on despite it: --accept {f.code}; risk: {f.risk}",
         ]
     return "\n".join(lines)

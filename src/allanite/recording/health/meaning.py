@@ -112,12 +112,12 @@ def _too_noisy(survey: ChannelSurvey, noise: float) -> tuple[str, str | None]:
     """What a rate with so much noise [deg/s/sqrt(Hz)] may be instead, and what to do."""
     unit, fewer = survey.channel.unit, math.radians(noise)
     if _angle_of(unit) == "rad" and math.radians(fewer) <= NOISIEST_GYRO:
-        return f"; divided by 57.3 it would be {fewer:.3g}: are these degrees, labelled {unit!r}?", None
+        return f"; divided by 57.3 it would be {fewer:.3g}: are these degrees, labeled {unit!r}?", None
     advice = (
         f"check the unit: --unit {survey.name}=mdeg/s; for counts --unit {survey.name}=LSB and, from the data sheet, "
         f"--scale-factor '{survey.name}=131 LSB/(deg/s)'"
     )
-    return f": are these counts, volts or thousandths of a degree, labelled {unit!r}?", advice
+    return f": are these counts, volts or thousandths of a degree, labeled {unit!r}?", advice
 
 
 def _angle_of(unit: str) -> str | None:
@@ -144,7 +144,7 @@ def known_step(survey: ChannelSurvey) -> Iterator[Finding]:
         yield finding(
             "unit_trap",
             f"the values come in steps of {step:.6g}: in {meant}/s that is the step of a common 16-bit gyro "
-            f"({known[0]:.6g} deg/s), in {channel.unit} of none: are these {meant}/s, labelled {channel.unit!r}?",
+            f"({known[0]:.6g} deg/s), in {channel.unit} of none: are these {meant}/s, labeled {channel.unit!r}?",
             severity=Severity.WARNING,
             channel=survey.name,
             count=survey.present,

@@ -125,10 +125,10 @@ def _mix_up(ratio: float) -> str:
     if ratio < 0.02 and abs(ratio / 1e-3 - 1.0) >= 0.03:
         return ": gravity was subtracted before logging, and the bias cannot be told from what is left"
     for factor, text in (
-        (GRAVITY, "m/s² labelled as g"),
-        (1.0 / GRAVITY, "g labelled as m/s²"),
-        (1e3, "mg labelled as g"),
-        (1e-3, "g labelled as mg"),
+        (GRAVITY, "m/s² labeled as g"),
+        (1.0 / GRAVITY, "g labeled as m/s²"),
+        (1e3, "mg labeled as g"),
+        (1e-3, "g labeled as mg"),
         (math.degrees(1.0), "a factor 57.3 between degrees and radians"),
         (math.radians(1.0), "a factor 57.3 between degrees and radians"),
     ):

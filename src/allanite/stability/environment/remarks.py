@@ -18,7 +18,7 @@ def remarks(estimate: EnvironmentEstimate) -> Iterator[Finding]:
         most = 0.0 if estimate.correction is None else float(estimate.correction.share.max())
         yield finding(
             "environment_taken_off",
-            f"{name}: the noise model is that of the residual; taken off: {_listed(estimate)} (up to {most:.0%} of the "
+            f"{name}: the noise model is that of the residual; removed: {_listed(estimate)} (up to {most:.0%} of the "
             "Allan variance)",
             severity=Severity.INFO,
             channel=name,
@@ -44,7 +44,7 @@ def remarks(estimate: EnvironmentEstimate) -> Iterator[Finding]:
     warm = estimate.warm_up
     if warm.found:
         done = {
-            "modelled": "modelled and taken off",
+            "modelled": "modeled and removed",
             "cut": f"cut: the first {warm.cut or 0:.4g} s are not used",
         }
         yield finding(

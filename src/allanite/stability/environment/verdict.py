@@ -46,7 +46,7 @@ def _advice(estimate: EnvironmentEstimate) -> list[str]:
         advice.append("let the temperature come back: up and down again tells it from a drift")
     elif first is not None and first.status == "not resolved":
         advice.append(
-            "nothing was taken off for the temperature; a larger or repeated change of it would show more"
+            "nothing was removed for the temperature; a larger or repeated change of it would show more"
         )
     if estimate.attenuation is not None and estimate.attenuation > NOTABLE:
         advice.append(
@@ -58,7 +58,7 @@ def _advice(estimate: EnvironmentEstimate) -> list[str]:
             f"the temperature is missing in {estimate.thermometer.missing:.1%} of the record and was interpolated there"
         )
     if estimate.hysteresis is not None and estimate.hysteresis.status == "found":
-        advice.append(f"{estimate.hysteresis.says}: it was not taken off, and the residual holds it")
+        advice.append(f"{estimate.hysteresis.says}: it was not removed, and the residual holds it")
     warm = estimate.warm_up
     if warm.found and warm.action == "left in":
         advice.append(
@@ -67,7 +67,7 @@ def _advice(estimate: EnvironmentEstimate) -> list[str]:
         )
     if estimate.correction is not None and estimate.correction.longest < estimate.correction.tau[-1]:
         advice.append(
-            f"from an averaging time of {estimate.correction.longest:.3g} s on, what was taken off holds more than "
+            f"from an averaging time of {estimate.correction.longest:.3g} s on, what was removed holds more than "
             f"{1 - LEAST:.0%} of the noise: these lags do not enter the noise model"
         )
     return advice

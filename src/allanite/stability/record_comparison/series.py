@@ -207,7 +207,7 @@ def _of_study(document: Json, name: str | None) -> Record:
 def _refuse_other(statistic: str, where: str) -> None:
     if statistic != "oadev":
         raise InputError(
-            f"{where}: its curve is {statistic}; records are compared by oadev: characterise it with that"
+            f"{where}: its curve is {statistic}; records are compared by oadev: characterize it with that"
         )
 
 

@@ -147,7 +147,7 @@ def states_panel(document: Json) -> Panel:
             )
         )
     return Panel(
-        title="What the filter takes off",
+        title="What the filter removes",
         x=axis,
         y=Axis(label="State [deg/s]", limits=around([0.0], *late, room=0.3)),
         curves=tuple(curves),

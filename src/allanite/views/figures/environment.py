@@ -63,14 +63,14 @@ def branch_panels(estimate: EnvironmentFacts) -> list[Panel]:
     ]
     if (np.abs(signal - residual - settling) > 0).any():
         order, off = np.argsort(temperature), signal - residual - settling
-        curves.append(Curve(x=temperature[order], y=off[order], label="taken off", colour="ink"))
+        curves.append(Curve(x=temperature[order], y=off[order], label="removed", colour="ink"))
     name = estimate.thermometer.channel
     without = ", without the warm-up" if settling.any() else ""
     return [
         Panel(
             title=f"{estimate.channel}: signal against {name}{without}",
             x=Axis(label=f"Temperature [{estimate.thermometer.unit or 'unit'}]"),
-            y=Axis(label=f"Signal, mean taken off [{unit}]"),
+            y=Axis(label=f"Signal, mean removed [{unit}]"),
             curves=tuple(curves),
             height=0.5,
             key="above",
@@ -99,7 +99,7 @@ def deviation_panels(estimate: EnvironmentFacts) -> list[Panel]:
             y=off,
             lower=np.maximum(off - error, 1e-3 * off),
             upper=off + error,
-            label="taken off, ± 1 sd",
+            label="removed, ± 1 sd",
             colour="orange",
             style="thin",
         ),
@@ -135,12 +135,12 @@ def time_panels(estimate: EnvironmentFacts) -> list[Panel]:
     curves = [Curve(x=time / second, y=signal, label="signal", colour="guide", style="thin")]
     if estimate.taken_off:
         curves.append(Curve(x=time / second, y=residual, label="residual", colour="z"))
-        curves.append(Curve(x=time / second, y=signal - residual, label="taken off", colour="x"))
+        curves.append(Curve(x=time / second, y=signal - residual, label="removed", colour="x"))
     return [
         Panel(
             title=f"{estimate.channel}: over time",
             x=Axis(label=f"Time since the first sample [{words}]"),
-            y=Axis(label=f"Signal, mean taken off [{unit}]"),
+            y=Axis(label=f"Signal, mean removed [{unit}]"),
             curves=tuple(curves),
             height=0.36,
             key="above",

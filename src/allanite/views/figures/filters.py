@@ -58,7 +58,7 @@ def series_panels(document: Json) -> list[Panel]:
     unit, factor = display_unit(document["kind"], "sd", document["unit"])
     how = "smoothed" if document["smoothed"] else "filtered"
     overviews = [(key, document["overview"].get(key)) for key in ("measured", "corrected")]
-    titles = {"measured": "Measured", "corrected": f"Corrected: the drift taken off ({how})"}
+    titles = {"measured": "Measured", "corrected": f"Corrected: the drift removed ({how})"}
     colours = {"measured": "guide", "corrected": "z"}
     panels = []
     for key, samples in overviews:

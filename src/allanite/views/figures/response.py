@@ -110,7 +110,7 @@ def step_panels(document: Json) -> list[Panel]:
     curves = [raw]
     corrected = array([s["corrected"] for s in steps]) / size / _PPM
     if np.isfinite(corrected).any():
-        label = "slow noise taken off against the table"
+        label = "slow noise removed against the table"
         curves.append(Curve(x=x, y=corrected, label=label, colour="orange", style="none", marker="square"))
     return [
         Panel(
@@ -142,7 +142,7 @@ def drift_panels(document: Json) -> list[Panel]:
                 label=f"Time since the first sample [{unit}]", limits=(0.0, document["duration"] / second)
             ),
             y=Axis(label=f"Slow noise [{text}]", limits=around(drift)),
-            curves=(Curve(x=array(aided["time"]) / second, y=drift, label="taken off", colour="z"),),
+            curves=(Curve(x=array(aided["time"]) / second, y=drift, label="removed", colour="z"),),
             height=0.24,
         )
     ]

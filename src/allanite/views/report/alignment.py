@@ -190,10 +190,10 @@ def _method(document: Json) -> list[PageBlock]:
     turning = document["mode"] == "rotation"
     words = (
         "The unit turned about one axis. In the plane across it the Earth's rotation is modulated by the turning; "
-        "biases, and what turning adds to gyros and accelerometers, are constants and drop out. The axis is levelled "
+        "biases, and what turning adds to gyros and accelerometers, are constants and drop out. The axis is leveled "
         "by what the turning modulates in the accelerometers."
         if turning
-        else "Each attitude is levelled by the accelerometers and turned in azimuth by what the gyros saw of the turns "
+        else "Each attitude is leveled by the accelerometers and turned in azimuth by what the gyros saw of the turns "
         "in between. The vertical part v of the Earth's rotation is known from the latitude; the horizontal part e is "
         "fitted with the biases of the gyros, and its direction is north. Biases, scale factors, misalignments, the "
         "noise of the accelerometers and of the turns take part with what is known of them beforehand, so that the "

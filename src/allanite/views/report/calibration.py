@@ -280,7 +280,7 @@ def _method(document: Json) -> list[PageBlock]:
     return [
         *blocks,
         Text(
-            "All parameters and attitudes are fitted together, by generalised least squares in the noise of the model: "
+            "All parameters and attitudes are fitted together, by generalized least squares in the noise of the model: "
             "its drift goes on from one position to the next. A parameter is called observable by the singular values "
             "of that fit, not by the number of positions. What is not keeps its nominal value, with what was assumed "
             "of it as its interval, and takes part in the correlations."

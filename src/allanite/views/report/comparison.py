@@ -138,9 +138,9 @@ def _method(document: Json) -> list[PageBlock]:
         Text(
             "D is the loss of the fit (minus twice a log-likelihood ratio) with the parameter held and all others "
             "free; an upper limit takes part with all that it excludes. For normal estimates Q at τ = 0 is Cochran's "
-            "chi-square [1]; where coefficients stand at zero its law is drawn from the linearised problem [2]. The "
+            "chi-square [1]; where coefficients stand at zero its law is drawn from the linearized problem [2]. The "
             "curves are compared by their ratio to one model for all, as cube roots with the exact covariance of each "
-            "record, so that neighbouring lags do not count twice, and rates, lengths and sampling conventions may "
+            "record, so that neighboring lags do not count twice, and rates, lengths and sampling conventions may "
             "differ. The spread τ is where Q takes its expectation [3], its interval where Q takes the quantiles of "
             "chi-square [4]; middle and next sensor follow from all τ with their weights [5]."
         ),

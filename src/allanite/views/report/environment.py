@@ -56,7 +56,7 @@ def page(document: Json) -> Page:
             "findings": findings,
             "method": _method,
         },
-        titles={"effect": "What was taken off"},
+        titles={"effect": "What was removed"},
     )
 
 
@@ -101,7 +101,7 @@ def _effect(document: Json) -> list[PageBlock]:
         for block in table(
             ("Averaging", "Before", "Taken off", "Share of the curve", "Noise left"),
             effect_lines(estimate),
-            caption=f"{estimate.channel}: Allan deviation of the block means, of what was taken off with its error of "
+            caption=f"{estimate.channel}: Allan deviation of the block means, of what was removed with its error of "
             "one standard deviation, and the part of the noise that is left, by which the curve is corrected.",
         )
     ]
@@ -110,11 +110,11 @@ def _effect(document: Json) -> list[PageBlock]:
 def _method(_: Json) -> list[PageBlock]:
     return [
         Text(
-            "The means of some 1500 blocks are fitted by generalised least squares with a level, a drift, the "
-            "temperature, its square, its rate and, where a warm-up is modelled, exponentials of the time. The noise, "
+            "The means of some 1500 blocks are fitted by generalized least squares with a level, a drift, the "
+            "temperature, its square, its rate and, where a warm-up is modeled, exponentials of the time. The noise, "
             "white noise, flicker and random walk, is fitted beside them by the likelihood of the contrasts that no "
             "coefficient enters; intervals are averaged over what the record leaves open of it. All columns take part "
-            "in every interval; only what is resolved is taken off, from every sample, with the temperature smoothed "
+            "in every interval; only what is resolved is removed, from every sample, with the temperature smoothed "
             "and interpolated. The drift stays: a sensor may drift by itself."
         ),
         Text(
@@ -124,7 +124,7 @@ def _method(_: Json) -> list[PageBlock]:
             "price of having tried all of them."
         ),
         Text(
-            "A regression also takes off noise that looks like the effect. How much is known from the covariance of "
+            "A regression also removes noise that looks like the effect. How much is known from the covariance of "
             "its coefficients, and the Allan curve of the residual is divided by what is left; where that is not "
             "within a quarter of the whole, the lag does not enter a noise model."
         ),

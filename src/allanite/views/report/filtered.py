@@ -112,7 +112,7 @@ def _filter_pictures(document: Json) -> list[PageBlock]:
         *drawn(
             "drift",
             document,
-            "The drift that was taken off, with two standard deviations.",
+            "The drift that was removed, with two standard deviations.",
             f"Drift of {name} with its band.",
             view="drift",
         ),

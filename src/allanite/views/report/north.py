@@ -126,7 +126,7 @@ def _method(document: Json) -> list[PageBlock]:
         ),
         *equation("north"),
         Text(
-            "The two components of that vector and the bias of each axis are fitted by generalised least squares in "
+            "The two components of that vector and the bias of each axis are fitted by generalized least squares in "
             "the noise of the model. The length of the vector is not taken from the latitude: that it agrees is a "
             "check. A direction is not a number on a line: the interval may wrap, and it is the whole circle where no "
             "signal is seen."

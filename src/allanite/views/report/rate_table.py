@@ -196,7 +196,7 @@ def _method(document: Json) -> list[PageBlock]:
         ),
         *equation("rate_table"),
         Text(
-            "Level, slope and curvature are fitted by generalised least squares. The curvature enters less its best "
+            "Level, slope and curvature are fitted by generalized least squares. The curvature enters less its best "
             "straight line, so that the scale factor is the slope of the best straight line through the response; the "
             "bias is the response at rest. Where the rate changes all the time, the delay between the clocks is one "
             "more coefficient, and its uncertainty is in all the others."

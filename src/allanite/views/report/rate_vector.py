@@ -108,7 +108,7 @@ def _pictures(document: Json) -> list[PageBlock]:
             "length",
             document,
             "The length of what the three gyros see, bias and Earth together, and the known rate of the Earth. No "
-            "latitude, heading or levelling is in it.",
+            "latitude, heading or leveling is in it.",
             "Length of the rate vector with its interval beside the known rate.",
             view="length",
         ),
@@ -163,7 +163,7 @@ def _method(document: Json) -> list[PageBlock]:
         *equation("rate_vector"),
         Text(
             "The record is cut into cells. A cell in which an axis moves more than in the quiet ones, at any time "
-            "scale, or whose mean is off theirs, is left out with its neighbours. The level of what is left is fitted "
+            "scale, or whose mean is off theirs, is left out with its neighbors. The level of what is left is fitted "
             "in the noise of each axis, by a model that is given or, without one, by the noise of the quiet parts "
             "themselves averaged over all that they allow. The part that noise adds to the length of a mean is taken "
             "off. The interval is Student's, and no narrower than the scatter of batches of cells."

@@ -97,7 +97,7 @@ def _noise(document: Json) -> list[PageBlock]:
         *table(
             heads,
             rows,
-            caption="What each sensor gives to each axis. Constant differences are taken off first.",
+            caption="What each sensor gives to each axis. Constant differences are removed first.",
         ),
         *table(
             ("Averaging", "Axis", "Allan deviation", f"Gain, {percent}", "Predicted", "Lost"),

@@ -121,8 +121,8 @@ def _terms(document: Json) -> list[PageBlock]:
 def _method(document: Json) -> list[PageBlock]:
     return [
         Text(
-            "Every sum of terms is a candidate: quantisation, white noise, flicker, up to two Gauss-Markov terms, "
-            "random walk, ramp. The likelihood of the samples is maximised for each set that is tried, from set to "
+            "Every sum of terms is a candidate: quantization, white noise, flicker, up to two Gauss-Markov terms, "
+            "random walk, ramp. The likelihood of the samples is maximized for each set that is tried, from set to "
             "set until none that is one step away is better. A set scores and weighs"
         ),
         *equation("selection"),

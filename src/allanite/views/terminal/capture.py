@@ -80,7 +80,7 @@ _WORDS: Mapping[str, Callable[[Mapping[str, Any]], str]] = {
     "begun": _begun,
     "going": _going,
     "silence": lambda facts: f"the instrument is silent: {facts['reason']}",
-    "lost": lambda facts: f"the link is lost, and made anew: {facts['reason']}",
+    "lost": lambda facts: f"the link is lost, and restored: {facts['reason']}",
     "reconnected": lambda facts: f"the instrument is back, at attempt {facts['attempt']}",
     "remark": lambda facts: str(facts["text"]),
     "gap": lambda facts: (

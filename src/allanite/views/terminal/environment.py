@@ -25,7 +25,7 @@ def show_environment(document: Json, files: Sequence[object] = ()) -> None:
         say_rows(out, ("Bias by", percent, "", ""), coefficient_lines(estimate))
         say_rows(
             out,
-            ("Averaging", "before", "taken off", "share of the curve", "noise left"),
+            ("Averaging", "before", "removed", "share of the curve", "noise left"),
             effect_lines(estimate),
         )
         say_advice(out, estimate.advice)

@@ -107,7 +107,7 @@ def _warm_up_words(estimate: EnvironmentFacts) -> str:
         constant, _, _ = interval(term.T, term.T - term.T_sd, term.T + term.T_sd)
         parts.append(f"{middle} ± {number(sd, 2)} {unit} with {constant} ± {number(term.T_sd, 2)} s")
     done = {
-        "modelled": "modelled and taken off",
+        "modelled": "modeled and removed",
         "cut": f"cut: the first {duration(warm.cut or 0.0)} are not used",
         "left in": "left in the record",
     }[warm.action]
@@ -152,7 +152,7 @@ def _summary(estimate: EnvironmentFacts) -> str:
     if taken:
         words.append(f"the noise model is that of the residual, without {listed(taken)}")
     else:
-        words.append("nothing was taken off")
+        words.append("nothing was removed")
     if taken and estimate.correction is not None:
         share, tau = max(
             zip(estimate.correction.share.tolist(), estimate.correction.tau.tolist(), strict=True)

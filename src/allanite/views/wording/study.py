@@ -60,13 +60,13 @@ _NAMES = {
         "N": "angle random walk",
         "K": "rate random walk",
         "R": "rate ramp",
-        "Q": "angle quantisation",
+        "Q": "angle quantization",
     },
     "accelerometer": {
         "N": "velocity random walk",
         "K": "acceleration random walk",
         "R": "acceleration ramp",
-        "Q": "velocity quantisation",
+        "Q": "velocity quantization",
     },
     "clock": {
         "N": "white frequency noise",

@@ -76,7 +76,7 @@ class Tally:
                 f"left out values beyond their limits in {_many(self.impossible, 'sample')}"
             )
         if self.restarts:
-            said_of_faults.append(f"the counter began anew {_many(self.restarts, 'time')}")
+            said_of_faults.append(f"the counter restarted {_many(self.restarts, 'time')}")
         if self.jumps > self.restarts:
             said_of_faults.append(
                 f"the counter jumped {_many(self.jumps - self.restarts, 'time')}: "

@@ -45,7 +45,7 @@ def findings_page() -> str:
         "What `allanite info` and `allanite characterize` may find wrong with a recording, and what its turns may show",
         "(last table). Nothing is repaired unless it is asked for by name (`--repair`, last column):",
         "samples are kept, or left out and named. A *fatal* finding refuses the analysis; `--accept CODE` goes on",
-        "in spite of it, and the result says so. A *warning* says that a number suffers. An *info* is worth",
+        "despite it, and the result says so. A *warning* says that a number suffers. An *info* is worth",
         "knowing. Samples that are left out keep their place in time: they become gaps.",
         "",
         "False alarms: on simulated white noise, flicker and random walk, fewer than 1 record in 100 has any",

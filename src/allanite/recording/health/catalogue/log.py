@@ -177,7 +177,7 @@ LOG: dict[str, FindingKind] = {
     "instrument_remarks": FindingKind(
         group=_RUN,
         severity="info",
-        means="the driver rejected lines, passed over garbage, dropped repeated frames, or the instrument began anew",
+        means="the driver rejected lines, passed over garbage, dropped repeated frames, or the instrument restarted",
         risk="",
         done="what it rejected is no sample; what is missing for it is a gap",
         advice="none needed where they are few; else look at cable, earth and baud rate: manifest.jsonl tells of each",

@@ -14,7 +14,7 @@ SAMPLES: dict[str, FindingKind] = {
         group=_MISSING,
         severity="fatal",
         means="a channel holds no sample at all",
-        risk="there is nothing to analyse; accepted, the channel is left out",
+        risk="there is nothing to analyze; accepted, the channel is left out",
         done="refused",
         advice="choose other channels, or look for the fault in the log",
     ),
@@ -139,7 +139,7 @@ SAMPLES: dict[str, FindingKind] = {
     "float_step": FindingKind(
         group=_STEPS,
         severity="warning",
-        means="the level is so large that neighbouring floating-point numbers lie more than a tenth of the noise apart",
+        means="the level is so large that neighboring floating-point numbers lie more than a tenth of the noise apart",
         risk="the rounding adds to N; at twice the noise it replaces it",
         done="kept; the share is stated",
         advice="subtract the level before storing, or store float64",

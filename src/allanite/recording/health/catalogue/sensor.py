@@ -116,7 +116,7 @@ SENSOR: dict[str, FindingKind] = {
     "unit_trap": FindingKind(
         group=_MEANING,
         severity="warning",
-        means="a gyro noisier than any: degrees labelled as radians (57.3), counts, volts or thousandths of a degree; "
+        means="a gyro noisier than any: degrees labeled as radians (57.3), counts, volts or thousandths of a degree; "
         "or one whose step is that of a known 16-bit range in the other unit of angle",
         risk="every number is too large or too small by the same factor, 57.3 for degrees and radians",
         done="kept",
@@ -136,7 +136,7 @@ SENSOR: dict[str, FindingKind] = {
     "floor_taken_off": FindingKind(
         group=_MEANING,
         severity="info",
-        means="the instrument's own noise, from a record of its shorted input, is taken off the curve",
+        means="the instrument's own noise, from a record of its shorted input, is removed from the curve",
         risk="",
         done="the model is that of the sensor without the instrument; both curves are shown",
         advice="see that the input was shorted with the settings of the measurement",
@@ -161,7 +161,7 @@ SENSOR: dict[str, FindingKind] = {
         group=_SPECTRUM,
         severity="warning",
         means="a line in the spectrum: mains, a motor, a dither",
-        risk="it bends the curve and imitates quantisation or flicker",
+        risk="it bends the curve and imitates quantization or flicker",
         done="a steady one is taken out before the fit and is a sinusoid of the model; "
         "lags that others bend are kept out",
         advice="find the source",
@@ -209,7 +209,7 @@ SENSOR: dict[str, FindingKind] = {
     "environment_taken_off": FindingKind(
         group=_ENVIRONMENT,
         severity="info",
-        means="an effect of the temperature, or a warm-up, was taken off as asked",
+        means="an effect of the temperature, or a warm-up, was removed as asked",
         risk="",
         done="curve and noise model are those of the residual; what the regression took off the noise is added again",
         advice="none needed",
@@ -219,7 +219,7 @@ SENSOR: dict[str, FindingKind] = {
         severity="warning",
         means="the effect of the temperature is lost in the noise, or cannot be told from a drift of the sensor",
         risk="an effect below the stated limit stays in the curve at long lags",
-        done="nothing was taken off for the temperature",
+        done="nothing was removed for the temperature",
         advice="record while the temperature goes up and down again",
     ),
     "hysteresis": FindingKind(
@@ -227,7 +227,7 @@ SENSOR: dict[str, FindingKind] = {
         severity="warning",
         means="at one temperature the signal is another after warming than after cooling, beyond what a lag would do",
         risk="a coefficient of the temperature leaves the difference of the branches in the residual",
-        done="stated; not taken off",
+        done="stated; not removed",
         advice="state the bias with both branches",
     ),
     "warm_up": FindingKind(
@@ -235,7 +235,7 @@ SENSOR: dict[str, FindingKind] = {
         severity="info, warning",
         means="the bias settles as after power-on, beyond what the noise allows",
         risk="left in the record, it raises the curve at long lags, as a random walk would",
-        done="modelled or cut where that was asked for, otherwise left in",
+        done="modeled or cut where that was asked for, otherwise left in",
         advice="model it or cut it (--warm-up), or begin the record later",
     ),
     "turns_by_size": FindingKind(
