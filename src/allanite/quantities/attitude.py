@@ -64,8 +64,8 @@ def rotation(vector: ArrayLike) -> Array:
     if small.any():
         first = np.where(small, 1 - square / 6, first)
         second = np.where(small, 0.5 - square / 24, second)
-    squares = v[..., :, None] * v[..., None, :] - square[..., None, None] * _UNIT  # of the skew matrix
-    return np.asarray(_UNIT + first[..., None, None] * skew(v) + second[..., None, None] * squares)
+    s = skew(v)
+    return np.asarray(_UNIT + first[..., None, None] * s + second[..., None, None] * (s @ s))
 
 
 def rotation_vector(matrix: ArrayLike) -> Array:
