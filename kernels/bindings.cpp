@@ -15,6 +15,7 @@
 #include "allanite/curve_fit.hpp"
 #include "allanite/noise.hpp"
 #include "allanite/online_allan.hpp"
+#include "allanite/pool_likelihood.hpp"
 #include "allanite/smoother.hpp"
 #include "allanite/strands.hpp"
 #include "allanite/theo.hpp"
@@ -35,6 +36,7 @@ using MatrixOut = nb::ndarray<double, nb::ndim<2>, nb::c_contig, nb::device::cpu
 using VectorOut = nb::ndarray<double, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 using Integers = nb::ndarray<const int64_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 using Runs = nb::ndarray<const int64_t, nb::shape<-1, 2>, nb::c_contig, nb::device::cpu>;
+using Shapes = nb::ndarray<const int64_t, nb::shape<-1, 3>, nb::c_contig, nb::device::cpu>;
 using IntegersOut = nb::ndarray<int64_t, nb::ndim<1>, nb::c_contig, nb::device::cpu>;
 using NewVector = nb::ndarray<nb::numpy, double, nb::ndim<1>, nb::c_contig>;
 using NewIntegers = nb::ndarray<nb::numpy, int64_t, nb::ndim<1>, nb::c_contig>;
@@ -172,6 +174,33 @@ NewVector curve_minimum(const Vector& variance, const Matrix& columns, const Vec
     for (Index j = 0; j < out.size; ++j) out[j] = here.data()[j];
     fit.minimise(slice(columns), slice(rest), out, steps, settled);
     return minimum;
+}
+
+std::pair<NewVector, NewMatrix> pool_likelihood(const Vector& c, const Matrix& rows, const Shapes& pools,
+                                                const Vector& moments, const Vector& values, const Vector& tilts,
+                                                double slope, bool averaged) {
+    const size_t size = rows.shape(0);
+    Index needed = 0;
+    for (size_t p = 0; p < pools.shape(0); ++p) {
+        const Index d = Index(pools(p, 0)), given = Index(pools(p, 1));
+        require(0 < d && d < 1 << 20 && 0 <= given && given <= d, "pools: sizes, and at most as many that are given");
+        needed += 2 * d + d * d;
+    }
+    require(Index(moments.size()) == needed, "moments: mean, tilt and second moments of each pool");
+    require(values.size() == tilts.size(), "values, tilts: must be alike");
+    require(c.size() <= size && size < size_t(allanite::most_pool_terms), "rows: one for each coefficient, at most 15");
+    require(Index(rows.shape(1)) == allanite::PoolLikelihood::elements(slice(pools)) + Index(values.size()),
+            "rows: the covariances of all pools, and a variance for each value");
+    auto [head, numbers] = new_array<NewVector>({3 + size});
+    auto [matrix, information] = new_array<NewMatrix>({size, size});
+    nb::gil_scoped_release unlocked;
+    allanite::PoolLikelihood of(slice(pools), slice(moments), slice(values), slice(tilts));
+    if (!of.evaluate(slice(c), slice(rows), Index(size), slope, averaged, numbers.part(0, 3),
+                     numbers.part(3, Index(size)), information)) {
+        for (Index i = 0; i < numbers.size; ++i) numbers[i] = i > 0 ? 0.0 : HUGE_VAL;
+        for (Index i = 0; i < information.size; ++i) information[i] = 0.0;
+    }
+    return {head, matrix};
 }
 
 void markov_noise(const Matrix& normals, const Vector& phi, const Vector& step_sd, const Vector& weight_now,
@@ -484,6 +513,15 @@ NB_MODULE(_kernels, m) {
           "here"_a.noconvert(), "whiten"_a.noconvert(), "centre"_a.noconvert(), "steps"_a, "settled"_a,
           "Coefficients, none negative, at which means = rest + columns @ x minimise what curve_step() is of: at most\n"
           "`steps` steps from `here`, each halved until it does not climb, until one gains less than `settled`.");
+    m.def("pool_likelihood", &pool_likelihood, "c"_a.noconvert(), "rows"_a.noconvert(), "pools"_a.noconvert(),
+          "moments"_a.noconvert(), "values"_a.noconvert(), "tilts"_a.noconvert(), "slope"_a, "averaged"_a,
+          "Minus twice the log-likelihood of pools of vectors and of single values, less constants; the slope of a ramp\n"
+          "and the information on it; the gradient with each row (one vector); and the expected information (matrix).\n"
+          "Infinity and zeros where a covariance is not positive definite.\n\n"
+          "c (n): variance coefficients. rows (size >= n, width): what each coefficient, and whatever else, changes the\n"
+          "covariances (d * d) of the pools and the variances of the values by, side by side. pools (P, 3): components\n"
+          "d, how many of the last are given, number of vectors. moments: of each pool mean (d), what a ramp makes of it\n"
+          "(d), second moments (d * d). slope: NaN for the best; the likelihood is then the mean over all if `averaged`.");
     m.def("online_allan_size", &online_allan_size, "lags"_a.noconvert(), "order"_a = 2, "positions"_a = 64,
           "block"_a = 1024,
           "Lengths of the two arrays of a state: `numbers` (float64) and `counters` (int64). Begin with zeros.\n\n"

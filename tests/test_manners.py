@@ -40,7 +40,7 @@ SOURCES = [
 BANNED_NAMES = re.compile("base|common|core|data|helpers?|manager|misc|tools?|utils?")
 #: What may write to the terminal and end the program; what may call the compiled kernels.
 COMMAND_LINE = ("__main__", "commands/cli/", "commands/*", "views/terminal/")
-KERNEL_OWNERS = ("noise/allan/", "filtering/", "fitting/objective")
+KERNEL_OWNERS = ("noise/allan/", "filtering/", "fitting/objective", "fitting/likelihood/objective")
 PUBLIC_NAMES = [
     "AlignmentPlan",
     "AllanCurve",

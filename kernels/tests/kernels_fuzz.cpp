@@ -12,6 +12,7 @@
 #include "allanite/allan.hpp"
 #include "allanite/biweight.hpp"
 #include "allanite/curve_fit.hpp"
+#include "allanite/pool_likelihood.hpp"
 #include "allanite/theo.hpp"
 #include "records.hpp"
 
@@ -150,6 +151,30 @@ void curve_fit(Chance& chance, Index odd) {
     for (double x : here) require(!(x < 0.0), "curve fit: no coefficient is negative");
 }
 
+/// A likelihood of pools is read and written in its place, whatever the numbers and the number of terms.
+void pool_likelihood(Chance& chance, Index odd) {
+    const auto numbers = [&](Index n) {
+        Reals drawn;
+        for (Index i = 0; i < n; ++i) drawn.push_back(sample(chance, odd));
+        return drawn;
+    };
+    const Index size = 1 + chance.below(15), singles = chance.below(4);
+    Integers pools;
+    Index moments = 0;
+    for (Index p = chance.below(3); p > 0; --p) {
+        const Index d = 1 + chance.below(6);
+        for (Index shape : {d, chance.below(d + 1), 1 + chance.below(9)}) pools.push_back(shape);
+        moments += 2 * d + d * d;
+    }
+    const Index width = PoolLikelihood::elements(fixed(whole(pools))) + singles;
+    const Reals c = numbers(1 + chance.below(size)), known = numbers(moments), rows = numbers(size * width);
+    const Reals values = numbers(singles), tilts = numbers(singles);
+    Reals three(3), gradient(static_cast<size_t>(size)), information(static_cast<size_t>(size * size));
+    PoolLikelihood of(fixed(whole(pools)), fixed(known), fixed(values), fixed(tilts));
+    of.evaluate(fixed(c), fixed(rows), size, chance.below(2) ? NAN : 0.5, chance.below(2), whole(three),
+                whole(gradient), whole(information));
+}
+
 void one_round(Chance& chance) {
     static const Index shares[] = {0, 2, 20, 100};  // per cent of odd samples
     const Index n = 1 + chance.below(chance.below(4) ? 60 : 3000), odd = shares[chance.below(4)];
@@ -164,6 +189,7 @@ void one_round(Chance& chance) {
     online_kernel<double>(chance, y, missing);
     online_kernel<float>(chance, y, missing);
     curve_fit(chance, odd);
+    if (!chance.below(8)) pool_likelihood(chance, odd);
 }
 
 }  // namespace

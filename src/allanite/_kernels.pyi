@@ -70,6 +70,18 @@ def curve_minimum(variance: Annotated[NDArray[numpy.float64], dict(shape=(None,)
     `steps` steps from `here`, each halved until it does not climb, until one gains less than `settled`.
     """
 
+def pool_likelihood(c: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], rows: Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C', device='cpu', writable=False)], pools: Annotated[NDArray[numpy.int64], dict(shape=(None, 3), order='C', device='cpu', writable=False)], moments: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], values: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], tilts: Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C', device='cpu', writable=False)], slope: float, averaged: bool) -> tuple[Annotated[NDArray[numpy.float64], dict(shape=(None,), order='C')], Annotated[NDArray[numpy.float64], dict(shape=(None, None), order='C')]]:
+    """
+    Minus twice the log-likelihood of pools of vectors and of single values, less constants; the slope of a ramp
+    and the information on it; the gradient with each row (one vector); and the expected information (matrix).
+    Infinity and zeros where a covariance is not positive definite.
+
+    c (n): variance coefficients. rows (size >= n, width): what each coefficient, and whatever else, changes the
+    covariances (d * d) of the pools and the variances of the values by, side by side. pools (P, 3): components
+    d, how many of the last are given, number of vectors. moments: of each pool mean (d), what a ramp makes of it
+    (d), second moments (d * d). slope: NaN for the best; the likelihood is then the mean over all if `averaged`.
+    """
+
 def online_allan_size(lags: Annotated[NDArray[numpy.int64], dict(shape=(None,), order='C', device='cpu', writable=False)], order: int = 2, positions: int = 64, block: int = 1024) -> tuple[int, int]:
     """
     Lengths of the two arrays of a state: `numbers` (float64) and `counters` (int64). Begin with zeros.

@@ -126,12 +126,18 @@ def _levels(
     x, y, whole = [], [], []
     for position, residual in _placed(stamps, marks, interval, ticks, thin):
         step = max(len(position) * size // stamps.block, 1) if ticks else size // thin
-        for a in range(0, len(position), step):
-            some = slice(a, a + step, max(step // _ENOUGH, 1))
-            x.append(float(np.median(position[some])))
-            y.append(float(np.median(residual[some])))
-            whole.append(a + step <= len(position))
-    return np.array(x), np.array(y), np.array(whole, dtype=bool)
+        x += _part_medians(position, step)
+        y += _part_medians(residual, step)
+        full = len(position) // step
+        whole += [k < full for k in range(-(-len(position) // step))]
+    return np.concatenate([*x, []]), np.concatenate([*y, []]), np.array(whole, dtype=bool)
+
+
+def _part_medians(values: _Floats, step: int) -> list[_Floats]:
+    """Medians of the parts of `step` values, all whole ones at once, and then of what is left."""
+    full, thin = len(values) // step * step, max(step // _ENOUGH, 1)
+    whole, rest = values[:full].reshape(-1, step)[:, ::thin], values[full:][::thin]
+    return [np.median(part, axis=1) for part in (whole, rest[np.newaxis]) if part.size]
 
 
 def _fitted(

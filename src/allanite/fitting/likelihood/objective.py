@@ -25,6 +25,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
+from allanite._kernels import pool_likelihood
 from allanite.fitting.design import LINEAR
 from allanite.fitting.likelihood.pool import KINDS, Pool, autocovariance
 from allanite.fitting.likelihood.pyramid import LikelihoodPyramid
@@ -104,29 +105,42 @@ class LikelihoodValue:
 
 
 @dataclass(frozen=True, slots=True)
-class _PoolVectors:
-    """The vectors of a pool, or of what is given in it (sign -1)."""
+class _Vectors:
+    """What the record leaves, divided by the scale, as the kernel takes it.
 
-    pool: int
-    sign: int
-    count: int
-    start: int
-    mean: Array
-    second: Array
-    tilt: Array
+    Attributes
+    ----------
+    shapes : ndarray of int64, shape (n_pools, 3)
+        Of the pools, and of the slowest modes as a pool of one vector: components, how many are given, vectors.
+    moments : ndarray
+        Of each of them the mean, what a ramp makes of it, and the second moments.
+    value, tilt : ndarray, shape (n_quick,)
+        The quicker of the slow contrasts: vectors of one component, each with a variance of its own.
+    dimensions : int
+        Numbers that are not given, in all.
+    """
 
-
-@dataclass(frozen=True, slots=True)
-class _Singles:
-    """The quicker of the slow contrasts: vectors of one component, each with a variance of its own."""
-
-    first: int  # of the modes
+    shapes: NDArray[np.int64]
+    moments: Array
     value: Array
     tilt: Array
+    dimensions: int
 
-
-#: Covariances for every pool and the slowest modes, and variances of all modes; second entry: derivative with ln T.
-_Expected = tuple[list[Array], Array]
+    @classmethod
+    def of(cls, pyramid: LikelihoodPyramid, scale: float) -> _Vectors:
+        shapes = [(p.size, p.given, p.count) for p in pyramid.pools]
+        moments = [
+            part for p in pyramid.pools for part in (p.mean / scale, p.tilt, p.second.ravel() / scale**2)
+        ]
+        value = tilt = np.zeros(0)
+        if (modes := pyramid.modes) is not None:
+            x, low = modes.value / scale, modes.low
+            shapes.append((low, 0, 1))
+            moments += [x[:low], modes.tilt[:low], np.outer(x[:low], x[:low]).ravel()]
+            value, tilt = x[low:].copy(), modes.tilt[low:].copy()
+        dimensions = len(value) + sum(count * (size - given) for size, given, count in shapes)
+        at = np.array(shapes, dtype=np.int64).reshape(-1, 3)
+        return cls(at, np.concatenate([*moments, np.zeros(0)]), value, tilt, dimensions)
 
 
 @dataclass(slots=True)
@@ -144,49 +158,19 @@ class Objective:
     pyramid: LikelihoodPyramid
     sampling: str
     scale: float
-    _parts: list[_PoolVectors] = field(default_factory=list)
-    _high: _Singles = field(default_factory=lambda: _Singles(0, np.zeros(0), np.zeros(0)))
-    _matrices: dict[RandomTerm, _Expected] = field(default_factory=dict)
+    _vectors: _Vectors = field(init=False)
+    _expected: dict[RandomTerm, Array] = field(default_factory=dict)
     _nodes: dict[int, Array] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        # constant samples have nothing to say, as the caller sees by the scale
+        scale = self.scale if self.scale > 0 and math.isfinite(self.scale) else 1.0
+        self._vectors = _Vectors.of(self.pyramid, scale)
 
     @classmethod
     def of(cls, pyramid: LikelihoodPyramid, sampling: str) -> Objective:
         """The objective of a record."""
-        scale = _scale(pyramid)
-        new = cls(pyramid, sampling, scale)
-        if not (scale > 0 and math.isfinite(scale)):
-            return new  # constant samples: there is nothing to say, as the caller sees by the scale
-        for i, pool in enumerate(pyramid.pools):
-            for sign, start in ((1, 0), (-1, inner_of(pool))):
-                if start < pool.size:
-                    at = slice(start, None)
-                    new._parts.append(
-                        _PoolVectors(
-                            pool=i,
-                            sign=sign,
-                            count=pool.count,
-                            start=start,
-                            mean=pool.mean[at] / scale,
-                            second=pool.second[at, at] / scale**2,
-                            tilt=pool.tilt[at],
-                        )
-                    )
-        if (modes := pyramid.modes) is not None:
-            x, tilt = modes.value / scale, modes.tilt
-            low, high = slice(modes.low), slice(modes.low, None)
-            new._parts.append(
-                _PoolVectors(
-                    pool=len(pyramid.pools),
-                    sign=1,
-                    count=1,
-                    start=0,
-                    mean=x[low],
-                    second=np.outer(x[low], x[low]),
-                    tilt=tilt[low],
-                )
-            )
-            new._high = _Singles(modes.low, x[high], tilt[high])
-        return new
+        return cls(pyramid, sampling, _scale(pyramid))
 
     # -- the model side -----------------------------------------------------------------------------------
 
@@ -195,25 +179,34 @@ class Objective:
 
         Of a Gauss-Markov term its derivative with ln T too, shape (2, d, d).
         """
-        return self._expected(component)[0]
+        rows, place, parts = self.expected(component), 0, []
+        for d in self._vectors.shapes[:, 0].tolist():
+            parts.append(rows[:, place : place + d * d].reshape(-1, d, d))
+            place += d * d
+        return parts
 
     def variances(self, component: RandomTerm) -> Array:
         """Variances of all modes, shape (1, n) or (2, n)."""
-        return self._expected(component)[1]
+        low = 0 if self.pyramid.modes is None else self.pyramid.modes.low
+        rows, quick = self.expected(component), len(self._vectors.value)
+        slow = self.matrices(component)[-1].diagonal(axis1=1, axis2=2) if low else rows[:, :0]
+        return np.concatenate([slow, rows[:, rows.shape[1] - quick :]], axis=1)
 
-    def _expected(self, component: RandomTerm) -> _Expected:
-        if component not in self._matrices:
-            if len(self._matrices) > _KEPT:
-                self._matrices = {k: v for k, v in self._matrices.items() if k.T is None}
-            if component.T is None:
-                self._matrices[component] = self._computed(component)
-            else:
-                self._matrices[component] = self._split(
-                    self._between(component.symbol, math.log(component.T))
-                )
-        return self._matrices[component]
+    def expected(self, component: RandomTerm) -> Array:
+        """Covariances of all vectors side by side, shape (1, n).
 
-    def _computed(self, component: RandomTerm) -> _Expected:
+        Of a Gauss-Markov term their derivative with ln T too, shape (2, n).
+        """
+        if component not in self._expected:
+            if len(self._expected) > _KEPT:
+                self._expected = {k: v for k, v in self._expected.items() if k.T is None}
+            T = component.T
+            self._expected[component] = (
+                self._computed(component) if T is None else self._between(component.symbol, math.log(T))
+            )
+        return self._expected[component]
+
+    def _computed(self, component: RandomTerm) -> Array:
         units = [component.unit()]
         if component.T is not None:
             units += [component.unit(math.exp(_LOG_STEP)), component.unit(math.exp(-_LOG_STEP))]
@@ -222,14 +215,12 @@ class Objective:
         def series(count: int, block: int) -> Array:
             return _with_derivative(self._series(units, count, block))
 
-        matrices, variances = (
-            [p.expected(series, extra) for p in self.pyramid.pools],
-            np.zeros((len(extra), 0)),
-        )
-        if self.pyramid.modes is not None:
-            low, variances = self.pyramid.modes.expected(series, extra)
-            matrices.append(low)
-        return matrices, variances
+        parts = [p.expected(series, extra) for p in self.pyramid.pools]
+        rows = [part.reshape(len(extra), -1) for part in parts]
+        if (modes := self.pyramid.modes) is not None:
+            low, variances = modes.expected(series, extra)
+            rows += [low.reshape(len(extra), -1), variances[:, modes.low :]]
+        return np.concatenate(rows, axis=1)
 
     def _between(self, symbol: str, log_time: float) -> Array:
         """Hermite's cubic between two correlation times: to 5e-7, and a search tries thousands of them."""
@@ -250,20 +241,8 @@ class Objective:
     def _node(self, symbol: str, number: int) -> Array:
         """All covariances of a Gauss-Markov term at a correlation time of the grid in two rows."""
         if number not in self._nodes:
-            matrices, variances = self._computed(RandomTerm(symbol, math.exp(number * _SPACING)))
-            self._nodes[number] = np.concatenate([*(m.reshape(2, -1) for m in matrices), variances], axis=1)
+            self._nodes[number] = self._computed(RandomTerm(symbol, math.exp(number * _SPACING)))
         return self._nodes[number]
-
-    def _split(self, rows: Array) -> _Expected:
-        """The matrices and variances that stand side by side in two rows."""
-        sizes = [p.size for p in self.pyramid.pools]
-        if self.pyramid.modes is not None:
-            sizes.append(self.pyramid.modes.low)
-        parts, place = [], 0
-        for d in sizes:
-            parts.append(rows[:, place : place + d * d].reshape(2, d, d))
-            place += d * d
-        return parts, rows[:, place:]
 
     def _series(self, units: Sequence[TermType], count: int, block: int) -> Array:
         return np.array([autocovariance(u, count, block, self.sampling) for u in units])
@@ -280,88 +259,35 @@ class Objective:
                     extra[:, len(_QUICK) + i] = series @ gaps.shape / gaps.walk
         return _with_derivative(extra)
 
-    def _stacked(self, components: Sequence[RandomTerm], times: Sequence[int], pool: int, c: Array) -> Array:
-        """E_t of a pool, and what the logarithm of each correlation time changes, shape (n, d, d)."""
-        return _with_times([self.matrices(k)[pool] for k in components], times, c)
-
     # -- the likelihood -----------------------------------------------------------------------------------
 
     def value(self, at: Point) -> float:
         """Logarithm of the likelihood of the samples as they are (their unit included)."""
-        return self._evaluate(at, times=(), derivatives=False).log_likelihood
+        return self(at).log_likelihood
 
     def __call__(self, at: Point) -> LikelihoodValue:
         """Value, gradient and information; a covariance that is not positive definite has the value -inf."""
-        times = tuple(i for i, k in enumerate(at.components) if k.T is not None)
-        return self._evaluate(at, times=times, derivatives=True)
-
-    def _evaluate(self, at: Point, *, times: tuple[int, ...], derivatives: bool) -> LikelihoodValue:
-        n = len(at.c)
-        size = n + len(times)
-        stacks = [self._stacked(at.components, times, i, at.c) for i in range(self._parts[-1].pool + 1)]
-        solved, log_det, dimensions = [], 0.0, 0
-        for part in self._parts:
-            E = stacks[part.pool][:, part.start :, part.start :]
-            V = np.tensordot(at.c, E[:n], axes=1)
-            inverse = _inverse(V)
-            if inverse is None:
-                return _impossible(size)
-            solved.append((E, V, inverse[0]))
-            log_det += part.sign * part.count * inverse[1]
-            dimensions += part.sign * part.count * len(V)
-        singles = self._high
-        F = _with_times([self.variances(k)[:, singles.first :] for k in at.components], times, at.c)
-        v = at.c @ F[:n]
-        if not v.min(initial=1.0) > 0:
-            return _impossible(size)
-        log_det += float(np.log(v).sum())
-        dimensions += len(v)
-        slope, slope_information = self._slope(at, [W for _, _, W in solved], 1 / v)
-        averaged = at.averaged and at.slope is None and slope_information > 0
-        squares, gradient, information = 0.0, np.zeros(size), np.zeros((size, size))
-        for part, (E, V, W) in zip(self._parts, solved, strict=True):
-            S = part.second
-            if slope != 0.0:
-                cross = np.outer(part.mean, part.tilt)
-                S = S - slope * (cross + cross.T) + slope**2 * np.outer(part.tilt, part.tilt)
-            weight = part.sign * part.count
-            squares += weight * float(np.vdot(W, S))
-            if derivatives:
-                change = W @ (S - V) @ W
-                if averaged:
-                    pull = W @ part.tilt
-                    change += np.outer(pull, pull) / (slope_information * self.scale**2)
-                gradient += weight / 2 * (E.reshape(size, -1) @ change.ravel())
-                inner = (W @ E @ W).reshape(size, -1)
-                information += weight / 2 * (inner @ E.reshape(size, -1).T)
-        power = (singles.value - slope * singles.tilt) ** 2 / v
-        squares += float(power.sum())
-        if derivatives:
-            change = power - 1.0
-            if averaged:
-                change += singles.tilt**2 / v / (slope_information * self.scale**2)
-            F = F / v
-            gradient += F @ change / 2
-            information += F @ F.T / 2
-        value = -(dimensions * (_LOG_2_PI + 2 * math.log(self.scale)) + log_det + squares) / 2
-        value += self.pyramid.log_volume
-        if averaged:
-            value += (_LOG_2_PI - math.log(slope_information)) / 2
-        return LikelihoodValue(
-            value, gradient, (information + information.T) / 2, slope * self.scale, slope_information
+        vectors, scale = self._vectors, self.scale
+        of_terms = [self.expected(k) for k in at.components]
+        rows = [rows[0] for rows in of_terms]
+        rows += [c * rows[1] for c, rows in zip(at.c, of_terms, strict=True) if len(rows) > 1]
+        head, information = pool_likelihood(
+            np.asarray(at.c, dtype=np.float64),
+            np.array(rows),
+            vectors.shapes,
+            vectors.moments,
+            vectors.value,
+            vectors.tilt,
+            math.nan if at.slope is None else at.slope / scale,
+            at.averaged,
         )
-
-    def _slope(self, at: Point, inverses: list[Array], weights: Array) -> tuple[float, float]:
-        """Slope of the ramp (in units of the scale) and the information on it."""
-        weighted = weights * self._high.tilt
-        projection, information = float(weighted @ self._high.value), float(weighted @ self._high.tilt)
-        for part, W in zip(self._parts, inverses, strict=True):
-            pull = part.sign * part.count * (W @ part.tilt)
-            projection += float(pull @ part.mean)
-            information += float(pull @ part.tilt)
-        if at.slope is not None:
-            return at.slope / self.scale, information / self.scale**2
-        return (projection / information if information > 0 else 0.0), information / self.scale**2
+        deviance, slope, slope_information = head[:3].tolist()
+        slope_information /= scale**2
+        value = -(vectors.dimensions * (_LOG_2_PI + 2 * math.log(scale)) + deviance) / 2
+        value += self.pyramid.log_volume
+        if at.averaged and at.slope is None and slope_information > 0:
+            value += (_LOG_2_PI - math.log(slope_information)) / 2
+        return LikelihoodValue(value, head[3:], information, slope * scale, slope_information)
 
 
 def _scale(pyramid: LikelihoodPyramid) -> float:
@@ -374,15 +300,6 @@ def _scale(pyramid: LikelihoodPyramid) -> float:
     return 0.0 if modes is None else math.sqrt(float(np.mean(modes.value**2)) / modes.block)
 
 
-def _impossible(size: int) -> LikelihoodValue:
-    return LikelihoodValue(-math.inf, np.zeros(size), np.zeros((size, size)), 0.0, 0.0)
-
-
-def _with_times(changes: list[Array], times: Sequence[int], c: Array) -> Array:
-    """What each coefficient changes, then what the logarithm of each correlation time does."""
-    return np.array([*(f[0] for f in changes), *(c[i] * changes[i][1] for i in times)])
-
-
 def inner_of(pool: Pool) -> int:
     """Number of components of a pool that are not given."""
     return pool.size - pool.given if pool.given else pool.size
@@ -393,21 +310,3 @@ def _with_derivative(values: Array) -> Array:
     if len(values) == 1:
         return values
     return np.stack([values[0], (values[1] - values[2]) / (2 * _LOG_STEP)])
-
-
-def _inverse(V: Array) -> tuple[Array, float] | None:
-    """V^-1 and ln det V; None where V is not positive definite. Scaled to a unit diagonal first."""
-    from scipy.linalg.lapack import dpotrf, dpotri
-
-    d = np.sqrt(np.maximum(V.diagonal(), 0.0))
-    if not d.min(initial=1.0) > 0 or not np.isfinite(d).all():
-        return None
-    outer = d[:, None] * d
-    root, failed = dpotrf(V / outer, lower=1, clean=1, overwrite_a=1)
-    if failed:
-        return None
-    log_det = 2 * float(np.log(root.diagonal()).sum() + np.log(d).sum())
-    half = dpotri(root, lower=1, overwrite_c=1)[0]
-    inverse = half + half.T
-    inverse.flat[:: len(V) + 1] /= 2
-    return inverse / outer, log_det

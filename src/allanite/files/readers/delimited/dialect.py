@@ -12,7 +12,7 @@ import csv
 import re
 from collections import Counter
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 
 from allanite.errors import FormatError, InputError
@@ -312,7 +312,7 @@ def _vote(
         for dec in (".", ",")
         if delimiter in (None, sep) and decimal in (None, dec)
     ]
-    votes = [v for v in (_score(lines, sep, dec, name) for sep, dec in pairs) if v is not None]
+    votes = _votes(lines, pairs, name)
     if not votes:
         raise _no_table(head, name)
     # Most numbers; then most columns; then the order of the list, in which the decimal point comes first.
@@ -336,6 +336,29 @@ def _vote(
     return best
 
 
+def _votes(lines: Sequence[str], pairs: Sequence[tuple[str, str]], name: str) -> list[_Vote]:
+    """What each delimiter with each decimal mark makes of the lines, where it makes something."""
+    quotes = any('"' in line for line in lines)
+    # a delimiter that no line holds leaves each line whole: one vote for all of them
+    absent = {
+        sep for sep in (*_DELIMITERS, "") if sep != " " and not any(sep in line for line in lines if sep)
+    }
+    whole: dict[str, _Vote | None] = {}
+    votes = []
+    for sep, dec in pairs:
+        if sep == dec and not quotes:
+            continue
+        if quotes or sep not in absent:
+            vote = _score(lines, sep, dec, name, quotes)
+        else:
+            if dec not in whole:
+                whole[dec] = _score(lines, "", dec, name, quotes)
+            vote = whole[dec]
+        if vote is not None:
+            votes.append(replace(vote, delimiter=sep))
+    return votes
+
+
 def _no_table(head: Sequence[str], name: str) -> FormatError:
     filled = [line.strip() for line in head if line.strip()]
     hint = ""
@@ -353,10 +376,7 @@ def _no_table(head: Sequence[str], name: str) -> FormatError:
     )
 
 
-def _score(lines: Sequence[str], delimiter: str, decimal: str, name: str) -> _Vote | None:
-    quotes = any('"' in line for line in lines)
-    if delimiter == decimal and not quotes:
-        return None
+def _score(lines: Sequence[str], delimiter: str, decimal: str, name: str, quotes: bool) -> _Vote | None:
     rows = [split(line, delimiter, quotes) for line in lines]
     counts = Counter(len(row) for row in rows)
     if not counts:
